@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sequence inside a struct: up to `Capacity` elements, in place, trivially copyable where the elements are;
-// what a laser scan or a list of joints needs. Only the elements in use are written to JSON.
+// A sequence inside a struct: up to `Capacity` elements, in place, trivially copyable if the elements are.
+// For a laser scan or a list of joints. Only the elements in use are written to JSON.
 #pragma once
 #include <cassert>
 #include <cstddef>
@@ -17,14 +17,14 @@ class bounded_array {
  public:
   using value_type = T;
 
-  // False, and nothing changed, when the array is full.
+  // Adds an element. False, and nothing changed, if the array is full.
   ROWE_RT [[nodiscard]] constexpr bool push_back(const T& element) noexcept {
     if (count_ == Capacity) return false;
     elements_[count_++] = element;
     return true;
   }
-  // Makes `count` elements count as in use, whatever they hold, so that they can be written in place. False,
-  // and nothing changed, beyond the capacity.
+  // Sets the number of elements in use, so they can be written in place; their values stay. False, and
+  // nothing changed, if `count` exceeds the capacity.
   ROWE_RT [[nodiscard]] constexpr bool resize(std::size_t count) noexcept {
     if (count > Capacity) return false;
     count_ = static_cast<std::uint32_t>(count);

@@ -6,8 +6,8 @@
 
 namespace rowe {
 
-// Names a call that a lane or a caller has in flight. Once the call's completion was taken it is stale, and
-// stays so.
+// Names a call that a lane or a caller has in flight. After the call's completion was taken, the id is stale
+// for ever.
 struct call_id {
   std::uint32_t index = 0;
   std::uint32_t generation = 0; // 0: no call

@@ -17,16 +17,16 @@
 
 namespace rowe {
 
-// Calls a service with structs that have schemas: Q goes out, A comes back. Or, where both are json_text,
-// with text that is JSON: a request is one object, and so is a reply, unless its provider is a rosbridge peer
-// that answers with another value. Move-only; one thread at a time. An empty handle says errc::misuse to
-// everything.
+// Calls a service with structs that have schemas: Q goes out, A comes back. If both are json_text, it calls
+// with text that is JSON: a request is one object, and so is a reply, unless a rosbridge peer provides the
+// service and answers with another value. Move-only; one thread at a time. Every call of an empty handle says
+// errc::misuse.
 //
-// How a call may fail, whether it was waited for or not: timed_out; peer_lost (who answers it went away
-// before); no_service (nobody provides the service); refused (the provider says no: refusal() has its
-// diagnostic); missing_member, duplicate_member, wrong_type, out_of_range, too_long (the reply is not what
-// A's schema says); too_big (the reply does not fit its slot); malformed, not_an_object (the request, a
-// text); closed.
+// How a call may fail, whether it was waited for or not: timed_out; peer_lost (the peer left before it
+// answered); no_service (nobody provides the service); refused (by the provider: refusal() has its
+// diagnostic); missing_member, duplicate_member, wrong_type, out_of_range, too_long (the reply does not match
+// A's schema); too_big (the reply does not fit its slot); malformed, not_an_object (the request, a text);
+// closed.
 template <class Q, class A>
 class caller {
   static_assert(detail::is_text<Q> == detail::is_text<A>, "either both are structs, or both are json_text");
@@ -88,13 +88,13 @@ class caller {
     if (pair_) detail::cancel(*pair_, {call.index, call.generation});
   }
 
-  // What is said of the last call that failed with refused or no_service (the provider's or the server's own
-  // diagnostic), or because of its reply (which member, what was wanted and what was found); cut at 192
-  // bytes. Valid until the next one.
+  // The diagnostic of the last call that failed. For refused and no_service it is the provider's or the
+  // server's own; for a reply that could not be decoded, it says which member, what was wanted and what was
+  // found. Cut at 192 bytes. Valid until the next one.
   ROWE_RT std::string_view refusal() const noexcept { return refusal_.view(); }
 
  private:
-  // The slot of a struct is released at once, that of a text with its view.
+  // The slot of a struct is released at once; the slot of a text is released with its view.
   result<reply_type> opened(std::uint32_t slot) noexcept {
     detail::consumer_end& completions = pair_->user.completions;
     if (completions.slots.header(slot)->failed) return detail::fail_with(*pair_, slot, refusal_);

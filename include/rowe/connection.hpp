@@ -9,8 +9,8 @@
 namespace rowe {
 
 // One established connection. A plain value: copy it, keep it, compare it. It goes stale safely: when its
-// peer has left, whatever is addressed to it says errc::peer_lost, and never reaches the peer that took its
-// place. A connection that was lost and made again is another one.
+// peer has left, a message to it says errc::peer_lost, and never reaches another peer. A connection that was
+// lost and made again is another one.
 struct connection {
   std::uint32_t index = 0;      // its place among the endpoint's connections
   std::uint32_t generation = 0; // how often the place was used; 0: no connection
@@ -20,8 +20,8 @@ struct connection {
   ROWE_RT friend constexpr bool operator==(const connection&, const connection&) noexcept = default;
 };
 
-// No peer in particular. As the address of a message: every peer that takes plain messages; of an invocation:
-// whoever can answer it.
+// No peer in particular. As the address of a message it means every peer that takes plain messages; of an
+// invocation, whoever can answer it.
 inline constexpr connection everyone{};
 
 // What is known about a peer.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a thread without a loop says when it stops the loops of its endpoint, or lets them go again:
-// endpoint::emergency_stop() and reset_emergency_stop(). A software stop, which complements a wired one and
-// never replaces it. See docs/stop.md.
+// The requests and results of a thread without a loop that stops the loops of its endpoint, or lets them go
+// again: endpoint::emergency_stop() and reset_emergency_stop(). A software stop, which complements a wired
+// one and never replaces it. See docs/stop.md.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -10,8 +10,7 @@
 
 namespace rowe {
 
-// Texts are UTF-8. What is longer than its bound is cut between two characters: no text keeps a stop from
-// being carried out.
+// Texts are UTF-8. A text that is too long is cut between two characters, and never prevents a stop.
 struct emergency_stop_request {
   std::string_view source = {}; // who stops, shown to everyone; at most 63 bytes; empty: "this process"
   std::string_view reason = {}; // why, for the event (event::kind::stop); at most 192 bytes

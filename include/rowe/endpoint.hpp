@@ -37,10 +37,10 @@ struct count {
   std::uint64_t value = 0;
 };
 
-// Owns a service thread, its sockets and its memory. Calls of set-up: any thread, one at a time; they may
-// wait, allocate and enter the kernel. send(), receive(), invoke(), reply() and their kin: any threads, at
-// the same time; for threads that are not real-time, which use handles. Handles outlive their endpoint
-// safely.
+// Owns a service thread, its sockets and its memory. Set-up calls may come from any thread, one at a time;
+// they may wait, allocate and enter the kernel. send(), receive(), invoke(), reply() and similar calls may
+// come from any threads at the same time, but not from real-time threads, which use handles. Handles outlive
+// their endpoint safely.
 class endpoint {
  public:
   // Listens on `port` (0: any free one) and serves the page, rosbridge and WebSockets there. Errors:
@@ -63,10 +63,10 @@ class endpoint {
   template <class T>
   result<publisher<T>> advertise(std::string_view topic, const topic_options& options = {});
 
-  // A subscriber to `topic`: what peers publish, and what this process publishes on the same endpoint,
-  // decoded into T, or as text for json_text. Topics below /rowe/ are the endpoint's own where it listens;
-  // where it connects they are its server's, and counts() and connections() have its own figures. Errors: as
-  // advertise().
+  // A subscriber to `topic`: it gets what peers publish, and what this process publishes on the same
+  // endpoint, decoded into T, or as text for json_text. If the endpoint listens, topics below /rowe/ are its
+  // own. If it connects, they are its server's, and counts() and connections() have its own figures. Errors:
+  // as advertise().
   template <class T>
   result<subscriber<T>> subscribe(std::string_view topic, const topic_options& options = {});
 
@@ -77,8 +77,8 @@ class endpoint {
   template <class Q, class A>
   result<responder<Q, A>> serve(std::string_view name, const service_options& options = {});
 
-  // A caller of the service `name`, whether or not somebody provides it yet: that is asked at each call.
-  // Errors: as serve(), but for service_taken and too_many_services.
+  // A caller of the service `name`. Nobody needs to provide it yet: each call looks for the provider. Errors:
+  // as serve(), but for service_taken and too_many_services.
   template <class Q, class A>
   result<caller<Q, A>> client(std::string_view name, const service_options& options = {});
 
@@ -100,13 +100,13 @@ class endpoint {
   // stopped, and it is not known whether they have acknowledged.
   result<emergency_stop_result> emergency_stop(const emergency_stop_request& what, duration timeout);
 
-  // Ends an emergency stop: lets the loops go again, as a person at the robot would; for a program that has a
-  // button of its own, or whose option `unguarded` says that it moves from the start. Returns at once where
-  // they may move already, else waits until they have acknowledged the stop, at most `timeout` (negative: for
-  // ever). Any threads, at the same time; not for real-time loops. Allocates nothing. Errors: refused (a
-  // guard is missing; the stop is another one than was named or than stood there at the beginning; or
-  // somebody asked for a stop once more meanwhile), timed_out (a loop does not look, or has not
-  // acknowledged), no_service (there is no latch), closed. After an error the loops stand.
+  // Ends an emergency stop: lets the loops go again, as a person at the robot would. For a program that has a
+  // button of its own, or whose option `unguarded` says that it moves from the start. Returns at once if the
+  // loops may move already, else waits until they have acknowledged the stop, at most `timeout` (negative:
+  // for ever). Any threads, at the same time; not for real-time loops. Allocates nothing. Errors: refused (a
+  // guard is missing; the stop is not the one that was named, or that was there at the beginning; or somebody
+  // asked for a stop meanwhile), timed_out (a loop does not look, or has not acknowledged), no_service (there
+  // is no latch), closed. After an error the loops stand.
   result<emergency_stop_reset_result> reset_emergency_stop(const emergency_stop_reset_request& what,
                                                            duration timeout);
 
@@ -139,16 +139,16 @@ class endpoint {
                           std::string* why = nullptr);
 
   // Answers a call that receive() returned, and waits until the reply was handed to the kernel, at most `ttl`
-  // (negative: for ever). Errors: misuse (no call of this endpoint), peer_lost (who asked is gone), expired
-  // (it does not wait any more, or `ttl` is over), malformed, not_an_object, reserved_member. After full
-  // (also where too many answers wait for who asked) and too_big it can be answered again.
+  // (negative: for ever). Errors: misuse (no call of this endpoint), peer_lost (the caller is gone), expired
+  // (the caller does not wait any more, or `ttl` is over), malformed, not_an_object, reserved_member. After
+  // too_big and full (also if too many answers wait for the caller) it can be answered again.
   status reply(const received& call, body object, duration ttl = rt::for_ever);
   // Queues the reply and returns at once. Errors: misuse, peer_lost, expired.
   status try_reply(const received& call, body object);
-  // Says no, with a diagnostic (cut at 192 bytes), and returns at once. Errors: as try_reply().
+  // Refuses a call, with a diagnostic (cut at 192 bytes), and returns at once. Errors: as try_reply().
   status refuse(const received& call, std::string_view diagnostic);
 
-  // ---- peers and what happens
+  // ---- peers and events
 
   // Waits until at least one peer is connected, at most `timeout` (negative: for ever). Errors: timed_out,
   // closed.
@@ -159,18 +159,18 @@ class endpoint {
 
   // The port listened on; 0 for an endpoint that connects.
   std::uint16_t port() const noexcept;
-  // Under idle::wake the one eventfd that a handle may write to while the service thread sleeps; -1 under the
-  // other policies, under which handles make no system call at all. For whoever traps system calls.
+  // Under idle::wake, the eventfd that a handle may write to while the service thread sleeps; -1 under the
+  // other policies, under which handles make no system call at all. For programs that trap system calls.
   int wake_descriptor() const noexcept;
 
-  // What has happened and was not asked for yet, oldest first.
+  // Takes the oldest event that was not taken yet.
   std::optional<event> try_event() noexcept;
 
   // All counters since the endpoint was opened.
   std::vector<count> counts() const;
 
   // What the service thread was granted (core, priority, timer slack), and whether the endpoint's memory is
-  // locked. A core or a priority that was refused is told by an event, too, with the reason.
+  // locked. An event also reports a core or a priority that was refused, with the reason.
   const rt::grants& service_grants() const noexcept;
   bool memory_locked() const noexcept;
 
@@ -186,7 +186,7 @@ class endpoint {
   std::shared_ptr<detail::endpoint_state> state_;
 };
 
-// ---- how handles are asked for
+// ---- set-up of handles
 
 template <class T>
 result<publisher<T>> endpoint::advertise(std::string_view topic, const topic_options& options) {

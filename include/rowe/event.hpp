@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happened on an endpoint. The library never prints; whoever wants to know asks endpoint::try_event().
+// What happened on an endpoint. The library never prints; a program that wants to know calls
+// endpoint::try_event().
 #pragma once
 #include <array>
 #include <cstdint>
@@ -20,7 +21,7 @@ struct event {
     stop,              // loops were stopped, or let go by a reset; `peer` is who did it, as far as known
   };
 
-  // A text of its own, cut at what fits.
+  // A text that owns its bytes; a longer one is cut.
   template <std::size_t Bytes>
   class text {
    public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text inside a struct: up to `Capacity` bytes of UTF-8, in place, trivially copyable, so that a message that
-// holds some can be copied through a slot by a real-time loop.
+// Text inside a struct: up to `Capacity` bytes of UTF-8, in place and trivially copyable. So a real-time loop
+// can copy a message that has such texts through a slot.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +17,7 @@ class fixed_string {
  public:
   constexpr fixed_string() noexcept = default;
 
-  // From a literal; one that does not fit does not compile.
+  // From a literal. A literal that does not fit does not compile.
   template <std::size_t N>
   requires(N >= 1 && N - 1 <= Capacity)
       // NOLINTNEXTLINE(google-explicit-constructor): `pose.frame_id = "map";`
@@ -25,15 +25,15 @@ class fixed_string {
     (void)assign(std::string_view{literal, N - 1}); // fits: the constraint says so
   }
 
-  // False, and nothing changed, when `text` is longer than the capacity: text is never cut silently.
+  // False, and nothing changed, if `text` is longer than the capacity: text is never cut silently.
   ROWE_RT [[nodiscard]] constexpr bool assign(std::string_view text) noexcept {
     if (text.size() > Capacity) return false;
     text.copy(text_, text.size());
     bytes_ = static_cast<std::uint32_t>(text.size());
     return true;
   }
-  // Makes the text `bytes` bytes long, whatever they hold, so that they can be written in place. False, and
-  // nothing changed, beyond the capacity.
+  // Sets the length of the text, so it can be written in place; its bytes stay. False, and nothing changed,
+  // if `bytes` exceeds the capacity.
   ROWE_RT [[nodiscard]] constexpr bool resize(std::size_t bytes) noexcept {
     if (bytes > Capacity) return false;
     bytes_ = static_cast<std::uint32_t>(bytes);

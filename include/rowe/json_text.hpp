@@ -4,7 +4,7 @@
 
 namespace rowe {
 
-// Stands for messages, requests and replies that are JSON text already: publisher<json_text>,
+// Means messages, requests and replies that are JSON text already: publisher<json_text>,
 // subscriber<json_text>, responder<json_text, json_text>, caller<json_text, json_text>. For tools, and for
 // programs that make or read JSON themselves.
 struct json_text {};

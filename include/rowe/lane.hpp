@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lanes: from endpoint::open_lane(), for one thread, to send, receive, invoke and reply with plain messages,
-// JSON objects of any form. Every call comes in two kinds: try_send, try_receive, start, try_finish,
-// try_reply, try_refuse are for loops and never wait; send, receive, invoke and reply wait for what they say.
+// which are JSON objects of any form. There are two kinds of calls. try_send, try_receive, start, try_finish,
+// try_reply and try_refuse are for loops and never wait. send, receive, invoke and reply wait, as each says.
 //
 // Messages are JSON objects without members named op, message_id or in_reply_to at the top. The service
-// thread looks: it ends an invocation that is none with not_an_object or reserved_member, and counts a
-// message or reply that is none as `malformed`.
+// thread checks that. It ends a wrong invocation with not_an_object or reserved_member, and counts a wrong
+// message or reply as `malformed`.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -27,7 +27,7 @@ struct call_end {
   result<message_view> reply; // or the error, as of invoke()
 };
 
-// Move-only; one thread at a time. An empty handle says errc::misuse to everything. Errors that all calls
+// Move-only; one thread at a time. Every call of an empty handle says errc::misuse. Errors that all calls
 // share: closed (the endpoint is), misuse.
 class lane {
  public:
@@ -36,25 +36,25 @@ class lane {
 
   // ---- sending
 
-  // Queues a message to `to`, or to every peer that takes plain messages. While there is none it waits, until
-  // `ttl` is over: 0 is now or never, negative for ever. Which of the two happened is counted, not told.
-  // Errors: full (the option `depth`: all slots are taken; or what waits for `to`, which does not read, has
-  // its share of them, see docs/limits.md), too_big (`text_bytes_max`, or a message that overflowed),
-  // peer_lost (`to` is gone). Never waits, never allocates, no system call.
+  // Queues a message to `to`, or to every peer that takes plain messages. While there is no such peer, the
+  // message waits until `ttl` is over: 0 is now or never, negative for ever. Counters say whether it was sent
+  // or expired; nobody is told. Errors: full (all slots of the option `depth` are taken; or `to` does not
+  // read, and its share of them is used up, see docs/limits.md), too_big (`text_bytes_max`, or a message that
+  // overflowed), peer_lost (`to` is gone). Never waits, never allocates, no system call.
   ROWE_RT status try_send(body object, duration ttl, time_point now, connection to = everyone) noexcept {
     if (!pair_) return errc::misuse;
     return detail::post_to(*pair_, to, object,
                            detail::message_header(detail::entry::message, detail::ref_of(to), now,
                                                   detail::expiry_after(now, ttl)));
   }
-  // The same with the time read here.
+  // The same; reads the time itself.
   ROWE_RT status try_send(body object, duration ttl, connection to = everyone) noexcept {
     return try_send(object, ttl, rt::monotonic_clock::now(), to);
   }
 
-  // Sends a message and waits until it was handed to the kernel, to one peer at least. Errors: as try_send();
-  // too_many_calls (the option `calls`); expired (`ttl` is over; what is on its way is not), peer_lost (`to`
-  // went away before), malformed, not_an_object, reserved_member. Not for real-time loops.
+  // Sends a message and waits until it was handed to the kernel, for one peer at least. Errors: as
+  // try_send(); too_many_calls (the option `calls`); expired (`ttl` is over before the frame was begun),
+  // peer_lost (`to` left before), malformed, not_an_object, reserved_member. Not for real-time loops.
   status send(body object, duration ttl, connection to = everyone) noexcept;
 
   // Waits until a message to `to`, or to everyone, would not be refused with `full`, at most `timeout`
@@ -66,9 +66,8 @@ class lane {
 
   // ---- receiving
 
-  // The oldest message or call that has arrived, was not taken and is not out of date (the option
-  // `inbound_ttl`, or the sender's). Errors: empty. Never waits, never allocates, no system call; at most
-  // `inbox_depth` steps.
+  // Takes the oldest message or call that has not expired (by the option `inbound_ttl`, or by its sender's
+  // time to live). Errors: empty. Never waits, never allocates, no system call; at most `inbox_depth` steps.
   ROWE_RT result<message_view> try_receive(time_point now) noexcept {
     if (!pair_) return errc::misuse;
     const bool over = detail::closed(*pair_); // before looking: what came before it closed is still there
@@ -125,20 +124,21 @@ class lane {
 
   // ---- replying
 
-  // Answers a call that was received here with a JSON object. Errors: full, too_big, peer_lost (who asked is
-  // gone), expired (it does not wait any more), misuse (not a call of this lane). Never waits, never
-  // allocates, no system call.
+  // Answers a call that this lane received, with a JSON object. Errors: full, too_big, peer_lost (the caller
+  // is gone), expired (the caller does not wait any more), misuse (not a call of this lane). Never waits,
+  // never allocates, no system call.
   ROWE_RT status try_reply(const message_view& call, body object, time_point now) noexcept {
     if (const status fine = answerable(call, now); !fine) return fine;
     return detail::post(*pair_, answer_to(call, detail::entry::reply, now, rt::never), object);
   }
-  // Answers it and waits until the reply was handed to the kernel, at most `ttl` (negative: for ever).
-  // Errors: as try_reply(), but full also where too many answers wait for who asked, and expired also when
-  // `ttl` is over; too_many_calls (the option `calls`), malformed, not_an_object, reserved_member. After
-  // full, too_big and too_many_calls it can be answered again. Not for real-time loops.
+  // Answers a call and waits until the reply was handed to the kernel, at most `ttl` (negative: for ever).
+  // Errors: as try_reply(), but full also if too many answers wait for the caller, and expired also if `ttl`
+  // is over; too_many_calls (the option `calls`), malformed, not_an_object, reserved_member. After full,
+  // too_big and too_many_calls it can be answered again. Not for real-time loops.
   status reply(const message_view& call, body object, duration ttl) noexcept;
 
-  // Says no, with a diagnostic (cut at 192 bytes). Errors: as try_reply(). Never waits, never allocates.
+  // Refuses a call, with a diagnostic (cut at 192 bytes). Errors: as try_reply(). Never waits, never
+  // allocates.
   ROWE_RT status try_refuse(const message_view& call, std::string_view diagnostic, time_point now) noexcept {
     if (const status fine = answerable(call, now); !fine) return fine;
     return detail::post(*pair_, answer_to(call, detail::entry::refusal, now, rt::never),
@@ -147,8 +147,8 @@ class lane {
 
   // ---- counters, any thread
 
-  // Messages, invocations and replies accepted; refused with full and with too_big; and what arrived and was
-  // out of date when it was to be taken.
+  // Messages, invocations and replies that were accepted, refused with full, and refused with too_big; and
+  // those that arrived and had expired before they were taken.
   ROWE_RT std::uint64_t sent() const noexcept { return pair_ ? pair_->published.get() : 0; }
   ROWE_RT std::uint64_t dropped_full() const noexcept { return pair_ ? pair_->refused_full.get() : 0; }
   ROWE_RT std::uint64_t dropped_too_big() const noexcept { return pair_ ? pair_->refused_too_big.get() : 0; }
@@ -177,7 +177,7 @@ class lane {
   detail::diagnostic refusal_;
 };
 
-// ---- what waits
+// ---- calls that wait
 
 inline status lane::send(body object, duration ttl, connection to) noexcept {
   if (!pair_) return errc::misuse;

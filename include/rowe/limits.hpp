@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every limit of an endpoint, in one place. All memory is a product of these, taken and locked when the
-// endpoint opens; nothing grows afterwards, and what does not fit is refused or dropped under a counter's
-// name.
+// endpoint opens; nothing grows afterwards. What does not fit is refused, or dropped and counted.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +15,8 @@ namespace rowe {
 // The defaults stay below 8 MiB together, Debian's limit on locked memory for ordinary users.
 struct limits {
   // Peers.
-  // Of connections and handshakes the last two are kept for the stop (docs/stop.md), of two or three one.
+  // The last two connections and handshakes are reserved for the stop (docs/stop.md); one, if the limit is 2
+  // or 3.
   std::uint32_t connections_max = 40;            // established connections; one more is answered 503
   std::uint32_t connections_per_address_max = 8; // from one address (a /64 of IPv6) that is not loopback
   std::uint32_t handshakes_max = 32; // sockets not yet upgraded; one more takes the oldest silent one's place
@@ -57,22 +57,22 @@ struct limits {
   std::size_t lane_bytes = 1280 * 1024; // rings and slots of all lanes together
   std::uint32_t events_max = 256;       // events nobody has asked for yet; a further one is counted
 
-  // What an endpoint with these limits takes, before it is opened. Never allocates.
+  // The bytes that an endpoint with these limits will take. Never allocates.
   std::size_t footprint_bytes() const noexcept;
 
-  // ---- by their names, for programs that let their users choose
+  // ---- limits by name, for programs that let their users choose
 
-  // All of them, "topics_max", in the order above. Never allocates.
+  // All names, such as "topics_max", in the order above. Never allocates.
   static std::span<const std::string_view> names() noexcept;
 
-  // Sets the limit called `name` to a whole number written in decimal digits. Errors: bad_argument (no limit
-  // is called so, or the value is no such number or out of its range); nothing is changed then, and where
-  // `why` is given a diagnostic with the name, the value and the range is assigned to it. Set-up.
+  // Sets the limit called `name` to a whole number written in decimal digits. Errors: bad_argument (there is
+  // no such limit, or the value is no such number or out of its range). Then nothing is changed, and if `why`
+  // is given, a diagnostic with the name, the value and the range is assigned to it. Set-up.
   status set(std::string_view name, std::string_view value, std::string* why = nullptr);
 
-  // These limits with what the environment says of them: ROWE_LIMIT_TOPICS_MAX=256 is topics_max. The library
-  // itself never looks there. Errors: as set(), also for a ROWE_LIMIT_... that no limit is called; the
-  // diagnostic names the variable. Set-up: no other thread may change the environment meanwhile.
+  // These limits, changed by the environment: ROWE_LIMIT_TOPICS_MAX=256 sets topics_max. The library itself
+  // never reads it. Errors: as set(), also for a ROWE_LIMIT_... without a limit of that name; the diagnostic
+  // names the variable. Set-up: no other thread may change the environment meanwhile.
   result<limits> with_environment(std::string* why = nullptr) const;
 };
 

@@ -3,9 +3,8 @@
 // thread each, and JSON text read and written in place.
 //
 // - Functions marked ROWE_RT never wait, allocate, lock or enter the kernel, and end after a bounded number
-// of
-//   steps. They return rowe_ok or an error, and leave rowe_last_error() alone. Errors that all functions of
-//   handles share: closed (the endpoint is), misuse (a NULL). The others are for set-up.
+//   of steps. They return rowe_ok or an error, and leave rowe_last_error() alone. Errors that all functions
+//   of handles share: closed (the endpoint is), misuse (a NULL). The others are for set-up.
 // - `now_ns` is the loop's time in nanoseconds, from rowe_now_ns(), best read once a cycle. Times to live and
 //   timeouts count from it; they are milliseconds, and a negative one is for ever.
 // - Messages are JSON text: `text` of `bytes` bytes, which need not end in '\0'. They are copied.
@@ -24,11 +23,11 @@ extern "C" {
 // CLOCK_MONOTONIC.
 ROWE_RT int64_t rowe_now_ns(void);
 
-// ---- What has arrived
+// ---- Arrivals
 
-// A message, call or reply, looked at where it lies, in a slot of the handle that it was taken from. Give it
-// back with rowe_view_release(), on the handle's thread and before the handle is freed: one that is kept is a
-// slot less for what arrives. Not to be copied.
+// A view of a message, call or reply in a slot of the handle that it was taken from. Release it with
+// rowe_view_release(), on the handle's thread and before the handle is freed. Until then its slot is not free
+// for what arrives. Do not copy it.
 struct rowe_view {
   const char* text; // valid JSON: an object
   size_t bytes;
@@ -38,7 +37,7 @@ struct rowe_view {
   void* reserved[4];
 };
 
-// Gives it back. One that was released, or is all zeroes, is fine.
+// Releases a view. A view that was released, or is all zeroes, is fine.
 ROWE_RT void rowe_view_release(struct rowe_view* view);
 
 // ---- Lanes: plain messages and calls
@@ -47,8 +46,8 @@ struct rowe_lane;
 
 enum rowe_priority { rowe_priority_normal, rowe_priority_urgent, rowe_priority_bulk };
 
-// Zeroes are the defaults; `bytes` as in rowe_options. Queues and texts of these sizes, 170 KiB as it stands,
-// are taken out of the option `lane_bytes` of rowe_options.
+// Zeroes are the defaults; `bytes` as in rowe_options. Queues and texts of these sizes, 170 KiB with the
+// defaults, are taken out of the option `lane_bytes` of rowe_options.
 struct rowe_lane_options {
   size_t bytes;            // sizeof(struct rowe_lane_options)
   uint32_t depth;          // messages towards the service thread, 1 to 4096; 0: 16
@@ -73,11 +72,11 @@ ROWE_RT int rowe_lane_try_send_to(struct rowe_lane* lane, struct rowe_peer peer,
                                   size_t bytes, long ttl_ms, int64_t now_ns);
 
 // Waits until a message to `peer`, or to every peer for {0, 0}, would not be refused with `full`. Not for a
-// loop: it enters the kernel, and leaves rowe_last_error() alone all the same. Errors: timed_out, peer_lost.
+// loop: it enters the kernel. It leaves rowe_last_error() alone. Errors: timed_out, peer_lost.
 int rowe_lane_wait_room(struct rowe_lane* lane, struct rowe_peer peer, long timeout_ms);
 
-// The oldest message or call that was not taken and is not out of date. Errors: empty; `into` is then left
-// alone, otherwise it must hold nothing that is still to be released.
+// Takes the oldest message or call that has not expired. Errors: empty, and then `into` is left alone. `into`
+// must have no view that is not released yet.
 ROWE_RT int rowe_lane_try_receive(struct rowe_lane* lane, int64_t now_ns, struct rowe_view* into);
 
 // A call in flight. {0, 0} is none.
@@ -93,19 +92,19 @@ struct rowe_call_end {
   struct rowe_view reply; // where the outcome is rowe_ok: to be released
 };
 
-// Sends an invocation; rowe_lane_try_finish() fetches how it ends. Errors: full, too_big, too_many_calls.
+// Sends an invocation; rowe_lane_try_finish() takes its end. Errors: full, too_big, too_many_calls.
 ROWE_RT int rowe_lane_start(struct rowe_lane* lane, const char* text, size_t bytes, long timeout_ms,
                             int64_t now_ns, struct rowe_call* started);
 
 // The next call that has ended; each ends once. Errors: empty; `into` as in rowe_lane_try_receive().
 ROWE_RT int rowe_lane_try_finish(struct rowe_lane* lane, struct rowe_call_end* into);
 
-// Its end is not wanted any more. Nothing happens to a call that has ended.
+// Gives the call up: its end is not reported. Nothing happens to a call that has ended.
 ROWE_RT void rowe_lane_cancel(struct rowe_lane* lane, struct rowe_call call);
 
-// Answers a call that this lane received, once; `call` is still to be released. Errors: full, too_big,
-// peer_lost (who asked is gone), expired (it does not wait any more), misuse (no call of this lane, or
-// answered already).
+// Answers a call that this lane received, once; `call` must still be released. Errors: full, too_big,
+// peer_lost (the caller is gone), expired (the caller does not wait any more), misuse (no call of this lane,
+// or answered already).
 ROWE_RT int rowe_lane_try_reply(struct rowe_lane* lane, struct rowe_view* call, const char* text,
                                 size_t bytes, int64_t now_ns);
 // Refuses it, with a diagnostic of at most 192 bytes. Errors: the same.
@@ -150,8 +149,8 @@ struct rowe_subscriber* rowe_subscriber_open(const struct rowe_endpoint* endpoin
                                              const struct rowe_topic_options* options);
 void rowe_subscriber_free(struct rowe_subscriber* subscriber); // NULL is fine
 
-// The oldest message that was not taken, or the newest, older ones then being given back unread. Errors:
-// empty; `into` as in rowe_lane_try_receive().
+// Takes the oldest message, or the newest one; then older messages are released unread. Errors: empty; `into`
+// as in rowe_lane_try_receive().
 ROWE_RT int rowe_subscriber_try_take(struct rowe_subscriber* subscriber, struct rowe_view* into);
 ROWE_RT int rowe_subscriber_latest(struct rowe_subscriber* subscriber, struct rowe_view* into);
 
@@ -173,10 +172,10 @@ struct rowe_stop_latch* rowe_stop_latch_open(const struct rowe_endpoint* endpoin
 // While loops may move it stops them all. NULL is fine.
 void rowe_stop_latch_free(struct rowe_stop_latch* latch);
 
-// True when the loop must not move: command the brake, then acknowledge. To be asked once in each cycle. Also
-// true for NULL, and once the endpoint is closed.
+// True if the loop must not move: command the brake, then acknowledge. Call it once in each cycle. Also true
+// for NULL, and after the endpoint was closed.
 ROWE_RT bool rowe_stop_engaged(struct rowe_stop_latch* latch, int64_t now_ns);
-// Says that the brake was commanded. In each cycle that is engaged.
+// Says that the brake was commanded. Call it in each cycle that is engaged.
 ROWE_RT void rowe_stop_acknowledge(struct rowe_stop_latch* latch, int64_t now_ns);
 
 // Who stops, and why; zeroes are fine, `bytes` as in rowe_options. UTF-8; what is longer is cut between two
@@ -213,20 +212,20 @@ struct rowe_emergency_stop_reset_result {
   uint64_t number; // what peers are shown while the loops may move
 };
 
-// Lets the loops go again, as a person at the robot would; returns at once where they may move already, else
+// Lets the loops go again, as a person at the robot would. Returns at once if they may move already, else
 // waits until they have acknowledged, at most `timeout_ms`. `request` and `into` as above. Not for a loop.
-// Errors: refused (a guard is missing, the stop is another one, or a stop was asked for once more meanwhile),
-// timed_out (a loop does not look, or has not acknowledged), no_service (there is no latch), closed,
-// bad_argument, misuse. With each the loops stand.
+// Errors: refused (a guard is missing, the stop is another one, or a stop was asked for meanwhile), timed_out
+// (a loop does not look, or has not acknowledged), no_service (there is no latch), closed, bad_argument,
+// misuse. With each the loops stand.
 int rowe_reset_emergency_stop(const struct rowe_endpoint* endpoint,
                               const struct rowe_emergency_stop_reset_request* request, long timeout_ms,
                               struct rowe_emergency_stop_reset_result* into);
 
 // ---- JSON text in place
 
-// Writes an object of the members that are given into `room`, as rowe_message() takes them; but objects and
-// arrays are given as `const char*`, their JSON text. A double that is not finite becomes null. Returns the
-// text's bytes, without the '\0' that ends it; 0 when `room_bytes` are too few, or a type is none.
+// Writes an object with the given members into `room`. Members are given as in rowe_message(), but objects
+// and arrays as `const char*`, their JSON text. A double that is not finite becomes null. Returns the text's
+// bytes, without the '\0' that ends it; 0 if `room_bytes` are too few, or a type is none.
 ROWE_RT size_t rowe_write(char* room, size_t room_bytes, const char* key, ...);
 
 // A member of an object in text that has arrived. Errors: missing_member, wrong_type, out_of_range, misuse;

@@ -4,10 +4,10 @@
 //   rowe::message{"service", "add-two-numbers", "a", 38, "b", 4}
 //   rowe::message{"goal", rowe::object("x", 1.5, "y", -2), "path", rowe::array(1, 2, 3), "note", nullptr}
 //
-// Names and values take turns; an odd number of arguments does not compile, nor does a value that JSON
-// cannot say. Values are: bool, integers, float and double (the fewest digits that read back the same; NaN
-// and infinities become null), strings of UTF-8 (what is none becomes U+FFFD), nullptr, std::optional (null
-// while empty), rowe::object, rowe::array, ranges of such values, another message, and rowe::raw_json.
+// Names and values alternate. An odd number of arguments does not compile, nor does a value that JSON does
+// not have. Values are: bool, integers, float and double (the fewest digits that read back the same; NaN and
+// infinities become null), strings of UTF-8 (wrong bytes become U+FFFD), nullptr, std::optional (null while
+// empty), rowe::object, rowe::array, ranges of such values, another message, and rowe::raw_json.
 #pragma once
 #include <concepts>
 #include <cstddef>
@@ -25,8 +25,8 @@
 
 namespace rowe {
 
-// A value that is JSON already and is written as it stands. What is no JSON makes the whole message one that
-// the service thread refuses.
+// A value that is JSON already, and is written unchanged. If it is no JSON, the service thread refuses the
+// whole message.
 struct raw_json {
   std::string_view text;
 };
@@ -36,7 +36,7 @@ class message_of;
 
 namespace detail {
 
-// Writes JSON behind what stands in `room` already. When a piece does not fit, nothing more is written. Every
+// Writes JSON behind what is in `room` already. If a piece does not fit, nothing more is written. Every
 // function: never waits, never allocates, steps in proportion to what is written.
 class message_writer {
  public:
@@ -188,8 +188,8 @@ consteval bool names_and_values() noexcept {
 
 } // namespace detail
 
-// A nested object: rowe::object("x", 1, "y", 2). Temporaries are moved into what it returns, other arguments
-// are referred to; use it within the expression that makes the message.
+// A nested object: rowe::object("x", 1, "y", 2). It stores temporaries, and refers to other arguments. Use it
+// only within the expression that makes the message.
 template <class... Arguments>
 requires(detail::names_and_values<Arguments...>()) ROWE_RT detail::json_object<Arguments...> object(
     Arguments&&... names_and_values)
@@ -210,8 +210,8 @@ class message_of {
   // {}
   ROWE_RT message_of() noexcept = default;
 
-  // The object with these members, in this order. When it does not fit, see overflowed(). Never waits, never
-  // allocates, no system call.
+  // The object with these members, in this order. overflowed() says whether it did not fit. Never waits,
+  // never allocates, no system call.
   template <class... Arguments>
   requires(sizeof...(Arguments) >= 2 && detail::names_and_values<Arguments...>()) ROWE_RT
       explicit message_of(const Arguments&... names_and_values) noexcept {
@@ -220,8 +220,8 @@ class message_of {
     complete(to);
   }
 
-  // Adds a member behind the others. Names that occur already are not looked for. Returns *this. Never waits,
-  // never allocates.
+  // Adds a member behind the others, without checking whether its name occurs already. Returns *this. Never
+  // waits, never allocates.
   template <class Value>
   ROWE_RT message_of& add(std::string_view name, const Value& value) noexcept {
     if (overflowed_) return *this;
@@ -234,9 +234,9 @@ class message_of {
     return *this;
   }
 
-  // The text; {} when it overflowed. Valid until the message changes.
+  // The text; {} if it overflowed. Valid until the message changes.
   ROWE_RT std::string_view text() const noexcept { return {text_, bytes_}; }
-  // True when something did not fit: sending it says errc::too_big.
+  // True if something did not fit. Sending it says errc::too_big.
   ROWE_RT bool overflowed() const noexcept { return overflowed_; }
   ROWE_RT static constexpr std::size_t capacity() noexcept { return Bytes; }
 
@@ -252,10 +252,10 @@ class message_of {
   bool overflowed_ = false;
 };
 
-// One that fits what small services and status messages say, and 1 KiB of stack with all it has.
+// A message that is large enough for small services and status messages, and takes 1 KiB of stack in all.
 using message = message_of<1008>;
 
-// What is sent, as a parameter: made from a message, or from text that is JSON already. Refers to it.
+// A parameter type for what is sent: made from a message, or from text that is JSON already. Refers to it.
 class body {
  public:
   // NOLINTBEGIN(google-explicit-constructor): lane.try_send(message{...}), lane.try_send("{}")
@@ -268,7 +268,7 @@ class body {
   // NOLINTEND(google-explicit-constructor)
 
   ROWE_RT std::string_view text() const noexcept { return text_; }
-  // The capacity that a message did not fit; 0 when it did.
+  // The capacity that the message overflowed; 0 if it did not.
   ROWE_RT std::size_t outgrown() const noexcept { return outgrown_; }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What has arrived, looked at where it lies: in a slot of the handle that took it.
+// Views of what has arrived, in a slot of the handle that took it.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -11,10 +11,10 @@
 
 namespace rowe {
 
-// A message, call or reply that arrived: a view of its text, which is valid JSON. Move-only. Gives the slot
-// back when it is destroyed; so destroy it on the thread of its handle, and before the handle. A view kept
-// long is a slot less for what arrives; one that outlives its handle keeps the handle's memory, and one that
-// outlives the endpoint, too, all of the endpoint's for as long as the process runs.
+// A message, call or reply that arrived: a view of its text, which is valid JSON. Move-only. Its destructor
+// releases the slot, so destroy it on the thread of its handle, and before the handle. Until then its slot is
+// not free for what arrives. A view that outlives its handle keeps the handle's memory; if it also outlives
+// the endpoint, it keeps all of the endpoint's memory as long as the process runs.
 class message_view {
  public:
   ROWE_RT message_view(message_view&& from) noexcept
@@ -29,15 +29,15 @@ class message_view {
     if (pair_ != nullptr) detail::release_slot(*pair_, *end_, slot_);
   }
 
-  // The text: one JSON value; an object where it is a message, a call, or a reply to a lane. Valid as long as
-  // this is; 64 bytes behind it may be read.
+  // The text: one JSON value. A message, a call, or a reply to a lane is an object. Valid as long as this is;
+  // 64 bytes behind it may be read.
   ROWE_RT std::string_view value() const noexcept {
     return {reinterpret_cast<const char*>(end_->slots.value(slot_)), header().bytes};
   }
   ROWE_RT std::string_view operator*() const noexcept { return value(); }
   // When its last byte was read from the socket.
   ROWE_RT time_point arrived() const noexcept { return time_point{duration{header().stamped_ns}}; }
-  // From whom: no connection (false) where it came from this process itself, or on a topic of a hub, or is a
+  // From whom; no connection (false) if it came from this process itself, or on a topic of a hub, or is a
   // reply.
   ROWE_RT connection from() const noexcept { return {header().peer.index, header().peer.generation}; }
   // Whether it is a call: somebody waits for a reply (rowe::lane::reply).
@@ -59,8 +59,8 @@ class message_view {
   std::uint32_t slot_;
 };
 
-// A struct that was decoded from a message of a topic. Move-only; as message_view, but with keep::newest
-// there is no slot to give back: value() is the newest value until the subscriber is asked again, or is gone.
+// A struct that was decoded from a message of a topic. Move-only; as message_view. But with keep::newest
+// there is no slot to release: value() is the newest value until the subscriber is called again, or is gone.
 template <class T>
 class value_view {
  public:
@@ -83,14 +83,14 @@ class value_view {
   ROWE_RT const T* operator->() const noexcept { return &value(); }
   // When its last byte was read from the socket, or when it was published in this process.
   ROWE_RT time_point arrived() const noexcept { return time_point{duration{header().stamped_ns}}; }
-  // From whom: no connection (false) where this process published it.
+  // From whom; no connection (false) if this process published it.
   ROWE_RT connection from() const noexcept { return {header().peer.index, header().peer.generation}; }
 
  private:
   template <class U>
   friend class subscriber;
-  // Of a slot of a window, which is not given back: said here, so that a view whose handle is gone does not
-  // ask the lane, which may be another one's.
+  // Marks a slot of a window, which is never released. The mark is in the view, because a view may outlive
+  // its handle, and the pair may then belong to another one.
   static constexpr std::uint32_t of_window = std::uint32_t{1} << 31;
   value_view(detail::queue_pair& on, const detail::consumer_end&, std::uint32_t slot) noexcept
       : pair_{&on}, slot_{slot} {}

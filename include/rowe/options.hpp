@@ -25,9 +25,9 @@ enum class idle : std::uint8_t {
          // `poll`
 };
 
-// The kind of peers that an endpoint has. Hop programs know text frames and nothing else: towards them there
-// are no pings, no close frames and no subprotocol, and messages have at most 65 535 bytes. A silent Hop
-// program is not disconnected (see docs/wire.md).
+// The kind of peers that an endpoint has. Hop programs know only text frames. So they are sent no pings and
+// no close frames, there is no subprotocol, and messages have at most 65 535 bytes. A silent Hop program is
+// not disconnected (see docs/wire.md).
 enum class peer_profile : std::uint8_t {
   standard, // exactly RFC 6455
   hop,      // Hop of 2015 and later
@@ -80,14 +80,14 @@ struct endpoint_options {
   std::vector<std::string> allow_origins = {}; // pages of these origins may connect, besides our own
   std::vector<std::string> allow_hosts = {};   // names this endpoint may be called by, besides localhost
 
-  // endpoint::connect only. An attempt that fails is repeated until the endpoint is closed: first after
-  // `retry_min`, then after twice that and so on up to `retry_max`, each time shortened by up to a quarter at
-  // random.
+  // endpoint::connect only. A failed attempt is repeated until the endpoint is closed: first after
+  // `retry_min`, then after twice that time, and so on up to `retry_max`. Each time is shortened at random,
+  // by up to a quarter.
   duration retry_min = std::chrono::milliseconds{250};
   duration retry_max = std::chrono::seconds{5};
 };
 
-// Which of the values that were published and not yet taken are kept.
+// Which values are kept that were published and not yet taken.
 enum class keep : std::uint8_t {
   all,    // every one, up to `depth`; one more is refused with errc::full
   newest, // only the newest; publishing never fails for want of room
@@ -103,11 +103,11 @@ struct topic_options {
                            // many as 64 KiB hold, but 16 to 64
   rowe::priority priority = rowe::priority::normal;
   bool latched = false; // a late subscriber gets the last value
-  // A topic whose values live less than their period, and than 10 ms, is polled even so.
+  // A topic whose ttl is shorter than its period and than 10 ms is not predicted, but polled.
   duration period = {}; // advertise: how often it is published, for idle::phase; 100 us to 1 h; 0: not known
   std::string_view type = {}; // the type's name on the wire; empty: the schema's, or none
-  // subscribe, of a struct: members that a message leaves out are what T{} has, as with ROS's own bridge;
-  // else such a message is refused, but for members that the schema lets miss.
+  // subscribe, of a struct. True: members that a message leaves out are as in T{}, as with ROS's own bridge.
+  // False: such a message is refused, unless the schema marks the members or_default().
   bool fill_missing = false;
   std::uint32_t text_bytes_max = 4096; // publisher<json_text>, subscriber<json_text>: the longest text
 };
@@ -120,7 +120,7 @@ struct service_options {
   std::uint32_t text_bytes_max = 4096; // of json_text: the longest request or reply
 };
 
-// endpoint::open_lane. As it stands, a lane takes 170 KiB of the limit `lane_bytes`.
+// endpoint::open_lane. With the defaults a lane takes 170 KiB of `lane_bytes`.
 struct lane_options {
   std::uint32_t depth = 16;            // messages towards the service thread; 1 to 4096
   std::uint32_t inbox_depth = 16;      // messages that wait to be taken; 1 to 4096

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names that the paper of 2015 prints, so that its listings compile as they are ("Design and
-// Implementation of rowe, a Web-Friendly Communication Library", Inria technical report 452). A program that
-// uses JSON-C as well cannot include this: the names are JSON-C's own. Differences: docs/c-api.md.
+// The names that the paper of 2015 prints ("Design and Implementation of rowe, a Web-Friendly Communication
+// Library", Inria technical report 452). So its listings compile as they are. A program that uses JSON-C as
+// well cannot include this, because the names are JSON-C's. Differences: docs/c-api.md.
 #pragma once
 #include <rowe/rowe.h>
 

@@ -13,9 +13,9 @@
 
 namespace rowe {
 
-// Publishes values of one type: a struct that has a schema, or json_text. Of json_text each value is one JSON
-// object, as a message or as text. The service thread validates it. What is no object is dropped there, and
-// counted as `malformed`. Move-only; one thread at a time.
+// Publishes values of one type: a struct that has a schema, or json_text. For json_text each value is one
+// JSON object, as a message or as text. The service thread validates it. A value that is no object is dropped
+// there, and counted as `malformed`. Move-only; one thread at a time.
 template <class T>
 class publisher {
   using payload = detail::payload<T>;
@@ -27,12 +27,12 @@ class publisher {
   publisher() noexcept = default; // empty: every call says errc::misuse
   explicit publisher(detail::pair_handle pair) noexcept : pair_{std::move(pair)} {}
 
-  // Hands a copy of `value` to the service thread, which sends it as JSON to whoever listens. `now` is the
-  // loop's time (rt::periodic::wait() returns it); the value's time to live runs from then. Errors: no_peer
+  // Hands a copy of `value` to the service thread, which sends it as JSON to all that listen. `now` is the
+  // loop's time (rt::periodic::wait() returns it); the value's time to live counts from then. Errors: no_peer
   // (nobody listens: nothing was queued), full (keep::all only: `depth` values are still waiting), closed,
-  // misuse (an empty handle); of json_text also too_big (longer than the option `text_bytes_max`, or a
-  // message that overflowed). Each but closed and misuse is counted, so a loop may ignore the status. Never
-  // waits, never allocates, no system call: copying the value and one release store.
+  // misuse (an empty handle); for json_text also too_big (longer than the option `text_bytes_max`, or a
+  // message that overflowed). All except closed and misuse are counted, so a loop may ignore the status.
+  // Never waits, never allocates, no system call: it copies the value and does one release store.
   ROWE_RT status publish(given value, time_point now) noexcept {
     if (!pair_) return errc::misuse;
     if (const std::size_t capacity = payload::outgrown(value); capacity != 0) [[unlikely]]
@@ -41,10 +41,10 @@ class publisher {
       if (payload::bytes(value) != 0) std::memcpy(slot, payload::data(value), payload::bytes(value));
     });
   }
-  // The same with the time read here: one clock read more.
+  // The same; reads the time itself: one clock read more.
   ROWE_RT status publish(given value) noexcept { return publish(value, rt::monotonic_clock::now()); }
 
-  // Whether somebody listens at the moment; for loops that would rather not compute what nobody wants.
+  // Whether anybody listens now. For loops that do not want to compute values for nobody.
   ROWE_RT bool wanted() const noexcept {
     return pair_ && pair_->audience.advice() == detail::audience::somebody;
   }

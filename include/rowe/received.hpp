@@ -13,7 +13,7 @@ namespace rowe {
 
 // A message, call or reply that endpoint::receive() or endpoint::invoke() returned. Move-only; keeps one of
 // the endpoint's `door_slots` until it is destroyed, on any thread; may outlive its endpoint. One thread at a
-// time. A call that is destroyed unanswered is not refused by that: endpoint::refuse() does.
+// time. Its destructor does not refuse an unanswered call; call endpoint::refuse() for that.
 class received {
  public:
   received(received&& from) noexcept : state_{std::move(from.state_)}, slot_{from.slot_}, is_{from.is_} {}
@@ -28,7 +28,7 @@ class received {
   // The text: one JSON object. Valid as long as this is; 64 bytes behind it may be read.
   std::string_view value() const noexcept { return is_.text; }
   std::string_view operator*() const noexcept { return value(); }
-  // From whom: no connection (false) where it came from this process itself, or is a reply.
+  // From whom; no connection (false) if it came from this process itself, or is a reply.
   connection from() const noexcept { return {is_.peer.index, is_.peer.generation}; }
   // Whether it is a call: somebody waits for a reply (endpoint::reply).
   bool wants_reply() const noexcept { return is_.call.generation != 0; }

@@ -18,22 +18,22 @@
 
 namespace rowe {
 
-// A call that waits for its answer. The place of the answer is reserved, so answering cannot fail for want of
-// room; a request that is destroyed unanswered is refused. Move-only; destroy it on its responder's thread,
-// and before the responder.
+// A call that waits for its answer. The slot of the answer is reserved, so answering cannot fail because
+// there is no slot. A request that is destroyed unanswered is refused. Move-only; destroy it on its
+// responder's thread, and before the responder.
 template <class Q>
 class request : public detail::open_request {
   using taken = typename detail::payload<Q>::taken;
 
  public:
-  // What was asked: a struct; for json_text a view of the text, one JSON object, which is valid until the
+  // The request: a struct; for json_text a view of the text, one JSON object. The view is valid until the
   // request is answered or destroyed, and keeps its slot until then.
   ROWE_RT const taken& value() const noexcept { return value_; }
   ROWE_RT const taken& operator*() const noexcept { return value_; }
   ROWE_RT const taken* operator->() const noexcept { return &value_; }
 
-  // from(): who asked; no connection (false) where it was this process. arrived(): when the call's last byte
-  // was read. expires(): when the one who asked gives up; rt::never where it said nothing.
+  // from(): the caller; no connection (false) if it is this process. arrived(): when the call's last byte was
+  // read. expires(): when the caller gives up; rt::never if it did not say.
 
  private:
   template <class, class>
@@ -44,11 +44,11 @@ class request : public detail::open_request {
   taken value_;
 };
 
-// Answers with structs that have schemas: requests are decoded into Q, replies are A. A request that is not
-// what Q's schema says never gets here: it is refused with a diagnostic that says why. Or, where both are
-// json_text, with text that is JSON: one object, which the service thread validates; a reply that is none is
-// counted as `malformed`, and the call is refused. Move-only; one thread at a time. An empty handle says
-// errc::misuse to everything.
+// Answers with structs that have schemas: requests are decoded into Q, replies are A. A request that does not
+// match Q's schema never comes here: it is refused with a diagnostic that says why. If both are json_text, it
+// answers with text that is one JSON object. The service thread validates it; a reply that is no object is
+// counted as `malformed`, and the call is refused. Move-only; one thread at a time. Every call of an empty
+// handle says errc::misuse.
 template <class Q, class A>
 class responder {
   static_assert(detail::is_text<Q> == detail::is_text<A>, "either both are structs, or both are json_text");
@@ -60,16 +60,16 @@ class responder {
   responder() noexcept = default;
   explicit responder(detail::pair_handle pair) noexcept : pair_{std::move(pair)} {}
 
-  // The oldest call that waits and has not given up. Errors: empty (none), full (no place for its answer:
-  // more than `depth` requests are held unanswered), closed. Never waits, never allocates, no system call; at
-  // most `depth` steps.
+  // Takes the oldest call whose caller has not given up. Errors: empty (none), full (no slot for its answer:
+  // more than `depth` requests are unanswered), closed. Never waits, never allocates, no system call; at most
+  // `depth` steps.
   ROWE_RT result<request<Q>> try_next(time_point now) noexcept {
     const auto slots = detail::next_request(pair_, now);
     if (!slots) return slots.error();
     const auto asked = detail::payload<Q>::read(pair_->user.in.slots, slots->in);
     return request<Q>{*pair_, *slots, asked};
   }
-  // The same with the time read here.
+  // The same; reads the time itself.
   ROWE_RT result<request<Q>> try_next() noexcept { return try_next(rt::monotonic_clock::now()); }
 
   // Waits for the next call at most `timeout` (negative: for ever). Errors: as try_next(), but timed_out in
@@ -78,9 +78,9 @@ class responder {
     return detail::wait_next(pair_, timeout, [this] { return try_next(); });
   }
 
-  // Answers. Errors: peer_lost (who asked is gone), expired (it does not wait any more), closed: there is
-  // nobody to answer, and the request is over all the same; misuse (answered already, or by another
-  // responder); of json_text also too_big (longer than the option `text_bytes_max`, or a message that
+  // Answers a request. Errors: peer_lost (the caller is gone), expired (the caller does not wait any more),
+  // closed: there is nobody to answer, and the request has ended; misuse (answered already, or by another
+  // responder); for json_text also too_big (longer than the option `text_bytes_max`, or a message that
   // overflowed): the request can still be answered. Never waits, never allocates, no system call.
   ROWE_RT status reply(request<Q>& to, given value, time_point now) noexcept {
     if constexpr (detail::is_text<A>) {
@@ -93,8 +93,8 @@ class responder {
     return reply(to, value, rt::monotonic_clock::now());
   }
 
-  // Says no, with a diagnostic (cut at 192 bytes). Errors: as reply(), but for too_big. Never waits, never
-  // allocates, no system call.
+  // Refuses a request, with a diagnostic (cut at 192 bytes). Errors: as reply(), except too_big. Never waits,
+  // never allocates, no system call.
   ROWE_RT status refuse(request<Q>& to, std::string_view diagnostic, time_point now) noexcept {
     return to.refuse(pair_, diagnostic, now);
   }

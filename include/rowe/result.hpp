@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors as values. Everything fallible returns result<T> (or status, when there is nothing to return); an
-// error has one code of a closed list, and the value and the limit that met. Nothing throws but value(),
-// which is for set-up code.
+// Errors as values. Everything that can fail returns result<T>, or status if there is nothing to return. An
+// error has one code of a closed list, and the value and the limit that it is about. Only value() throws; it
+// is for set-up code.
 #pragma once
 #include <charconv>
 #include <cstddef>
@@ -89,7 +89,7 @@ enum class argument : std::uint8_t {
 #undef ROWE_ARGUMENT_NAME
 };
 
-// An error: what, and the numbers that matter (0 where there is none).
+// An error: its code, and the numbers that matter (0 if there is none).
 struct error {
   errc code;
   argument about = argument::unnamed; // of bad_argument
@@ -176,7 +176,7 @@ inline std::string error::message() const {
 }
 
 #if defined(__cpp_exceptions)
-// What value() throws: what() is the error's message.
+// The exception that value() throws. what() is the error's message.
 class bad_result : public std::exception {
  public:
   explicit bad_result(const rowe::error& reason) noexcept : error_{reason} {
@@ -203,7 +203,7 @@ namespace detail {
 }
 } // namespace detail
 
-// A value or an error, as std::expected<T, error>. Nothing of it waits or allocates, but what T does.
+// A value or an error, as std::expected<T, error>. It neither waits nor allocates, unless T does.
 template <class T>
 class [[nodiscard]] result {
  public:
@@ -225,8 +225,8 @@ class [[nodiscard]] result {
   ROWE_RT constexpr const rowe::error& error() const noexcept { return error_; }
   ROWE_RT constexpr errc code() const noexcept { return error_.code; }
 
-  // The value, or throws bad_result (aborts where exceptions are off). For set-up code. Of a temporary it is
-  // moved out, so that nothing is left to dangle.
+  // The value, or throws bad_result (aborts if exceptions are off). For set-up code. From a temporary the
+  // value is moved out, so nothing dangles.
   constexpr T& value() & { return checked(*this); }
   constexpr const T& value() const& { return checked(*this); }
   constexpr T value() && { return std::move(checked(*this)); }
@@ -256,7 +256,7 @@ class [[nodiscard]] result<void> {
   ROWE_RT constexpr void operator*() const noexcept {}
   ROWE_RT constexpr const rowe::error& error() const noexcept { return error_; }
   ROWE_RT constexpr errc code() const noexcept { return error_.code; }
-  // Returns, or throws bad_result (aborts where exceptions are off). For set-up code.
+  // Returns, or throws bad_result (aborts if exceptions are off). For set-up code.
   constexpr void value() const {
     if (!ok_) detail::fail(error_);
   }

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ready-made messages, so that roslib pages, Foxglove panels and ROS bridges understand what a loop
-// publishes. Plain structs; lengths are in metres, angles in radians, speeds in m/s and rad/s, in the frame
-// that the header names.
+// Ready-made messages that roslib pages, Foxglove panels and ROS bridges understand. Plain structs; lengths
+// are in metres, angles in radians, speeds in m/s and rad/s, in the frame that the header names.
 //
 // ROS 1 and ROS 2 spell headers differently in JSON: stamps are {secs, nsecs} beside a seq, or {sec, nanosec}
-// without one. What is published is the choice of a namespace: rowe::ros writes as ROS 1, rowe::ros2 as
-// ROS 2. What is read may be of either shape, whichever of the two a subscriber names. Types without a header
-// are the same in both.
+// without one. The namespace decides what is published: rowe::ros writes as ROS 1, rowe::ros2 as ROS 2. A
+// subscriber of either reads both shapes. Types without a header are the same in both.
 #pragma once
 #include <array>
 #include <cstdint>

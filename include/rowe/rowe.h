@@ -8,8 +8,9 @@
 // - Functions that take an endpoint may be called by any thread, several at a time. An object belongs to one
 //   thread at a time, or to many that only read it.
 // - Times are milliseconds where a name ends in _ms. A negative time is for ever; 0 waits for nothing.
-// - A function that returns int returns rowe_ok, which is 0, or an error. One that returns a pointer returns
-//   NULL for an error; rowe_last_error() tells which. What is NULL and must not be is rowe_error_misuse.
+// - A function that returns int returns rowe_ok, which is 0, or an error. A function that returns a pointer
+//   returns NULL for an error; rowe_last_error() says which. A NULL where none is allowed is
+//   rowe_error_misuse.
 // - Every function here may allocate and enter the kernel. Those that wait say for what.
 #pragma once
 #include <stdbool.h>
@@ -74,8 +75,8 @@ enum rowe_error {
 // left of); static. Any number is fine: one that is no error says so.
 const char* rowe_strerror(int error);
 
-// The error of this thread's last call here that failed, and its diagnostic with the numbers filled in, which
-// stays until the next one that fails. Success leaves both alone. rowe_ok and "" before the first.
+// The error of this thread's last failed call, and its diagnostic with the numbers filled in, which stays
+// until the next failure. Success leaves both alone. Before the first failure: rowe_ok and "".
 int rowe_last_error(void);
 const char* rowe_last_error_text(void);
 
@@ -96,7 +97,7 @@ enum rowe_profile {
   rowe_profile_hop_2014, // Hop of May 2014
 };
 
-// How the library's thread waits for the next thing to do; docs/real-time.md has what each costs and brings.
+// How the library's thread waits for the next thing to do; docs/real-time.md compares the costs.
 enum rowe_idle {
   rowe_idle_poll, // for sockets, but looks at handles every 250 us
   rowe_idle_spin, // never
@@ -141,7 +142,7 @@ struct rowe_endpoint* rowe_open_local_endpoint(int port);
 struct rowe_endpoint* rowe_open_local_endpoint_with(int port, const struct rowe_options* options);
 
 // Connects to `host` (a name or an address) and `port` (1 to 65535), and again whenever the connection is
-// lost. Returns at once: what is sent before the connection stands waits for it. Errors: bad_url,
+// lost. Returns at once: messages that are sent earlier wait for the connection. Errors: bad_url,
 // bad_argument, no_memory, no_thread. End with rowe_endpoint_free().
 struct rowe_endpoint* rowe_open_remote_endpoint(const char* host, int port);
 struct rowe_endpoint* rowe_open_remote_endpoint_with(const char* host, int port,
@@ -156,9 +157,10 @@ unsigned rowe_peers(const struct rowe_endpoint* endpoint);
 // Waits until at least one peer is connected. Errors: timed_out, closed.
 int rowe_wait_peer(const struct rowe_endpoint* endpoint, long timeout_ms);
 
-// Waits until everything that was sent so far is written, at most `drain_ms`; closes the connections and
-// stops the service thread. Whoever waits in another call on this endpoint is told rowe_error_closed, as is
-// every later call. Errors: timed_out (something was not written in time; it is closed all the same).
+// Waits until everything that was sent so far is written, at most `drain_ms`. Then closes the connections and
+// stops the service thread. Other calls on this endpoint that wait, and all later ones, return
+// rowe_error_closed. Errors: timed_out (something was not written in time; the endpoint is closed
+// nevertheless).
 int rowe_close(const struct rowe_endpoint* endpoint, long drain_ms);
 
 // Closes without waiting, if that was not done, and frees. No other call on this endpoint may be under way or
@@ -167,22 +169,22 @@ void rowe_endpoint_free(struct rowe_endpoint* endpoint);
 
 // ---- Messages
 
-// Sends `object`, a JSON object, to every peer, and waits until it was sent or discarded: with no peer it
-// waits `ttl_ms` for one; with 0 it is sent now or never. Errors: expired (it was discarded), closed, full,
-// too_big, not_an_object, reserved_member.
+// Sends `object`, a JSON object, to every peer, and waits until it was sent or discarded. If there is no
+// peer, it waits `ttl_ms` for one; with 0 it is sent now or never. Errors: expired (it was discarded),
+// closed, full, too_big, not_an_object, reserved_member.
 int rowe_send(const struct rowe_endpoint* endpoint, const struct rowe_object* object, long ttl_ms);
 
-// The same without waiting: what becomes of the message is only counted (rowe_stats). Errors: closed, full,
+// The same without waiting: counters (rowe_stats) say what became of the message. Errors: closed, full,
 // too_big, not_an_object, reserved_member.
 int rowe_async_send(const struct rowe_endpoint* endpoint, const struct rowe_object* object, long ttl_ms);
 
 // Waits for the next message or invocation. An invocation is an object with a member "message_id"; answer it
 // with rowe_reply(), or refuse it with rowe_refuse(). Errors: timed_out, closed. Free the object with
-// rowe_object_free(); who asked for an invocation that is freed without an answer waits in vain.
+// rowe_object_free(). If an invocation is freed without an answer, its caller waits in vain.
 struct rowe_object* rowe_receive(const struct rowe_endpoint* endpoint, long timeout_ms);
 
-// One of the peers, as long as it stays connected: one that comes back is another. {0, 0} is none.
-// rowe_object_sender() says who sent what was received.
+// One of the peers, as long as it stays connected; after a reconnection it is another one. {0, 0} is none.
+// rowe_object_sender() says who sent a received object.
 struct rowe_peer {
   uint32_t index;
   uint32_t generation;
@@ -209,25 +211,25 @@ struct rowe_object* rowe_invoke(const struct rowe_endpoint* endpoint, struct row
                                 long timeout_ms);
 
 // Answers `invocation`, which rowe_receive() returned, with `object`, to which rowe adds "in_reply_to"; waits
-// until that was handed to the connection, at most `ttl_ms`. An invocation is answered once, and is to be
-// freed all the same; until either it takes up one of the options' `door_slots`. Errors: misuse (no
-// invocation of this endpoint, or answered already), full, too_big: it can still be answered; peer_lost (who
-// asked is gone), expired (it does not wait any more, or `ttl_ms` is over), closed, not_an_object,
-// reserved_member: it cannot, and whoever asked was told so.
+// until that was handed to the connection, at most `ttl_ms`. An invocation is answered once, and must also be
+// freed; until either, it takes one of the options' `door_slots`. Errors: misuse (no invocation of this
+// endpoint, or answered already), full, too_big: it can still be answered; peer_lost (the caller is gone),
+// expired (the caller does not wait any more, or `ttl_ms` is over), closed, not_an_object, reserved_member:
+// it cannot, and the caller was told so.
 int rowe_reply(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
                const struct rowe_object* object, long ttl_ms);
 
-// The same without waiting. An object that is none, or has a reserved member, is found out later: it is
-// counted, and whoever asked is refused.
+// The same without waiting. If the value is no object, or has a reserved member, that is found later: it is
+// counted, and the call is refused.
 int rowe_async_reply(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
                      const struct rowe_object* object);
 
-// Answers with an error instead: the rowe_invoke() of who asked fails with rowe_error_refused, and its
+// Answers with an error instead: the caller's rowe_invoke() fails with rowe_error_refused, and its
 // rowe_last_error_text() has `diagnostic` (cut at 192 bytes). Does not wait. Errors: as rowe_async_reply().
 int rowe_refuse(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
                 const char* diagnostic);
 
-// ---- What happened
+// ---- Events
 
 enum rowe_event_kind {
   rowe_event_peer_joined,
@@ -270,8 +272,9 @@ enum rowe_type {
   rowe_type_array,   // const struct rowe_object*: copied
 };
 
-// An object of the members that are given, in this order: for each its name, its type, and a value of the C
-// type beside the type above (none for rowe_type_null); at the end NULL. The name is the paper's.
+// An object with the given members, in this order. Each has a name, a type, and a value of the C type that is
+// beside the type above (none for rowe_type_null). NULL ends the list. The name of the function is the
+// paper's.
 //
 //   rowe_message("service", rowe_type_string, "add-two-numbers", "a", rowe_type_int, 38, NULL)
 //
@@ -282,11 +285,11 @@ struct rowe_object* rowe_message(const char* key, ...);
 
 // An empty array, to be filled with rowe_object_append(). Errors: no_memory.
 struct rowe_object* rowe_object_new_array(void);
-// Appends a value, given as in rowe_message(), to an array. Errors: as there; wrong_type also for what is no
-// array.
+// Appends a value, given as in rowe_message(), to an array. Errors: as there; wrong_type also if `array` is
+// none.
 int rowe_object_append(struct rowe_object* array, int type, ...);
-// Adds a member, given as in rowe_message(), to an object, or gives the one of that name another value.
-// Errors: as there, but for duplicate_member; wrong_type also for what is no object.
+// Adds a member, given as in rowe_message(), to an object, or replaces the value of the member of that name.
+// Errors: as there, except duplicate_member; wrong_type also if `object` is none.
 int rowe_object_set(struct rowe_object* object, const char* key, int type, ...);
 
 // A value from its JSON text. Of members with one name, the first is found. Errors: malformed, too_deep (more
@@ -299,15 +302,15 @@ char* rowe_object_to_text(const struct rowe_object* value);
 // Frees an object that is the caller's. NULL is fine.
 void rowe_object_free(struct rowe_object* object);
 
-// Who sent what rowe_receive() returned; none for objects from elsewhere, and for NULL.
+// The sender of an object that rowe_receive() returned; none for other objects, and for NULL.
 struct rowe_peer rowe_object_sender(const struct rowe_object* received);
 
-// What a value is: one of enum rowe_type, or -1 for NULL. A number is rowe_type_int where an int holds it,
-// else rowe_type_int64 where that does, else rowe_type_double.
+// The type of a value: one of enum rowe_type, or -1 for NULL. A number is rowe_type_int if it fits into an
+// int, else rowe_type_int64 if it fits into that, else rowe_type_double.
 int rowe_object_type_of(const struct rowe_object* value);
 
-// The member of an object; the element of an array, or the member by its place, and its name; how many there
-// are (0 for other values, and for NULL). What is returned is a part of `object`: valid until that is changed
+// The member of an object; the element of an array, or the member with this index, and its name; how many
+// there are (0 for other values, and for NULL). The result is a part of `object`, valid until that is changed
 // or freed. Errors: missing_member, wrong_type.
 const struct rowe_object* rowe_object_get(const struct rowe_object* object, const char* key);
 const struct rowe_object* rowe_object_at(const struct rowe_object* object, size_t index);
@@ -316,9 +319,8 @@ size_t rowe_object_count(const struct rowe_object* object);
 
 // A value as what it is. Errors: wrong_type; out_of_range (an integer too large); `into` is then left alone.
 // An integer is never made of a number with a fraction or an exponent; rowe_object_as_double() takes every
-// number. The string is a part of the value; rowe_object_string_bytes() is its length, which matters where it
-// holds '\0' itself, and 0 for what is no string. A NULL value, as rowe_object_get() returns it, is
-// missing_member.
+// number. The string is a part of the value. rowe_object_string_bytes() is its length, which matters if it
+// contains '\0'; it is 0 for other values. A NULL value, as rowe_object_get() returns it, is missing_member.
 const char* rowe_object_as_string(const struct rowe_object* value);
 size_t rowe_object_string_bytes(const struct rowe_object* value);
 int rowe_object_as_int(const struct rowe_object* value, int* into);
@@ -326,7 +328,7 @@ int rowe_object_as_int64(const struct rowe_object* value, int64_t* into);
 int rowe_object_as_double(const struct rowe_object* value, double* into);
 int rowe_object_as_boolean(const struct rowe_object* value, bool* into);
 
-// The same of an object's member. Errors: those of rowe_object_get(), too.
+// The same for an object's member. Errors: those of rowe_object_get(), too.
 const char* rowe_object_get_string(const struct rowe_object* object, const char* key);
 int rowe_object_get_int(const struct rowe_object* object, const char* key, int* into);
 int rowe_object_get_int64(const struct rowe_object* object, const char* key, int64_t* into);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// rowe: a real-time loop that speaks to the Web. Everything a program needs; each header stands alone too.
+// rowe: a real-time loop that speaks to the Web. Includes all that a program needs; each header can also be
+// included alone.
 #pragma once
 #include <rowe/caller.hpp>
 #include <rowe/connection.hpp>

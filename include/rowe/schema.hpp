@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a struct looks like as JSON. A schema lists the members, in the order in which they are written; their
-// names follow from the members themselves:
+// How a struct is written as JSON. A schema lists the members, in the order in which they are written. Their
+// names are those of the members:
 //
 //   struct odometry { double stamp, x, y, heading; };
 //   template <> inline constexpr auto rowe::schema<odometry> =                    // at global scope
 //       rowe::fields<&odometry::stamp, &odometry::x, &odometry::y, &odometry::heading>{};
 //
-// Where the name or the form of a member should differ:
+// If the name or the form of a member should differ:
 //
 //   rowe::fields<&scan::stamp,
 //                rowe::field<&scan::frame, "frame_id">,              // renamed
@@ -22,8 +22,8 @@
 // std::optional (left out of the text while empty; null inside an array). Anything else does not compile, and
 // the message says why.
 //
-// Everything here is evaluated at compile time. At run time there is describe<T>(): a constant table, the
-// same type for all T, which is what the library works with.
+// Everything here is evaluated at compile time. At run time there is describe<T>(), a constant table, of the
+// same type for all T. The library works with that.
 #pragma once
 #include <array>
 #include <concepts>
@@ -53,9 +53,9 @@ enum class value_kind : std::uint8_t {
 
 struct schema_description;
 
-// A type of value: what it is, and how to reach what is inside. Functions take the address of such a value;
-// they touch nothing but the value, and never allocate or wait. Those that change it are there whatever
-// schema_description::decodable says of the whole, but for emplace.
+// A type of value: its kind, and how to reach what is inside. Functions take the address of such a value;
+// they touch only the value, and never allocate or wait. Those that change the value always exist, whatever
+// schema_description::decodable says, except emplace.
 struct value_description {
   value_kind kind{};
   std::size_t bytes = 0;                                         // its size in memory
@@ -67,13 +67,13 @@ struct value_description {
   const void* (*engaged)(const void* optional) noexcept = nullptr; // optional: the element, or null
   std::string_view (*text)(const void* string) noexcept = nullptr; // text
 
-  // array with count(): makes so many elements count as in use, whatever they hold; false, and nothing
+  // array with count(): sets the number of elements in use, without changing their values. False, and nothing
   // changed, beyond count_max.
   bool (*resize)(void* array, std::size_t count) noexcept = nullptr;
-  // text: makes it so many bytes long, and hands out the first, to be written to; null, and nothing changed,
-  // beyond count_max.
+  // text: sets its length, and returns the address of its first byte, to be written. Null, and nothing
+  // changed, beyond count_max.
   char* (*resize_text)(void* string, std::size_t bytes) noexcept = nullptr;
-  // optional: puts an element of default value there and hands it out; null where there is no such value.
+  // optional: makes an element of default value and returns its address. Null if there is no such value.
   void* (*emplace)(void* optional) noexcept = nullptr;
   void (*reset)(void* optional) noexcept = nullptr; // optional: to nothing
 };
@@ -104,9 +104,9 @@ struct schema_description {
   std::size_t alignment = 0;
   std::span<const member_description> members;
 
-  // Makes room for such an object an object of default value, T{}; null where there is none.
+  // Constructs an object of default value, T{}, in memory for one. Null if there is no such value.
   void (*set_default)(void* room) noexcept = nullptr;
-  // Can objects be read from text? Not where a member is const, nor where the type, or that of an optional's
+  // Can objects be read from text? Not if a member is const, or if the type, or that of an optional's
   // element, has no default value.
   bool decodable = false;
 };
@@ -127,7 +127,8 @@ struct name_literal {
   constexpr std::string_view view() const noexcept { return {text, N - 1}; }
 };
 
-// A piece of a string literal. Not std::string_view, because g++ spells out what alias a return type is.
+// A piece of a string literal. It is no std::string_view, because g++ writes out the full type of such an
+// alias.
 struct literal_piece {
   const char* begin;
   const char* end;
@@ -156,8 +157,8 @@ struct member_pointer<Value Class::*> : std::bool_constant<!std::is_function_v<V
   static constexpr bool constant = std::is_const_v<Value>;
 };
 
-// A member with what is said about it; what rowe::field and rowe::counted make. Its data members are public
-// because a template argument's must be.
+// A member with its form, as rowe::field and rowe::counted make it. Its data members are public because those
+// of a template argument must be.
 template <auto Member, auto Name, auto Other, auto Count>
 struct field_spec {
   static_assert(member_pointer<decltype(Member)>::value,
@@ -171,7 +172,7 @@ struct field_spec {
   // Numbers are rounded to `count` digits (0 to 9) behind the point; trailing zeros are not written. Numbers
   // too large for that (|x| x 10^count >= 2^53) keep the digits they need.
   consteval field_spec decimals(int count) const noexcept { return {quoted, count, may_miss}; }
-  // A text that is read may leave the member out: it is then what T{} has.
+  // A text that is read may leave the member out; then it is as in T{}.
   consteval field_spec or_default() const noexcept { return {quoted, digits, true}; }
 };
 
@@ -182,14 +183,14 @@ inline constexpr bool is_field_spec<field_spec<Member, Name, Other, Count>> = tr
 
 } // namespace detail
 
-// A member, by another name or in another form. It is written as `Name` and read as `Name` or `Other`; a text
-// that has both is refused, as one that has a member twice.
+// A member with another name or in another form. It is written as `Name` and read as `Name` or `Other`. A
+// text that has both is refused, as if it had a member twice.
 template <auto Member, detail::name_literal Name = "", detail::name_literal Other = "">
 inline constexpr detail::field_spec<Member, Name, Other, nullptr> field{};
 
-// An array of which only the first `Count` elements are in use; Count is an integer member of the same
-// struct. (It is not itself written unless it is listed too. Negative is none; more than the array has is
-// all.)
+// An array of which only the first `Count` elements are in use. Count is an integer member of the same
+// struct; it is written only if it is listed, too. A negative count means none; one that is too large means
+// all.
 template <auto Array, auto Count, detail::name_literal Name = "">
 inline constexpr detail::field_spec<Array, Name, detail::name_literal<1>{""}, Count> counted{};
 

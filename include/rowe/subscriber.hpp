@@ -14,8 +14,9 @@
 
 namespace rowe {
 
-// Takes the messages of a topic, decoded into a struct that has a schema; those that are not what it says are
-// counted as `undecodable` and dropped. For json_text, as they are. Move-only; one thread at a time.
+// Takes the messages of a topic, decoded into a struct that has a schema. Messages that do not match the
+// schema are counted as `undecodable` and dropped. For json_text, messages are taken as they are. Move-only;
+// one thread at a time.
 template <class T>
 class subscriber {
  public:
@@ -25,9 +26,9 @@ class subscriber {
   subscriber() noexcept = default; // empty: every call says errc::misuse
   explicit subscriber(detail::pair_handle pair) noexcept : pair_{std::move(pair)} {}
 
-  // The oldest value that has arrived and was not taken; with keep::newest, which texts do not have, the
-  // newest one, if it was not taken yet. Errors: empty (none has), closed (the endpoint is, and nothing is
-  // left), misuse (an empty handle). Never waits, never allocates, no system call.
+  // Takes the oldest value that has arrived; with keep::newest, which texts do not have, the newest one, if
+  // it was not taken yet. Errors: empty (there is none), closed (the endpoint is, and nothing is left),
+  // misuse (an empty handle). Never waits, never allocates, no system call.
   ROWE_RT result<view> try_take() noexcept {
     if (!pair_) return errc::misuse;
     const bool over = detail::closed(*pair_); // before looking: what came before it closed is still there
@@ -43,7 +44,7 @@ class subscriber {
     return over ? errc::closed : errc::empty;
   }
 
-  // The newest value; older ones that were not taken are given back unread. Errors as try_take(). Never
+  // The newest value. Older values that were not taken are released unread. Errors as try_take(). Never
   // waits, never allocates, no system call; at most `depth` steps.
   ROWE_RT result<view> latest() noexcept {
     result<view> newest = try_take();

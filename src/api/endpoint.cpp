@@ -16,7 +16,7 @@ namespace {
 
 constexpr bool is_hop(peer_profile profile) noexcept { return profile != peer_profile::standard; }
 
-// Hop knows no pings, so the kernel has to notice that it is gone.
+// Hop has no pings, so the kernel has to notice that it is gone.
 net::socket_limits socket_limits_of(const endpoint_options& options) noexcept {
   return {.connections_max = options.limits.connections_max,
           .connections_per_address_max = options.limits.connections_per_address_max,
@@ -29,7 +29,7 @@ std::vector<std::string_view> views_of(const std::vector<std::string>& texts) {
   return {texts.begin(), texts.end()};
 }
 
-// What opens an endpoint, with memory that cannot be had as an error like the others.
+// Opens an endpoint; if there is no memory, that is an error like the others.
 template <class Open>
 result<endpoint> with_memory(Open&& open) {
   try {

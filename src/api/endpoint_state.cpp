@@ -16,6 +16,7 @@
 #include "service/memory_plan.hpp"
 #include "service/names.hpp"
 #include "service/pair_release.hpp"
+#include "service/service_limits.hpp"
 #include "service/stop_rules.hpp"
 #include "wire/protocols.hpp"
 
@@ -23,10 +24,6 @@ namespace rowe::detail {
 namespace {
 
 using service::counter;
-
-// How long set-up waits for queue pairs that are being given back: a peer that takes nothing is cut after a
-// second.
-constexpr duration closing_max = std::chrono::milliseconds{1500};
 
 constexpr std::uint32_t depth_max = 4096;
 
@@ -117,8 +114,8 @@ endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<
       name_{options.name.empty() ? host_name() : options.name},
       transport_{std::move(sockets)} {}
 
-// All handles are gone, and so is the service thread. Views may be left, by mistake: then the memory stays
-// mapped, and they stay valid.
+// All handles are gone, and so is the service thread. If views are left, by mistake, the memory stays mapped,
+// so they stay valid.
 endpoint_state::~endpoint_state() {
   (void)close(duration::zero()); // nobody is left to tell
   const bool looked_at = std::any_of(pairs_.begin(), pairs_.end(), [](queue_pair& one) {
@@ -175,7 +172,7 @@ status endpoint_state::start(service::side ours) {
 void endpoint_state::tell_refused(const rt::grants& granted) noexcept {
   if (!granted.pinned.refused() && !granted.fifo.refused()) return;
   constexpr std::string_view begin = "the service thread is not as asked: ";
-  std::array<char, 224> room;
+  std::array<char, service::event_text_bytes_max> room;
   const std::size_t begin_bytes = begin.copy(room.data(), room.size());
   const std::size_t rest_bytes = granted.text(std::span{room}.subspan(begin_bytes)).size();
   event warning;
@@ -238,19 +235,19 @@ status endpoint_state::check_service(const pair_request& asked) const noexcept {
   return {};
 }
 
-// Waits until the queue pairs of handles that were just destroyed are free again, so that a program that
-// replaces handles finds the memory it had. For a queue pair whose last values a peer does not take this
-// waits no longer than for the peer itself, and only once: the peer may never come. It does not wait for a
+// Waits until the queue pairs of handles that were just destroyed are free again, so a program that replaces
+// handles finds the memory it had. If a peer does not take the last values of a queue pair, this waits no
+// longer than for the peer itself, and only once, because the peer may never come. It does not wait for a
 // queue pair that still has views: perhaps only this thread can release them.
 void endpoint_state::release_pairs() noexcept {
-  const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), closing_max);
+  const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), service::closing_time_max);
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     queue_pair& one = pairs_[i];
     given_up_[i] = given_up_[i] || !one.lifecycle.wait_while_closing(one.arrival, deadline);
   }
 }
 
-// The first gap of so many bytes between the queue pairs that are in use; empty when there is none.
+// The first gap of so many bytes between queue pairs in use; empty if there is none.
 std::span<std::byte> endpoint_state::find_pair_memory(std::size_t bytes) const noexcept {
   std::byte* at = pair_memory_.data();
   for (;;) {
@@ -324,7 +321,7 @@ void endpoint_state::close_pair(queue_pair& gone) noexcept {
   transport_->wake();
 }
 
-// ---- the rest
+// ---- closing
 
 status endpoint_state::close(duration drain) noexcept {
   const std::lock_guard set_up{set_up_};
@@ -347,7 +344,8 @@ status endpoint_state::close(duration drain) noexcept {
   return error{errc::timed_out, 0, drain.count()};
 }
 
-// What was published and nobody will take now. The service thread is gone, so its ends are ours.
+// Counts what was published and nobody will take now. The service thread is gone, so this thread may use its
+// ends.
 void endpoint_state::count_left(const queue_pair& in) noexcept {
   if (in.lifecycle.is_detached()) return;
   const consumer_end& end = in.service.out;

@@ -58,7 +58,8 @@ class endpoint_state {
   std::vector<peer> connections() const { return shared_->connections(); }
   // Whether a connection has ended since it was named. Any thread.
   bool gone(peer_ref whom) const noexcept;
-  // Whether one that is there takes messages, or has its share of what waits. Any thread.
+  // Whether a connection that is there takes messages: it does not while its share of parked messages is used
+  // up. Any thread.
   bool takes(peer_ref whom) const noexcept;
   service::submission_queue& submissions() noexcept { return *submissions_; }
   service::shared_inbox& inbox() noexcept { return *inbox_; }

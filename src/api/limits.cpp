@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits by their names: what a program's options and environment say of them. Set-up.
+// Limits by name: sets them from a program's options and environment. Set-up.
 #include <rowe/limits.hpp>
 
 #include <unistd.h>
@@ -30,7 +30,7 @@ const limit_row* find_limit(std::string_view name) noexcept {
   return &limit_table[static_cast<std::size_t>(found - limit_names.data())];
 }
 
-// Sets one limit that is called `shown` where its user wrote it.
+// Sets one limit. `shown` is its name as the user wrote it.
 status set_as(limits& in, const limit_row& row, std::string_view shown, std::string_view value,
               std::string* why) {
   std::uint64_t number = 0;

@@ -12,7 +12,7 @@ namespace rowe {
 namespace detail {
 namespace {
 
-// As much of it as there is room for.
+// Assigns as much of the text as fits.
 template <std::size_t Bytes>
 void assign_cut(fixed_string<Bytes>& to, std::string_view from) noexcept {
   (void)to.assign(json::utf8_prefix(from, Bytes)); // so it fits
@@ -27,11 +27,13 @@ void local_stops::stop_loops() noexcept {
   transport_.wake();
 }
 
-// Sleeps until `is(answered)`, or the service thread has ended, or `deadline` has come. What is asked for by
-// several at once is told by whoever comes first, so each looks into what all have heard. True: it is so.
+// Sleeps until `is(answered)` is true, the service thread has ended, or `deadline` has come. Whichever thread
+// comes first reads the answers for all that wait, so each thread looks at what any of them has read. Returns
+// whether `is(answered)` is true.
 template <class Is>
 bool local_stops::wait_heard(time_point deadline, answered& into, Is&& is) noexcept {
   bool heard = false;
+  // Its result is not needed: it is also true when the service thread has ended.
   (void)queue_.wait_room(deadline, [&] {
     const bool over = ended(); // before looking: what was told before it ended is still there
     const std::lock_guard hearing{hearing_};
@@ -48,7 +50,7 @@ result<emergency_stop_result> local_stops::stop(const emergency_stop_request& wh
   const duration wait = timeout < duration::zero() ? observe_timeout_ : std::min(timeout, observe_timeout_);
   const time_point deadline = rt::deadline_after(rt::monotonic_clock::now(), wait);
   std::unique_lock asking{asking_, std::try_to_lock};
-  if (!asking) { // another thread is just handing in its words: ours may wait for that, the stop may not
+  if (!asking) { // another thread is just handing in its reason: ours may wait for that, the stop may not
     stop_loops();
     asking.lock();
   }
@@ -65,7 +67,7 @@ result<emergency_stop_result> local_stops::stop(const emergency_stop_request& wh
   return ended() ? error{errc::closed} : timed_out(wait);
 }
 
-// While no other thread does. `resets` is 0 where the service thread has ended without an answer.
+// Only one thread at a time may call this. `resets` is 0 if the service thread has ended without an answer.
 local_stops::answered local_stops::reset_alone(std::uint64_t number, time_point deadline) {
   std::uint64_t mine = 0;
   {
@@ -82,8 +84,8 @@ local_stops::answered local_stops::reset_alone(std::uint64_t number, time_point 
   return all;
 }
 
-// The service thread carries it out before `deadline` or not at all, and always says which: nobody is told
-// that it was too late while the loops go.
+// The service thread carries the reset out before `deadline` or not at all, and always says which. So nobody
+// is told `timed_out` while the loops move.
 result<emergency_stop_reset_result> local_stops::reset(const emergency_stop_reset_request& what,
                                                        duration timeout) {
   if (queue_.is_closed()) return errc::closed;

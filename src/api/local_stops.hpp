@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // endpoint::emergency_stop() and reset_emergency_stop(): the side of the threads that ask. What they share
 // with the service thread is service/local_stop.hpp. No stop waits for a mutex. Threads sleep in
-// submission_queue::wait_room(), where the service thread wakes whoever waits for something of it.
+// submission_queue::wait_room(), where the service thread wakes all that wait for it.
 #pragma once
 #include <atomic>
 #include <cstdint>

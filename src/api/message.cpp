@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How messages are written: by json::writer, piece by piece, so that the public header needs nothing of it.
+// Writes messages by json::writer, piece by piece, so the public header does not include it.
 #include <rowe/message.hpp>
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace rowe::detail {
 
-// A writer of its own for each piece, on the room that is left: the commas are ours.
+// Each piece has its own writer on the bytes that are left, so this file writes the commas.
 template <class Write>
 void message_writer::with_writer(Write&& write) noexcept {
   if (overflowed_) return;

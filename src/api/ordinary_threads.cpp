@@ -40,7 +40,7 @@ result<std::uint32_t> submit(endpoint_state& to, const submission_header& header
   return slot;
 }
 
-// Submits it and waits for what becomes of it: the service thread ends it when its time is over.
+// Submits a request and waits for its outcome. The service thread ends it when its time is over.
 status submit_and_wait(endpoint_state& to, submission_header header, const body& text) noexcept {
   header.wants_outcome = true;
   const auto slot = submit(to, header, text);
@@ -147,7 +147,7 @@ result<received> endpoint::invoke(body object, duration timeout, connection to, 
 
 namespace {
 
-// Whether an answer may be sent, and as what. Errors: peer_lost, expired.
+// The header for an answer, if it may be sent. Errors: peer_lost, expired.
 result<submission_header> answer_header(endpoint_state& of, entry what, detail::peer_ref asker,
                                         detail::call_ref call, time_point given_up, duration ttl) noexcept {
   const time_point now = rt::monotonic_clock::now();

@@ -23,7 +23,7 @@ constexpr std::size_t stride_of(std::size_t value_bytes) noexcept {
 // `depth` slots of a batch can be pushed again while their former places still count as taken.
 constexpr std::size_t places_out(std::size_t depth) noexcept { return number_ring::places_for(2 * depth); }
 
-// The places of both rings and the slots, one behind the other. Only ever as much as queue_bytes() counted.
+// Places both rings and the slots one behind the other, in as many bytes as queue_bytes() counted.
 class builder {
  public:
   explicit builder(std::span<std::byte> memory) noexcept : left_{memory} {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds queue pairs as their requests say: the rings, windows, slots and tables in the memory they have been
-// given, and what compiled schemas they need. Set-up.
+// Builds queue pairs as requested: their rings, windows, slots and tables, in given memory, and their
+// compiled schemas. Set-up.
 #pragma once
 #include <cstddef>
 #include <optional>
@@ -26,9 +26,9 @@ void build_queue(std::span<std::byte> memory, rowe::keep kept, std::uint32_t dep
 // What the queues and tables of a queue pair take together.
 std::size_t pair_bytes(const pair_request& asked) noexcept;
 
-// Writes everything of a free queue pair that set-up writes, but for its encoder and decoder, and builds what
-// the request asks for in `built.memory`: pair_bytes() or more, aligned to a line. The name and the type have
-// at most queue_pair::name_bytes_max bytes.
+// Writes all members of a free queue pair that set-up writes, except its encoder and decoder. Builds what the
+// request asks for in `built.memory`, which is pair_bytes() long or more, and aligned to a line. The name and
+// the type have at most queue_pair::name_bytes_max bytes.
 void build_pair(queue_pair& built, const pair_request& asked,
                 std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations) noexcept;
 

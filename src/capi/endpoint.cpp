@@ -292,7 +292,7 @@ int rowe_refuse(const struct rowe_endpoint* endpoint, const struct rowe_object* 
   });
 }
 
-// ---- what happened
+// ---- events
 
 int rowe_try_event(const struct rowe_endpoint* endpoint, struct rowe_event* into) {
   if (endpoint == nullptr || into == nullptr) return fail(errc::misuse);

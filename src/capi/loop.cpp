@@ -229,7 +229,7 @@ int rowe_subscriber_latest(struct rowe_subscriber* subscriber, struct rowe_view*
   return give(subscriber->inside.latest(), into);
 }
 
-// ---- the stop
+// ---- stop
 
 struct rowe_stop_latch* rowe_stop_latch_open(const struct rowe_endpoint* endpoint,
                                              const struct rowe_latch_options* options) {

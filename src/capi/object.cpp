@@ -63,7 +63,7 @@ namespace {
 
 rowe::json::value number_in(const rowe_object& value) noexcept { return {kind::number, value.text}; }
 
-// ---- what is said of a value that is not what was asked for
+// ---- diagnostics of accessors
 
 // A sentence of pieces, cut where the thread's error would cut it too.
 class words {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sixteen bytes of text at once, in a vector register where the machine has one (SSE2 is part of every
-// x86-64, NEON of every arm64). What is asked about them is answered as one bit a byte, the first byte's
-// lowest.
+// Sixteen bytes of text at once, in a vector register if the machine has one (SSE2 is part of every x86-64,
+// NEON of every arm64). Each answer is a mask with one bit for each byte; the first byte has the lowest bit.
 #pragma once
 #include <cstdint>
 #include <cstring>
@@ -35,12 +34,12 @@ class block {
   ROWE_RT std::uint32_t at_most(char c) const noexcept {
     return mask(_mm_cmpeq_epi8(_mm_min_epu8(text_, _mm_set1_epi8(c)), text_));
   }
-  // Equal but for bit 5, which is what tells '[' from '{' and ']' from '}'. `c` has that bit.
+  // Equal except for bit 5, in which '[' differs from '{' and ']' from '}'. `c` has that bit.
   ROWE_RT std::uint32_t equal_but_for_bit_5(char c) const noexcept {
     return mask(_mm_cmpeq_epi8(_mm_or_si128(text_, _mm_set1_epi8(0x20)), _mm_set1_epi8(c)));
   }
-  // What no JSON string holds as it is, control characters, quotes and backslashes, and all that is not
-  // ASCII.
+  // Whether there is a byte that a JSON string must escape (a control character, a quote or a backslash), or
+  // a byte that is not ASCII.
   ROWE_RT bool has_special() const noexcept {
     const __m128i control = _mm_cmpeq_epi8(_mm_min_epu8(text_, _mm_set1_epi8(0x1f)), text_);
     const __m128i quote = _mm_cmpeq_epi8(text_, _mm_set1_epi8('"'));
@@ -81,7 +80,7 @@ class block {
 
  private:
   static uint8x16_t all(char c) noexcept { return vdupq_n_u8(static_cast<std::uint8_t>(c)); }
-  // Each byte keeps the bit of its place in its half; then the halves are summed up.
+  // Each byte keeps the bit of its position in its half; then each half is summed up.
   static std::uint32_t mask(uint8x16_t bytes_of_ones) noexcept {
     const uint8x8_t places = vcreate_u8(0x8040'2010'0804'0201);
     const uint8x16_t bits = vandq_u8(bytes_of_ones, vcombine_u8(places, places));
@@ -125,7 +124,7 @@ class block {
 #endif
 };
 
-// Two in a row, which is what a walk over longer stretches looks at in one step.
+// Two blocks in a row. A walk over longer text takes them in one step.
 class block_pair {
  public:
   static constexpr int bytes = 2 * block::bytes;
@@ -145,8 +144,8 @@ class block_pair {
   block low_, high_;
 };
 
-// Bit i of the answer: is the number of ones among bits 0 to i of `mask` odd? Of quotes: is the byte inside a
-// string, the opening quote counted to it.
+// Bit i of the answer: is the number of ones among bits 0 to i of `mask` odd? For a mask of quotes it says
+// whether the byte is inside a string, with the opening quote.
 ROWE_RT constexpr std::uint32_t odd_so_far(std::uint32_t mask) noexcept {
   mask ^= mask << 1;
   mask ^= mask << 2;

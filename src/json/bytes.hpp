@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looking at eight bytes of text at once, in an ordinary register, which is the same on every machine.
+// Looks at eight bytes of text at once, in an ordinary register, in the same way on every machine.
 #pragma once
 #include <bit>
 #include <cstddef>
@@ -38,10 +38,10 @@ ROWE_RT inline std::uint64_t load_fewer(const char* at, std::size_t bytes) noexc
 inline constexpr std::uint64_t each_byte = 0x0101'0101'0101'0101;
 inline constexpr std::uint64_t high_bits = 0x8080'8080'8080'8080;
 
-// Marks what no JSON string holds as it is, control characters, quotes and backslashes, and all that is not
-// ASCII: the high bit of every such byte is set. (Among the ASCII bytes only those below what is subtracted
-// get it.) Bits above the first (lowest) such byte may be wrong, because subtractions borrow; below it they
-// are right, and there is none exactly when the answer is 0.
+// Marks the bytes that a JSON string must escape (control characters, quotes and backslashes) and those that
+// are not ASCII, by their high bits. (Among ASCII bytes, only those below the subtracted value get it.) Bits
+// above the first (lowest) marked byte may be wrong, because subtractions borrow. Bits up to it are right,
+// and the answer is 0 exactly if there is no such byte.
 ROWE_RT constexpr std::uint64_t special_bytes(std::uint64_t word) noexcept {
   const auto zero = [](std::uint64_t difference) { return difference - each_byte; };
   return (word | (word - each_byte * 0x20) | zero(word ^ each_byte * '"') | zero(word ^ each_byte * '\\')) &

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finding one's way through text that is known to be JSON: what the walkers and the decoder are made of.
-// Brackets, quotes and commas are all that is looked at. Nothing checks what reader::validate() has checked,
-// but every step looks at `end` first and moves forward, so that on any other text it stays inside and ends.
+// Steps through text that is known to be JSON, for the walkers and the decoder. They look only at brackets,
+// quotes and commas. Nothing checks again what reader::validate() has checked. But every step looks at `end`
+// first and moves forward, so on any other text it stays inside and ends.
 #pragma once
 #include <algorithm>
 #include <bit>
@@ -19,7 +19,7 @@ inline std::string_view between(const char* begin, const char* end) noexcept {
   return {begin, static_cast<std::size_t>(end - begin)};
 }
 
-// Between the tokens of a valid text, what is not above a space is white space.
+// Between the tokens of a valid text, every byte up to a space is white space.
 inline bool is_space(char c) noexcept { return static_cast<std::uint8_t>(c) <= ' '; }
 
 inline const char* skip_space(const char* at, const char* end) noexcept {
@@ -27,7 +27,7 @@ inline const char* skip_space(const char* at, const char* end) noexcept {
   return at;
 }
 
-// From behind the opening quote to the closing one; `end` when there is none.
+// From behind the opening quote to the closing one; `end` if there is none.
 inline const char* find_quote(const char* at, const char* end) noexcept {
   while (end - at >= block::bytes) {
     const block b{at};
@@ -55,8 +55,8 @@ inline const char* skip_string(const char* at, const char* end) noexcept {
   return quote == end ? end : quote + 1;
 }
 
-// Finds the bracket that closes the one it begins at. 32 bytes a step; bytes inside strings are told by
-// counting quotes, and a stretch with a backslash in it, which may hide quotes, is looked at byte by byte.
+// Finds the bracket that closes the first one, 32 bytes a step. Counting quotes tells which bytes are inside
+// strings. A stretch with a backslash, which may escape quotes, is looked at byte by byte.
 class container_end {
  public:
   container_end(const char* begin, const char* end) noexcept : at_{begin}, end_{end} {}
@@ -87,8 +87,8 @@ class container_end {
   }
 
  private:
-  // Up to `stop`, or one byte further where an escape begins before it. True when the bracket is found; at_
-  // is behind it then.
+  // Looks up to `stop`, or one byte further if an escape begins before it. True: the bracket is found, and
+  // at_ is behind it.
   bool found_by_bytes(const char* stop) noexcept {
     while (at_ < stop) {
       const char c = *at_++;
@@ -115,7 +115,7 @@ inline const char* skip_container(const char* at, const char* end) noexcept {
   return container_end{at, end}.find();
 }
 
-// To the comma, bracket or white space behind a number or a word.
+// Moves to the comma, bracket or white space behind a number or a word.
 inline const char* skip_scalar(const char* at, const char* end) noexcept {
   for (; end - at >= block::bytes; at += block::bytes) {
     const block b{at};
@@ -146,8 +146,9 @@ inline char unescaped(char c) noexcept {
   }
 }
 
-// The character that an escape stands for, at `at` (a backslash), which moves behind it; the bytes written.
-// What only text that was not validated has, an unpaired surrogate or an escape that is cut off, is U+FFFD.
+// Writes the character of the escape at `at` (a backslash), moves `at` behind it, and returns how many bytes
+// it wrote. An unpaired surrogate or an escape that is cut off, which only text has that was not validated,
+// becomes U+FFFD.
 inline std::size_t take_escape(const char*& at, const char* end, std::span<char, 4> into) noexcept {
   constexpr std::uint32_t replacement = 0xfffd;
   if (end - at >= 2 && at[1] != 'u') {

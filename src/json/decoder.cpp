@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The interpreter of what a schema was flattened into: one walk over the text. Where it stands is passed
-// along and handed back, so that it stays in a register; null says that it failed, and failed_ how. It trusts
-// that the text is JSON, but looks at the end before every byte and moves forward with every step.
+// The interpreter of a flattened schema: one walk over the text. Each function is passed the position and
+// returns the new one, so it stays in a register; null says that it failed, and failed_ says how. It relies
+// on the text being JSON, but looks at the end before every byte and moves forward with every step.
 #include "decoder.hpp"
 
 #include <algorithm>
@@ -98,7 +98,7 @@ class decoder::run {
   }
 
  private:
-  // ---- what can go wrong ----
+  // ---- errors ----
 
   const char* fail(errc code, std::size_t value, std::size_t limit = 0) noexcept {
     failed_ = {code, static_cast<std::int64_t>(value), static_cast<std::int64_t>(limit)};
@@ -109,7 +109,8 @@ class decoder::run {
     return fail(code, static_cast<std::size_t>(at - begin_));
   }
 
-  // Whose value failed, on the way out of it: for whoever wants to know. Null, for those who return it.
+  // Notes whose value failed, on the way out, for the diagnosis. Returns null, so callers can return its
+  // result.
   [[gnu::cold]] const char* failed_in(const member* named, std::size_t element, const step& value) noexcept {
     if (why_ == nullptr) return nullptr;
     if (why_->parts_ == 0) why_->wanted_ = &value;
@@ -178,7 +179,7 @@ class decoder::run {
     return complete(s, seen, base) ? behind(at, 1) : nullptr;
   }
 
-  // An array whose counting member counts others, too: it must be as long as those that were seen.
+  // An array whose counting member also counts others must be as long as those that were seen.
   template <std::size_t Words>
   const char* counted_alike(const shape& s, const std::array<std::uint64_t, Words>& seen, const member& m,
                             char* base, const char* at) noexcept {
@@ -194,7 +195,7 @@ class decoder::run {
     return count == before ? at : fail(errc::too_long, count, before);
   }
 
-  // Does the text go on with the name and a quote?
+  // Does the text continue with the name and a quote?
   bool begins(const member& m, const char* at) const noexcept {
     if (!m.plain) return false;
     const auto room = static_cast<std::size_t>(end_ - at);
@@ -225,7 +226,8 @@ class decoder::run {
     return found == end ? nullptr : found;
   }
 
-  // All required members were there; optionals that were not are emptied, unless they keep what they had.
+  // Checks that all required members were there. Optionals that were not there are emptied, unless they keep
+  // their values.
   template <std::size_t Words>
   bool complete(const shape& s, const std::array<std::uint64_t, Words>& seen, char* base) noexcept {
     for (std::size_t i = 0; i < Words && i * 64 < s.count; ++i) {
@@ -252,7 +254,7 @@ class decoder::run {
   // ---- values: `at` is their first byte ----
 
   const char* value(const step& s, char* base, const char* at) noexcept {
-    // Most of most messages: not worth a call.
+    // The most frequent values; a call would cost too much.
     if (s.what == value_kind::float64) return real<double>(base + s.offset, at);
     return other_value(s, base, at);
   }
@@ -334,7 +336,7 @@ class decoder::run {
     return behind(quote, 1);
   }
 
-  // `base` is what the array's offsets are counted from: where it is counted, the object that it is part of.
+  // The array's offsets are counted from `base`. For a counted array that is the object that it is part of.
   const char* array(const step& s, char* base, const char* at) noexcept {
     if (*at != '[') return wrong_type(at);
     const char* const begin = at;

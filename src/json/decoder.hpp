@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON text to structs. A schema (rowe/schema.hpp) is flattened once, at set-up, into a tree of steps with a
-// table of names for each object; decoding then is one walk over the text, which reads every value where it
-// stands and writes it to its place in the struct. Texts usually have their members in the schema's order, so
-// the next member is compared first, and looked up only where that fails. Compiled where a topic or service
-// is set up, used on the service thread.
+// JSON text to structs. At set-up a schema (rowe/schema.hpp) is flattened once, into a tree of steps with a
+// table of names for each object. Decoding is then one walk over the text, which reads every value in place
+// and writes it into the struct. Texts usually have their members in the schema's order, so the next member
+// is compared first, and looked up only if that fails. Compiled when a topic or service is set up, used on
+// the service thread.
 //
 // What is read, and as what:
 //   bool                  true, false
@@ -44,13 +44,13 @@ class decoder {
   // How many members an object may have.
   static constexpr std::size_t members_max = 1024;
 
-  // Members that a text leaves out: an error, but for those that the schema lets miss; or all of them are
-  // what T{} has.
+  // What members are that a text leaves out. Refused: an error, except those that the schema marks
+  // or_default(). Filled: all of them are as in T{}.
   enum class missing : std::uint8_t { refused, filled };
 
-  // Flattens `schema`; the decoder keeps nothing of it but its functions. Allocates; for set-up. bad_argument
-  // when it nests deeper than depth_max, an object has more than members_max members, the struct is larger
-  // than bytes_limit, or it is not decodable (value 0; see schema_description); no_memory.
+  // Flattens `schema`; the decoder keeps only its functions. Allocates; for set-up. Errors: bad_argument if
+  // it nests deeper than depth_max, an object has more than members_max members, the struct is larger than
+  // bytes_limit, or it is not decodable (value 0; see schema_description); no_memory.
   [[nodiscard]] static result<decoder> compile(const schema_description& schema,
                                                missing what = missing::refused);
 
@@ -83,8 +83,8 @@ class decoder {
   struct shape;
 
  public:
-  // Which member a text failed by, what was wanted there and what stood there. Points into the decoder and
-  // into the text.
+  // Why a text could not be decoded: the member, what was wanted there, and what was found. Points into the
+  // decoder and into the text.
   class diagnosis {
    public:
     static constexpr std::size_t text_bytes_max = 512; // always enough for text()
@@ -107,7 +107,7 @@ class decoder {
     std::array<part, 2 * depth_max> path_; // the innermost first; `parts_` of them are there
   };
 
-  // decode(), which says in `*why` how it failed.
+  // As decode(); `*why` says how it failed.
   status decode(std::string_view validated_object, void* object, diagnosis* why) const noexcept;
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a schema to what the decoder runs, at set-up. As the encoder's, the compiler walks the schema twice
-// with the same code: once to count, once to write into memory of exactly that size.
+// Compiles a schema into what the decoder runs, at set-up. As the encoder's compiler, it walks the schema
+// twice with the same code: once to count, once to write into memory of exactly that size.
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -12,7 +12,8 @@
 namespace rowe::json {
 namespace {
 
-// Does JSON write the name as it is? UTF-8 stays as it is; what it escapes at will is found by its escapes.
+// Does JSON write the name unchanged? UTF-8 is unchanged. A name that a writer escapes without need is found
+// by its escapes.
 bool is_plain(std::string_view name) noexcept {
   return std::none_of(name.begin(), name.end(),
                       [](char c) { return static_cast<std::uint8_t>(c) < ' ' || c == '"' || c == '\\'; });
@@ -22,8 +23,8 @@ bool is_plain(std::string_view name) noexcept {
 
 class decoder::compiler {
  public:
-  // Counts when `into` is null. `base` is the sample, from which the offsets of every object and element are
-  // counted anew: none is larger or more aligned than the whole.
+  // Only counts if `into` is null. `base` is the sample. The offsets of every object and element are counted
+  // from it, because none is larger or more aligned than the whole.
   compiler(const char* base, missing what, decoder* into) noexcept
       : base_{base}, fills_missing_{what == missing::filled}, into_{into} {}
 
@@ -53,7 +54,8 @@ class decoder::compiler {
     return static_cast<std::uint32_t>(static_cast<const char*>(at) - base);
   }
 
-  // Its members lie side by side; what is inside of them follows. `at` is where the object is.
+  // The members of an object are side by side; what is inside of them follows. `at` is the address of the
+  // object.
   const shape* object(const schema_description& schema, const char* at, std::size_t depth) noexcept {
     if (!may_nest(depth)) return nullptr;
     const std::size_t count = schema.members.size();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a text failed by, in words: for a status, an event or a refusal. Looked up only when one is written.
+// The diagnostic for a text that could not be decoded, for a status, an event or a refusal. It is made only
+// when it is needed.
 #include <charconv>
 #include <limits>
 
@@ -13,7 +14,7 @@ namespace {
 constexpr std::size_t path_bytes_max = 128;
 constexpr std::size_t value_bytes_max = 48;
 
-// Pieces one behind the other; what does not fit is cut at a character.
+// Puts pieces one behind the other; what does not fit is cut between characters.
 class words {
  public:
   explicit words(std::span<char> room) noexcept : room_{room} {}
@@ -120,7 +121,7 @@ std::string_view decoder::diagnosis::text(std::span<char> buffer) const noexcept
   case errc::duplicate_member: to.add("occurs twice"); break;
   case errc::too_long:
     to.add("must be ");
-    // Counted together with another array: as long as that one.
+    // It is counted together with another array, so it must be as long as that one.
     if (wanted_->what == value_kind::array && why_.limit != static_cast<std::int64_t>(wanted_->count)) {
       to.add("as long as the array that is counted with it, ").add(why_.limit);
     } else {

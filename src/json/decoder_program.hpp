@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a schema is flattened into for reading: a tree of steps, one for each value that can occur, and for
-// each object the table in which its members are looked up. A step's offsets are counted from the object or
-// element that it is part of.
+// A schema, flattened for reading: a tree of steps, one for each value that can occur, and for each object a
+// table to look up its members. A step's offsets are counted from the object or element that it is part of.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -63,8 +62,8 @@ struct decoder::shape {
       required{}; // one bit a member, as in the masks of those that were seen
 };
 
-// Of a name as it is written. Names are few and known beforehand, so any mixing does: what others make to
-// collide costs comparisons with no more names than stand in a row in the table.
+// The hash of a name as it is written. Names are few and known beforehand, so any mixing is good enough. If
+// an attacker makes names collide, each costs comparisons with no more names than are in a row in the table.
 inline std::uint32_t name_hash(std::string_view name) noexcept {
   constexpr std::uint64_t odd = 0x9e37'79b9'7f4a'7c15; // 2^64 by the golden ratio
   std::uint64_t hash = name.size() * odd;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Digits are laid out left to right, two at a time from a table or sixteen at once, with stores whose number
-// does not depend on the value where that can be had: branches that depend on random digits are what number
-// formatting spends its time on. So the doubles that robots send mostly have a way of their own, by
-// dragonbox's proof and its powers of ten, but without its branches and its loop; all others are dragonbox's.
-// Pure functions, on any thread.
+// Digits are written left to right, two at a time from a table or sixteen at once. Where possible, the number
+// of stores does not depend on the value, because formatting spends most of its time on branches that depend
+// on random digits. So the most frequent doubles of robots have their own function, which uses dragonbox's
+// proof and powers of ten, but not its branches and its loop. Dragonbox formats all others. Pure functions,
+// on any thread.
 #include "digits.hpp"
 
 #include <algorithm>
@@ -90,7 +90,8 @@ char* write_below_ten_to_8(char* at, std::uint32_t x) noexcept {
   return at + 4;
 }
 
-// Sixteen digits, eight of each; a mask of which are not 0, the first one's bit lowest.
+// Writes sixteen digits, eight of each number. Returns a mask of the digits that are not 0; the first digit
+// has the lowest bit.
 [[maybe_unused]] std::uint32_t sixteen_digits_portably(char* at, std::uint32_t high,
                                                        std::uint32_t low) noexcept {
   eight_digits(at, high);
@@ -101,8 +102,8 @@ char* write_below_ten_to_8(char* at, std::uint32_t x) noexcept {
 }
 
 #if defined(__SSE2__) // every x86-64; a sixth of the whole time
-// Halves three times, in all lanes at once: eight digits to fours, to twos, to ones. The multiplications by
-// 2^45 / 10^4, 2^19 / 100 and 2^16 / 10, rounded up, are divisions that are exact for operands this small.
+// Splits three times, in all lanes at once: eight digits into fours, twos and ones. The multiplications by
+// 2^45 / 10^4, 2^19 / 100 and 2^16 / 10, rounded up, are divisions that are exact for such small operands.
 std::uint32_t sixteen_digits(char* at, std::uint32_t high, std::uint32_t low) noexcept {
   const auto lanes = [](std::uint32_t x) { return _mm_set1_epi32(static_cast<int>(x)); };
   const __m128i eights =
@@ -133,7 +134,7 @@ std::uint32_t sixteen_digits(char* at, std::uint32_t high, std::uint32_t low) no
 }
 #endif
 
-// x < 10^17 as 17 digits. Returns how many are left without zeros at the end, but at least one.
+// Writes x < 10^17 as 17 digits. Returns how many there are without the zeros at the end, but at least one.
 int seventeen_digits(char* at, std::uint64_t x) noexcept {
   const std::uint64_t rest = x % ten_to_16;
   one_digit(at, static_cast<std::uint32_t>(x / ten_to_16));
@@ -163,10 +164,10 @@ decimal shortest(Real x) noexcept {
   return {d.significand, d.exponent};
 }
 
-// `whole`.`fraction`: the decimal d with its integer part known. d.exponent is in [-22, -1].
+// Writes `whole`.`fraction`: the decimal d, whose integer part is known. d.exponent is in [-22, -1].
 char* write_plain(char* at, std::uint64_t whole, decimal d) noexcept {
-  // Up to 17 digits behind the point are laid out; where there are more, the first ones are zeros, since d
-  // has no more than 17 digits in all and `whole` is 0 then.
+  // Up to 17 digits behind the point are written. If there are more, the first ones are zeros, because d has
+  // at most 17 digits and `whole` is 0 then.
   const int fraction_digits = -d.exponent;
   const int zeros = std::max(fraction_digits - 17, 0);
   const int count = fraction_digits - zeros;
@@ -208,8 +209,8 @@ char* write_real(char* at, Real x, Real integers_end) noexcept {
       std::memcpy(at, ".0", 2);
       return at + 2;
     }
-    // The integer part of the shortest decimal is that of x: were an integer between the two, it would be
-    // exact and nearer to the decimal than x is.
+    // The integer part of the shortest decimal is that of x: an integer between the two would be exact, and
+    // nearer to the decimal than x is.
     if (magnitude >= Real(1e-6))
       return write_plain(at, static_cast<std::uint64_t>(whole), shortest(magnitude));
   }
@@ -219,7 +220,7 @@ char* write_real(char* at, Real x, Real integers_end) noexcept {
 
 [[gnu::noinline]] char* write_any_double(char* at, double x) noexcept { return write_real(at, x, 0x1p53); }
 
-// ---- doubles of everyday size ----
+// ---- common doubles ----
 
 constexpr int mantissa_bits = std::numeric_limits<double>::digits - 1;
 constexpr std::uint64_t hidden_bit = std::uint64_t{1} << mantissa_bits;
@@ -260,12 +261,12 @@ constexpr auto magnitudes = [] {
 
 } // namespace
 
-// Dragonbox (section 5 of the paper; its names are z, delta and kappa = 2): the upper end of the interval of
-// what rounds to x is multiplied by a power of ten. If a multiple of 1000 lies in the interval, that is the
-// shortest decimal; else it is the multiple of 100 nearest to x. Which of them is as random as the digits, so
-// it is selected without a branch, and zeros at the end are cut off in the text. Where the fractions that
-// were dropped decide, one time in a hundred, and next to a power of two, all of it is done again by
-// dragonbox itself.
+// Dragonbox (section 5 of the paper; its names are z, delta and kappa = 2). Take the interval of all numbers
+// that round to x. Its upper end is multiplied by a power of ten. If a multiple of 1000 lies in the interval,
+// that is the shortest decimal; else it is the multiple of 100 nearest to x. Which of the two is as random as
+// the digits, so it is selected without a branch, and zeros at the end are cut off in the text. In one case
+// of a hundred the dropped fractions decide; then, and next to a power of two, dragonbox itself does it
+// again.
 [[gnu::flatten]] char* write_double(char* const at, const double x) noexcept {
   const auto bits = std::bit_cast<std::uint64_t>(x);
   if (bits == 0) {

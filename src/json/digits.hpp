@@ -10,8 +10,8 @@
 //   is
 //                          beyond 64 bits, which some parsers refuse
 //
-// Every function takes the place to write to and returns the place behind the text. It may scribble on
-// `number_room_bytes` there, because stores of fixed size are what makes it fast. Nothing waits or allocates.
+// Every function takes the address to write to and returns the address behind the text. It may overwrite
+// `number_room_bytes` there, because stores of fixed size make it fast. Nothing waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -26,12 +26,13 @@ inline constexpr std::size_t float_text_bytes_max = 17;   // -0.00000123456789
 inline constexpr std::size_t integer_text_bytes_max = 20; // -9223372036854775808, 18446744073709551615
 inline constexpr int decimals_max = 9;
 
-// Null, and nothing meant by what was written, when `x` is no number or infinite: JSON has no text for it.
+// Null if `x` is not finite, because JSON has no text for it; the bytes written then mean nothing.
 ROWE_RT char* write_double(char* at, double x) noexcept;
 ROWE_RT char* write_float(char* at, float x) noexcept;
 
-// Rounded to `decimals` (0 to decimals_max) digits behind the point, trailing zeros not written; what rounds
-// to zero is 0. Where |x| x 10^decimals reaches 2^53 the text is that of write_double. `x` must be finite.
+// Writes x rounded to `decimals` (0 to decimals_max) digits behind the point, without trailing zeros; what
+// rounds to zero is 0. If |x| x 10^decimals reaches 2^53, the text is that of write_double. `x` must be
+// finite.
 ROWE_RT char* write_fixed(char* at, double x, int decimals) noexcept;
 
 ROWE_RT char* write_unsigned(char* at, std::uint64_t x) noexcept;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The interpreter of the program that a schema was flattened into. It runs once for each message and codec,
-// on the service thread, and most of its time should go into the digits of doubles. So literals are copied in
-// chunks of fixed size, room is looked at once for each piece, and nothing is called but what writes a
-// number.
+// The interpreter of a flattened schema. It runs once for each message and codec, on the service thread, and
+// should spend most of its time on the digits of doubles. So literals are copied in chunks of fixed size, the
+// space is checked once for each piece, and only functions that write a number are called.
 #include "encoder.hpp"
 
 #include <algorithm>
@@ -25,8 +24,8 @@ char* write_text(char* at, std::string_view text) noexcept { return std::copy(te
 
 } // namespace
 
-// The place to write to is passed along and handed back, so that it stays in a register; null says that the
-// room is used up.
+// Each function is passed the address to write to and returns the next one, so it stays in a register. Null
+// says that the space is used up.
 class encoder::run {
  public:
   run(const encoder& program, writer& into) noexcept
@@ -37,7 +36,7 @@ class encoder::run {
     const step* s = first;
     while (s != last) {
       if (s->doubles > 0 && room(at) >= s->ample_bytes) [[likely]] {
-        // Most of most messages, and most of the time; the fewer instructions around the digits the better.
+        // The most frequent values, and most of the time. So there are few instructions around the digits.
         const step* const end = std::min(s + s->doubles, last);
         do {
           at = copy_literal(*s, at);
@@ -66,7 +65,7 @@ class encoder::run {
     return copy({literals_ + s.literal, s.literal_bytes}, at);
   }
 
-  // Where there is room for whole chunks. Most literals are one.
+  // There must be space for whole chunks. Most literals are one chunk.
   char* copy_literal(const step& s, char* at) const noexcept {
     const char* const from = literals_ + s.literal;
     std::memcpy(at, from, literal_chunk_bytes);
@@ -108,7 +107,7 @@ class encoder::run {
     return at;
   }
 
-  // Covariances and laser scans, where there is room for any.
+  // For covariances and laser scans; there must be space for any numbers.
   template <class Real>
   char* reals(const char* from, std::size_t n, char* at) noexcept {
     for (std::size_t i = 0; i < n; ++i, from += sizeof(Real)) {
@@ -136,14 +135,14 @@ class encoder::run {
     return steps(&s + 1, &s + 1 + s.body, static_cast<const char*>(inside), at);
   }
 
-  // Strings are the writer's business.
+  // The writer writes strings.
   char* text(std::string_view utf8, char* at) noexcept {
     into_.at_ = at;
     into_.quoted(utf8);
     return into_.overflowed_ ? nullptr : into_.at_;
   }
 
-  // As in the writer: in place where the room is ample, else beside it and copied.
+  // As in the writer: in place if there is enough space, else in a buffer, and copied.
   char* scalar(const step& s, operation what, const char* from, char* at) noexcept {
     if (room(at) >= scalar_room_bytes) [[likely]]
       return write_scalar(at, s, what, from);
@@ -176,7 +175,7 @@ class encoder::run {
     return at;
   }
 
-  // `end` is that of a number's text, or null where JSON has none.
+  // `end` is the end of a number's text, or null if JSON has no text for it.
   char* or_null(char* at, char* end) noexcept {
     if (end != nullptr) [[likely]]
       return end;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a schema to a program, at set-up. The compiler walks the schema twice with the same code: once to
-// count, once to write into memory of exactly that size. Literals grow until a value has to be written; so
-// brackets, names and commas of nested objects end up in one piece.
+// Compiles a schema into a program, at set-up. The compiler walks the schema twice with the same code: once
+// to count, once to write into memory of exactly that size. Literals grow until a value must be written. So
+// brackets, names and commas of nested objects become one piece.
 #include <cstring>
 #include <limits>
 #include <new>
@@ -33,7 +33,7 @@ std::size_t scalar_bytes_max(operation what) noexcept {
   }
 }
 
-// What escaping can make of one byte: \u001f.
+// Bytes of one escaped byte, at most: \u001f.
 constexpr std::size_t escaped_bytes_max = 6;
 
 // The form that a member gives to the numbers in it.
@@ -46,8 +46,8 @@ struct form {
 
 class encoder::compiler {
  public:
-  // Counts when there is nothing to write to. `base` is the sample, from which the offsets of every body are
-  // counted anew: an element is never larger or more aligned than the whole.
+  // Only counts if there is nothing to write to. `base` is the sample. The offsets of every body are counted
+  // from it, because an element is never larger or more aligned than the whole.
   compiler(const char* base, step* program, char* literals) noexcept
       : base_{base}, program_{program}, literals_{literals} {}
 
@@ -77,7 +77,7 @@ class encoder::compiler {
     return static_cast<std::uint32_t>(static_cast<const char*>(at) - base_);
   }
 
-  // From the last step to the first: how many doubles follow in a row, and the room that they need.
+  // From the last step to the first, counts how many doubles follow in a row, and the bytes that they need.
   void count_doubles() noexcept {
     const step none;
     const step* next = &none;
@@ -124,7 +124,7 @@ class encoder::compiler {
     return &program_[index];
   }
 
-  // What stands in the literal must be written before what follows may be skipped or repeated.
+  // The literal must be written before steps that may be skipped or repeated.
   void flush() noexcept {
     if (literal_end_ != literal_begin_) emit({}, 0);
   }

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program that a schema is flattened into: an array of steps, and the literals that they write. A step
-// writes its literal, then its value. Where the value is made of values that repeat or may be missing, the
-// steps of their body follow, with offsets counted from the element; so the program is a tree, laid flat in
-// the order of the text.
+// The program of a flattened schema: an array of steps, and the literals that they write. A step writes its
+// literal, then its value. If the value consists of values that repeat or may be missing, the steps of their
+// body follow, with offsets from the element. So the program is a tree, flattened in the order of the text.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -43,8 +43,8 @@ class scan {
     while (at_ != end_ && (*at_ == ' ' || *at_ == '\t' || *at_ == '\n' || *at_ == '\r')) ++at_;
   }
 
-  // The value of a document, iteratively: a value that opens something is followed by the first thing inside
-  // it, a value that is complete by whatever comes behind it, out to the outermost level.
+  // Scans the value of a document, iteratively. After a value that opens something comes the first thing
+  // inside it. After a complete value comes whatever is behind it, out to the outermost level.
   bool document() noexcept {
     skip_space();
     do {
@@ -195,7 +195,7 @@ class scan {
   std::bitset<fault_depth_limit> is_object_; // of each open level
 };
 
-// Is the number 1 or more? By its digits alone: the power of ten of the first one that is not 0.
+// Is the number 1 or more? Decides by its digits alone: by the power of ten of the first one that is not 0.
 bool is_large(std::string_view token) noexcept {
   std::int64_t scale = 0;
   bool behind_point = false;
@@ -208,7 +208,7 @@ bool is_large(std::string_view token) noexcept {
       std::string_view behind = token.substr(i + 1);
       const bool negative = behind.starts_with('-');
       if (negative || behind.starts_with('+')) behind.remove_prefix(1);
-      // Beyond what the digits of any text can make up for, one exponent is as good as another.
+      // No text has enough digits to compensate for a larger exponent, so this one represents all of them.
       constexpr std::int64_t exponent_max = std::int64_t{1} << 48;
       std::int64_t exponent = 0;
       const auto read = std::from_chars(behind.data(), behind.data() + behind.size(), exponent);
@@ -237,7 +237,7 @@ std::optional<double> nearest_double(std::string_view token) noexcept {
   const auto read = std::from_chars(token.data(), end, x);
   if (read.ptr != end) return std::nullopt;
   if (read.ec == std::errc{}) return x;
-  // The standard leaves it open which way the range was left.
+  // The standard does not say whether the number was too large or too small.
   if (read.ec != std::errc::result_out_of_range || is_large(token)) return std::nullopt;
   return token.front() == '-' ? -0.0 : 0.0;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a JSON text goes wrong. A plain scan of the grammar of RFC 8259, byte by byte, which the reader asks
-// for what its own check of tokens does not accept: it has the last word, and says which byte is wrong.
-// tests/fuzz/json_reader.cpp holds it against simdjson's own verdicts. Pure, on any thread; never
-// waits, never allocates; steps in proportion to the text.
+// Finds where a JSON text is wrong, by a plain scan of the grammar of RFC 8259, byte by byte. The reader
+// calls it for texts that its own check of tokens does not accept. This scan decides, and says which byte is
+// wrong. tests/fuzz/json_reader.cpp compares it with simdjson. Pure, on any thread; never waits, never
+// allocates; steps in proportion to the text.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -27,8 +27,8 @@ inline constexpr std::size_t fault_depth_limit = 1024; // the most levels that c
 // `depth_max`: how many objects and arrays may be open at once, at most fault_depth_limit.
 fault find_fault(std::string_view text, std::size_t depth_max) noexcept;
 
-// The nearest double of a number token (RFC 8259 grammar); what is too small is a zero with the token's sign.
-// Nothing when it is beyond the largest double, or no such token.
+// The nearest double of a number token (RFC 8259 grammar). A number that is too small is a zero with the
+// token's sign. Nothing if it is beyond the largest double, or is no such token.
 std::optional<double> nearest_double(std::string_view token) noexcept;
 
 } // namespace rowe::json

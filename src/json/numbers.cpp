@@ -11,7 +11,7 @@
 namespace rowe::json {
 namespace {
 
-// Of a mantissa's text, point included.
+// The length of the leading zeros of a mantissa's text, with the point.
 std::size_t leading_zeros(std::string_view mantissa) noexcept {
   std::size_t zeros = 0;
   for (const char c : mantissa) {
@@ -24,10 +24,10 @@ std::size_t leading_zeros(std::string_view mantissa) noexcept {
   return zeros;
 }
 
-// The digits of `mantissa` times 10^exponent, counted from the last one, whatever their number.
+// The digits of `mantissa`, however many, times 10^exponent; the exponent is that of the last digit.
 whole_number whole_from_digits(std::string_view mantissa, std::int64_t exponent, bool negative) noexcept {
   using form = whole_number::form;
-  // Zeros at the end are taken off, so that a negative exponent is a fraction.
+  // Zeros at the end are removed, so a negative exponent means a fraction.
   while (!mantissa.empty() && (mantissa.back() == '0' || mantissa.back() == '.')) {
     exponent += mantissa.back() == '0';
     mantissa.remove_suffix(1);
@@ -51,8 +51,8 @@ whole_number whole_from_digits(std::string_view mantissa, std::int64_t exponent,
   return n;
 }
 
-// Could rounding `x`, which was rounded to a double, once more to a float give another float than rounding
-// the number itself? Only when x lies in the middle of two floats, or where floats are denser or end.
+// `x` was rounded to a double. Could rounding it to a float give another float than rounding the number
+// itself? Only if x is in the middle of two floats, or where floats become denser or end.
 bool rounds_twice(double x) noexcept {
   constexpr int dropped = std::numeric_limits<double>::digits - std::numeric_limits<float>::digits;
   constexpr std::uint64_t dropped_bits = (std::uint64_t{1} << dropped) - 1;
@@ -104,7 +104,7 @@ bool to_real(const decimal& d, float& into) noexcept {
   float y = 0;
   const auto read = std::from_chars(d.begin, d.end, y);
   if (read.ec != std::errc{} || !std::isfinite(y)) {
-    // The standard leaves it open which way the range was left.
+    // The standard does not say whether the number was too large or too small.
     if (std::fabs(x) > 1) return false;
     y = d.negative ? -0.0F : 0.0F;
   }

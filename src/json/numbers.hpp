@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text to numbers, where they are read into members of known types. A number's text is taken apart once, in
-// one pass; most become a double by one exact multiplication or division (Clinger, "How to Read Floating
-// Point Numbers Accurately", 1990: both operands are exact, so the result is rounded once), the others are
-// left to the standard library. Integers are exact to the last digit, however they are written. What most
-// numbers need is inline here. Pure functions, on any thread; nothing waits or allocates; steps in proportion
-// to the text.
+// Text to numbers, for members of known types. A number's text is taken apart in one pass. Most become a
+// double by one exact multiplication or division (Clinger, "How to Read Floating Point Numbers Accurately",
+// 1990: both operands are exact, so the result is rounded once). The standard library reads the others.
+// Integers are exact to the last digit, however they are written. The code for common numbers is inline here.
+// Pure functions, on any thread; nothing waits or allocates; steps in proportion to the text.
 #pragma once
 #include <array>
 #include <cmath>
@@ -30,13 +29,12 @@ struct decimal {
   std::string_view text() const noexcept { return {begin, static_cast<std::size_t>(end - begin)}; }
 };
 
-// The number that begins at `at`, which is before `end`. Its text ends where no number goes on; on text that
-// is no valid number it is never empty and never goes beyond `end`.
+// Reads the number that begins at `at`, which is before `end`. Its text ends where no number continues. If
+// the text is no valid number, it is still not empty, and does not go beyond `end`.
 decimal read_decimal(const char* at, const char* end) noexcept;
 
-// The nearest one, zeros with their sign; false, and nothing written, when the number is beyond the largest.
-// (No double of a valid text is. Not std::optional, which would go through memory and cost more than all the
-// rest.)
+// The nearest one, zeros with their sign. False, and nothing written, if the number is beyond the largest.
+// (No double of a valid text is. A std::optional would go through memory and cost more than all the rest.)
 bool to_real(const decimal& d, double& into) noexcept;
 bool to_real(const decimal& d, float& into) noexcept;
 
@@ -50,11 +48,11 @@ struct whole_number {
 
 // 3, 3.0, 30e-1 and 0.3e1 are the same. too_large: the magnitude is beyond 64 bits.
 whole_number to_whole(const decimal& d) noexcept;
-// What stands in quotes when an integer is written as a string, still escaped: JSON's integers, no fraction,
-// no exponent. Nothing when it is another text.
+// Reads an integer that is written as a string: the text between the quotes, still escaped. It must be an
+// integer in JSON, without fraction and exponent; else nothing.
 std::optional<whole_number> read_quoted_whole(std::string_view escaped) noexcept;
 
-// ---- how most numbers are read ----
+// ---- common numbers ----
 
 namespace detail {
 
@@ -70,8 +68,8 @@ inline bool are_digits(std::uint64_t word) noexcept {
          (((word + each_byte * 6) & high_halves) == each_byte * '0');
 }
 
-// What eight digits say. Neighbours are added up, the left one with its weight: to four numbers below 100, to
-// two below 10^4, to one.
+// The value of eight digits. Neighbours are added up, the left one with its weight: first to four numbers
+// below 100, then to two below 10^4, then to one.
 inline std::uint64_t eight_digits(std::uint64_t word) noexcept {
   word -= each_byte * '0';
   word = ((word * (10 << 8 | 1)) >> 8) & 0x00ff'00ff'00ff'00ff;
@@ -94,7 +92,7 @@ inline const char* take_digits(const char* at, const char* end, std::uint64_t& s
 // Behind an `e`: adds the exponent to the decimal's.
 const char* take_exponent(const char* at, const char* end, std::int64_t& exponent) noexcept;
 
-// Of a mantissa's text with more digits than the significand holds: do the leading zeros make up for it?
+// A mantissa's text has more digits than the significand holds. Does it fit without its leading zeros?
 bool fits_without_zeros(std::string_view mantissa, std::size_t digits) noexcept;
 
 bool to_double_by_text(const decimal& d, double& into) noexcept;

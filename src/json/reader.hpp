@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading JSON that others wrote. Two steps, never mixed: a reader *validates* a whole text, once, in the
-// service thread; after that the text is known good, and whoever holds it *walks* it lazily, where it lies,
-// without a tree, a copy or an allocation. So malformed text never leaves the service thread, and nobody pays
-// for members that nobody reads.
+// Reads JSON that others wrote, in two separate steps. First a reader *validates* a whole text, once, on the
+// service thread. Then whoever holds the text *walks* it lazily and in place, without a tree, a copy or an
+// allocation. So malformed text never leaves the service thread, and members that nobody reads cost nothing.
 //
-// Validation is simdjson's first stage, which finds tokens, strings and what is no UTF-8, and a check of the
-// tokens after it (token_check.hpp), which notes on its way where the members of the whole object are. What
-// the two do not accept, fault.hpp's scan decides, which knows nothing but the grammar, and says where it was
-// broken.
+// Validation has two parts. simdjson's first stage finds the tokens, the strings and wrong UTF-8. Then a
+// check of the tokens (token_check.hpp) also notes where the members of the whole object are. If the two do
+// not accept a text, the scan of fault.hpp decides by the grammar alone, and says where the text is wrong.
 //
 // What is accepted is RFC 8259 with these decisions: UTF-8 only, no byte order mark, no unpaired surrogate in
 // an escape, no number beyond the range of a double; duplicate names are accepted (codecs refuse them for the
@@ -60,8 +58,8 @@ class reader {
   static constexpr std::size_t tailroom_bytes = 64;
   static constexpr std::size_t depth_max_default = 64;
 
-  // Allocates everything that validating texts of up to `bytes_max` bytes will ever need; about 4 bytes for
-  // each of them. For set-up. bad_argument when bytes_max is not in [1, 4 GiB) or depth_max not in [1, 1024];
+  // Allocates all that it takes to validate texts of up to `bytes_max` bytes: about 4 bytes for each byte.
+  // For set-up. Errors: bad_argument if bytes_max is not in [1, 4 GiB) or depth_max not in [1, 1024];
   // no_memory.
   [[nodiscard]] static result<reader> create(std::size_t bytes_max,
                                              std::size_t depth_max = depth_max_default);
@@ -70,9 +68,9 @@ class reader {
   reader& operator=(reader&&) noexcept;
   ~reader();
 
-  // Is `text` one JSON value, whole and valid? Never waits, never allocates; less than 1 ns a byte. Errors:
-  // too_big (value: its bytes, limit: bytes_max); too_deep (limit: depth_max, the number of objects and
-  // arrays that may be open at once); malformed (value: the index of the first byte that is wrong, or the
+  // Is `text` one valid JSON value and nothing else? Never waits, never allocates; less than 1 ns a byte.
+  // Errors: too_big (value: its bytes, limit: bytes_max); too_deep (limit: depth_max, the number of objects
+  // and arrays that may be open at once); malformed (value: the index of the first byte that is wrong, or the
   // length when the text ends too early).
   [[nodiscard]] status validate(std::string_view text) noexcept;
 
@@ -90,11 +88,11 @@ class reader {
   std::size_t depth_max_;
 };
 
-// All that follows works on text that validate() accepted, on any thread. Nothing waits, allocates or writes
-// but into the scratch that is given. Text that was not validated is never read beyond its end, and every
-// walk of it ends; what is then found means nothing.
+// All that follows works on text that validate() accepted, on any thread. Nothing waits or allocates, or
+// writes outside the given scratch. Text that was not validated is never read beyond its end, and every walk
+// of it ends; but what is found there means nothing.
 
-// The value that `validated` consists of, white space around it removed.
+// The value of `validated`, without the white space around it.
 ROWE_RT value root(std::string_view validated) noexcept;
 
 // Whether that is an object.
@@ -137,9 +135,9 @@ class array_walk {
   const char* end_;
 };
 
-// Does `escaped` (what stands between the quotes) say `plain`? Every escape is longer than what it stands
-// for; so most texts that differ are told apart by their length and first byte, which is done here, where
-// `plain` is often known to the compiler.
+// Does `escaped` (the text between the quotes) mean `plain`? Every escape is longer than its character. So
+// the length and the first byte distinguish most texts; they are compared inline, because the compiler often
+// knows `plain`.
 ROWE_RT bool says_by_escapes(std::string_view escaped, std::string_view plain) noexcept;
 ROWE_RT inline bool says(std::string_view escaped, std::string_view plain) noexcept {
   if (escaped.size() == plain.size()) return escaped == plain && plain.find('\\') == std::string_view::npos;
@@ -160,9 +158,9 @@ ROWE_RT inline bool text_is(const value& v, std::string_view text) noexcept {
 // The first member with this name, searched from the start of the object each time.
 ROWE_RT std::optional<value> find(const document& validated_object, std::string_view name) noexcept;
 
-// Escapes resolved. `escaped` is what stands between the quotes. The answer is `escaped` itself when there is
-// no backslash in it, else it lies in `scratch`; nothing when scratch is too small (escaped.size() bytes
-// always suffice).
+// Resolves escapes. `escaped` is the text between the quotes. The answer is `escaped` itself if it has no
+// backslash, else it is in `scratch`; nothing if scratch is too small (escaped.size() bytes are always
+// enough).
 ROWE_RT std::optional<std::string_view> unescape(std::string_view escaped, std::span<char> scratch) noexcept;
 
 // The string's text, as unescape(). Nothing when the value is no string.

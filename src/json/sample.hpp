@@ -6,8 +6,8 @@
 
 namespace rowe::json {
 
-// Memory of the size and alignment of the described type, which the accessors are called with to learn
-// offsets, at set-up. They only compute addresses; nothing is ever read from it.
+// Memory with the size and alignment of the described type. At set-up, accessors are called with it to learn
+// offsets. They only compute addresses; nothing is ever read from it.
 class sample {
  public:
   explicit sample(const schema_description& schema) noexcept

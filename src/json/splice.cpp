@@ -10,8 +10,8 @@ constexpr bool is_space(char c) noexcept { return c == ' ' || c == '\t' || c == 
 
 } // namespace
 
-// Where no member precedes, the bracket that opened the object is taken back, and that of the value, or one
-// that end() writes, stands in its place.
+// If no member precedes, the opening bracket of the object is removed. The bracket of the value replaces it,
+// or one that end() writes.
 splice::splice(writer& into) noexcept
     : into_{into}, from_{into.bytes()}, members_precede_{into.comma_ || into.overflowed_} {
   if (!members_precede_) {
@@ -36,8 +36,8 @@ void splice::end(std::string_view name) noexcept {
   if (!members_precede_) into_.put('{');
 }
 
-// Between the brackets at `first` and `last`. The closing one is taken back; the opening one becomes the
-// comma behind the members that precede, or stays, as that of the object around.
+// Merges the members between the brackets at `first` and `last`. The closing bracket is removed. The opening
+// one becomes the comma behind the preceding members, or it remains, as the bracket of the outer object.
 void splice::merge(char* first, char* last) noexcept {
   while (last - first > 1 && is_space(last[-1])) --last;
   const bool empty = last - first == 1;

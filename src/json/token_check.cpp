@@ -23,8 +23,8 @@ const char* skip_digits(const char* at) noexcept {
   }
 }
 
-// Behind the number that begins at `at`, or null when it is none, or one that a double might not hold.
-// Something that ends a number must follow within the text.
+// The end of the number that begins at `at`; null if it is no number, or one that a double might not hold. A
+// byte that ends a number must follow within the text.
 const char* number_end(const char* at) noexcept {
   constexpr std::ptrdiff_t digits_max = 200, exponent_digits_max = 2; // below 10^300
   at += *at == '-';
@@ -52,7 +52,7 @@ bool begins_with(const char* at, std::string_view word) noexcept {
   return std::memcmp(at, word.data(), word.size()) == 0;
 }
 
-// What a valid value is that begins with `first`.
+// The kind of a valid value that begins with `first`.
 kind kind_of(char first) noexcept {
   switch (first) {
   case '{': return kind::object;
@@ -76,7 +76,7 @@ class token_check {
         noted_{noted},
         found_{found} {}
 
-  // A value that opens something is followed by the first thing inside it, one that is complete by what comes
+  // After a value that opens something comes the first thing inside it. After a complete value comes what is
   // behind it, out to the outermost level.
   bool run() noexcept {
     do {
@@ -88,7 +88,7 @@ class token_check {
   }
 
  private:
-  // The first byte of the next token; 0, with which no token that is accepted begins, when there is none.
+  // The first byte of the next token; 0 if there is none, because no valid token begins with 0.
   char next() const noexcept { return at_ == end_ ? '\0' : text_[*at_]; }
 
   bool take(char c) noexcept {

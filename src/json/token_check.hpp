@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is a text JSON, and which members does it have? Asked of what simdjson's first stage has found: the first
-// byte of every token, in a text that is UTF-8 and whose strings all end and hold no control characters. What
-// is left is the order of the tokens, numbers, words and escapes. Quick, so it may say no to what is valid
-// (numbers of hundreds of digits or with long exponents, a number that is the whole text, deep nesting);
-// never yes to what is not. Pure, on any thread; never waits, never allocates; steps in proportion to the
+// Is a text JSON, and which members does it have? This uses what simdjson's first stage has found: the first
+// byte of every token, in a text that is UTF-8 and whose strings all end and have no control characters. It
+// checks the order of the tokens, numbers, words and escapes. It is quick, so it may refuse valid texts
+// (numbers of hundreds of digits or with long exponents, a number that is the whole text, deep nesting); it
+// never accepts invalid ones. Pure, on any thread; never waits, never allocates; steps in proportion to the
 // text.
 #pragma once
 #include <cstddef>
@@ -22,8 +22,8 @@ struct noted_members {
   bool all = false;             // the object has no others
 };
 
-// `tokens`: an index for each, ascending. Of the members of an object that is the whole text the first ones
-// are noted in `noted`. 32 bytes behind the text must be readable, and `depth_max` at most fault_depth_limit.
+// `tokens`: the index of each token, ascending. If the whole text is an object, its first members are noted
+// in `noted`. 32 bytes behind the text must be readable. `depth_max` is at most fault_depth_limit.
 bool tokens_are_valid(std::string_view text, std::span<const std::uint32_t> tokens, std::size_t depth_max,
                       std::span<member> noted, noted_members& found) noexcept;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// UTF-8 one sequence at a time (RFC 3629; what is not well-formed is cut into the maximal pieces of the
-// Unicode Standard, section 3.9, as browsers do). Pure functions, on any thread; nothing waits or allocates.
+// UTF-8, one sequence at a time (RFC 3629). Text that is not well-formed is cut into the maximal pieces of
+// the Unicode Standard, section 3.9, as in browsers. Pure functions, on any thread; nothing waits or
+// allocates.
 #pragma once
 #include <cassert>
 #include <cstddef>
@@ -11,7 +12,7 @@
 
 namespace rowe::json {
 
-// U+FFFD, which stands for what was no UTF-8.
+// U+FFFD, which replaces bytes that are no UTF-8.
 inline constexpr char replacement_character[] = "\xef\xbf\xbd";
 
 struct utf8_piece {
@@ -38,7 +39,8 @@ ROWE_RT inline utf8_piece next_utf8(const char* at, const char* end) noexcept {
   return {bytes, true};
 }
 
-// As much of the beginning of `text`, which is UTF-8, as `bytes_max` bytes hold without half a character.
+// The longest beginning of `text`, which is UTF-8, that has at most `bytes_max` bytes and ends between
+// characters.
 ROWE_RT inline std::string_view utf8_prefix(std::string_view text, std::size_t bytes_max) noexcept {
   if (text.size() <= bytes_max) return text;
   std::size_t bytes = bytes_max;
@@ -46,7 +48,8 @@ ROWE_RT inline std::string_view utf8_prefix(std::string_view text, std::size_t b
   return text.substr(0, bytes);
 }
 
-// `code_point` (no surrogate, at most U+10FFFF) as UTF-8; returns how many of the four bytes at `at` are it.
+// Writes `code_point` (no surrogate, at most U+10FFFF) as UTF-8 to `at`, which has four bytes; returns how
+// many it used.
 ROWE_RT inline std::size_t write_utf8(char* at, std::uint32_t code_point) noexcept {
   assert(code_point <= 0x10ffff && (code_point < 0xd800 || code_point > 0xdfff));
   const auto continuation = [code_point](int shift) {

@@ -11,7 +11,8 @@
 namespace rowe::json {
 namespace {
 
-// The value that begins at `at`, which is before `end`; `at` moves behind it. False where no value begins.
+// Takes the value that begins at `at`, which is before `end`, and moves `at` behind it. False if no value
+// begins there.
 bool take_value(const char*& at, const char* end, value& into) noexcept {
   const char* const begin = at;
   kind type{};

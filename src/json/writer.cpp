@@ -12,7 +12,7 @@
 namespace rowe::json {
 namespace {
 
-// The end of the bytes that are written as they are.
+// The end of the bytes that need no escape.
 const char* plain_run(const char* at, const char* end) noexcept {
   for (; end - at >= 8; at += 8) {
     const std::uint64_t special = special_bytes(load_eight(at));
@@ -23,7 +23,7 @@ const char* plain_run(const char* at, const char* end) noexcept {
   return special != 0 ? at + first_byte(special) : end;
 }
 
-// What stands for `c`, a control character, a quote or a backslash.
+// The escape of `c`, a control character, a quote or a backslash.
 std::string_view escape(char c, std::span<char, 6> scratch) noexcept {
   switch (c) {
   case '"': return "\\\"";
@@ -42,8 +42,8 @@ std::string_view escape(char c, std::span<char, 6> scratch) noexcept {
   return {scratch.data(), scratch.size()};
 }
 
-// Copies `from` as long as nothing in it must be escaped; false when something must. May write a word more.
-// What is copied last overlaps what was copied before.
+// Copies `from` unless something in it must be escaped; then false. May write a word more. The last word
+// overlaps the one before.
 bool copy_plain(char* to, const char* from, std::size_t bytes) noexcept {
   if (bytes > block::bytes) {
     constexpr std::size_t step = block::bytes;
@@ -98,8 +98,8 @@ void writer::escaped(const char* at, const char* end) noexcept {
   }
 }
 
-// Digits are written in place where the room is ample, else beside it and copied, so that the last byte of
-// the room can be used and none behind it is touched. False when there is no text for the number.
+// Writes digits in place if there is enough space, else in a buffer, and copies them. So the last byte of the
+// span can be used, and none behind it is touched. False if there is no text for the number.
 template <class Write>
 bool writer::number_with(Write write) noexcept {
   if (static_cast<std::size_t>(end_ - at_) > number_room_bytes) [[likely]] {

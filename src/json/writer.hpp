@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON text into a span of the caller's. The writer never allocates and never writes outside the span: when a
-// piece does not fit, nothing more is written and overflowed() says so. It places commas and escapes strings,
-// so callers name only keys and values; whether they nest rightly is theirs to know, since one bit (is a
-// comma due?) is all the state there is. Used by the codecs and the core on the service thread, and by
-// whatever a user's thread writes in place; one writer belongs to one thread at a time.
+// Writes JSON text into the caller's span. The writer never allocates and never writes outside the span: if a
+// piece does not fit, nothing more is written, and overflowed() says so. It places commas and escapes
+// strings, so callers give only keys and values. They must nest them correctly, because the writer's only
+// state is one bit (is a comma due?). The codecs and the core use it on the service thread, and users'
+// threads use it to write in place; one writer belongs to one thread at a time.
 //
 // Every number is exact: doubles and floats are written with the fewest digits that read back to the same
 // value (digits.hpp).
@@ -55,7 +55,8 @@ class writer {
     comma_ = true;
   }
 
-  // A number. NaN and the infinities, which JSON cannot say, are written as null and counted in nonfinite().
+  // A number. NaN and the infinities, which JSON does not have, are written as null and counted in
+  // nonfinite().
   ROWE_RT void number(double x) noexcept;
   ROWE_RT void number(float x) noexcept;
   template <integer T>
@@ -70,7 +71,7 @@ class writer {
   ROWE_RT void boolean(bool b) noexcept { raw(b ? std::string_view{"true"} : std::string_view{"false"}); }
   ROWE_RT void null() noexcept { raw("null"); }
 
-  // A complete value that is JSON already, written as it is; the comma before it is placed.
+  // A complete value that is JSON already. It is written unchanged, with the comma before it.
   ROWE_RT void raw(std::string_view json) noexcept {
     place_comma();
     append(json);
@@ -118,13 +119,13 @@ class writer {
     if (at_ == end_) return overflow();
     *at_++ = c;
   }
-  // The rest of the room is given up, so that no shorter piece is written behind a hole.
+  // The rest of the span is not used any more, so no shorter piece is written behind a gap.
   void overflow() noexcept {
     overflowed_ = true;
     at_ = end_;
   }
-  // Names are known to the compiler as a rule: then it looks for what must be escaped, and what is left is to
-  // store some words.
+  // The compiler usually knows the names. Then it looks for bytes to escape at compile time, and only some
+  // words must be stored.
   [[gnu::always_inline]] void quoted(std::string_view utf8) noexcept {
     const std::size_t bytes = utf8.size();
     if (__builtin_constant_p(bytes) && bytes <= inline_bytes_max && has_ample_room(bytes) &&
@@ -133,7 +134,7 @@ class writer {
     }
     quoted_at_length(utf8);
   }
-  // For a string without escapes, a comma before it, and the rest of the last word.
+  // Whether there is space for a string without escapes, a comma before it, and the rest of the last word.
   bool has_ample_room(std::size_t string_bytes) const noexcept {
     return static_cast<std::size_t>(end_ - at_) >= string_bytes + 3 + word_bytes;
   }

@@ -12,7 +12,7 @@ namespace rowe::net {
 
 namespace {
 
-// The kernel's own way to look at an address: the family says which structure lies in the storage.
+// As the kernel does: the family says which structure is in the storage.
 const sockaddr_in& v4(const socket_address& address) noexcept {
   return reinterpret_cast<const sockaddr_in&>(address.storage);
 }
@@ -20,7 +20,7 @@ const sockaddr_in6& v6(const socket_address& address) noexcept {
   return reinterpret_cast<const sockaddr_in6&>(address.storage);
 }
 
-// The IPv4 address that this is, in either spelling.
+// The IPv4 address, also if it is written as IPv6.
 std::optional<in_addr> v4_of(const socket_address& address) noexcept {
   if (address.storage.ss_family == AF_INET) return v4(address).sin_addr;
   if (address.storage.ss_family != AF_INET6 || !IN6_IS_ADDR_V4MAPPED(&v6(address).sin6_addr))

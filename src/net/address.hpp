@@ -19,10 +19,10 @@ struct socket_address {
   sockaddr* get() noexcept { return reinterpret_cast<sockaddr*>(&storage); }
 };
 
-// "[" + an IPv6 address with its scope + "]:65535", and to spare.
+// Enough for "[" + an IPv6 address with its scope + "]:65535".
 inline constexpr std::size_t address_text_bytes_max = 96;
 
-// Nothing when it is neither IPv4 nor IPv6.
+// Nothing if it is neither IPv4 nor IPv6.
 std::optional<socket_address> address_of(const sockaddr* raw) noexcept;
 
 // `text` is an IPv4 or IPv6 address, the latter with or without a scope ("fe80::1%eth0"); nothing for any
@@ -35,8 +35,9 @@ void set_port(socket_address& address, std::uint16_t port) noexcept;
 
 // The same host, whatever the ports.
 bool same_host(const socket_address& one, const socket_address& other) noexcept;
-// The same source, as limits of what one may hold see it: of IPv6 whoever has one address of a /64 has all of
-// them, so those are one; IPv4 is its own address, also where it is written as IPv6 (::ffff:192.0.2.1).
+// Whether limits for one source count both as the same source. A host that has one IPv6 address of a /64 can
+// have all of them, so a /64 is one source. An IPv4 address is one source, also if it is written as IPv6
+// (::ffff:192.0.2.1).
 bool same_source(const socket_address& one, const socket_address& other) noexcept;
 
 // "127.0.0.1:8080", "[::1]:8080"; empty when `out` is too small.

@@ -26,7 +26,7 @@ constexpr std::size_t host_bytes_max = 100;
 constexpr std::size_t path_bytes_max = 1024;
 constexpr std::uint16_t switching_protocols = 101;
 
-// A sentence for refusal::what and the like.
+// A diagnostic, for refusal::what and the like.
 class sentence {
  public:
   template <class... Values>
@@ -69,8 +69,8 @@ std::optional<std::uint16_t> status_of(std::string_view header) noexcept {
   return static_cast<std::uint16_t>(status);
 }
 
-// What is wrong with the lines of an answer, as an end of "HOST answered ...", or null. libwebsockets, which
-// judges the fields, would take the first of two and repair what is malformed.
+// What is wrong with the lines of an answer, as the end of "HOST answered ...", or null. libwebsockets checks
+// the fields, but it takes the first of two equal ones and repairs malformed ones.
 const char* fault_of(std::string_view header) noexcept {
   struct once {
     std::string_view name;
@@ -189,8 +189,8 @@ void client_attempt::resolve(rt::time_point now, transport_sink& sink) noexcept 
   next_address(now, sink);
 }
 
-// Tries the next address, or those behind it if that fails at once. An address may take an equal part of the
-// time left.
+// Tries the next address, and if that fails at once, those behind it. Each address may take an equal part of
+// the time that is left.
 void client_attempt::next_address(rt::time_point now, transport_sink& sink) noexcept {
   drop_socket();
   while (next_ < found_.count) {
@@ -227,7 +227,7 @@ void client_attempt::on_event(const socket_event& event, rt::time_point now, tra
 }
 
 void client_attempt::on_connected(rt::time_point now, transport_sink& sink) noexcept {
-  // Before libwebsockets, which would ask too and keep the answer to itself.
+  // This comes before libwebsockets, which would read the error, too, and not report it.
   if (const int code = socket_error(socket_.get()); code != 0) {
     if (next_ < found_.count) return next_address(now, sink);
     return fail_by_error(sink, code);
@@ -278,7 +278,8 @@ void client_attempt::finish(std::string_view header, transport_sink& sink) noexc
                 sentence{"%s answered HTTP status %u to the upgrade of %s", authority_.c_str(),
                          static_cast<unsigned>(*status), path_.c_str()},
                 remedy_of(*status));
-  // Upgrade is no part of HTTP/1.0 (RFC 7230 6.7); whoever passes it on so has not understood it.
+  // Upgrade is no part of HTTP/1.0 (RFC 7230 6.7), so a proxy that passes it on in HTTP/1.0 has not
+  // understood it.
   const char* const fault =
       header.starts_with("HTTP/1.1 ") ? fault_of(header) : "the upgrade in another HTTP than 1.1";
   if (fault) return fail(sink, *status, sentence{"%s answered %s", authority_.c_str(), fault}, remedy_of(0));

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// One attempt after another to reach the remote of a client: look the name up, connect to its addresses in
-// turn, ask for the upgrade, and hand a socket that is upgraded to the established connections. Service
-// thread; libwebsockets allocates during an attempt.
+// Makes one attempt after another to reach the remote of a client. An attempt looks the name up, connects to
+// its addresses in turn, asks for the upgrade, and hands the upgraded socket to the established connections.
+// Service thread; libwebsockets allocates during an attempt.
 //
-// libwebsockets makes the socket and writes the request; we keep a duplicate from the start. Its answer is
-// read by us up to the end of the header, which libwebsockets then gets through a socket pair
-// (lws_host::take_answer): what lies behind it belongs to the connection.
+// libwebsockets makes the socket and writes the request. We keep a duplicate of the socket from the start,
+// and read the answer up to the end of its header. libwebsockets gets that header through a socket pair
+// (lws_host::take_answer), because the bytes behind it belong to the connection.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -48,7 +48,8 @@ class client_attempt {
   bool busy() const noexcept { return asked_ || now_ != phase::idle; }
 
   void on_event(const socket_event& event, rt::time_point now, service::transport_sink& sink) noexcept;
-  // Begins what was asked for, takes the resolver's answer, ends what took too long. Once a turn.
+  // Begins an attempt that was asked for, takes the resolver's answer, and ends an attempt that took too
+  // long. Called once a turn.
   void step(rt::time_point now, service::transport_sink& sink) noexcept;
   rt::time_point next_deadline() const noexcept;
 
@@ -73,7 +74,7 @@ class client_attempt {
   const std::string host_; // as given
   const std::uint16_t port_;
   const std::string path_;
-  std::string authority_;    // host and port, for the Host header and for sentences
+  std::string authority_;    // host and port, for the Host header and for diagnostics
   std::string subprotocols_; // a list with commas
   poll_set& polled_;
   lws_host& lws_;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deadlines that are all equally far away when they are set, so that the order of setting them is the order
-// in which they come: a queue, of which only the front is ever looked at. Every deadline of the transport is
-// of this kind, which is why it needs no wheel, and why a turn costs the same with one socket or a thousand.
+// Deadlines that are all equally far away when they are set. So they come in the order in which they were
+// set: they form a queue, and only its front is looked at. All deadlines of the transport are of this kind.
+// So it needs no wheel, and a turn costs the same with one socket or a thousand.
 #pragma once
 #include <rowe/rt/clock.hpp>
 
 namespace rowe::net {
 
-// Base of what may wait in one deadline_list at a time. Leaves it when it is destroyed.
+// Base of what may be in one deadline_list at a time. Its destructor takes it out.
 class deadline_node {
  public:
   deadline_node() noexcept = default;
@@ -45,7 +45,7 @@ class deadline_list {
   // The node that waits longest, or nullptr.
   deadline_node* oldest() noexcept { return head_.next_ == &head_ ? nullptr : head_.next_; }
 
-  // The one that waits longest of those for which `wanted(node)` is true, or nullptr. Linear.
+  // The node that waits longest among those for which `wanted(node)` is true, or nullptr. Linear.
   template <class Wanted>
   deadline_node* oldest_of(Wanted&& wanted) noexcept {
     for (deadline_node* node = head_.next_; node != &head_; node = node->next_)
@@ -53,7 +53,7 @@ class deadline_list {
     return nullptr;
   }
 
-  // The same as oldest() if its time has come; it is taken out of the list.
+  // Takes oldest() out of the list and returns it, if its time has come; else nullptr.
   deadline_node* take_due(rt::time_point now) noexcept {
     deadline_node* node = oldest();
     if (!node || node->due_ > now) return nullptr;

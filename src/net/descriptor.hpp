@@ -6,8 +6,9 @@
 
 namespace rowe::net {
 
-// Owns a file descriptor; closes it when it goes. Closing does not take it out of an epoll: the registration
-// belongs to the open file, which a duplicate or a forked child may keep alive (poll_set::remove).
+// Owns a file descriptor, and closes it at the end. Closing does not take it out of an epoll: the
+// registration belongs to the open file, which a duplicate or a forked child may keep alive
+// (poll_set::remove).
 class descriptor {
  public:
   descriptor() noexcept = default;

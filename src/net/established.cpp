@@ -22,31 +22,29 @@ namespace rowe::net {
 using service::close_cause;
 using service::close_how;
 using service::connection_id;
+using service::stop_place_kept_for;
 using service::transport_sink;
 
 namespace {
 
 constexpr std::size_t pieces_per_call_max = IOV_MAX;
 
-// How long a peer that came to stop has its place for sure, against those of other sources.
-constexpr rt::duration stop_place_time = std::chrono::seconds{1};
-
-// How much goes into a limited send buffer at once. The kernel takes a write as one segment, however small
-// the buffer is, and no other until that is acknowledged; but a receiver that sends something now and then
-// itself acknowledges a lone segment after 40 ms, or when it is repeated. Two it acknowledges at once. The
-// buffer is twice what was asked for, and its socket is writable while a third of it is free: so there are
-// always two segments under way when each is less than 4/3 of what was asked for, with what the kernel adds
-// to it.
+// How much is written into a limited send buffer at once. The kernel takes a write as one segment, however
+// small the buffer is, and takes no other until that one is acknowledged. But a receiver that also sends now
+// and then acknowledges a lone segment only after 40 ms, or when it is repeated. It acknowledges two segments
+// at once. The buffer is twice as large as was asked for, and its socket is writable while a third of it is
+// free. So two segments are always under way if each is shorter than 4/3 of what was asked for, with what the
+// kernel adds.
 constexpr std::size_t segment_bytes_max(std::uint32_t buffer_bytes) noexcept {
   return buffer_bytes == 0 ? SIZE_MAX : std::size_t{buffer_bytes} + buffer_bytes / 5;
 }
 
 bool would_block(int code) noexcept { return code == EAGAIN || code == EWOULDBLOCK || code == EINTR; }
 
-// Also when the kernel is short of memory for buffers: it says so by the same sign, readiness.
+// Also true if the kernel has no memory for buffers: then, too, the socket becomes writable later.
 bool has_no_room(int code) noexcept { return would_block(code) || code == ENOBUFS || code == ENOMEM; }
 
-// One piece, the rule, goes by the call that has less to look at.
+// Sends one piece, the usual case, by the simpler call.
 ssize_t send_now(int fd, std::span<iovec> pieces) noexcept {
   constexpr int how = MSG_NOSIGNAL | MSG_DONTWAIT;
   if (pieces.size() == 1) return ::send(fd, pieces[0].iov_base, pieces[0].iov_len, how);
@@ -109,12 +107,12 @@ connection_id established::open(descriptor socket, const socket_address& peer, p
   return id_of(one);
 }
 
-// ---- places for the stop
+// ---- reserved places for the stop
 
-// Of loopback each connection is a visit of its own, but for one that comes back.
+// On loopback, each connection is a visit of its own, unless it comes back after a pause.
 bool established::goes_on(const visit& one) const noexcept {
   if (one.connections != 0) return !is_loopback(one.source);
-  return now_ - one.left_at < stop_place_time;
+  return now_ - one.left_at < stop_place_kept_for;
 }
 
 std::uint32_t established::begin_visit(const socket_address& source) noexcept {
@@ -122,7 +120,7 @@ std::uint32_t established::begin_visit(const socket_address& source) noexcept {
     return same_source(one.source, source) && goes_on(one);
   });
   if (found == stop_visits_.end()) {
-    // The one that ended longest ago. There are as many as connections, so one has ended.
+    // Takes the visit that ended longest ago. There are as many visits as connections, so one has ended.
     found = std::min_element(stop_visits_.begin(), stop_visits_.end(), [](const visit& a, const visit& b) {
       return std::pair{a.connections != 0, a.left_at} < std::pair{b.connections != 0, b.left_at};
     });
@@ -132,17 +130,17 @@ std::uint32_t established::begin_visit(const socket_address& source) noexcept {
   return static_cast<std::uint32_t>(found - stop_visits_.begin());
 }
 
-// Who comes to stop gets a place as long as there is any, also one of those that are kept. Then another one
-// on the path gives way: the oldest, but for those that have just stopped the robot, by the sink's account.
+// A peer that comes to stop gets a place while any is free, a reserved one too. Then another peer on the path
+// is displaced: the oldest one, unless the sink says that it has just stopped the robot.
 //
-// Peers that come in crowds are to keep nobody out. So one source, loopback apart, has one of the kept
-// places: when it comes again it loses that one, and so it does beyond connections_per_address_max. To
-// another source only who has had its place for stop_place_time gives way, which is enough for a stop and its
-// answer. The time is that of the source: closing and coming back does not begin it anew.
+// A crowd of peers must keep nobody out. So one source, except loopback, has only one of the reserved places.
+// When it comes again, or beyond connections_per_address_max, its own connection is displaced. A connection
+// of another source is displaced only when that source has had its place for stop_place_kept_for. The time is
+// counted for the source, so closing and coming back does not begin it anew.
 bool established::make_room_for_stop(const socket_address& peer, transport_sink& sink) noexcept {
   const auto of_its_own = [&](const connection& one) { return same_source(one.peer, peer); };
   const auto held_long = [&](const connection& one) {
-    return now_ - stop_visits_[one.stop_visit].since >= stop_place_time;
+    return now_ - stop_visits_[one.stop_visit].since >= stop_place_kept_for;
   };
   report_ended(sink);
   const bool instead = !is_loopback(peer) &&
@@ -200,7 +198,7 @@ void established::on_event(const socket_event& event, std::span<std::byte> buffe
   if (one->now == phase::closing) return discard(*one, sink);
   const bool broken = (event.events & (EPOLLERR | EPOLLHUP)) != 0;
   if (broken && !one->reading) {
-    // The bytes it left are nobody's: the core does not want them now, and there will be no later.
+    // The bytes that it left are lost: the core does not want them now, and there is no later.
     return finish(*one, cause_of(socket_error(one->socket.get())), sink);
   }
   if (broken || (one->reading && (event.events & EPOLLIN))) {
@@ -246,7 +244,7 @@ std::size_t established::write(connection_id id,
     }
     const ssize_t sent = send_now(one->socket.get(), std::span{list}.first(count));
     if (sent < 0) {
-      // A broken connection may still hold what its peer said before; its event reads that to the end.
+      // A broken connection may still have bytes of its peer; its event reads them to the end.
       if (!has_no_room(errno)) {
         one->broken = true;
         one->cause = cause_of(errno);
@@ -263,7 +261,7 @@ std::size_t established::write(connection_id id,
   return taken;
 }
 
-// Into a buffer that is as wide as that needs, for as long as the call takes: what lies in it stays there.
+// Makes the send buffer large enough during this call. What is in the buffer stays there afterwards.
 std::size_t established::write_rest(connection_id id, std::span<const std::byte> rest) noexcept {
   connection* one = find(id);
   if (!one || one->now != phase::open || one->broken) return 0;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The established connections: sockets behind their upgrade, which belong to us alone. Reading, writing, the
-// write deadline, closing. Service thread; allocates in its constructor only.
+// The established connections: upgraded sockets, which libwebsockets has released. Reads, writes, closes, and
+// keeps the write deadline. Service thread; allocates only in its constructor.
 //
-// The epoll is level triggered here. Unread bytes are reported again, in rotation, which is all the fairness
-// that a read quantum needs; nothing can be forgotten; and EPOLLOUT is asked for only while a write stands
-// refused, so an ordinary message costs no epoll_ctl.
+// The epoll is level triggered here. Unread bytes are reported again, in rotation, so read quanta are fair
+// and nothing is forgotten. EPOLLOUT is asked for only while a write is refused, so an ordinary message costs
+// no epoll_ctl.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -29,31 +29,31 @@ class established {
   established(const established&) = delete;
   established& operator=(const established&) = delete;
 
-  // Whether there is a place for a peer that did not come for the stop alone.
+  // Whether there is no place for an ordinary peer, which did not come for the stop alone.
   bool full() const noexcept { return ordinary_ >= ordinary_max() || free_.empty(); }
   std::uint32_t ordinary_max() const noexcept {
     return limits_.connections_max - kept_for_stop(limits_.connections_max);
   }
   std::uint32_t count_from(const socket_address& source) const noexcept; // linear; for handshakes
 
-  // Whether there is a place for a peer on service::stop_path, if need be that of another one on it: see
-  // established.cpp. Inside poll(). Linear.
+  // Whether there is a place for a peer on service::stop_path; another peer on the path may be displaced for
+  // it (established.cpp). Only inside poll(). Linear.
   bool make_room_for_stop(const socket_address& peer, service::transport_sink& sink) noexcept;
 
   enum class purpose : std::uint8_t { any, stop };
-  // Takes over a socket that is already in the poll_set, under whatever token. Not when full(), or where
-  // make_room_for_stop() said no.
+  // Takes over a socket that is already in the poll_set, under any token. There must be a place: full(),
+  // make_room_for_stop().
   service::connection_id open(descriptor socket, const socket_address& peer,
                               purpose why = purpose::any) noexcept;
 
-  // Each turn begins here: the time from which deadlines set until the next turn count.
+  // Begins a turn. Deadlines that are set until the next turn count from this time.
   void begin_turn(rt::time_point now) noexcept { now_ = now; }
   // Reports the connections that ended outside poll(): by close(), or because a write failed.
   void report_ended(service::transport_sink& sink) noexcept;
   bool has_ended() const noexcept { return !ended_.empty(); }
 
-  // One event of the poll_set. Reads at most `buffer`, behind which transport_sink::tailroom_bytes are
-  // readable.
+  // Handles one event of the poll_set. Reads at most `buffer`, behind which transport_sink::tailroom_bytes
+  // are readable.
   void on_event(const socket_event& event, std::span<std::byte> buffer,
                 service::transport_sink& sink) noexcept;
 
@@ -82,7 +82,7 @@ class established {
     purpose why = purpose::any;
     bool reading = true;
     bool refused = false;
-    bool broken = false;            // a write said so, and `cause` why; there may be something to read still
+    bool broken = false;            // a write failed for `cause`; there may still be something to read
     int unacknowledged = 0;         // bytes, when it was
     std::size_t segment_bytes = 0;  // of one call, at most
     std::uint32_t buffer_bytes = 0; // SO_SNDBUF as it was asked for
@@ -90,7 +90,7 @@ class established {
     rt::time_point opened_at{};   // purpose::stop, as is this:
     std::uint32_t stop_visit = 0; // index
   };
-  // That a source is here to stop, with pauses shorter than stop_place_time, whatever places it had.
+  // A visit: a source is here to stop, in any places, with pauses shorter than stop_place_kept_for.
   struct visit {
     socket_address source;
     std::uint32_t connections = 0;

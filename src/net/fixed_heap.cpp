@@ -45,7 +45,7 @@ fixed_heap::fixed_heap(std::span<std::byte> region) noexcept {
   end_ = begin_ + whole - block::header_bytes;
   block& all = *std::construct_at(&block::at(begin_));
   all.bytes = whole - block::header_bytes;
-  // The block at the end has a header and no more; it counts as taken for ever.
+  // The block at the end is only a header; it counts as taken for ever.
   block& last = all.after();
   last.bytes = 0;
   link(all);
@@ -58,9 +58,9 @@ std::size_t fixed_heap::list_of(std::size_t bytes) noexcept {
   return ((power - least_power) << parts_power) + part;
 }
 
-// The first list that has blocks, and none too small; `lists` when there is none.
+// The first list that has blocks, all of them large enough; `lists` if there is none.
 std::size_t fixed_heap::first_list_for(std::size_t bytes) const noexcept {
-  // The smallest of the next list: so that whatever block is first in a list will do.
+  // Rounds up to the smallest size of the next list, so the first block of a list is always large enough.
   const auto power = static_cast<unsigned>(std::bit_width(bytes) - 1);
   const std::size_t list = list_of(bytes + (std::size_t{1} << (power - parts_power)) - 1);
   for (std::size_t word = list / 64; word < any_.size(); ++word) {
@@ -92,7 +92,7 @@ void fixed_heap::unlink(block& free) noexcept {
   if (!free_[list]) any_[list / 64] &= ~(std::uint64_t{1} << (list % 64));
 }
 
-// Leaves `bytes` to a block that is in no list; the rest becomes free.
+// Shortens a block that is in no list to `bytes`; the rest becomes free.
 void fixed_heap::cut(block& taken, std::size_t bytes) noexcept {
   if (taken.bytes - bytes < least_block_bytes) return;
   block& rest = *std::construct_at(&block::at(taken.place() + bytes));
@@ -103,7 +103,7 @@ void fixed_heap::cut(block& taken, std::size_t bytes) noexcept {
 
 namespace {
 
-// What a block must have to hold so many; 0 when that is beyond any region.
+// The size of a block for so many bytes; 0 if that exceeds every region.
 std::size_t block_bytes_for(std::size_t bytes) noexcept {
   if (bytes > fixed_heap::region_bytes_max) return 0;
   constexpr std::size_t mask = fixed_heap::alignment - 1;

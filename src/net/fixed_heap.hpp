@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A heap within a region of memory that somebody else took: for a library that wants to allocate and free in
-// its own order, and must not get more than was set aside for it. Every call is a bounded number of steps,
-// whatever was allocated before: free blocks are kept in lists by size, four to each power of two, a bit
-// tells which lists have any, and neighbours that are free are joined at once (two-level segregated fit).
+// A heap inside a given region of memory, for a library that allocates and frees in its own order and must
+// not get more than that region. Every call takes a bounded number of steps, whatever was allocated before
+// (two-level segregated fit): free blocks are in lists by size, four lists to each power of two; a bit says
+// which lists have blocks; free neighbours are joined at once.
 //
 // One thread at a time; nothing here waits or enters the kernel.
 #pragma once
@@ -23,15 +23,15 @@ class fixed_heap {
   // `region` is aligned to `alignment`, no longer than region_bytes_max, and outlives this.
   explicit fixed_heap(std::span<std::byte> region) noexcept;
 
-  // nullptr when no free block is certain to be large enough; that is counted.
+  // nullptr, counted, if no free block is certain to be large enough.
   void* take(std::size_t bytes) noexcept;
   // As realloc(): `held` is nullptr or was taken here. On nullptr it is untouched.
   void* resize(void* held, std::size_t bytes) noexcept;
   void give(void* held) noexcept;
 
   bool owns(const void* address) const noexcept;
-  // Whether take(bytes) would succeed now. Several smaller ones do, too, if they sum up to three quarters of
-  // it when `alignment` is added to each.
+  // Whether take(bytes) would succeed now. If so, several smaller calls succeed, too, if their sum, with
+  // `alignment` added to each, is at most three quarters of it.
   bool has_room_for(std::size_t bytes) const noexcept;
 
   std::size_t bytes_used() const noexcept { return bytes_used_; } // with what the heap itself needs for them

@@ -58,7 +58,8 @@ bool is_for_stop(const wire::http_judgement& request) noexcept {
   return request.outcome == wire::http_outcome::upgrade && request.path == service::stop_path;
 }
 
-// One small answer to a socket that has been written nothing yet: its buffer is empty and larger.
+// Sends one small answer. Nothing was written to this socket before, so its buffer is empty, and larger than
+// the answer.
 void send_refusal(int fd, const wire::http_refusal& refusal) noexcept {
   char text[wire::http_refusal_bytes_max];
   const std::string_view answer = wire::write_refusal(text, refusal);
@@ -99,13 +100,13 @@ handshakes::guest* handshakes::free_or_parted() noexcept {
   return parted;
 }
 
-// Its request is not whole, as far as we know.
+// True if its request is not complete, as far as we know.
 bool handshakes::may_be_evicted(const guest& one) const noexcept {
   return one.now == phase::header && one.turn != turn_ && (one.events == 0 || one.looked_at);
 }
 
-// Of those `wanted` whose request is not whole, as far as we know, the oldest; nullptr where there is none.
-// First those that have nothing unread: what came of the others may be the rest.
+// The oldest `wanted` socket whose request is not complete, as far as we know; nullptr if there is none.
+// Sockets without unread bytes come first, because unread bytes may complete a request.
 template <class Wanted>
 handshakes::guest* handshakes::oldest_unfinished(Wanted&& wanted) noexcept {
   const auto guest_of = [](deadline_node& node) -> guest& { return static_cast<guest&>(node); };
@@ -122,9 +123,9 @@ handshakes::guest* handshakes::oldest_unfinished(Wanted&& wanted) noexcept {
   return found != nullptr ? &guest_of(*found) : nullptr;
 }
 
-// A free place; else that of whoever has parted longest, since its answer is sent; else that of the oldest
-// whose request is not whole. A source that has all it may have gets no more than the stop's places beyond,
-// and takes none of another's for a third.
+// A free place; else the place of the socket that has been parting longest, because its answer is sent; else
+// the place of the oldest socket whose request is not complete. A source that has used up its limit gets only
+// the places for the stop in addition, and displaces no other source for a third.
 handshakes::guest* handshakes::place(const socket_address& peer, bool crowded) noexcept {
   const auto is_such = [&](const guest& one) {
     return one.now == phase::header && one.crowded && same_source(one.peer, peer);
@@ -175,7 +176,7 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
   const bool beyond = crowded && one == nullptr;
   if (beyond) one = free_or_parted(); // to be refused in good order
   if (!one) {
-    // No place to part in good order, so this answer may be lost to a reset.
+    // There is no place for an orderly end, so a reset may destroy this answer.
     ++counters_.handshakes_cut;
     const auto refusal =
         refusal_of(service_unavailable, "% handshakes are under way, which is the limit",
@@ -292,8 +293,9 @@ void handshakes::read_header(guest& one, std::uint32_t events, transport_sink& s
   }
 }
 
-// Gives libwebsockets a duplicate of the socket and the request in our own words, without its path, which is
-// ours to answer: so it parses nothing of a stranger's but a host, a key and an ETag, all of them checked.
+// Gives libwebsockets a duplicate of the socket, and the request as we write it anew, without its path, which
+// we answer ourselves. So of what a stranger wrote it parses only a host, a key and an ETag, and all of them
+// were checked.
 void handshakes::hand_over(guest& one, const wire::http_judgement& request, transport_sink* sink) noexcept {
   char text[wire::http_clean_bytes_max];
   descriptor duplicate{::fcntl(one.socket.get(), F_DUPFD_CLOEXEC, 0)};
@@ -400,7 +402,7 @@ void handshakes::report(const socket_address& peer, const wire::http_refusal& re
 void handshakes::expire(transport_sink& sink) noexcept {
   while (deadline_node* node = header_.take_due(now_)) {
     auto& one = static_cast<guest&>(*node);
-    // Browsers open sockets ahead of need and leave them silent; that is no failed handshake.
+    // Browsers open sockets in advance and send nothing on them. That is no failed handshake.
     if (one.scanned == 0)
       leave(one);
     else

@@ -3,22 +3,21 @@
 // it is served a page, upgraded, or refused with a text. Service thread; never allocates itself
 // (libwebsockets does, for a page or an upgrade).
 //
-// The header is looked at in the kernel (MSG_PEEK) until it is whole, then exactly it is taken out: what lies
-// behind it belongs to the connection, and libwebsockets must not see it. So no socket needs a buffer of its
-// own. The epoll is edge triggered in this phase, since bytes that are left where they are would be reported
-// again and again.
+// The header is peeked at in the kernel (MSG_PEEK) until it is complete. Then exactly the header is taken
+// out: the bytes behind it belong to the connection, and libwebsockets must not see them. So no socket needs
+// a buffer of its own. The epoll is edge triggered in this phase, because bytes that are left in the kernel
+// would be reported again and again.
 //
-// A turn takes one step with libwebsockets, whoever asks for it: a stop on an open connection waits behind
-// one of them, not behind as many as strangers like to send. Headers that are ready wait in a queue for
-// theirs.
+// A turn takes one step with libwebsockets. So a stop on an open connection waits behind one such step, not
+// behind as many as strangers send. Headers that are ready wait in a queue.
 //
-// Sockets that send nothing, or only a part of their request, keep nobody out: where no place is left the
-// oldest of them is evicted. A socket whose bytes have come and were not looked at yet keeps its place until
-// they were; while there are only such, newcomers wait in the kernel's queue, for some turns at most.
+// Sockets that send nothing, or only a part of their request, keep nobody out: if no place is left, the
+// oldest of them is evicted. A socket with bytes that were not looked at yet keeps its place until they were.
+// While there are only such sockets, newcomers wait in the kernel's queue, for a few turns at most.
 //
-// A socket that was answered and is to be closed is *parting*: our end is shut, and what still arrives is
-// thrown away until the other end is shut too. A socket closed with unread bytes sends a reset, which makes
-// clients drop the answer unread.
+// A socket that was answered and must be closed is *parting*: our end is shut, and what arrives is discarded
+// until the other end is shut, too. The reason: a socket that is closed with unread bytes sends a reset, and
+// clients then drop the answer unread.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -55,7 +54,7 @@ class handshakes {
   }
   void begin(accepted_socket accepted, service::transport_sink& sink) noexcept;
   void on_event(const socket_event& event) noexcept;
-  // Looks at one header of those that are ready. Once a turn.
+  // Looks at one of the headers that are ready. Called once a turn.
   void step(service::transport_sink& sink) noexcept;
   bool has_ready() const noexcept { return !ready_.empty(); }
   // True while there is no place for a newcomer, but will be.

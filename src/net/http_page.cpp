@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t header_bytes_max = 2048;
 constexpr unsigned not_modified = 304;
 
-// Collects headers in a buffer of its own; stays false once one did not fit.
+// Collects headers in a buffer of its own; remains false after one that did not fit.
 class header_writer {
  public:
   header_writer(lws* wsi, unsigned status) noexcept : wsi_{wsi} {
@@ -86,8 +86,8 @@ bool write_page(lws* wsi, const wire::http_judgement& request, const service::ht
   if (!headers.send()) return false;
   if (unchanged || request.head || answer.body.empty()) return true;
 
-  // libwebsockets writes into the LWS_PRE bytes before a payload only for frames and HTTP/2, so this is read
-  // only.
+  // libwebsockets writes into the LWS_PRE bytes before a payload only for frames and HTTP/2, so it only reads
+  // this one.
   auto* body = reinterpret_cast<unsigned char*>(const_cast<std::byte*>(answer.body.data()));
   return lws_write(wsi, body, answer.body.size(), LWS_WRITE_HTTP_FINAL) >= 0;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes the answer to a page request through libwebsockets: headers, then the body in one piece. The body's
-// memory is only promised until the next poll(), so libwebsockets gets all of it now and keeps a copy of what
+// memory is valid only until the next poll(). So libwebsockets gets all of it now, and keeps a copy of what
 // the socket does not take. Service thread, inside a callback of libwebsockets.
 #pragma once
 #include <string_view>
@@ -12,7 +12,7 @@ struct lws;
 
 namespace rowe::net {
 
-// What a page of ours may load and who may frame it: itself, and nobody.
+// Our page may load only from its own server, and nobody may frame it.
 inline constexpr std::string_view content_security_policy =
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";

@@ -41,7 +41,7 @@ result<listener> listener::open(const listen_options& options) noexcept {
   if (family == AF_INET6) switch_on(socket.get(), IPPROTO_IPV6, IPV6_V6ONLY);
   if (::bind(socket.get(), wanted->get(), wanted->bytes) != 0) return address_error(errno, options.port);
 
-  // What was bound is what was asked for, or we do not start.
+  // Checks that what was bound is what was asked for; else we do not start.
   socket_address bound;
   bound.bytes = sizeof bound.storage;
   if (::getsockname(socket.get(), bound.get(), &bound.bytes) != 0) return address_error(errno, options.port);
@@ -49,7 +49,7 @@ result<listener> listener::open(const listen_options& options) noexcept {
   if (!same_host(bound, *wanted) || !right_port) return error{errc::bad_address, EADDRNOTAVAIL};
   if (!options.insecure && !is_loopback(bound)) return errc::not_loopback;
 
-  // Two sockets may bind one port as long as neither listens, so this may still find it in use.
+  // Two sockets may bind one port while neither listens, so the port may still turn out to be in use.
   if (::listen(socket.get(), backlog) != 0) return address_error(errno, options.port);
   return listener{std::move(socket), bound};
 }

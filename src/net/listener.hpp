@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The listening socket: ours, not libwebsockets', because 4.1.6 of that binds every address when it is asked
-// for 127.0.0.1 (its issue 2290). Opened at set-up, used by the service thread.
+// The listening socket. It is ours and not libwebsockets', because version 4.1.6 binds every address when
+// asked for 127.0.0.1 (its issue 2290). Opened at set-up, used by the service thread.
 #pragma once
 #include <optional>
 
@@ -21,7 +21,7 @@ struct accepted_socket {
 
 class listener {
  public:
-  // Out of descriptors or memory, the listener sleeps this long instead of finding the same again at once.
+  // If the process has no descriptor or memory left, the listener pauses for so long.
   static constexpr rt::duration pause = std::chrono::milliseconds{100};
 
   // Errors: not_loopback, bad_address, address_in_use as in socket_transport::listen().
@@ -31,8 +31,8 @@ class listener {
 
   bool join(poll_set& polled) noexcept;
 
-  // The next connection, if one waits. Nothing, with paused() true from then on, when the process has no
-  // descriptor or memory for it.
+  // The next connection, if one waits. If the process has no descriptor or memory for it, nothing; then
+  // paused() is true.
   std::optional<accepted_socket> accept(poll_set& polled, rt::time_point now) noexcept;
   bool paused() const noexcept { return resume_ != rt::never; }
 

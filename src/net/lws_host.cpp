@@ -24,20 +24,20 @@ static_assert(wire::frame_headroom_bytes >= LWS_PRE);
 
 namespace {
 
-// Before libwebsockets' own timers would interfere with ours.
+// Long enough that libwebsockets' timers do not interfere with ours.
 constexpr unsigned library_timeout_seconds = 30;
 // More than the largest page, so that libwebsockets does not cut one write into several.
 constexpr std::size_t write_bytes_max = std::size_t{1} << 24;
-// Its pipe, and a margin: a server's descriptors that are being closed while others are handed over.
+// For its pipe, and a margin for descriptors that are being closed while others are handed over.
 constexpr std::uint32_t extra_sockets = 16;
-// The parsed header of one request; larger than what the filter lets through.
+// Bytes for the parsed header of one request; more than the filter lets through.
 constexpr unsigned short header_data_bytes = 8192;
 
-// What one handshake takes at most, or a page without its body: two thirds of it by 4.1.6, with the longest
-// request that the filter lets through (tests/net/memory_test.cpp).
+// What one handshake, or a page without its body, takes at most. Version 4.1.6 takes two thirds of it for the
+// longest request that the filter lets through (tests/net/memory_test.cpp).
 constexpr std::size_t handshake_bytes_needed = std::size_t{24} << 10;
 
-// All zero: no pings and no hang-ups of libwebsockets' own.
+// All zero: libwebsockets itself pings nobody and closes nothing.
 constexpr lws_retry_bo_t no_liveness{};
 
 template <std::size_t Size>
@@ -47,7 +47,8 @@ void copy_text(std::array<char, Size>& to, const void* text, std::size_t bytes) 
   to[kept] = '\0';
 }
 
-// libwebsockets sets SIGPIPE to be ignored for the whole process; a library must not leave that behind.
+// libwebsockets makes the whole process ignore SIGPIPE. A library must not leave that behind, so this
+// restores it.
 class sigpipe_guard {
  public:
   sigpipe_guard() noexcept { ::sigaction(SIGPIPE, nullptr, &before_); }
@@ -59,7 +60,7 @@ class sigpipe_guard {
   struct sigaction before_ {};
 };
 
-// libwebsockets keeps a copy of what the socket does not take at once, at most all of it.
+// libwebsockets keeps a copy of what the socket does not take at once: at most the whole body.
 bool has_room_for(const fixed_heap& heap, const service::http_answer& answer) noexcept {
   return heap.has_room_for(answer.body.size() + handshake_bytes_needed);
 }
@@ -80,8 +81,8 @@ int on_event(lws* wsi, lws_callback_reasons reason, lws_watch& watch, const fixe
              std::size_t bytes) noexcept {
   switch (reason) {
   case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
-    // Cannot happen: the filter writes the request anew. If it does, refusing by return value is a use after
-    // free in 4.1.6, and letting h2c pass would bypass every filter.
+    // This cannot happen, because the filter writes the request anew. If it did, a refusal by return value
+    // would be a use after free in 4.1.6, and h2c would bypass every filter.
     if (::strcasecmp(static_cast<const char*>(in), "websocket") != 0) ::shutdown(watch.duplicate, SHUT_RDWR);
     return 0;
   case LWS_CALLBACK_RAW_ADOPT:
@@ -107,7 +108,7 @@ struct lws_host::tables {
   std::vector<std::string> names;       // what the protocols' names point to
   std::vector<lws_protocols> protocols; // libwebsockets keeps pointers into it
 
-  // Reasons that belong to no socket, or come with one that is not there yet.
+  // Reasons that belong to no socket, or that come before the socket exists.
   static bool is_general(lws_callback_reasons reason) noexcept {
     return reason == LWS_CALLBACK_PROTOCOL_INIT || reason == LWS_CALLBACK_PROTOCOL_DESTROY ||
            reason == LWS_CALLBACK_GET_THREAD_ID || reason == LWS_CALLBACK_EVENT_WAIT_CANCELLED ||
@@ -234,8 +235,8 @@ bool lws_host::connect(lws_watch& watch, const lws_client_target& target) noexce
 
 bool lws_host::take_answer(lws_watch& watch, std::string_view header) noexcept {
   const lws_memory::lending lent{memory_};
-  // libwebsockets reads the header, and nothing but the header, from a socket pair that takes the place of
-  // the connection under its number.
+  // libwebsockets reads the header, and nothing else, from a socket pair. The pair replaces the connection
+  // under the same descriptor number.
   int pair[2] = {-1, -1};
   (void)::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair); // send() will say so
   const descriptor theirs{pair[0]};
@@ -264,7 +265,8 @@ void lws_host::let_go(lws_watch& watch) noexcept {
   const lws_memory::lending lent{memory_};
   if (watch.duplicate < 0)
     return lws_set_timeout(watch.wsi, PENDING_TIMEOUT_KILLED_BY_PARENT, LWS_TO_KILL_SYNC);
-  // The one way to close that neither shuts the socket down nor sends a frame: only its number goes.
+  // This is the only way to close that neither shuts the socket down nor sends a frame: only the descriptor
+  // is closed.
   service(watch, 0, LWS_POLLHUP);
   assert(!watch.wsi);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The only use of libwebsockets: for handshakes and pages. There is one context for a transport. Every socket
-// that it gets is a *duplicate* of one that we keep. So we end its part in a connection by making it close
-// the duplicate, and it never owns a socket alone.
+// that it gets is a *duplicate* of one that we keep. To end its part in a connection, we make it close the
+// duplicate. So it never owns a socket alone.
 //
 // The callbacks only set members of a `lws_watch` (and write a page); everything that ends a wsi runs outside
 // of them. The end of a wsi is LWS_CALLBACK_WSI_DESTROY and nothing else: lws_adopt_socket_vhost_readbuf()
@@ -10,8 +10,8 @@
 //
 // Service thread, but open() and the destructor. What libwebsockets does in here allocates from a heap of its
 // own, of a fixed size (net/lws_memory.hpp); it does so per handshake and page, never per message. A server
-// looks before each of these whether there is room for it, because not every path in libwebsockets has
-// thought of a refusal; a client makes one attempt at a time, for which there always is.
+// checks the free memory before each of them, because libwebsockets does not handle every failed allocation.
+// A client makes one attempt at a time, and there is always memory for one.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -33,7 +33,7 @@ struct lws_vhost;
 
 namespace rowe::net {
 
-// What we know of a socket while libwebsockets has its duplicate. Stays where it is until `wsi` is nullptr.
+// What we know of a socket while libwebsockets has its duplicate. It must not move until `wsi` is nullptr.
 struct lws_watch {
   lws* wsi = nullptr;       // nullptr again once it is destroyed
   int duplicate = -1;       // the number libwebsockets knows
@@ -90,7 +90,7 @@ class lws_host {
 
   // Tells libwebsockets that its duplicate may be written to; watch.wsi is nullptr if that ended it.
   void drive(lws_watch& watch) noexcept;
-  // Makes libwebsockets forget the socket and close its duplicate, without a word to the peer.
+  // Makes libwebsockets forget the socket and close its duplicate. The peer is sent nothing.
   void let_go(lws_watch& watch) noexcept;
 
   // libwebsockets' timers and housekeeping; never waits.
@@ -108,7 +108,7 @@ class lws_host {
   lws_memory memory_;
   lws_context* context_ = nullptr;
   lws_vhost* vhost_ = nullptr;
-  lws_watch* current_ = nullptr; // the one whose wsi is being made, until it can be named by it
+  lws_watch* current_ = nullptr; // whose wsi is being made; later its wsi names it
 };
 
 } // namespace rowe::net

@@ -2,12 +2,11 @@
 // The memory that libwebsockets allocates from: one heap of a fixed size for each of our contexts, mapped,
 // present and locked when the context is made.
 //
-// libwebsockets has one allocator for the whole process, which is told neither the context nor the thread. So
-// ours looks at what the calling thread has been lent: whoever calls libwebsockets for a context of ours
-// lends the thread its heap for as long as the call takes (`lws_memory::lending`). A context is made on one
-// thread and used on another, but never by two at once; so its heap needs no lock, and all that was taken
-// from it is given back to it. Every other call, such as those of a program that uses libwebsockets itself,
-// goes to the C library as it would without us.
+// libwebsockets has one allocator for the whole process, and does not tell it the context. So our allocator
+// uses the heap that was lent to the calling thread: a caller of libwebsockets lends the thread the heap of
+// its context during the call (`lws_memory::lending`). A context is made on one thread and used on another,
+// but never by two at once. So its heap needs no lock, and gets back all that was taken from it. All other
+// calls, such as those of a program that uses libwebsockets itself, go to the C library.
 #pragma once
 #include <cstddef>
 
@@ -40,7 +39,7 @@ class lws_memory {
     fixed_heap* before_;
   };
 
-  // What lws_set_allocator() is given: realloc() that frees where `bytes` is 0.
+  // The allocator for lws_set_allocator(): as realloc(), but it frees if `bytes` is 0.
   static void* allocate(void* held, std::size_t bytes, const char* reason) noexcept;
 
  private:

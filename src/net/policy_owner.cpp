@@ -29,7 +29,7 @@ policy_owner::policy_owner(const listen_options& options, const socket_address& 
   policy_.any_host = std::find(policy_.hosts.begin(), policy_.hosts.end(), "*") != policy_.hosts.end();
 }
 
-// The host's name, plain and as multicast DNS has it, and each of its addresses as a URL writes it.
+// Adds the host's name, plain and as in multicast DNS, and each of its addresses as in a URL.
 void policy_owner::add_own_names() {
   char name[HOST_NAME_MAX + 1] = {};
   if (::gethostname(name, sizeof name - 1) == 0 && name[0]) {

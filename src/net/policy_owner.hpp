@@ -10,7 +10,7 @@
 
 namespace rowe::net {
 
-// What the handshake filter allows, made from the options at set-up, and the texts that it looks at.
+// The policy of the handshake filter, made from the options at set-up, and the texts that it refers to.
 class policy_owner {
  public:
   policy_owner(const listen_options& options, const socket_address& bound);

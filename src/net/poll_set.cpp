@@ -85,7 +85,7 @@ void poll_set::wait(rt::time_point now, rt::time_point until) noexcept {
   keep(::epoll_pwait2(epoll_.get(), ready_.data(), room, &spec, nullptr));
 }
 
-// The timer goes off by then. False when the kernel refuses.
+// Makes sure that the timer goes off by then. False: the kernel refuses.
 bool poll_set::timer_by(rt::time_point now, rt::time_point until) noexcept {
   if (timer_ends_ <= until) return true; // it is running already
   itimerspec once{};

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one epoll of a transport. An event names its socket by kind, index and generation, never by descriptor
-// or pointer: within one batch a socket may be closed, and its number and its place be used again.
+// The epoll of a transport. An event names its socket by kind, index and generation, never by descriptor or
+// pointer, because within one batch a socket may be closed, and its descriptor and place used again.
 //
-// wait() keeps what ended it and take() hands it on, so that a turn which had to sleep pays one system call
-// for both. Service thread; never allocates after open().
+// wait() keeps the events that ended it, and take() returns them. So a turn that had to sleep pays one system
+// call for both. Service thread; never allocates after open().
 //
-// A sleep that ends soon is bounded by a timerfd, which is left running when something else ends the sleep,
-// and bounds the next ones until it has gone off: it would cost more to stop and to set the timer of a core
-// for each message than the message itself, most of all in a virtual machine (decision 0024). A longer one is
-// bounded by epoll_pwait2: the kernel does not bother the core with what is behind its next tick.
+// A timerfd bounds a short sleep. If something else ends the sleep, the timer is left running, and bounds the
+// next sleeps until it has gone off. To stop and set the timer of a core for each message would cost more
+// than the message itself, most of all in a virtual machine (decision 0024). epoll_pwait2 bounds a longer
+// sleep: the kernel does not set the core's timer for what comes after its next tick.
 #pragma once
 #include <sys/epoll.h>
 
@@ -63,11 +63,12 @@ class poll_set {
   void modify(int fd, std::uint32_t events, event_token token) noexcept;
   void remove(int fd) noexcept; // before its descriptor is closed
 
-  // What is ready now; after a wait(), what that found, be it nothing. Valid until the next take() or wait().
+  // The events that are ready now; after a wait(), the events that it found, or none. Valid until the next
+  // take() or wait().
   std::span<const socket_event> take() noexcept;
 
-  // Sleeps until something is ready or `until` has come, or the end of a sleep before that, which was a short
-  // one and ended early; not at all while a batch waits to be taken.
+  // Sleeps until something is ready or `until` has come. It may end earlier, by the timer of an earlier short
+  // sleep. Does not sleep while a batch waits to be taken.
   void wait(rt::time_point now, rt::time_point until) noexcept;
 
  private:

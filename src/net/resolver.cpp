@@ -68,7 +68,7 @@ result<std::unique_ptr<resolver>> resolver::open(std::string_view host, std::uin
   std::unique_ptr<resolver> made{new resolver{state}};
   pthread_attr_t attributes;
   ::pthread_attr_init(&attributes);
-  // The maker may be a real-time thread; its helper is not.
+  // The thread that makes it may be real-time; the helper must not be.
   ::pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
   ::pthread_attr_setschedpolicy(&attributes, SCHED_OTHER);
   sigset_t all;

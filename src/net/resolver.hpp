@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks one host name up, again and again if asked, on a helper thread: getaddrinfo() may take many seconds,
-// and the service thread waits for nobody. The two threads share one word, `turn`, which says whose the rest
-// of the shared state is; the thread that is done gives the turn away and wakes the other.
+// Looks one host name up, as often as it is asked, on a helper thread: getaddrinfo() may take many seconds,
+// and the service thread waits for nobody. The two threads share one word, `turn`, which says who owns the
+// rest of the shared state. The thread that is done hands the turn over and wakes the other one.
 //
-// A look-up cannot be called off. If the resolver is destroyed in the middle of one, the helper is left to
-// finish it alone, and takes the shared state with it.
+// A look-up cannot be cancelled. If the resolver is destroyed during one, the helper finishes it alone, and
+// frees the shared state.
 #pragma once
 #include <pthread.h>
 
@@ -31,8 +31,8 @@ struct resolved_host {
 class resolver {
  public:
   // Starts the helper: ordinary scheduling, all signals blocked, named "rowe-resolver". `waker` is an eventfd
-  // that it rings when an answer is there; it keeps a duplicate. Set-up. Errors: no_thread (value: errno),
-  // no_memory.
+  // that it writes to when an answer is there; it keeps a duplicate. Set-up. Errors: no_thread (value:
+  // errno), no_memory.
   static result<std::unique_ptr<resolver>> open(std::string_view host, std::uint16_t port, int waker);
   ~resolver();
   resolver(const resolver&) = delete;

@@ -18,9 +18,9 @@ namespace {
 
 constexpr std::size_t discarded_per_call = 16384;
 
-// How soon TCP repeats what it got no answer to, beside the round trip: by itself it waits 200 ms at least. A
-// segment that is lost twice in a row then holds up everything for a quarter of a second, and one that is
-// lost three times for longer than the lease of a stop's guard.
+// How soon TCP repeats what was not acknowledged, in addition to the round trip. By default it waits 200 ms
+// at least. A segment that is lost twice in a row then holds up everything for a quarter of a second, and one
+// that is lost three times for longer than the lease of a stop's guard.
 constexpr int retransmission_us_min = 20'000;
 constexpr int tcp_rto_min_us = 45; // TCP_RTO_MIN_US of Linux 6.15, which older headers lack; refused before
 
@@ -28,8 +28,8 @@ void set(int fd, int level, int option, int value) noexcept {
   (void)::setsockopt(fd, level, option, &value, sizeof value); // see the header
 }
 
-// Half of the time, or nearly, the peer may be silent before it is asked, then it is asked four times. What
-// was sent and is not acknowledged is no silence to the kernel: that has a limit of its own.
+// The peer may be silent for about half of the time; then it is asked four times. The kernel does not ask
+// while sent data is unacknowledged; that has a limit of its own.
 void notice_vanishing(int fd, rt::duration after) noexcept {
   if (after <= rt::duration::zero()) return;
   constexpr rt::duration::rep shortest = 5, longest = 32767; // the longer one is the kernel's
@@ -67,8 +67,8 @@ void limit_send_buffer(int fd, std::uint32_t bytes) noexcept {
     set(fd, SOL_SOCKET, SO_BUF_LOCK, locks & ~SOCK_SNDBUF_LOCK);
 }
 
-// The kernel doubles what it is told, for its own bookkeeping. What lies there may exceed the buffer a
-// little.
+// The kernel doubles the size that it is given, for its own bookkeeping. What is in the buffer may exceed it
+// a little.
 void widen_send_buffer(int fd, std::size_t bytes) noexcept {
   constexpr std::size_t slack = 64 * 1024;
   constexpr std::size_t most = std::size_t{1} << 28;

@@ -26,7 +26,7 @@ using service::transport_sink;
 
 namespace {
 
-// A stop waits behind what one turn does for strangers.
+// Few, because a stop waits behind what one turn does for strangers.
 constexpr int accepts_per_turn = 4;
 // libwebsockets' timers and deferred work. Nothing here depends on them: sockets are driven by our epoll.
 constexpr rt::duration lws_turn_period = std::chrono::milliseconds{250};
@@ -70,7 +70,7 @@ class epoll_transport final : public socket_transport {
 
   void poll(rt::time_point now, transport_sink& sink) noexcept override;
   void wait(rt::time_point now, rt::time_point until) noexcept override;
-  // Fails only when it has been rung 2^64 times: then it is rung.
+  // Fails only if the count is at its maximum, and then the descriptor is readable already.
   void wake() noexcept override { (void)::eventfd_write(waker_.get(), 1); }
   int wake_descriptor() const noexcept override { return waker_.get(); }
   std::size_t write(service::connection_id connection,
@@ -147,7 +147,7 @@ epoll_transport::prepare(const socket_limits& limits, lws_role role,
   if (!polled) return polled.error();
   std::unique_ptr<epoll_transport> made{new epoll_transport{limits, std::move(*polled)}};
   made->waker_.reset(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
-  // Edge triggered: each ring is a new event, so nobody needs to read the count.
+  // Edge triggered: each write is a new event, so nobody needs to read the count.
   if (!made->waker_ || !made->polled_.add(made->waker_.get(), EPOLLIN | EPOLLET, {source::waker}))
     return errc::no_memory;
   auto lws = lws_host::open(role, subprotocols, role == lws_role::server ? limits.handshakes_max : 1,
@@ -208,8 +208,7 @@ void epoll_transport::poll(rt::time_point now, transport_sink& sink) noexcept {
   }
 }
 
-// Not during an attempt: libwebsockets would ask for the socket's error, and keep to itself what we have to
-// report.
+// Not during an attempt: libwebsockets would read the socket's error, which we have to report.
 rt::time_point epoll_transport::next_lws_turn() const noexcept {
   return attempt_ && attempt_->busy() ? rt::never : lws_turn_;
 }
@@ -236,12 +235,12 @@ void epoll_transport::serve_others(std::span<const socket_event> events, transpo
     case source::timer: break;
     }
   }
-  if (somebody_waits) accept_some(sink); // last: whose request has come is known by now, and keeps its place
+  if (somebody_waits) accept_some(sink); // last: who has sent a request keeps its place
 }
 
 void epoll_transport::accept_some(transport_sink& sink) noexcept {
   for (int i = 0; i < accepts_per_turn; ++i) {
-    if (handshakes_->must_wait()) return; // they are heard of again in the next turn
+    if (handshakes_->must_wait()) return; // they are reported again in the next turn
     auto accepted = listener_->accept(polled_, now_);
     if (!accepted) break;
     ++counters_.accepted;

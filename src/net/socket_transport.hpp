@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The transport over TCP. It owns an epoll, a listening socket and every established connection;
-// libwebsockets serves pages, answers upgrades as server and makes them as client, and is let go of once the
-// upgrade is done (docs/decisions/0001-use-libwebsockets-for-the-handshake-only.md). Made at set-up on any
-// thread, used from then on by the service thread alone, except wake().
+// The transport over TCP. It owns an epoll, a listening socket and every established connection.
+// libwebsockets serves pages, answers upgrades as server and makes them as client; after the upgrade it no
+// longer has the socket (docs/decisions/0001-use-libwebsockets-for-the-handshake-only.md). Made at set-up on
+// any thread, used from then on by the service thread alone, except wake().
 //
-// What a turn costs: poll() is one epoll_wait and one recv for each readable connection, whatever the number
-// of idle ones; a turn that follows a wait() takes the events which that wait found. After a connection is
-// open nothing here allocates for it.
+// What a turn costs: poll() is one epoll_wait, and one recv for each readable connection, whatever the number
+// of idle ones. A turn after a wait() takes the events which that wait found. After a connection is open,
+// nothing here allocates for it.
 //
 // Process-wide effects, all at set-up: libwebsockets' log is silenced (its level is global); SIGPIPE's
 // disposition is saved and restored around the creation of its context, so no other thread should change it
@@ -36,22 +36,23 @@ struct socket_limits {
   // Connections and handshakes from one source (same_source()) that is not loopback; beyond them 503. At
   // least 1. On service::stop_path there is one connection more, and two handshakes.
   std::uint32_t connections_per_address_max = 8;
-  // Sockets on their way to a connection, on a page or being refused, 1 to 1024. Where all are taken the
-  // oldest whose request is not whole gives way. Pages have all but kept_for_stop(); beyond them 503.
+  // Sockets that become a connection, get a page or are being refused, 1 to 1024. If all are taken, the
+  // oldest whose request is not complete is evicted. Pages may have all but kept_for_stop(); beyond them 503.
   std::uint32_t handshakes_max = 32;
   // All memory libwebsockets gets: some 12 KiB for itself, up to 24 KiB for the handshake that is being
   // answered, and copies of what slow readers have not taken of a page. Beyond it 503. 64 KiB to 64 MiB.
   std::size_t handshake_bytes = std::size_t{96} << 10;
   // The whole header of a request (server) or of the answer to ours (client). 256 to 4096.
   std::uint32_t header_bytes_max = 4096;
-  // What one connection may deliver in a turn while others are readable too, and while it is alone. A stop
-  // waits behind one quantum of each other connection: hence so small. 512 to 65536; alone it is not less.
+  // What one connection may deliver in a turn while others are readable too, and while it is alone. The
+  // former is small because a stop waits behind one quantum of each other connection. 512 to 65536; alone it
+  // is not less.
   std::uint32_t read_quantum_bytes = service::transport_sink::read_bytes_in_turn;
   std::uint32_t read_alone_bytes = service::transport_sink::read_bytes_alone;
   // SO_SNDBUF, which the kernel doubles; 0 leaves the kernel's. For links with a round trip below 2 ms only:
   // elsewhere a small buffer caps the rate.
   std::uint32_t send_buffer_bytes = 0;
-  // The same once a peer is known to be near (service::transport::set_low_rtt); 0 as above.
+  // The same for a peer with a low round-trip time (service::transport::set_low_rtt); 0 as above.
   std::uint32_t low_rtt_buffer_bytes = 16384;
   // TCP_NOTSENT_LOWAT: what the kernel may hold without having sent it.
   std::uint32_t unsent_bytes_max = 16384;
@@ -60,10 +61,10 @@ struct socket_limits {
   rt::duration page_timeout = std::chrono::seconds{10};   // a page written whole
   rt::duration connect_timeout = std::chrono::seconds{5}; // client: one attempt, resolving the name included
   rt::duration write_timeout = std::chrono::seconds{1};   // a write refused, and nothing acknowledged since
-  rt::duration close_timeout = std::chrono::seconds{1};   // waiting for the peer's end of a flushed close
-  // For peers that must not be pinged: after about so long without an answer of any kind from the peer's
-  // kernel, which ours asks for now and then (TCP keep-alive), the connection ends: timed_out, or reset where
-  // the network knows better. In whole seconds, rounded up, 5 at least and 32767 at most. 0 or less: never.
+  rt::duration close_timeout = service::close_time_max;   // waiting for the peer's end of a flushed close
+  // For peers that must not be pinged. Our kernel asks the peer's kernel now and then (TCP keep-alive). After
+  // about so long without any answer, the connection ends: timed_out, or reset if the network reports one. In
+  // whole seconds, rounded up, 5 at least and 32767 at most. 0 or less: never.
   rt::duration vanished_after = rt::duration::zero();
 };
 
@@ -118,7 +119,7 @@ class socket_transport : public service::transport {
   //   no_memory       value: the bytes that could not be had, 0 where unknown
   static result<std::unique_ptr<socket_transport>> listen(const listen_options& options) noexcept;
 
-  // Prepares only; transport::connect() begins an attempt, which tries each address of the name in turn. Each
+  // Only prepares. transport::connect() begins an attempt, which tries each address of the name in turn. Each
   // attempt resolves the name anew, on a helper thread of its own unless it is numeric. Errors: bad_argument
   // and no_memory as above; bad_url (host empty or with bytes that do not belong there, path without "/" or
   // with blanks); too_big (host, path; value and limit in bytes); no_thread (value: errno).

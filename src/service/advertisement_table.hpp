@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What peers advertise: topics, and the numbers by which some of them know those. Service thread only;
-// nothing waits or allocates.
+// What peers advertise: topics, and the numbers that some peers give them. Service thread only; nothing waits
+// or allocates.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace rowe::service {
 
 struct advertisement {
   topic_id topic{};
-  bool latched = false;                // what this peer publishes there is kept for those who come late
+  bool latched = false;                // what this peer publishes there is kept for late subscribers
   std::uint32_t tag = wire::no_number; // the peer's number for it
 };
 
@@ -38,14 +38,14 @@ class advertisement_table {
   std::span<advertisement> of(peer_index peer) const noexcept {
     return rows_[peer].places.first(rows_[peer].count);
   }
-  // Null where the peer does not advertise the topic.
+  // Null if the peer does not advertise the topic.
   advertisement* find(peer_index peer, topic_id topic) const noexcept {
     const auto mine = of(peer);
     const auto found =
         std::find_if(mine.begin(), mine.end(), [topic](const advertisement& a) { return a.topic == topic; });
     return found != mine.end() ? &*found : nullptr;
   }
-  // The topic that the peer advertises by this number; none where there is none.
+  // The topic that the peer advertises by this number; none if there is none.
   topic_id find_tag(peer_index peer, std::uint32_t tag) const noexcept {
     for (const advertisement& one : of(peer)) {
       if (one.tag == tag) return one.topic;
@@ -58,7 +58,7 @@ class advertisement_table {
     row& to = rows_[peer];
     to.places[to.count++] = one;
   }
-  // The last one takes its place.
+  // The last advertisement takes its place.
   void remove(peer_index peer, advertisement& one) noexcept {
     row& from = rows_[peer];
     one = from.places[--from.count];

@@ -8,6 +8,7 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/names.hpp"
+#include "service/service_limits.hpp"
 #include "wire/refusal.hpp"
 #include "wire/text_out.hpp"
 
@@ -38,7 +39,7 @@ void advertisements::advertise(connection& c, const wire::request& asked) noexce
     std::array<char, detail::diagnostic_bytes_max> why;
     const std::string_view type = state_.topics.type(topic);
     const int bytes = std::snprintf(why.data(), why.size(), "advertise: the topic exists with the type %.*s",
-                                    static_cast<int>(std::min<std::size_t>(type.size(), 128)), type.data());
+                                    static_cast<int>(std::min(type.size(), name_bytes_shown)), type.data());
     topic_places_.let_go(topic);
     return refusals_.refuse(c, asked.id_raw, {why.data(), static_cast<std::size_t>(bytes)});
   }
@@ -78,7 +79,7 @@ bool advertisements::withdraw(peer_index peer, topic_id topic) noexcept {
 }
 
 void advertisements::replace_type(topic_id topic, std::string_view type) noexcept {
-  std::array<char, 640> why;
+  std::array<char, replaced_type_text_bytes_max> why;
   const std::string_view name = state_.topics.name(topic);
   const std::string_view before = state_.topics.type(topic);
   const int bytes =
@@ -94,9 +95,9 @@ void advertisements::replace_type(topic_id topic, std::string_view type) noexcep
   }
 }
 
-// Frees a place for a topic of this process. The peer that holds most topics that only peers have loses one
-// of them, and all its holders are told. Peers can have more than their part of the places, because a handle
-// may leave a topic to the peers that subscribed. False if there is no such topic.
+// Frees a place for a topic of this process. Only topics without a handle of this process count. The peer
+// that holds most of them loses one, and all holders of that topic are told. Peers can have more than their
+// share, because a handle may leave a topic to the peers that subscribed. False if there is no such topic.
 bool advertisements::take_back_topic() noexcept {
   peer_index most{};
   std::uint32_t held_by_most = 0;
@@ -117,7 +118,7 @@ bool advertisements::take_back_topic() noexcept {
   }
   std::array<char, wire::refusal::text_bytes_max> room;
   wire::text_out why{room};
-  why.add("the topic ").add_shortened(state_.topics.name(taken), 96);
+  why.add("the topic ").add_shortened(state_.topics.name(taken), topic_bytes_shown);
   why.add(" is given up: this process needs its place (limit topics_max)");
   topic_places_.hold(taken); // until all know
   for (const peer_index peer : state_.peers.ids()) {

@@ -35,10 +35,10 @@ class advertisements {
   void advertise(connection& c, const wire::request& asked) noexcept;
   void unadvertise(connection& c, const wire::request& asked) noexcept;
 
-  // The type of a handle replaces the one that peers gave the topic before; they are told.
+  // The type of a handle replaces the type that peers gave the topic before. The peers are told.
   void replace_type(topic_id topic, std::string_view type) noexcept;
-  // Frees a place for a topic of this process: the peer that holds most topics that only peers have loses
-  // one, and all its holders are told. False if there is no such topic.
+  // Frees a place for a topic of this process. Among the topics that only peers hold, the peer that holds
+  // most loses one, and all holders of that topic are told. False if there is no such topic.
   bool take_back_topic() noexcept;
 
  private:

@@ -8,7 +8,7 @@ void audiences::update(topic_id index) noexcept {
   topic& on = state_.topics.at(index);
   ++on.audience_changes;
   const bool heard = on.has_audience();
-  if (!heard) on.newest_at = {};   // the service thread sees no values from now on: the pause is no gap
+  if (!heard) on.newest_at = {};   // no values come from now on, and the pause must not count as a gap
   if (on.own_holders == 0) return; // no handle of this process publishes it
   for (const pair_index i : state_.pairs.ids()) {
     const pair_row& row = state_.pair_rows[i];

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A batch: what one call of the transport is given, and where each piece came from. Frames are copied one
+// A batch: the bytes for one call of the transport, and where each piece came from. Frames are copied one
 // behind the other into a buffer of the sender. So one system call gets one piece of memory, however many
-// messages are in it (decision 0018). A batch of one piece is not copied: a frame in its slot, the rest of
-// one, or control frames. Service thread only.
+// messages are in it (decision 0018). A batch of one piece is not copied: the piece is a frame in its slot,
+// the rest of a frame, or control frames. Service thread only.
 #pragma once
 #include <cassert>
 #include <cstddef>
@@ -33,7 +33,7 @@ struct batch_piece {
 };
 
 struct batch {
-  // Both are lent.
+  // Both spans must outlive the batch.
   batch(std::span<std::byte> buffer, std::span<batch_piece> places) noexcept : room{buffer}, pieces{places} {}
 
   std::span<const std::byte> whole() const noexcept { return {start, bytes}; }
@@ -50,7 +50,7 @@ struct batch {
     }
     std::memcpy(place(piece.size(), of), piece.data(), piece.size());
   }
-  // Adds a piece that the caller writes: returns where to.
+  // Adds a piece. The caller writes it to the address that this returns.
   std::byte* place(std::size_t piece_bytes, const batch_piece& of) noexcept {
     assert(piece_bytes <= room.size() - bytes);
     if (start != room.data()) {

@@ -89,8 +89,8 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, const publi
   tell_undecodable(pair, who, why.text(room));
 }
 
-// A handle that subscribed cannot decode a message: two programs disagree about the type. The sender is told
-// by a status, and this process by an event. Each is told at most once a second for a topic, because usually
+// A handle that subscribed cannot decode a message: two programs disagree about the type. A status tells the
+// sender, and an event tells this process. Each is told at most once a second for a topic, because usually
 // every message fails.
 void broker::tell_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept {
   const topic_id topic = state_.pair_rows[pair].topic;
@@ -103,14 +103,15 @@ void broker::tell_undecodable(pair_index pair, const published_by& who, std::str
   if (!first && !tells) return;
   std::array<char, wire::refusal::text_bytes_max> room;
   wire::text_out text{room};
-  text.add("publish ").add_shortened(state_.topics.name(topic), 64).add(": ").add_shortened(why, 320);
+  text.add("publish ").add_shortened(state_.topics.name(topic), event_topic_bytes_shown);
+  text.add(": ").add_shortened(why, diagnosis_bytes_shown);
   if (tells) refusals_.send_status(*c, who.id_raw, text.text());
   if (!first) return;
   told_at = state_.cycle.now;
   const bool by_peer = c != nullptr && c->ours == side::server;
   state_.events.report(by_peer ? event::kind::refused_request : event::kind::warning,
                        c != nullptr ? c->peer() : std::string_view{},
-                       json::utf8_prefix(text.text(), event_log::text_bytes_max),
+                       json::utf8_prefix(text.text(), event_text_bytes_max),
                        "publish what the subscriber's type says, or set its option `fill_missing`");
 }
 

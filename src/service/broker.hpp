@@ -55,11 +55,11 @@ class broker {
                WriteBody&& write_body, const published_by& who = {}) noexcept;
   // A peer published: passes it to subscribed handles of this process and, in a hub, to subscribed peers.
   void relay(connection& c, const wire::request& asked) noexcept;
-  // Delivers a value to the handles of this process that subscribed. Peers get it by a queue.
+  // Delivers a value to the handles of this process that subscribed.
   void deliver(const topic& on, std::span<const char> body, const published_by& who = {}) noexcept {
     for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox) deliver_to(i, body, who);
   }
-  // The latched value, to a handle that was just attached.
+  // Delivers the latched value to a handle that was just attached.
   void deliver_latched(pair_index pair) noexcept;
 
  private:
@@ -77,7 +77,7 @@ class broker {
   const advertisement_table& advertisement_table_;
 };
 
-// ---- inline
+// ---- inline definitions
 
 template <class WriteBody>
 void broker::publish(topic_id index, rt::time_point published, rt::time_point expires, latch_owner latches,

@@ -11,7 +11,7 @@
 namespace rowe::service {
 namespace {
 
-// A string's text for people; what does not fit or is no string is shown as it stands there.
+// The text of a JSON string, for people. A text that does not fit, or is no string, is shown as it was sent.
 std::string_view diagnostic_of(std::string_view raw, std::span<char> scratch) noexcept {
   if (raw.empty()) return {};
   const json::value v = json::root(raw);
@@ -47,7 +47,7 @@ call_index call_completion::open(const call_endpoint& caller, std::string_view i
 
 void call_completion::arm_all_open() noexcept {
   for (const call_index index : unarmed_.first(std::exchange(unarmed_count_, 0))) {
-    const call& one = state_.calls.at(index); // perhaps another one by now, which does no harm
+    const call& one = state_.calls.at(index); // perhaps another call by now, which does no harm
     if (one.open && one.deadline != rt::never) state_.due.arm(index, one.deadline);
   }
 }
@@ -209,7 +209,7 @@ void call_completion::close(call_index index) noexcept {
   state_.calls.close(index);
 }
 
-// ---- peers and handles that leave
+// ---- lost peers and handles
 
 void call_completion::forget(connection_id peer) noexcept {
   for (const auto i : state_.calls.ids()) {
@@ -236,7 +236,7 @@ void call_completion::forget_pair(pair_index pair) noexcept {
   }
 }
 
-// ---- for tests
+// ---- checks
 
 // Each call in flight has a caller, and a callee that may still answer.
 bool call_completion::check() const noexcept {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ends calls: by the answers of this process and of peers, or by an error, and tells the caller. A reply that
-// finds no room is an error of the callee, which may try again; everything else closes the call. Only the
-// service thread decides which of reply, refusal, time-out and loss comes first. Nothing waits or allocates.
+// Ends calls, by an answer of this process, an answer of a peer, or an error, and tells the caller. A reply
+// that finds no room is an error of the callee, which may try again; everything else closes the call. Only
+// the service thread decides which of reply, refusal, time-out and loss comes first. Nothing waits or
+// allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -59,7 +60,7 @@ class call_completion {
     if (unarmed_count_ != 0) arm_all_open();
   }
 
-  // ---- answered
+  // ---- replies
 
   // A handle or a thread answers a call that was given to it and has not ended. `waits` is told when the
   // answer is written. Errors: there is nobody to answer; the text is no JSON; the answer has expired; there
@@ -67,14 +68,14 @@ class call_completion {
   // try again.
   status answer(const call_endpoint& callee, detail::call_ref which, const local_reply& with) noexcept;
   status refuse(const call_endpoint& callee, detail::call_ref which, std::string_view why) noexcept;
-  // By a peer.
+  // A peer answers.
   void take_reply(connection& c, const wire::request& said) noexcept;
   // The endpoint itself answers, and does not try again: a reply that finds no room is lost.
   void complete(call_index call, std::string_view text) noexcept {
     end_without_room(call, finish_with(call, text));
   }
 
-  // ---- not answered
+  // ---- failures
 
   // The call fails; the caller is told the code and the diagnostic.
   void fail(call_index call, const error& why, std::string_view diagnostic = {}) noexcept;

@@ -64,7 +64,7 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
   status done;
   json::decoder::diagnosis fault;
   std::array<char, json::decoder::diagnosis::text_bytes_max> room;
-  std::string_view fault_text; // made where the text that `fault` points into is gone afterwards
+  std::string_view fault_text; // a copy, if the text that `fault` points into does not live long enough
   const bool decodes = state_.pairs[pair].decoder != nullptr;
   if (what.is == form::args || (decodes && what.is == form::object)) {
     done =
@@ -112,7 +112,7 @@ void call_requests::hand_to_receiver(call_index index, const call_request& asked
     message_store_.release(slot);
   }
   if (done) {
-    awaited_ = pair; // none: a thread takes it, and has to wake up first
+    awaited_ = pair; // none: a thread takes the call, and has to wake up first
     return;
   }
   std::array<char, detail::diagnostic_bytes_max> why;

@@ -19,7 +19,7 @@
 
 namespace rowe::service {
 
-// What is called, and what that asks of the stop.
+// What is called, and what the call asks of the stop.
 struct call_request {
   std::string_view service; // empty: only the text names it
   wire::call_args what;
@@ -40,13 +40,13 @@ class call_requests {
   };
   explicit call_requests(const needs& parts) noexcept;
 
-  // To a peer; without one it waits for the first peer that connects.
+  // Sends the request to a peer. Without a peer it waits for the first one that connects.
   void send(call_index call, const connection* to, const wire::codec& in, const call_request& asked) noexcept;
-  // To a responder of this process.
+  // Hands it to a responder of this process.
   void hand_to_pair(call_index call, pair_index pair, const wire::call_args& what) noexcept;
-  // To the receiver, as one object, whatever codec it came by.
+  // Hands it to the receiver, as one object, whatever codec it came by.
   void hand_to_receiver(call_index call, const call_request& asked) noexcept;
-  // Only for calls of this process: a peer's stop is carried out before calls are routed.
+  // Carries out a stop. Only for calls of this process: a peer's stop is carried out before calls are routed.
   void hand_to_stop(call_index call, const call_request& asked) noexcept;
 
   // The handle that was given a call last in this cycle, and may answer at once; or none.

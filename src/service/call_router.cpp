@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "service/checked_text.hpp"
+#include "service/service_limits.hpp"
 
 namespace rowe::service {
 namespace {
@@ -25,7 +26,7 @@ call_router::call_router(const needs& parts) noexcept
       endpoint_services_{parts.own},
       stop_service_{parts.stop} {}
 
-// ---- asked by peers
+// ---- calls of peers
 
 rt::time_point call_router::time_limit(std::int64_t time_ns) const noexcept {
   const rt::duration asked = time_ns < 0 ? state_.options.call_timeout : rt::duration{time_ns};
@@ -53,7 +54,7 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
   if (c.stop_only && !stop_gate::is_for_stop_peers(of_stop))
     return refuse(cause::peer, "refused", stop_only_diagnostic);
   if (!state_.calls.admits({c.id.index})) {
-    std::array<char, 160> why;
+    std::array<char, busy_text_bytes_max> why;
     const limits& bounds = state_.bounds();
     const int bytes =
         std::snprintf(why.data(), why.size(),
@@ -79,9 +80,9 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
   return true;
 }
 
-// ---- asked by this process
+// ---- calls of this process
 
-// Validates what is called. Returns the service, as a call's text names it where that is an object.
+// Validates the call. Returns the name of the service; if the call is an object, its text has the name.
 result<std::string_view> call_router::service_of(const call_start& asked, std::span<char> room) noexcept {
   const wire::call_args& what = asked.what;
   if (what.is == form::object) {
@@ -129,7 +130,7 @@ void call_router::start(const call_start& asked) noexcept {
   route(index, request, asked.to);
 }
 
-// ---- who answers
+// ---- routes
 
 void call_router::route(call_index index, const call_request& asked, detail::peer_ref to) noexcept {
   const bool from_here = state_.calls.at(index).caller.who != call_endpoint::kind::peer;
@@ -173,8 +174,8 @@ bool call_router::goes_to_receiver(std::string_view service, stop_verb of_stop) 
   return !(state_.options.relay && peer != nullptr && peer->open());
 }
 
-// A call of this process that no service in the directory takes: a client asks its server; a server asks the
-// first peer that takes messages, if the call is one. Where there is none, it waits for one.
+// A call of this process whose service is not in the directory. A client asks its server. A server asks the
+// first peer that takes plain messages, if the call is one; if there is no such peer, the call waits for one.
 void call_router::ask_anyone(call_index index, const call_request& asked) noexcept {
   const bool object = asked.what.is == form::object;
   if (state_.options.ours == side::client) {

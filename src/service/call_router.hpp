@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decides who answers a call. The call comes from a handle or a thread of this process, or from a peer by any
 // codec. It goes to a responder, to the receiver, to a peer or to the stop, or the endpoint answers it
-// itself. call_completion.hpp brings its end back to the caller. Service thread only; nothing waits or
-// allocates.
+// itself. call_completion.hpp reports its end to the caller. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -51,13 +50,13 @@ class call_router {
   };
   explicit call_router(const needs& parts) noexcept;
 
-  // A call of a peer, within its rate, that is not for the stop. False: the receiver has no room now, but
-  // takes messages; nothing has happened.
+  // Takes a call of a peer that is within its rate and not for the stop. False: the receiver has no room now,
+  // but it takes messages; the call was not taken.
   bool take_call(connection& c, const wire::request& asked) noexcept;
   void start(const call_start& asked) noexcept;
 
  private:
-  // `busy` may be caused by other peers, so a peer that asks again is not disconnected for it.
+  // Other peers may cause `busy`, so a peer is not disconnected when it asks again.
   enum class cause : std::uint8_t { peer, busy };
   void refuse(connection& c, const wire::request& asked, cause by, std::string_view code,
               std::string_view why) noexcept;

@@ -20,7 +20,7 @@ std::size_t bucket_count(const limits& bounds) noexcept {
 
 std::size_t stride_of(const limits& bounds) noexcept { return call_id_bytes_max + bounds.topic_bytes_max; }
 
-// The number that `text` begins with, and a dot behind it unless it is the last.
+// Reads the number at the beginning of `text`, and the dot behind it unless the number is the last one.
 template <class T>
 bool take_number(std::string_view& text, T& into, bool last) noexcept {
   const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), into);
@@ -146,11 +146,11 @@ bool call_table::check() const noexcept {
   for (const call_index i : calls_.ids()) {
     open += calls_[i].open;
     of_peers += calls_[i].open && calls_[i].caller.who == call_endpoint::kind::peer;
-    // No two of one peer have the same id: the second is refused.
+    // No two calls of one peer have the same id: the second is refused.
     if (calls_[i].open && has_bucket(i) && find_asked(calls_[i].caller.connection(), id_raw(i)) != i)
       return false;
   }
-  // What is kept for peers is what they have not taken.
+  // The part of the claims that is kept for peers is the part that they have not taken.
   std::uint32_t asked = 0;
   std::uint32_t wanted = claims_.connections() * claims_.claim();
   for (const std::uint32_t held : open_calls_) {

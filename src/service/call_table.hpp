@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The calls in flight: the caller, the callee, the deadline. An entry is opened when a call is taken from a
 // user or read from a peer. It is closed exactly once, by whatever the service thread sees first: the reply,
-// a refusal, the deadline, or the loss of the callee. What comes later finds another generation. Each peer
-// has a share of the calls that peers make (shares.hpp).
+// a refusal, the deadline, or the loss of the callee. Whatever comes later finds another generation. Each
+// peer has a share of the calls that peers make (shares.hpp).
 //
-// On the wire our calls have the id "NONCE.EPOCH.SLOT.GENERATION". The nonce is drawn once for each endpoint,
-// so a reply to an earlier run of the program matches no call. The epoch counts connections. Service thread
-// only.
+// On the wire our calls have the id "NONCE.EPOCH.SLOT.GENERATION". The nonce is random, one for each
+// endpoint, so a reply to an earlier run of the program matches no call. The epoch counts connections.
+// Service thread only.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -76,7 +76,7 @@ class call_table {
   // `connections`: how many there may be; each has a claim.
   call_table(rt::arena& memory, const limits& bounds, std::uint32_t connections) noexcept;
 
-  // A nonce is drawn before the first call.
+  // Sets the nonce, before the first call.
   void begin(std::uint64_t nonce) noexcept { nonce_ = nonce; }
 
   // Whether a peer may make one more call.
@@ -87,7 +87,8 @@ class call_table {
   // How many calls of a peer are not answered yet.
   std::uint32_t open_calls_of(peer_index by) const noexcept { return open_calls_[by]; }
 
-  // None: all entries are in flight. `id_raw` and `service` are copied; one that is too long becomes empty.
+  // Opens a call. None: all entries are in flight. `id_raw` and `service` are copied; if one is too long, it
+  // becomes empty.
   call_index open(const call_endpoint& caller, std::string_view id_raw, std::string_view service) noexcept;
   void close(call_index index) noexcept;
 
@@ -96,7 +97,7 @@ class call_table {
   detail::call_ref ref(call_index index) const noexcept { return {index.value, calls_[index].generation}; }
   // Null when that call has ended.
   call* find(detail::call_ref ref) noexcept;
-  // The call with this id that the peer waits for; none where there is none.
+  // The call with this id that the peer waits for; none if there is none.
   call_index find_asked(connection_id by, std::string_view id_raw) const noexcept;
   std::string_view id_raw(call_index index) const noexcept { return {texts(index), calls_[index].id_bytes}; }
   std::string_view service(call_index index) const noexcept {
@@ -106,7 +107,7 @@ class call_table {
   // The id of a call of ours, without quotes.
   std::string_view write_id(std::span<char, our_id_bytes_max> into, call_index index,
                             std::uint32_t epoch) const noexcept;
-  // Which call an id, as it stands in a text, may mean; nothing when it cannot be one of ours.
+  // The call that an id names. `id_raw` is as in the message. Nothing if it cannot be an id of ours.
   std::optional<detail::call_ref> read_id(std::string_view id_raw) const noexcept;
 
   auto ids() const noexcept { return calls_.ids(); }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Weights of rows, to compare the counts of references to all rows of a table in one pass and without memory.
-// The weights are hashes: two sums of weights are equal, but for a coincidence, only if each row was counted
-// as often in both. For check().
+// The weights are hashes. Except by coincidence, two sums are equal only if each row was counted as often in
+// both. For check().
 #pragma once
 #include <cstdint>
 

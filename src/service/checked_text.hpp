@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a user wrote is checked before anybody else reads it.
+// Checks the texts of users, before anything else reads them.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -11,7 +11,7 @@
 
 namespace rowe::service {
 
-// A text must be one JSON object without the members that are ours. Errors: malformed and its kin,
+// A text must be one JSON object without the members that are reserved. Errors: malformed and its kin,
 // not_an_object, reserved_member. Time is linear in the text.
 inline status check_object_text(json::reader& validator, std::string_view text) noexcept {
   if (const status valid = validator.validate(text); !valid) return valid;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a thread learns what became of its submission, and who releases the slot that both sides know: the
-// submitter waits with a deadline, the service thread comes once and never waits. One word; both sides change
-// it only by exchanges, so of the two that meet in time-out and completion exactly one finds the other's
-// mark:
+// How a thread learns what became of its submission, and who releases the slot that both sides know. The
+// submitter waits with a deadline; the service thread comes once and never waits. They share one word. Both
+// sides change the word only by exchanges. If time-out and completion meet, exactly one side finds the
+// other's mark:
 //
 //   submitter                                service thread
 //     word := asleep; was it completed? done   (write the outcome)
@@ -12,8 +12,8 @@
 //       was it completed? done, after all          and the slot is the submitter's
 //       else the slot is the service thread's
 //
-// The service thread may still be on its way to wake when the submitter has seen the outcome, released the
-// slot, and another submits by it; that one is then woken early, looks, and sleeps on.
+// A wake-up may come late: the submitter has seen the outcome and released the slot, and another thread has
+// submitted by the same slot. That thread is woken early, looks at the word, and sleeps again.
 #pragma once
 #include <cassert>
 #include <cstdint>
@@ -36,10 +36,10 @@ class completion {
   completion(const completion&) = delete;
   completion& operator=(const completion&) = delete;
 
-  // Begins anew, before the slot is handed to the service thread, whose acquire of it orders this. When
-  // nobody will wait, it is as if the submitter had left already.
+  // Begins anew, before the slot is handed to the service thread, whose acquire of the slot orders this. If
+  // nobody will wait, the word says that the submitter has left.
   void arm(bool somebody_waits) noexcept {
-    // relaxed: what hands over the slot releases this as well; the service thread's exchange comes after that
+    // relaxed: the hand-over of the slot releases this as well; the service thread's exchange comes after it
     word_.store(somebody_waits ? pending : abandoned, std::memory_order_relaxed);
   }
 

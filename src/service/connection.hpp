@@ -25,7 +25,7 @@ inline constexpr std::string_view stop_only_diagnostic =
     "a connection on /rowe/stop may only stop the robot (/rowe/stop) and see that (/rowe/stop/state)";
 
 inline constexpr std::string_view no_binary_diagnostic = "binary messages have no meaning here";
-// Of a peer that lost a list which it must get.
+// The close reason of a peer that lost a list which it needs.
 inline constexpr std::string_view unread_diagnostic = "the peer does not read which topics there are";
 
 struct connection {
@@ -35,7 +35,7 @@ struct connection {
   connection_id id;
   phase state = phase::free;
   side ours = side::server;
-  bool unheard = false;                     // we do not read it: its pongs and its silence mean nothing
+  bool unheard = false;                     // we do not read it, so its pongs and its silence say nothing
   const wire::protocol* protocol = nullptr; // set unless the row is free
 
   bool stop_only = false;      // it came on stop_path: see core.cpp
@@ -55,7 +55,7 @@ struct connection {
   std::array<char, 64> address{};
   std::size_t address_bytes = 0;
 
-  // A topic on which it published what no handle could decode; and when it was told so, in ms since it
+  // A topic on which it published a message that no handle could decode, and when it was told, in ms since it
   // connected.
   struct told_topic {
     topic_id topic{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Control frames on their way to one peer: pongs, pings and the close frame. Service thread only.
+// The control frames that wait for one peer. Service thread only.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace rowe::service {
 
-// Bytes that are frames already: pongs, pings and the close frame, written before any message. The room of
-// one frame is the close frame's alone.
+// Encoded frames: pongs, pings and the close frame, written before any message. Space for one frame is
+// reserved for the close frame.
 struct control_frames {
   static constexpr std::size_t frame_bytes_max = wire::frame_header_bytes_max + wire::control_bytes_max;
 
@@ -25,8 +25,9 @@ struct control_frames {
 
   std::span<const std::byte> rest() const noexcept { return {bytes.data() + written, size - written}; }
 
-  // Reserves the place of a frame; null: do not send it. If there is no room, it replaces the last one: only
-  // the latest ping needs a pong (RFC 6455 5.5.3). Our own ping is not sent behind other control frames.
+  // Reserves space for a frame; null: do not send it. If there is no space, the frame replaces the last one,
+  // because only the latest ping needs a pong (RFC 6455 5.5.3). Our own ping is not sent behind other control
+  // frames.
   std::byte* place(wire::opcode what, std::size_t frame_bytes) noexcept {
     if (written != 0) {
       std::memmove(bytes.data(), bytes.data() + written, size - written);
@@ -35,7 +36,7 @@ struct control_frames {
       written = 0;
     }
     if (what == wire::opcode::ping && size != 0) return nullptr;
-    // Room for the longest frame, not for this one: so any frame that takes the place of the last one fits.
+    // Space for the longest frame, not for this one, so any frame that replaces the last one fits.
     const std::size_t room = bytes.size() - (what == wire::opcode::close ? 0 : frame_bytes_max);
     if (room - size < (ROWE_MUTANT(pong_room) ? frame_bytes : frame_bytes_max)) size = last_at;
     last_at = size;

@@ -11,7 +11,7 @@
 namespace rowe::service {
 namespace {
 
-// Whether a peer's address is of this machine.
+// Whether the peer is on this machine.
 bool is_loopback(std::string_view address) noexcept {
   return address.starts_with("127.") || address.starts_with("[::1]");
 }
@@ -26,14 +26,14 @@ core::core(rt::arena& memory, const core_options& options, const shared_parts& w
 
 // ---- timers
 
-// Most calls are answered in the cycle that begins them, and most messages are written in the cycle that
-// composes them: those never need the wheel. This puts the others on it.
+// Arms the timers of the calls and messages of this cycle that are left. Most calls are answered, and most
+// messages written, in the cycle that begins them; these never need the wheel.
 inline void core::arm_what_stays() noexcept {
   message_store_.arm_unwritten();
   call_completion_.arm_open();
 }
 
-// Tells submitters that wait for room where it came.
+// Tells submitters that wait for room that there may be some.
 inline void core::tell_room() noexcept {
   const bool came = thread_submissions_.tell_room(direct_messages_.parking().renew_room());
   handle_submissions_.tell_room(came);
@@ -201,7 +201,7 @@ void core::take_ping(connection& c, std::span<const std::byte> payload) noexcept
   refusals_.note_excess(c);
 }
 
-// ---- a connection's life
+// ---- connections
 
 void core::on_open(connection_id id, const peer_info& peer) noexcept {
   assert(id.index < state_.peers.size() && state_.peers[{id.index}].state == connection::phase::free);
@@ -296,7 +296,7 @@ void core::forget(connection& c) noexcept {
 void core::close(connection& c, std::uint16_t code, std::string_view reason) noexcept {
   if (!c.open()) return;
   c.state = connection::phase::closing; // from here on only control frames are written
-  stop_service_.leave(c);               // nor is anything read: a guard has left
+  stop_service_.leave(c);               // nothing is read from it any more, so for the stop a guard has left
   c.close_reason = reason;
   sender_.send_close({c.id.index}, code, reason);
   state_.seams.to_peers.close(c.id, close_how::flushed);
@@ -320,7 +320,7 @@ void core::cut(connection& c, std::string_view reason) noexcept {
   state_.seams.to_peers.close(c.id, close_how::aborted);
 }
 
-// ---- as a client
+// ---- client
 
 void core::on_refused(const refusal& reason) noexcept {
   if (state_.options.ours == side::server) {
@@ -345,11 +345,11 @@ void core::reconnect_later() noexcept {
   state_.due.arm(timer::reconnect, state_.cycle.now + wait - wait / 4 * share / 65536);
 }
 
-// ---- peers that came on stop_path
+// ---- peers on stop_path
 //
-// The transport reserves places for them, so that the robot can be stopped even when everybody else is
-// refused. Hence such a peer may stop, see the state of the stop, and nothing else. It keeps its place only
-// until another peer on stop_path needs it.
+// The transport reserves places for them, so the robot can be stopped even when all other peers are refused.
+// Such a peer may stop, and see the state of the stop; nothing else. It keeps its place only until another
+// peer on stop_path needs it.
 
 bool core::may_displace(connection_id id) const noexcept {
   const connection* const c = find(id);
@@ -363,7 +363,7 @@ void core::displace(connection_id id) noexcept {
   close(*c, wire::close_code::try_again_later, "the next one needs this place for the stop");
 }
 
-// ---- the rest
+// ---- pages
 
 http_answer core::on_http(const http_request& request) noexcept { return state_.seams.page(request); }
 

@@ -38,12 +38,12 @@ class core final : public transport_sink, private frame_handler, private core_pa
   // transport, or a publish of a handle, calls for a cycle before that. Bounded by the limits; never waits.
   rt::time_point cycle(rt::time_point now) noexcept;
 
-  // For a thread that does not sleep: a handle of this process was given a call in the last cycle. If it
-  // answers at once, its answer is there before the transport can be polled again.
+  // A handle of this process was given a call in the last cycle. If it answers at once, its answer comes
+  // before the transport can be polled again. For a service thread that does not sleep.
   bool awaits_answer() const noexcept { return static_cast<bool>(call_requests_.awaited()); }
   // Whether that handle has submitted something since.
   bool has_answer() const noexcept;
-  // If it has: takes that and writes the answer, as a cycle would; returns as cycle().
+  // If it has: takes the submission and writes the answer, as a cycle would. Returns as cycle().
   rt::time_point write_answer(rt::time_point now) noexcept;
 
   // What the service thread was granted, as /rowe/stats says it. Before the first cycle.
@@ -54,9 +54,9 @@ class core final : public transport_sink, private frame_handler, private core_pa
   // How long the last cycle took, by the clock of whoever runs the core.
   void record_cycle(rt::duration took) noexcept;
 
-  // The longest sleep. Handles that do not wake the thread must be polled: they may submit something that a
-  // peer waits for, or something that is to expire. If they wake it, or predictor() knows when they publish,
-  // only what is parked needs polling: their submissions, and peers whose messages a lane takes.
+  // The longest sleep. Handles that do not wake the thread must be polled, because a peer may wait for what
+  // they submit, and what they submit may expire. If they wake the thread, or predictor() knows when they
+  // publish, only parked submissions and parked peers need polling.
   rt::duration idle_time_max(rt::duration poll_period) const noexcept {
     const bool handles_talk = handle_registry_.talking() != 0 && state_.peers.count() != 0;
     const std::uint32_t listened = audiences_.listened();

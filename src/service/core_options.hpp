@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the core is given when it is made: its options, and the seams to what it does not have of its own.
+// What the core is given when it is made: its options, and the seams to what is outside it.
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -46,7 +46,7 @@ struct core_options {
   rt::duration retry_max;
   stop_options stop;
 
-  // When a peer's message expires: after its own time to live, if that is not negative, or after ours,
+  // When a peer's message expires: after its own time to live, unless that is negative, or after ours,
   // whichever is earlier.
   rt::time_point inbound_expiry(rt::time_point now, std::int64_t ttl_ns = wire::unlimited) const noexcept {
     return std::min(rt::deadline_after(now, rt::duration{ttl_ns}), rt::deadline_after(now, inbound_ttl));

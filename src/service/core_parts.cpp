@@ -190,7 +190,7 @@ topic_id core_parts::own_topic(std::string_view name) noexcept {
   return topic;
 }
 
-// ---- consistency
+// ---- checks
 
 std::string_view core_parts::inconsistency() const noexcept {
   if (!state_.peers.check()) return "the number of peers";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the parts of the core share: the time, the counters, the tables of peers, topics, calls and handles,
-// and what lies outside the core. It decides nothing and calls no part. Service thread only, but for the
-// queue pairs and for what is named by a reference.
+// and what lies outside the core. It decides nothing and calls no part. Service thread only, except the queue
+// pairs and the members that are references.
 #pragma once
 #include <cstddef>
 #include <cstdint>

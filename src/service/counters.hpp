@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is counted, under which name, and what the name means. Written by the service thread alone (the two
-// that user threads cause are counted in their queue pairs and added when they are read), read by any thread.
+// The counters: their names, and what each counts. The service thread writes them; any thread reads them.
+// User threads cause two of them: these are counted in the queue pairs, and added when they are read.
 #pragma once
 #include <array>
 #include <cstddef>

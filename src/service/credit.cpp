@@ -8,7 +8,7 @@
 namespace rowe::service {
 namespace {
 
-constexpr double growth = 1.5; // of the bound in a round trip, at most
+constexpr double growth = 1.5; // of the bound, at most, in one round trip
 
 // A ping does not split a few messages that are written together. It goes in front of the next ones, and so
 // costs no system call.
@@ -74,11 +74,11 @@ bool credit::take_pong(std::span<const std::byte> payload, rt::time_point now) n
   std::memcpy(&nonce, payload.data() + sizeof end, sizeof nonce);
   std::uint8_t which = 0;
   while (which < pings_ && under_way_[which].end != end) ++which;
-  // Nor was it read before it was written.
+  // The peer cannot have read what was not written.
   if (which == pings_ || nonce != nonce_ || end > written_) return false;
 
   const rt::duration round_trip = now - under_way_[which].at;
-  // The pongs of two pings may come at once after a stall: what lies between was not read in no time.
+  // After a stall, the pongs of two pings may come at once. But reading what lies between the two took time.
   const rt::duration took = std::max(now - busy_since_, round_trip);
   // The first ping is sent too early to measure the peer's rate, and a lone ping measures no rate.
   if (now_ != phase::measuring && rtt_min_ != rt::for_ever) note_rate(end - read_, took, round_trip);
@@ -114,8 +114,8 @@ void credit::note_round_trip(rt::duration took, rt::time_point now) noexcept {
   limited_ = confirmed_ = false;
 }
 
-// What was written to a peer that has nothing else to read says how fast we write, not how fast it reads; so
-// does all that is slower than what was seen before, unless the round trip says that there was a queue.
+// A fast answer to little data measures our rate, not the peer's. So does any lower rate, unless the round
+// trip shows a queue.
 void credit::note_rate(std::uint64_t bytes, rt::duration took, rt::duration round_trip) noexcept {
   const double known = rate_;
   double seen = static_cast<double>(bytes) / std::max(seconds(took), 1e-6);

@@ -7,15 +7,15 @@
 // written up to its own end. A peer answers in the order in which it reads, so its pong says that all these
 // bytes have been read.
 //
-// A new ping goes when the last one was answered, or is late: after two round trips and 100 ms. What was
-// written behind a ping is acknowledged only by the next one, up to two round trips later: hence two round
-// trips in the bound (decision 0015). A ping goes after half of the bound, so that there is as much to read
+// A new ping is sent when the last one was answered, or is late, after two round trips and 100 ms. Only the
+// next ping acknowledges what was written behind a ping, up to two round trips later. Hence the bound has two
+// round trips (decision 0015). A ping is sent after half of the bound, so that there is as much to read
 // before it as behind it.
 //
 // The bound uses the shortest round trip, which may become longer. But while messages are held back, every
-// round trip includes the queue that we keep at the peer, and a bound that followed those would grow with its
-// own queue. So after ten seconds of this, in which no round trip was as short as the shortest, nothing is
-// written until all is read; then a lone ping measures the round trip without a queue.
+// round trip includes the queue that we keep at the peer, and a bound that follows those round trips grows
+// with its own queue. So if no round trip was as short as the shortest for ten seconds of this, nothing is
+// written until all is read. Then a lone ping measures the round trip without a queue.
 //
 // Pure: no clock, no socket. Service thread; the core asks before it writes and says what was taken.
 #pragma once
@@ -46,7 +46,7 @@ class credit {
   // A new connection. Until then, and for peers that must not be pinged, there is no bound.
   void begin(std::uint64_t nonce) noexcept;
 
-  // ---- before writing
+  // ---- next write
 
   // How many bytes may be written before the last frame of the priority is begun. What is urgent has more
   // room, and does not wait for a ping's place.
@@ -55,22 +55,22 @@ class credit {
   bool wants_ping(rt::time_point now) const noexcept;
   // The ping that will be written next, when its frame ends `end` bytes behind what was written so far.
   ping_payload ping(std::size_t end, rt::time_point now) noexcept;
-  // A message was held back for want of room, with a ping under way.
+  // A message was held back because the credit is used up, and a ping is under way.
   void held_back() noexcept { limited_ = held_ = true; }
   // Ask as soon as possible whether the peer is alive.
   void ask() noexcept { asked_ = pings_ == 0; }
 
-  // ---- afterwards
+  // ---- progress
 
   void wrote(std::size_t bytes, rt::time_point now) noexcept;
   // False when it answers no ping of ours: ignored.
   bool take_pong(std::span<const std::byte> payload, rt::time_point now) noexcept;
 
-  // ---- what is known
+  // ---- state
 
   bool begun() const noexcept { return begun_; }
   bool ping_under_way() const noexcept { return pings_ != 0; }
-  // Of the pings that are not answered, when the oldest was sent; never: there is none.
+  // When the oldest unanswered ping was sent; never: there is none.
   rt::time_point waits_since() const noexcept { return pings_ == 0 ? rt::never : under_way_[0].at; }
   bool settling() const noexcept { return now_ != phase::steady; }
   // Neither a ping nor the one after it was answered in time.

@@ -13,13 +13,14 @@ namespace rowe::service {
 inline rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::duration{ns}}; }
 
 struct cycle_state {
-  rt::time_point now{};           // when this cycle began; all that it does sees this time
-  std::size_t work_bytes = 0;     // work of the current message: bytes composed, or as much time
+  rt::time_point now{}; // when this cycle began; all that it does sees this time
+  // Work done for the current message, in bytes composed; other work counts as the bytes that take as long.
+  std::size_t work_bytes = 0;
   std::uint64_t places_freed = 0; // how often room came elsewhere than in queues and slots
   bool closing = false;           // the endpoint is closing: nothing new is taken
 
-  // When something of this process expires. If it expires when it was stamped, that means: in the cycle that
-  // takes it, however long it was queued.
+  // When a submission of this process expires. One that expires when it was stamped lives until the cycle
+  // that takes it, however long it was queued.
   rt::time_point expiry_of(rt::time_point stamped, rt::time_point expires) const noexcept {
     return expires == stamped ? now : expires;
   }

@@ -31,7 +31,8 @@ bool direct_messages::post(const direct_message& m) noexcept {
     return true;
   }
   if (send(m)) return true;
-  // No room at the peer, or no slot. Or no peer at all has room; then no later message may overtake this one.
+  // The peer has no room, or no slot is free. If no peer at all has room, no later message may overtake this
+  // one.
   if (to == nullptr) parking_.hold_back_later_ones();
   if (parking_.park(peer, m.parked)) return false;
   add(counter::outbox_full);
@@ -57,7 +58,7 @@ inline bool direct_messages::has_room_for(const direct_message& m) noexcept {
     any = true;
   }
   // Messages that are pending until a peer comes leave a quarter of the slots free.
-  return !any && pending() < slots_.count() - slots_.count() / 4;
+  return !any && pending() < slots_.count() - reserve_of(slots_.count());
 }
 
 // False: it must be parked. Else its sender is told the outcome, at once or later.
@@ -68,7 +69,7 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
     return true;
   };
   if (state_.cycle.closing) return fails(errc::closed, counter::lost_at_close);
-  // Only now means: in the cycle that takes it, however long it was queued before.
+  // `only_now` means the cycle that takes the message, however long it was queued before.
   const rt::time_point expires = m.only_now ? state_.cycle.now : m.expires;
   if (expires < state_.cycle.now) return fails(errc::expired, counter::expired);
   if (m.to.generation != 0) {
@@ -82,9 +83,9 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
   }
   if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
   const slot_class of = slots_.class_for(m.text.size());
-  // Slots that topics and answers hold beyond this can be evicted for it.
+  // Topics and answers may hold the slots beyond this; those can be evicted for it.
   if (trackers_.slots_left(of) == 0) return m.only_now ? fails(errc::expired, counter::no_slot) : false;
-  // The text is checked last, since parked messages come by here in every cycle.
+  // The text is checked last, because parked messages come here in every cycle.
   if (const status fine = check_object_text(state_.seams.validator, m.text); !fine)
     return fails(fine, fine.code() == errc::too_big ? counter::too_big : counter::malformed);
   if (slots_.free_for_all(of) == 0 && !outbox_.evict_for(of))
@@ -101,7 +102,7 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
         add(counter::outbox_full); // it would overtake a message parked for that peer
       } else {
         if (has_room(i, m.priority)) {
-          (void)queue_to(i, slot);
+          (void)queue_to(i, slot); // has_room() said so
         } else {
           add(counter::outbox_full);
         }
@@ -134,7 +135,7 @@ inline void direct_messages::end_queueing(slot_id slot) noexcept {
   if (slots_.references(slot) == 1) complete(slot, false);
 }
 
-// ---- of calls
+// ---- requests and replies
 
 status direct_messages::send_request(slot_id slot, peer_index to, detail::call_ref call,
                                      bool stops) noexcept {
@@ -163,7 +164,7 @@ void direct_messages::cancel(slot_ref which) noexcept {
   if (message_store_.cancel(which)) trackers_.forget(which.index);
 }
 
-// ---- ends
+// ---- outcomes
 
 void direct_messages::complete_outcomes() noexcept {
   for (outcome what; message_store_.take_outcome(what);) {
@@ -204,7 +205,7 @@ inline void direct_messages::end(slot_id slot, const status& outcome) noexcept {
   local_delivery_.complete(over.sender, over.own, outcome);
 }
 
-// ---- what is pending
+// ---- pending messages
 
 void direct_messages::deliver_pending(peer_index peer) noexcept {
   for (slot_id slot = trackers_.first_pending(); slot; slot = trackers_.first_pending()) {
@@ -224,7 +225,7 @@ void direct_messages::deliver_pending(peer_index peer) noexcept {
   }
 }
 
-// No peer has got room if nothing left a queue and no slot was freed since the last look.
+// Looks only if something left a queue, or a slot was freed, since the last look: else no peer has got room.
 void direct_messages::place_all_pending() noexcept {
   const std::uint64_t changes = outbox_.room_changes() + trackers_.began_to_wait();
   if (std::exchange(looked_for_room_at_, changes) == changes) return;
@@ -242,7 +243,7 @@ void direct_messages::close() noexcept {
   }
 }
 
-// ---- for tests
+// ---- checks
 
 // Each message under way has a tracked slot, unless its outcome is still to be taken.
 bool direct_messages::check() const noexcept {

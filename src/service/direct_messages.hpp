@@ -53,25 +53,25 @@ class direct_messages {
 
   void forget(peer_index peer) noexcept { parking_.forget(peer); }
 
-  // ---- from this process
+  // ---- messages of this process
 
   // The turns of senders, and what is parked in them.
   message_parking& parking() noexcept { return parking_; }
-  // False: the message is to be parked until its sender's next turn. What one sender has for a peer reaches
-  // that peer in order.
+  // False: the message must be parked until its sender's next turn. The messages of one sender reach a peer
+  // in order.
   bool post(const direct_message& m) noexcept;
 
-  // ---- of calls
+  // ---- requests and replies
 
   // Sends the composed request of a call. `to` none: to the first peer that has room. Errors: full; then the
   // caller of this function ends the call.
   status send_request(slot_id slot, peer_index to, detail::call_ref call, bool stops) noexcept;
-  // Who answered a call is told when its reply has been written.
+  // Tells whoever answered a call when the reply has been written.
   void track_reply(slot_id slot, const call_endpoint& sender, detail::call_ref own) noexcept;
   // The call has ended: its request is not sent any more, unless a socket is in the middle of it.
   void cancel(slot_ref which) noexcept;
 
-  // ---- what is pending
+  // ---- pending messages
 
   // Gives pending messages to a peer, in order, as far as it has room: it has just connected, or another peer
   // left before they were written to it. The others stay pending. A request goes to the first peer with room.

@@ -134,7 +134,7 @@ void dispatcher::read_binary(connection& c, std::span<const std::byte> message) 
   take(c, read, asked, body, why);
 }
 
-// One request of a message. `known`: what of the message is JSON.
+// Takes one request of a message. `known`: the part of the message that is JSON.
 inline void dispatcher::take(connection& c, wire::decoded read, wire::request& asked,
                              const json::document& known, const wire::diagnostic& why) noexcept {
   c.spoke_last = asked.codec;
@@ -154,7 +154,7 @@ inline void dispatcher::take(connection& c, wire::decoded read, wire::request& a
   }
 }
 
-// What this peer asks of the stop here, if anything. Puts names in place of numbers before; a request with an
+// What the request asks of the stop, if anything. Before that, names replace numbers; a request with an
 // unknown number is refused.
 inline stop_verb dispatcher::find_stop(const connection& c, wire::decoded& read, wire::request& asked,
                                        const json::document& known, wire::diagnostic& refused) noexcept {
@@ -165,7 +165,7 @@ inline stop_verb dispatcher::find_stop(const connection& c, wire::decoded& read,
       refused = {.code = "unknown_number", .text = unknown};
     }
   }
-  // A peer on stop_path is never called: what looks like its answer is an ordinary message.
+  // A peer on stop_path is never called, so a message of it that looks like an answer is a plain message.
   const bool object = asked.form == wire::call_args::form::object;
   if (c.stop_only && asked.what == wire::verb::reply && object) asked.what = wire::verb::message;
   if (!stop_service_.in_use()) return stop_verb::none;
@@ -173,7 +173,7 @@ inline stop_verb dispatcher::find_stop(const connection& c, wire::decoded& read,
   return c.stop_only && !stop_gate::is_for_stop_peers(found) ? stop_verb::none : found;
 }
 
-// Before all else, whatever the peer's rate is. Only a call is answered.
+// Comes before all else, whatever the peer's rate is. Only a call is answered.
 inline void dispatcher::carry_out_stop(connection& c, wire::decoded read, const wire::request& asked,
                                        const json::document& known, stop_verb of_stop) noexcept {
   const wire::verb what = read == wire::decoded::request ? asked.what : wire::verb::message;
@@ -241,7 +241,7 @@ inline void dispatcher::take_message(connection& c, const wire::request& asked,
   case admission::later: return ingress_.park({c.id.index});
   case admission::never: return state_.counts.add(counter::inbox_full);
   }
-  // A message that is too long is counted there.
+  // Its status is not needed: a message that is too long is counted there.
   (void)receiver_.deliver(
       {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
        .expires_ns = rt::nanoseconds_of(state_.options.inbound_expiry(state_.cycle.now, asked.ttl_ns)),
@@ -266,7 +266,7 @@ bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bo
   return find_stop(c, read, asked, known, why) == stop_verb::stop;
 }
 
-// Of a message beyond its peer's rate, which is no stop: true, counted.
+// True, and counted, if the message exceeds its peer's rate and is no stop.
 bool dispatcher::drops_excess() noexcept {
   if (excess_) state_.counts.add(counter::over_rate);
   return excess_;

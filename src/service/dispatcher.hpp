@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Carries out what peers say: decodes messages to requests, and gives each request to its part. A stop goes
-// before all else, even in a message that is refused or beyond its peer's rate. Every refusal is counted, and
-// answered with a status that names the value and the limit. Service thread only; nothing waits or allocates.
+// Carries out the messages of peers: decodes them to requests, and gives each request to its part. A stop
+// comes before all else, even in a message that is refused or exceeds its peer's rate. Every refusal is
+// counted, and answered with a status that names the value and the limit. Service thread only; nothing waits
+// or allocates.
 #pragma once
 #include <array>
 #include <cstddef>

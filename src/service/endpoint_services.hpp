@@ -33,13 +33,13 @@ class endpoint_services {
   };
   explicit endpoint_services(const needs& parts) noexcept;
 
-  // The whole name of one of them, in either spelling; empty: none of them.
+  // The full name of such a service. `service`: its name in either spelling. Empty: it is none of them.
   static std::string_view find(std::string_view service) noexcept;
-  // Ends the call, of the service of that whole name.
+  // Answers the call, and so ends it. `service`: the full name.
   void answer(call_index call, std::string_view service, const wire::call_args& what) noexcept;
 
  private:
-  // This endpoint by its name, and peers that advertise by their addresses.
+  // Writes the name of this endpoint, and the addresses of peers that advertise.
   void write_publishers(json::writer& into, topic_id topic) noexcept;
 
   core_state& state_;

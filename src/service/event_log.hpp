@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happened, for the ring that this process's threads read. Service thread only; nothing waits or
+// Posts events to the ring that threads of this process read. Service thread only; nothing waits or
 // allocates.
 #pragma once
 #include <chrono>
@@ -10,17 +10,17 @@
 
 #include "service/cycle_state.hpp"
 #include "service/rate_limit.hpp"
+#include "service/service_limits.hpp"
 #include "service/shared_state.hpp"
 
 namespace rowe::service {
 
 class event_log {
  public:
-  static constexpr std::size_t text_bytes_max = 224; // of event::what
-
   event_log(const cycle_state& cycle, shared_state& shared) noexcept : cycle_{cycle}, shared_{shared} {}
 
-  // What has no place in the ring is counted as lost; so are too many events of peers that come and go.
+  // An event that finds no place in the ring is counted as lost, and so are too many events about peers that
+  // come and go.
   void report(event::kind kind, std::string_view peer, std::string_view what,
               std::string_view remedy = {}) noexcept {
     const bool of_coming = kind == event::kind::peer_joined || kind == event::kind::peer_left ||
@@ -37,7 +37,7 @@ class event_log {
  private:
   const cycle_state& cycle_;
   shared_state& shared_;
-  rate_limit comings_{std::chrono::milliseconds{20}, 128};
+  rate_limit comings_{coming_events_period, coming_events_burst};
 };
 
 } // namespace rowe::service

@@ -8,8 +8,8 @@
 
 namespace rowe::service {
 
-// To whom ingress gives frames: the core, which alone may call every part. Service thread only; nothing waits
-// or allocates.
+// Takes the frames of `ingress`. The core implements it, because only the core may call every part. Service
+// thread only; nothing waits or allocates.
 class frame_handler {
  public:
   // A whole message, a control frame, or a violation of the protocol.

@@ -59,9 +59,9 @@ bool handle_registry::quiet() const noexcept {
                      [](const detail::queue_pair& one) { return one.epoch.quiet(); });
 }
 
-// ---- they come
+// ---- attach
 
-// Set-up is answered last: then a first value finds its listener.
+// Set-up is answered last, so the first value finds its listener.
 void handle_registry::attach(pair_index pair) noexcept {
   detail::queue_pair& queues = state_.pairs[pair];
   state_.pair_rows[pair] = {.generation = state_.pair_rows[pair].generation + 1, .order = ++attached_};
@@ -105,7 +105,7 @@ status handle_registry::provide(pair_index pair) noexcept {
   return {};
 }
 
-// Messages that came before anybody received are for the first receiver.
+// The first receiver gets the messages that came before anybody received.
 void handle_registry::take_over_inbox(pair_index pair) noexcept {
   const call_endpoint us = call_endpoint::of(pair, state_.pair_rows[pair].generation);
   while (const auto slot = state_.threads_inbox.take_back(state_.cycle.now)) {
@@ -126,13 +126,13 @@ void handle_registry::take_over_inbox(pair_index pair) noexcept {
   }
 }
 
-// ---- they go
+// ---- detach
 
 // A handle is closed, and all that it submitted is taken. Only the service thread knows the pair now.
 void handle_registry::detach(pair_index pair) noexcept {
   detail::queue_pair& queues = state_.pairs[pair];
   pair_row& row = state_.pair_rows[pair];
-  call_requests_.forget_pair(pair); // its rings are set-up's from here on
+  call_requests_.forget_pair(pair); // from here on set-up owns its rings
   if (row.attached && !row.topic) {
     detach_talker(pair);
     count_refusals(queues);
@@ -156,7 +156,7 @@ void handle_registry::detach_talker(pair_index pair) noexcept {
   --talking_;
 }
 
-// What a user's thread counted stays in the sums when its handle is closed.
+// Adds the counts of the user's thread to the sums, which outlive the handle.
 void handle_registry::count_refusals(const detail::queue_pair& queues) noexcept {
   state_.counts.add(counter::full, queues.refused_full.get());
   state_.counts.add(counter::no_peer, queues.no_peer.get());
@@ -164,7 +164,7 @@ void handle_registry::count_refusals(const detail::queue_pair& queues) noexcept 
   state_.counts.add(counter::inbound_expired, queues.expired_here.get());
 }
 
-// ---- as a client
+// ---- client
 
 void handle_registry::announce_all(connection& c) noexcept {
   for (const pair_index i : state_.pairs.ids()) {

@@ -54,11 +54,11 @@ inline void handle_submissions::take_newest(pair_index pair) noexcept {
   row.sequence = found.sequence;
   state_.topics.at(row.topic).messages += passed_over;
   state_.counts.add(counter::replaced, passed_over);
-  publish(pair, found.slot);
+  publish(pair, pair_slot{found.slot});
 }
 
-// A server gets every value. A value that finds no room in the queue to it stays with the handle, and its
-// publisher is told `full`.
+// A server must get every value. A value that finds no room in the queue to the server stays with the handle,
+// and when its slots run out the publisher is told `full`.
 inline void handle_submissions::take_values(pair_index pair) noexcept {
   const detail::consumer_end& end = state_.pairs[pair].service.out;
   std::size_t budget = values_per_cycle;
@@ -68,7 +68,7 @@ inline void handle_submissions::take_values(pair_index pair) noexcept {
     budget = std::min<std::size_t>(budget, depth - std::min(towards->count, depth));
   }
   const auto take = [&](std::uint32_t slot) {
-    publish(pair, slot);
+    publish(pair, pair_slot{slot});
     end.free_ring->release(slot);
   };
   const std::size_t taken = end.ring->drain(take, budget);
@@ -79,10 +79,10 @@ inline void handle_submissions::take_values(pair_index pair) noexcept {
   if (budget < values_per_cycle && taken == budget && end.ring->pending_at_least() != 0) waits_ = true;
 }
 
-void handle_submissions::publish(pair_index pair, std::uint32_t slot) noexcept {
+void handle_submissions::publish(pair_index pair, pair_slot slot) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
-  const detail::value_header& header = *queues.service.out.slots.header(slot);
-  const std::byte* const value = queues.service.out.slots.value(slot);
+  const detail::value_header& header = *queues.service.out.slots.header(slot.value);
+  const std::byte* const value = queues.service.out.slots.value(slot.value);
   const rt::time_point published = time_of(header.stamped_ns);
   const rt::time_point expires = state_.cycle.expiry_of(published, time_of(header.expires_ns));
   const topic_id topic = state_.pair_rows[pair].topic;
@@ -125,21 +125,21 @@ inline std::size_t handle_submissions::take_new_entries(pair_index pair) noexcep
   pair_row& row = state_.pair_rows[pair];
   const detail::consumer_end& end = state_.pairs[pair].service.out;
   for (std::size_t left = entries_per_cycle; left > 0; --left) {
-    const auto slot = end.ring->try_pop();
-    if (!slot) return entries_per_cycle - left;
-    if (take_entry(pair, *slot, false)) {
-      end.free_ring->release(*slot);
+    const auto popped = end.ring->try_pop();
+    if (!popped) return entries_per_cycle - left;
+    const pair_slot slot{*popped};
+    if (take_entry(pair, slot, false)) {
+      end.free_ring->release(slot.value);
       row.gave = true;
       continue;
     }
-    const pair_slot parked{*slot};
-    next_parked(end.slots, parked) = pair_slot::none;
+    next_parked(end.slots, slot) = pair_slot::none;
     if (!row.parked_first) {
-      row.parked_first = parked;
+      row.parked_first = slot;
     } else {
-      next_parked(end.slots, row.parked_last) = parked.value;
+      next_parked(end.slots, row.parked_last) = slot.value;
     }
-    row.parked_last = parked;
+    row.parked_last = slot;
   }
   more_left_ = true;
   return entries_per_cycle;
@@ -152,7 +152,7 @@ void handle_submissions::retry(pair_index pair) noexcept {
   pair_slot before{};
   for (pair_slot slot = row.parked_first; slot;) {
     const pair_slot next{static_cast<std::uint32_t>(next_parked(end.slots, slot))};
-    if (take_entry(pair, slot.value, true)) {
+    if (take_entry(pair, slot, true)) {
       end.free_ring->release(slot.value);
       row.gave = true;
       ++state_.cycle.places_freed;
@@ -170,10 +170,10 @@ void handle_submissions::retry(pair_index pair) noexcept {
 }
 
 // False: it must be parked.
-inline bool handle_submissions::take_entry(pair_index pair, std::uint32_t slot, bool parked) noexcept {
+inline bool handle_submissions::take_entry(pair_index pair, pair_slot slot, bool parked) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
-  const detail::value_header& header = *queues.service.out.slots.header(slot);
-  const std::byte* const value = queues.service.out.slots.value(slot);
+  const detail::value_header& header = *queues.service.out.slots.header(slot.value);
+  const std::byte* const value = queues.service.out.slots.value(slot.value);
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
   const call_endpoint us = call_endpoint::of(pair, state_.pair_rows[pair].generation);
   const call_endpoint waits = header.own.generation != 0 ? us : call_endpoint{};
@@ -208,11 +208,11 @@ inline bool handle_submissions::take_entry(pair_index pair, std::uint32_t slot, 
   return true;
 }
 
-void handle_submissions::answer(pair_index pair, std::uint32_t slot, const call_endpoint& us,
+void handle_submissions::answer(pair_index pair, pair_slot slot, const call_endpoint& us,
                                 const call_endpoint& waits) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
-  const detail::value_header& header = *queues.service.out.slots.header(slot);
-  const std::byte* const value = queues.service.out.slots.value(slot);
+  const detail::value_header& header = *queues.service.out.slots.header(slot.value);
+  const std::byte* const value = queues.service.out.slots.value(slot.value);
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
   const rt::time_point stamped = time_of(header.stamped_ns);
   publish_predictor_.answered(stamped);
@@ -229,7 +229,7 @@ void handle_submissions::answer(pair_index pair, std::uint32_t slot, const call_
   if (!done) local_delivery_.complete(waits, header.own, done);
 }
 
-// ---- what is left
+// ---- unsent submissions
 
 bool handle_submissions::has_unsent(pair_index pair) noexcept {
   pair_row& row = state_.pair_rows[pair];

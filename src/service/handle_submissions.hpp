@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Takes what handles of this process submit: values to publish, messages, requests and replies, a stated
-// budget of each in a cycle. What finds no room is parked: in a list through the headers of the slots, which
-// belong to the service thread until the slots are released. So one peer that does not read delays neither
-// messages to other peers nor the expiry of messages. Service thread only; nothing waits or allocates. A
-// user thread that sleeps is woken, which enters the kernel.
+// budget of each in a cycle. What finds no room is parked. Parked slots form a list, linked through their
+// headers. They belong to the service thread until released. So one peer that does not read delays neither
+// messages to other peers nor the expiry of messages. Service thread only; nothing waits or allocates. A user
+// thread that sleeps is woken, which enters the kernel.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -55,8 +55,8 @@ class handle_submissions {
   // Whether something that a closing handle submitted is still to be taken, or to be written to a server.
   // What other handles publish on the same topic meanwhile does not count.
   bool has_unsent(pair_index pair) noexcept;
-  // At the end of a cycle: tells handles that wait for room where it came. `anywhere`: room came at a peer,
-  // or elsewhere outside the handle.
+  // At the end of a cycle: tells handles that wait for room that there may be some. `anywhere`: there is new
+  // room at a peer, or elsewhere outside the handle.
   void tell_room(bool anywhere) noexcept {
     if (std::exchange(some_ask_room_, false)) tell_those_who_ask(anywhere);
   }
@@ -73,13 +73,12 @@ class handle_submissions {
   void retry(pair_index pair) noexcept;
   void take_values(pair_index pair) noexcept;
   void take_newest(pair_index pair) noexcept;
-  void publish(pair_index pair, std::uint32_t slot) noexcept;
+  void publish(pair_index pair, pair_slot slot) noexcept;
   void take_entries(pair_index pair) noexcept;
   std::size_t take_new_entries(pair_index pair) noexcept;
-  bool take_entry(pair_index pair, std::uint32_t slot, bool parked) noexcept;
+  bool take_entry(pair_index pair, pair_slot slot, bool parked) noexcept;
   void tell_those_who_ask(bool anywhere) noexcept;
-  void answer(pair_index pair, std::uint32_t slot, const call_endpoint& us,
-              const call_endpoint& waits) noexcept;
+  void answer(pair_index pair, pair_slot slot, const call_endpoint& us, const call_endpoint& waits) noexcept;
 
   core_state& state_;
   sender& sender_;

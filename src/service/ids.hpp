@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Numbers that name rows of tables. The tables are taken from one arena when an endpoint is opened and never
-// grow, so a row is named by its place. Each table has a type of number of its own: the number of a slot
-// cannot be taken for the number of a topic. `none` says that there is no row.
+// grow, so a row is named by its place. Each table has its own type of number, so the number of a slot cannot
+// be mistaken for the number of a topic. `none` says that there is no row.
 #pragma once
 #include <cassert>
 #include <cstdint>
@@ -58,7 +58,7 @@ class rows {
 
   constexpr rows() = default;
   constexpr rows(std::span<T> all) noexcept : all_{all} { assert(all.size() < Id::none); }
-  // The same rows, only to look at.
+  // The same rows, read only.
   constexpr operator rows<Id, const T>() const noexcept requires(!std::is_const_v<T>) {
     return {std::span<const T>{all_}};
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lists through the rows of a table: a row that is on a list has links to its neighbours. The list itself is
-// three numbers at most and knows no table, which is given with each call: so a table may hold thousands of
-// lists. Service thread only; nothing waits or allocates.
+// three numbers at most. It does not know its table; each call passes the table. So a table may hold
+// thousands of lists. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cassert>
 #include <cstdint>
@@ -31,7 +31,7 @@ struct index_queue {
     if (empty()) tail = which;
     head = which;
   }
-  // Of a queue that is not empty.
+  // The queue must not be empty.
   Id pop_front(rows<Id, T> all) noexcept {
     assert(!empty());
     const Id first = head;
@@ -39,7 +39,7 @@ struct index_queue {
     if (empty()) tail = Id{};
     return first;
   }
-  // Takes out the row behind `before`, or the first one where there is none. For a walk that takes rows out.
+  // Takes out the row behind `before`, or the first row if `before` is none. For a walk that takes rows out.
   void erase_behind(rows<Id, T> all, Id before) noexcept {
     if (!before) {
       (void)pop_front(all);
@@ -49,8 +49,8 @@ struct index_queue {
     all[before].*Next = all[which].*Next;
     if (tail == which) tail = before;
   }
-  // Takes as many steps as rows stand in front of it. One that is not on the queue: false, and nothing
-  // changes.
+  // Takes out a row, in as many steps as rows stand in front of it. False, and nothing changes, if it is not
+  // on the queue.
   bool erase(rows<Id, T> all, Id which) noexcept {
     Id before{};
     for (Id i = head; i; before = i, i = all[i].*Next) {
@@ -84,7 +84,7 @@ struct index_list {
     tail = which;
     ++count;
   }
-  // One that is on this list.
+  // The row must be on this list.
   void erase(rows<Id, T> all, Id which) noexcept {
     assert(count > 0);
     const Id before = all[which].*Previous;

@@ -23,7 +23,7 @@ class index_ring {
     const std::size_t at = std::size_t{first_} + count_++;
     places_[at < places_.size() ? at : at - places_.size()] = which;
   }
-  // The one that has waited longest. There is one.
+  // The row that has waited longest. The ring must not be empty.
   Id pop() noexcept {
     assert(count_ > 0);
     const Id which = places_[first_];

@@ -27,8 +27,7 @@ class indexed_pool {
   }
   explicit indexed_pool(rows<Id, T> all) noexcept : indexed_pool{all, 0, all.size()} {}
 
-  // A row that was free; `none` when there is none. What the row holds is what it held when it was given
-  // back.
+  // Takes a free row; `none` if there is none. The row holds what it held when it was given back.
   Id take() noexcept {
     const Id taken = head_;
     if (!taken) return taken;
@@ -36,7 +35,7 @@ class indexed_pool {
     --free_;
     return taken;
   }
-  // One that was taken from this pool.
+  // The row must have been taken from this pool.
   void give_back(Id which) noexcept {
     assert(which.value >= first_row_ && which.value < end_row_ && free_ < end_row_ - first_row_);
     all_[which].*Link = head_;

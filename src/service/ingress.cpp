@@ -43,7 +43,7 @@ ingress::ingress(rt::arena& memory, const needs& parts) noexcept
   }
 }
 
-// ---- who is there
+// ---- peers
 
 void ingress::open(peer_index peer) noexcept {
   input& of = inputs_[peer];
@@ -66,8 +66,8 @@ void ingress::forget(peer_index peer) noexcept {
 
 // ---- reading
 
-// The larger amount is wanted only if what is left of it fits into the assembly buffer, behind the fragments
-// that the parser has and will assemble there (keep_backlog()).
+// The larger amount is wanted only if its rest fits into the assembly buffer, behind the fragments that the
+// parser has and will assemble there (keep_backlog()).
 std::size_t ingress::wanted_bytes(peer_index peer) const noexcept {
   const input& of = inputs_[peer];
   if (!of.backlog.empty() || of.parked()) return 0;
@@ -160,7 +160,7 @@ inline void ingress::take_turn(peer_index peer) noexcept {
   (of.parked() ? parked_ : backlog_).push(peer);
 }
 
-// Carries out one message, or the part that is there; returns its work.
+// Carries out one message, or the part of it that was read. Returns its work.
 inline std::size_t ingress::read_one(peer_index peer) noexcept {
   input& of = inputs_[peer];
   if (!state_.peers[peer].open()) {
@@ -200,12 +200,12 @@ void ingress::read_backlogs() noexcept {
 
 // ---- stops
 
-// Carries out the stops among what was read, and removes them. All else stays for its turn: what stands
-// before a stop, even of its own peer, and what only looks like a stop. A text that claims to be a stop and
-// is none costs one parse more than its turn; then nothing else of its peer is looked at until more is read,
-// so nobody else pays for it. The first stop of each peer is carried out, and stops_ahead_max more in all;
-// further stops change nothing. A stop waits for its turn, too, if it is fragmented, too long, or names its
-// service or topic too far behind.
+// Carries out the stops in what was read, and removes them. Everything else stays for its turn, also what its
+// own peer sent before a stop, and what only looks like a stop. A text that looks like a stop and is none is
+// parsed once more than others. Then nothing else of its peer is looked at until more is read, so no other
+// peer pays for it. The first stop of each peer is carried out, and stops_ahead_max more in all; further
+// stops change nothing. A stop also waits for its turn if it is fragmented or too long, or if the name of its
+// service or topic comes too late in it.
 inline void ingress::take_stops(peer_index peer) noexcept {
   if (!handler_.stop_in_use()) return;
   input& of = inputs_[peer];
@@ -246,7 +246,7 @@ inline void ingress::take_stops(peer_index peer) noexcept {
   of.backlog = all.first(kept);
 }
 
-// Carries out the message of a whole frame if it is a request to stop. False: it is none, and nothing was
+// Carries out the message of a complete frame if it is a request to stop. False: it is none, and nothing was
 // done. The frame is not changed.
 bool ingress::take_if_stop(peer_index peer, std::span<const std::byte> frame) noexcept {
   std::array<std::byte, stop_frame_bytes_max + tailroom_bytes> room;
@@ -261,7 +261,7 @@ bool ingress::take_if_stop(peer_index peer, std::span<const std::byte> frame) no
   return stops;
 }
 
-// ---- for tests
+// ---- checks
 
 // A peer with a parked message is not read. A peer with a backlog is in one ring, once.
 bool ingress::check() const noexcept {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What has been read from peers and is not carried out yet. When several peers have something to say, reading
-// only stages it. Then one message of each peer is carried out in turn; the peer that has waited longest
-// comes first, and one cycle does a stated amount of work. So a peer waits for one message of every other
-// peer, not for all that they have sent. A stop does not even wait for that: it is carried out as it is read,
-// before what its own peer sent before it.
+// What was read from peers and is not carried out yet. If several peers have sent something, reading only
+// stages it. Then one message of each peer is carried out in turn; the peer that has waited longest comes
+// first, and one cycle does a stated amount of work. So a peer waits for one message of every other peer, not
+// for all that they have sent. A stop does not even wait for that: it is carried out as it is read, before
+// what its own peer sent before it.
 //
 // A message for which the receiver has no room is parked. Its peer is not read until there is room.
 //
@@ -55,7 +55,7 @@ class ingress {
   void read_in_turn() noexcept {
     if (!backlog_.empty()) read_backlogs();
   }
-  // A new cycle: stops may be carried out in front of others again.
+  // Begins a cycle: stops may be carried out before their turn again.
   void begin_cycle() noexcept { stops_ahead_ = 0; }
   // Whether the next cycle is needed at once: something waits for its turn, or room came for what is parked.
   bool waits() const noexcept { return !backlog_.empty() || (!parked_.empty() && changes() != unparked_at_); }
@@ -67,7 +67,7 @@ class ingress {
   // When the unfinished message of a peer began; never: there is none.
   rt::time_point unfinished_since(peer_index peer) const noexcept { return inputs_[peer].message_began_at; }
 
-  // How often room came anywhere for something that waits for it.
+  // Counts how often there was new room for anything that waits.
   std::uint64_t room_changes() const noexcept { return outbox_.room_changes() + state_.cycle.places_freed; }
 
   bool check() const noexcept;
@@ -111,7 +111,7 @@ class ingress {
   std::uint64_t unparked_at_ = 0;           // changes() when parked messages were tried last
   std::span<const std::byte> current_text_; // the message that is being carried out
   bool current_binary_ = false;
-  std::span<const std::byte> lent_; // all that was read with it, if in the transport's memory
+  std::span<const std::byte> lent_; // all that was read with it, if that is in the transport's memory
   std::uint32_t stops_ahead_ = 0;   // how many in this cycle
 };
 

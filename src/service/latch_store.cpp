@@ -24,7 +24,7 @@ bool latch_store::store(latched_value& into, std::string_view body, latch_owner 
   const bool of_peer = owner.who == latch_owner::kind::peer;
   if (!of_peer || into.owner == owner) clear(into);
   const auto needed =
-      static_cast<std::uint32_t>((body.size() + latch_block::bytes_max - 1) / latch_block::bytes_max);
+      static_cast<std::uint32_t>((body.size() + latch_block_bytes_max - 1) / latch_block_bytes_max);
   if (needed == 0 || needed > free_.free()) return false;
   if (of_peer) {
     if (!claims_.may_take(held_[{owner.index}], left_of(blocks() / 2, of_peers_), needed)) return false;
@@ -34,7 +34,7 @@ bool latch_store::store(latched_value& into, std::string_view body, latch_owner 
   clear(into);
   for (std::string_view rest = body; !rest.empty();) {
     const block_id taken = free_.take();
-    rest.remove_prefix(rest.copy(blocks_[taken].text.data(), latch_block::bytes_max));
+    rest.remove_prefix(rest.copy(blocks_[taken].text.data(), latch_block_bytes_max));
     into.text.push_back(blocks_, taken);
   }
   into.blocks = needed;
@@ -58,7 +58,7 @@ void latch_store::clear(latched_value& what) noexcept {
 void latch_store::write(const latched_value& what, json::writer& into) const noexcept {
   std::size_t left = what.bytes;
   for (block_id i = what.text.head; i; i = blocks_[i].next) {
-    const std::size_t here = std::min(left, latch_block::bytes_max);
+    const std::size_t here = std::min(left, latch_block_bytes_max);
     into.append({blocks_[i].text.data(), here});
     left -= here;
   }

@@ -14,6 +14,7 @@
 
 #include "service/index_list.hpp"
 #include "service/indexed_pool.hpp"
+#include "service/service_limits.hpp"
 #include "service/shares.hpp"
 #include "service/slot_pool.hpp"
 
@@ -32,9 +33,8 @@ struct latch_owner {
 };
 
 struct latch_block {
-  static constexpr std::size_t bytes_max = 1020;
   block_id next{};
-  std::array<char, bytes_max> text;
+  std::array<char, latch_block_bytes_max> text;
 };
 
 struct latched_value {
@@ -53,9 +53,9 @@ class latch_store {
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   latch_store(rt::arena& memory, const limits& bounds) noexcept;
 
-  // Puts `body` in the place of what `into` holds. False when it finds no room, or is more than its owner may
-  // take: then `into` is empty, but for what another peer has there. A peer may hold what shares.hpp says;
-  // half of the pool is this process's own.
+  // Replaces the value in `into` by `body`. False if there is no room, or if the owner may not hold so much.
+  // Then `into` is empty, unless another peer's value is there. shares.hpp says how much a peer may hold;
+  // half of the pool belongs to this process.
   bool store(latched_value& into, std::string_view body, latch_owner owner, rt::time_point expires) noexcept;
   void clear(latched_value& what) noexcept;
   void write(const latched_value& what, json::writer& into) const noexcept;

@@ -32,8 +32,8 @@ consteval limit_row limit_between(argument which, std::uint64_t least, std::uint
 
 inline constexpr std::uint64_t many = 1U << 20;
 
-// Each alone; their products fit into 64 bits then, and whether there is so much memory is the arena's
-// answer. In the order of the struct.
+// The range of each limit alone, in the order of the struct. Within these ranges all products fit into 64
+// bits. Whether there is enough memory, the arena says.
 inline constexpr std::array limit_table{
     limit_between<&limits::connections_max>(argument::connections_max, 1, 65536),
     limit_between<&limits::connections_per_address_max>(argument::connections_per_address_max, 1, 65536),

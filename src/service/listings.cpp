@@ -17,15 +17,15 @@ namespace {
 using wire::listed;
 using wire::no_number;
 
-// Their places are their numbers, from 1 on.
+// Their positions are their numbers, from 1 on.
 constexpr std::array own_services{wire::stop_name,          wire::stop_reset_name, wire::stop_lease_name,
                                   wire::stop_state_name,    wire::stats_name,      wire::list_topics_name,
                                   wire::list_services_name, wire::topic_type_name, wire::publishers_name,
                                   wire::service_type_name};
-static_assert(own_services.size() < service_directory::first_number);
-// A peer that was told nothing yet.
+static_assert(own_services.size() < first_service_number);
+// The peer was told nothing yet.
 constexpr std::uint64_t never_told = UINT64_MAX;
-// With its escapes.
+// The length of a text in JSON, with its escapes.
 std::size_t bytes_in_json(std::string_view text) noexcept {
   std::size_t bytes = 0;
   for (const char c : text) bytes += c == '"' || c == '\\' ? 2 : static_cast<unsigned char>(c) < ' ' ? 6 : 1;
@@ -59,13 +59,13 @@ listed listings::topic_in(topic_id row) const noexcept {
   return {.number = t.channel, .name = state_.topics.name(row), .type = state_.topics.type(row)};
 }
 
-// First the endpoint's own, by their numbers, then the directory.
+// The endpoint's own services come first, by their numbers, then those in the directory.
 listed listings::service_in(std::uint32_t row) const noexcept {
-  if (row < service_directory::first_number) {
+  if (row < first_service_number) {
     const std::string_view name = service_numbered(row);
     return name.empty() ? listed{} : listed{.number = row, .name = name};
   }
-  const service_index index{row - service_directory::first_number};
+  const service_index index{row - first_service_number};
   if (!service_directory_.in_use(index)) return {};
   return {.number = service_directory_.at(index).number,
           .name = service_directory_.name(index),
@@ -73,7 +73,7 @@ listed listings::service_in(std::uint32_t row) const noexcept {
 }
 
 std::string_view listings::service_numbered(std::uint32_t number) const noexcept {
-  if (number >= service_directory::first_number) {
+  if (number >= first_service_number) {
     const service_index found = service_directory_.find_number(number);
     return !found ? std::string_view{} : service_directory_.name(found);
   }
@@ -91,7 +91,7 @@ topic_id listings::topic_subscribed(peer_index peer, std::uint32_t tag) const no
   return {};
 }
 
-// What a request names by numbers. Empty, or why there is no such thing.
+// Replaces the numbers in a request by names. Returns why a number is unknown, or an empty text.
 std::string_view listings::put_names(const connection& c, wire::request& asked) const noexcept {
   constexpr std::string_view unknown = "nothing here has this number";
   if (asked.service_number != no_number) {
@@ -114,9 +114,9 @@ std::string_view listings::put_names(const connection& c, wire::request& asked) 
                                   : "subscribe: this peer gave the number to another topic";
 }
 
-// ---- who is told
+// ---- readers
 
-// Some of what is gone or new, as one message.
+// One message with a part of a list: some topics or services that are gone, or new.
 struct listings::part {
   const bool topics;
   const bool added;
@@ -126,8 +126,8 @@ struct listings::part {
   std::array<std::uint32_t*, listed_max> told{}; // where the peer's row of each is
 };
 
-// How long a message with a part of a list may become. Slots for large messages are few: a part goes into a
-// small one, as long as those within the peer's share suffice.
+// How long a message with a part of a list may become. There are few large slots, so a part must fit into a
+// small one as long as the peer's share of those suffices.
 std::size_t listings::part_bytes_max(peer_index peer) const noexcept {
   const limits& bounds = state_.bounds();
   const std::uint32_t held = outbox_.entries().held_by(peer, queued_as::evictable, slot_class::small);
@@ -156,7 +156,7 @@ bool listings::send(connection& c, part& of) noexcept {
   return true;
 }
 
-// What the peer was not told yet of what is gone, or of what is new. False: the rest is told later.
+// Tells the peer what is gone, or what is new, and was not told yet. False: the rest is told later.
 bool listings::tell(connection& c, bool topics, bool added) noexcept {
   const peer_index peer{c.id.index};
   const std::size_t topics_max = state_.bounds().topics_max;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers in place of names, and who is told them: where a protocol says so, a client learns at once who we
-// are, and which topics and services there are, and then what has changed. A topic's number is its channel;
-// the endpoint's own services have fixed numbers, those in the directory get theirs as they come. Service
-// thread only; nothing waits or allocates.
+// Numbers in place of names, and the peers that are told them. If its protocol has lists, a client learns at
+// once who we are, and which topics and services there are. Later it learns what has changed. A topic's
+// number is its channel. The endpoint's own services have fixed numbers; those in the directory get theirs as
+// they come. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -17,6 +17,7 @@
 #include "service/outbox.hpp"
 #include "service/rate_limit.hpp"
 #include "service/service_directory.hpp"
+#include "service/service_limits.hpp"
 #include "service/stop_rules.hpp"
 #include "wire/codec.hpp"
 #include "wire/request.hpp"
@@ -39,17 +40,18 @@ class listings {
   }
   listings(rt::arena& memory, const needs& parts) noexcept;
 
-  // A peer that wants to be told has come: who we are, and what there is.
+  // A peer that wants lists has connected: it is told who we are, and what there is.
   void greet(connection& c) noexcept;
   void forget(peer_index peer) noexcept;
-  // Once a cycle: tells peers what is gone and what is new. A peer that does not read what it was told last
-  // waits, and is told later what is different then. Where changes never pause, all wait in between.
+  // Once a cycle: tells peers what is gone and what is new. A peer that has not read the last part waits.
+  // Later it is told what differs then. If changes never pause, all peers are told at most every
+  // listings_period.
   void tell_changes() noexcept {
     if (readers_count_ != 0) tell_readers();
   }
   // When tell_changes() is needed at the latest.
   rt::time_point due() const noexcept { return due_; }
-  // Puts the names of what a request names by numbers. Empty, or why there is no such thing.
+  // Replaces the numbers in a request by names. Returns why a number is unknown, or an empty text.
   std::string_view put_names(const connection& c, wire::request& asked) const noexcept;
 
  private:
@@ -60,7 +62,7 @@ class listings {
   };
   struct part;
   static std::size_t rows_of_peer(const limits& bounds) noexcept {
-    return std::size_t{bounds.topics_max} + service_directory::first_number + bounds.services_max;
+    return std::size_t{bounds.topics_max} + first_service_number + bounds.services_max;
   }
   std::span<std::uint32_t> told(peer_index peer) const noexcept {
     const std::size_t count = rows_of_peer(state_.bounds());
@@ -89,7 +91,7 @@ class listings {
   const topic_id stop_topic_; // shown only where there is a stop
   rows<peer_index, reader> readers_;
   std::uint32_t readers_count_ = 0;
-  std::span<std::uint32_t> told_; // of each peer the numbers that it was told: topics by row, then services
+  std::span<std::uint32_t> told_; // by peer, the numbers that it was told: topics by row, then services
   std::uint64_t listed_at_ = 0;   // after how many changes peers are told
   rate_limit tells_{listings_period, listings_burst};
   rt::time_point due_ = rt::never;

@@ -38,12 +38,12 @@ void liveness::check_silent(connection& c) noexcept {
   const peer_index peer{c.id.index};
   const rt::duration silence = state_.cycle.now - c.heard_at;
   if (silence > state_.options.silence_max) {
-    // Unread: it answers no ping, and messages wait for it.
+    // It does not read: it answers no ping, and messages wait for it.
     const bool unread = sender_.urgent().unresponsive(peer) && outbox_.of(peer).out_of_credit;
     state_.counts.add(unread ? counter::stalled_peers : counter::silent_peers);
     return state_.peers.close_later(c, unread ? "the peer does not read" : "nothing was heard for too long");
   }
-  // A peer that goes on sending is not silent; but it may not read, either.
+  // A peer that goes on sending is not silent, but it may have stopped reading.
   const rt::time_point waits_since = std::max(sender_.urgent().waits_for_pong_since(peer), c.unheard_until);
   if (state_.cycle.now - waits_since > silences_unanswered_max * state_.options.silence_max) {
     state_.counts.add(counter::stalled_peers);

@@ -17,12 +17,12 @@ class local_delivery {
  public:
   explicit local_delivery(core_state& state) noexcept : state_{state} {}
 
-  // Into the inbox of a handle; decoded if the handle reads values. In a window it replaces an older value.
-  // Errors: full; too_big; those of the decoder, and then `why` has the diagnostic.
+  // Delivers a message into the inbox of a handle, and decodes it if the handle reads values. In a window it
+  // replaces an older value. Errors: full; too_big; those of the decoder, and then `why` has the diagnostic.
   status deliver(pair_index pair, const detail::value_header& header, std::string_view body,
                  json::decoder::diagnosis& why) noexcept;
 
-  // Ends a call, or a send that waits, for whoever began it: a handle, which knows it as `own`; a thread that
+  // Ends a call, or a send that waits. `whom` began it: a handle, which knows it as `own`; a thread that
   // submitted it; or nobody. With an error, `text` is the diagnostic.
   void complete(const call_endpoint& whom, detail::call_ref own, const status& outcome,
                 std::string_view text = {}) noexcept {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // How threads of this process that have no loop ask the service thread for a stop or a reset, and get its
-// answers. One count says how often the loops were to stop: raising it needs no room and waits for nobody.
-// The source and the reason go beside it through a window, and the answers come back through another. So
-// neither side ever waits for the other.
+// answers. One count says how often a stop was asked for. Raising it needs no space and waits for nobody. The
+// source and the reason go beside it through a window, and the answers come back through another. So neither
+// side ever waits for the other.
 //
 // Requests are numbered. Only the newest source and reason are kept. An answer holds for all requests up to
 // its number. A reset carries the count of stops at its time; a higher count later means a newer stop.
@@ -20,23 +20,22 @@
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/window.hpp>
 
+#include "service/service_limits.hpp"
+
 namespace rowe::service {
 
 // What threads of this process have asked for so far.
 struct local_stop_asked {
-  static constexpr std::size_t source_bytes_max = 63;
-  static constexpr std::size_t reason_bytes_max = 192;
-
   std::uint64_t stops = 0;
-  fixed_string<source_bytes_max> source; // of the last stop
-  fixed_string<reason_bytes_max> reason;
+  fixed_string<stop_source_bytes_max> source; // of the last stop
+  fixed_string<stop_reason_bytes_max> reason;
   std::uint64_t resets = 0;
-  std::uint64_t number = 0;             // of the stop that the last reset is to end; 0: whichever there is
+  std::uint64_t number = 0;             // the stop that the last reset is to end; 0: any
   std::uint32_t count_before_reset = 0; // local_stop::count() when the last reset was asked for
   rt::time_point until{};               // after this the last reset must not be carried out
 };
 
-// What came of it.
+// The answers to these requests.
 struct local_stop_answered {
   std::uint64_t stops = 0;       // the loops have acknowledged all up to this one
   std::uint64_t stop_number = 0; // the number by which peers know it
@@ -51,8 +50,8 @@ class local_stop {
  public:
   // ---- Any thread. Never waits, never allocates.
 
-  // The loops are to stop; the caller then wakes the service thread. Whatever was given to hand_in() before
-  // is seen with it.
+  // Asks for a stop. The caller then wakes the service thread. What was given to hand_in() before is seen
+  // with it.
   void ask() noexcept {
     count_.fetch_add(1, std::memory_order_release); // release: pairs with the load in take()
   }
@@ -64,7 +63,7 @@ class local_stop {
   // ---- Threads, one at a time each.
 
   void hand_in(const local_stop_asked& all) noexcept { asked_writer_->write(all); }
-  // The newest answers; `into` is left alone if it has them already.
+  // Reads the newest answers; `into` is not changed if it has them already.
   void hear(local_stop_answered& into) noexcept { (void)answered_reader_->read(into); }
 
   // ---- The service thread.
@@ -76,9 +75,9 @@ class local_stop {
   }
   // The count as of the last take().
   std::uint32_t taken() const noexcept { return taken_; }
-  // The newest of hand_in(); `into` is left alone if it has that already.
+  // Reads what hand_in() wrote last; `into` is not changed if it has that already.
   void look(local_stop_asked& into) noexcept { (void)asked_reader_->read(into); }
-  // The caller then wakes the threads that wait.
+  // Publishes the answers. The caller then wakes the threads that wait.
   void tell(const local_stop_answered& all) noexcept { answered_writer_->write(all); }
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys for a client's frames (RFC 6455 5.3), which must be unpredictable. They are drawn a thousand at a
-// time: one system call for all of them. Service thread only.
+// Keys for a client's frames (RFC 6455 5.3), which must be unpredictable. They are fetched a thousand at a
+// time, by one system call. Service thread only.
 #pragma once
 #include <cstddef>
 #include <cstring>

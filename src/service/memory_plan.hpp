@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an endpoint's memory is for: one arena and the transport's share, a sum in which every line names its
-// holder.
-// limits::footprint_bytes() is this sum.
+// What an endpoint's memory is for: one arena, and the transport's share. It is a sum in which every line
+// names its holder. limits::footprint_bytes() is this sum.
 #pragma once
 #include <cstddef>
 

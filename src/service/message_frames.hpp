@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Puts frames of messages into a batch. As a server, the slot has the frame as all peers with the shared text
-// are sent it: header, head and body. As a client, the frame is masked as it is copied into the batch. To a
-// peer whose codec writes another head, header and head are written before the slot's body. Service thread
-// only; nothing waits or allocates.
+// Puts frames of messages into a batch. On a server the slot holds the complete frame (header, head, body)
+// that every peer of the shared codec gets. On a client the frame is masked as it is copied into the batch.
+// For a peer whose codec writes another head, header and head are written in front of the slot's body.
+// Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstddef>
 

@@ -40,7 +40,7 @@ void message_parking::show_room() noexcept {
   }
 }
 
-// ---- for tests
+// ---- checks
 
 bool message_parking::check() const noexcept {
   std::uint32_t told_full = 0;

@@ -5,9 +5,9 @@
 // alone. So messages to other peers find a slot. The receiver may park in all of its slots: it limits what it
 // takes from a peer, so each answer finds one.
 //
-// When a peer has its share, senders to it are told `full` before they take a slot, until nothing is parked
-// for it. What was submitted before ends with `full`. A message to everyone is always parked: its sender
-// counts on that, but is told `full` just as early.
+// When a peer's share is used up, senders to it are told `full` before they take a slot, until nothing is
+// parked for it. What they submitted before ends with `full`. A message to everyone is always parked, but its
+// senders are told `full` just as early.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -21,6 +21,7 @@
 #include "service/core_state.hpp"
 #include "service/outbox.hpp"
 #include "service/receiver.hpp"
+#include "service/shares.hpp"
 
 namespace rowe::service {
 
@@ -40,16 +41,16 @@ class message_parking {
   // Begins the turn of a sender with this many slots: a handle, or the submission queue.
   void begin_turn(std::uint32_t slots, bool of_receiver) noexcept {
     ++turn_;
-    now_ = {.slots = of_receiver ? slots : slots - slots / 4, .of_receiver = of_receiver};
+    now_ = {.slots = of_receiver ? slots : slots - reserve_of(slots), .of_receiver = of_receiver};
     if (of_receiver) receiver_.begin_answers();
   }
   // Whether a message to the peer, or to everyone, was parked in this turn.
   bool any_for(peer_index peer) const noexcept { return rows_[peer].turn == turn_; }
   bool any_for_everyone() const noexcept { return all_parked_in_ == turn_; }
-  // No peer has room: no later message of this turn may overtake the one that found none.
+  // No peer has room. So no later message of this turn may overtake the one that found none.
   void hold_back_later_ones() noexcept { all_parked_in_ = turn_; }
-  // Parks a message to the peer; none: to everyone. False: the peer has its share already. A message that was
-  // parked `before` is counted in each turn, too; it stays parked, whatever the shares are now.
+  // Parks a message to the peer; none: to everyone. False: the peer's share is used up. A message that was
+  // parked `before` is counted in each turn; it stays parked, whatever the shares are now.
   bool park(peer_index to, bool before) noexcept;
   // Too many messages to everyone are parked: the sender of this turn is told `full` before it takes a slot.
   bool refuses_to_everyone() const noexcept {
@@ -57,8 +58,8 @@ class message_parking {
   }
 
   void begin_cycle() noexcept { cycle_turn_ = turn_; }
-  // At the end of a cycle: shows senders which peers have room again since the cycle began. True when there
-  // is such a peer, or a peer has left.
+  // At the end of a cycle: shows senders which peers have room again. True if there is such a peer, or a peer
+  // has left.
   bool renew_room() noexcept {
     if (told_full_ != 0) show_room();
     return std::exchange(room_came_, false);

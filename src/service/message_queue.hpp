@@ -19,7 +19,8 @@
 
 namespace rowe::service {
 
-// Who queues: of each connection what may be evicted, and direct messages, whose senders are promised more.
+// Who owns queue entries: each connection owns two kinds. Direct messages are not evicted, because their
+// senders are promised an outcome; other messages are.
 enum class queued_as : std::uint8_t { evictable, direct_message };
 
 struct queue_entry {
@@ -81,15 +82,14 @@ class queue_entries {
   slot_ref at(entry_id which) const noexcept { return entries_[which].slot; }
   entry_id after(entry_id which) const noexcept { return entries_[which].next; }
 
-  // How many entries the queues of a connection hold, of slots of one size class; some of those slots may
-  // have expired.
+  // How many entries of one size class the queues of a connection hold. Some of their slots may have expired.
   std::uint32_t held_by(peer_index peer, queued_as what, slot_class of) const noexcept {
     return held_[owner_of(peer, what)].of[static_cast<std::size_t>(of)];
   }
-  // Which connection loses an entry. The one found last, while it holds more than `share` entries that may be
-  // evicted. Else the one that holds most; among equals the last for which `rather(peer_index)` is true, or
-  // the first. That search looks at every connection. Counts entries of one size class, or of all. None:
-  // nobody holds any.
+  // Which connection loses an entry: the one found last, while it holds more than `share` entries that may be
+  // evicted; else the one that holds most. Among equals it is the last one for which `rather(peer_index)` is
+  // true, or else the first. That search looks at every connection. Counts entries of one size class, or of
+  // all. None: nobody holds any.
   template <class Rather>
   peer_index longest(std::optional<slot_class> of, std::uint32_t share, Rather&& rather) noexcept {
     if (evictable(longest_, of) > std::max(share, 1U)) return longest_;

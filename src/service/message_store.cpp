@@ -10,7 +10,7 @@
 namespace rowe::service {
 namespace {
 
-// When the wheel is to report a message: just after the last moment at which it is not expired.
+// When the wheel must report a message: just after the last moment at which it has not expired.
 rt::time_point over_at(rt::time_point expires) noexcept { return expires + rt::duration{1}; }
 
 } // namespace
@@ -45,7 +45,7 @@ void message_store::finalize(slot_id slot, std::size_t bytes, rt::time_point exp
 
 void message_store::arm_all_unwritten() noexcept {
   for (const slot_id slot : unarmed_.first(std::exchange(unarmed_count_, 0))) {
-    // A slot that was freed and taken again is in the list twice, which does no harm.
+    // A slot that was freed and taken again is on the list twice. That does no harm.
     const rt::time_point expires = slots_.expires(slot);
     if (slots_.references(slot) != 0 && expires != rt::never) state_.due.arm(slot, over_at(expires));
   }
@@ -58,7 +58,7 @@ void message_store::expire(slot_id slot) noexcept {
   const bool tracked = slots_.tracked(slot);
   const bool kept = slots_.kept(slot);
   const auto deliveries = slots_.expire(slot);
-  // Partly written: the slot is freed when the socket has all of it, or when the peer leaves.
+  // It is partly written. Its slot is freed when the socket has all of it, or when the peer leaves.
   if (!deliveries) return state_.due.arm(which, state_.cycle.now + partial_look_period);
   state_.due.disarm(which);
   const bool waited = kept && *deliveries == 0;
@@ -103,7 +103,7 @@ bool message_store::take_outcome(outcome& into) noexcept {
   return true;
 }
 
-// ---- for tests
+// ---- checks
 
 bool message_store::check() const noexcept {
   if (!slots_.check()) return false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The spellings of one name. ROS resolves "odom" to "/odom", and ROS 2 writes "geometry_msgs/msg/Twist" where
-// ROS 1 writes "geometry_msgs/Twist": whoever says one of them means the other, too. Pure functions.
+// ROS 1 writes "geometry_msgs/Twist". Both spellings name the same thing. Pure functions.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -20,7 +20,8 @@ using wire::has_slash;
 using wire::is_own_name;
 using wire::without_slash;
 
-// A type as PACKAGE/NAME or PACKAGE/KIND/NAME, where the kind is msg, srv or action. Any other is all name.
+// The parts of a type: PACKAGE/NAME or PACKAGE/KIND/NAME, where the kind is msg, srv or action. Any other
+// text is a name only.
 struct type_parts {
   std::string_view package;
   std::string_view kind;
@@ -43,7 +44,7 @@ constexpr bool same_type(std::string_view a, std::string_view b) noexcept {
   const bool same_kind = left.kind == right.kind || left.kind.empty() || right.kind.empty();
   return same_kind && left.name == right.name && left.package == right.package;
 }
-// The same for types that are the same; 0: of no type.
+// A hash that is the same for both spellings of a type; 0 if there is no type.
 constexpr std::uint32_t hash_of_type(std::string_view type) noexcept {
   if (type.empty()) return 0;
   const type_parts parts = parts_of_type(type);

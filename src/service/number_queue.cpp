@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ThreadSanitizer does not see moodycamel's stand-alone fences, and gcc says so. They order a producer's use
-// of a block after the takers' of the same block. Here the numbers do that as well: a producer is used by
-// whoever holds its slot, which comes, by acquires and releases that are seen, after the number's last taker.
+// ThreadSanitizer does not see moodycamel's stand-alone fences, and gcc warns about it. These fences order a
+// producer's use of a block after its use by takers. Here the numbers do that as well: only the thread that
+// holds a slot uses the slot's producer, and that thread has acquired the slot, by operations that the
+// sanitizer sees, from the number's last taker.
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wtsan"
 #endif
@@ -18,8 +19,8 @@ namespace rowe::service {
 
 namespace {
 
-// Where moodycamel's queue takes its memory from while it is set up: a piece of the arena. At all other times
-// there is none, so the queue cannot allocate even where its code would like to.
+// The memory that moodycamel's queue gets while it is set up: a piece of the arena. At all other times there
+// is none, so the queue cannot allocate.
 struct memory_piece {
   std::byte* next;
   std::byte* end;
@@ -46,15 +47,15 @@ struct queue_traits : moodycamel::ConcurrentQueueDefaultTraits {
 
 using queue = moodycamel::ConcurrentQueue<std::uint32_t, queue_traits>;
 
-// A queue's producer for one slot, with its first block, which serves for ever: the number is put again only
-// by whoever took it, and taking leaves the block empty, so that the producer uses it anew.
+// Makes the producer of one slot, with its first block. That block is enough for ever: only the thread that
+// took the number puts it again, and taking leaves the block empty, so the producer can use it again.
 void make_producer(queue& of, moodycamel::ProducerToken* at, std::uint32_t slot) noexcept {
   std::construct_at(at, of);
   [[maybe_unused]] const bool there = at->valid() && of.enqueue(*at, slot);
   assert(there); // else the sum in bytes_per_producer() is wrong
 }
 
-// What one producer takes, by making one: moodycamel does not say.
+// The bytes of one producer. It makes one to find out, because moodycamel does not say.
 std::size_t bytes_per_producer() noexcept {
   constexpr std::size_t enough = 4096;
   alignas(piece_alignment) std::byte memory[enough];

@@ -44,7 +44,7 @@ bool outbox::push_direct(peer_index to, priority at, slot_id slot) noexcept {
   return true;
 }
 
-// ---- evicting and releasing
+// ---- eviction and release
 
 // Drops the message at the front if it is freed or expired. False: the queue is empty, or begins with a
 // message that is to be sent.
@@ -55,7 +55,7 @@ bool outbox::drop_expired_front(queue& from) noexcept {
     if (slots_.expires(front.index) >= state_.cycle.now) return false;
     message_store_.expire(front.index); // in all queues at once, and counted
     if (slots_.alive(front)) {
-      // Another peer's socket is in the middle of it, so only this queue drops it.
+      // Another peer's socket has taken a part of it, so only this queue drops it.
       state_.counts.add(counter::expired);
       message_store_.release(front.index);
     }
@@ -77,9 +77,8 @@ void outbox::forget(peer_index peer) noexcept {
   for (queue& direct : queues_[peer].direct) drop_all(direct, counter::lost_with_peer);
 }
 
-// Evicts message after message of the peer that holds most, until a slot is free. So a peer that holds less
-// loses nothing because slots ran out ("longest queue drop": Suter, Lakshman, Stiliadis and Choudhury, IEEE
-// INFOCOM 1998).
+// Evicts messages of the peer that holds most, until a slot is free ("longest queue drop": Suter, Lakshman,
+// Stiliadis and Choudhury, IEEE INFOCOM 1998). Direct messages are not evicted.
 bool outbox::evict_for(slot_class of) noexcept {
   for (unsigned left = evictions_max; left != 0; --left) {
     const peer_index most = holds_most(of);
@@ -90,7 +89,8 @@ bool outbox::evict_for(slot_class of) noexcept {
   return false;
 }
 
-// A peer that holds more than an equal share; of several that hold as much, a backpressured one.
+// The peer found last, while it holds more than an equal share; else a peer that holds most, a backpressured
+// one if there is any.
 peer_index outbox::holds_most(std::optional<slot_class> of) noexcept {
   const std::uint32_t all = of ? slots_.count(*of) : state_.bounds().queued_max;
   return entries_.longest(of, equal_share(all, state_.peers.count()),
@@ -103,8 +103,8 @@ void outbox::evict_entry() noexcept {
   if (most) evict(most, std::nullopt);
 }
 
-// Evicts the oldest message of the longest queue of a peer; first of the queues whose front is a slot of the
-// class, if there are any. The peer has something queued.
+// Evicts the oldest message of the peer's longest queue. Queues whose front is a slot of the class come
+// first. The peer must have something queued.
 void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   state_.cycle.work_bytes += eviction_work;
   peer_queues& its = queues_[from];
@@ -148,7 +148,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   }
 }
 
-// ---- for tests
+// ---- checks
 
 bool outbox::check() const noexcept {
   std::uint32_t left = entries_.in_use();

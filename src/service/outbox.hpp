@@ -34,7 +34,7 @@ class outbox {
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   outbox(rt::arena& memory, core_state& state, message_store& store) noexcept;
 
-  // ---- composing
+  // ---- composition
 
   // As message_store::compose(). The peer that holds most makes room.
   template <class WriteText>
@@ -43,7 +43,7 @@ class outbox {
     const auto make_room = [this](slot_class of) { (void)evict_for(of); }; // compose() looks again
     return message_store_.compose(expires, write_text, what, make_room);
   }
-  // As compose(): a topic's message, whose body `write_body(json::writer&)` writes.
+  // The same for a topic's message; `write_body(json::writer&)` writes its body.
   template <class WriteBody>
   slot_id compose_message(topic_id topic, rt::time_point published, rt::time_point expires,
                           WriteBody&& write_body) noexcept;
@@ -68,7 +68,7 @@ class outbox {
     return of.replies.count < (of.backpressured() ? replies_max_backpressured : replies_max);
   }
 
-  // ---- queueing
+  // ---- queues
 
   // Whether a peer's queue of direct messages takes one more.
   bool has_room(peer_index to, priority at) noexcept {
@@ -80,15 +80,15 @@ class outbox {
   // taken after all.
   bool push_direct(peer_index to, priority at, slot_id slot) noexcept;
 
-  // ---- giving back
+  // ---- eviction
 
-  // Frees a slot of this class if it can: a peer that has more than an equal share of them queued loses its
-  // oldest. False: there is nothing to evict, or a bounded number of evictions freed none.
+  // Frees a slot of this class if it can: the peer that holds most loses its oldest message. False: nothing
+  // can be evicted, or a bounded number of evictions freed none.
   bool evict_for(slot_class of) noexcept;
   // Drops all that is queued for a peer, except in its subscriptions.
   void forget(peer_index peer) noexcept;
 
-  // ---- for the sender
+  // ---- sender
 
   peer_queues& of(peer_index peer) noexcept { return queues_[peer]; }
   const peer_queues& of(peer_index peer) const noexcept { return queues_[peer]; }
@@ -126,7 +126,7 @@ class outbox {
     while (!from.empty() && !message_store_.is_due(entries_.front(from)) && drop_expired_front(from)) {
     }
   }
-  // Takes the message at the front off.
+  // Drops the message at the front.
   void drop_front(queue& from) noexcept { message_store_.release(entries_.pop(from).index); }
   // Drops all that is queued, and counts it.
   void drop_all(queue& from, counter as) noexcept;
@@ -134,13 +134,13 @@ class outbox {
   std::uint64_t room_changes() const noexcept { return entries_.popped() + slots_.freed(); }
   const queue_entries& entries() const noexcept { return entries_; }
 
-  // ---- of the cycle
+  // ---- cycle
 
   // No message is queued, and no peer is scheduled.
   bool drained() const noexcept { return entries_.in_use() == 0 && scheduled_.empty(); }
 
-  // The queues have the lengths that they count, and peers are charged for what theirs hold. A slot has one
-  // reference for each live entry and partial frame, and one if it is kept.
+  // The queues are as long as their counts say, and each peer is charged for what its queues hold. A slot has
+  // one reference for each live entry and partial frame, and one if it is kept.
   bool check() const noexcept;
 
  private:

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether all slots of a queue pair were released whose handle is gone: then its memory may be used for
-// another pair. A view or an open request may outlive its handle by mistake. The rings show that: each slot
+// Whether all slots of a queue pair whose handle is gone were released. Then its memory may be used for
+// another pair. A view or an open request may outlive its handle by mistake, and the rings show it: each slot
 // that the handle popped must have been released, and each slot that it took for an answer must have been
-// pushed. After the handle has stored `closing` it pops and takes nothing more, and what it has parked stays
+// pushed. After the handle has stored `closing` it pops and takes no more, and what it has parked stays
 // parked.
 #pragma once
 #include <cstdint>

@@ -42,7 +42,7 @@ bool partial_frames::may_begin_all_the_same(peer_index peer, slot_id slot) noexc
     return true; // in its place
   outbox_.of(peer).waits_to_begin = waits_ = true;
   if (!state_.due.armed(timer::partial_frames))
-    state_.due.arm(timer::partial_frames, state_.cycle.now + time_min);
+    state_.due.arm(timer::partial_frames, state_.cycle.now + partial_time_min);
   return false;
 }
 
@@ -53,10 +53,11 @@ bool partial_frames::is_worth_handing_over(peer_index peer) const noexcept {
 
 rt::time_point partial_frames::due_of(const partial_frame& frame) noexcept {
   const auto bytes = static_cast<std::int64_t>(slots_.text(frame.slot).size());
-  return frame.since + time_min + rt::duration{std::chrono::seconds{bytes}} / partial_bytes_per_second;
+  const rt::duration for_bytes = rt::duration{std::chrono::seconds{bytes}} / partial_bytes_per_second;
+  return frame.since + partial_time_min + for_bytes;
 }
 
-// Begins with one peer, so that the peer that was in the way comes last.
+// Begins with one peer, so the peer that held up the others comes last.
 void partial_frames::look_again_from(std::uint32_t first) noexcept {
   waits_ = false; // until one finds that it may not
   for (std::uint32_t i = 0; i < state_.peers.size(); ++i) {

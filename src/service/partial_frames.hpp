@@ -15,6 +15,7 @@
 #include "service/core_state.hpp"
 #include "service/message_store.hpp"
 #include "service/outbox.hpp"
+#include "service/service_limits.hpp"
 #include "wire/codec.hpp"
 #include "wire/websocket.hpp"
 
@@ -22,11 +23,11 @@ namespace rowe::service {
 
 // The rest of it is written before anything else.
 struct partial_frame {
-  slot_id slot{};          // none
-  std::size_t written = 0; // of header and payload together
-  wire::mask_key key{};    // client side: the rest is masked with the same key
-  bool own_head = false;   // as subscription::own_head; and that
-  wire::message_head head{};
+  slot_id slot{};            // none
+  std::size_t written = 0;   // of header and payload together
+  wire::mask_key key{};      // client side: the rest is masked with the same key
+  bool own_head = false;     // the peer's codec writes its own head:
+  wire::message_head head{}; // that head
   rt::time_point since{};
 
   explicit operator bool() const noexcept { return static_cast<bool>(slot); }
@@ -56,8 +57,8 @@ class partial_frames {
   void begin(peer_index peer, const partial_frame& frame) noexcept;
   // The last byte is written, or the peer has left.
   void end(peer_index peer) noexcept;
-  // Whether the transport should keep the rest of the frame itself. That costs system calls; it is worth them
-  // for a large slot when sockets hold another one already, or may hold no more.
+  // Whether the transport should keep the rest of the frame itself. That costs system calls. It is worth them
+  // for a large slot if two large frames are partial, or no more may be.
   bool is_worth_handing_over(peer_index peer) const noexcept;
 
   // The timer: peers that wait to begin a frame check whether they may.
@@ -71,7 +72,7 @@ class partial_frames {
     if (!stalled_due_) return;
     stalled_due_ = false;
     if (!waits_) return;
-    rt::time_point next = state_.cycle.now + time_min;
+    rt::time_point next = state_.cycle.now + partial_time_min;
     for (const peer_index peer : state_.peers.ids()) {
       const partial_frame& frame = frames_[peer];
       if (!state_.peers[peer].open() || !frame) continue;
@@ -85,17 +86,13 @@ class partial_frames {
     }
     state_.due.arm(timer::partial_frames, next);
   }
-  // Somebody waits to begin, and will look again.
+  // A peer waits to begin, and the timer will let it look again.
   bool wakes_who_waits() const noexcept { return waits_ && state_.due.armed(timer::partial_frames); }
 
   // Each slot has as many partial frames as it says.
   bool check() const noexcept;
 
  private:
-  // How long a frame may be partly written while others wait for its slot, and in addition some for its
-  // bytes.
-  static constexpr rt::duration time_min = std::chrono::milliseconds{500};
-
   bool may_begin_all_the_same(peer_index peer, slot_id slot) noexcept;
   rt::time_point due_of(const partial_frame& frame) noexcept;
   void look_again_from(std::uint32_t first) noexcept;

@@ -35,8 +35,8 @@ class peer_table {
     return c.state != connection::phase::free && c.id == id ? &c : nullptr;
   }
 
-  // A part that is called on behalf of peers does not close them itself. It calls this with the close reason,
-  // and from then on the peer counts as closed. The core closes it when the part has returned.
+  // Parts do not close peers. A part calls this with the close reason, and from then on the peer counts as
+  // closed. The core closes it when the part has returned.
   void close_later(connection& c, std::string_view why,
                    std::uint16_t code = wire::close_code::policy) noexcept {
     if (!c.open()) return; // it is closed for what came first

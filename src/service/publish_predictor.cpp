@@ -19,7 +19,7 @@ constexpr rt::duration stamp_age_max = 1s; // older stamps are no times of a loo
 constexpr std::size_t enough_for_a_line = 32;
 constexpr std::size_t enough_to_trim = 50; // so many values have a first and a last percentile
 
-// The two smallest and the two largest of what it is shown.
+// The two smallest and the two largest of all values that it was given.
 struct extremes {
   double low[2] = {INFINITY, INFINITY};
   double high[2] = {-INFINITY, -INFINITY};
@@ -32,7 +32,7 @@ struct extremes {
   }
 };
 
-// How much a topic leaves to those of more priority.
+// How much of the budget a topic leaves to topics of higher priority.
 constexpr rt::duration reserve_of(priority of) noexcept {
   switch (of) {
   case priority::urgent: return 0us;
@@ -98,8 +98,8 @@ void publish_predictor::saw(pair_index pair, rt::time_point published) noexcept 
   take(of, of.timed ? std::clamp(published + of.delay, earliest, looked_) : published, hit);
 }
 
-// Only the stamps are known, and that a value had arrived when it was found. So the least delay that was
-// found is no less than the time that a value takes to arrive.
+// Only the stamps are known, and that a value had arrived when it was found. So a value takes at most the
+// smallest delay that was found.
 void publish_predictor::learn(row& of, rt::time_point published, rt::duration delay) noexcept {
   const rt::duration off = published - (of.grid + of.newest()) - of.period;
   if (of.streak == 0 || off < -of.period * 3 / 8 || off > of.period * 3 / 8) {
@@ -148,7 +148,7 @@ void publish_predictor::count_miss(row& of) noexcept {
   of.state = window::closed;
 }
 
-// A line through the last values, and how far around it they lie.
+// Fits a line to the last values, and measures how far from it they are.
 void publish_predictor::fit(row& of) const noexcept {
   const std::size_t n = of.count;
   const auto offset = [&](std::size_t i) {
@@ -211,7 +211,7 @@ rt::time_point publish_predictor::look_for_answer(rt::time_point now) noexcept {
   return answer_ == window::open ? now : rt::never;
 }
 
-// ---- waiting
+// ---- waits
 
 rt::time_point publish_predictor::wait_until(rt::time_point now, rt::duration poll_period) noexcept {
   pay(now);
@@ -235,7 +235,7 @@ rt::time_point publish_predictor::look_at(row& of, rt::time_point now, rt::time_
   return of.state == window::open ? now : poll;
 }
 
-// The spin window has passed without a value: moves on to the next one that has not.
+// The spin window has passed without a value: moves on to the next window that has not passed.
 void publish_predictor::pass(row& of, rt::time_point now) noexcept {
   if (of.state == window::open) count_miss(of);
   const rt::duration passed = of.step * ((now - of.closes) / of.step + 1);

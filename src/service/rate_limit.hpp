@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many things a second one peer may do: a token bucket that holds what comes in one second, as the
-// virtual scheduling algorithm of ITU-T I.371 has it. Pure; service thread only.
+// How many things a second one peer may do. It is a token bucket of one second, by the virtual scheduling
+// algorithm of ITU-T I.371. Pure; service thread only.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -21,7 +21,7 @@ class rate_limit {
   rate_limit(rt::duration period, std::uint32_t burst_count) noexcept
       : period_{period}, burst_{period * burst_count} {}
 
-  // One more at `now`. False when that is too many.
+  // Takes one at `now`. False: too many.
   bool take(rt::time_point now) noexcept {
     if (period_ == rt::duration{0}) return true;
     const rt::time_point from = std::max(paid_until_, now);

@@ -17,7 +17,7 @@ receiver::receiver(rt::arena& memory, const needs& parts) noexcept
       held_{memory.carve<held>(state_.bounds().connections_max)},
       claims_{state_.threads_inbox.slots(), state_.claimants(), receiver_claims_one_in} {}
 
-// ---- who it is
+// ---- selection
 
 pair_index receiver::first_but(pair_index but) const noexcept {
   pair_index first{};
@@ -96,6 +96,7 @@ void receiver::count_released(std::size_t taken) noexcept {
   // Slots that were released after the mark are found with the next mark.
   if (taken != 0) ++looks_wanted_;
   if (!counted_) {
+    // How many slots are free now is not needed here.
     (void)state_.threads_inbox.collect_marked([this](detail::peer_ref from) { note_taken(from); });
     return;
   }
@@ -121,7 +122,7 @@ inline std::uint32_t receiver::slots() const noexcept {
 
 inline bool receiver::has_share(peer_index peer) const noexcept {
   const peer_queues& queues = outbox_.of(peer);
-  // Answers to its calls have fewer places while the peer does not read.
+  // A peer that does not read has fewer places for answers to its calls.
   const bool replies_wait =
       queues.backpressured() &&
       queues.replies.count + state_.calls.open_calls_of(peer) >= replies_max_backpressured;
@@ -171,9 +172,9 @@ status receiver::deliver(const detail::value_header& header, std::string_view te
   return done;
 }
 
-// ---- for tests
+// ---- checks
 
-// The totals are the sums over peers, and the kept claims are what peers have not taken.
+// The totals are the sums over peers. The kept claims are the parts that peers have not taken.
 bool receiver::check() const noexcept {
   held sum;
   std::uint32_t wanted = claims_.connections() * claims_.claim();

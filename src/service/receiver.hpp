@@ -66,8 +66,8 @@ class receiver {
   // count_released() counts the slots up to the mark; `taken`: how many submissions those were.
   void mark_released() noexcept;
   void count_released(std::size_t taken) noexcept;
-  // Counts released slots now. A handle wakes nobody when it releases a slot; the shared inbox does from now
-  // on.
+  // Counts released slots now. A handle wakes nobody when it releases a slot. The shared inbox wakes the
+  // service thread at the next release.
   void look() noexcept;
   // Raised when released slots may have to be looked at once more.
   std::uint64_t looks_wanted() const noexcept { return looks_wanted_; }

@@ -13,13 +13,13 @@
 namespace rowe::service {
 namespace {
 
-// Why a peer is closed that says too much.
+// The close reason of a peer that sends too much.
 close_reason flood_reason(std::string_view what, std::uint32_t per_second, std::string_view remedy,
                           std::string_view option) noexcept {
   std::array<char, wire::close_reason_bytes_max> room;
   wire::text_out why{room};
   why.add("more than ").add(std::int64_t{per_second}).add(" ").add(what).add(" a second for ");
-  why.add(refusals::flood_time_max / std::chrono::seconds{1}).add(" s: ").add(remedy);
+  why.add(flood_time_max / std::chrono::seconds{1}).add(" s: ").add(remedy);
   close_reason reason;
   reason = why.add(" (limit ").add(option).add(")").text();
   return reason;
@@ -59,17 +59,17 @@ void refusals::refuse(connection& c, std::string_view id_raw, std::string_view w
 
 void refusals::refuse_limit(connection& c, std::string_view id_raw, std::string_view what,
                             std::uint64_t limit, std::string_view option) noexcept {
-  std::array<char, 224> room;
+  std::array<char, event_text_bytes_max> room;
   wire::text_out why{room};
   why.add("all ").add(static_cast<std::int64_t>(limit)).add(" ").add(what).add(" are taken");
   refuse_for(c, id_raw, why, option);
 }
 
 void refusals::refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept {
-  std::array<char, 384> room;
+  std::array<char, share_text_bytes_max> room;
   wire::text_out why{room};
-  why.add_shortened(asked.verb_text, 24).add(" ");
-  why.add_shortened(asked.topic.empty() ? asked.service : asked.topic, 96);
+  why.add_shortened(asked.verb_text, verb_bytes_shown).add(" ");
+  why.add_shortened(asked.topic.empty() ? asked.service : asked.topic, topic_bytes_shown);
   why.add(": one peer may hold no more ").add(of.what).add(" than it leaves: it holds ").add(of.held);
   why.add(", ").add(of.left).add(" of ").add(of.for_peers).add(" are left");
   const std::uint32_t kept = std::min(of.kept, of.left);
@@ -79,7 +79,7 @@ void refusals::refuse_share(connection& c, const wire::request& asked, const tak
 
 void refusals::refuse_for(connection& c, std::string_view id_raw, wire::text_out& why,
                           std::string_view option) noexcept {
-  std::array<char, 128> room;
+  std::array<char, remedy_bytes_max> room;
   wire::text_out remedy{room};
   remedy.add("raise `limits::").add(option).add("`");
   if (!admits(c, event::kind::limit, why.text(), remedy.text())) return;
@@ -99,7 +99,7 @@ void refusals::fail_call(connection& c, wire::codec_id in, const wire::call_orig
                          const wire::diagnostic& why) noexcept {
   const wire::codec& codec = state_.seams.protocols.of(in);
   if (codec.fails_as_refusal()) add(counter::refused_requests);
-  // lost: counted
+  // Its slot is not needed: nobody tracks the answer, and one that is lost is counted.
   (void)outbox_.reply({c.id.index}, [&](json::writer& into) { return codec.write_failure(into, call, why); });
 }
 
@@ -118,7 +118,7 @@ void refusals::say(connection& c, wire::codec_id in, std::string_view id_raw,
   outbox_.reply_written({c.id.index}, text, kind);
 }
 
-// ---- how often
+// ---- rates
 
 bool refusals::admits(connection& c, event::kind kind, std::string_view why,
                       std::string_view remedy) noexcept {
@@ -147,7 +147,7 @@ void refusals::report(connection& c, event::kind kind, std::string_view why,
 void refusals::report_missed(connection& c) noexcept {
   row& of = rows_[{c.id.index}];
   if (of.unreported == 0 || !admits_event({c.id.index})) return;
-  std::array<char, 64> text;
+  std::array<char, missed_text_bytes_max> text;
   const int bytes = std::snprintf(text.data(), text.size(), "%u more requests were refused",
                                   std::exchange(of.unreported, 0));
   state_.events.report(event::kind::refused_request, c.peer(),

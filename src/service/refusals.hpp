@@ -24,7 +24,7 @@ namespace rowe::service {
 
 using close_reason = event::text<wire::close_reason_bytes_max>;
 
-// Why a peer gets no more of a pool, see shares.hpp.
+// Why a peer gets no more of a pool; see shares.hpp.
 struct taken_share {
   std::string_view what;
   std::uint32_t held; // pieces that the peer holds
@@ -40,8 +40,6 @@ class refusals {
     core_state& state;
     outbox& out;
   };
-  static constexpr rt::duration flood_time_max = std::chrono::seconds{5}; // a longer flood closes the peer
-
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<row>(bounds.connections_max);
   }
@@ -49,19 +47,19 @@ class refusals {
 
   void open(peer_index peer) noexcept;
 
-  // Refuses a request. The peer is told why in the codec of its request, and an event reports it; both unless
-  // that happens too often.
+  // Refuses a request. The peer is told why in the codec of its request, and an event reports it, unless
+  // either happens too often.
   void refuse(connection& c, wire::codec_id in, std::string_view id_raw,
               const wire::diagnostic& why) noexcept;
   // The same. A call by number is answered as a call, even if it was not decoded: its caller waits.
   void refuse(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept;
   // Refuses a request about topics or services.
   void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
-  // `what` is used up. The peer is told which limit it is; this process's user is told to raise it.
+  // `what` is used up. The peer is told which limit that is, and an event says how to raise it.
   void refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
                     std::string_view option) noexcept;
   void refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept;
-  // Warns a peer that what it was granted is not what it expects. Counted, and sent, as a refusal is.
+  // Warns a peer that what it got is not what it expects. Sent and counted as a refusal.
   void warn(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   // The same, without the limit on how often.
   void send_status(connection& c, std::string_view id_raw, std::string_view why) noexcept;

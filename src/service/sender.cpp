@@ -35,7 +35,7 @@ sender::sender(rt::arena& memory, const needs& parts) noexcept
       buffer_{memory.carve_bytes(buffer_bytes(state_.bounds()))},
       pieces_{memory.carve<batch_piece>(batch_pieces_max)} {}
 
-// ---- who is there
+// ---- peers
 
 void sender::forget(peer_index peer) noexcept {
   if (!partial_.of(peer)) return;
@@ -52,7 +52,7 @@ void sender::ignore_credit(peer_index peer) noexcept {
   if (outbox_.of(peer).out_of_credit) outbox_.schedule(peer);
 }
 
-// ---- in turn
+// ---- turns
 
 // A peer that has more to write after its turn goes behind those that have not had theirs. Until all have had
 // their turn, no more values are taken from handles: newer values would evict what was not offered yet.
@@ -93,7 +93,7 @@ void sender::flush_urgent(peer_index peer) noexcept {
   const recipient to{peer, state_.peers[peer], outbox_.of(peer), urgent_.masks(peer)};
   if (!to.queues.blocked) {
     batch next{buffer_, pieces_};
-    (void)gather_urgent(to, next);
+    (void)gather_urgent(to, next); // no message follows in this batch
     write(to, next);
   }
   outbox_.schedule(peer);
@@ -110,7 +110,7 @@ inline void sender::write(const recipient& to, batch& what) noexcept {
   if (partial_.of(to.index) && partial_.is_worth_handing_over(to.index)) hand_over_rest(to);
 }
 
-// ---- gathering
+// ---- selection
 
 // Gathers what is written first: a partial frame, then urgent frames. False: no message may follow.
 inline bool sender::gather_urgent(const recipient& to, batch& into) noexcept {
@@ -144,8 +144,9 @@ inline bool sender::gather_partial(const recipient& to, batch& into) noexcept {
   return frames_.add_shared(to.masked, frame.written, into, piece);
 }
 
-// Gathers as much of a queue as the batch takes; of a throttled subscription, one message. False: the batch
-// is full, or the peer's credit is used up. Any credit at all is enough to begin a frame, however long.
+// Gathers as much of a queue as the batch takes; one message, if the subscription is throttled. False: the
+// batch is full, or the peer's credit is used up. One byte of credit is enough to begin a frame of any
+// length.
 inline bool sender::gather_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept {
   outbox_.drop_expired(from);
   const bool one = of && subscription_rows_[of].throttle > rt::duration{0};
@@ -173,7 +174,7 @@ inline bool sender::gather_queue(const recipient& to, queue& from, subscription_
   return true;
 }
 
-// ---- what the socket took
+// ---- commit
 
 // Frames that were written whole are done, one may be partial, and the others stay queued.
 inline void sender::commit(const recipient& to, batch& sent, std::size_t taken) noexcept {
@@ -228,7 +229,7 @@ void sender::hand_over_rest(const recipient& to) noexcept {
   commit(to, rest, taken);
 }
 
-// ---- frames that pass messages
+// ---- urgent frames
 
 void sender::send_control(peer_index peer, wire::opcode what, std::span<const std::byte> payload) noexcept {
   (void)urgent_.add_control(peer, what, payload); // a peer without control frames gets none
@@ -254,10 +255,10 @@ void sender::add_stop_state(peer_index peer, std::span<const char> text, wire::m
   outbox_.schedule(peer);
 }
 
-// ---- for tests
+// ---- checks
 
-// Whoever has something to write is scheduled, or waits for something that will schedule it: room in the
-// transport, a pong, or the end of a partial frame.
+// A peer with something to write is scheduled, or it waits for what will schedule it: room in the transport,
+// a pong, or the end of a partial frame.
 bool sender::check() const noexcept {
   for (const peer_index i : state_.peers.ids()) {
     const peer_queues& queues = outbox_.of(i);

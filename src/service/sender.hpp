@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes what waits in the outbox. Each scheduled peer gets what its queues have ready, many frames in one
+// Writes the messages in the outbox. Each scheduled peer gets what its queues have ready, many frames in one
 // call of the transport. Urgent frames go first, then messages by their priority; the subscriptions of one
 // priority take turns. A peer's credit bounds what may be on its way to it; pings measure the credit
 // (credit.hpp).
@@ -44,7 +44,7 @@ class sender {
   sender(rt::arena& memory, const needs& parts) noexcept;
 
   void open(peer_index peer) noexcept { urgent_.open(peer); }
-  // A frame that is partly written is lost.
+  // A peer has left: its partial frame is lost.
   void forget(peer_index peer) noexcept;
 
   // ---- messages
@@ -58,15 +58,15 @@ class sender {
   }
   // Writes to one peer. Only after timers have dropped what has expired by this cycle.
   void flush(peer_index peer) noexcept;
-  // A peer has not had its turn in this round: no more values are taken from handles until all have.
+  // Whether a peer has not had its turn in this round. Then no values are taken from handles.
   bool round_open() const noexcept { return turn_left_ != 0; }
   // The transport has room again.
   void writable(peer_index peer) noexcept;
-  // The peer is not read any more. Its pongs lie behind what is not read, so credit cannot be measured; only
-  // the kernel's limit holds.
+  // The peer is not read any more. Its pongs are not read either, so credit cannot be measured, and only the
+  // kernel's limit holds.
   void ignore_credit(peer_index peer) noexcept;
 
-  // ---- frames that pass messages
+  // ---- urgent frames
 
   void send_control(peer_index peer, wire::opcode what, std::span<const std::byte> payload) noexcept;
   // Writes a close frame after all that goes before it; none in the middle of another frame.

@@ -10,6 +10,7 @@
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 
+#include "service/service_limits.hpp"
 #include "service/slot_pool.hpp"
 #include "service/transport.hpp"
 #include "wire/request.hpp"
@@ -31,7 +32,7 @@ class service_directory {
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   service_directory(rt::arena& memory, const limits& bounds) noexcept;
 
-  // none when nobody provides it.
+  // none: nobody provides it.
   service_index find(std::string_view name) const noexcept;
 
   enum class refusal : std::uint8_t { none, taken, no_room };
@@ -39,8 +40,8 @@ class service_directory {
     service_index index{};
     refusal why = refusal::none;
   };
-  // `taken` is also the answer when the same provider offers it again. Names and types are as long as topics
-  // may be at most.
+  // `taken` is also the answer if the same provider offers it again. Names and types have at most
+  // topic_bytes_max bytes.
   added add(std::string_view name, std::string_view type, pair_index pair, connection_id peer) noexcept;
   void remove(service_index index) noexcept;
 
@@ -52,12 +53,10 @@ class service_directory {
   std::string_view type(service_index index) const noexcept {
     return {names(index) + name_bytes_max_, entries_[index].type_bytes};
   }
-  // Numbers begin behind those of the endpoint's own.
-  static constexpr std::uint32_t first_number = 64;
   service_index find_number(std::uint32_t number) const noexcept; // or none
   // How often one was added or removed.
   std::uint64_t changes() const noexcept { return changes_; }
-  // Places, for walking: those in use have a hash.
+  // All places, for a walk; those in use have a hash.
   auto ids() const noexcept { return entries_.ids(); }
   bool in_use(service_index index) const noexcept { return entries_[index].hash != 0; }
   std::uint32_t count() const noexcept { return count_; }
@@ -73,7 +72,7 @@ class service_directory {
   std::size_t name_bytes_max_;
   std::uint32_t count_ = 0;
   std::uint32_t of_peers_ = 0;
-  std::uint32_t next_number_ = first_number;
+  std::uint32_t next_number_ = first_service_number;
   std::uint64_t changes_ = 0;
 };
 

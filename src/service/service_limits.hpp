@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bounds of the service that are no option, each with its unit and its reason, and the assertions that
+// The bounds of the service that are not options, each with its unit and its reason, and the assertions that
 // tie them to each other. What a user may choose is in rowe/limits.hpp.
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include <rowe/detail/calls.hpp>
+#include <rowe/event.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/slab.hpp>
 #include <rowe/rt/timer_wheel.hpp>
 
+#include "service/ids.hpp"
 #include "service/transport.hpp"
 #include "wire/codec.hpp"
 #include "wire/refusal.hpp"
@@ -19,7 +22,7 @@
 
 namespace rowe::service {
 
-// ---- what one cycle takes
+// ---- work of a cycle
 
 // Values taken from one handle in a cycle; more if no subscriber loses one by it. Messages, requests and
 // replies taken from one handle, or from all threads together.
@@ -37,32 +40,47 @@ inline constexpr std::uint32_t stops_ahead_max = 64; // stops that are carried o
 static_assert(transport_sink::read_bytes_in_turn / read_work_bytes < read_work_per_cycle);
 static_assert(transport_sink::read_bytes_alone / read_work_bytes < read_work_per_cycle);
 
-// Work of writing, beyond which the next peer waits for the next cycle: a call of the transport counts as
-// one, and so does each 16 KiB. About 200 us on a fast core.
+// Work of writing in one cycle; after that, other peers wait for the next cycle. A call of the transport
+// counts as one, and so does each 16 KiB. About 200 us on a fast core.
 inline constexpr std::size_t write_work_per_cycle = 32;
 inline constexpr std::size_t write_work_bytes = 16 * 1024;
 inline constexpr unsigned batches_per_cycle = 8; // to one peer
 // One peer leaves most of a cycle's writing to others.
 static_assert(batches_per_cycle * 2 < write_work_per_cycle);
 
-// Work that is no message, as the time to compose so many bytes: one push to a queue, one eviction, and one
+// Other work, given in bytes whose composition takes as long: one push to a queue, one eviction, and one
 // answer of the endpoint itself, which walks all topics, services or counters.
 inline constexpr std::size_t push_work = 128;
 inline constexpr std::size_t eviction_work = 1024;
 inline constexpr std::size_t answer_work = 10 * 1024;
 static_assert(push_work < eviction_work && answer_work / read_work_bytes < read_work_per_cycle);
-// Messages that are dropped until one slot is free.
+// Messages that may be dropped until one slot is free.
 inline constexpr unsigned evictions_max = 64;
-// Topics or services that one message lists, and what it takes for one beside its name and type.
+// Topics or services that one message lists, and the bytes for each besides its name and type.
 inline constexpr std::size_t listed_max = 64;
 inline constexpr std::size_t listed_bytes = 128;
-// Looking at one place that a peer holds for a topic.
+// The work of looking at one place that a peer holds for a topic.
 inline constexpr std::size_t held_topic_work_bytes = 4;
 static_assert(held_topic_work_bytes < push_work);
 
-// ---- what is read
+// ---- pools
 
-// What one read of a peer takes, when others want to be read too.
+// One piece in so many of a pool is kept for what would otherwise find none.
+inline constexpr std::uint32_t reserve_one_in = 4;
+static_assert(reserve_one_in > 2); // direct messages leave two such reserves (shares.hpp)
+// One slot in so many of the receiver is kept for claims.
+inline constexpr std::uint32_t receiver_claims_one_in = 4;
+// Topics of the endpoint itself: the statistics, and the stop's state.
+inline constexpr std::uint32_t endpoint_topics = 2;
+// The first number of a service in the directory. Lower ones are for the endpoint's own services.
+inline constexpr std::uint32_t first_service_number = 64;
+// Bytes of a latched value in one block. With the number of the next block they fill 1 KiB.
+inline constexpr std::size_t latch_block_bytes_max = 1020;
+static_assert(latch_block_bytes_max + sizeof(block_id) == 1024);
+
+// ---- reading
+
+// The bytes of one read of a peer while others are readable too, and the tailroom behind them.
 inline constexpr std::size_t staging_bytes =
     transport_sink::read_bytes_in_turn + transport_sink::tailroom_bytes;
 // How much of a message is looked at for a stop, and how long the frame of a stop is.
@@ -82,48 +100,100 @@ inline constexpr std::size_t our_call_id_bytes_max = 64;
 static_assert(call_id_bytes_max == wire::name_limits{}.id_bytes_max);
 static_assert(our_call_id_bytes_max <= call_id_bytes_max);
 
-// Of one subscription, by their ids.
+// Requests, with different ids, that one subscription merges.
 inline constexpr std::size_t subscribe_requests_max = 4;
 static_assert(subscribe_requests_max <= UINT8_MAX);
 
-// ---- what is written
+// ---- writing
 
 // A batch ends with the frame that reaches this, or before one for which there is no room. A little less than
 // a segment of TCP can be (65 483 bytes on loopback): a longer batch leaves a tiny segment behind it.
 inline constexpr std::size_t batch_bytes_max = 60 * 1024;
 inline constexpr std::size_t batch_pieces_max = 256;
 static_assert(batch_bytes_max < 65'483);
-// Bytes for masks that are drawn at once; a key has four.
+// Random bytes for masks that are fetched at once; a key has four.
 inline constexpr std::size_t mask_buffer_bytes = 4096;
 static_assert(mask_buffer_bytes % 4 == 0);
 
-// Replies that wait to be written to one peer. A backpressured peer may have fewer: else a few peers that ask
-// and never read would take everybody's slots.
+// Bytes of the JSON around the text of a relayed message, besides its name and its id.
+inline constexpr std::size_t envelope_bytes_fixed = 64;
+// Bytes of one byte of a name in JSON, at most: \u001f.
+inline constexpr std::size_t escaped_bytes_max = 6;
+
+// Replies that may wait to be written to one peer. A backpressured peer may have fewer: otherwise a few peers
+// that ask and never read would take the slots of all.
 inline constexpr std::uint32_t replies_max = 64;
 inline constexpr std::uint32_t replies_max_backpressured = 16;
 static_assert(replies_max_backpressured < replies_max);
 
-// Bytes of a name that the diagnostic of a refusal repeats.
-inline constexpr std::size_t name_bytes_shown = 128;
-static_assert(name_bytes_shown + 64 <= wire::refusal::text_bytes_max);
 // Events about refusals to one peer at once; then one a second.
 inline constexpr std::uint32_t refusal_events_burst = 8;
-// The rate at which a partial frame is to go on: that of a poor radio link.
+// A peer is closed when it has exceeded a rate for so long.
+inline constexpr rt::duration flood_time_max = std::chrono::seconds{5};
+// How long a frame may stay partly written while others wait, and the rate at which longer frames get more
+// time: that of a poor radio link.
+inline constexpr rt::duration partial_time_min = std::chrono::milliseconds{500};
 inline constexpr std::int64_t partial_bytes_per_second = 64 * 1024;
-// Peers that get lists of topics and services are told of changes this often at most, but this many times
-// without a pause.
+// Peers that get lists of topics and services are told of changes once in this period at most, after a first
+// burst of so many.
 inline constexpr rt::duration listings_period = std::chrono::milliseconds{250};
 inline constexpr std::uint32_t listings_burst = 4;
-// A peer with so many replies gets no further part of a list until it has read some; that is looked at anew
+// A peer with so many replies gets no further part of a list until it has read some. This is checked again
 // after a pause.
 inline constexpr std::uint32_t listings_queued_max = 4;
 inline constexpr rt::duration listings_retry = std::chrono::milliseconds{1};
 static_assert(listings_queued_max < replies_max_backpressured);
 
-// The diagnostic of a failed call, as handles keep it, is no longer than what a peer is told.
+// What one report of the statistics may spend on topics that only peers hold, and on connections: one byte in
+// so many of message_bytes_max. The rest of the report always finds room.
+inline constexpr std::uint32_t report_topics_one_in = 8;
+inline constexpr std::uint32_t report_connections_one_in = 2;
+static_assert(report_topics_one_in > 2 && report_connections_one_in >= 2); // together less than all
+
+// ---- diagnostics and events, in bytes
+
+// Handles keep no longer diagnostic of a failed call than a peer is sent.
 static_assert(wire::refusal::text_bytes_max >= detail::diagnostic_bytes_max);
 
-// ---- the stop
+// The text of an event.
+inline constexpr std::size_t event_text_bytes_max = 224;
+static_assert(std::is_same_v<decltype(event::what), event::text<event_text_bytes_max>>);
+// Events about peers that come and go: one in this period, after a first burst.
+inline constexpr rt::duration coming_events_period = std::chrono::milliseconds{20};
+inline constexpr std::uint32_t coming_events_burst = 128;
+
+// How much a diagnostic repeats of a name, of a verb, of a topic or a type beside other text, and of what the
+// decoder says about a message. Longer ones are shortened.
+inline constexpr std::size_t name_bytes_shown = 128;
+inline constexpr std::size_t verb_bytes_shown = 24;
+inline constexpr std::size_t topic_bytes_shown = 96;
+inline constexpr std::size_t type_bytes_shown = 96;
+inline constexpr std::size_t diagnosis_bytes_shown = 320;
+static_assert(name_bytes_shown + 64 <= detail::diagnostic_bytes_max);
+static_assert(topic_bytes_shown + 2 * type_bytes_shown + 64 <= wire::refusal::text_bytes_max);
+// An event has less space.
+inline constexpr std::size_t event_topic_bytes_shown = 64;
+inline constexpr std::size_t event_type_bytes_shown = 56;
+static_assert(event_topic_bytes_shown + 2 * event_type_bytes_shown + 48 <= event_text_bytes_max);
+static_assert(event_topic_bytes_shown + diagnosis_bytes_shown + 16 <= wire::refusal::text_bytes_max);
+
+// Buffers of single diagnostics: a share is used up; which option helps; how many more requests were refused;
+// too many calls; a type is replaced. Only the last one may have to cut names.
+inline constexpr std::size_t share_text_bytes_max = 384;
+static_assert(verb_bytes_shown + topic_bytes_shown + 192 <= share_text_bytes_max);
+inline constexpr std::size_t remedy_bytes_max = 128;
+static_assert(std::is_same_v<decltype(event::remedy), event::text<192>> && remedy_bytes_max <= 192);
+inline constexpr std::size_t missed_text_bytes_max = 64;
+inline constexpr std::size_t busy_text_bytes_max = 160;
+static_assert(busy_text_bytes_max <= detail::diagnostic_bytes_max);
+inline constexpr std::size_t replaced_type_text_bytes_max = 640;
+
+// ---- stop
+
+// The source and the reason of a stop by a thread of this process.
+inline constexpr std::size_t stop_source_bytes_max = 63;
+inline constexpr std::size_t stop_reason_bytes_max = 192;
+static_assert(stop_reason_bytes_max < event_text_bytes_max); // an event repeats it
 
 // A member of a request for the stop, as text.
 inline constexpr std::size_t stop_member_bytes_max = 1024;
@@ -138,22 +208,27 @@ static_assert(stop_answer_bytes_max + wire::frame_header_bytes_max <= stop_buffe
 inline constexpr int stops_awaited_per_peer = 2;
 // Places for the stops of this process, besides one for each connection.
 inline constexpr std::size_t stops_awaited_of_process = 8;
-// A peer on stop_path that stopped a robot that could move keeps its place for so long.
-inline constexpr rt::duration stop_place_kept_for = std::chrono::seconds{1};
-// How often the state is shown to whoever is no guard, in ticks.
+// How often the state is shown to peers that are no guards, in ticks.
 inline constexpr int stop_ticks_for_others = 10;
 
-// ---- who receives
+// ---- receiver
 
 // After this time without a take, a receiver is absent: messages that find no room are dropped.
 inline constexpr rt::duration receiver_absent_after = std::chrono::seconds{8};
-// One in so many of its slots is kept for claims.
-inline constexpr std::uint32_t receiver_claims_one_in = 4;
 // How often an event reports messages of a topic that handles cannot decode.
 inline constexpr rt::duration undecodable_period = std::chrono::seconds{1};
 
 // ---- time
 
+// How long the endpoint waits at most until its connections are closed, and a handle until its queue pair is
+// released; the transport closes connections sooner.
+inline constexpr rt::duration closing_time_max = std::chrono::milliseconds{1500};
+static_assert(close_time_max < closing_time_max);
+// The longest sleep meanwhile.
+inline constexpr rt::duration closing_look_period = std::chrono::milliseconds{10};
+static_assert(closing_look_period < closing_time_max - close_time_max);
+// A full period of the rates that the service of the statistics reports.
+inline constexpr rt::duration rates_period = std::chrono::seconds{1};
 // Each peer is checked this often. So silence, or an unfinished message, is noticed at most this much too
 // late.
 inline constexpr rt::duration liveness_period = std::chrono::milliseconds{500};
@@ -162,7 +237,7 @@ inline constexpr rt::duration liveness_period = std::chrono::milliseconds{500};
 // not wake for that slot before its entries are due.
 inline constexpr rt::duration liveness_step = 256 * rt::timer_wheel::tick;
 static_assert(liveness_step % rt::timer_wheel::tick == rt::duration{0} && liveness_step < liveness_period);
-// A ping may be unanswered for so many times silence_max, whatever else its peer says.
+// A ping may stay unanswered for so many times silence_max, whatever else the peer sends.
 inline constexpr int silences_unanswered_max = 2;
 
 // The longest sleep while a handle may submit what a peer waits for, or something waits for room.
@@ -170,7 +245,7 @@ inline constexpr rt::duration talking_rest = std::chrono::milliseconds{10};
 // The longest sleep otherwise: sockets and set-up wake the thread.
 inline constexpr rt::duration idle_rest = std::chrono::milliseconds{250};
 static_assert(talking_rest < detail::word_late_max && talking_rest < idle_rest);
-// While a loop is to acknowledge a stop: not long at first.
+// The sleeps while a loop has yet to acknowledge a stop: short at first.
 inline constexpr rt::duration acknowledgment_rest_min = std::chrono::microseconds{50};
 inline constexpr rt::duration acknowledgment_rest_max = std::chrono::milliseconds{1};
 static_assert(acknowledgment_rest_min < acknowledgment_rest_max && acknowledgment_rest_max < talking_rest);

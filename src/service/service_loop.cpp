@@ -5,13 +5,12 @@
 
 #include <algorithm>
 
+#include "service/service_limits.hpp"
+
 namespace rowe::service {
 namespace {
 
 using clock = rt::monotonic_clock;
-
-constexpr rt::duration closing_time_max =
-    std::chrono::milliseconds{1500}; // the transport cuts slow peers after 1 s
 
 // How long to wait for the answer to a call that was given to a handle, before anything else is done.
 constexpr rt::duration answer_wait = std::chrono::microseconds{1};
@@ -31,8 +30,8 @@ void service_loop::cycle() noexcept {
   core_.record_cycle(now_ - began);
 }
 
-// Looking at a handle takes a fraction of the time of polling the kernel. So a loop that answers calls
-// without pause is served first.
+// Looking at a handle takes a fraction of the time of polling the kernel. So the answer of a loop that
+// answers without pause is taken first.
 void service_loop::await_answer() noexcept {
   const rt::time_point until = now_ + answer_wait;
   while (!core_.has_answer()) {
@@ -55,9 +54,9 @@ void service_loop::run(bool fifo) noexcept {
       idle_until(std::min(next_, now_ + poll_period_), fifo);
       continue;
     }
-    // acquire: pairs with the release in stop(). Read after the cycle, whose poll() may have consumed the
-    // wake-up of stop(), and before the wait, which nothing else would end. Whatever was published before
-    // stop() is taken in a later cycle.
+    // acquire: pairs with the release in stop(). It is read after the cycle, because poll() may have consumed
+    // the wake-up of stop(), and before the wait, because nothing else would end the wait. Whatever was
+    // published before stop() is taken in a later cycle.
     drain_until = rt::time_point{rt::duration{drain_until_ns_.load(std::memory_order_acquire)}};
     if (drain_until == rt::never) idle_until(next_, fifo);
   }
@@ -99,7 +98,7 @@ void service_loop::close_peers() noexcept {
   core_.close_all(now_);
   while (core_.peers() != 0 && now_ < until) {
     cycle();
-    transport_.wait(now_, std::min(until, now_ + std::chrono::milliseconds{10}));
+    transport_.wait(now_, std::min(until, now_ + closing_look_period));
     now_ = clock::now();
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The service thread: cycles of the core, and how it waits between them. It reads the clock, which the core
-// does not; everything else about time is the core's. One loop runs on one thread; stop() is for others.
+// The service thread: it runs cycles of the core, and waits between them. Only it reads the clock; the core
+// is told the time. One loop runs on one thread; stop() is for other threads.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -23,7 +23,7 @@ namespace rowe::service {
 class throttle_guard {
  public:
   static constexpr rt::duration yield_time = std::chrono::microseconds{100};
-  // The part of each yield in which the kernel switches threads; others cannot use it.
+  // The part of each yield that the kernel needs to switch threads.
   static constexpr rt::duration call_cost = std::chrono::microseconds{15};
 
   // The thread has been awake until `now`.
@@ -41,8 +41,8 @@ class throttle_guard {
     pay(now);
     in_vain_ = false;
   }
-  // Whether to wait now. After a wait that ended too early the thread must sleep before it waits again: a
-  // peer that answers each message at once ends every wait, and each wait would cost its next message a
+  // Whether to wait now. After a wait that ended too early, the thread must sleep before it waits again. A
+  // peer that answers each message at once ends every wait, so each wait would cost its next message a
   // wake-up.
   bool due() const noexcept { return owed_ >= yield_time && !in_vain_; }
   // Whether to sleep now: waiting was not enough.
@@ -61,7 +61,7 @@ class throttle_guard {
 
 class service_loop {
  public:
-  // `waker` is what handles wake the thread with, under idle::wake.
+  // Handles wake the thread by `waker`, under idle::wake.
   service_loop(core& does, transport& sockets, rt::waker<>& waker, idle policy,
                rt::duration poll_period) noexcept
       : core_{does}, transport_{sockets}, waker_{waker}, policy_{policy}, poll_period_{poll_period} {}

@@ -77,7 +77,7 @@ void service_providers::remove(service_index service) noexcept {
   service_directory_.remove(service);
 }
 
-// ---- for tests
+// ---- checks
 
 // Peers are charged for what they provide, and the rest of their claims is kept.
 bool service_providers::check() const noexcept {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The services that peers provide: what each may advertise, its share of the directory (shares.hpp), and what
-// becomes of it when a handle of this process provides the same. Service thread only; nothing waits or
+// The services that peers provide: what each peer may advertise, and its share of the directory (shares.hpp).
+// A handle of this process may take over a service of a peer. Service thread only; nothing waits or
 // allocates.
 #pragma once
 #include <cstddef>

@@ -30,11 +30,11 @@ shared_inbox::shared_inbox(rt::arena& memory, const limits& bounds) noexcept
 
 // ---- Any thread.
 //
-// The ring has a place for every slot, so it is never full, and the number of an entry is read from its place
-// *before* the entry is claimed: if the claim succeeds, the place held that number all the time. For it to be
-// written again, the service thread must have delivered as many numbers as there are slots and have one more
-// in hand; so one of those was taken out since and released, and with it, in order, the entry in question was
-// claimed: not by this thread, whose claim then fails.
+// The ring has a place for every slot, so it is never full. A thread reads a number from its place *before*
+// it claims the entry. If the claim succeeds, the place held that number all the time. To write the place
+// again, the service thread needs one number more than there are slots, so one slot was taken out and
+// released in between. Entries are claimed in order, so another thread had claimed the entry by then, and the
+// claim of this thread fails.
 
 bool shared_inbox::pop(std::uint32_t& slot) noexcept {
   // acquire: pairs with the release of whoever claimed the entry before, so that the tail is not behind
@@ -79,10 +79,11 @@ result<std::uint32_t> shared_inbox::try_receive(rt::time_point now) noexcept {
   return closed ? errc::closed : errc::empty;
 }
 
-// No wake-up is lost. Either the service thread, after it has moved the tail, sees that somebody sleeps: then
-// it changes the count, and the sleeper either has not read the count yet, and sees the tail, or is kept from
-// sleeping by the kernel's comparison, or is woken. Or it does not: then it moved the tail before the sleeper
-// added itself, who looks at the tail after that. (Four seq_cst accesses; closing is as delivering.)
+// No wake-up is lost. After it has moved the tail, the service thread looks for sleepers. If it sees one, it
+// changes the count. Then the sleeper has not read the count yet, and will see the tail; or the kernel's
+// comparison keeps it from sleeping; or it is woken. If it sees none, it moved the tail before the sleeper
+// added itself, and the sleeper looks at the tail after that. (Four seq_cst accesses; close() does as
+// deliver().)
 result<std::uint32_t> shared_inbox::receive(rt::time_point deadline) noexcept {
   note_receiver();
   std::uint32_t slot = 0;
@@ -106,16 +107,16 @@ result<std::uint32_t> shared_inbox::receive(rt::time_point deadline) noexcept {
   return why;
 }
 
-// No wake-up is lost: the exchanges stand in one order, so either the service thread finds the slot when it
-// collects, or its asking is found here.
+// No wake-up is lost: the exchanges have one order. So either the service thread finds the slot when it
+// collects, or this exchange finds that it has asked.
 bool shared_inbox::release(std::uint32_t slot) noexcept {
   released_.put(slot);
   // acq_rel: pairs with the exchange in ask_for_slots()
   return slots_wanted_.exchange(0, std::memory_order_acq_rel) != 0;
 }
 
-// Changes the count and wakes one, if anybody sleeps. The count is even after a delivery and odd after
-// closing, and never what a sleeper has read before: a value comes again after 2^31 deliveries only.
+// Changes the count and wakes one sleeper, if there is any. The count is even after a delivery and odd after
+// closing. It never becomes what a sleeper has read: a value comes again only after 2^31 deliveries.
 void shared_inbox::wake_receiver(std::uint32_t count) noexcept {
   if (sleepers_.load(std::memory_order_seq_cst) == 0) return;
   // release: pairs with the acquire in receive()
@@ -149,9 +150,9 @@ void shared_inbox::put(std::uint32_t slot, const inbound_header& header, std::st
   wake_receiver(static_cast<std::uint32_t>(2 * (tail + 1)));
 }
 
-// Takes expired messages off the front of the inbox, as a receiver would: an inbox that nobody empties must
-// not keep what is fresh out by what is not. The header may be read although a receiver may just have claimed
-// the message, since only this thread writes headers; the claim decides.
+// Takes expired messages off the front of the inbox, as a receiver does. So expired messages do not keep
+// fresh ones out of an inbox that nobody empties. The header may be read even if a receiver has just claimed
+// the message, because only this thread writes headers; the claim decides.
 void shared_inbox::drop_expired(rt::time_point now) noexcept {
   // acquire: pairs with the claims in pop(), so that the tail is not behind
   for (std::uint64_t head = head_.load(std::memory_order_acquire);

@@ -43,8 +43,8 @@ struct inbound_header {
 };
 
 // Neither copied nor moved; nothing to destroy, so it may lie in the arena. A slot number from receive()
-// belongs to the thread that got it (or to the one it is handed on to) until it is released; using one
-// afterwards is a programmer's error.
+// belongs to the thread that got it, or that it was handed to, until it is released. Using it afterwards is a
+// programmer's error.
 class shared_inbox {
  public:
   // What the constructor takes from the arena. Never allocates.
@@ -59,19 +59,19 @@ class shared_inbox {
 
   // ---- Any thread that is not real-time.
 
-  // The slot of the oldest message that has arrived and not expired by `now`: header() and text() say what it
-  // is, until release(). Expired ones are released on the way and counted. Does not wait, does not allocate.
-  // empty: nothing is there; closed: nothing is there and nothing will come.
+  // Takes the oldest message that has not expired by `now`, and returns its slot: header() and text() say
+  // what it is, until release(). Expired messages before it are released, and counted. Does not wait, does
+  // not allocate. Errors: empty; closed: nothing is there and nothing will come.
   result<std::uint32_t> try_receive(rt::time_point now) noexcept;
-  // The same, but sleeps until there is one or `deadline` has come. Several threads may; each message goes to
-  // one. timed_out, closed. Allocates nothing.
+  // The same, but it sleeps until there is a message or `deadline` has come. Several threads may call it;
+  // each message goes to one. Allocates nothing. Errors: timed_out, closed.
   result<std::uint32_t> receive(rt::time_point deadline) noexcept;
 
   const inbound_header& header(std::uint32_t slot) const noexcept { return slots_[slot].header; }
   std::string_view text(std::uint32_t slot) const noexcept {
     return {reinterpret_cast<const char*>(texts_.slot(slot).data()), slots_[slot].header.bytes};
   }
-  // True when the service thread waits for one: the caller then wakes it.
+  // Releases a slot. True: the service thread waits for one, and the caller then wakes it.
   bool release(std::uint32_t slot) noexcept;
 
   // Whether anybody has ever called receive() or try_receive(). Advice: a moment old.
@@ -83,8 +83,7 @@ class shared_inbox {
     return expired_.load(std::memory_order_relaxed); // relaxed: a number; pairs with drop()
   }
 
-  // From now on deliver() says `closed`; sleeping receivers wake, and get what is left and then `closed`.
-  // Does not wait; several times are like once.
+  // From now on deliver() says `closed`. Receivers wake, get what is left, and then `closed`. Does not wait.
   void close() noexcept;
 
   // ---- The service thread. Nothing here waits, locks or allocates; deliver() enters the kernel if somebody
@@ -107,8 +106,8 @@ class shared_inbox {
     return deliver(header, text, [](detail::peer_ref) {});
   }
 
-  // Calls `released(detail::peer_ref)` for each message whose slot was released since the last call, with
-  // whom it was from. Returns how many slots are free now.
+  // Calls `released(sender)` for each message whose slot was released since the last call; `sender` is a
+  // detail::peer_ref. Returns how many slots are free now.
   template <class Released>
   std::uint32_t collect(Released&& released) noexcept {
     mark();
@@ -132,7 +131,7 @@ class shared_inbox {
     for (slot_state& one : slots_) one.counted = false;
   }
   std::uint32_t free_slots() const noexcept { return free_count_; } // that were collected
-  // The next thread that releases a slot is told to wake the service thread. Call collect() after this.
+  // Asks the next thread that releases a slot to wake the service thread. Call collect() after this.
   void ask_for_slots() noexcept {
     // acq_rel: pairs with the exchange in release()
     slots_wanted_.exchange(1, std::memory_order_acq_rel);
@@ -140,8 +139,8 @@ class shared_inbox {
   // Messages at the front of the inbox that have expired by `now` are released, and counted.
   void drop_expired(rt::time_point now) noexcept;
 
-  // The oldest message that nobody received, as receive() would give it; nothing when there is none. For a
-  // handle that begins to receive where nobody has: release() follows.
+  // Takes the oldest message that nobody received, as receive() does; nothing if there is none. For the first
+  // handle that begins to receive. release() must follow.
   std::optional<std::uint32_t> take_back(rt::time_point now) noexcept {
     std::uint32_t slot = 0;
     return pop_unexpired(slot, now) ? std::optional{slot} : std::nullopt;

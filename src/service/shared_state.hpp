@@ -62,7 +62,8 @@ class shared_state {
     peers_.store(count, std::memory_order_release);
     peers_changed.notify();
   }
-  // Who is at a place: nobody, generation 0, before somebody else. An address is cut at 63 bytes.
+  // Says who is at a place. Before another peer comes, it must be nobody, generation 0. An address is cut at
+  // 63 bytes.
   void set_connection(std::uint32_t index, std::uint32_t generation, std::string_view peer) noexcept {
     // release: pairs with the acquires of the words in read_connection(): whoever reads a new word then also
     // reads this 0, or a newer generation
@@ -79,14 +80,14 @@ class shared_state {
     generations_[index].store(generation, std::memory_order_release);
   }
 
-  // Whether messages to the one at a place are taken: its generation, or 0.
+  // Whether messages to the peer at a place are taken: its generation, or 0.
   void set_taking(std::uint32_t index, std::uint32_t generation) noexcept {
     // relaxed: advice, as generations_ are; pairs with the loads of those who send
     takers_[index].store(generation, std::memory_order_relaxed);
   }
 
-  // Set-up, under its lock, before it offers the queue pair at a place: how many places the service thread
-  // looks at in each cycle. Those behind were never used.
+  // Says how many queue pairs the service thread must look at in each cycle; those behind were never used.
+  // Set-up calls it under its lock, before it offers the queue pair.
   void use_pair(std::uint32_t index) noexcept {
     // relaxed: set-up alone writes it; release: pairs with the acquire in pairs_used()
     if (index >= pairs_used_.load(std::memory_order_relaxed))
@@ -103,11 +104,13 @@ class shared_state {
   std::uint32_t peers() const noexcept {
     return peers_.load(std::memory_order_acquire); // acquire: pairs with release in set_peers()
   }
-  // By which handles see that a peer they name is gone.
+  // Handles read these to see whether a peer that they name is gone.
   std::span<const generation_word> generations() const noexcept { return generations_; }
-  // Likewise whether one that is there takes messages, or has its share of what waits.
+  // Handles read these to see whether a peer takes messages: it does not while its share of parked messages
+  // is used up.
   std::span<const generation_word> takers() const noexcept { return takers_; }
-  // The connections at the moment: each that stood during all of the call, perhaps some that did not.
+  // The connections now. It has each connection that existed during all of the call, and perhaps some that
+  // did not.
   std::vector<peer> connections() const {
     std::vector<peer> all;
     for (std::uint32_t i = 0; i < generations_.size(); ++i) {
@@ -159,7 +162,7 @@ class shared_state {
   rt::std_atomics::variable<std::uint32_t> pairs_used_{0};
 };
 
-// A counter with the part of it that user threads count in their queue pairs. Any thread.
+// Reads a counter, and adds the part of it that user threads count in their queue pairs. Any thread.
 inline std::uint64_t read_count(const shared_state& shared, std::span<const detail::queue_pair> pairs,
                                 counter which) noexcept {
   std::uint64_t sum = shared.counts.read(which);

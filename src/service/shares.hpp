@@ -8,8 +8,8 @@
 //
 // Of the rest, a peer may take no more than it leaves. This is the dynamic threshold with a factor of one
 // (Choudhury and Hahne, "Dynamic queue length thresholds for shared-memory packet switches", IEEE/ACM
-// Transactions on Networking 6, 1998). Alone it is fair only for what is released soon: of what is held for
-// long, the first peer takes a half, the second a quarter, and the tenth finds nothing.
+// Transactions on Networking 6, 1998). Alone, this rule is fair only for what is released soon. If pieces are
+// held for long, the first peer takes a half, the second a quarter, and the tenth finds nothing.
 //
 // A part of each pool belongs to this process and to no peer: places for all its handles, or a quarter.
 #pragma once
@@ -19,11 +19,13 @@
 
 #include <rowe/limits.hpp>
 
+#include "service/service_limits.hpp"
+
 namespace rowe::service {
 
-// The claims to a pool of `pool` pieces. One in `one_in` of them is kept: 2 keeps a half. Each holder has a
-// count of what it holds; all counts begin with 0. If the pool has less than one piece for each, the first
-// who come get one.
+// The claims to a pool of `pool` pieces. One piece in `one_in` is kept for claims: 2 keeps a half. Each
+// holder has a count of what it holds; all counts begin with 0. If the pool has less than one piece for each
+// holder, those that come first get one.
 class claims {
  public:
   claims(std::uint32_t pool, std::uint32_t connections, std::uint32_t one_in = 2) noexcept
@@ -47,7 +49,7 @@ class claims {
     if (count > left) return false;
     return held + count <= claim_ || held + count + kept() <= left - count + 1;
   }
-  // How many pieces are kept for holders of less than their claim.
+  // How many pieces are kept for holders that have less than their claim.
   std::uint32_t kept() const noexcept { return std::min(wanted_, kept_max_); }
   std::uint32_t claim() const noexcept { return claim_; }
   // How much of their claims all holders have not taken: the sum of kept_for(held).
@@ -62,10 +64,13 @@ class claims {
   std::uint32_t wanted_; // what all are still to take of their claims
 };
 
+// The part of a pool that is kept for what would otherwise find nothing there.
+constexpr std::uint32_t reserve_of(std::uint32_t count) noexcept { return count / reserve_one_in; }
+
 // How many of `count` pieces all peers together may have, if this process wants `own` of them. It gets at
 // most three quarters.
 constexpr std::uint32_t share_of_peers(std::uint32_t count, std::uint32_t own) noexcept {
-  const std::uint32_t most = count - count / 4;
+  const std::uint32_t most = count - reserve_of(count);
   return count - (own < most ? own : most);
 }
 
@@ -73,7 +78,7 @@ constexpr std::uint32_t services_of_peers(const limits& bounds) noexcept {
   return share_of_peers(bounds.services_max, bounds.lanes_max);
 }
 constexpr std::uint32_t calls_of_peers(const limits& bounds) noexcept {
-  return share_of_peers(bounds.calls_max, bounds.calls_max / 4);
+  return share_of_peers(bounds.calls_max, reserve_of(bounds.calls_max));
 }
 
 // How many of those are free when peers hold `taken`.
@@ -81,8 +86,9 @@ constexpr std::uint32_t left_of(std::uint32_t share, std::uint32_t taken) noexce
   return share > taken ? share - taken : 0;
 }
 
-// What each of `peers` gets of `count` pieces that are divided equally. No peer loses a queued message while
-// it holds no more.
+// What each of `peers` gets of `count` pieces that are divided equally. When slots run out, the peer that
+// holds most loses its oldest message. Where queued topic messages hold all slots, that peer holds at least
+// this share; where direct messages hold many, it may hold less.
 constexpr std::uint32_t equal_share(std::uint32_t count, std::uint32_t peers) noexcept {
   return count / (peers < 1 ? 1 : peers);
 }
@@ -90,14 +96,14 @@ constexpr std::uint32_t equal_share(std::uint32_t count, std::uint32_t peers) no
 // How many slots of a size class may be partial at once: a quarter at most. A partial frame cannot be taken
 // back, so each of `connections` may keep one by not reading.
 constexpr std::uint32_t partial_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
-  const std::uint32_t quarter = slots / 4;
+  const std::uint32_t quarter = reserve_of(slots);
   return quarter == 0 ? 1 : quarter < connections ? quarter : connections;
 }
 
-// How many slots of a size class direct messages may have, which are kept until they are sent. A quarter is
+// How many slots of a size class direct messages may have; they keep a slot until they are sent. A quarter is
 // for other messages, besides the slots that may be partial.
 constexpr std::uint32_t message_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
-  const std::uint32_t others = slots / 4 + partial_slots_max(slots, connections);
+  const std::uint32_t others = reserve_of(slots) + partial_slots_max(slots, connections);
   return slots > others ? slots - others : 1;
 }
 

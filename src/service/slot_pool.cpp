@@ -16,7 +16,7 @@ constexpr std::size_t stride(std::size_t bytes) noexcept {
 
 // A relayed message gains an envelope: a name, which may have to be escaped, and an id.
 constexpr std::size_t envelope_bytes_max(const limits& bounds) noexcept {
-  return 64 + 6 * std::size_t{bounds.topic_bytes_max} + call_id_bytes_max;
+  return envelope_bytes_fixed + escaped_bytes_max * bounds.topic_bytes_max + call_id_bytes_max;
 }
 
 std::size_t large_slot_bytes(const limits& bounds) noexcept {

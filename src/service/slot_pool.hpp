@@ -6,9 +6,10 @@
 // There are two sizes, because most messages are small and a few are not. A message is encoded into a small
 // slot; if it does not fit, it is encoded again into a large one. Each slot has headroom for a frame header,
 // and one node on the wheel. An expired slot is freed even while it is queued; the queues then find a newer
-// generation in its place. When a socket has taken the first bytes of a slot, the slot stays until its last.
+// generation in its place. When a socket has taken the first bytes of a slot, the slot stays until the socket
+// has all of it.
 //
-// One slot of each size class is reserved for the stop. It comes on top of what the limits name.
+// One slot of each size class is reserved for the stop, in addition to those that the limits name.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -23,6 +24,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/indexed_pool.hpp"
+#include "wire/websocket.hpp"
 
 namespace rowe::service {
 
@@ -37,7 +39,7 @@ enum class slot_use : std::uint8_t { ordinary, stop };
 
 class slot_pool {
  public:
-  static constexpr std::size_t headroom_bytes = 16; // the longest frame header is 14
+  static constexpr std::size_t headroom_bytes = wire::frame_headroom_bytes;
   static constexpr std::uint32_t kept_for_stop = 1; // of each class
 
   // Slots are numbered from 0, small ones first.
@@ -87,8 +89,8 @@ class slot_pool {
   std::size_t small_bytes() const noexcept { return small_bytes_; }
   std::size_t large_bytes() const noexcept { return large_bytes_; }
 
-  // The whole capacity of a slot, to encode into. finish() states how much of it is used; mark_body() states
-  // where the body of a topic's message lies.
+  // The capacity of a slot, to encode into. finish() says how much of it is used; mark_body() says where the
+  // body of a topic's message lies.
   std::span<char> room(slot_id index) noexcept {
     return {base(index), small(index) ? small_bytes_ : large_bytes_};
   }
@@ -109,7 +111,7 @@ class slot_pool {
   // False once the slot was freed, even if it is in use again.
   bool alive(slot_ref ref) const noexcept { return slots_[ref.index].generation == ref.generation; }
   rt::time_point expires(slot_id index) const noexcept { return slots_[index].expires; }
-  // Whether the message goes in a binary frame; and when the value in its body was published.
+  // Whether the message is sent in a binary frame, and when the value in its body was published.
   bool binary(slot_id index) const noexcept { return slots_[index].binary; }
   rt::time_point published(slot_id index) const noexcept { return slots_[index].published; }
   // The peer must not miss this message. Whoever evicts it closes the peer.
@@ -122,7 +124,7 @@ class slot_pool {
 
   void retain(slot_id index) noexcept { ++slots_[index].references; }
   std::uint32_t references(slot_id index) const noexcept { return slots_[index].references; }
-  // Somebody waits for the outcome of the message. With `keeps`, one of the references is theirs. That one is
+  // The outcome of the message is tracked. With `keeps`, the tracker has one of the references. That one is
   // no delivery, and expire() does not count it.
   void track(slot_id index, bool keeps) noexcept {
     slots_[index].tracked = true;
@@ -161,7 +163,7 @@ class slot_pool {
   }
 
   // Frees a slot before its references are released; they become stale. Returns how many deliveries there
-  // were. Returns nothing, and changes nothing, while a socket is in the middle of the slot.
+  // were. Returns nothing, and changes nothing, while the slot is partly written.
   std::optional<std::uint32_t> expire(slot_id index) noexcept;
 
   std::uint32_t in_use() const noexcept { return free_[0].in_use() + free_[1].in_use(); }

@@ -7,17 +7,22 @@
 
 #include "service/limit_table.hpp"
 #include "service/listed_topics.hpp"
+#include "service/service_limits.hpp"
 
 namespace rowe::service {
 namespace {
 
-// Of a report, for topics that only peers hold, and for connections: so the rest of it always finds room.
-std::size_t peers_topics_bytes_max(const limits& bounds) noexcept { return bounds.message_bytes_max / 8; }
-std::size_t connections_bytes_max(const limits& bounds) noexcept { return bounds.message_bytes_max / 2; }
+// The bytes of a report for topics that only peers hold, and those for connections.
+std::size_t peers_topics_bytes_max(const limits& bounds) noexcept {
+  return bounds.message_bytes_max / report_topics_one_in;
+}
+std::size_t connections_bytes_max(const limits& bounds) noexcept {
+  return bounds.message_bytes_max / report_connections_one_in;
+}
 
 double seconds(rt::duration d) noexcept { return std::chrono::duration<double>(d).count(); }
 
-// Three digits are plenty for people, and short.
+// Three decimal digits are enough for people, and short.
 double rounded(double value) noexcept {
   return static_cast<double>(static_cast<std::int64_t>(value * 1000 + 0.5)) / 1000;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the endpoint knows of itself, for the page and for tools: the topic /rowe/stats, and the service of
-// that name. docs/concepts.md describes the members. Service thread only; nothing waits or allocates.
+// What the endpoint reports about itself, for the page and for tools: the topic /rowe/stats, and the service
+// of that name. docs/concepts.md describes the members. Service thread only; nothing waits or allocates.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -38,7 +38,7 @@ class statistics_report {
   std::string_view name() const noexcept { return {name_.data(), name_bytes_}; }
 
   void write_for_topic(json::writer& into) noexcept;
-  // The same members, and all that is too much for ten times a second.
+  // The same members, and those that are too long to be published ten times a second.
   void write_for_service(json::writer& into) noexcept;
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stop's own buffer on one connection: whole frames, written after control frames and before messages. A
-// full endpoint cannot fill it; only a peer that does not read can. Of the states that wait only the newest
-// is kept. Service thread only.
+// The buffer of the stop for one connection. It has complete frames, which are written after control frames
+// and before messages. A full endpoint cannot fill it; only a peer that does not read can. If several states
+// wait, only the newest is kept. Service thread only.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -17,7 +17,7 @@ class stop_frames {
  public:
   static constexpr std::size_t room_bytes = stop_buffer_bytes;
 
-  // What is to be written, oldest first.
+  // The bytes that are left to write, oldest first.
   std::span<const std::byte> rest() const noexcept { return {bytes_.data() + written_, size_ - written_}; }
   // Whether a socket may have the beginning of the first frame: then nothing may come before rest().
   bool begun() const noexcept { return begun_; }
@@ -31,13 +31,13 @@ class stop_frames {
     begun_ = false;
   }
 
-  // A frame, masked where there is a key. False when there is no room for it.
+  // Adds the frame of an answer, masked if there is a key. False: there is no space for it.
   bool add_answer(std::span<const char> text, const wire::mask_key* key,
                   wire::opcode what = wire::opcode::text) noexcept {
     if (frame_bytes(text, key) > bytes_.size() - (size_ - written_)) drop_state(); // the answer matters more
     return place(text, key, what);
   }
-  // The state, in the place of one that was not begun.
+  // Adds the state. It replaces an older one of which nothing was written.
   bool add_state(std::span<const char> text, const wire::mask_key* key,
                  wire::opcode what = wire::opcode::text) noexcept {
     drop_state();

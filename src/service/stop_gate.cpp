@@ -46,7 +46,7 @@ stop_verb stop_gate::find(wire::decoded read, const wire::request& asked,
   const bool stops = published || called == stop_verb::stop;
   if (read == wire::decoded::request && asked.what != verb::message)
     return published ? stop_verb::stop : called;
-  // Of a text that is refused, members were perhaps not read; a refused frame has its name by number.
+  // If a text is refused, some members may be unread. A refused frame names its service by number.
   return asks_to_stop(text) || (asked.by_number && stops) ? stop_verb::stop : stop_verb::none;
 }
 

@@ -24,7 +24,7 @@ double milliseconds(rt::duration d) noexcept {
   return static_cast<double>(us / 100) / 10;
 }
 
-// FNV-1a, so that a source of one peer is told from another source of the same peer.
+// FNV-1a. It distinguishes the sources of one peer.
 std::uint64_t hash_of(std::string_view text, std::uint64_t seed) noexcept {
   std::uint64_t h = 0xcbf29ce484222325U ^ seed;
   for (const char c : text) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
@@ -210,8 +210,8 @@ void stop_rules::stop(stop_cause cause, std::string_view source, rt::time_point 
   raise_number(now); // what was shown while running names no stop
 }
 
-// Whether a loop's words still have this latch number from its last use: they would be taken for the answer
-// to a newer stop, or for its trip.
+// Whether a loop's words still have this latch number from an earlier use. Such words would be taken for the
+// answer to a newer stop, or for its trip.
 bool stop_rules::is_held(latch_number one) const noexcept {
   return std::any_of(loops_.begin(), loops_.end(), [&](const loop& l) {
     return l.words != nullptr && (l.words->tripped() == one || l.answered.number == one);
@@ -232,7 +232,7 @@ void stop_rules::raise_number(rt::time_point now) noexcept {
   ++version_;
 }
 
-// Ticks issued until now went to peers that do not know of the stop that is requested now.
+// The peers that got ticks until now do not know of the stop that is requested now.
 void stop_rules::outdate_ticks(rt::time_point now) noexcept { reset_tick_least_ = tick(now) + 1; }
 
 bool stop_rules::is_new(std::uint64_t asker) noexcept {
@@ -317,7 +317,7 @@ void stop_rules::update(rt::time_point now) noexcept {
     ++version_;
   }
   if (!running_ || find_trouble(now)) return;
-  // Renewed in steps, so that the loops' copy of the word stays theirs for a while.
+  // The permit is renewed in steps, so the word stays in the loops' caches for a while.
   const rt::time_point until = run_until(now);
   const bool soon = until_ - now < options_.service_timeout / 2;
   if (until == until_ || (until > until_ && !soon && until - until_ < options_.service_timeout / 8)) return;
@@ -343,7 +343,7 @@ void stop_rules::write_permit(detail::permit_word<>& into) noexcept {
   running_ ? into.grant(latch_, until_) : into.withdraw(latch_);
 }
 
-// ---- shown
+// ---- state for peers
 
 void stop_rules::write_state(json::writer& into, rt::time_point now) const noexcept {
   const auto text_or_null = [&](std::string_view key, std::string_view text) {

@@ -51,15 +51,15 @@ class stop_rules {
   // no_loop when there are loops_max already. `words` must live until remove_loop().
   std::uint32_t add_loop(std::string_view name, rt::duration timeout, const detail::latch_words<>& words,
                          rt::time_point now) noexcept;
-  // A loop that goes while the robot may move stops it.
+  // A loop that leaves while the robot may move stops it.
   void remove_loop(std::uint32_t loop, rt::time_point now) noexcept;
 
-  // ---- what peers ask. `peer` tells one from another; two requests with the same peer and source are
+  // ---- requests of peers. `peer` tells one from another; two requests with the same peer and source are
   // repeats.
   void request(std::string_view source, std::uint64_t peer, rt::time_point now) noexcept;
 
   enum class refusal : std::uint8_t { none, number, tick, role, guards, loops, name };
-  // `number` and `tick` as they came; negative: none.
+  // `number` and `tick` as the peer sent them; negative: none.
   refusal reset(std::int64_t number, std::int64_t tick, bool role, rt::time_point now) noexcept;
   // A guard's heartbeat; the first one registers.
   refusal lease(std::string_view guard, std::int64_t tick, bool resigns, std::uint64_t peer, bool role,
@@ -75,18 +75,18 @@ class stop_rules {
   // What update() and the requests granted or withdrew, for the permit.
   void write_permit(detail::permit_word<>& into) noexcept;
 
-  // ---- what it is
+  // ---- state
   bool running() const noexcept { return running_; }
   // Below 2^53, which browsers can count to, for half a century of five million stops a second.
   std::uint64_t number() const noexcept { return number_; }
   latch_number latch() const noexcept { return latch_; }
   std::string_view source() const noexcept { return {source_.data(), source_bytes_}; }
   std::string_view cause_name() const noexcept; // empty when running
-  // Raised by everything that peers are shown, but for ticks and ages.
+  // Raised whenever something that peers are shown changes, except ticks and ages.
   std::uint64_t version() const noexcept { return version_; }
   std::uint64_t tick(rt::time_point now) const noexcept;
-  // When the last loop acknowledged this stop, as of the last update(); never, as long as one has not, or
-  // there is none.
+  // When the last loop acknowledged this stop, as of the last update(); never, while one has not, or if there
+  // is no loop.
   rt::time_point observed() const noexcept;
   // {"state":…} as docs/stop.md has it.
   void write_state(json::writer& into, rt::time_point now) const noexcept;

@@ -43,7 +43,7 @@ stop_service::stop_service(rt::arena& memory, const needs& parts) noexcept
       rows_{memory.carve<row>(state_.bounds().connections_max)},
       waiters_{memory.carve<waiter>(waiters_of(state_.bounds()))} {}
 
-// ---- loops and peers come and go
+// ---- attach and detach
 
 status stop_service::attach(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
@@ -73,7 +73,7 @@ void stop_service::stop_all() noexcept {
   switch_.write_permit();
 }
 
-// ---- what is asked
+// ---- requests
 
 void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::string_view args) noexcept {
   const connection* const c = peer_of(asker.who);
@@ -86,8 +86,8 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
     return text.value_or(std::string_view{});
   };
   if (!args.empty()) args = json::root(args).raw;
-  // Waiters are told what the loops did until now, before this raises the number. Otherwise a peer that stops
-  // more often than a loop looks would leave everyone without an answer.
+  // Before this raises the number, waiters are told what the loops have done. Otherwise nobody would get an
+  // answer if a peer stops more often than a loop looks.
   switch_.update();
   answer_acknowledged();
   auto refused = stop_rules::refusal::none;
@@ -199,7 +199,7 @@ void stop_service::answer(stop_verb which, const stop_asker& asker, rt::time_poi
   sender_.add_stop_reply({c->id.index}, {room.data(), text.overflowed() ? 0 : text.bytes()}, kind);
 }
 
-// ---- the clock
+// ---- time
 
 void stop_service::look() noexcept {
   if (threads_.look()) {

@@ -42,10 +42,10 @@ class stop_service {
   stop_service(rt::arena& memory, const needs& parts) noexcept;
 
   void open(peer_index peer) noexcept { rows_[peer] = {}; }
-  // A peer is heard no more: the loops that it guarded stop.
+  // A peer has left, or is not read any more: the loops that it guarded stop.
   void leave(const connection& c) noexcept;
 
-  // A loop's handle. Errors: too_many_latches.
+  // Attaches the handle of a loop. Errors: too_many_latches.
   status attach(pair_index pair) noexcept;
   void detach(pair_index pair) noexcept;
 
@@ -61,7 +61,7 @@ class stop_service {
         {.who = call_endpoint::of(c.id, asked.codec), .id_raw = too_long ? std::string_view{} : asked.id_raw},
         asked.body_raw);
   }
-  // A stop that a peer wants no answer to: published, or a plain message without an id.
+  // A stop for which a peer wants no answer: it was published, or is a plain message without an id.
   void carry_out_unanswered(const connection& c, std::string_view args) noexcept {
     carry_out(stop_verb::stop, {.who = call_endpoint::of(c.id, c.spoke_last), .silent = true}, args);
   }
@@ -75,9 +75,9 @@ class stop_service {
   // When update() is needed at the latest.
   rt::time_point next_update() const noexcept;
 
-  // Whether a peer on stop_path may lose its place to the next one. A peer that stopped a robot which could
-  // move keeps its place for a second, for the answer and what came of it. Stopping a robot that stands
-  // already keeps nobody else out, however often it is done.
+  // Whether a peer on stop_path may lose its place to the next one. A peer that stopped a robot that could
+  // move keeps its place for a second, so it gets the answer and sees the state. Stopping a robot that has
+  // stopped already keeps no place, however often it is done.
   bool may_displace(const connection& c) const noexcept {
     return state_.cycle.now - rows_[{c.id.index}].stopped_at >= stop_place_kept_for;
   }

@@ -31,7 +31,7 @@ void stop_state_feed::show_if_due() noexcept {
   due_ = rt::never;
   show_subscribers(state, changed);
   if (state_.seams.protocols.any(&wire::capabilities::state_as_message)) show_takers_of_messages(changed);
-  // A client's handles that subscribe to it are told its server's state, never both by turns.
+  // In a client, handles that subscribe to the topic get the server's state, and never both in turn.
   const bool of_server =
       state_.options.ours == side::client && state_.seams.protocols.any(&wire::capabilities::topics);
   if (on.inboxes.head && !of_server) show_handles(state, changed);
@@ -77,7 +77,7 @@ void stop_state_feed::write(message& state) noexcept {
 void stop_state_feed::send(const subscription& to, const message& state) noexcept {
   if (!to.own_head || state.bytes == 0)
     return sender_.add_stop_state(to.peer, state.whole(), wire::message_kind::text);
-  // The same with a head of its own, for peers that are not sent the shared text.
+  // The same message with another head, for peers that do not get the shared text.
   const wire::message_head head = state_.seams.protocols.of(to.codec).head_of(
       {.tag = to.tag, .published_ns = rt::nanoseconds_of(state_.cycle.now), .unslashed = to.unslashed});
   const std::span<const char> rest = head.from == 0 ? state.body() : state.whole().subspan(head.from);

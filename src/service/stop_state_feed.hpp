@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shows the state of the stop to peers and handles that subscribe to its topic, and to peers that take it as
-// a message. They are shown it at once when it changes, and else periodically: guards every tick, others
-// every tenth. It needs no slot and no queue. Service thread only; nothing waits or allocates.
+// a message. They are shown it at once when it changes, and otherwise periodically: guards at every tick,
+// others at every tenth. It needs no slot and no queue. Service thread only; nothing waits or allocates.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -46,7 +46,7 @@ class stop_state_feed {
   rt::time_point due() const noexcept { return stop_rules_.in_use() ? due_ : rt::never; }
 
  private:
-  // The state as the topic's message, written when the first one wants it.
+  // The state as the topic's message. It is written when the first peer needs it.
   struct message {
     std::array<char, stop_answer_bytes_max> room;
     std::size_t bytes = 0; // 0: not written

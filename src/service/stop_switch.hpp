@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rules of the stop with what follows from them at once: the permit of the loops, before anything else,
-// and the event. Service thread only; nothing waits or allocates.
+// The rules of the stop, with what they change at once: the permit of the loops, before anything else, and
+// the event. Service thread only; nothing waits or allocates.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "service/core_state.hpp"
+#include "service/service_limits.hpp"
 #include "service/stop_rules.hpp"
 
 namespace rowe::service {
@@ -27,21 +28,21 @@ class stop_switch {
     state_.counts.add(counter::stops);
     stop_rules_.request(source, key, state_.cycle.now);
   }
-  // How often somebody has, repeats included.
+  // How often a stop was asked for, repeats included.
   std::uint64_t requests() const noexcept { return requests_; }
-  // What the rules say now: to the loops, and to the log where it has changed.
+  // Shows what the rules say now: to the loops, and to the log if it has changed.
   void show(std::string_view reason = {}) noexcept {
     stop_rules_.write_permit(state_.shared.permit);
     if (stop_rules_.running() != reported_running_) report(reason);
   }
-  // To the loops alone: a loop or a peer has come or gone, and the next show() tells the log.
+  // Shows it to the loops only: a loop or a peer has come or gone, and the next show() tells the log.
   void write_permit() noexcept { stop_rules_.write_permit(state_.shared.permit); }
   void count_refusal() noexcept { state_.counts.add(counter::stop_refusals); }
 
  private:
   void report(std::string_view reason) noexcept {
     reported_running_ = stop_rules_.running();
-    std::array<char, event_log::text_bytes_max> text;
+    std::array<char, event_text_bytes_max> text;
     auto put = [at = std::size_t{0}, &text](std::string_view piece) mutable {
       at += piece.copy(text.data() + at, std::min(piece.size(), text.size() - at));
       return std::string_view{text.data(), at};

@@ -47,8 +47,8 @@ result<std::uint32_t> submission_queue::submit(submission_header header, std::st
   asked.header.bytes = text.size();
   std::copy_n(text.data(), text.size(), reinterpret_cast<char*>(texts_.slot(slot).data()));
   asked.word.arm(header.wants_outcome);
-  // release: pairs with the acquire in collect(), which thereby has seen every put that this thread, or one
-  // it has heard of, made before
+  // release: pairs with the acquire in collect(), which then has seen every earlier put of this thread, and
+  // of threads that it has acquired from
   asked.ticket = tickets_.fetch_add(1, std::memory_order_release);
   submitted_.put(slot);
   return slot;
@@ -56,9 +56,9 @@ result<std::uint32_t> submission_queue::submit(submission_header header, std::st
 
 bool submission_queue::wait(std::uint32_t slot, rt::time_point deadline) noexcept {
   assert(slots_[slot].header.wants_outcome);
-  // The addition of nothing is there for its place in the order of the word: before finish() has written, the
-  // submission happens before all that finish() does, which completes it; afterwards nobody may come.
-  // acq_rel: pairs with the exchange in finish()
+  // This adds nothing; it only takes a place in the order of the word. If it comes before the exchange in
+  // finish(), the submission happens before all that finish() does, and finish() completes it. If it comes
+  // after, nobody may come to complete it. acq_rel: pairs with the exchange in finish()
   if (finished_.fetch_or(0, std::memory_order_acq_rel) != 0)
     return slots_[slot].word.abandon() == slot_holder::submitter;
   return slots_[slot].word.wait_until(deadline) == slot_holder::submitter;
@@ -79,9 +79,9 @@ bool submission_queue::has_room(bool to_everyone) const noexcept {
   return free_.has_any();
 }
 
-// No wake-up is lost. The additions to room_waiters_ stand in one order: where this one comes later, it finds
-// who waits and changes the count; where it comes before, the other acquires from it, and so ready() finds
-// what was done before.
+// No wake-up is lost. The additions to room_waiters_ have one order. If this one comes later, it finds the
+// waiter and changes the count. If it comes first, the waiter acquires from it, so ready() finds what was
+// done before.
 void submission_queue::tell_room() noexcept {
   // acq_rel: pairs with the addition in wait_room()
   const std::uint32_t waiters = room_waiters_.fetch_add(0, std::memory_order_acq_rel);
@@ -101,10 +101,10 @@ bool submission_queue::is_closed() const noexcept { return closed_.load(std::mem
 
 // ---- The service thread.
 
-// Everything with a ticket below the limit may go, in the order of tickets. Whatever was put before the
-// drawing of such a ticket, by the same thread or one that it had heard of, has a lower ticket, was put
-// before the limit was read, and so is found here or was before. Of tickets not below the limit that cannot
-// be said; they wait.
+// Every submission with a ticket below the limit may go, in the order of tickets. All that came before such a
+// ticket, from the same thread or one that it had acquired from, has a lower ticket. It was put before the
+// limit was read, so it is found here, or was found before. This does not hold for tickets from the limit on;
+// they wait.
 void submission_queue::collect() noexcept {
   // acquire: pairs with the drawing of tickets in submit()
   const std::uint64_t limit = tickets_.load(std::memory_order_acquire);

@@ -5,9 +5,9 @@
 //
 //   free -> submit() -> take() -> complete() -> [wait(), reply_text()] -> release() -> free
 //
-// Only slot numbers travel, through number_queue, which keeps no order. So each submission draws a ticket,
-// and take() goes by tickets. It keeps the order of what one thread submits, and of what it submits after it
-// has heard of another thread's submission.
+// Only slot numbers travel, through number_queue, which keeps no order. So each submission gets a ticket, and
+// take() follows the order of tickets. It keeps the order in which one thread submits, also after a
+// submission of another thread that it has heard of.
 //
 // A caller that runs out of time leaves its slot to the service thread: completion.hpp.
 #pragma once
@@ -42,8 +42,8 @@ struct submission_header {
 };
 
 // Neither copied nor moved; nothing to destroy, so it may lie in the arena. A slot number from submit()
-// belongs to the thread that got it (or to the one it is handed on to) until it is released; using one
-// afterwards is a programmer's error, found by assertions where it can be.
+// belongs to the thread that got it, or that it was handed to, until it is released. Using it afterwards is a
+// programmer's error, which assertions find if they can.
 class submission_queue {
  public:
   // What the constructor takes from the arena. Never allocates.
@@ -59,17 +59,17 @@ class submission_queue {
 
   // ---- Any thread that is not real-time.
 
-  // Copies the text into a free slot and queues it; the caller then wakes the service thread. Returns the
-  // slot's number, which means something only if `wants_outcome`: then wait() must be called for it, once.
-  // Does not wait, does not allocate. too_big: the text exceeds slot_bytes(); full: every slot is taken (or
-  // the last one was just being taken); closed.
+  // Copies the text into a free slot and queues it. The caller then wakes the service thread. Returns the
+  // slot's number. Only with `wants_outcome` has it a meaning: then wait() must be called for it, once. Does
+  // not wait, does not allocate. Errors: too_big, the text exceeds slot_bytes(); full, every slot is taken,
+  // or the last one is being taken; closed.
   result<std::uint32_t> submit(submission_header header, std::string_view text) noexcept;
 
-  // Sleeps until the request is completed, or `deadline`. With `never` it ends as well: the service thread
+  // Sleeps until the request is completed or `deadline` has come. `never` is safe: the service thread
   // completes whatever it took, at the latest in finish(). True: read outcome() and reply_text(), then
   // release the slot. False: the time is over, or the service thread has finished without it (then
-  // is_closed()). Then do not touch the slot: the request runs on, and the service thread releases the slot
-  // when it has ended. Call it once for each submission that wants an outcome. Allocates nothing.
+  // is_closed()). Do not touch the slot then: the request goes on, and the service thread releases the slot
+  // at its end. Call it once for each submission that wants an outcome. Allocates nothing.
   bool wait(std::uint32_t slot, rt::time_point deadline) noexcept;
 
   // What complete() said, between a wait() that returned true and release(). The text is followed by
@@ -78,9 +78,9 @@ class submission_queue {
   std::string_view reply_text(std::uint32_t slot) const noexcept;
   void release(std::uint32_t slot) noexcept;
 
-  // Sleeps until `ready()` is true, which is asked at once, and whenever a slot may have become free or the
-  // service thread has called tell_room(); or until `deadline` has come. Returns what `ready()` said last.
-  // Several threads may. Allocates nothing.
+  // Sleeps until `ready()` is true or `deadline` has come. It calls `ready()` at once, whenever a slot may
+  // have become free, and whenever the service thread has called tell_room(). Returns what `ready()` returned
+  // last. Several threads may call it. Allocates nothing.
   template <class Ready>
   bool wait_room(rt::time_point deadline, Ready&& ready) noexcept {
     // acq_rel: pairs with the addition in tell_room(), as said there
@@ -96,22 +96,23 @@ class submission_queue {
     room_waiters_.fetch_sub(1, std::memory_order_relaxed); // relaxed: a needless wake-up does no harm
     return there;
   }
-  // Whether a submission would find a slot, if nobody else takes it: of a message to everyone, or another.
+  // Whether a submission would find a slot, if nobody else takes it. Messages to everyone may be refused
+  // earlier.
   bool has_room(bool to_everyone) const noexcept;
   // Wakes those who wait in wait_room(): room may have come. Enters the kernel if somebody sleeps.
   void tell_room() noexcept;
 
-  // From now on submit() says `closed`. Whoever waits for an outcome goes on waiting, until the service
-  // thread completes or finishes. Does not wait; several times are like once.
+  // From now on submit() says `closed`. Threads that wait for an outcome go on waiting, until the service
+  // thread completes it or finishes. Does not wait; may be called again.
   void close() noexcept;
   bool is_closed() const noexcept;
 
   // ---- The service thread. Nothing here waits, locks or allocates; complete() enters the kernel if somebody
   // ---- sleeps who must be woken.
 
-  // Hands at most `most` submissions to `each(slot)`, in the order described above, and returns how many.
-  // From then on request() and request_text() say what is asked; complete() must be called once for each, at
-  // any time, `each` included.
+  // Calls `each(slot)` for at most `most` submissions, in the order described above, and returns how many.
+  // From then on request() and request_text() have the request. complete() must be called once for each, at
+  // any time, also in `each`.
   template <class Each>
   std::size_t take(Each&& each, std::size_t most) noexcept {
     std::size_t count = 0;
@@ -121,8 +122,8 @@ class submission_queue {
   const submission_header& request(std::uint32_t slot) const noexcept { return slots_[slot].header; }
   std::string_view request_text(std::uint32_t slot) const noexcept;
 
-  // Messages to everyone are refused with `full` from now on, or no more: too many wait for a peer's room.
-  // True where that is new.
+  // From now on, messages to everyone are refused with `full`, or are not any more. They are refused while
+  // too many are parked. True if this is a change.
   bool refuse_to_everyone(bool refuses) noexcept {
     // relaxed, both: ours alone; advice, which has_room() and submit() act on
     if (crowded_.load(std::memory_order_relaxed) == refuses) return false;
@@ -130,13 +131,13 @@ class submission_queue {
     return true;
   }
 
-  // Ends a request: the outcome, and for an invocation the reply's text (which may be the request's own
-  // bytes). A text that exceeds slot_bytes() is left out, and a good outcome becomes `too_big`, with size and
-  // limit. Wakes whoever waits; releases the slot if nobody does or will.
+  // Ends a request, with its outcome and, for an invocation, the text of the reply (which may be the
+  // request's own bytes). A text that exceeds slot_bytes() is left out, and a good outcome becomes `too_big`,
+  // with size and limit. Wakes the thread that waits; releases the slot if none waits or will.
   void complete(std::uint32_t slot, const status& outcome, std::string_view reply = {}) noexcept;
 
-  // How many submissions take() has not handed on. One under way on another thread counts as soon as it has
-  // its ticket.
+  // How many submissions take() has not taken. One that another thread is just submitting counts as soon as
+  // it has its ticket.
   std::uint64_t submitted() const noexcept {
     // acquire: pairs with the drawing of tickets in submit()
     return tickets_.load(std::memory_order_acquire) - taken_;
@@ -145,9 +146,9 @@ class submission_queue {
   std::uint32_t incomplete() const noexcept { return incomplete_count_; }
   // Nothing is submitted that was not taken, and nothing taken that was not completed.
   bool drained() const noexcept { return incomplete_count_ == 0 && submitted() == 0; }
-  // The last call of the service thread, or of whoever has joined it: closes, and completes with `closed`
-  // whatever was submitted and not completed. Nobody waits for an outcome in vain afterwards: a submission
-  // under way on another thread is either completed here, or its wait() returns false at once.
+  // The last call of the service thread, or of the thread that joined it. Closes the queue, and completes all
+  // that is left with `closed`. Nobody waits in vain afterwards: a submission that another thread is just
+  // making is either completed here, or its wait() returns false at once.
   void finish() noexcept;
 
   // ---- Tests, when no thread is inside.

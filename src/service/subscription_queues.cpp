@@ -48,7 +48,7 @@ inline void subscription_queues::push(subscription_id index, slot_id slot) noexc
 void subscription_queues::trim(subscription& s, std::uint32_t most) noexcept {
   for (outbox_.drop_expired(s.pending); s.pending.count > most;
        ROWE_MUTANT(depth) ? void() : outbox_.drop_expired(s.pending)) {
-    // The counter tells why: the peer wants only the newest, or fewer, or does not read fast enough.
+    // The counter says why: the peer wants only the newest, or fewer, or it does not read fast enough.
     const bool chosen = s.throttle > rt::duration{0} && !outbox_.of(s.peer).backpressured();
     add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);
     outbox_.drop_front(s.pending);
@@ -91,7 +91,7 @@ inline void subscription_queues::put_on_ready_list(subscription_id index, subscr
 }
 
 // Queues the latched value for a late subscriber, but only when it can be written. So a peer that subscribes
-// to many topics at once does not take as many slots.
+// to many topics at once does not take a slot for each.
 void subscription_queues::place_latched(subscription& s) noexcept {
   s.owes_last = false;
   --outbox_.of(s.peer).owed;
@@ -112,7 +112,7 @@ void subscription_queues::place_owed(peer_index peer) noexcept {
   }
 }
 
-// ---- for the sender
+// ---- sender
 
 // The next message is due one period after this one was due; if that is long past, one period after now.
 void subscription_queues::begin_throttle(subscription& s) noexcept {
@@ -159,7 +159,7 @@ void subscription_queues::drop(subscription_id index) noexcept {
   }
 }
 
-// ---- for tests
+// ---- checks
 
 bool subscription_queues::any_due(peer_index peer) const noexcept {
   const auto any_in = [this](const queue& in) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The queues of subscriptions: what each may hold, how often it may be written, and whose turn it is. A
-// subscription that may be written now is on the ready list of its peer and priority (outbox.hpp), where the
-// sender finds it. Of a throttled one the timer says when that is.
+// subscription that may be written now is on the ready list of its peer and priority (peer_queues.hpp), where
+// the sender finds it. A timer says when a throttled subscription may be written again.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -33,16 +33,16 @@ class subscription_queues {
   void fan_out(topic_id topic, slot_id slot) noexcept;
   // The latched value of a topic. None: the topic has none, or no slot is free, which is counted.
   slot_id compose_latched(topic_id topic) noexcept;
-  // The topic of a new subscription has a latched value: the subscription is to be given it.
+  // The topic of a new subscription has a latched value: the subscription must get it.
   void owe_latched(subscription_id subscription) noexcept;
-  // What a peer asked of a subscription has changed: depth, throttle, or how often its topic is kept.
+  // The requests for a subscription have changed, or the `keep` of its topic: sets its depth and throttle.
   void merge_requests(subscription_id subscription) noexcept;
   // The throttle of a subscription allows its next message.
   void throttle_over(subscription_id subscription) noexcept;
   // Drops all that a subscription has queued; it is not ready any more.
   void drop(subscription_id subscription) noexcept;
 
-  // ---- for the sender
+  // ---- sender
 
   // Queues the latched value of one ready subscription that waits for it.
   void place_owed(peer_index peer) noexcept;

@@ -44,7 +44,7 @@ class subscription_table {
     of.unslashed = unslashed;
     of.own_head = unslashed || codec != topics_.envelope().id();
   }
-  // Merges the requests of a subscription into what it does: the smallest throttle, the smallest queue.
+  // Merges the requests of a subscription: the smallest throttle and the smallest queue count.
   void merge(subscription& of, std::uint32_t depth_max) noexcept;
 
   bool check() const noexcept;

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "service/names.hpp"
+#include "service/service_limits.hpp"
 #include "wire/refusal.hpp"
 #include "wire/text_out.hpp"
 
@@ -18,7 +19,7 @@ subscribe_request request_of(const wire::request& asked, std::uint64_t id) noexc
               static_cast<std::uint32_t>(std::clamp<std::int64_t>(asked.queue_length, 0, UINT32_MAX))};
 }
 
-// The place of the request with this id, or the one behind the last.
+// The index of the request with this id, or the index behind the last one.
 std::uint8_t place_of(const subscription& s, std::uint64_t id) noexcept {
   std::uint8_t place = 0;
   while (place < s.request_count && s.requests[place].id_hash != id) ++place;
@@ -69,7 +70,7 @@ void subscriptions::subscribe(connection& c, const wire::request& asked) noexcep
     tell_other_type(c, asked.id_raw, topic, asked.type);
 }
 
-// A new one; none, and the peer is told: it may not have one.
+// Adds a subscription. None: the peer may not have one more, and is told so.
 subscription_id subscriptions::add(connection& c, const wire::request& asked, topic_id topic) noexcept {
   const peer_index peer{c.id.index};
   std::uint32_t held = state_.subscriptions.count_of(peer);
@@ -156,15 +157,16 @@ void subscriptions::unsubscribe_server(connection& c, topic_id topic) noexcept {
   audiences_.update(topic);
 }
 
-// The peer is sent the topic's messages all the same: it judges itself whether it can use them.
+// The peer gets the topic's messages nevertheless, and decides whether it can use them.
 void subscriptions::tell_other_type(connection& c, std::string_view id_raw, topic_id topic,
                                     std::string_view asked) noexcept {
   std::array<char, wire::refusal::text_bytes_max> room;
   wire::text_out why{room};
-  why.add("subscribe ").add_shortened(state_.topics.name(topic), 96).add(": the topic has the type ");
-  why.add_shortened(state_.topics.type(topic), 96);
+  why.add("subscribe ").add_shortened(state_.topics.name(topic), topic_bytes_shown);
+  why.add(": the topic has the type ");
+  why.add_shortened(state_.topics.type(topic), type_bytes_shown);
   if (!asked.empty()) {
-    why.add(", not ").add_shortened(asked, 96);
+    why.add(", not ").add_shortened(asked, type_bytes_shown);
   } else {
     why.add(", not the one that was asked for");
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Subscriptions of peers; in a client also what goes to the server, as if it had subscribed. A peer has at
-// most its share of them (shares.hpp). Service thread only; nothing waits or allocates.
+// The subscriptions of peers. In a client, the server counts as subscribed to what handles publish. A peer
+// has at most its share of them (shares.hpp). Service thread only; nothing waits or allocates.
 #pragma once
 #include <string_view>
 
@@ -36,10 +36,10 @@ class subscriptions {
   void subscribe(connection& c, const wire::request& asked) noexcept;
   void unsubscribe(connection& c, const wire::request& asked) noexcept;
 
-  // In a client: a handle publishes, or does so no more.
+  // In a client: a handle begins to publish, or ends.
   void subscribe_server(connection& c, topic_id topic, bool unslashed) noexcept;
   void unsubscribe_server(connection& c, topic_id topic) noexcept;
-  // A handle of this process has said how often the topic is kept.
+  // A handle of this process has set the topic's `keep`.
   void merge_requests(topic_id topic) noexcept;
   // Ends all subscriptions of the peer to the topic. Returns whether there was one.
   bool end(peer_index peer, topic_id topic) noexcept;

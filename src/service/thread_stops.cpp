@@ -6,14 +6,15 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
+#include "service/service_limits.hpp"
 #include "service/stop_gate.hpp"
 
 namespace rowe::service {
 
-// Of what a thread says who it is, the rules keep all.
-static_assert(local_stop_asked::source_bytes_max <= stop_rules::source_bytes_max);
+// The rules must store a thread's whole source.
+static_assert(stop_source_bytes_max <= stop_rules::source_bytes_max);
 
-// It may be seen before its source and reason; these come with a second call then.
+// A stop may be seen before its source and reason. These come with a second call then.
 void thread_stops::carry_out_stop() noexcept {
   const bool with_reason = std::exchange(stops_done_, asked_.stops) != asked_.stops;
   const std::string_view source = with_reason ? asked_.source.view() : std::string_view{};
@@ -38,12 +39,13 @@ void thread_stops::tell_if_acknowledged() noexcept {
   tell();
 }
 
-// Waits for what may still come: a stop of this process that was asked for before it, the loops'
-// acknowledgments, and a tick that is newer than the stop. A request to stop that comes meanwhile, a repeat
-// too, ends the wait: whoever resets did not know of it. When the endpoint closes, the loops stay stopped.
+// Waits for what must come before the reset: stops of this process that were asked for earlier, the loops'
+// acknowledgments, and a tick that is newer than the stop. If a request to stop comes meanwhile, also a
+// repeat, the reset is refused, because whoever resets did not know of it. When the endpoint closes, the
+// loops stay stopped.
 void thread_stops::carry_out_reset() noexcept {
   if (state_.cycle.closing) return answer_reset(errc::closed);
-  // Signed: the count turns.
+  // Signed, because the count wraps around.
   const auto later = static_cast<std::int32_t>(state_.shared.stops.taken() - asked_.count_before_reset);
   if (later < 0) return;
   stop_rules& rules = stop_switch_.rules();

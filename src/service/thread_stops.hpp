@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stops and resets by threads of this process that have no loop (local_stop.hpp), and their answers.
-// Service thread only; nothing waits or allocates; whoever sleeps is woken, which enters the kernel.
+// Stops and resets by threads of this process that have no loop (local_stop.hpp), and their answers. Service
+// thread only; nothing waits or allocates. A thread that sleeps is woken, which enters the kernel.
 #pragma once
 #include <cstdint>
 
@@ -21,7 +21,7 @@ class thread_stops {
   };
   explicit thread_stops(const needs& parts) noexcept : state_{parts.state}, stop_switch_{parts.main} {}
 
-  // Whether one has asked for a stop since the last look.
+  // Whether a thread has asked for a stop since the last look.
   bool look() noexcept {
     const bool asked = state_.shared.stops.take(); // first: then the source and the reason are there
     state_.shared.stops.look(asked_);
@@ -31,8 +31,8 @@ class thread_stops {
   // Call tell_acknowledged() before either: it raises the stop's number, and the loops acknowledge numbers.
   void carry_out_stop() noexcept;
   void carry_out_reset() noexcept;
-  // Tells threads that wait for the loops once these have acknowledged. A thread that waited in vain needs no
-  // answer: its own deadline has come.
+  // Tells threads that wait for the loops when all loops have acknowledged. A thread that waited in vain
+  // needs no answer: its own deadline has come.
   void tell_acknowledged() noexcept {
     if (waited_for_until_ != rt::time_point{}) tell_if_acknowledged();
   }

@@ -41,8 +41,8 @@ class thread_submissions {
   void take() noexcept;
   // Tries parked submissions again, as if they came now.
   void retry() noexcept;
-  // At the end of a cycle: tells threads that wait for room where it came. `at_peers`: it came at a peer.
-  // Returns whether it came anywhere.
+  // At the end of a cycle: tells threads that wait for room that there may be some. `at_peers`: a peer has
+  // new room. Returns whether there is new room anywhere.
   bool tell_room(bool at_peers) noexcept {
     const bool came = std::exchange(room_came_, false) || at_peers;
     if (came) state_.submissions.tell_room();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The timer wheel. Each row that can have a deadline has a node, and each single timer has one. A row is
-// armed under its number. What is due comes back as kind and number.
-// Service thread only; nothing waits or allocates.
+// armed by its number. A due timer comes back as its kind and number. Service thread only; nothing waits or
+// allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +17,7 @@
 
 namespace rowe::service {
 
-// Whose time it is.
+// The kind of a timer.
 enum class timer : std::uint8_t { slot, subscription, peer, call, statistics, reconnect, partial_frames };
 
 class timers {
@@ -28,14 +28,14 @@ class timers {
   timers(rt::arena& memory, const limits& bounds, rt::time_point start) noexcept
       : first_{bounds}, wheel_{memory.carve<rt::timer_node>(first_.count), start} {}
 
-  // Moves one that is armed already.
+  // Arms a timer, or moves one that is armed already.
   void arm(slot_id which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
   void arm(subscription_id which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
   void arm(peer_index which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
   void arm(call_index which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
   void arm(timer which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
 
-  // Does nothing where it is not armed.
+  // Disarms a timer. Does nothing if it is not armed.
   void disarm(slot_id which) noexcept { wheel_.cancel(node_of(which)); }
   void disarm(subscription_id which) noexcept { wheel_.cancel(node_of(which)); }
   void disarm(peer_index which) noexcept { wheel_.cancel(node_of(which)); }
@@ -47,9 +47,9 @@ class timers {
 
   struct due {
     timer what;
-    std::uint32_t index; // of the row; of what there is one of: 0
+    std::uint32_t index; // of the row; 0 for a single timer
   };
-  // One that is due, which is not armed any more; nothing when there is no more.
+  // Takes a due timer; it is not armed any more. Nothing: no timer is due.
   std::optional<due> take_due(rt::time_point now) noexcept {
     const std::uint32_t node = wheel_.expire(now);
     if (node == rt::timer_wheel::none) return std::nullopt;

@@ -13,7 +13,7 @@
 #include "json/writer.hpp"
 
 namespace rowe::service {
-// A peer may have taken the topic's place since set-up looked. So set-up is answered from here.
+// A peer may have taken the last place for a topic since set-up looked. So set-up is answered from here.
 status topic_handles::attach(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
   pair_row& row = state_.pair_rows[pair];
@@ -48,7 +48,7 @@ status topic_handles::attach(pair_index pair) noexcept {
   return {};
 }
 
-// The topic is held from now on; none: there is no place, even after peers lost theirs.
+// Holds the topic from now on. None: there is no place, even after peers lost theirs.
 topic_id topic_handles::hold_topic(std::string_view name) noexcept {
   topic_id topic = state_.topics.find_or_add(name);
   if (!topic && advertisements_.take_back_topic()) topic = state_.topics.find_or_add(name);
@@ -61,7 +61,8 @@ void topic_handles::begin_publishing(pair_index pair) noexcept {
   topic& on = state_.topics.at(state_.pair_rows[pair].topic);
   on.keep = queues.keep;
   on.priority = queues.priority;
-  // A value of a predicted topic that comes early waits; so do not predict if it would expire first.
+  // An early value of a predicted topic waits. So a topic is not predicted if such a value would expire
+  // first.
   const bool outlives_rest =
       queues.ttl >= std::min(queues.period, publish_predictor::rest_max) || queues.ttl == rt::duration{0};
   if (state_.options.predicts && queues.period > rt::duration{0} && outlives_rest)
@@ -86,12 +87,12 @@ void topic_handles::detach(pair_index pair) noexcept {
 
 // Set-up gets only an error code, which cannot name the types. An event does.
 void topic_handles::report_conflict(topic_id topic, const detail::queue_pair& asked) noexcept {
-  std::array<char, event_log::text_bytes_max> room;
+  std::array<char, event_text_bytes_max> room;
   wire::text_out what{room};
   what.add(detail::subscribes(asked.kind) ? "subscribe " : "advertise ")
-      .add_shortened(state_.topics.name(topic), 64);
-  what.add(": the topic has the type ").add_shortened(state_.topics.type(topic), 56);
-  what.add(", not ").add_shortened(asked.type(), 56);
+      .add_shortened(state_.topics.name(topic), event_topic_bytes_shown);
+  what.add(": the topic has the type ").add_shortened(state_.topics.type(topic), event_type_bytes_shown);
+  what.add(", not ").add_shortened(asked.type(), event_type_bytes_shown);
   state_.events.report(event::kind::warning, {}, what.text(),
                        "use the same type, or leave the option `type` empty");
 }
@@ -106,7 +107,7 @@ bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
   return false;
 }
 
-// ---- what is taken
+// ---- budget
 
 // Messages that are written together cost one system call. But no message may be lost because it was taken
 // too early. So more are taken only if every subscriber reads and has room for them, and if all handles
@@ -139,7 +140,7 @@ queue* topic_handles::queue_to_server(pair_index pair) noexcept {
   return nullptr;
 }
 
-// ---- as a client
+// ---- client
 
 void topic_handles::announce_to_servers(pair_index pair, bool begins) noexcept {
   for (connection& c : state_.peers) {
@@ -147,7 +148,8 @@ void topic_handles::announce_to_servers(pair_index pair, bool begins) noexcept {
   }
 }
 
-// Whether no other handle of the same kind has announced the topic already, or still uses it.
+// Whether this handle is the one to announce the topic: no other handle of its kind has announced it already,
+// or still uses it.
 bool topic_handles::speaks_for_all(pair_index pair, bool begins) const noexcept {
   for (const pair_index i : state_.pairs.ids()) {
     // A pair that is not attached must not be read: set-up may be building it.

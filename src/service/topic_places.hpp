@@ -22,12 +22,10 @@ class topic_places {
     const advertisement_table& advertised;
     refusals& refused;
   };
-  static constexpr std::uint32_t own_topics = 2; // statistics, and the stop's state
-
   topic_places(const needs& parts) noexcept
       : state_{parts.state}, advertisement_table_{parts.advertised}, refusals_{parts.refused} {}
 
-  // The topic that a peer wants to hold; none, and the peer is told: it may not have one more.
+  // Finds or adds the topic that a peer wants to hold. None: the peer may not have one more, and is told so.
   topic_id topic_for(connection& c, const wire::request& asked) noexcept;
   // How many topics a peer holds that no handle of this process has. A topic counts once for each
   // subscription and once for its advertisement.

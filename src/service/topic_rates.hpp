@@ -8,6 +8,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/core_state.hpp"
+#include "service/service_limits.hpp"
 
 namespace rowe::service {
 
@@ -29,24 +30,22 @@ class topic_rates {
     ++on.messages;
   }
 
-  // Somebody subscribes to a topic. Where that is the one of the statistics, the first report covers the time
-  // from here on.
+  // Somebody subscribes to a topic. If it is the topic of the statistics, the first report covers the time
+  // from now on.
   void begin_for(topic_id topic) noexcept;
-  // A report has been made, or is the first: the next one covers the time from here on.
+  // A report was made, or will be the first one: the next one covers the time from now on.
   void end_period() noexcept;
   rt::time_point period_began() const noexcept { return period_began_; }
   topic_id statistics_topic() const noexcept { return statistics_topic_; }
 
-  // The service may be asked at any time, whether or not somebody listens to the topic. Its rates cover the
-  // last one to two seconds: a full period, and the one that has not ended.
+  // The service may be called at any time, whether or not somebody listens to the topic. Its rates cover the
+  // last one to two seconds: a full period, and the current one.
   void mark_if_due() noexcept {
-    if (state_.cycle.now - marked_[0] >= marks_period) mark();
+    if (state_.cycle.now - marked_[0] >= rates_period) mark();
   }
   rt::time_point marks_began() const noexcept { return marked_[1]; }
 
  private:
-  static constexpr rt::duration marks_period = std::chrono::seconds{1};
-
   void mark() noexcept;
 
   core_state& state_;

@@ -70,8 +70,8 @@ struct topic {
   std::uint16_t head_bytes = 0;
   rowe::priority priority = rowe::priority::normal;
   rowe::keep keep = rowe::keep::all;
-  // As a client: whether we send the name without its slash, as the first handle wrote it: in `subscribe`, in
-  // `advertise`.
+  // In a client: whether `subscribe`, and `advertise`, have the name without its slash, as the first handle
+  // wrote it.
   bool asked_unslashed = false;
   bool offered_unslashed = false;
   latched_value last; // for late subscribers

@@ -13,7 +13,7 @@ namespace {
 std::size_t bucket_count(const limits& bounds) noexcept {
   return std::bit_ceil(std::size_t{bounds.topics_max} * 2);
 }
-// With the slash that may be added here.
+// The longest name, with the slash that may be added here.
 std::size_t name_bytes_max_of(const limits& bounds) noexcept {
   return std::size_t{bounds.topic_bytes_max} + 1;
 }

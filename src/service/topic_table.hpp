@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Topics. A topic exists while something holds it: a subscription of a peer, an advertisement of a peer, or a
 // handle of this process. When the last holder leaves, its row is free. Topics that only peers hold are
-// counted apart: peers that make up names cannot take the rows of this process. Everything is an index into
-// memory taken at open. Service thread only.
+// counted apart, so peers that make up names cannot take the rows of this process. Everything is an index
+// into memory taken at open. Service thread only.
 //
 // "odom" and "/odom" are one topic, which is called "/odom" here. A peer that subscribes to "odom" gets its
 // messages under that name. They come from the same slot; only the byte of the slash is skipped when they are
@@ -44,22 +44,23 @@ class topic_table {
   bool set_type(topic_id index, std::string_view type) noexcept;
   // For a handle of this process: its type replaces another one.
   void replace_type(topic_id index, std::string_view type) noexcept;
-  // What stands before and behind the body of each message of the topic; encoded once, with the slash.
+  // The text in front of the body of each message of the topic, and the text behind it. The head is encoded
+  // once, with the slash.
   std::string_view head(topic_id index) const noexcept;
   std::string_view tail() const noexcept { return tail_; }
   const wire::codec& envelope() const noexcept { return envelope_; }
   void hold(topic_id index) noexcept { ++topics_[index].holders; }
   void hold_as_own(topic_id index) noexcept;
-  // True when that was the last holder and the place is free; the caller clears `last` first.
+  // One holder less. True: that was the last holder, and the row is free. The caller clears `last` first.
   bool let_go(topic_id index) noexcept;
   bool let_go_as_own(topic_id index) noexcept;
   std::uint32_t count() const noexcept { return free_.in_use(); }
-  // Topics that no handle of this process holds.
+  // Whether no handle of this process holds the topic.
   bool of_peers(topic_id index) const noexcept { return topics_[index].own_holders == 0; }
   std::uint32_t topics_of_peers() const noexcept { return count() - own_topics_; }
   // How often a topic was added or removed.
   std::uint64_t changes() const noexcept { return changes_; }
-  // Places, for walking all topics: those in use have holders.
+  // All rows, for a walk; those in use have holders.
   std::uint32_t topic_places() const noexcept { return topics_.size(); }
   auto topic_ids() const noexcept { return topics_.ids(); }
 

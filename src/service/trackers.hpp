@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trackers of direct messages and of requests of calls. A direct message lies in a wire slot, like everything
 // that is written, and its tracker is found by the slot's number. A tracked message keeps its slot while it
-// is under way, so that its sender can be told the outcome: `sent` as soon as the whole message was written
-// to one peer, else why not. A message that finds no peer, or whose peers all left before it was written, is
+// is under way, so its sender can be told the outcome: `sent` when the whole message was written to one peer,
+// otherwise why it was not. A message that finds no peer, or whose peers all left before it was written, is
 // pending until a peer comes or it expires. Pending trackers form a doubly linked list, so taking one out of
 // the middle costs the same in a long list. Service thread only.
 #pragma once
@@ -66,8 +66,8 @@ class trackers {
     const auto which = static_cast<std::size_t>(of);
     return left_of(slots_max_[which], tracked_[which]);
   }
-  // Whether a peer may have one more slot to itself. Beyond its claim a backpressured peer gets
-  // nothing of one half: the others need it, and release their slots soon.
+  // Whether a peer may have one more slot for messages to it alone. Beyond its claim, a backpressured peer
+  // leaves one half of the slots to the others, which release theirs soon.
   bool has_share(peer_index peer, bool backpressured, slot_class of) const noexcept {
     const auto which = static_cast<std::size_t>(of);
     const std::uint32_t held = held_[which][peer];
@@ -116,7 +116,7 @@ class trackers {
   }
 
  private:
-  // The charged slots are those that the peers hold; the rest of the claims is kept.
+  // Each peer is charged for the slots that it holds; the rest of the claims is kept.
   bool check_shares() const noexcept {
     for (std::size_t which = 0; which != claims_.size(); ++which) {
       std::uint32_t charged = 0;

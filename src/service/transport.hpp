@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The seam between the core and whatever carries bytes. The core calls a transport from one thread only, the
+// The seam between the core and what carries bytes. The core calls a transport from one thread only, the
 // service thread; a transport calls its sink only from inside poll(). One transport serves one endpoint.
 //
-// A connection is an index below `connections_max` and a generation; the transport chooses the index, raises
-// the generation each time it is used again, and reports every connection with exactly one on_open and later
-// exactly one on_close, unless the transport itself is destroyed first. Calls that name a connection that is
-// gone do nothing.
+// A connection is an index below `connections_max` and a generation. The transport chooses the index, and
+// raises its generation each time the index is used again. It reports every connection with exactly one
+// on_open and later exactly one on_close, unless the transport itself is destroyed first. Calls that name a
+// connection that is gone do nothing.
 //
-// What is carried is the byte stream *behind* the upgrade handshake: WebSocket frames, which the core reads
-// and writes itself. The transport does the handshake, HTTP and, later, TLS.
+// It carries the byte stream *after* the upgrade handshake: WebSocket frames, which the core reads and writes
+// itself. The transport does the handshake, HTTP and, later, TLS.
 #pragma once
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -25,11 +26,17 @@ struct connection_id {
   friend bool operator==(const connection_id&, const connection_id&) = default;
 };
 
-// The path for peers that want only to stop, and to see the stop's state. Places are kept for them
+// The path for peers that only want to stop, and to see the stop's state. Places are reserved for them
 // (docs/stop.md).
 inline constexpr std::string_view stop_path = "/rowe/stop";
+// Such a peer keeps its place for so long, which is enough for a stop and its answer. The transport counts
+// from when its source came, the core from the stop of a robot that could move.
+inline constexpr rt::duration stop_place_kept_for = std::chrono::seconds{1};
 
-// What we are on a connection; decides who masks.
+// Within this time a transport ends a connection that it is to close, even if the peer does not read.
+inline constexpr rt::duration close_time_max = std::chrono::seconds{1};
+
+// What we are on a connection. It decides who masks.
 enum class side : std::uint8_t { server, client };
 
 struct peer_info {
@@ -47,8 +54,8 @@ enum class close_cause : std::uint8_t {
   timed_out, // the write deadline passed
 };
 
-// Something that did not become a connection. `what` says what was wrong with its value, `remedy` what to
-// change.
+// A handshake, or an attempt, that did not become a connection. `what` says what was wrong, with the value;
+// `remedy` says what to change.
 struct refusal {
   std::uint16_t http_status = 0; // what was answered; 0 when the connection was closed without an answer
   std::string_view peer;         // numeric address with port; empty where unknown
@@ -62,8 +69,8 @@ struct http_request {
   bool accepts_gzip = false;
 };
 
-// An answer whose texts must outlive the writing of it (static assets, or memory of the core that does not
-// change before the next poll()).
+// The texts of an answer must stay valid until it is written: they are static assets, or memory of the core
+// that does not change before the next poll().
 struct http_answer {
   std::uint16_t status = 404;
   std::string_view content_type = "text/plain; charset=utf-8";
@@ -80,25 +87,26 @@ class transport_sink {
   // Bytes as they came; the span may be written to, and `tailroom_bytes` behind it may be read.
   // The core may call transport::write() and close() from here, for this connection and for others.
   virtual void on_bytes(connection_id connection, std::span<std::byte> bytes) noexcept = 0;
-  // How many bytes of this connection are wanted now, at most. Those that are not stay with the transport;
-  // poll() asks again, and wait() may return at once.
+  // How many bytes of this connection are wanted now, at most. The rest stays with the transport; poll() asks
+  // again, and wait() may return at once.
   virtual std::size_t wanted_bytes(connection_id) const noexcept { return SIZE_MAX; }
-  // write() took less than it was given before, and now there is room again.
+  // An earlier write() took less than it was given. Now there is room again.
   virtual void on_writable(connection_id connection) noexcept = 0;
   virtual void on_close(connection_id connection, close_cause cause) noexcept = 0;
   // A handshake was refused (as server), or an attempt to connect failed (as client).
   virtual void on_refused(const refusal& reason) noexcept = 0;
   virtual http_answer on_http(const http_request& request) noexcept = 0;
-  // A new peer on stop_path finds no place. May this connection, if it is on stop_path too, be closed for it?
+  // A new peer on stop_path finds no place. Whether this connection, which is on stop_path too, may be closed
+  // for it.
   virtual bool may_displace(connection_id) const noexcept { return false; }
-  // It is closed for the new one. This is the last moment to write to it: on_close follows before anything
-  // else is reported of it.
+  // The connection is closed for the new peer. This is the last chance to write to it: on_close follows
+  // before anything else is reported of it.
   virtual void displace(connection_id) noexcept {}
 
   static constexpr std::size_t tailroom_bytes = 64;
-  // on_bytes() has at most so many when other connections have something to read as well.
+  // on_bytes() gets at most so many bytes while other connections are readable as well.
   static constexpr std::size_t read_bytes_in_turn = 4096;
-  // And when it is alone.
+  // The same for a connection that is alone.
   static constexpr std::size_t read_bytes_alone = 16384;
 
  protected:
@@ -110,7 +118,7 @@ enum class close_how : std::uint8_t {
   aborted, // at once
 };
 
-// What a transport has for handshakes and pages: memory, and places.
+// What a transport uses for handshakes and pages: memory, and places.
 struct transport_memory {
   std::uint64_t bytes_used = 0;
   std::uint64_t bytes_peak = 0;  // the most it has used
@@ -131,18 +139,18 @@ class transport {
 
   // Ends a wait() early. The only call that any thread may make; it enters the kernel.
   virtual void wake() noexcept = 0;
-  // The eventfd that wake() writes to: who writes to it does the same. -1 where there is none.
+  // The eventfd that wake() writes to; writing to it does the same. -1 if there is none.
   virtual int wake_descriptor() const noexcept = 0;
 
-  // Hands `pieces` to the connection in order, in as few system calls as the transport allows. Returns the
-  // bytes taken: all, or fewer when there is no more room (then on_writable() follows), or 0. Never buffers
-  // more than the transport itself does, never waits.
+  // Hands `pieces` to the connection in order, in as few system calls as possible. Returns the bytes taken:
+  // all, or fewer if there is no more room (then on_writable() follows), or 0. Has no buffer of its own,
+  // never waits.
   virtual std::size_t write(connection_id connection,
                             std::span<const std::span<const std::byte>> pieces) noexcept = 0;
 
-  // Hands over the rest of a frame that write() took a part of, beyond what the transport holds otherwise:
-  // nothing can go to the peer before it anyway. Returns the bytes taken; 0 where a transport cannot.
-  // on_writable() follows as after write().
+  // write() took part of a frame. This hands over the rest, even beyond the transport's usual limit: nothing
+  // else can be sent before it. Returns the bytes taken; 0 if the transport cannot do that. on_writable()
+  // follows as after write().
   virtual std::size_t write_rest(connection_id connection, std::span<const std::byte> rest) noexcept {
     (void)connection, (void)rest;
     return 0;
@@ -151,8 +159,8 @@ class transport {
   // on_close follows in a later poll().
   virtual void close(connection_id connection, close_how how) noexcept = 0;
 
-  // Tells whether the peer's round trip is short. Then the transport keeps its own send buffer small. Until
-  // this is called, the round trip is not short.
+  // Says whether the peer's round trip is short. If so, the transport keeps its send buffer small. Until this
+  // is called, the round trip counts as long.
   virtual void set_low_rtt(connection_id connection, bool low_rtt) noexcept = 0;
 
   // Stops (false) or resumes reading from a connection.

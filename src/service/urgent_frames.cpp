@@ -21,7 +21,7 @@ void urgent_frames::open(peer_index peer) noexcept {
   outputs_[peer].credit.begin(std::bit_cast<std::uint64_t>(nonce));
 }
 
-// ---- what is to be written
+// ---- pending frames
 
 bool urgent_frames::add_control(peer_index peer, wire::opcode what,
                                 std::span<const std::byte> payload) noexcept {
@@ -66,7 +66,7 @@ bool urgent_frames::gather(peer_index peer, bool open, batch& into) noexcept {
   // A partial frame goes on before any other.
   const bool stop_first = to.stop.begun();
   if (stop_first) into.add(to.stop.rest(), {.is = batch_piece::origin::stop});
-  // With a ping that has to wait the next batch begins.
+  // A ping that has to wait begins the next batch.
   if (open && to.credit.wants_ping(state_.cycle.now) && !gather_ping(peer, into.bytes)) into.more = true;
   if (!to.control.rest().empty()) into.add(to.control.rest(), {.is = batch_piece::origin::control});
   if (!open) return false;
@@ -74,8 +74,8 @@ bool urgent_frames::gather(peer_index peer, bool open, batch& into) noexcept {
   return true;
 }
 
-// Puts a ping among the control frames; `in_front` bytes are written before these. False when it has to wait
-// until the control frames that are there are gone.
+// Adds a ping to the control frames; `in_front` bytes are written before these. False: it has to wait until
+// the control frames that are there are written.
 bool urgent_frames::gather_ping(peer_index peer, std::size_t in_front) noexcept {
   output& to = outputs_[peer];
   if (!to.control.rest().empty()) return false;
@@ -102,7 +102,7 @@ bool urgent_frames::may_go_on(peer_index peer, batch& into) noexcept {
 
 void urgent_frames::take_pong(peer_index peer, std::span<const std::byte> payload) noexcept {
   output& to = outputs_[peer];
-  // Of nobody's ping: having been heard is all it is for.
+  // It answers no ping of ours; it only shows that the peer is alive.
   if (!to.credit.take_pong(payload, state_.cycle.now)) return;
   to.unresponsive = false;
   if (to.low_rtt != to.credit.low_rtt()) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The frames that go to a peer before any message: pings, pongs, the close frame, and what it is told about
-// the stop. Pings also measure how much may be on its way to the peer (credit.hpp), and show whether the peer
-// is alive. Service thread only; nothing waits or allocates.
+// The frames that are sent to a peer before any message: pings, pongs, the close frame, and answers and
+// states of the stop. Pings also measure how much may be on its way to the peer (credit.hpp), and show
+// whether the peer is alive. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -42,18 +42,18 @@ class urgent_frames {
     return state_.peers[peer].ours == side::client && state_.peers[peer].protocol->can.masks;
   }
 
-  // ---- what is to be written
+  // ---- pending frames
 
   // False: the peer's protocol has no control frames.
   bool add_control(peer_index peer, wire::opcode what, std::span<const std::byte> payload) noexcept;
   bool add_close(peer_index peer, std::uint16_t code, std::string_view reason) noexcept;
-  // False when there is no room. The state takes the place of an older one.
+  // Both: false if there is no space. The state replaces an older one.
   bool add_stop_reply(peer_index peer, std::span<const char> text, wire::opcode what) noexcept;
   bool add_stop_state(peer_index peer, std::span<const char> text, wire::opcode what) noexcept;
 
   // ---- writing
 
-  // After a partial frame, before messages. False: no message may follow.
+  // Gathers them, after a partial frame and before messages. False: no message may follow.
   bool gather(peer_index peer, bool open, batch& into) noexcept;
   void commit_control(peer_index peer, std::size_t taken) noexcept {
     outputs_[peer].control.written += taken;
@@ -66,7 +66,7 @@ class urgent_frames {
   std::size_t room(peer_index peer, priority at) const noexcept {
     return state_.peers[peer].unheard ? SIZE_MAX : outputs_[peer].credit.room(at);
   }
-  // Whether one more frame may be begun; if not, the batch says what it waits for.
+  // Whether one more frame may be begun; if not, the batch notes what it waits for.
   bool may_go_on(peer_index peer, batch& into) noexcept;
 
   // ---- liveness
@@ -82,7 +82,7 @@ class urgent_frames {
     return outputs_[peer].credit.waits_since();
   }
 
-  // For check(): something is to be written; a pong is to come.
+  // For check(): whether something must be written, and whether a pong must come.
   bool any(peer_index peer) const noexcept {
     return !outputs_[peer].control.rest().empty() || !outputs_[peer].stop.rest().empty();
   }

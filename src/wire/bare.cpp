@@ -107,7 +107,7 @@ std::optional<refusal> decode(const json::document& validated_text, std::span<ch
   }
   out.form = call_args::form::object;
   out.what = found.given(in_reply_to) ? verb::reply : found.given(message_id) ? verb::call : verb::message;
-  // Both ids are read whatever is wrong; but which of two was meant nobody knows.
+  // Both ids are read, whatever is wrong. But if both are there, nobody knows which was meant.
   std::optional<refusal> wrong;
   std::string_view asked;
   std::string_view answered;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bare format, that of the paper: every JSON text is a message. Three reserved members make an object a
-// call or a reply, or limit its life. `message_id` makes it an invocation, `in_reply_to` (the same id, echoed
-// as it stood there) its reply; `ttl_ms` says how long it is worth something. An invocation may name what it
-// wants in `service`; a reply that is a refusal has `error`. All other members belong to the users and are
-// not looked at.
+// The bare format, that of the paper: every JSON text is a message. Three members are reserved. `message_id`
+// makes an object an invocation. `in_reply_to`, with the same id as it was written, makes it the reply.
+// `ttl_ms` is its time to live. An invocation may name the service in `service`; a reply that is a refusal
+// has `error`. All other members belong to the users and are not looked at.
 //
 //   {"service":"add-two-numbers","a":38,"b":4,"message_id":"7"}     an invocation
 //   {"result":42,"in_reply_to":"7"}                                 its reply
@@ -29,7 +28,7 @@
 
 namespace rowe::wire::bare {
 
-// The first member `op` of a text: where it is a string the text is rosbridge's.
+// The first member `op` of a text. If it is a string, the text is rosbridge's.
 enum class op_member : std::uint8_t { none, text, other };
 
 inline constexpr std::size_t code_bytes_max = 64; // of an error's code
@@ -39,34 +38,33 @@ constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
   return limits.name_bytes_max + code_bytes_max;
 }
 
-// Reads one validated text into a request that is as it was made; all of it but its codec. `scratch` is
-// scratch_bytes(limits) long and is lent as long as the request is used. Where `op` is a text, no other
-// member is read. On a refusal, `out` has what, and of a call the id as far as it is good: it can be
-// answered, by write_error().
+// Reads one validated text into a new request, except its codec. `scratch` is scratch_bytes(limits) long, and
+// must live as long as the request is used. If `op` is a string, no other member is read. On a refusal, `out`
+// has `what`, and for a call the id, if that is valid: write_error() can answer it.
 //
-// A call's `service` is what its member says where that is a string. A reply has failed where `error` is an
-// object with a string `code` of 1 to code_bytes_max bytes; its body is the `text` of that, as JSON, where
-// there is one. Any other `error` is the users' own.
+// A call's `service` is its member of that name, if that is a string. A reply has failed if `error` is an
+// object with a string `code` of 1 to code_bytes_max bytes; its body is the `text` of that object, as JSON,
+// if there is one. Any other `error` belongs to the users.
 //
-// Decided: a text that is no object is a message. An object with both ids is a reply; its message_id is read
-// and checked all the same. null is a wrong type for an id. Ids are strings or integers, not more than
-// limits.id_bytes_max as they stand there. A `service` of an invocation must not be empty, too long or have
-// control characters; where it is not a string it is the users' own. A ttl_ms is a number of milliseconds, 0
-// or more, fractions allowed; one that 64 bits of nanoseconds cannot hold is none. None of message_id,
-// in_reply_to and ttl_ms may stand there twice; of an invocation, service neither; of a reply, error neither.
+// Decided: a text that is no object is a message. An object with both ids is a reply; its message_id is still
+// read and checked. null is a wrong type for an id. Ids are strings or integers, of at most
+// limits.id_bytes_max bytes as written. A `service` of an invocation must not be empty or too long, or have
+// control characters; if it is not a string, it belongs to the users. A ttl_ms is a number of milliseconds, 0
+// or more, fractions allowed; if 64 bits of nanoseconds cannot hold it, there is none. None of message_id,
+// in_reply_to and ttl_ms may occur twice, nor `service` in an invocation, nor `error` in a reply.
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out, op_member& op) noexcept;
 
-// Whether a text, which need not be JSON, was meant as an invocation or a reply of this format: it has
-// `"message_id":` or `"in_reply_to":` somewhere.
+// Whether a text, which need not be JSON, was probably meant as an invocation or a reply of this format: it
+// has `"message_id":` or `"in_reply_to":` somewhere.
 bool names_id(std::string_view text) noexcept;
 
 // ---- Writing ----
 //
-// Each writes one value into a json::writer, whose overflowed() says that it did not fit. An
+// Each function writes one value into a json::writer, whose overflowed() says that it did not fit. An
 // `object_text` is validated JSON of a user or a peer; it may contain white space. A `write_body` is called
 // once, with the writer, and writes one value, which should be an object; what it captures must not throw.
-// Bodies and texts are written in place, without a copy beside.
+// Bodies and texts are written in place, without another copy.
 
 namespace detail {
 void write_in_reply_to(json::writer& out, std::string_view in_reply_to_raw) noexcept;
@@ -88,7 +86,7 @@ void write_call(json::writer& out, std::string_view service, std::string_view id
   out.end_object();
 }
 
-// {members of the body, "in_reply_to":ID}; ID is the invocation's message_id as it stood there. A body that
+// {members of the body, "in_reply_to":ID}; ID is the invocation's message_id as it was written. A body that
 // is no object goes under "result".
 template <class WriteBody>
 requires(!std::is_convertible_v<WriteBody, std::string_view>) void write_reply(
@@ -100,7 +98,7 @@ requires(!std::is_convertible_v<WriteBody, std::string_view>) void write_reply(
   detail::write_in_reply_to(out, in_reply_to_raw);
   out.end_object();
 }
-// The same of a text, which may be any value.
+// The same for a text, which may be any value.
 void write_reply(json::writer& out, std::string_view in_reply_to_raw, std::string_view value_text) noexcept;
 
 // {"error":{"code":"code","text":"text"},"in_reply_to":ID}; without in_reply_to where that is empty.

@@ -17,7 +17,7 @@ message_kind bare_codec::write_call(json::writer& out, std::string_view service,
 
 message_kind bare_codec::write_reply(json::writer& out, const call_origin& call,
                                      const body& value) const noexcept {
-  // These would collide with our own members, beside which they would stand here.
+  // Such members would collide with our own in the same object.
   const bool wraps = value.is_text() && find_reserved(value.text());
   bare::write_reply(out, call.id_raw, [&](json::writer& body) {
     wraps ? write_result(body, value.text()) : value.write(body);
@@ -35,7 +35,7 @@ bool bare_codec::means_no_service(const request& failed, std::string_view, std::
   return failed.code == "no_service";
 }
 
-// A client answers nothing but calls: the two ends might refuse each other's refusals for ever.
+// A client answers only calls. Otherwise the two ends might refuse each other's refusals for ever.
 message_kind bare_codec::write_error(json::writer& out, const error_context& to,
                                      const diagnostic& why) const noexcept {
   if (to.to_server && to.id_raw.empty()) return message_kind::none;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the service knows of message formats. A decoder reads the messages of one kind of connection. A codec
-// writes those of one format. A protocol says which of them a connection has, and what its peer can take. All
-// of them are stateless constants in a protocol_set (protocols.hpp), which is passed to the service. Service
-// thread only; nothing waits or allocates.
+// writes the messages of one format. A protocol says which of them a connection uses, and what its peer can
+// take. All of them are stateless constants in a protocol_set (protocols.hpp), which is passed to the
+// service. Service thread only; nothing waits or allocates.
 //
 // A topic's message is written once, between the head and the tail of one codec's envelope. Peers that use
-// this codec are sent it as it lies there.
+// this codec are sent exactly these bytes.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -32,12 +32,12 @@ struct diagnostic {
   std::string_view text;
 };
 
-// What a decoder is lent, as long as the request and the diagnostic are used.
+// What a decoder may use. It must live as long as the request and the diagnostic are used.
 struct decode_room {
   std::span<char> scratch; // decode_scratch_bytes(limits)
   std::span<char, refusal::text_bytes_max> diagnostic;
   name_limits limits;
-  std::uint32_t from = 0; // the place of the request in its message: 0, or `next` of the one before
+  std::uint32_t from = 0; // where the request begins in its message: 0, or `next` of the one before
 };
 // Bytes that suffice for every decoder.
 constexpr std::size_t decode_scratch_bytes(const name_limits& limits) noexcept {
@@ -46,27 +46,27 @@ constexpr std::size_t decode_scratch_bytes(const name_limits& limits) noexcept {
 
 enum class decoded : std::uint8_t {
   request,
-  refused,     // the request has its codec and what the answer needs, as far as they are good
+  refused,     // the request has its codec and what the answer needs, as far as these are valid
   malformed,   // likewise; it is no message of this protocol at all
   unsupported, // such messages have no meaning, and the connection ends
 };
 
 class message_decoder {
  public:
-  // Reads a validated text into a request that is as it was made. Where it is refused, or its verb is
-  // unsupported or unknown, `why` says it.
+  // Reads a validated text into a new request. If it is refused, or its verb is unsupported or unknown, `why`
+  // says so.
   virtual decoded decode(const json::document& text, const decode_room& room, request& into,
                          diagnostic& why) const noexcept = 0;
-  // The same of a binary message. The request's body is not validated.
+  // The same for a binary message. The request's body is not validated.
   virtual decoded decode_binary(std::span<const std::byte>, const decode_room&, request&,
                                 diagnostic&) const noexcept {
     return decoded::unsupported;
   }
-  // The codec that answers a text which is no JSON: the one whose members can be seen in the text, else the
-  // one that the peer used last.
+  // The codec in which to answer a text that is no JSON: the one whose members are visible in the text, or
+  // else the one that the peer used last.
   virtual codec_id guess(std::string_view text, codec_id spoke_last) const noexcept = 0;
-  // Whether a message that begins like this may be a stop. Only decoding tells for sure; this decides whether
-  // it is decoded before its turn.
+  // Whether a message that begins like this may be a stop. If so, it is decoded before its turn, and only
+  // decoding decides.
   virtual bool may_be_stop(opcode what, std::string_view begins) const noexcept = 0;
 
  protected:
@@ -75,13 +75,14 @@ class message_decoder {
 
 // ---- writing
 
-// What was written: it decides the kind of frame. None: nothing, because the codec has no such message.
+// The kind of what was written, which decides the kind of frame. None: nothing was written, because the codec
+// has no such message.
 enum class message_kind : std::uint8_t { none, text, binary };
 constexpr opcode opcode_of(message_kind kind) noexcept {
   return kind == message_kind::binary ? opcode::binary : opcode::text;
 }
 
-// One JSON value: a text that is there already, or what writes it in place. Lends both.
+// One JSON value: a text, or a function that writes it in place. Refers to either; owns nothing.
 class body {
  public:
   explicit body(std::string_view text) noexcept : text_{text} {}
@@ -109,7 +110,7 @@ struct call_origin {
   std::string_view id_raw;  // as it stood in the call
 };
 
-// The peer that is told an error which is no answer to a call.
+// The peer that is sent an error which is no answer to a call.
 struct error_context {
   bool to_server = false;           // else to a client
   severity level = severity::error; // that its peer wants to hear of
@@ -131,8 +132,8 @@ struct delivery {
   bool unslashed = false;        // the peer calls the topic by its name without the slash
 };
 
-// How a topic's message is sent to a peer that cannot be sent the shared text as it is: first these bytes,
-// then the body alone, or the shared text from `from` on.
+// How a topic's message is sent to a peer that cannot get the shared text: first these bytes, then either the
+// body alone, or the shared text from `from` on.
 struct message_head {
   std::array<std::byte, 32> bytes{};
   std::uint8_t size = 0;
@@ -140,7 +141,7 @@ struct message_head {
   message_kind as = message_kind::text;
 };
 
-// A topic or a service of this endpoint, for peers that are shown them; its number is never given again.
+// A topic or a service of this endpoint, for peers that get lists. Its number is never used again.
 struct listed {
   std::uint32_t number = no_number;
   std::string_view name{};
@@ -158,8 +159,7 @@ class codec {
   struct traits {
     codec_id id;
     std::string_view name;
-    // Calls that fail are answered by the same kind of message as requests that are refused, and are counted
-    // as these.
+    // A failed call is answered by the same kind of message as a refused request, and counted as one.
     bool fails_as_refusal;
   };
   constexpr codec_id id() const noexcept { return traits_.id; }
@@ -169,10 +169,10 @@ class codec {
   // The envelope around the messages of a topic, of a codec that has one for all who speak it.
   virtual void write_topic_head(json::writer&, std::string_view) const noexcept {}
   virtual std::string_view topic_tail() const noexcept { return {}; }
-  // For a delivery that cannot use the shared text.
+  // The head for a delivery that cannot use the shared text.
   virtual message_head head_of(const delivery&) const noexcept { return {}; }
 
-  // A call of a peer's service, with an id of ours.
+  // Writes a call of a peer's service, with an id of ours.
   virtual message_kind write_call(json::writer& out, std::string_view service, std::string_view id,
                                   const call_args& args) const noexcept = 0;
   virtual message_kind write_reply(json::writer& out, const call_origin& call,
@@ -183,11 +183,11 @@ class codec {
   virtual bool means_no_service(const request& failed, std::string_view diagnostic,
                                 std::string_view service) const noexcept = 0;
 
-  // Nothing, if this peer is not to be told.
+  // Writes an error, or nothing if this peer does not want to be told.
   virtual message_kind write_error(json::writer& out, const error_context& to,
                                    const diagnostic& why) const noexcept = 0;
 
-  // As a client: what a server is told.
+  // As a client: what a server must be told.
   virtual message_kind write_subscription(json::writer&, const announcement&) const noexcept {
     return message_kind::none;
   }
@@ -198,9 +198,9 @@ class codec {
     return message_kind::none;
   }
 
-  // As a server: what a client is told without a request, if its protocol has listings. First who we are;
-  // then which topics and services were added, and the numbers of those that were removed. A topic that gets
-  // a type is removed, and added under another number.
+  // As a server: what a client is told without a request, if its protocol has listings. First it is told who
+  // we are, then which topics and services were added, and the numbers of those that were removed. A topic
+  // that gets a type is removed, and added under another number.
   virtual message_kind write_hello(json::writer&, std::string_view) const noexcept {
     return message_kind::none;
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of an HTTP/1.1 header taken apart, strictly by RFC 9112: every line ends in CR LF, a name
-// is a token with its colon right behind it, nothing is folded, no control characters. Whatever is odd is a
-// fault with the line in it, never repaired: two parsers that repair differently are how requests are
-// smuggled. Used by the handshake filter, and on the answers that a client gets; pure, never waits, never
-// allocates.
+// Takes the text of an HTTP/1.1 header apart, strictly by RFC 9112: every line ends in CR LF, a name is a
+// token with its colon right behind it, nothing is folded, there are no control characters. Anything else is
+// a fault, reported with its line, and never repaired: requests can be smuggled past two parsers that repair
+// differently. The handshake filter uses it, and so do clients for the answers that they get. Pure, never
+// waits, never allocates.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -13,10 +13,10 @@
 
 namespace rowe::wire {
 
-// A token as RFC 9110 5.6.2 has it: what names, methods and subprotocols consist of.
+// Whether the text is a token (RFC 9110 5.6.2), as names, methods and subprotocols must be.
 bool is_token(std::string_view text) noexcept;
 
-// Spaces and tabs around it removed.
+// The text without the spaces and tabs around it.
 std::string_view trimmed(std::string_view text) noexcept;
 
 // The next element of a comma-separated list, trimmed; removes it from `list`. Elements may be empty.

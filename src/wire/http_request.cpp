@@ -15,7 +15,7 @@ struct field_value {
   bool given = false;
 };
 
-// What of a header decides, as it stands there.
+// The parts of a header that decide, as they were written.
 struct fields {
   std::string_view method;
   std::string_view protocol;
@@ -31,7 +31,7 @@ struct authority {
   std::optional<std::uint16_t> port;
 };
 
-// `host`, `host:port` or `[address]:port`; nothing when it is none of them.
+// Reads `host`, `host:port` or `[address]:port`; nothing if the text is none of them.
 std::optional<authority> to_authority(std::string_view text) noexcept {
   const bool bracketed = text.starts_with('[');
   const std::size_t closing = text.find(']');
@@ -48,7 +48,7 @@ std::optional<authority> to_authority(std::string_view text) noexcept {
   return out;
 }
 
-// Is this a name of ours? A name without a port of its own stands for our port.
+// Is this one of our names? A name without a port means our port.
 bool is_ours(const authority& asked, const handshake_policy& policy) noexcept {
   constexpr std::string_view loopback[] = {"localhost", "127.0.0.1", "[::1]"};
   const bool at_our_port = !asked.port || *asked.port == policy.port;
@@ -62,7 +62,7 @@ bool is_ours(const authority& asked, const handshake_policy& policy) noexcept {
   });
 }
 
-// Is `origin` the page's that we serve ourselves: one of our names at our port, or what the request calls us?
+// Is `origin` our own page's: one of our names at our port, or the name in the request's Host?
 bool is_own_origin(std::string_view origin, std::string_view host, const handshake_policy& policy) noexcept {
   const std::size_t separator = origin.find("://");
   if (separator == std::string_view::npos) return false;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The handshake filter: judges the header of the first and only request of a connection before anything else
-// sees it. The transport peeks at the socket until the header is whole, calls judge_request() on the service
-// thread, and then hands a page request or an upgrade to the HTTP library, or answers a refusal and closes.
-// Strict on purpose: what this file lets through has one meaning, and write_clean_request() writes that
-// meaning anew, so that the library behind it never parses what a peer wrote.
+// The handshake filter: it judges the header of the first and only request of a connection, before anything
+// else sees it. The transport peeks at the socket until the header is complete, and calls judge_request() on
+// the service thread. Then it hands a page request or an upgrade to the HTTP library, or it answers a refusal
+// and closes. The filter is strict: what it lets through has one meaning, and write_clean_request() writes
+// that meaning anew, so the library never parses what a peer wrote.
 //
-// What it guards against: any page in a browser may open a WebSocket to localhost, hence the check of Origin;
-// a name that an attacker controls may be made to point here (DNS rebinding), hence the check of Host;
-// upgrades to h2c and CONNECT would slip past the library's own filter.
+// It guards against three things. Any page in a browser may open a WebSocket to localhost, hence the check of
+// Origin. An attacker may make a name point here (DNS rebinding), hence the check of Host. Upgrades to h2c,
+// and CONNECT, would pass the library's own filter.
 //
 // Every function here: pure, any thread, never waits, never allocates; time is linear in the header.
 #pragma once
@@ -26,28 +26,28 @@ inline constexpr std::size_t lenient_key_bytes_max = 64;
 inline constexpr std::size_t http_refusal_bytes_max = 1024;
 inline constexpr std::size_t http_clean_bytes_max = http_header_bytes_max + 256;
 
-// Where the header ends: one past its empty line, or 0 when that has not come yet. For a reader that peeks
-// again and again: `scanned` bytes were given before without an end and are not looked at twice. An empty
-// line counts however it ends, so that a header with bare line feeds is refused at once instead of running
-// into a deadline.
+// Where the header ends: one past its empty line, or 0 if that has not come yet. For a reader that peeks
+// repeatedly: the first `scanned` bytes had no end, and are not looked at again. An empty line counts however
+// it ends, so a header with bare line feeds is refused at once, and not only at a deadline.
 std::size_t find_header_end(std::string_view bytes, std::size_t scanned = 0) noexcept;
 
-// What a transport allows. The views must outlive the calls only, except `subprotocols`, into which
-// judgements point.
+// What a transport allows. The views need to be valid only during the calls, except `subprotocols`, to which
+// judgements refer.
 struct handshake_policy {
   std::uint16_t port = 0; // the one we listen on
-  // Names besides localhost, 127.0.0.1 and [::1] under which we are reached: `robot.local` stands for itself
-  // with our port or with none, `robot.local:9000` for exactly that (a forwarded port).
+  // Our names besides localhost, 127.0.0.1 and [::1]. `robot.local` is accepted with our port or without one,
+  // `robot.local:9000` only with that port (a forwarded one).
   std::span<const std::string_view> hosts{};
   bool any_host = false;
-  // Origins besides our own, as browsers write them: `http://lab.example:8000`. `null` is refused even when
-  // listed: every sandboxed frame of every page has it.
+  // Origins besides our own, as browsers write them: `http://lab.example:8000`. `null` is refused even if it
+  // is listed, because every sandboxed frame of every page has it.
   std::span<const std::string_view> origins{};
-  // The ones we speak. None offered: none chosen. Offered and none known: refused.
+  // The subprotocols that we speak. If a client offers none, none is chosen; if it offers only others, it is
+  // refused.
   std::span<const std::string_view> subprotocols{};
-  // For clients that are looser than RFC 6455, as Hop's are: the key may be any base64 of 1 to
-  // lenient_key_bytes_max characters instead of 16 bytes, and whoever offers only subprotocols that we do not
-  // speak is answered without one. Everything else stays as strict.
+  // For clients that are less strict than RFC 6455, such as Hop's. The key may be any base64 of 1 to
+  // lenient_key_bytes_max characters instead of 16 bytes. A client that offers only other subprotocols is
+  // answered without one. Everything else is as strict as before.
   bool lenient = false;
 };
 
@@ -78,7 +78,7 @@ enum class http_outcome : std::uint8_t {
   refused,
 };
 
-// The views point into the header that was judged, but `subprotocol`, which points into the policy.
+// The views point into the header that was judged, except `subprotocol`, which points into the policy.
 struct http_judgement {
   http_outcome outcome = http_outcome::refused;
   bool head = false;         // page: HEAD, not GET
@@ -93,8 +93,8 @@ struct http_judgement {
   http_refusal refusal;           // refused
 };
 
-// Judges a whole header, its empty line included. A text longer than http_header_bytes_max is refused with
-// 431, so a reader whose buffer of that size is full without an end passes it and one byte more, or calls
+// Judges a complete header, with its empty line. A text longer than http_header_bytes_max is refused with
+// 431. So a reader whose buffer of that size is full, without an end, passes one byte more, or calls
 // header_too_large().
 http_judgement judge_request(std::string_view header, const handshake_policy& policy) noexcept;
 http_judgement header_too_large() noexcept;
@@ -103,9 +103,9 @@ http_judgement header_too_large() noexcept;
 // empty when `out` is too small.
 std::string_view write_refusal(std::span<char> out, const http_refusal& refusal) noexcept;
 
-// Writes the request anew with nothing but what was judged (Host and, for an upgrade, the handshake with the
-// one subprotocol chosen; for a page If-None-Match and Accept-Encoding) and returns it; empty when `out` is
-// too small.
+// Writes the request anew, only with what was judged, and returns it; empty if `out` is too small. It has
+// Host; for an upgrade, the handshake with the chosen subprotocol; for a page, If-None-Match and
+// Accept-Encoding.
 std::string_view write_clean_request(std::span<char> out, const http_judgement& judgement) noexcept;
 
 } // namespace rowe::wire

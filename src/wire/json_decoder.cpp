@@ -32,7 +32,7 @@ diagnostic diagnose(const refusal& why, const decode_room& room) noexcept {
 
 decoded json_decoder::decode(const json::document& text, const decode_room& room, request& into,
                              diagnostic& why) const noexcept {
-  // Rosbridge's clients put it first, so that most of their members need not be looked at twice.
+  // Clients of rosbridge put `op` first. So most of their members are not looked at twice.
   const json::member* const first = text.noted.empty() ? nullptr : text.noted.data();
   if (first != nullptr && json::name_is(*first, "op") && first->what.type == json::kind::string)
     return decode_rosbridge(text, room, into, why);
@@ -71,8 +71,8 @@ codec_id json_decoder::guess(std::string_view text, codec_id spoke_last) const n
   return bare::names_id(text) ? bare_ : spoke_last;
 }
 
-// Whether a text of which this is the beginning has a "service" or "topic" of its own that is the stop: not
-// one inside of something else.
+// Whether a text that begins like this has a "service" or "topic" that is the stop, at its top level and not
+// inside another value.
 bool json_decoder::may_be_stop(opcode what, std::string_view begins) const noexcept {
   if (what != opcode::text) return false;
   const bool marked = std::any_of(std::begin(stop_marks), std::end(stop_marks), [&](std::string_view mark) {

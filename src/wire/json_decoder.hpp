@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads text messages of the two formats that are JSON and nothing else, told apart message by message: an
-// object with a string member `op` is rosbridge's, everything else is bare.
+// Reads text messages of the two JSON formats. Each message decides for itself: an object with a string
+// member `op` is rosbridge's, everything else is bare.
 #pragma once
 #include "wire/codec.hpp"
 

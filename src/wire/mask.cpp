@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint64_t high_bits = 0x8080'8080'8080'8080;
 
-// The key as it meets data that begins at `offset` of the payload, twice.
+// The key, twice, rotated for data that begins at `offset` of the payload.
 std::uint64_t turned(mask_key key, std::size_t offset) noexcept {
   const auto whole = std::bit_cast<std::uint32_t>(key);
   const auto bits = static_cast<int>(offset % sizeof key * 8);
@@ -20,8 +20,8 @@ std::uint64_t turned(mask_key key, std::size_t offset) noexcept {
   return std::uint64_t{half} << 32 | half;
 }
 
-// Two words in one register, where there are such. An extension of gcc and clang, on every processor; blocks
-// of plain words they would pass through memory.
+// Two words in one register, if the processor has such. This is an extension of gcc and clang, which would
+// pass blocks of plain words through memory.
 using pair [[gnu::vector_size(16)]] = std::uint64_t;
 
 pair load(const std::byte* from) noexcept {

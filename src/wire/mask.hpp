@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The masking of RFC 6455 5.3, its own inverse: each byte of a payload is combined with that byte of the key
-// whose turn it is. Every byte that a client says passes through here once and is looked at for UTF-8 on the
-// way; so it is done in blocks that a compiler puts into the widest registers it knows of.
+// The masking of RFC 6455 5.3, which is its own inverse: each byte of a payload is combined with one byte of
+// the key, in turn. Every byte of a client passes through here once, and is checked for ASCII on the way. So
+// it is done in blocks for the widest registers of the compiler's target.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -12,8 +12,8 @@ namespace rowe::wire {
 // The four bytes of a masking key in the order in which they stand on the wire.
 using mask_key = std::array<std::byte, 4>;
 
-// Both: `offset` is the position of the first byte in the payload. True only when all that comes out of it is
-// ASCII; a key of zeros changes nothing, and then nothing is looked at: false. Never waits, never allocates.
+// Both: `offset` is the position of the first byte in the payload. True only if the result is all ASCII. A
+// key of zeros changes nothing, so nothing is looked at: false. Never waits, never allocates.
 
 // In place.
 bool mask(std::span<std::byte> data, mask_key key, std::size_t offset = 0) noexcept;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of the members that a codec knows an object has. For the codecs of this room; the texts are
-// validated, nothing waits or allocates.
+// Finds the members of an object that a codec knows. For the codecs in this folder; the texts are validated,
+// nothing waits or allocates.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@ struct members {
   std::array<std::uint8_t, Count> times{}; // that each stands there: 0, 1, or 2 for more
 
   bool given(std::size_t which) const noexcept { return times[which] > 0; }
-  // The first of the table that stands there twice.
+  // The first member of the table that occurs twice.
   std::optional<std::size_t> twice() const noexcept {
     const auto found = std::find(times.begin(), times.end(), 2);
     if (found == times.end()) return std::nullopt;
@@ -48,9 +48,8 @@ inline members<Count> collect(const json::document& object,
   return found;
 }
 
-// For texts that are no JSON, and so can only be guessed at: what stands behind `name` (with its quotes) and
-// a colon, without white space; nothing where it stands nowhere. Looks from `from` on, and moves that behind
-// it.
+// For texts that are no JSON, so one can only guess: the text behind `name` (with its quotes) and a colon,
+// without white space; nothing if `name` is not there. Searches from `from` on, and moves `from` behind it.
 inline std::optional<std::string_view> behind_name(std::string_view text, std::string_view name,
                                                    std::size_t& from) noexcept {
   constexpr std::string_view space = " \t\r\n";
@@ -64,7 +63,7 @@ inline std::optional<std::string_view> behind_name(std::string_view text, std::s
   return std::nullopt;
 }
 
-// Control characters have no place in the names of topics, services and types.
+// Names of topics, services and types must not have control characters.
 inline bool has_control_characters(std::string_view text) noexcept {
   return std::any_of(text.begin(), text.end(),
                      [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });

@@ -14,7 +14,7 @@
 namespace rowe::wire {
 namespace {
 
-// A member that would stand in a delivered call twice, or make something else of it.
+// Whether the object has a member that would occur twice in a delivered call, or would change its meaning.
 bool has_delivered_names(std::string_view object) noexcept {
   const auto found =
       collect(object, std::array<std::string_view, 4>{"service", "op", "message_id", "in_reply_to"});

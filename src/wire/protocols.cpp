@@ -24,7 +24,7 @@ constexpr bool are_in_order() {
 }
 static_assert(are_in_order());
 
-// Who offers this has said that it takes plain messages. A server that does not know it, such as
+// A client that offers this subprotocol takes plain messages. A server that does not know it, such as
 // rosbridge_server, selects none.
 constexpr std::array<std::string_view, 1> own_subprotocols{"rowe.v1"};
 
@@ -44,7 +44,7 @@ constexpr protocol_set standard_set{.codecs = codecs,
                                     .envelope = rosbridge,
                                     .message_bytes_max = SIZE_MAX};
 
-// Hop's programs speak bare JSON, know neither topics nor control frames, and have subprotocols of their own.
+// Hop's programs use bare JSON, have neither topics nor control frames, and have their own subprotocols.
 constexpr std::array<protocol, 1> hop{
     {{.subprotocol = {},
       .reads = json_texts,

@@ -12,7 +12,7 @@
 
 namespace rowe::wire {
 
-// What the peer of a connection can take, and is to be told.
+// What the peer of a connection can take, and must be told.
 struct capabilities {
   bool control_frames = true; // pings, pongs and close frames
   bool masks = true;          // frames of a client
@@ -28,8 +28,8 @@ struct capabilities {
 struct protocol {
   std::string_view subprotocol; // WebSocket's; empty: none
   const message_decoder& reads;
-  const codec& first;  // what a text that is no JSON is answered in before its peer spoke
-  const codec& topics; // what a peer is told in of its topics and services
+  const codec& first;  // answers a text that is no JSON, before the peer has used a codec
+  const codec& topics; // tells a peer about its topics and services
   capabilities can;
 };
 
@@ -46,7 +46,7 @@ struct protocol_set {
 
   const codec& of(codec_id which) const noexcept { return *codecs[static_cast<std::size_t>(which)]; }
   const protocol& find(std::string_view subprotocol) const noexcept;
-  // Whether some of its protocols can.
+  // Whether any of its protocols has the capability.
   bool any(bool capabilities::*what) const noexcept;
 };
 

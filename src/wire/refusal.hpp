@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why a request is refused, and in which words. The words are the same for all codecs, and each knows how it
-// wraps them. Pure functions; nothing waits or allocates.
+// Why a request is refused, and the diagnostic for it. The diagnostic is the same for all codecs; each codec
+// puts it into its own message. Pure functions; nothing waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace rowe::wire {
 
-// What a decoder does not accept. Views point into the text, into the scratch buffer, or to what is constant.
+// What a decoder does not accept. Views point into the text, into the scratch buffer, or to constants.
 struct refusal {
   enum class kind : std::uint8_t {
     not_an_object,
@@ -38,14 +38,14 @@ struct refusal {
     return what == kind::not_an_object ? "not_an_object" : "bad_request";
   }
 
-  // The diagnostic, e.g. `subscribe: the member "throttle_rate" must be an integer; it is "50"`; long values
-  // are shortened; cut where `buffer` ends, which never happens with text_bytes_max.
+  // The diagnostic, e.g. `subscribe: the member "throttle_rate" must be an integer; it is "50"`. Long values
+  // are shortened. It is cut at the end of `buffer`, which never happens with text_bytes_max.
   static constexpr std::size_t text_bytes_max = 416;
   std::string_view text(std::span<char> buffer) const noexcept;
 };
 
-// What the caller of a service is told that nobody provides: "Service /add does not exist". rosbridge has no
-// code for that; its clients and servers know it by this diagnostic.
+// The diagnostic for a caller whose service nobody provides: "Service /add does not exist". rosbridge has no
+// code for that; its clients and servers recognise it by this text.
 inline constexpr std::size_t no_service_bytes_max = 320; // with the longest name
 std::string_view no_service_diagnostic(std::string_view service, std::span<char> room) noexcept;
 bool says_no_service(std::string_view diagnostic, std::string_view service) noexcept;

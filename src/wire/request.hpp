@@ -13,7 +13,7 @@ class writer;
 
 namespace rowe::wire {
 
-// Which codec of a protocol_set: what came in one is answered in it.
+// The number of a codec in its protocol_set. A request is answered in the codec in which it came.
 enum class codec_id : std::uint8_t {};
 
 enum class verb : std::uint8_t {
@@ -33,7 +33,7 @@ enum class verb : std::uint8_t {
   unknown,
 };
 
-// Of a status, and of set_level: what is at least that grave is reported.
+// For a status, and for set_level: what is at least as severe is reported.
 enum class severity : std::uint8_t { none, error, warning, info };
 
 inline constexpr std::uint32_t no_number = UINT32_MAX;
@@ -58,8 +58,8 @@ struct call_args {
   const std::byte* value = nullptr;
 };
 
-// Views point into the message or into the scratch that the decoder was lent. What the verb does not have, or
-// what was absent, holds what stands here.
+// Views point into the message, or into the decoder's scratch. Members that the verb does not have, or that
+// were absent, have the values below.
 struct request {
   verb what = verb::unknown;
   codec_id codec{};
@@ -77,21 +77,22 @@ struct request {
   std::string_view type;                // unescaped; empty: none given
   std::string_view body_raw;            // JSON: message, arguments, value, or what a status says; empty: none
   std::string_view code;                // reply that failed: a word for programs; empty: none
-  std::int64_t ttl_ns = unlimited;      // message, call: how long it is worth something
+  std::int64_t ttl_ns = unlimited;      // message, call: its time to live
   std::int64_t throttle_ms = 0;         // subscribe: 0 to milliseconds_max
   std::int64_t queue_length = 0;        // subscribe: 0 or more; 0: not stated
   std::int64_t queue_size = 100;        // advertise: 0 or more
   std::int64_t lifespan_ns = unlimited; // subscribe, advertise: a time to live
   std::int64_t deadline_ns = unlimited; // subscribe, advertise: most time between two messages
-  // Of codecs with numbers: that which the peer gave its subscription, or the topic that it advertises.
+  // For codecs with numbers: the number that the peer gave its subscription, or the topic that it advertises.
   std::uint32_t tag = no_number;
-  // by_number: of the topic, or of the service; ours, or a topic's that the peer gave. With neither, the tag
-  // names one of its subscriptions.
+  // by_number: the number of the topic or the service. It is ours, or one that the peer gave its topic. If
+  // there is none, the tag names one of the peer's subscriptions.
   std::uint32_t channel = no_number;
   bool channel_is_peers = false;
   std::uint32_t service_number = no_number;
-  // A message may list several requests, but no stop, and none for handles of this process, which may have to
-  // wait: where in it the next one stands; 0: there is none. Each counts as a message for its peer's rate.
+  // A message may list several requests. A stop must not be among them, nor requests for handles of this
+  // process, because these may have to wait. This is where the next request begins; 0: there is none. Each
+  // counts as a message for its peer's rate.
   std::uint32_t next = 0;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decoding. One walk over the object notes the value of each member that is known, wherever it stands; then
-// the operation says which of them matter. So the order of members does not, and a name that stands twice is
-// found before anything is used.
+// Decoding. One walk over the object notes the value of each known member. Then the operation says which of
+// them matter. So the order of members does not matter, and a name that occurs twice is found before anything
+// is used.
 #include "wire/rosbridge.hpp"
 
 #include <algorithm>
@@ -19,8 +19,7 @@ static_assert(scratch_bytes({.name_bytes_max = 0, .id_bytes_max = 0}) >= op_byte
 
 constexpr std::int64_t any_count = std::numeric_limits<std::int64_t>::max();
 
-// The members that are known. Those that rowe does not read are known too, because they may not stand twice
-// either.
+// The known members. Those that rowe does not read are among them, because they must not occur twice either.
 constexpr std::array<std::string_view, 19> member_names = {"op",
                                                            "id",
                                                            "topic",
@@ -268,7 +267,7 @@ bool decoding::take_called_service() noexcept {
   return (!out_.id_raw.empty() || take_id_of_service(id)) && take_service();
 }
 
-// Echoed like an id that was given, so it gets quotes.
+// The id is echoed like one that was sent, so it gets quotes.
 bool decoding::take_id_of_service(std::string_view escaped) noexcept {
   const std::size_t bytes = escaped.size() + 2;
   const std::span<char> quoted = carve(limits_.id_bytes_max);
@@ -321,7 +320,7 @@ bool decoding::take_level() noexcept {
   return good;
 }
 
-// How the answers shall travel: whole and as they are, whatever is asked for.
+// How the answers are sent: whole and unchanged, whatever is asked for.
 bool decoding::take_transfer() noexcept {
   std::int64_t fragment_size = 0; // checked and not used
   if (!take_count("fragment_size", any_count, fragment_size)) return false;
@@ -333,7 +332,7 @@ bool decoding::take_transfer() noexcept {
       .what = refusal::kind::not_offered, .member = "compression", .value = v.raw, .expected = R"("none")"});
 }
 
-// Quality of service: what rowe can do of it is taken, the rest is checked.
+// Quality of service: rowe takes what it can do, and checks the rest.
 bool decoding::take_qos() noexcept {
   if (!given("qos")) return true;
   if (value("qos").type != json::kind::object) return accept(wrong_type("qos", value("qos"), "an object"));

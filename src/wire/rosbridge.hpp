@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rosbridge v2 format: JSON text to request, and back. The core calls it on the service thread, with
-// texts that json::reader has validated whole; this file only reads the envelope and never looks into `msg`.
-// The rules are those of the protocol text where it and the reference server agree, and stricter where the
-// server is silent: whatever it would log and drop is refused here with a diagnostic that names member, value
-// and limit, for a `status` answer.
+// texts that json::reader has validated completely. This file only reads the envelope and never looks into
+// `msg`. It follows the protocol text where that and the reference server agree. It is stricter where the
+// server is silent: what the server would log and drop is refused here, with a diagnostic that names member,
+// value and limit, for a `status` answer.
 //
-// Both ends are here, since rowe is also a client of rosbridge servers: `publish` and `status` come either
-// way. Names are unescaped before anybody compares them, because the reference server writes "\/odom".
+// Both directions are here, because rowe is also a client of rosbridge servers: `publish` and `status` come
+// either way. Names are unescaped before they are compared, because the reference server writes "\/odom".
 //
 // Every function here: one thread, never waits, never allocates; time is linear in the text.
 #pragma once
@@ -28,35 +28,34 @@ namespace rowe::wire::rosbridge {
 
 std::string_view name_of(severity which) noexcept;
 
-// Bytes of scratch that decode() needs at most: the names that may have to be unescaped, and the id that a
-// service's name ends in.
+// Bytes of scratch that decode() needs at most: for names that may have to be unescaped, and for the id at
+// the end of a service's name.
 constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
   return 2 * limits.name_bytes_max + limits.id_bytes_max + 128;
 }
 
-// Reads one validated text into a request that is as it was made. `scratch` is scratch_bytes(limits) long and
-// is lent as long as the request is used. On a refusal, `out` still has what, verb_text and id_raw as far as
-// they could be read. verb::unsupported and verb::unknown are not refusals: refuse_op() makes one for those
-// who want to answer.
+// Reads one validated text into a new request. `scratch` is scratch_bytes(limits) long, and must live as long
+// as the request is used. On a refusal, `out` still has what, verb_text and id_raw, as far as they could be
+// read. verb::unsupported and verb::unknown are not refusals: refuse_op() makes one for an answer.
 //
-// Decided: null counts as a wrong type, but as an id it means that there is none; both as there.
+// Decided: null is a wrong type, but a null id means that there is none; both as in the reference server.
 // `fragment_size` is checked and then ignored: a peer that asks for fragments must take whole messages as
 // well. `compression` other than "none" is refused. `type` is optional everywhere. A publish without `msg` is
 // refused (the reference server publishes defaults, which only it knows).
 //
-// Services: "/add#7" is the name "/add" and, where the call has no `id`, the id "7" (as old clients write
-// it; an id given wins). A `timeout` of 0 means, as for the reference server, that there is none; one that 64
-// bits cannot hold, too. A service_response without `result` succeeded; its `values` are not looked into,
-// also where it failed, when they should be a string.
+// Services: "/add#7" is the name "/add" and, if the call has no `id`, the id "7" (old clients write this; an
+// `id` takes precedence). A `timeout` of 0 means that there is none, as for the reference server, and so does
+// one that 64 bits cannot hold. A service_response without `result` succeeded. Its `values` are not looked
+// into, even if it failed and they should be a string.
 //
-// `fragment` is unsupported in both directions. The reference server cuts only for those who asked for a
-// `fragment_size`, which rowe never does; and its fragments could not be trusted (every id is 0, `total` is
-// not the count).
+// `fragment` is unsupported in both directions. The reference server sends fragments only to clients that
+// asked for a `fragment_size`, which rowe never does. And its fragments cannot be trusted: every id is 0, and
+// `total` is not the count.
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out) noexcept;
 
-// Whether a text, which need not be JSON, was meant as one of rosbridge's: its first name is `"op"`, of a
-// string, or it has that with the name of an operation somewhere.
+// Whether a text, which need not be JSON, was probably meant for rosbridge: its first name is `"op"`, with a
+// string, or it has `"op"` with the name of an operation somewhere.
 bool names_operation(std::string_view text) noexcept;
 
 // For verb::unsupported and verb::unknown.
@@ -65,12 +64,12 @@ refusal refuse_op(const request& asked) noexcept;
 // ---- Writing: into a json::writer that stands where a value is due; what did not fit is known by its
 // overflowed().
 
-// A publish is head, message, tail; the head is the same for every message of a topic: written once, then
-// copied.
+// A publish is head, message, tail. The head is the same for every message of a topic, so it is written once
+// and then copied.
 void write_publish_head(json::writer& out, std::string_view topic) noexcept;
 inline constexpr std::string_view publish_tail = "}";
-// How the head begins, up to the topic's name. A slash that follows is one byte, which can be left out to get
-// the head of the same name without it.
+// The beginning of the head, up to the topic's name. If a slash follows, it is one byte; without that byte,
+// this is the head for the name without a slash.
 inline constexpr std::string_view publish_begins = R"({"op":"publish","topic":")";
 // Bytes that always suffice for the head of a topic with a name of so many bytes: each may need six (\u0001).
 constexpr std::size_t publish_head_bytes_max(std::size_t topic_bytes) noexcept {
@@ -80,8 +79,9 @@ constexpr std::size_t publish_head_bytes_max(std::size_t topic_bytes) noexcept {
 // {"op":"status","level":"error","id":…,"msg":"…"}; without the id where id_raw is empty.
 void write_status(json::writer& out, severity how, std::string_view id_raw, std::string_view text) noexcept;
 
-// What we send as a client, with ids such as "subscribe:/odom:1": `number` tells several of one topic apart,
-// and an unsubscribe names the subscribe it ends. Nothing is written for topics of more than 980 bytes.
+// What we send as a client, with ids such as "subscribe:/odom:1". `number` distinguishes several
+// subscriptions of one topic, and an unsubscribe has the id of the subscribe that it ends. Nothing is written
+// for topics of more than 980 bytes.
 struct subscription {
   std::string_view topic;
   std::string_view type{}; // empty: left out

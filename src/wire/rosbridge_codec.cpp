@@ -21,7 +21,7 @@ void rosbridge_codec::write_topic_head(json::writer& out, std::string_view topic
 
 std::string_view rosbridge_codec::topic_tail() const noexcept { return rosbridge::publish_tail; }
 
-// The name is sent without the one byte of its slash.
+// The name is sent without its slash, which is one byte.
 message_head rosbridge_codec::head_of(const delivery& to) const noexcept {
   constexpr std::string_view begins = rosbridge::publish_begins;
   message_head head;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Encodes rowe's messages as rosbridge's.
+// Encodes rowe's messages in rosbridge's format.
 #include <array>
 
 #include "wire/rosbridge.hpp"

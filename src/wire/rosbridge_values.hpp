@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The values in a rosbridge envelope: the kinds of value that several members share. For rosbridge.cpp only;
-// the texts are validated, nothing waits or allocates. What reads a value returns why it is refused, or
-// nothing when it is right and `into` holds it.
+// Reads the values in a rosbridge envelope, of the kinds that several members share. For rosbridge.cpp only;
+// the texts are validated, nothing waits or allocates. Each function returns why the value is refused;
+// nothing if it is right, and then `into` has it.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -32,22 +32,22 @@ bool is_word(const json::value& v, std::string_view word) noexcept;
 std::optional<refusal> read_count(std::string_view member, const json::value& v, std::int64_t most,
                                   std::int64_t& into) noexcept;
 
-// Seconds, a number; in nanoseconds, from 1; unlimited when it is 0 or 64 bits cannot hold it.
+// Reads a number of seconds, into nanoseconds, at least 1; unlimited if it is 0 or 64 bits cannot hold it.
 std::optional<refusal> read_timeout(std::string_view member, const json::value& v,
                                     std::int64_t& into) noexcept;
 
-// Seconds, or {"secs":…,"nsecs":…}, or "infinite"; in nanoseconds, unlimited when it has no end or 64
-// bits cannot hold it.
+// Reads seconds, {"secs":…,"nsecs":…}, or "infinite", into nanoseconds; unlimited if it has no end or 64 bits
+// cannot hold it.
 std::optional<refusal> read_duration(std::string_view member, const json::value& v,
                                      std::int64_t& into) noexcept;
 
-// One of the words; `into` is its place.
+// Reads one of the words; `into` is its index.
 std::optional<refusal> read_word(std::string_view member, const json::value& v,
                                  std::span<const std::string_view> words, std::string_view expected,
                                  std::size_t& into) noexcept;
 
-// A text of at most `bytes_max` bytes once its escapes are resolved, for which `scratch` has room, without
-// control characters.
+// Reads a text without control characters, of at most `bytes_max` bytes after its escapes are resolved.
+// `scratch` has space for it.
 std::optional<refusal> read_name(std::string_view member, const json::value& v, std::size_t bytes_max,
                                  std::span<char> scratch, std::string_view& into) noexcept;
 

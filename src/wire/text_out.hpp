@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pieces of text put one behind the other into a caller's span, for the answers and diagnostics of this room.
-// What does not fit is cut, and cut() says so. One thread; never waits, never allocates.
+// Puts pieces of text one behind the other into a caller's span, for answers and diagnostics. What does not
+// fit is cut, and cut() says so. One thread; never waits, never allocates.
 #pragma once
 #include <algorithm>
 #include <charconv>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // UTF-8 validation (RFC 3629) of a text that comes in pieces. The frame parser feeds it each piece of a
-// message as it arrives, on the service thread, so that a bad byte ends the connection before the rest of its
-// fragment has come (RFC 6455 8.1). Runs of ASCII are skipped eight bytes at a time; everything else goes
-// byte by byte through a state of three numbers: how many bytes the character still needs and between which
-// bounds the next one must lie. The bounds are what rules out overlong forms, surrogates and values above
-// U+10FFFF at their second byte.
+// message as it arrives, on the service thread. So a bad byte ends the connection before the rest of its
+// fragment has come (RFC 6455 8.1). Runs of ASCII are skipped eight bytes at a time. Everything else goes
+// byte by byte through a state of three numbers: how many bytes the character still needs, and the two bounds
+// of the next byte. These bounds exclude overlong forms, surrogates and values above U+10FFFF at their second
+// byte.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -15,10 +15,10 @@ namespace rowe::wire {
 // One thread; never waits, never allocates; linear in the bytes given.
 class utf8_check {
  public:
-  // False as soon as the text so far cannot be the beginning of valid UTF-8; then the rest means nothing.
+  // False as soon as the text so far is no beginning of valid UTF-8. Then further answers mean nothing.
   bool feed(std::span<const std::byte> piece) noexcept;
 
-  // True when no character is half there: what the end of a text demands.
+  // True if no character is incomplete, as at the end of a text.
   bool complete() const noexcept { return missing_ == 0; }
 
  private:

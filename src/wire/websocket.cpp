@@ -22,7 +22,7 @@ constexpr std::uint8_t length_64 = 127; // eight
 
 constexpr std::uint8_t number_of(std::byte b) noexcept { return std::to_integer<std::uint8_t>(b); }
 
-// What snprintf() wrote of a close reason, which is cut where a close frame ends.
+// The bytes that snprintf() wrote of a close reason, which is cut at the end of a close frame.
 constexpr std::size_t written(int wanted) noexcept {
   return std::min(static_cast<std::size_t>(wanted), close_reason_bytes_max - 1);
 }
@@ -51,7 +51,7 @@ constexpr std::size_t header_bytes(std::byte second) noexcept {
   return 2 + length_bytes(second) + ((number_of(second) & mask_bit) != 0 ? sizeof(mask_key) : 0);
 }
 
-// The header's bytes and the payload's of the frame at the front; nothing when it is not here whole.
+// The bytes of the header and of the payload of the frame at the front; nothing if the frame is not complete.
 struct frame_extent {
   std::size_t header;
   std::size_t payload;
@@ -125,7 +125,7 @@ auto frame_parser::read_length(const std::byte* bytes) noexcept -> std::optional
   return std::nullopt;
 }
 
-// Takes a header, or what there is of it, from the front of `bytes`; in_frame_ says that it is complete.
+// Takes a header, or a part of it, from the front of `bytes`. in_frame_ says that it is complete.
 auto frame_parser::take_header(std::span<const std::byte> bytes, std::size_t& consumed) noexcept
     -> std::optional<protocol_error> {
   const std::byte* from = bytes.data();
@@ -199,8 +199,8 @@ auto frame_parser::too_many_frames() noexcept -> protocol_error {
   return {close_code::policy, {room, written(bytes)}};
 }
 
-// A message in one frame that is here whole, which is the rule, without the states that all else needs. False
-// when it is anything else, or wrong; then nothing has happened.
+// Takes a message that is one complete frame, the usual case, without the states of other cases. False if it
+// is another case, or wrong; then nothing has happened.
 bool frame_parser::take_whole_message(std::span<std::byte> bytes, frame_step& step) noexcept {
   if (in_message_ || header_have_ > 0) return false;
   const auto frame = extent_of(bytes);
@@ -227,8 +227,8 @@ bool frame_parser::take_whole_message(std::span<std::byte> bytes, frame_step& st
   return true;
 }
 
-// The payload. Both functions take it, or what there is of it, from the front of `rest`; in_frame_ says that
-// more of it must come.
+// The payload. Both functions take it, or the part of it that is there, from the front of `rest`. in_frame_
+// says that more of it must come.
 
 frame_step frame_parser::take_control(std::span<std::byte> rest) noexcept {
   const auto size = static_cast<std::size_t>(frame_.payload_bytes);

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// WebSocket frames (RFC 6455), both ways and both roles, behind the upgrade handshake. The service core calls
-// this on its thread with the bytes of one connection. There is one parser for a connection; it owns the
+// WebSocket frames (RFC 6455), both ways and in both roles, after the upgrade handshake. The service core
+// calls this on its thread with the bytes of one connection. There is one parser for a connection. It has the
 // whole protocol: masks, fragments with control frames between them, UTF-8 across fragments, close codes,
-// limits. It is a state machine over bytes, without heap, clock or socket, so that the same input gives the
-// same events however it was cut into reads; tests and a fuzzer hold it to that.
+// limits. It is a state machine over bytes, without heap, clock or socket. So the same input gives the same
+// events, however it was cut into reads; tests and a fuzzer check that.
 //
-// Why two places for a payload: a message that is one frame and came whole in one read, which is the rule, is
-// unmasked where it lies and not copied. Everything else is gathered in the assembly buffer that the caller
-// lends.
+// A payload may be in two places. A message that is one frame and came in one read, the usual case, is
+// unmasked where it is and not copied. Everything else is gathered in the caller's assembly buffer.
 //
 // Every function here: one thread, never waits, never allocates; time is linear in the bytes given.
 #pragma once
@@ -83,39 +82,40 @@ class frame_parser {
   // A parser that was not reset swallows everything.
   frame_parser() noexcept = default;
 
-  // Begins a connection. `assembly` is lent until the next reset() and holds limits.message_bytes_max bytes
-  // (a shorter one lowers the limit); 64 bytes behind it must be readable, because the JSON parser reads
+  // Begins a connection. `assembly` must live until the next reset(), and has limits.message_bytes_max bytes
+  // (a shorter one lowers the limit). 64 bytes behind it must be readable, because the JSON parser reads
   // ahead.
   void reset(role ours, frame_limits limits, std::span<std::byte> assembly) noexcept;
 
-  // Consumes from the front of `bytes`, which may be written to, until one event or until all is consumed;
-  // the caller calls again with what was not consumed. The payload of a text or binary message lies in
-  // `bytes` when the message is one frame that lies whole in it, else in the assembly buffer; the payload of
-  // a control frame lies in `bytes` or in the parser. It stays valid until the next call, and while `bytes`
-  // does. After a close or a violation every byte is consumed and nothing more is reported.
+  // Consumes bytes from the front of `bytes`, which may be written to, until one event or until all are
+  // consumed. The caller calls again with the rest. The payload of a text or binary message is in `bytes` if
+  // the message is one frame and complete there, else in the assembly buffer. The payload of a control frame
+  // is in `bytes` or in the parser. It is valid until the next call, and while `bytes` is. After a close or a
+  // violation every byte is consumed, and nothing more is reported.
   //
   // A violation is reported at the first byte that proves it: a bad header before its frame has come, bad
   // UTF-8 before its fragment is complete.
   frame_step next(std::span<std::byte> bytes) noexcept;
 
-  // True while a frame or a fragmented message has begun and is not complete: what a message deadline asks.
+  // True while a frame or a fragmented message has begun and is not complete. For the deadline of a message.
   bool mid_message() const noexcept;
-  // How much of it lies in the assembly buffer.
+  // How many bytes of it are in the assembly buffer.
   std::size_t assembled_bytes() const noexcept { return in_frame_ || in_message_ ? message_bytes_ : 0; }
 
-  // Where in `bytes`, which come next, the frame ends that has begun (0: none has), and whether a fragmented
-  // message is open behind it. Nothing where its header does not end in them, or nothing is read any more.
+  // Says where the frame that has begun ends in `bytes`, which come next (0: none has begun), and whether a
+  // fragmented message is open after it. Nothing if its header does not end in `bytes`, or nothing is read
+  // any more.
   struct outlook {
     std::size_t rest = 0; // may be more than bytes.size()
     bool in_message = false;
   };
   std::optional<outlook> look_ahead(std::span<const std::byte> bytes) const noexcept;
 
-  // A parser of the same role and limits that stands between two messages. For frames that are whole: both
-  // have one assembly buffer.
+  // Another parser of the same role and limits, between two messages. Only for complete frames, because both
+  // use the same assembly buffer.
   frame_parser anew() const noexcept;
 
-  // True when the state is one that bytes can lead to; for tests and fuzzers.
+  // True if bytes can lead to this state. For tests and fuzzers.
   bool check() const noexcept;
 
  private:
@@ -170,7 +170,7 @@ constexpr std::size_t frame_header_bytes(std::uint64_t payload_bytes, role ours)
 }
 
 // Writes the header of an unfragmented frame and returns its size, at most frame_header_bytes_max. With a key
-// the frame says that it is masked; masking the payload is the caller's.
+// the header says that the payload is masked; the caller masks it.
 std::size_t write_frame_header(std::byte* out, opcode what, std::uint64_t payload_bytes,
                                std::optional<mask_key> key = std::nullopt) noexcept;
 
@@ -179,14 +179,15 @@ std::size_t write_frame_header(std::byte* out, opcode what, std::uint64_t payloa
 std::byte* write_frame_header_before(std::byte* payload, opcode what, std::uint64_t payload_bytes,
                                      std::optional<mask_key> key = std::nullopt) noexcept;
 
-// The beginning of the message that a whole unfragmented frame at the front of `bytes` carries, unmasked into
-// `room` and cut at its end; empty when there is no such frame. Nothing is checked: for a first look.
+// The beginning of a message, for a first look. If a complete unfragmented frame is at the front of `bytes`,
+// its payload is unmasked into `room`, and cut at the end of `room`; else the result is empty. Nothing is
+// checked.
 std::string_view look_at_message(std::span<const std::byte> bytes, std::span<std::byte> room) noexcept;
 
-// The length of the frame at the front of `bytes`; 0 when it is not here whole. Nothing is checked.
+// The length of the frame at the front of `bytes`; 0 if it is not complete. Nothing is checked.
 std::size_t whole_frame_bytes(std::span<const std::byte> bytes) noexcept;
 
-// What its first byte says of a frame. Nothing is checked.
+// The opcode in the first byte of a frame. Nothing is checked.
 constexpr opcode opcode_of(std::byte first) noexcept {
   return static_cast<opcode>(std::to_integer<std::uint8_t>(first) & 0x0fU);
 }
@@ -195,8 +196,8 @@ constexpr bool is_final(std::byte first) noexcept {
 }
 constexpr bool is_data(opcode what) noexcept { return (static_cast<std::uint8_t>(what) & 0x08U) == 0; }
 
-// The body of a close frame: code and reason, cut at a character's end where it is too long. `none_given`
-// gives an empty body. Returns its size.
+// Writes the body of a close frame, code and reason, and returns its size. A long reason is cut between
+// characters. `none_given` gives an empty body.
 std::size_t close_payload(std::uint16_t code, std::string_view reason,
                           std::span<std::byte, control_bytes_max> out) noexcept;
 

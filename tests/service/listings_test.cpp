@@ -94,7 +94,7 @@ TEST_F(listings_test, tell_who_we_are_and_then_what_there_is) {
   EXPECT_EQ(first[0], "hrobot");
   EXPECT_EQ(list_of(first, 'T'), (numbers::numbered{{"/odom", channel("/odom")}}));
   const auto services = list_of(first, 'S');
-  EXPECT_EQ(services.at("/add"), rowe::service::service_directory::first_number);
+  EXPECT_EQ(services.at("/add"), rowe::service::first_service_number);
   EXPECT_TRUE(services.contains(std::string{rowe::wire::stats_name}));
   EXPECT_FALSE(services.contains(std::string{rowe::wire::stop_name})) << "there is nothing to stop";
 }

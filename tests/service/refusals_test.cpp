@@ -37,7 +37,7 @@ struct refusals_test : peer_parts::peer_parts {
   }
   // Does so for longer than a flood may last, without a pause.
   void refuse_for_long(connection& c, int per_step) {
-    for (const auto end = cycle.now + refusals::flood_time_max + 2s; cycle.now < end; cycle.now += 100ms)
+    for (const auto end = cycle.now + rowe::service::flood_time_max + 2s; cycle.now < end; cycle.now += 100ms)
       refuse(c, per_step);
   }
   std::uint64_t unsaid() const { return counts.read(counter::refusals_unsaid); }
@@ -146,7 +146,7 @@ TEST_F(refusals_test, close_no_peer_that_stays_within_its_rate) {
 
 TEST_F(refusals_test, close_a_peer_that_says_too_much_by_the_limit_of_messages) {
   peer.messages = rowe::service::rate_limit{10};
-  for (const auto end = cycle.now + refusals::flood_time_max + 2s; cycle.now < end; cycle.now += 50ms) {
+  for (const auto end = cycle.now + rowe::service::flood_time_max + 2s; cycle.now < end; cycle.now += 50ms) {
     if (!peer.messages.take(cycle.now)) refused.note_excess(peer);
   }
   EXPECT_FALSE(peer.open());

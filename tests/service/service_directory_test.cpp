@@ -85,7 +85,7 @@ TEST_F(service_directory_test, gives_no_number_twice) {
   for (int i = 0; i < 20; ++i) {
     const service_index index = add("/add").index;
     const std::uint32_t number = directory.at(index).number;
-    EXPECT_GE(number, service_directory::first_number);
+    EXPECT_GE(number, rowe::service::first_service_number);
     EXPECT_TRUE(numbers.insert(number).second) << number;
     EXPECT_EQ(directory.find_number(number), index);
     directory.remove(index);

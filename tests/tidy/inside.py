@@ -18,8 +18,9 @@ entrances = ("core.", "service_loop.")
 
 # What a file of src/service includes stands in front of it: nothing is called upwards.
 service_order = """
-ids index_list indexed_pool index_ring counters local_stop shared_state cycle_state rate_limit event_log
-transport service_limits stop_frames shares slot_pool timers connection peer_table latch_store names
+ids index_list indexed_pool index_ring counters transport service_limits
+local_stop shared_state cycle_state rate_limit event_log
+stop_frames shares slot_pool timers connection peer_table latch_store names
 message_queue pair_table topic_rows topic_table subscription_table call_table completion number_queue
 submission_queue shared_inbox core_options
 core_state topic_rates message_store check_sum peer_queues outbox subscription_queues
@@ -229,7 +230,7 @@ def the_journeys_go_as_the_page_says(t):
         above.append((depth, path, function, list(code.calls(code.unit(path), function))))
 
 
-asserted_limits = 21
+asserted_limits = 34
 # Lines of a header and its source. What is larger may shrink, and is taken off this list then.
 part_lines_max = 400
 larger = {"core": 499, "publish_predictor": 401, "stop_rules": 560}

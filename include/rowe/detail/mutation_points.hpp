@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places where a test takes a mend out again, to see that the simulation would have found the fault
-// (tests/sim/mutants.hpp lists them). ROWE_MUTANT(name) is the constant false but in the test that is
+// Places where a test undoes a fix, to see that the simulation would have found the fault
+// (tests/sim/mutants.hpp lists them). ROWE_MUTANT(name) is the constant false, except in the test that is
 // compiled with ROWE_MUTANTS: there it says whether this is the mutant that runs.
 #pragma once
 

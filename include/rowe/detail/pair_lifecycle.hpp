@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a queue pair changes hands, and whom its publisher reaches: two words of a pair that set-up, the
-// handle's thread and the service thread share. Nothing but these two classes touches them.
+// How a queue pair changes hands, and whether its publisher reaches anybody: two words of a pair that set-up,
+// the handle's thread and the service thread share. Only these two classes touch them.
 //
 //   phase      whose the pair is                       the way on
 //   free       set-up's, to build in                   offer()                       -> offered
@@ -10,9 +10,10 @@
 //   closing    the service thread's, to empty          release(), hold()             -> free, held
 //   held       of views that outlive their handle      release(), once all are gone  -> free
 //
-// Each change is a release store of the one who has the pair, and every look is an acquire: whoever finds a
-// phase sees what all who had the pair before have written. The service thread notifies after its own
-// changes, since set-up sleeps until those; after the others it is to be woken.
+// Each change is a release store by the side that has the pair, and every look is an acquire. So a thread
+// that finds a phase sees all that earlier owners of the pair have written. The service thread notifies after
+// its own changes, because set-up sleeps until those. After other changes the caller must wake the service
+// thread.
 #pragma once
 #include <cassert>
 #include <cstdint>
@@ -38,7 +39,7 @@ class pair_lifecycle {
     return phase_.load(std::memory_order_acquire); // acquire: pairs with each release below
   }
   bool is_free() const noexcept { return look() == pair_phase::free; }
-  // Both sides have left it; at most views do still look at its slots.
+  // Whether both sides have left the pair. Only views may still look at its slots.
   bool is_detached() const noexcept {
     const pair_phase now = look();
     return now == pair_phase::free || now == pair_phase::held;
@@ -49,7 +50,8 @@ class pair_lifecycle {
     // release: pairs with the service thread's look(), which then reads what was built
     phase_.store(pair_phase::offered, std::memory_order_release);
   }
-  // Sleeps until the service thread has answered. The error it refused with; the pair is free again then.
+  // Sleeps until the service thread has answered. If it refused, returns its error, and the pair is free
+  // again.
   status wait_answer(notification& arrival) noexcept {
     pair_phase answered = pair_phase::offered;
     arrival.wait_until(rt::never, [&] {
@@ -62,13 +64,13 @@ class pair_lifecycle {
     phase_.store(pair_phase::free, std::memory_order_release);
     return why;
   }
-  // Sleeps until the service thread has emptied a pair that is closing. False when `deadline` came first. In
-  // any other phase it returns at once: a handle that is there may itself be asleep on `arrival`.
+  // Sleeps until the service thread has emptied a pair that is closing. False if `deadline` comes first. In
+  // any other phase it returns at once, because a handle that exists may itself sleep on `arrival`.
   bool wait_while_closing(notification& arrival, rt::time_point deadline) const noexcept {
     const auto is_over = [&] { return look() != pair_phase::closing; };
     return is_over() || arrival.wait_until(deadline, is_over);
   }
-  // Why the pair was refused; of one that is.
+  // Why the pair was refused. Only for a refused pair.
   error refusal() const noexcept { return refusal_.load(); }
 
   // The handle, once, when it will not touch the pair any more.
@@ -87,13 +89,13 @@ class pair_lifecycle {
     phase_.store(pair_phase::refused, std::memory_order_release); // release: pairs with wait_answer()
     arrival.notify();
   }
-  // It is emptied; but views or requests are left, so its memory stays as it is.
+  // The pair is emptied, but views or requests are left. So its memory stays as it is.
   void hold(notification& arrival) noexcept {
     // release: pairs with wait_while_closing(); weaker would do, as whoever finds it held leaves it alone
     phase_.store(pair_phase::held, std::memory_order_release);
     arrival.notify();
   }
-  // It is emptied, and nobody looks at its memory.
+  // The pair is emptied, and nobody looks at its memory.
   void release(notification& arrival) noexcept {
     // release: pairs with is_free(), after which set-up builds where this thread has read
     phase_.store(pair_phase::free, std::memory_order_release);
@@ -112,24 +114,24 @@ enum class audience : std::uint32_t { nobody, somebody, closed, crowded };
 template <class Atomics = rt::std_atomics>
 class audience_word {
  public:
-  // The handle's thread; also the service thread, which reads what it wrote itself.
+  // For the handle's thread, and for the service thread, which wrote it.
   ROWE_RT audience advice() const noexcept {
-    // relaxed: pairs with set(); nothing is read on the strength of it, and what goes out a moment after the
-    // last listener left is counted there
+    // relaxed: pairs with set(); no other read relies on it, and the service thread counts what comes after
+    // the last listener left
     return word_.load(std::memory_order_relaxed);
   }
-  // The handle's thread. Once it finds `closed`, what it has not received by then never comes.
+  // For the handle's thread. After it has found `closed`, nothing more arrives than is there.
   ROWE_RT audience look() const noexcept {
     return word_.load(std::memory_order_acquire); // acquire: pairs with the release in close()
   }
   ROWE_RT bool closed() const noexcept { return look() == audience::closed; }
 
-  // The service thread. What is said before accept(), hold() or release() is known to whoever sees those.
+  // For the service thread. A thread that sees a later accept(), hold() or release() also sees this.
   void set(audience now) noexcept {
     assert(now != audience::closed);
     word_.store(now, std::memory_order_relaxed); // relaxed: pairs with advice(), and is no more than that
   }
-  // Who has joined the service thread. The handle's thread is to be notified.
+  // For the thread that has joined the service thread. It must then notify the handle's thread.
   void close() noexcept {
     // release: pairs with the acquire in look(); the service thread's last deliveries come before
     word_.store(audience::closed, std::memory_order_release);

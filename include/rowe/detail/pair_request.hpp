@@ -12,7 +12,7 @@
 
 namespace rowe::detail {
 
-// What a handle asks set-up for: a queue pair of this kind, with queues of this size. Depths and bytes of
+// What a handle asks of set-up: a queue pair of this kind, with queues of this size. Depths and bytes of
 // queues that the kind does not have stay 0.
 struct pair_request {
   pair_kind kind = pair_kind::publish_value;
@@ -38,7 +38,7 @@ struct pair_request {
   bool fill_missing = false;                   // where they leave out members
 };
 
-// What goes into a slot: a T, or text of at most so many bytes.
+// The bytes of a slot for a T, or for text of at most so many bytes.
 template <class T>
 constexpr std::size_t slot_bytes(std::uint32_t text_bytes_max) noexcept {
   if constexpr (is_text<T>) {
@@ -54,8 +54,8 @@ constexpr std::size_t answer_bytes(std::uint32_t text_bytes_max) noexcept {
   return bytes > diagnostic_bytes_max ? bytes : diagnostic_bytes_max;
 }
 
-// Where the options leave it open, a queue has as many slots as fill so many bytes, but not fewer than a
-// burst needs, nor more than anybody waits for.
+// If the options do not say it, a queue has as many slots as fill so many bytes, but not fewer than a burst
+// needs, nor more than are useful.
 struct usual_depth {
   std::size_t bytes;
   std::uint32_t least;
@@ -109,7 +109,7 @@ template <class T>
 constexpr pair_request subscribe_request(std::string_view topic, const topic_options& options) noexcept {
   pair_request asked = topic_request<T>(topic, options);
   asked.kind = is_text<T> ? pair_kind::subscribe_text : pair_kind::subscribe_value;
-  // A view of the newest text would change under the eyes of its reader.
+  // A view of the newest text would change while it is read.
   if (is_text<T>) asked.keep = keep::all;
   asked.in_bytes = slot_bytes<T>(options.text_bytes_max);
   asked.in_depth = of_topics.or_asked(options.depth, asked.in_bytes);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a handle of T carries: a struct that has a schema, or JSON text for json_text. What differs between
-// the two stands here, so that each handle is one template.
+// What a handle of T carries: a struct that has a schema, or JSON text for json_text. All differences between
+// the two are here, so each handle is one template.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -28,7 +28,7 @@ struct payload {
 
   static const void* data(given value) noexcept { return &value; }
   static constexpr std::size_t bytes(given) noexcept { return sizeof(T); }
-  // The capacity that it did not fit before it got here; 0 when it did.
+  // The capacity that a message overflowed before it came here; 0 if it did not.
   static constexpr std::size_t outgrown(given) noexcept { return 0; }
   static taken read(const pair_slots& from, std::uint32_t slot) noexcept {
     T value;

@@ -2,9 +2,9 @@
 // The queue pair of one handle: what its user thread shares with the service thread. `out` goes to the
 // service thread, `in` comes from it, and `completions` has the completions of calls and of sends that wait.
 // It lies in the endpoint's memory. pair_lifecycle.hpp says how it changes hands. While it is active the two
-// threads share only its rings, its window and the few words named here. Slots travel as numbers: the
-// producer of a queue takes a free one out of the free ring, fills it, and pushes its number; the consumer
-// gives the number back through the free ring.
+// threads share only its rings, its window and the few words named here. Slots are passed as numbers: the
+// producer of a queue takes a free slot out of the free ring, fills it, and pushes its number. The consumer
+// releases the number through the free ring.
 //
 // This header is part of the interface only because the calls of a loop are inline; use publisher,
 // subscriber, caller, responder and rowe::lane.
@@ -63,14 +63,14 @@ constexpr bool responds(pair_kind k) noexcept {
 constexpr bool is_latch(pair_kind k) noexcept { return k == pair_kind::stop_latch; }
 constexpr bool calls(pair_kind k) noexcept { return k == pair_kind::call_value || k == pair_kind::call_text; }
 
-// A connection, by its place and how often that was used. Generation 0: none; as an address: everyone.
+// A connection, by its place and the generation of that place. Generation 0: none; as an address: everyone.
 struct peer_ref {
   std::uint32_t index = 0;
   std::uint32_t generation = 0;
   friend bool operator==(const peer_ref&, const peer_ref&) = default;
 };
 
-// A call: by its place in the table of whoever is to complete it. Generation 0: none.
+// A call, by its row in the table of the side that completes it. Generation 0: none.
 struct call_ref {
   std::uint32_t index = 0;
   std::uint32_t generation = 0;
@@ -87,7 +87,7 @@ enum class entry : std::uint8_t {
   completion, // completions: of the queue pair's `own`: a reply (none where a message was sent), or an error
 };
 
-// In front of every value in a slot. The value behind it is aligned to value_alignment.
+// The header in front of every value in a slot. The value behind it is aligned to value_alignment.
 struct value_header {
   std::int64_t stamped_ns = 0; // when it was published, or arrived
   std::int64_t expires_ns = 0; // as stamped_ns: only in the cycle that takes it
@@ -146,7 +146,7 @@ struct pending_call {
   bool cancelled = false; // its completion is to be dropped
 };
 
-// Slot numbers that the user thread has parked: a ring of its own.
+// Slot numbers that the user thread has parked, in a ring that only this thread uses.
 struct parked_slots {
   std::span<std::uint32_t> places; // as many as there are slots
   std::uint32_t first = 0;
@@ -168,11 +168,11 @@ struct queue_pair {
 
   alignas(rt::line_bytes) pair_lifecycle<> lifecycle;
 
-  // The handle's thread sleeps until there is room: another number each time. 0: it does not. Here, since the
-  // service thread looks at this line in any case.
+  // Not 0 while the handle's thread sleeps until there is room; each wait uses another number. It shares this
+  // cache line because the service thread reads the line anyway.
   rt::std_atomics::variable<std::uint32_t> room_asked{0};
 
-  // Written by set-up before `offered` is stored, constant while the queue pair is not free.
+  // Set-up writes these before it stores `offered`. They are constant while the queue pair is not free.
   alignas(rt::line_bytes) pair_kind kind = pair_kind::publish_value;
   rowe::keep keep = rowe::keep::all;
   rowe::priority priority = rowe::priority::normal;
@@ -189,7 +189,7 @@ struct queue_pair {
   bool receives = false;        // talk: it may be the generic receiver
   // The generations of the endpoint's connections (shared_state): a peer that is gone has another one.
   std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations;
-  // The same of those that take messages; 0 of one that has its share of what waits.
+  // The same for peers that accept messages; 0 for a peer whose share of parked messages is used up.
   std::span<const rt::std_atomics::variable<std::uint32_t>> peers_taking;
   const permit_word<>* granted = nullptr; // stop_latch
   duration loop_timeout = rt::for_ever;   // stop_latch: the longest pause between two looks
@@ -203,7 +203,7 @@ struct queue_pair {
     std::span<pending_call> calls;
     std::uint32_t free_call = 0; // the list's head; calls.size(): none
     std::uint32_t calls_open = 0;
-    parked_slots parked_completions; // that came while another one was waited for
+    parked_slots parked_completions; // that arrived while the handle waited for another one
     parked_slots spare_replies;      // respond: out slots that were reserved and not needed
     latch_memory latch;
     std::uint32_t room_waits = 0; // how often it has waited for room
@@ -236,9 +236,9 @@ struct queue_pair {
 
 // Everything behind an endpoint: its memory, its service thread, its transport.
 class endpoint_state;
-// Gives a queue pair back. Not real-time: it wakes the service thread.
+// Closes a queue pair. Not real-time: it wakes the service thread.
 void close_pair(endpoint_state& of, queue_pair& gone) noexcept;
-// Has the service thread look at its queue pairs now, instead of within a poll_period. Not real-time.
+// Makes the service thread look at its queue pairs now, and not only within a poll_period. Not real-time.
 void wake_service(endpoint_state& of) noexcept;
 
 // Owns a queue pair and keeps the endpoint's memory alive, so that a handle may outlive its endpoint: its
@@ -271,8 +271,7 @@ class pair_handle {
 
  private:
   void reset() noexcept {
-    if (state_)
-      close_pair(*state_, *pair_); // without, in a harness of tests, the queue pair is the harness's
+    if (state_) close_pair(*state_, *pair_); // without a state, in a test, the harness owns the pair
     pair_ = nullptr;
     state_.reset();
   }
@@ -281,8 +280,8 @@ class pair_handle {
   queue_pair* pair_ = nullptr;
 };
 
-// Something lies in `out`. Under idle::wake the service thread is told; under the other policies it finds it
-// by itself, and all that this costs is looking which it is.
+// Called when something was pushed to `out`. Wakes the service thread under idle::wake; under other policies
+// it polls, and this costs one comparison.
 [[gnu::noinline, gnu::cold]] inline void wake_for(queue_pair& on) noexcept { on.waker->wake(on.epoch); }
 inline void announce(queue_pair& on) noexcept {
   if (on.waker != nullptr) [[unlikely]]

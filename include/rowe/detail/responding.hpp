@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a responder hands out with each call: its origin, and the slot that is reserved for its answer. A
-// responder's `out` has twice as many slots as its `in`, so that it can hand out calls while answers are on
-// their way. Reserved slots that were not needed stay on this side (`spare_replies`), because only the
-// service thread may give a number back to the free ring.
+// What a responder hands out with each call: the origin of the call, and the slot that is reserved for its
+// answer. A responder's `out` has twice as many slots as its `in`, so it can hand out calls while answers are
+// on their way. Reserved slots that were not needed stay on this side (`spare_replies`), because only the
+// service thread may push a number into the free ring.
 //
 // For the handle's one thread; waits nowhere, allocates nothing.
 #pragma once
@@ -39,7 +39,7 @@ class open_request {
     std::swap(asked_, from.asked_);
     return *this;
   }
-  // Unanswered: refused with a diagnostic that says so.
+  // If the call is unanswered, it is refused with a diagnostic that says so.
 #if defined(__GNUC__) && !defined(__clang__) // gcc 12 sees pair_ read in an empty std::optional
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
@@ -56,7 +56,7 @@ class open_request {
   ROWE_RT time_point expires() const noexcept { return time_point{duration{asked_.expires_ns}}; }
 
  protected:
-  // Where it `holds_text`, the text's slot is released with the answer, else now.
+  // With `holds_text`, the text's slot is released with the answer, else now.
   open_request(queue_pair& on, request_slots slots, bool holds_text) noexcept
       : pair_{&on}, slots_{slots}, holds_text_{holds_text}, asked_{*on.user.in.slots.header(slots.in)} {
     if (!holds_text) on.user.in.free_ring->release(slots.in);
@@ -103,8 +103,8 @@ class open_request {
   value_header asked_;
 };
 
-// Reserves a slot for an answer, then takes the next call that has not given up. Errors: full, empty, closed,
-// misuse.
+// Reserves a slot for an answer, then takes the next call whose caller has not given up. Errors: full, empty,
+// closed, misuse.
 inline result<request_slots> next_request(const pair_handle& handle, time_point now) noexcept {
   if (!handle) return errc::misuse;
   queue_pair& on = *handle;

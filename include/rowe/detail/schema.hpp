@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How rowe/schema.hpp turns types into descriptions. Nothing here is for users; every way to get a schema
-// wrong ends in one of the static_assert sentences below.
+// How rowe/schema.hpp turns types into descriptions. Nothing here is for users. Every wrong schema ends in
+// one of the static_asserts below.
 #pragma once
 #include <limits>
 #include <memory>
@@ -63,7 +63,7 @@ const void* elements_of(const void* array) noexcept {
   }
 }
 
-// Arrays of every sort; `Array` is the type in memory.
+// Arrays of all kinds; `Array` is the type in memory.
 template <class Array, class Element>
 consteval value_description describe_array(std::size_t count_max) noexcept {
   static_assert(
@@ -154,7 +154,8 @@ consteval value_description describe_value() noexcept {
 constexpr bool is_integer(value_kind k) noexcept { return k >= value_kind::int8 && k <= value_kind::uint64; }
 constexpr bool is_real(value_kind k) noexcept { return k == value_kind::float32 || k == value_kind::float64; }
 
-// What the member's form applies to: the value itself, or the elements of arrays and optionals.
+// The kind of value to which the member's form applies: the value itself, or the elements of arrays and
+// optionals.
 constexpr value_kind innermost_kind(const value_description& d) noexcept {
   return d.kind == value_kind::array || d.kind == value_kind::optional ? innermost_kind(*d.element) : d.kind;
 }
@@ -179,8 +180,8 @@ void set_count_of(void* object, std::size_t count) noexcept {
   member = static_cast<std::remove_reference_t<decltype(member)>>(count);
 }
 
-// Can such a value be written, once there is an object for it to be in? (Asked of the type, because g++ knows
-// no constant comparison of functions with null when it builds for sanitizers.)
+// Can such a value be written if its object exists? (This asks the type, because g++ cannot compare functions
+// with null at compile time when it builds for sanitizers.)
 template <class T>
 consteval bool is_decodable() noexcept {
   if constexpr (std::is_array_v<T>) {
@@ -267,8 +268,7 @@ consteval bool names_differ(const std::array<member_description, N>& members) no
   return true;
 }
 
-// Of a member that a schema lists: it is not const, nor is one that counts it, and what it holds is
-// decodable.
+// For a member that a schema lists: neither it nor its counting member is const, and its value is decodable.
 template <auto Member>
 consteval bool is_decodable_member() noexcept {
   using pointer = member_pointer<decltype(Member)>;
@@ -288,7 +288,8 @@ consteval bool is_decodable_entry() noexcept {
   (Entry);
 }
 
-// The members as a static array; a class template, because the list has to be taken out of the schema's type.
+// The members as a static array. It is a class template, because the list must be taken out of the schema's
+// type.
 template <class T, class Fields>
 struct members_of {
   static_assert(unsupported<T>, "rowe::schema: a schema must read `= rowe::fields<&T::member, ...>{}`");
@@ -319,7 +320,7 @@ consteval schema_description describe_schema() noexcept {
 
 template <class T>
 inline constexpr schema_description schema_description_of = describe_schema<T>();
-// Stands in where a static_assert has already said what is wrong, so that nobody reads a second error.
+// Used after a static_assert has said what is wrong, so there is no second error.
 inline constexpr schema_description nothing_described{};
 
 } // namespace rowe::detail

@@ -2,13 +2,12 @@
 // The stop's shared words: what the service thread grants, and what each loop answers.
 //
 // The permit is one word: a latch number and a time until which loops may move. The service thread renews it
-// while every guard is fresh, so motion ends by itself when that thread dies; it withdraws it (time 0) to
-// stop. A loop that has once seen the permit of a number withdrawn or over is tripped at that number: a
-// permit that is renewed a moment later does not let it go on, only another number does, and only a reset
-// grants one. So no interleaving of a stop, a renewal and a late loop lets the loop miss the stop
-// (tests/model).
+// while every guard is fresh, so motion ends by itself if that thread dies. To stop, it withdraws the permit
+// (time 0). A loop that has once seen the permit of a number withdrawn or over is tripped at that number. A
+// permit that is renewed later does not let it go on; only another number does, and only a reset grants one.
+// So no interleaving of a stop, a renewal and a late loop lets the loop miss the stop (tests/model).
 //
-// Three words, each with one writer, no loop reads what another loop writes, and nobody ever waits.
+// There are three words. Each has one writer, no loop reads what another loop writes, and nobody ever waits.
 #pragma once
 #include <cstdint>
 
@@ -18,10 +17,11 @@
 
 namespace rowe::detail {
 
-// What loops know a stop, or the reset that ended it, by: from 1 to latch_number_max and anew; 0 is none.
-// Peers know stops by numbers that never come again (service/stop_rules.hpp). This one is raised at most once
-// in each latch_period, so that it takes latch_turn to come again, and never to one that a loop's words still
-// have: a loop is not looked for so long (longest_loop_timeout) before everything stops.
+// The number of a stop, or of the reset that ended it, for loops: from 1 to latch_number_max, then from 1
+// again; 0 is none. For peers, stops have numbers that never come again (service/stop_rules.hpp). This one is
+// raised at most once in each latch_period, so it takes latch_turn until it comes again. It never becomes a
+// number that a loop's words still have; and if a loop does not look for longest_loop_timeout, everything
+// stops anyway.
 using latch_number = std::uint16_t;
 inline constexpr latch_number latch_number_max = 0xffff;
 inline constexpr rt::duration latch_period = std::chrono::milliseconds{1};
@@ -89,8 +89,8 @@ class latch_words {
   }
   ROWE_RT void acknowledge(latch_number number, time_point now) noexcept {
     const auto low = static_cast<std::uint64_t>(rt::nanoseconds_of(now));
-    // release: pairs with the acquire in acknowledged(); what the loop commanded before is commanded when the
-    // service thread tells the peer so
+    // release: pairs with the acquire in acknowledged(); so what the loop commanded before comes before the
+    // service thread's answer to the peer
     acknowledged_.store(permit::pack(number, low), std::memory_order_release);
   }
 
@@ -106,8 +106,8 @@ class latch_words {
     latch_number number = 0;
     time_point at{};
   };
-  // `now` completes the time, of which the word has the low 48 bits: right for three days. A loop's clock may
-  // be ahead of the reader's `now` by the length of a cycle.
+  // The word has the low 48 bits of the time; `now` completes it, correctly for three days. A loop's clock
+  // may be ahead of the reader's `now` by the length of a cycle.
   acknowledgment acknowledged(time_point now) const noexcept {
     // acquire: pairs with the release in acknowledge()
     const std::uint64_t word = acknowledged_.load(std::memory_order_acquire);
@@ -132,13 +132,13 @@ class latch_words {
   typename Atomics::template variable<std::uint64_t> acknowledged_{0};
 };
 
-// What a loop knows for itself.
+// What only the loop itself knows.
 struct latch_memory {
   latch_number tripped = 0;
   latch_number acknowledged = 0;
 };
 
-// One look of a loop at `now`: true when it must not move. Bounded: one load, one or two stores.
+// A loop looks at `now`. True: it must not move. Bounded: one load, one or two stores.
 template <class Atomics>
 ROWE_RT bool latch_engaged(const permit_word<Atomics>& granted, latch_words<Atomics>& words,
                            latch_memory& own, rt::time_point now) noexcept {
