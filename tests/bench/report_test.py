@@ -277,7 +277,8 @@ class builds_by_turns(unittest.TestCase):
         self.assertEqual(self.of([1, 1], [2, 2], state="failed"), [])
 
     def test_what_differs_between_builds_of_the_same_code_is_chance(self):
-        sides = [[results.result("expiry", state="ran", rows=[results.row("recent/rowe", "ns", {"time": each})])
+        sides = [[results.result("expiry", state="ran",
+                                 rows=[results.row("recent/rowe", "ns", {"time": each})])
                   for each in side] for side in ([10, 10], [13, 13])]
         found = compare.of_program(*sides, same=True)
         self.assertEqual([(one.verdict, one.beyond) for one in found], [("", "slower")])
