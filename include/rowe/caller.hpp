@@ -10,6 +10,7 @@
 #include <rowe/detail/calls.hpp>
 #include <rowe/detail/payload.hpp>
 #include <rowe/detail/queue_pair.hpp>
+#include <rowe/detail/waiting.hpp>
 #include <rowe/json_text.hpp>
 #include <rowe/message_view.hpp>
 #include <rowe/result.hpp>

@@ -14,7 +14,9 @@
 #include <rowe/call_id.hpp>
 #include <rowe/connection.hpp>
 #include <rowe/detail/calls.hpp>
+#include <rowe/detail/posting.hpp>
 #include <rowe/detail/queue_pair.hpp>
+#include <rowe/detail/waiting.hpp>
 #include <rowe/message.hpp>
 #include <rowe/message_view.hpp>
 #include <rowe/result.hpp>

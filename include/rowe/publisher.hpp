@@ -5,8 +5,8 @@
 #include <cstring>
 #include <utility>
 
-#include <rowe/detail/calls.hpp>
 #include <rowe/detail/payload.hpp>
+#include <rowe/detail/posting.hpp>
 #include <rowe/detail/queue_pair.hpp>
 #include <rowe/json_text.hpp>
 #include <rowe/schema.hpp>

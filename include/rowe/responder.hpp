@@ -8,10 +8,10 @@
 #include <utility>
 
 #include <rowe/connection.hpp>
-#include <rowe/detail/calls.hpp>
 #include <rowe/detail/payload.hpp>
 #include <rowe/detail/queue_pair.hpp>
 #include <rowe/detail/responding.hpp>
+#include <rowe/detail/waiting.hpp>
 #include <rowe/json_text.hpp>
 #include <rowe/result.hpp>
 #include <rowe/schema.hpp>

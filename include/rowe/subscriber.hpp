@@ -4,9 +4,10 @@
 #include <cstddef>
 #include <utility>
 
-#include <rowe/detail/calls.hpp>
 #include <rowe/detail/payload.hpp>
+#include <rowe/detail/posting.hpp>
 #include <rowe/detail/queue_pair.hpp>
+#include <rowe/detail/waiting.hpp>
 #include <rowe/json_text.hpp>
 #include <rowe/message_view.hpp>
 #include <rowe/result.hpp>

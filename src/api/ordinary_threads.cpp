@@ -4,6 +4,7 @@
 #include <rowe/endpoint.hpp>
 
 #include <rowe/detail/calls.hpp>
+#include <rowe/detail/posting.hpp>
 
 #include "api/endpoint_state.hpp"
 #include "service/shared_inbox.hpp"

@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include <rowe/detail/calls.hpp>
+#include <rowe/detail/waiting.hpp>
 #include <rowe/event.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/slab.hpp>

@@ -69,7 +69,7 @@ inline void close_handles(modelled_pair& one) {
   one.arrival.notify();
 }
 
-// ---- queue_pair.hpp, calls.hpp
+// ---- queue_pair.hpp, waiting.hpp
 
 // publish_into()
 inline bool publish(modelled_pair& on, std::uint32_t value) {

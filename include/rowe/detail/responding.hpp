@@ -12,7 +12,9 @@
 
 #include <rowe/connection.hpp>
 #include <rowe/detail/calls.hpp>
+#include <rowe/detail/posting.hpp>
 #include <rowe/detail/queue_pair.hpp>
+#include <rowe/detail/waiting.hpp>
 #include <rowe/message.hpp>
 #include <rowe/result.hpp>
 
