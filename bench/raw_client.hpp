@@ -14,6 +14,7 @@
 #include <sys/socket.h>
 
 #include "net/descriptor.hpp"
+#include "wire/frame_parser.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::bench {

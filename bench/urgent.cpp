@@ -38,6 +38,7 @@
 #include "net/descriptor.hpp"
 #include "stand.hpp"
 #include "urgent_servers.hpp"
+#include "wire/frame_parser.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::bench {

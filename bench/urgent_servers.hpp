@@ -25,6 +25,7 @@
 #include "kernel_window.hpp"
 #include "net/descriptor.hpp"
 #include "upgrade.hpp"
+#include "wire/frame_parser.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::bench {

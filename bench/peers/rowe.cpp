@@ -20,6 +20,7 @@
 
 #include "arguments.hpp"
 #include "net/socket_transport.hpp"
+#include "wire/frame_parser.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::bench {

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "service/ids.hpp"
-#include "wire/websocket.hpp"
+#include "wire/frame_parser.hpp"
 
 namespace rowe::service {
 

@@ -24,7 +24,7 @@
 #include "service/receiver.hpp"
 #include "service/sender.hpp"
 #include "service/service_limits.hpp"
-#include "wire/websocket.hpp"
+#include "wire/frame_parser.hpp"
 
 namespace rowe::service {
 

@@ -28,6 +28,7 @@
 
 #include "net/socket_transport.hpp"
 #include "service/transport.hpp"
+#include "wire/frame_parser.hpp"
 #include "wire/websocket.hpp"
 
 namespace {

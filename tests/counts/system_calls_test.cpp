@@ -18,6 +18,7 @@
 #include "net/socket_transport.hpp"
 #include "net/support.hpp"
 #include "service/core_harness.hpp"
+#include "wire/frame_parser.hpp"
 #include "wire/websocket.hpp"
 
 namespace {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "fuzz/require.hpp"
+#include "wire/frame_parser.hpp"
 #include "wire/websocket.hpp"
 
 namespace {

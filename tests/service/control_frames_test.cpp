@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "service/control_frames.hpp"
+#include "wire/frame_parser.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::service {

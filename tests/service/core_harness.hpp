@@ -27,6 +27,7 @@
 #include "service/shared_inbox.hpp"
 #include "service/shared_state.hpp"
 #include "service/submission_queue.hpp"
+#include "wire/frame_parser.hpp"
 #include "wire/websocket.hpp"
 #include "json/reader.hpp"
 
