@@ -48,7 +48,7 @@ std::optional<authority> to_authority(std::string_view text) noexcept {
   return out;
 }
 
-// Is this one of our names? A name without a port means our port.
+// Whether this is one of our names. A name without a port means our port.
 bool is_ours(const authority& asked, const handshake_policy& policy) noexcept {
   constexpr std::string_view loopback[] = {"localhost", "127.0.0.1", "[::1]"};
   const bool at_our_port = !asked.port || *asked.port == policy.port;
@@ -62,7 +62,7 @@ bool is_ours(const authority& asked, const handshake_policy& policy) noexcept {
   });
 }
 
-// Is `origin` our own page's: one of our names at our port, or the name in the request's Host?
+// Whether `origin` is our own page's: one of our names at our port, or the name in the request's Host.
 bool is_own_origin(std::string_view origin, std::string_view host, const handshake_policy& policy) noexcept {
   const std::size_t separator = origin.find("://");
   if (separator == std::string_view::npos) return false;
@@ -88,20 +88,21 @@ bool is_base64_digit(char c) noexcept {
   return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '+' || c == '/';
 }
 
-// Does the text decode to 16 bytes of base64: 22 digits and the padding?
+// Whether the text is base64 of 16 bytes: 22 digits and the padding.
 bool is_handshake_key(std::string_view text) noexcept {
   return text.size() == 24 && text.ends_with("==") &&
          std::all_of(text.begin(), text.begin() + 22, is_base64_digit);
 }
 
-// Digits and at most two characters of padding. Hop's is "ws" and a number of the process in base64.
+// Whether the text is digits of base64 and at most two characters of padding. Hop's key is "ws" and a number
+// of its process in base64.
 bool is_lenient_key(std::string_view text) noexcept {
   if (text.empty() || text.size() > lenient_key_bytes_max) return false;
   for (int padding = 0; padding < 2 && text.ends_with('='); ++padding) text.remove_suffix(1);
   return !text.empty() && std::all_of(text.begin(), text.end(), is_base64_digit);
 }
 
-// Does one element of Accept-Encoding say gzip, and not with a weight of zero?
+// Whether one element of Accept-Encoding says gzip, and not with a weight of zero.
 bool says_gzip(std::string_view element) noexcept {
   const std::size_t semicolon = std::min(element.find(';'), element.size());
   if (!equal_ignoring_case(trimmed(element.substr(0, semicolon)), "gzip")) return false;
@@ -109,7 +110,7 @@ bool says_gzip(std::string_view element) noexcept {
   return !(weight.starts_with("q=0") && weight.find_first_not_of("0.", 3) == std::string_view::npos);
 }
 
-// One request under judgement. Each step returns false when it refused, with the refusal set.
+// Judges one request, step by step. A step that refuses sets the refusal and returns false.
 class judge {
  public:
   judge(const handshake_policy& policy, http_judgement& out) noexcept : policy_{policy}, out_{out} {}
@@ -186,7 +187,7 @@ bool judge::take(const http_field& field) noexcept {
       if (says_gzip(next_element(list))) out_.accepts_gzip = true;
     }
   } else if (is("if-none-match")) {
-    // twice: none counts, and the whole page is sent
+    // two of them: neither counts, and the whole page is sent
     out_.if_none_match = ++seen_.if_none_match_count == 1 ? field.value : std::string_view{};
   }
   return true;
@@ -291,43 +292,10 @@ bool judge::judge_upgrade() noexcept {
                 none_known ? std::string_view{} : policy_.subprotocols.front());
 }
 
-std::string_view phrase_of(std::uint16_t status) noexcept {
-  switch (status) {
-  case 400: return "Bad Request";
-  case 401: return "Unauthorized";
-  case 403: return "Forbidden";
-  case 404: return "Not Found";
-  case 405: return "Method Not Allowed";
-  case 408: return "Request Timeout";
-  case 426: return "Upgrade Required";
-  case 429: return "Too Many Requests";
-  case 431: return "Request Header Fields Too Large";
-  case 500: return "Internal Server Error";
-  case 503: return "Service Unavailable";
-  case 505: return "HTTP Version Not Supported";
-  default: return "Refused";
-  }
-}
-
-// Writes `text` with `%` replaced by `value`, printable ASCII only, and returns the bytes written.
-std::uint8_t fill(std::span<char> room, std::string_view text, std::string_view value) noexcept {
-  constexpr std::size_t value_bytes_max = 96;
-  text_out out{room};
-  const std::size_t place = text.find('%');
-  out.add(text.substr(0, place));
-  if (place != std::string_view::npos) out.add_shortened(value, value_bytes_max).add(text.substr(place + 1));
-  const std::size_t bytes = out.text().size();
-  for (char& c : room.first(bytes)) {
-    if (c < 0x20 || c > 0x7e) c = '?';
-  }
-  return static_cast<std::uint8_t>(bytes);
-}
-
 } // namespace
 
 std::size_t find_header_end(std::string_view bytes, std::size_t scanned) noexcept {
-  constexpr std::size_t overlap =
-      2; // a line feed and a carriage return may have been seen without what follows
+  constexpr std::size_t overlap = 2; // the last bytes that were scanned may have been "\n\r"
   std::size_t at = bytes.find('\n', scanned - std::min(scanned, overlap));
   for (; at != std::string_view::npos; at = bytes.find('\n', at + 1)) {
     const std::string_view behind = bytes.substr(at + 1, 2);
@@ -335,13 +303,6 @@ std::size_t find_header_end(std::string_view bytes, std::size_t scanned) noexcep
     if (behind == "\r\n") return at + 3;
   }
   return 0;
-}
-
-void http_refusal::set(std::uint16_t http_status, std::string_view what, std::string_view remedy,
-                       std::string_view value, std::string_view remedy_value) noexcept {
-  status = http_status;
-  what_bytes_ = fill(what_, what, value);
-  remedy_bytes_ = fill(remedy_, remedy, remedy_value.empty() ? value : remedy_value);
 }
 
 http_judgement judge_request(std::string_view header, const handshake_policy& policy) noexcept {
@@ -369,21 +330,6 @@ http_judgement header_too_large() noexcept {
   out.refusal.set(431, "the request header is larger than 4096 bytes",
                   "delete the cookies of this host, or send fewer headers");
   return out;
-}
-
-std::string_view write_refusal(std::span<char> out, const http_refusal& refusal) noexcept {
-  const std::string_view what = refusal.what();
-  const std::string_view remedy = refusal.remedy();
-  text_out answer{out};
-  answer.add("HTTP/1.1 ").add(refusal.status).add(" ").add(phrase_of(refusal.status)).add("\r\n");
-  answer.add("Content-Type: text/plain; charset=utf-8\r\nContent-Length: ");
-  answer.add(static_cast<std::int64_t>(what.size() + remedy.size() + 2));
-  answer.add("\r\nConnection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n");
-  if (refusal.status == 405) answer.add("Allow: GET, HEAD\r\n");
-  if (refusal.status == 426) answer.add("Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n");
-  answer.add("\r\n");
-  if (!refusal.to_head) answer.add(what).add("\n").add(remedy).add("\n");
-  return answer.cut() ? std::string_view{} : answer.text();
 }
 
 std::string_view write_clean_request(std::span<char> out, const http_judgement& judgement) noexcept {

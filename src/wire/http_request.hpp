@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The handshake filter: it judges the header of the first and only request of a connection, before anything
 // else sees it. The transport peeks at the socket until the header is complete, and calls judge_request() on
-// the service thread. Then it hands a page request or an upgrade to the HTTP library, or it answers a refusal
-// and closes. The filter is strict: what it lets through has one meaning, and write_clean_request() writes
-// that meaning anew, so the library never parses what a peer wrote.
+// the service thread. Then it hands a page request or an upgrade to the HTTP library, or it answers why not
+// (http_answer.hpp) and closes. The filter is strict: what it lets through has one meaning, and
+// write_clean_request() writes that meaning anew, so the library never parses what a peer wrote.
 //
 // It guards against three things. Any page in a browser may open a WebSocket to localhost, hence the check of
 // Origin. An attacker may make a name point here (DNS rebinding), hence the check of Host. Upgrades to h2c,
@@ -11,19 +11,19 @@
 //
 // Every function here: pure, any thread, never waits, never allocates; time is linear in the header.
 #pragma once
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
+
+#include "wire/http_answer.hpp"
 
 namespace rowe::wire {
 
 inline constexpr std::size_t http_header_bytes_max = 4096;
 inline constexpr std::size_t lenient_key_bytes_max = 64;
 
-// Room that always suffices for write_refusal() and for write_clean_request().
-inline constexpr std::size_t http_refusal_bytes_max = 1024;
+// Bytes that always suffice for write_clean_request().
 inline constexpr std::size_t http_clean_bytes_max = http_header_bytes_max + 256;
 
 // Where the header ends: one past its empty line, or 0 if that has not come yet. For a reader that peeks
@@ -49,27 +49,6 @@ struct handshake_policy {
   // lenient_key_bytes_max characters instead of 16 bytes. A client that offers only other subprotocols is
   // answered without one. Everything else is as strict as before.
   bool lenient = false;
-};
-
-// Why a request was refused. The texts are plain ASCII whatever the peer sent, and quote it shortened.
-class http_refusal {
- public:
-  std::uint16_t status = 0; // HTTP
-  bool to_head = false;     // the request was HEAD: the answer has no body
-
-  std::string_view what() const noexcept { return {what_.data(), what_bytes_}; }       // names the value
-  std::string_view remedy() const noexcept { return {remedy_.data(), remedy_bytes_}; } // what to change
-
-  // Sets the texts. `%` in them stands for a value, which is shortened and cleaned; in the remedy for
-  // `remedy_value` where there is one.
-  void set(std::uint16_t http_status, std::string_view what, std::string_view remedy,
-           std::string_view value = {}, std::string_view remedy_value = {}) noexcept;
-
- private:
-  std::array<char, 224> what_{};
-  std::array<char, 224> remedy_{};
-  std::uint8_t what_bytes_ = 0;
-  std::uint8_t remedy_bytes_ = 0;
 };
 
 enum class http_outcome : std::uint8_t {
@@ -98,10 +77,6 @@ struct http_judgement {
 // header_too_large().
 http_judgement judge_request(std::string_view header, const handshake_policy& policy) noexcept;
 http_judgement header_too_large() noexcept;
-
-// Writes the complete HTTP/1.1 answer (Connection: close, a text body with what and remedy) and returns it;
-// empty when `out` is too small.
-std::string_view write_refusal(std::span<char> out, const http_refusal& refusal) noexcept;
 
 // Writes the request anew, only with what was judged, and returns it; empty if `out` is too small. It has
 // Host; for an upgrade, the handshake with the chosen subprotocol; for a page, If-None-Match and
