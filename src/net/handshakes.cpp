@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <string_view>
 #include <utility>
 
+#include "net/handshake_answers.hpp"
 #include "net/socket_options.hpp"
 
 namespace rowe::net {
@@ -18,42 +18,6 @@ using service::transport_sink;
 
 namespace {
 
-constexpr std::uint16_t request_timeout = 408;
-constexpr std::uint16_t header_fields_too_large = 431;
-constexpr std::uint16_t internal_error = 500;
-constexpr std::uint16_t service_unavailable = 503;
-
-struct decimal {
-  explicit decimal(std::uint64_t number) noexcept
-      : end{std::to_chars(digits, digits + sizeof digits, number).ptr} {}
-  std::string_view text() const noexcept { return {digits, static_cast<std::size_t>(end - digits)}; }
-  char digits[20];
-  char* end;
-};
-
-wire::http_refusal refusal_of(std::uint16_t status, std::string_view what, std::string_view remedy,
-                              std::string_view value = {}) noexcept {
-  wire::http_refusal refusal;
-  refusal.set(status, what, remedy, value);
-  return refusal;
-}
-
-wire::http_refusal no_descriptor() noexcept {
-  return refusal_of(service_unavailable, "this process has no file descriptor left",
-                    "raise its limit of open files (ulimit -n) or lower connections_max");
-}
-
-wire::http_refusal no_memory() noexcept {
-  return refusal_of(service_unavailable, "no memory is left for another handshake or page",
-                    "try again in a moment, or raise handshake_bytes");
-}
-
-wire::http_refusal header_too_large(const socket_limits& limits) noexcept {
-  return refusal_of(header_fields_too_large, "the request header is larger than % bytes",
-                    "delete the cookies of this host, or send fewer headers",
-                    decimal{limits.header_bytes_max}.text());
-}
-
 bool is_for_stop(const wire::http_judgement& request) noexcept {
   return request.outcome == wire::http_outcome::upgrade && request.path == service::stop_path;
 }
@@ -61,10 +25,9 @@ bool is_for_stop(const wire::http_judgement& request) noexcept {
 // Sends one small answer. Nothing was written to this socket before, so its buffer is empty, and larger than
 // the answer.
 void send_refusal(int fd, const wire::http_refusal& refusal) noexcept {
-  char text[wire::http_refusal_bytes_max];
-  const std::string_view answer = wire::write_refusal(text, refusal);
-  (void)::send(fd, answer.data(), answer.size(),
-               MSG_NOSIGNAL | MSG_DONTWAIT); // a peer that is gone needs none
+  char bytes[wire::http_refusal_bytes_max];
+  const std::string_view text = wire::write_refusal(bytes, refusal);
+  (void)::send(fd, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT); // a peer that is gone needs none
 }
 
 } // namespace
@@ -90,6 +53,8 @@ handshakes::~handshakes() {
   for (guest& one : guests_)
     if (one.now != phase::free) leave(one);
 }
+
+// ---- places
 
 handshakes::guest* handshakes::free_or_parted() noexcept {
   const auto found =
@@ -155,8 +120,7 @@ bool handshakes::must_wait() const noexcept {
 void handshakes::evict(guest& one) noexcept {
   ++counters_.handshakes_evicted;
   if (one.scanned != 0) { // who has said nothing expects nothing
-    send_refusal(one.socket.get(), refusal_of(service_unavailable, "too many handshakes are under way",
-                                              "try again, with the whole request at once"));
+    send_refusal(one.socket.get(), answer::evicted());
   }
   leave(one);
 }
@@ -178,9 +142,7 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
   if (!one) {
     // There is no place for an orderly end, so a reset may destroy this answer.
     ++counters_.handshakes_cut;
-    const auto refusal =
-        refusal_of(service_unavailable, "% handshakes are under way, which is the limit",
-                   "try again in a moment, or raise handshakes_max", decimal{limits_.handshakes_max}.text());
+    const auto refusal = answer::too_many_handshakes(limits_.handshakes_max);
     send_refusal(accepted.socket.get(), refusal);
     ::shutdown(accepted.socket.get(), SHUT_WR);
     return report(accepted.peer, refusal, sink);
@@ -204,7 +166,9 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
   if (beyond) refuse_crowded(*one, sink);
 }
 
-// Goes on to `page` or `parting`.
+// ---- phases
+
+// Moves on to `page` or `parting`.
 void handshakes::enter(guest& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept {
   if (one.now == phase::page) --pages_;
   if (next == phase::page) ++pages_;
@@ -267,6 +231,8 @@ void handshakes::unqueue(guest& one) noexcept {
   std::erase(ready_, static_cast<std::uint32_t>(&one - guests_.data()));
 }
 
+// ---- requests
+
 void handshakes::read_header(guest& one, std::uint32_t events, transport_sink& sink) noexcept {
   auto* text = reinterpret_cast<char*>(scratch_.data());
   const ssize_t peeked = ::recv(one.socket.get(), text, limits_.header_bytes_max, MSG_PEEK | MSG_DONTWAIT);
@@ -275,7 +241,8 @@ void handshakes::read_header(guest& one, std::uint32_t events, transport_sink& s
   const std::string_view seen{text, static_cast<std::size_t>(peeked)};
   const std::size_t end = wire::find_header_end(seen, one.scanned);
   if (end == 0) {
-    if (seen.size() == limits_.header_bytes_max) return refuse(one, header_too_large(limits_), sink);
+    if (seen.size() == limits_.header_bytes_max)
+      return refuse(one, answer::header_too_large(limits_.header_bytes_max), sink);
     if (events & (EPOLLRDHUP | EPOLLHUP | EPOLLERR)) return leave(one); // the rest will never come
     one.scanned = static_cast<std::uint32_t>(seen.size());
     one.looked_at = true;
@@ -312,43 +279,27 @@ void handshakes::hand_over(guest& one, const wire::http_judgement& request, tran
 
 void handshakes::serve(guest& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
   const std::uint32_t pages_max = limits_.handshakes_max - kept_for_stop(limits_.handshakes_max);
-  if (pages_ >= pages_max)
-    return refuse(one,
-                  refusal_of(service_unavailable, "% pages are under way, which is the limit",
-                             "try again in a moment, or raise handshakes_max", decimal{pages_max}.text()),
-                  sink);
+  if (pages_ >= pages_max) return refuse(one, answer::too_many_pages(pages_max), sink);
   hand_over(one, request, &sink);
   if (one.watch.wsi) return enter(one, phase::page, page_, EPOLLOUT);
   if (one.watch.answered) return part(one);
-  if (one.watch.duplicate < 0) return refuse(one, no_descriptor(), sink);
+  if (one.watch.duplicate < 0) return refuse(one, answer::no_descriptor(), sink);
   if (one.watch.starved) return starve(one, sink);
-  refuse(one, refusal_of(internal_error, "the page could not be written", "report this with the request"),
-         sink);
+  refuse(one, answer::page_not_written(), sink);
 }
 
 void handshakes::upgrade(guest& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
   const bool for_stop = is_for_stop(request);
   if (for_stop && !connections_.make_room_for_stop(one.peer, sink))
-    return refuse(one,
-                  refusal_of(service_unavailable,
-                             "the places kept for the stop have just been given to others, or used to stop",
-                             "try again within a second"),
-                  sink);
+    return refuse(one, answer::no_place_for_stop(), sink);
   if (!for_stop && connections_.full())
-    return refuse(one,
-                  refusal_of(service_unavailable, "all % connections are taken",
-                             "close another one, or raise connections_max; to stop, connect to /rowe/stop",
-                             decimal{connections_.ordinary_max()}.text()),
-                  sink);
+    return refuse(one, answer::too_many_connections(connections_.ordinary_max()), sink);
   do {
     hand_over(one, request, nullptr);
   } while (for_stop && one.watch.starved && end_oldest_page()); // the memory of pages that are not read
-  if (one.watch.duplicate < 0) return refuse(one, no_descriptor(), sink);
+  if (one.watch.duplicate < 0) return refuse(one, answer::no_descriptor(), sink);
   if (one.watch.starved) return starve(one, sink);
-  if (!one.watch.established)
-    return refuse(
-        one, refusal_of(internal_error, "the upgrade could not be answered", "report this with the request"),
-        sink);
+  if (!one.watch.established) return refuse(one, answer::upgrade_not_answered(), sink);
   const socket_address peer = one.peer;
   const service::connection_id id = connections_.open(
       std::move(one.socket), peer, for_stop ? established::purpose::stop : established::purpose::any);
@@ -361,12 +312,10 @@ void handshakes::upgrade(guest& one, const wire::http_judgement& request, transp
                     .subprotocol = request.subprotocol});
 }
 
+// ---- refusals
+
 void handshakes::refuse_crowded(guest& one, transport_sink& sink) noexcept {
-  refuse(one,
-         refusal_of(service_unavailable, "one address may hold % connections, and yours does",
-                    "close another one, or raise connections_per_address_max",
-                    decimal{limits_.connections_per_address_max}.text()),
-         sink);
+  refuse(one, answer::too_many_from_one_address(limits_.connections_per_address_max), sink);
 }
 
 bool handshakes::end_oldest_page() noexcept {
@@ -380,7 +329,7 @@ bool handshakes::end_oldest_page() noexcept {
 
 void handshakes::starve(guest& one, transport_sink& sink) noexcept {
   ++counters_.handshakes_starved;
-  refuse(one, no_memory(), sink);
+  refuse(one, answer::no_memory(), sink);
 }
 
 void handshakes::refuse(guest& one, const wire::http_refusal& refusal, transport_sink& sink) noexcept {
@@ -399,6 +348,8 @@ void handshakes::report(const socket_address& peer, const wire::http_refusal& re
                    .remedy = refusal.remedy()});
 }
 
+// ---- deadlines
+
 void handshakes::expire(transport_sink& sink) noexcept {
   while (deadline_node* node = header_.take_due(now_)) {
     auto& one = static_cast<guest&>(*node);
@@ -406,9 +357,7 @@ void handshakes::expire(transport_sink& sink) noexcept {
     if (one.scanned == 0)
       leave(one);
     else
-      refuse(one,
-             refusal_of(request_timeout, "the header of the request did not end in time", "send it at once"),
-             sink);
+      refuse(one, answer::header_timed_out(), sink);
   }
   while (deadline_node* node = page_.take_due(now_)) {
     auto& one = static_cast<guest&>(*node);

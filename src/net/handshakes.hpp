@@ -72,9 +72,9 @@ class handshakes {
     std::uint32_t scanned = 0; // bytes of the header seen without its end
     std::uint32_t events = 0;  // that wait for step(); not 0 while it is in `ready_`
     phase now = phase::free;
-    std::uint64_t turn = 0; // in which it came: what it has sent is not known before the next one
-    bool looked_at = false; // its header was, and was not whole
-    bool crowded = false;   // its source has all it may have: only for the stop
+    std::uint64_t turn = 0; // in which it came: what it has sent is not known before the next turn
+    bool looked_at = false; // its header was looked at, and was not whole
+    bool crowded = false;   // its source has all it may have, so it may only stop
   };
 
   guest* free_or_parted() noexcept;

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// The answers to handshakes that the transport itself refuses, for a want of places, memory or time: all
+// their texts stand here, each with the limit that was reached and what to change. Refusals of what a request
+// says come from wire/http_request.hpp.
+//
+// Every function here: pure, any thread, never waits, never allocates.
+#pragma once
+#include <cstdint>
+
+#include "wire/http_answer.hpp"
+
+namespace rowe::net::answer {
+
+// ---- places
+
+wire::http_refusal too_many_handshakes(std::uint32_t handshakes_max) noexcept;
+// To one whose place is given to a newer one.
+wire::http_refusal evicted() noexcept;
+wire::http_refusal too_many_pages(std::uint32_t pages_max) noexcept;
+wire::http_refusal too_many_connections(std::uint32_t ordinary_max) noexcept;
+wire::http_refusal too_many_from_one_address(std::uint32_t connections_max) noexcept;
+wire::http_refusal no_place_for_stop() noexcept;
+
+// ---- the request
+
+wire::http_refusal header_too_large(std::uint32_t bytes_max) noexcept;
+wire::http_refusal header_timed_out() noexcept;
+
+// ---- this process
+
+wire::http_refusal no_descriptor() noexcept;
+wire::http_refusal no_memory() noexcept;
+wire::http_refusal page_not_written() noexcept;
+wire::http_refusal upgrade_not_answered() noexcept;
+
+} // namespace rowe::net::answer
