@@ -72,9 +72,6 @@ class endpoint_state {
  private:
   bool handles_wake() const noexcept { return options_.idle_policy == idle::wake; }
   status start(service::side ours);
-  status check(const pair_request& asked) const noexcept;
-  status check_topic(const pair_request& asked) const noexcept;
-  status check_service(const pair_request& asked) const noexcept;
   void tell_refused(const rt::grants& granted) noexcept;
   void release_pairs() noexcept;
   void count_left(const queue_pair& in) noexcept;

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "api/check_options.hpp"
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include "service/limit_table.hpp"
+#include "service/names.hpp"
+#include "service/stop_rules.hpp"
+
+namespace rowe::detail {
+namespace {
+
+constexpr std::uint32_t depth_max = 4096;
+
+template <class T>
+status in_range(argument which, T value, T least, T most) noexcept {
+  if (value >= least && value <= most) return {};
+  return error{errc::bad_argument, static_cast<std::int64_t>(value),
+               static_cast<std::int64_t>(value < least ? least : most), which};
+}
+
+status in_range(argument which, duration value, duration least, duration most) noexcept {
+  return in_range(which, value.count(), least.count(), most.count());
+}
+
+status check_limits(const limits& l) noexcept {
+  for (const service::limit_row& row : service::limit_table) {
+    if (const status ok = in_range(row.which, row.of(l), row.least, row.most); !ok) return ok;
+  }
+  return in_range(argument::small_slot_bytes, l.small_slot_bytes, 0U, l.message_bytes_max);
+}
+
+status check_topic(const pair_request& asked, const endpoint_options& options) noexcept {
+  if (service::is_own_name(asked.name)) return errc::reserved_topic;
+  // A value that cannot live as long as it may wait for the service thread would never be sent.
+  const bool polls = options.idle_policy == idle::poll || options.idle_policy == idle::phase;
+  if (polls && asked.ttl > duration::zero() && asked.ttl <= options.poll_period)
+    return error{errc::bad_argument, asked.ttl.count(), options.poll_period.count(), argument::ttl};
+  if (asked.period == duration::zero()) return {};
+  using namespace std::chrono_literals;
+  return in_range(argument::period, asked.period, 100us, 1h);
+}
+
+// "x" and "/x" are the same service, so the slash counts in any case.
+status check_service(const pair_request& asked, const endpoint_options& options) noexcept {
+  if (!responds(asked.kind) && !calls(asked.kind)) return {};
+  const bool slash = asked.name.front() == '/';
+  const std::size_t bytes = asked.name.size() + (slash ? 0 : 1);
+  const std::size_t most{options.limits.topic_bytes_max};
+  if (const status ok = in_range(argument::name, bytes, std::size_t{2}, most); !ok) return ok;
+  if (responds(asked.kind) && service::is_own_name(asked.name)) return errc::reserved_topic;
+  return {};
+}
+
+} // namespace
+
+status check_options(const endpoint_options& o) noexcept {
+  using namespace std::chrono_literals;
+  constexpr duration long_time = 24h;
+  for (const status& one : {
+           check_limits(o.limits),
+           in_range(argument::idle_policy, static_cast<int>(o.idle_policy), 0, static_cast<int>(idle::phase)),
+           in_range(argument::poll_period, o.poll_period, 50us, 10ms),
+           in_range(argument::service_priority, o.service_priority, 0, 99),
+           in_range(argument::service_cpu, o.service_cpu, -1, 4095),
+           in_range(argument::ping_period, o.ping_period, 10ms, long_time),
+           in_range(argument::silence_max, o.silence_max, o.ping_period, long_time),
+           in_range(argument::message_time_max, o.message_time_max, 10ms, long_time),
+           in_range(argument::stats_period, o.stats_period, 100ms, long_time),
+           in_range(argument::retry_min, o.retry_min, 1ms, long_time),
+           in_range(argument::retry_max, o.retry_max, o.retry_min, long_time),
+           in_range(argument::inbound_ttl, o.inbound_ttl, 1ms, rt::for_ever),
+           in_range(argument::call_timeout, o.call_timeout, 1ms, rt::for_ever),
+           in_range(argument::lease, o.stop.lease, 20ms, 60s),
+           in_range(argument::tick, o.stop.tick, 1ms, o.stop.lease / 2),
+           in_range(argument::service_timeout, o.stop.service_timeout, 2ms, 10s),
+           in_range(argument::observe_timeout, o.stop.observe_timeout, 1ms, 10s),
+           in_range(argument::profile, static_cast<int>(o.profile), 0,
+                    static_cast<int>(peer_profile::hop_2014)),
+       }) {
+    if (!one) return one;
+  }
+  return {};
+}
+
+status check_request(const pair_request& asked, const endpoint_options& options) noexcept {
+  const std::uint32_t name_bytes_max = options.limits.topic_bytes_max;
+  if (asked.kind == pair_kind::talk) {
+    for (const auto& [which, depth] :
+         {std::pair{argument::depth, asked.out_depth}, std::pair{argument::inbox_depth, asked.in_depth},
+          std::pair{argument::calls, asked.completions_depth}}) {
+      if (const status ok = in_range(which, depth, 1U, depth_max); !ok) return ok;
+    }
+    return {};
+  }
+  if (asked.kind == pair_kind::stop_latch) {
+    using namespace std::chrono_literals;
+    if (!service::stop_rules::good_name(asked.name)) {
+      return error{errc::bad_argument, static_cast<std::int64_t>(asked.name.size()),
+                   service::stop_rules::name_bytes_max, argument::name};
+    }
+    return in_range(argument::loop_timeout, asked.loop_timeout, 1ms, longest_loop_timeout);
+  }
+  const std::size_t most{name_bytes_max};
+  if (const status ok = in_range(argument::name, asked.name.size(), std::size_t{1}, most); !ok) return ok;
+  if (const status ok = in_range(argument::type, asked.type.size(), std::size_t{0}, most); !ok) return ok;
+  // A responder's `out` is derived from its `in`; a caller's queues are equally deep.
+  const std::uint32_t depth = asked.in_depth != 0 || responds(asked.kind) || subscribes(asked.kind)
+                                  ? asked.in_depth
+                                  : asked.out_depth;
+  if (const status ok = in_range(argument::depth, depth, 1U, depth_max); !ok) return ok;
+  return publishes(asked.kind) ? check_topic(asked, options) : check_service(asked, options);
+}
+
+} // namespace rowe::detail

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checks what set-up is asked for, before anything is taken or built: the options of an endpoint, and the
+// request for a queue pair. An error names the argument, its value and the bound that it exceeds.
+//
+// Every function here: pure, any thread, never waits, never allocates.
+#pragma once
+#include <rowe/detail/pair_request.hpp>
+#include <rowe/options.hpp>
+#include <rowe/result.hpp>
+
+namespace rowe::detail {
+
+// Errors: bad_argument.
+status check_options(const endpoint_options& options) noexcept;
+
+// Checks a request against the options of its endpoint, which are checked already. Errors: bad_argument,
+// reserved_topic.
+status check_request(const pair_request& asked, const endpoint_options& options) noexcept;
+
+} // namespace rowe::detail
