@@ -239,6 +239,22 @@ def lines_fit(t):
                 yield finding(path, number, "columns", f"{len(line)} columns; {columns_max} fit")
 
 
+lines_max = 400
+# path: (lines, why they belong together). What is longer may shrink, and is taken off this list then.
+longer = {}
+
+
+def files_are_short(t):
+    for path in t.within(library):
+        count = len(t.lines(path)) - 1  # the last one is what follows the last line break
+        fit, _ = longer.get(path, (lines_max, ""))
+        if count > fit:
+            yield finding(path, 1, "length", f"{count} lines; {fit} fit")
+    for path in longer:
+        if not t.exists(path) or len(t.lines(path)) - 1 <= lines_max:
+            yield finding("tests/tidy/tidy.py", 1, "length", f"{path} is no longer longer")
+
+
 def white_space_is_plain(t):
     for path in t.texts():
         lines = t.lines(path)
@@ -399,9 +415,9 @@ rules = (
     no_fences_and_no_volatile, the_library_neither_prints_nor_ends_the_program,
     the_core_has_no_clock_and_no_chance, the_service_names_no_codec, tests_do_not_sleep,
     errors_are_not_swallowed, orders_name_their_partner, partners_exist, a_pairs_words_have_one_home,
-    sources_name_their_licence, lines_fit, white_space_is_plain, nothing_is_left_open, no_machine_is_named,
-    named_files_exist, documented_code_is_compiled, links_lead_somewhere, words_are_the_fields,
-    *inside.rules)
+    sources_name_their_licence, lines_fit, files_are_short, white_space_is_plain, nothing_is_left_open,
+    no_machine_is_named, named_files_exist, documented_code_is_compiled, links_lead_somewhere,
+    words_are_the_fields, *inside.rules)
 
 
 def check(root):

@@ -83,6 +83,7 @@ plants = [
     ("src/api/plant_v.cpp", "int x;\n", [(1, "spdx")]),
     ("tools/plant_w", "#!/bin/bash\necho\n", [(1, "spdx")]),
     ("tests/rt/plant_x.cpp", spdx + "// " + "x" * 108 + "\n", [(2, "columns")]),
+    ("rt/include/rowe/rt/plant_x.hpp", spdx + "int x;\n" * 400, [(1, "length")]),
     ("tests/rt/plant_y.cpp", spdx + "int\tx;\nint y; \r\nint z; \nint last;",
      [(2, "white-space"), (3, "white-space"), (4, "white-space"), (5, "white-space")]),
     ("docs/plant_z.md", "later: TO" "DO\nFIX" "ME\nsee /wo" "rk/x and /ro" "ot/.bashrc\n",
@@ -103,7 +104,7 @@ plants = [
     ("src/service/plant_8.cpp", spdx + '#include "service/ids.hpp"\n', [(2, "include-order")]),
     ("src/service/batch.cpp", spdx + "bool of = stop_gate::find(read, asked, text) == stop_verb::stop;\n",
      [(2, "stop-gate")]),
-    ("src/service/plant_9.cpp", spdx + "int x;\n" * 400, [(1, "size")]),
+    ("src/service/plant_9.cpp", spdx + "int x;\n" * 400, [(1, "length"), (1, "size")]),
     ("src/service/batch.hpp",
      spdx + "class batch {\n public:\n  struct needs {\n    core_state& state;\n"
      + "".join(f"    outbox& p{n};\n" for n in range(9))
@@ -158,6 +159,8 @@ innocent = [
     ("tests/service/innocent_h.cpp", spdx + "audience_word<atomics> audience;\nstd::span<audience> all;\n"),
     ("tests/sim/innocent_h.cpp", spdx + "rt::producer_epoch<> epoch; // europe, a snapshot, a doorbell\n"),
     ("tools/innocent_i.cpp", spdx + "// a letter of the alphabet\n"),
+    ("src/net/innocent_j.cpp", spdx + "int x;\n" * 399),
+    ("tests/net/innocent_j.cpp", spdx + "int x;\n" * 400),
     ("tests/innocent_f.cpp", spdx + "// clang-format off\n// " + "x" * 120 + "\n// clang-format on\n"),
     ("docs/innocent_g.md",
      "`tests/ROOM/CMakeLists.txt`, `src/*/*.cpp`, `include/rowe/{result,event}.hpp`, and/or\n"
@@ -211,6 +214,16 @@ class tidy_test(unittest.TestCase):
         with unittest.mock.patch.dict(tidy.exempt, stale):
             found = [(one.path, one.rule) for one in tidy.check(self.root)]
         self.assertIn(("src/api/endpoint.cpp", "exempt"), found)
+
+    def test_a_file_that_is_listed_as_longer_may_only_shrink(self):
+        path = "rt/include/rowe/rt/plant_x.hpp"
+        for lines, whose in ((401, []), (402, []), (400, [path])):
+            with unittest.mock.patch.dict(tidy.longer, {path: (lines, "it is planted")}):
+                found = [one.path for one in tidy.files_are_short(tree(self.root))]
+            self.assertEqual(sorted({*found} - {"src/service/plant_9.cpp"}), whose)
+        with unittest.mock.patch.dict(tidy.longer, {"src/api/endpoint.cpp": (500, "it used to be")}):
+            found = [one.what for one in tidy.files_are_short(tree(self.root))]
+        self.assertIn("src/api/endpoint.cpp is no longer longer", found)
 
     def test_a_name_that_is_given_nowhere_any_more_is_found(self):
         with unittest.mock.patch.object(tidy, "named_elsewhere", (*tidy.named_elsewhere, "old_rope")):
