@@ -52,8 +52,7 @@ class echo_sink final : public service::transport_sink {
   explicit echo_sink(service::transport& sockets) : transport_{sockets} {}
   void on_open(service::connection_id, const service::peer_info&) noexcept override { ++open; }
   void on_bytes(service::connection_id id, std::span<std::byte> bytes) noexcept override {
-    const std::span<const std::byte> piece{bytes};
-    (void)transport_.write(id, {&piece, 1}); // 64 bytes to a reader that waits for them always fit
+    (void)transport_.write(id, bytes); // 64 bytes to a reader that waits for them always fit
   }
   void on_writable(service::connection_id) noexcept override {}
   void on_close(service::connection_id, service::close_cause) noexcept override { --open; }

@@ -77,9 +77,8 @@ class loopback final : public service::transport {
   void wait(rt::time_point now, rt::time_point until) noexcept override { sockets_->wait(now, until); }
   void wake() noexcept override { sockets_->wake(); }
   int wake_descriptor() const noexcept override { return sockets_->wake_descriptor(); }
-  std::size_t write(service::connection_id id,
-                    std::span<const std::span<const std::byte>> pieces) noexcept override {
-    return sockets_->write(id, pieces);
+  std::size_t write(service::connection_id id, std::span<const std::byte> bytes) noexcept override {
+    return sockets_->write(id, bytes);
   }
   void close(service::connection_id id, service::close_how how) noexcept override {
     sockets_->close(id, how);

@@ -237,7 +237,7 @@ class frames final : public service::transport_sink {
     }
     std::span<const std::byte> rest = std::span{batch_}.first(at);
     for (;;) {
-      rest = rest.subspan(transport_->write(peer_, {&rest, 1}));
+      rest = rest.subspan(transport_->write(peer_, rest));
       if (rest.empty()) return;
       for (blocked_ = true; blocked_;) poll();
     }

@@ -110,7 +110,7 @@ class frames_server final : public service::transport_sink {
     return {room, header + text.size()};
   }
   void send(connection_id to, std::span<const std::byte> frame) noexcept {
-    (void)transport_.write(to, {&frame, 1}); // fits: whoever it goes to waits for it
+    (void)transport_.write(to, frame); // fits: whoever it goes to waits for it
   }
   // A batch, as the core hands it over: frames one behind the other. Or what was left of the last one.
   void flood() noexcept {
@@ -122,7 +122,7 @@ class frames_server final : public service::transport_sink {
       }
       rest_ = std::span{joined_}.first(bytes);
     }
-    rest_ = rest_.subspan(transport_.write(flooded_, {&rest_, 1}));
+    rest_ = rest_.subspan(transport_.write(flooded_, rest_));
     refused_ = !rest_.empty();
   }
 

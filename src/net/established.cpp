@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "net/established.hpp"
 
-#include <climits>
 #include <linux/sockios.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <sys/uio.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -27,8 +25,6 @@ using service::transport_sink;
 
 namespace {
 
-constexpr std::size_t pieces_per_call_max = IOV_MAX;
-
 // How much is written into a limited send buffer at once. The kernel takes a write as one segment, however
 // small the buffer is, and takes no other until that one is acknowledged. But a receiver that also sends now
 // and then acknowledges a lone segment only after 40 ms, or when it is repeated. It acknowledges two segments
@@ -44,14 +40,8 @@ bool would_block(int code) noexcept { return code == EAGAIN || code == EWOULDBLO
 // Also true if the kernel has no memory for buffers: then, too, the socket becomes writable later.
 bool has_no_room(int code) noexcept { return would_block(code) || code == ENOBUFS || code == ENOMEM; }
 
-// Sends one piece, the usual case, by the simpler call.
-ssize_t send_now(int fd, std::span<iovec> pieces) noexcept {
-  constexpr int how = MSG_NOSIGNAL | MSG_DONTWAIT;
-  if (pieces.size() == 1) return ::send(fd, pieces[0].iov_base, pieces[0].iov_len, how);
-  msghdr message{};
-  message.msg_iov = pieces.data();
-  message.msg_iovlen = pieces.size();
-  return ::sendmsg(fd, &message, how);
+ssize_t send_now(int fd, std::span<const std::byte> bytes) noexcept {
+  return ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
 }
 
 close_cause cause_of(int code) noexcept {
@@ -226,23 +216,13 @@ void established::discard(connection& one, transport_sink& sink) noexcept {
   if (bytes == 0 || (bytes < 0 && !would_block(errno))) finish(one, close_cause::asked, sink);
 }
 
-std::size_t established::write(connection_id id,
-                               std::span<const std::span<const std::byte>> pieces) noexcept {
+std::size_t established::write(connection_id id, std::span<const std::byte> bytes) noexcept {
   connection* one = find(id);
   if (!one || one->now != phase::open || one->refused) return 0;
-  iovec list[pieces_per_call_max]; // left as it is: only what is used is written
   std::size_t taken = 0;
-  std::size_t skip = 0; // of the first piece
-  while (!pieces.empty()) {
-    std::size_t count = 0;
-    std::size_t offered = 0;
-    while (count < std::min(pieces.size(), pieces_per_call_max) && offered < one->segment_bytes) {
-      const auto rest = count == 0 ? pieces[0].subspan(skip) : pieces[count];
-      const std::size_t bytes = std::min(rest.size(), one->segment_bytes - offered);
-      list[count++] = {const_cast<std::byte*>(rest.data()), bytes}; // sendmsg only reads
-      offered += bytes;
-    }
-    const ssize_t sent = send_now(one->socket.get(), std::span{list}.first(count));
+  while (taken < bytes.size()) {
+    const auto segment = bytes.subspan(taken, std::min(bytes.size() - taken, one->segment_bytes));
+    const ssize_t sent = send_now(one->socket.get(), segment);
     if (sent < 0) {
       // A broken connection may still have bytes of its peer; its event reads them to the end.
       if (!has_no_room(errno)) {
@@ -252,11 +232,7 @@ std::size_t established::write(connection_id id,
       return refuse(*one, taken);
     }
     taken += static_cast<std::size_t>(sent);
-    if (static_cast<std::size_t>(sent) < offered) return refuse(*one, taken);
-    const auto& last = pieces[count - 1];
-    skip = (count == 1 ? skip : 0) + list[count - 1].iov_len;
-    if (skip == last.size()) skip = 0;
-    pieces = pieces.subspan(skip == 0 ? count : count - 1);
+    if (static_cast<std::size_t>(sent) < segment.size()) return refuse(*one, taken);
   }
   return taken;
 }
@@ -267,8 +243,7 @@ std::size_t established::write_rest(connection_id id, std::span<const std::byte>
   if (!one || one->now != phase::open || one->broken) return 0;
   const int fd = one->socket.get();
   widen_send_buffer(fd, rest.size());
-  iovec piece{const_cast<std::byte*>(rest.data()), rest.size()}; // send only reads
-  const ssize_t sent = send_now(fd, std::span{&piece, 1});
+  const ssize_t sent = send_now(fd, rest);
   limit_unsent(fd, limits_.unsent_bytes_max);
   limit_send_buffer(fd, one->buffer_bytes);
   one->unacknowledged = unacknowledged_bytes(fd);       // more than before: that is no standstill

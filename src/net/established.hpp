@@ -61,7 +61,7 @@ class established {
   rt::time_point next_deadline() const noexcept;
 
   // As in service::transport.
-  std::size_t write(service::connection_id id, std::span<const std::span<const std::byte>> pieces) noexcept;
+  std::size_t write(service::connection_id id, std::span<const std::byte> bytes) noexcept;
   std::size_t write_rest(service::connection_id id, std::span<const std::byte> rest) noexcept;
   void close(service::connection_id id, service::close_how how) noexcept;
   void set_low_rtt(service::connection_id id, bool low_rtt) noexcept;

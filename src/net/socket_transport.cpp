@@ -73,9 +73,8 @@ class epoll_transport final : public socket_transport {
   // Fails only if the count is at its maximum, and then the descriptor is readable already.
   void wake() noexcept override { (void)::eventfd_write(waker_.get(), 1); }
   int wake_descriptor() const noexcept override { return waker_.get(); }
-  std::size_t write(service::connection_id connection,
-                    std::span<const std::span<const std::byte>> pieces) noexcept override {
-    return connections_.write(connection, pieces);
+  std::size_t write(service::connection_id connection, std::span<const std::byte> bytes) noexcept override {
+    return connections_.write(connection, bytes);
   }
   std::size_t write_rest(service::connection_id connection,
                          std::span<const std::byte> rest) noexcept override {

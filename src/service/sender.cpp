@@ -100,8 +100,7 @@ void sender::flush_urgent(peer_index peer) noexcept {
 }
 
 inline void sender::write(const recipient& to, batch& what) noexcept {
-  const std::span<const std::byte> whole = what.whole();
-  const std::size_t taken = what.count != 0 ? state_.seams.to_peers.write(to.peer.id, {&whole, 1}) : 0;
+  const std::size_t taken = what.count != 0 ? state_.seams.to_peers.write(to.peer.id, what.whole()) : 0;
   if (what.count != 0) work_ += 1 + taken / write_work_bytes;
   state_.counts.add(counter::bytes_out, taken);
   urgent_.wrote(to.index, taken);

@@ -142,11 +142,9 @@ class transport {
   // The eventfd that wake() writes to; writing to it does the same. -1 if there is none.
   virtual int wake_descriptor() const noexcept = 0;
 
-  // Hands `pieces` to the connection in order, in as few system calls as possible. Returns the bytes taken:
-  // all, or fewer if there is no more room (then on_writable() follows), or 0. Has no buffer of its own,
-  // never waits.
-  virtual std::size_t write(connection_id connection,
-                            std::span<const std::span<const std::byte>> pieces) noexcept = 0;
+  // Hands `bytes` to the connection, in as few system calls as possible. Returns how many were taken: all, or
+  // fewer if there is no more room (then on_writable() follows), or 0. Has no buffer of its own, never waits.
+  virtual std::size_t write(connection_id connection, std::span<const std::byte> bytes) noexcept = 0;
 
   // write() took part of a frame. This hands over the rest, even beyond the transport's usual limit: nothing
   // else can be sent before it. Returns the bytes taken; 0 if the transport cannot do that. on_writable()

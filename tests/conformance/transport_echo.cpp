@@ -138,7 +138,7 @@ class echo final : public service::transport_sink {
   void flush(peer& p) {
     if (p.written < p.out.size()) {
       const std::span<const std::byte> rest{p.out.data() + p.written, p.out.size() - p.written};
-      p.written += transport_.write(p.id, {&rest, 1});
+      p.written += transport_.write(p.id, rest);
     }
     const bool all = p.written == p.out.size();
     if (all) {

@@ -51,7 +51,6 @@ bool fails_on(int descriptor, const char* call, int code) noexcept {
   X(recv, ssize_t, (int s, void* b, size_t n, int f), (s, b, n, f), fails_on(s, "recv", ECONNRESET), -1, )   \
   X(send, ssize_t, (int s, const void* b, size_t n, int f), (s, b, n, f), fails_on(s, "send", ECONNRESET),   \
     -1, )                                                                                                    \
-  X(sendmsg, ssize_t, (int s, const msghdr* m, int f), (s, m, f), fails_on(s, "sendmsg", ENOBUFS), -1, )     \
   X(dup3, int, (int a, int b, int f), (a, b, f), fails("dup3", EBUSY), -1, noexcept)                         \
   X(epoll_create1, int, (int f), (f), fails("epoll_create1", EMFILE), -1, noexcept)                          \
   X(epoll_ctl, int, (int e, int o, int s, epoll_event* v), (e, o, s, v),                                     \

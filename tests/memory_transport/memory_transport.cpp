@@ -158,25 +158,16 @@ void memory_transport::deliver(link& on, connection_id id, service::transport_si
   }
 }
 
-std::size_t memory_transport::write(connection_id id,
-                                    std::span<const std::span<const std::byte>> pieces) noexcept {
+std::size_t memory_transport::write(connection_id id, std::span<const std::byte> bytes) noexcept {
   link* const on = find(id);
   if (on == nullptr || on->asked || on->state != phase::open) return 0;
   const std::size_t waiting = on->outbound.waiting();
-  std::size_t room = on->conditions.room_bytes > waiting ? on->conditions.room_bytes - waiting : 0;
-  std::size_t taken = 0;
+  const std::size_t room = on->conditions.room_bytes > waiting ? on->conditions.room_bytes - waiting : 0;
+  const std::size_t taken = std::min(room, bytes.size());
   const rt::time_point arrival = on->outbound.arrival(on->conditions.to_peer, now_);
-  for (const auto piece : pieces) {
-    const std::size_t bytes = std::min(room, piece.size());
-    note("write", id, piece.first(bytes));
-    on->outbound.send(piece.first(bytes), arrival);
-    taken += bytes;
-    room -= bytes;
-    if (bytes < piece.size()) {
-      on->refused = true;
-      break;
-    }
-  }
+  note("write", id, bytes.first(taken));
+  on->outbound.send(bytes.first(taken), arrival);
+  if (taken < bytes.size()) on->refused = true;
   return taken;
 }
 

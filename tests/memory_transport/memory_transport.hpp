@@ -68,8 +68,7 @@ class memory_transport : public service::transport {
   void wait(rt::time_point, rt::time_point) noexcept override {} // whoever tests moves the time
   void wake() noexcept override {}
   int wake_descriptor() const noexcept override { return -1; }
-  std::size_t write(service::connection_id id,
-                    std::span<const std::span<const std::byte>> pieces) noexcept override;
+  std::size_t write(service::connection_id id, std::span<const std::byte> bytes) noexcept override;
   std::size_t write_rest(service::connection_id id, std::span<const std::byte> rest) noexcept override;
   void close(service::connection_id id, service::close_how how) noexcept override;
   void set_low_rtt(service::connection_id id, bool low_rtt) noexcept override;

@@ -268,8 +268,7 @@ inline raw_socket upgraded(driver& drive, socket_transport& transport, int recei
 }
 
 inline std::size_t write(socket_transport& transport, connection_id id, std::string_view text) {
-  const std::span<const std::byte> piece{reinterpret_cast<const std::byte*>(text.data()), text.size()};
-  return transport.write(id, {&piece, 1});
+  return transport.write(id, std::as_bytes(std::span{text}));
 }
 
 // A wait that only an event can end: seen from an hour ago, every deadline of the transport is an hour away.

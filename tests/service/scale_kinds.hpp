@@ -45,8 +45,8 @@ class lean_transport final : public rowe::service::transport {
   void poll(rowe::rt::time_point, transport_sink& sink) noexcept override {
     crossing([&] { report(sink); });
   }
-  std::size_t write(connection_id id, std::span<const std::span<const std::byte>> pieces) noexcept override {
-    return crossing([&] { return take(id, pieces); });
+  std::size_t write(connection_id id, std::span<const std::byte> bytes) noexcept override {
+    return crossing([&] { return take(id, bytes); });
   }
   void wait(rowe::rt::time_point, rowe::rt::time_point) noexcept override {}
   void wake() noexcept override {}
@@ -94,24 +94,20 @@ class lean_transport final : public rowe::service::transport {
       crossing([&] { sink.on_close({i, 1}, rowe::service::close_cause::peer); });
     leaving_.clear();
   }
-  std::size_t take(connection_id id, std::span<const std::span<const std::byte>> pieces) {
+  std::size_t take(connection_id id, std::span<const std::byte> all) {
     if (!readers_[id.index]) return 0;
-    std::size_t taken = 0;
-    for (auto rest : pieces) {
-      taken += rest.size();
-      while (!rest.empty()) { // whole frames: all is taken
-        const std::size_t bytes = rowe::wire::whole_frame_bytes(rest);
-        const char* const frame = reinterpret_cast<const char*>(rest.data());
-        if (rest[0] == std::byte{0x81}) {
-          ++frames;
-          const std::size_t header = rest[1] < std::byte{126} ? 2 : 4;
-          last.assign(frame + header, bytes - header);
-        }
-        if (rest[0] == std::byte{0x89}) send(id.index, 0x8a, {frame + 2, bytes - 2}); // a ping
-        rest = rest.subspan(bytes);
+    for (auto rest = all; !rest.empty();) { // whole frames: all is taken
+      const std::size_t bytes = rowe::wire::whole_frame_bytes(rest);
+      const char* const frame = reinterpret_cast<const char*>(rest.data());
+      if (rest[0] == std::byte{0x81}) {
+        ++frames;
+        const std::size_t header = rest[1] < std::byte{126} ? 2 : 4;
+        last.assign(frame + header, bytes - header);
       }
+      if (rest[0] == std::byte{0x89}) send(id.index, 0x8a, {frame + 2, bytes - 2}); // a ping
+      rest = rest.subspan(bytes);
     }
-    return taken;
+    return all.size();
   }
 
   // Masked with zeros.
