@@ -78,8 +78,6 @@ class credit {
   bool low_rtt() const noexcept { return rtt_min_ < low_rtt_below; }
   std::uint64_t in_flight() const noexcept { return written_ - read_; }
   std::size_t bound() const noexcept { return bound_; }
-  rt::duration shortest_round_trip() const noexcept { return rtt_min_; } // for_ever: not known yet
-  double bytes_per_second() const noexcept { return rate_; }
 
  private:
   enum class phase : std::uint8_t {
