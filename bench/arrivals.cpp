@@ -143,14 +143,14 @@ limit raw(std::size_t frame_bytes, int count, rt::duration pause, bool warm) {
         sends.push_back(nanoseconds_since(begin) / 1e3);
       }
     });
-    std::string room(frame_bytes, '\0');
+    std::string buffer(frame_bytes, '\0');
     found.arrived = time_messages(
         count, pause,
         [&](int n, time_point) {
           word.store(n, std::memory_order_release); // pairs with the acquire above
           return true;
         },
-        [&] { return spin_for(sockets.ours(), room); }, [] { return true; });
+        [&] { return spin_for(sockets.ours(), buffer); }, [] { return true; });
   }
   found.send = median(sends) - clock_cost() / 1e3;
   return found;

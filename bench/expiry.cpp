@@ -204,7 +204,7 @@ class measured {
       : way_{pending + recent_entries, now_}, pending_{pending}, victims_(steps), ttls_(steps) {
     // In order of expiry, since the list could not be filled in any other.
     std::vector<duration> ttl(pending + recent_entries);
-    for (duration& each : ttl) each = draw_ttl();
+    for (duration& each : ttl) each = random_ttl();
     std::sort(ttl.begin(), ttl.end());
     std::vector<entry> order(ttl.size());
     std::iota(order.begin(), order.end(), entry{0});
@@ -213,7 +213,7 @@ class measured {
   }
 
   double recent() {
-    draw();
+    choose();
     entry next = 0;
     return timed([&](std::size_t step) {
       const entry oldest = pending_ + next++ % recent_entries;
@@ -223,7 +223,7 @@ class measured {
   }
 
   double random() {
-    draw();
+    choose();
     return timed([&](std::size_t step) {
       way_.cancel(victims_[step]);
       way_.insert(victims_[step], now_ + ttls_[step]);
@@ -231,7 +231,7 @@ class measured {
   }
 
   double passing() {
-    draw();
+    choose();
     const duration gap = (ttl_min + ttl_max) / 2 / pending_;
     return timed([&](std::size_t step) {
       now_ += gap;
@@ -248,13 +248,13 @@ class measured {
     for (std::size_t i = 0; i < ttls_.size(); ++i) step(i);
     return nanoseconds_since(begin) / static_cast<double>(ttls_.size());
   }
-  duration draw_ttl() {
+  duration random_ttl() {
     return duration{std::uniform_int_distribution<std::int64_t>{ttl_min.count(), ttl_max.count()}(random_)};
   }
-  void draw() {
+  void choose() {
     std::uniform_int_distribution<entry> any{0, pending_ - 1};
     for (entry& victim : victims_) victim = any(random_);
-    for (duration& ttl : ttls_) ttl = draw_ttl();
+    for (duration& ttl : ttls_) ttl = random_ttl();
   }
 
   std::mt19937_64 random_{1};

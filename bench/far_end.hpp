@@ -85,7 +85,7 @@ class far_end {
   }
 
  private:
-  static constexpr std::size_t room_bytes = 256 * 1024;
+  static constexpr std::size_t buffer_bytes = 256 * 1024;
 
   void send(std::string_view bytes) {
     ok_ = ok_ && ::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
@@ -94,7 +94,7 @@ class far_end {
 
   // What has come, frame by frame: only headers are looked at, and pings answered.
   void take_some() {
-    const ssize_t got = ::recv(socket_.get(), room_.data() + kept_, room_.size() - kept_, MSG_DONTWAIT);
+    const ssize_t got = ::recv(socket_.get(), buffer_.data() + kept_, buffer_.size() - kept_, MSG_DONTWAIT);
     if (got <= 0) return;
     std::size_t have = kept_ + static_cast<std::size_t>(got);
     std::size_t at = 0;
@@ -105,7 +105,7 @@ class far_end {
       rest_ -= skipped;
       if (rest_ != 0) break;
       whole += std::exchange(in_text_, false);
-      const std::span<const std::byte> frame{room_.data() + at, have - at};
+      const std::span<const std::byte> frame{buffer_.data() + at, have - at};
       if (frame.size() < 4) break;
       const auto length = std::to_integer<std::size_t>(frame[1]) & 0x7f;
       const bool two_bytes = length == 126; // none here is longer
@@ -123,14 +123,14 @@ class far_end {
       rest_ = payload;
     }
     kept_ = have - at;
-    std::memmove(room_.data(), room_.data() + at, kept_);
+    std::memmove(buffer_.data(), buffer_.data() + at, kept_);
     // relaxed: a number and no more; pairs with the load in messages()
     messages_.store(messages_.load(std::memory_order_relaxed) + whole, std::memory_order_relaxed);
   }
 
   net::descriptor socket_;
   bool ok_ = false;
-  std::vector<std::byte> room_ = std::vector<std::byte>(room_bytes);
+  std::vector<std::byte> buffer_ = std::vector<std::byte>(buffer_bytes);
   std::size_t kept_ = 0; // of a header, at the front of the room
   std::size_t rest_ = 0; // of the frame that is being taken
   bool in_text_ = false;

@@ -56,7 +56,7 @@ class echo_sink final : public service::transport_sink {
   }
   void on_writable(service::connection_id) noexcept override {}
   void on_close(service::connection_id, service::close_cause) noexcept override { --open; }
-  void on_refused(const service::refusal& why) noexcept override {
+  void on_rejected(const service::rejection& why) noexcept override {
     std::fprintf(stderr, "refused: %.*s\n", static_cast<int>(why.what.size()), why.what.data());
   }
   service::http_answer on_http(const service::http_request&) noexcept override { return {}; }

@@ -117,12 +117,12 @@ std::vector<double> raw() {
   const std::string reply(wire::frame_header_bytes(reply_text.size(), wire::role::server) + reply_text.size(),
                           'r');
   const rt::thread partner = on_the_other_core([&] {
-    std::string room(request.size(), '\0');
-    while (spin_for(sockets.theirs(), room) && send_whole(sockets.theirs(), reply)) continue;
+    std::string buffer(request.size(), '\0');
+    while (spin_for(sockets.theirs(), buffer) && send_whole(sockets.theirs(), reply)) continue;
   });
-  std::string room(reply.size(), '\0');
+  std::string buffer(reply.size(), '\0');
   auto each = time_trips(
-      trips, [&] { return send_whole(sockets.ours(), request) && spin_for(sockets.ours(), room); });
+      trips, [&] { return send_whole(sockets.ours(), request) && spin_for(sockets.ours(), buffer); });
   (void)::shutdown(sockets.ours(), SHUT_WR); // the partner's sign to end
   return each;
 }

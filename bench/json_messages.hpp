@@ -39,8 +39,8 @@ struct call {
   std::int64_t a, b;
 };
 
-inline std::size_t write_call(std::span<char> room, const call& c) {
-  json::writer w{room};
+inline std::size_t write_call(std::span<char> buffer, const call& c) {
+  json::writer w{buffer};
   w.begin_object();
   w.key("service");
   w.string(c.service);
@@ -83,8 +83,8 @@ class message_source {
 
   // A rosbridge publish of about 300 bytes.
   std::string publish(std::size_t i) {
-    std::array<char, 1024> room;
-    json::writer w{room};
+    std::array<char, 1024> buffer;
+    json::writer w{buffer};
     w.append(R"({"op":"publish","id":"publish:/cmd_vel:)");
     w.append(std::to_string(i));
     w.append(R"(","topic":"/cmd_vel","msg":{"header":{"stamp":{"secs":1700000000,"nsecs":123456789},)"

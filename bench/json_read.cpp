@@ -64,11 +64,11 @@ std::size_t padded_bytes(std::string_view text) { return text.size() + json::rea
 
 template <class Message>
 text_list texts_of(const std::vector<Message>& all) {
-  static std::array<char, 16 * 1024> room;
+  static std::array<char, 16 * 1024> buffer;
   const json::encoder encoder = json::encoder::compile(describe<Message>()).value();
   text_list texts;
   for (const Message& o : all) {
-    json::writer w{room};
+    json::writer w{buffer};
     encoder.encode(&o, w);
     texts.add(w.text());
   }
@@ -76,9 +76,9 @@ text_list texts_of(const std::vector<Message>& all) {
 }
 
 text_list texts_of(const std::vector<call>& all) {
-  std::array<char, 256> room;
+  std::array<char, 256> buffer;
   text_list texts;
-  for (const call& c : all) texts.add({room.data(), write_call(room, c)});
+  for (const call& c : all) texts.add({buffer.data(), write_call(buffer, c)});
   return texts;
 }
 
@@ -185,9 +185,9 @@ class by_rapidjson {
   using document = rapidjson::GenericDocument<rapidjson::UTF8<>, allocator, allocator>;
 
   std::array<char, 16 * 1024> copy_{};
-  std::array<char, 64 * 1024> room_{};
+  std::array<char, 64 * 1024> buffer_{};
   std::array<char, 16 * 1024> stack_{};
-  allocator values_{room_.data(), room_.size()};
+  allocator values_{buffer_.data(), buffer_.size()};
   allocator stack_allocator_{stack_.data(), stack_.size()};
   std::unique_ptr<document> document_;
 };

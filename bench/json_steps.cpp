@@ -24,12 +24,12 @@ void use(const T& value) {
 }
 
 #define COUNTED [[gnu::noinline]] static void
-COUNTED encode_odometry(const json::encoder& by, const bench::odometry& o, std::span<char> room) {
-  json::writer to{room};
+COUNTED encode_odometry(const json::encoder& by, const bench::odometry& o, std::span<char> buffer) {
+  json::writer to{buffer};
   by.encode(&o, to);
   use(to.text());
 }
-COUNTED write_small_call(const call& c, std::span<char> room) { use(bench::write_call(room, c)); }
+COUNTED write_small_call(const call& c, std::span<char> buffer) { use(bench::write_call(buffer, c)); }
 COUNTED read_small_call(json::reader& by, std::string_view text) {
   if (!by.validate(text)) return;
   json::object_walk members{by.last()};
@@ -59,15 +59,15 @@ void json_steps() {
   const auto calls = source.calls();
   const json::encoder plain_encoder = json::encoder::compile(describe<odometry>()).value();
   json::reader reader = json::reader::create(64 * 1024).value();
-  static std::array<char, 16 * 1024> room;
+  static std::array<char, 16 * 1024> buffer;
   const auto padded = [](std::string_view text) {
     return std::string{text} + std::string(json::reader::tailroom_bytes, ' ');
   };
   for (std::size_t i = 0; i < 1000; ++i) {
     const std::size_t k = i % messages;
-    steps::encode_odometry(plain_encoder, plain[k], room);
-    steps::write_small_call(calls[k], room);
-    const std::string call = padded({room.data(), write_call(room, calls[k])});
+    steps::encode_odometry(plain_encoder, plain[k], buffer);
+    steps::write_small_call(calls[k], buffer);
+    const std::string call = padded({buffer.data(), write_call(buffer, calls[k])});
     steps::read_small_call(reader, {call.data(), call.size() - json::reader::tailroom_bytes});
     const std::string publish = padded(source.publish(i));
     steps::read_publish_envelope(reader, {publish.data(), publish.size() - json::reader::tailroom_bytes});

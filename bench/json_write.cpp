@@ -73,8 +73,8 @@ class straight_line {
 };
 
 template <class Digits>
-std::size_t write_straight(char* room, const odometry& o, Digits digits) {
-  straight_line w{room, digits};
+std::size_t write_straight(char* buffer, const odometry& o, Digits digits) {
+  straight_line w{buffer, digits};
   w(R"({"header":{"seq":)")(o.header.seq)(R"(,"stamp":{"secs":)")(o.header.stamp.secs);
   w(R"(,"nsecs":)")(o.header.stamp.nsecs)(R"(},"frame_id":")")(o.header.frame_id.view());
   w(R"("},"child_frame_id":")")(o.child_frame_id.view());
@@ -86,7 +86,7 @@ std::size_t write_straight(char* room, const odometry& o, Digits digits) {
   w(R"(,"z":)")(o.twist.linear.z);
   w(R"(},"angular":{"x":)")(o.twist.angular.x)(R"(,"y":)")(o.twist.angular.y)(R"(,"z":)")(o.twist.angular.z);
   w("}}}");
-  return static_cast<std::size_t>(w.at() - room);
+  return static_cast<std::size_t>(w.at() - buffer);
 }
 
 char* standard_digits(char* at, double x) { return std::to_chars(at, at + 32, x).ptr; }
@@ -284,10 +284,10 @@ struct field {
   json::encoder plain_encoder = json::encoder::compile(describe<odometry>()).value();
   json::encoder full_encoder = json::encoder::compile(describe<ros::odometry>()).value();
   by_rapidjson rapidjson;
-  std::array<char, 16 * 1024> room;
+  std::array<char, 16 * 1024> buffer;
 
   std::size_t encode(const json::encoder& e, const void* object) {
-    json::writer w{room};
+    json::writer w{buffer};
     e.encode(object, w);
     return w.bytes();
   }
@@ -314,13 +314,13 @@ std::vector<way> ways() {
        [](std::size_t i) { return f.encode(f.plain_encoder, &f.plain[i]); },
        {of_to_chars, times_json_c("odometry_write")}},
       {"odometry_write/straight",
-       [](std::size_t i) { return write_straight(f.room.data(), f.plain[i], json::write_double); },
+       [](std::size_t i) { return write_straight(f.buffer.data(), f.plain[i], json::write_double); },
        {of_to_chars, times_json_c("odometry_write")}},
       {"odometry_write/to_chars",
-       [](std::size_t i) { return write_straight(f.room.data(), f.plain[i], standard_digits); },
+       [](std::size_t i) { return write_straight(f.buffer.data(), f.plain[i], standard_digits); },
        {times_json_c("odometry_write")}},
       {"odometry_write/copied",
-       [](std::size_t i) { return write_straight(f.room.data(), f.plain[i], copied_digits); },
+       [](std::size_t i) { return write_straight(f.buffer.data(), f.plain[i], copied_digits); },
        {of_to_chars}}};
   add_libraries(all, "odometry_write", f, f.plain);
   all.push_back({"covariances_write/rowe",
@@ -332,7 +332,7 @@ std::vector<way> ways() {
                  {of_plain, times_json_c("dense_write")}});
   add_libraries(all, "dense_write", f, f.dense);
   all.push_back({"call_write/rowe",
-                 [](std::size_t i) { return write_call(f.room, f.calls[i]); },
+                 [](std::size_t i) { return write_call(f.buffer, f.calls[i]); },
                  {times_json_c("call_write")}});
   add_libraries(all, "call_write", f, f.calls);
   return all;

@@ -84,7 +84,7 @@ class peer_client {
   // Takes what has come, and calls take(text) for each text in it; answers pings.
   template <class Take>
   void receive(Take&& take) {
-    const ssize_t bytes = ::recv(socket_.get(), in_.get() + have_, room - have_, MSG_DONTWAIT);
+    const ssize_t bytes = ::recv(socket_.get(), in_.get() + have_, capacity - have_, MSG_DONTWAIT);
     if (bytes == 0 || (bytes < 0 && errno != EAGAIN)) ok = false;
     if (bytes <= 0) return;
     have_ += static_cast<std::size_t>(bytes);
@@ -126,7 +126,7 @@ class peer_client {
   bool ok = false;
 
  private:
-  static constexpr std::size_t room = 256 * 1024;
+  static constexpr std::size_t capacity = 256 * 1024;
 
   bool connect(std::uint16_t port) {
     sockaddr_in to{};
@@ -149,7 +149,7 @@ class peer_client {
   }
 
   net::descriptor socket_;
-  std::unique_ptr<unsigned char[]> in_{new unsigned char[room]};
+  std::unique_ptr<unsigned char[]> in_{new unsigned char[capacity]};
   std::size_t have_ = 0;
 };
 

@@ -103,9 +103,9 @@ class raw_client {
   // Spins until something has come, which take() looks into; false when the connection is broken.
   bool wait() {
     while (ok_ && unread_.empty()) {
-      const ssize_t got = ::recv(socket_.get(), room_.data(), room_.size() - 64, MSG_DONTWAIT);
+      const ssize_t got = ::recv(socket_.get(), buffer_.data(), buffer_.size() - 64, MSG_DONTWAIT);
       if (got == 0) ok_ = false;
-      if (got > 0) unread_ = std::span{room_}.first(static_cast<std::size_t>(got));
+      if (got > 0) unread_ = std::span{buffer_}.first(static_cast<std::size_t>(got));
     }
     return ok_;
   }
@@ -147,7 +147,7 @@ class raw_client {
   bool ok_ = false;
   wire::frame_parser parser_;
   std::vector<std::byte> assembly_ = std::vector<std::byte>(message_bytes_max + 64);
-  std::vector<std::byte> room_ = std::vector<std::byte>(message_bytes_max + 64);
+  std::vector<std::byte> buffer_ = std::vector<std::byte>(message_bytes_max + 64);
   std::span<std::byte> unread_;
   std::string pongs_;
 };

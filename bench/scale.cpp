@@ -116,13 +116,13 @@ class client {
   void say(std::string_view text) { send_bytes(frame(wire::opcode::text, text)); }
   // Reads what has come; pings are answered.
   void hear() {
-    std::array<std::byte, 16 * 1024> room;
+    std::array<std::byte, 16 * 1024> buffer;
     for (;;) {
       const ssize_t got =
-          ::recv(socket_.get(), room.data() + held_.size(), room.size() - held_.size(), MSG_DONTWAIT);
+          ::recv(socket_.get(), buffer.data() + held_.size(), buffer.size() - held_.size(), MSG_DONTWAIT);
       if (got <= 0) return;
-      std::copy(held_.begin(), held_.end(), room.begin());
-      const auto all = std::span{room}.first(held_.size() + static_cast<std::size_t>(got));
+      std::copy(held_.begin(), held_.end(), buffer.begin());
+      const auto all = std::span{buffer}.first(held_.size() + static_cast<std::size_t>(got));
       std::size_t at = 0;
       for (std::size_t bytes; (bytes = frame_bytes(all.subspan(at))) != 0; at += bytes) {
         if (all[at] != std::byte{0x89}) continue;
@@ -328,9 +328,9 @@ struct raw_receiving final : subject {
     for (const socket_pair& one : pairs_)
       (void)::send(one.ours(), frame_.data(), frame_.size(), MSG_NOSIGNAL | MSG_DONTWAIT); // there is room
     const double took = cpu_ns() - begin;
-    std::array<char, 1024> room;
+    std::array<char, 1024> buffer;
     for (const socket_pair& one : pairs_)
-      while (::recv(one.theirs(), room.data(), room.size(), MSG_DONTWAIT) > 0) continue;
+      while (::recv(one.theirs(), buffer.data(), buffer.size(), MSG_DONTWAIT) > 0) continue;
     return took;
   }
   std::vector<socket_pair> pairs_;

@@ -8,7 +8,7 @@
 //   send_300/raw                plain send() of one batch of 64 KiB, over and over: the limit
 //   send_300/rowe_unclamped     the frame layer: each message is copied and gets its header in a batch, the
 //                               transport writes the batch; no clamp on the socket's buffers
-//   send_300/rowe               the same as shipped, to a peer that is near
+//   send_300/rowe               the same as shipped, to a peer of low RTT
 //   publish_300/rowe_unclamped  a whole core and one queue pair, of a struct whose encoding is a copy:
 //                               publish(), wire slot, queue, frame, socket
 //   publish_300/rowe            the same as shipped
@@ -90,7 +90,7 @@ constexpr rt::duration warm_up = 30ms;
 constexpr rt::duration stretch = 100ms;
 constexpr std::size_t message_bytes = 300;
 constexpr std::size_t batch_bytes = 64 * 1024;
-constexpr std::uint32_t lane_depth = 256;
+constexpr std::uint32_t pair_depth = 256;
 
 struct speed {
   double per_second, calls_per_message, allocations;
@@ -182,15 +182,15 @@ std::string client_frame() {
 speed receive_raw() {
   socket_pair pair;
   pair.far->flood(batch_of(client_frame()));
-  std::vector<std::byte> room(batch_bytes + 2 * message_bytes);
+  std::vector<std::byte> buffer(batch_bytes + 2 * message_bytes);
   std::size_t kept = 0;
   std::uint64_t messages = 0;
   constexpr std::size_t header = 8; // two, two of length, four of mask
   return measure(
       [&] {
-        const ssize_t got = ::recv(pair.near.get(), room.data() + kept, batch_bytes, MSG_DONTWAIT);
+        const ssize_t got = ::recv(pair.near.get(), buffer.data() + kept, batch_bytes, MSG_DONTWAIT);
         if (got <= 0) return;
-        std::span<std::byte> rest{room.data(), kept + static_cast<std::size_t>(got)};
+        std::span<std::byte> rest{buffer.data(), kept + static_cast<std::size_t>(got)};
         while (rest.size() >= header) {
           const std::size_t payload =
               std::to_integer<std::size_t>(rest[2]) << 8 | std::to_integer<std::size_t>(rest[3]);
@@ -208,7 +208,7 @@ speed receive_raw() {
           rest = rest.subspan(header + payload);
         }
         kept = rest.size();
-        std::memmove(room.data(), rest.data(), kept);
+        std::memmove(buffer.data(), rest.data(), kept);
       },
       [&] { return messages; });
 }
@@ -257,7 +257,7 @@ class frames final : public service::transport_sink {
   }
   void on_writable(service::connection_id) noexcept override { blocked_ = false; }
   void on_close(service::connection_id, service::close_cause) noexcept override { blocked_ = false; }
-  void on_refused(const service::refusal&) noexcept override { std::abort(); }
+  void on_rejected(const service::rejection&) noexcept override { std::abort(); }
   service::http_answer on_http(const service::http_request&) noexcept override { return {}; }
 
   std::unique_ptr<far_end> far;
@@ -295,7 +295,7 @@ template <class T>
 speed publish(const std::vector<T>& values, bool clamped) {
   sending_core robot{limits_of(clamped)};
   detail::queue_pair& pair =
-      robot.offer(detail::advertise_request<T>("/sent", {.ttl = 1s, .depth = lane_depth}));
+      robot.offer(detail::advertise_request<T>("/sent", {.ttl = 1s, .depth = pair_depth}));
   far_end far{robot.port()};
   far.ask_for_upgrade();
   while (robot.peers() == 0) robot.cycle();
@@ -337,14 +337,14 @@ std::vector<odometry> odometries() {
 
 speed encode_only(const std::vector<odometry>& values) {
   const auto encoder = json::encoder::compile(describe<odometry>()).value();
-  std::array<char, 2048> room;
+  std::array<char, 2048> buffer;
   std::uint64_t written = 0;
   return measure(
       [&] {
         for (const odometry& each : values) {
-          json::writer into{room};
+          json::writer into{buffer};
           encoder.encode(&each, into);
-          benchmark::DoNotOptimize(room);
+          benchmark::DoNotOptimize(buffer);
         }
         written += values.size();
       },

@@ -126,14 +126,14 @@ class client {
   }
   // One frame of a server, at most; false when none comes within a second.
   bool hear() {
-    std::array<unsigned char, 65536> room;
-    if (!take(room.data(), 2)) return false;
-    std::size_t length = room[1] & 0x7f;
+    std::array<unsigned char, 65536> buffer;
+    if (!take(buffer.data(), 2)) return false;
+    std::size_t length = buffer[1] & 0x7f;
     if (length == 126) {
-      if (!take(room.data(), 2)) return false;
-      length = static_cast<std::size_t>(room[0]) << 8 | room[1];
+      if (!take(buffer.data(), 2)) return false;
+      length = static_cast<std::size_t>(buffer[0]) << 8 | buffer[1];
     }
-    return take(room.data(), length);
+    return take(buffer.data(), length);
   }
   void give_up_after_a_second() {
     const timeval second{1, 0};

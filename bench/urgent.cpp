@@ -100,9 +100,9 @@ class reader {
  private:
   // Takes what is there; false when the stream has ended.
   bool look(int flags) {
-    std::array<std::byte, 4096 + 64> room;
-    const ssize_t bytes = ::recv(socket_.get(), room.data(), 4096, flags);
-    std::span<std::byte> rest{room.data(), bytes > 0 ? static_cast<std::size_t>(bytes) : 0};
+    std::array<std::byte, 4096 + 64> buffer;
+    const ssize_t bytes = ::recv(socket_.get(), buffer.data(), 4096, flags);
+    std::span<std::byte> rest{buffer.data(), bytes > 0 ? static_cast<std::size_t>(bytes) : 0};
     while (!rest.empty()) {
       const wire::frame_step step = parser_.next(rest);
       rest = rest.subspan(step.consumed);

@@ -159,10 +159,10 @@ class default_sockets {
   }
 
   void read() {
-    std::array<std::byte, 4096 + 64> room;
-    const ssize_t bytes = ::recv(out_.get(), room.data(), 4096, MSG_DONTWAIT);
+    std::array<std::byte, 4096 + 64> buffer;
+    const ssize_t bytes = ::recv(out_.get(), buffer.data(), 4096, MSG_DONTWAIT);
     if (bytes <= 0) return out_.reset();
-    std::span<std::byte> rest{room.data(), static_cast<std::size_t>(bytes)};
+    std::span<std::byte> rest{buffer.data(), static_cast<std::size_t>(bytes)};
     if (!upgraded_) return upgrade({reinterpret_cast<const char*>(rest.data()), rest.size()});
     while (out_ && !rest.empty()) {
       const wire::frame_step step = parser_.next(rest);

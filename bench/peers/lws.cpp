@@ -19,18 +19,18 @@ namespace {
 class outgoing {
  public:
   void set(std::string_view text) {
-    room_.assign(LWS_PRE, '\0');
-    room_.append(text);
+    buffer_.assign(LWS_PRE, '\0');
+    buffer_.append(text);
   }
-  bool empty() const { return room_.size() <= LWS_PRE; }
+  bool empty() const { return buffer_.size() <= LWS_PRE; }
   bool write(lws* to) {
-    const std::size_t bytes = room_.size() - LWS_PRE;
-    return lws_write(to, reinterpret_cast<unsigned char*>(room_.data()) + LWS_PRE, bytes, LWS_WRITE_TEXT) >=
+    const std::size_t bytes = buffer_.size() - LWS_PRE;
+    return lws_write(to, reinterpret_cast<unsigned char*>(buffer_.data()) + LWS_PRE, bytes, LWS_WRITE_TEXT) >=
            0;
   }
 
  private:
-  std::string room_;
+  std::string buffer_;
 };
 
 serving mode;

@@ -24,10 +24,10 @@
 namespace rowe::bench {
 namespace {
 
-constexpr std::size_t room = 64 * 1024;
+constexpr std::size_t capacity = 64 * 1024;
 
 struct connection {
-  std::array<unsigned char, room> in;
+  std::array<unsigned char, capacity> in;
   std::size_t have = 0;
   bool upgraded = false;
   std::size_t count = 0; // messages
@@ -98,7 +98,7 @@ class server {
   }
 
   bool read(int fd, connection& from) {
-    const ssize_t bytes = ::recv(fd, from.in.data() + from.have, room - from.have, MSG_DONTWAIT);
+    const ssize_t bytes = ::recv(fd, from.in.data() + from.have, capacity - from.have, MSG_DONTWAIT);
     if (bytes <= 0) return bytes < 0 && errno == EAGAIN;
     from.have += static_cast<std::size_t>(bytes);
     if (!from.upgraded) return upgrade(fd, from);
@@ -153,7 +153,7 @@ class server {
   // Until the client goes away.
   void flood(int fd, std::string_view frame) {
     std::string many;
-    while (many.size() + frame.size() <= room) many += frame;
+    while (many.size() + frame.size() <= capacity) many += frame;
     for (std::size_t at = 0;;) {
       const ssize_t sent = ::send(fd, many.data() + at, many.size() - at, MSG_NOSIGNAL | MSG_DONTWAIT);
       if (sent < 0 && errno != EAGAIN) return;

@@ -4,7 +4,7 @@
 //   --layer endpoint  a hub, to which messages are rosbridge's: each is parsed, checked and given to its
 //                     topic's subscribers (modes echo and fan_out)
 // --idle is how the thread waits. --unclamped leaves kernel buffers as they are, which as shipped are small
-// towards a peer that is near.
+// towards a peer of low RTT.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -61,7 +61,7 @@ class frames_server final : public service::transport_sink {
     connections_[id.index].reset();
     if (id == flooded_) flooded_ = {};
   }
-  void on_refused(const service::refusal& why) noexcept override {
+  void on_rejected(const service::rejection& why) noexcept override {
     std::fprintf(stderr, "refused: %.*s\n", static_cast<int>(why.what.size()), why.what.data());
   }
   service::http_answer on_http(const service::http_request&) noexcept override { return {}; }
@@ -104,10 +104,10 @@ class frames_server final : public service::transport_sink {
       message_.assign(text.begin(), text.end());
     }
   }
-  static std::span<const std::byte> frame_of(std::span<const std::byte> text, std::byte* room) noexcept {
-    const std::size_t header = wire::write_frame_header(room, wire::opcode::text, text.size());
-    std::memcpy(room + header, text.data(), text.size());
-    return {room, header + text.size()};
+  static std::span<const std::byte> frame_of(std::span<const std::byte> text, std::byte* buffer) noexcept {
+    const std::size_t header = wire::write_frame_header(buffer, wire::opcode::text, text.size());
+    std::memcpy(buffer + header, text.data(), text.size());
+    return {buffer, header + text.size()};
   }
   void send(connection_id to, std::span<const std::byte> frame) noexcept {
     (void)transport_.write(to, frame); // fits: whoever it goes to waits for it

@@ -20,9 +20,9 @@ int main() {
   auto robot = rowe::endpoint::listen(8080, {.service_cpu = 1}).value(); // set-up may throw, loops never do
   auto odom = robot.advertise<odometry>("/odom", {.ttl = 20ms, .keep = rowe::keep::newest}).value();
   rowe::rt::periodic loop{1ms, {.cpu = 2, .priority = 80}};
-  char room[200];                                                 // granted, or why not and what to do:
-  std::cerr << "service thread: " << robot.service_grants().text(room) << '\n';
-  std::cerr << "control loop: " << loop.grants().text(room) << '\n';
+  char buffer[200];                                               // granted, or why not and what to do:
+  std::cerr << "service thread: " << robot.service_grants().text(buffer) << '\n';
+  std::cerr << "control loop: " << loop.grants().text(buffer) << '\n';
   while (auto now = loop.wait()) {                                // your loop, your thread; one clock read
     (void)odom.publish(measure(*now), *now);                      // losing one sample is fine, and counted
   }

@@ -26,15 +26,15 @@ struct event {
   class text {
    public:
     text& operator=(std::string_view from) noexcept {
-      bytes_ = static_cast<std::uint16_t>(from.copy(room_.data(), Bytes));
+      bytes_ = static_cast<std::uint16_t>(from.copy(buffer_.data(), Bytes));
       return *this;
     }
     operator std::string_view() const noexcept {
-      return {room_.data(), bytes_};
+      return {buffer_.data(), bytes_};
     } // NOLINT(google-explicit-constructor)
 
    private:
-    std::array<char, Bytes> room_{};
+    std::array<char, Bytes> buffer_{};
     std::uint16_t bytes_ = 0;
   };
 

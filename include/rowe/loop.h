@@ -223,18 +223,19 @@ int rowe_reset_emergency_stop(const struct rowe_endpoint* endpoint,
 
 // ---- JSON text in place
 
-// Writes an object with the given members into `room`. Members are given as in rowe_message(), but objects
+// Writes an object with the given members into `buffer`. Members are given as in rowe_message(), but objects
 // and arrays as `const char*`, their JSON text. A double that is not finite becomes null. Returns the text's
-// bytes, without the '\0' that ends it; 0 if `room_bytes` are too few, or a type is none.
-ROWE_RT size_t rowe_write(char* room, size_t room_bytes, const char* key, ...);
+// bytes, without the '\0' that ends it; 0 if `buffer_bytes` are too few, or a type is none.
+ROWE_RT size_t rowe_write(char* buffer, size_t buffer_bytes, const char* key, ...);
 
 // A member of an object in text that has arrived. Errors: missing_member, wrong_type, out_of_range, misuse;
-// `into` and `room` are then left alone. too_long: a string and its '\0' need more than `room_bytes`; room
-// then holds "".
+// `into` and `buffer` are then left alone. too_long: a string and its '\0' need more than `buffer_bytes`;
+// buffer then holds "".
 ROWE_RT int rowe_read_int64(const char* text, size_t bytes, const char* key, int64_t* into);
 ROWE_RT int rowe_read_double(const char* text, size_t bytes, const char* key, double* into);
 ROWE_RT int rowe_read_boolean(const char* text, size_t bytes, const char* key, bool* into);
-ROWE_RT int rowe_read_string(const char* text, size_t bytes, const char* key, char* room, size_t room_bytes);
+ROWE_RT int rowe_read_string(const char* text, size_t bytes, const char* key, char* buffer,
+                             size_t buffer_bytes);
 
 #ifdef __cplusplus
 }

@@ -36,12 +36,12 @@ class message_of;
 
 namespace detail {
 
-// Writes JSON behind what is in `room` already. If a piece does not fit, nothing more is written. Every
+// Writes JSON behind what is in `buffer` already. If a piece does not fit, nothing more is written. Every
 // function: never waits, never allocates, steps in proportion to what is written.
 class message_writer {
  public:
-  message_writer(char* room, std::size_t used, std::size_t room_bytes) noexcept
-      : room_{room}, used_{used}, room_bytes_{room_bytes} {}
+  message_writer(char* buffer, std::size_t used, std::size_t buffer_bytes) noexcept
+      : buffer_{buffer}, used_{used}, buffer_bytes_{buffer_bytes} {}
 
   void begin(char bracket) noexcept; // '{' or '['
   void end(char bracket) noexcept;
@@ -61,9 +61,9 @@ class message_writer {
   template <class Write>
   void with_writer(Write&& write) noexcept;
 
-  char* room_;
+  char* buffer_;
   std::size_t used_;
-  std::size_t room_bytes_;
+  std::size_t buffer_bytes_;
   bool overflowed_ = false;
 };
 

@@ -171,8 +171,8 @@ inline std::string_view error::message(std::span<char> buffer) const noexcept {
 }
 
 inline std::string error::message() const {
-  char room[detail::message_bytes_max];
-  return std::string{message(room)};
+  char buffer[detail::message_bytes_max];
+  return std::string{message(buffer)};
 }
 
 #if defined(__cpp_exceptions)
@@ -180,8 +180,8 @@ inline std::string error::message() const {
 class bad_result : public std::exception {
  public:
   explicit bad_result(const rowe::error& reason) noexcept : error_{reason} {
-    const std::span<char> room{text_, detail::message_bytes_max};
-    text_[reason.message(room).size()] = '\0';
+    const std::span<char> buffer{text_, detail::message_bytes_max};
+    text_[reason.message(buffer).size()] = '\0';
   }
   const char* what() const noexcept override { return text_; }
   const rowe::error& error() const noexcept { return error_; }

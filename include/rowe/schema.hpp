@@ -105,7 +105,7 @@ struct schema_description {
   std::span<const member_description> members;
 
   // Constructs an object of default value, T{}, in memory for one. Null if there is no such value.
-  void (*set_default)(void* room) noexcept = nullptr;
+  void (*set_default)(void* storage) noexcept = nullptr;
   // Can objects be read from text? Not if a member is const, or if the type, or that of an optional's
   // element, has no default value.
   bool decodable = false;

@@ -12,9 +12,9 @@ class diagnostic {
  public:
   explicit diagnostic(std::span<char> buffer) noexcept : buffer_{buffer} {}
   diagnostic& say(std::string_view text) noexcept {
-    const std::size_t room = std::min(text.size(), buffer_.size() - used_);
-    std::copy_n(text.data(), room, buffer_.data() + used_);
-    used_ += room;
+    const std::size_t bytes = std::min(text.size(), buffer_.size() - used_);
+    std::copy_n(text.data(), bytes, buffer_.data() + used_);
+    used_ += bytes;
     return *this;
   }
   diagnostic& say(long number) noexcept {

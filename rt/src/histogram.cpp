@@ -15,15 +15,15 @@ class line {
  public:
   line& text(std::string_view piece, std::size_t width = 0) {
     if (piece.size() < width) fill(' ', width - piece.size());
-    const std::size_t room = std::min(piece.size(), sizeof text_ - used_);
-    std::memcpy(text_ + used_, piece.data(), room);
-    used_ += room;
+    const std::size_t bytes = std::min(piece.size(), sizeof text_ - used_);
+    std::memcpy(text_ + used_, piece.data(), bytes);
+    used_ += bytes;
     return *this;
   }
   line& fill(char with, std::size_t times) {
-    const std::size_t room = std::min(times, sizeof text_ - used_);
-    std::memset(text_ + used_, with, room);
-    used_ += room;
+    const std::size_t count = std::min(times, sizeof text_ - used_);
+    std::memset(text_ + used_, with, count);
+    used_ += count;
     return *this;
   }
   line& number(std::uint64_t value, std::size_t width) {

@@ -62,8 +62,8 @@ void set_ordinary() noexcept {
 
 // Writes to every page of the next `bytes` of the stack.
 [[gnu::noinline]] void touch_stack(std::size_t bytes, std::size_t page) noexcept {
-  auto* const room = static_cast<volatile char*>(__builtin_alloca(bytes));
-  for (std::size_t at = 0; at < bytes; at += page) room[at] = 0;
+  auto* const buffer = static_cast<volatile char*>(__builtin_alloca(bytes));
+  for (std::size_t at = 0; at < bytes; at += page) buffer[at] = 0;
 }
 
 // Touches at most `bytes_max` of the stack below the caller's frame; returns what was touched, in whole

@@ -109,7 +109,7 @@ status endpoint_state::start(service::side ours) {
   if (options_.service_cpu >= 0) how.cpu = options_.service_cpu;
   thread_ = rt::thread{how, [this](const rt::grants& granted) {
                          core_->describe_thread(granted, memory_.locked());
-                         tell_refused(granted);
+                         report_refused(granted);
                          loop_->run(static_cast<bool>(granted.fifo));
                        }};
   if (!thread_.joinable()) return error{errc::no_thread, thread_.error()};
@@ -118,15 +118,15 @@ status endpoint_state::start(service::side ours) {
 }
 
 // On the service thread, the only producer of events.
-void endpoint_state::tell_refused(const rt::grants& granted) noexcept {
+void endpoint_state::report_refused(const rt::grants& granted) noexcept {
   if (!granted.pinned.refused() && !granted.fifo.refused()) return;
   constexpr std::string_view begin = "the service thread is not as asked: ";
-  std::array<char, service::event_text_bytes_max> room;
-  const std::size_t begin_bytes = begin.copy(room.data(), room.size());
-  const std::size_t rest_bytes = granted.text(std::span{room}.subspan(begin_bytes)).size();
+  std::array<char, service::event_text_bytes_max> buffer;
+  const std::size_t begin_bytes = begin.copy(buffer.data(), buffer.size());
+  const std::size_t rest_bytes = granted.text(std::span{buffer}.subspan(begin_bytes)).size();
   event warning;
   warning.what_kind = event::kind::warning;
-  warning.what = std::string_view{room.data(), begin_bytes + rest_bytes};
+  warning.what = std::string_view{buffer.data(), begin_bytes + rest_bytes};
   warning.remedy = "`rowe doctor` says what this machine permits";
   shared_->post(warning);
 }

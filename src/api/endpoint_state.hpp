@@ -72,7 +72,7 @@ class endpoint_state {
  private:
   bool handles_wake() const noexcept { return options_.idle_policy == idle::wake; }
   status start(service::side ours);
-  void tell_refused(const rt::grants& granted) noexcept;
+  void report_refused(const rt::grants& granted) noexcept;
   void release_pairs() noexcept;
   void count_left(const queue_pair& in) noexcept;
   result<queue_pair*> find_pair(std::size_t bytes) noexcept;

@@ -23,7 +23,7 @@ error timed_out(duration after) noexcept { return {errc::timed_out, 0, after.cou
 } // namespace
 
 void local_stops::stop_loops() noexcept {
-  shared_.ask();
+  shared_.request();
   transport_.wake();
 }
 
@@ -31,38 +31,38 @@ void local_stops::stop_loops() noexcept {
 // comes first reads the answers for all that wait, so each thread looks at what any of them has read. Returns
 // whether `is(answered)` is true.
 template <class Is>
-bool local_stops::wait_heard(time_point deadline, answered& into, Is&& is) noexcept {
-  bool heard = false;
+bool local_stops::wait_answer(time_point deadline, answered& into, Is&& is) noexcept {
+  bool came = false;
   // Its result is not needed: it is also true when the service thread has ended.
   (void)queue_.wait_room(deadline, [&] {
     const bool over = ended(); // before looking: what was told before it ended is still there
-    const std::lock_guard hearing{hearing_};
-    shared_.hear(heard_);
-    heard = is(heard_);
-    if (heard) into = heard_;
-    return heard || over;
+    const std::lock_guard lock{answers_mutex_};
+    shared_.read_answers(answered_);
+    came = is(answered_);
+    if (came) into = answered_;
+    return came || over;
   });
-  return heard;
+  return came;
 }
 
 result<emergency_stop_result> local_stops::stop(const emergency_stop_request& what, duration timeout) {
   if (!begun()) return queue_.is_closed() ? errc::closed : errc::no_service;
   const duration wait = timeout < duration::zero() ? observe_timeout_ : std::min(timeout, observe_timeout_);
   const time_point deadline = rt::deadline_after(rt::monotonic_clock::now(), wait);
-  std::unique_lock asking{asking_, std::try_to_lock};
-  if (!asking) { // another thread is just handing in its reason: ours may wait for that, the stop may not
+  std::unique_lock lock{requests_mutex_, std::try_to_lock};
+  if (!lock) { // another thread is just handing in its reason: ours may wait for that, the stop may not
     stop_loops();
-    asking.lock();
+    lock.lock();
   }
   const std::uint64_t mine = ++asked_.stops;
   assign_cut(asked_.source, what.source);
   assign_cut(asked_.reason, what.reason);
-  shared_.hand_in(asked_);
-  asking.unlock();
+  shared_.write_request(asked_);
+  lock.unlock();
   stop_loops();
 
   answered all;
-  if (wait_heard(deadline, all, [&](const answered& heard) { return heard.stops >= mine; }))
+  if (wait_answer(deadline, all, [&](const answered& newest) { return newest.stops >= mine; }))
     return emergency_stop_result{all.stop_number, all.acknowledged};
   return ended() ? error{errc::closed} : timed_out(wait);
 }
@@ -71,16 +71,16 @@ result<emergency_stop_result> local_stops::stop(const emergency_stop_request& wh
 local_stops::answered local_stops::reset_alone(std::uint64_t number, time_point deadline) {
   std::uint64_t mine = 0;
   {
-    const std::lock_guard asking{asking_};
+    const std::lock_guard lock{requests_mutex_};
     mine = ++asked_.resets;
     asked_.number = number;
     asked_.count_before_reset = shared_.count();
     asked_.until = deadline;
-    shared_.hand_in(asked_);
+    shared_.write_request(asked_);
   }
   transport_.wake();
   answered all;
-  if (!wait_heard(rt::never, all, [&](const answered& heard) { return heard.resets >= mine; })) return {};
+  if (!wait_answer(rt::never, all, [&](const answered& newest) { return newest.resets >= mine; })) return {};
   return all;
 }
 
@@ -94,7 +94,7 @@ result<emergency_stop_reset_result> local_stops::reset(const emergency_stop_rese
   if (!queue_.wait_room(deadline, [&] { return resetting_.try_lock(); })) return timed_out(timeout);
   const answered all = reset_alone(what.number, deadline);
   resetting_.unlock();
-  queue_.tell_room(); // the next one
+  queue_.notify_room(); // the next one
   if (all.resets == 0) return errc::closed;
   if (all.reset_outcome) return emergency_stop_reset_result{all.reset_number};
   if (all.reset_outcome.code() == errc::timed_out) return timed_out(timeout);

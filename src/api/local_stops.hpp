@@ -42,7 +42,7 @@ class local_stops {
   void stop_loops() noexcept;
   answered reset_alone(std::uint64_t number, time_point deadline);
   template <class Is>
-  bool wait_heard(time_point deadline, answered& into, Is&& is) noexcept;
+  bool wait_answer(time_point deadline, answered& into, Is&& is) noexcept;
 
   service::local_stop<>& shared_;
   service::submission_queue& queue_;
@@ -51,10 +51,10 @@ class local_stops {
   std::atomic<bool> begun_{false};
   std::atomic<bool> ended_{false};
 
-  std::mutex asking_; // never held while waiting
+  std::mutex requests_mutex_; // never held while waiting
   service::local_stop_asked asked_;
-  std::mutex hearing_; // likewise
-  answered heard_;
+  std::mutex answers_mutex_; // likewise
+  answered answered_;
   std::mutex resetting_; // by one thread at a time, from its asking to its answer
 };
 

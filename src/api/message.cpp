@@ -12,7 +12,7 @@ namespace rowe::detail {
 template <class Write>
 void message_writer::with_writer(Write&& write) noexcept {
   if (overflowed_) return;
-  json::writer into{std::span<char>{room_ + used_, room_bytes_ - used_}};
+  json::writer into{std::span<char>{buffer_ + used_, buffer_bytes_ - used_}};
   write(into);
   overflowed_ = into.overflowed();
   if (!overflowed_) used_ += into.bytes();

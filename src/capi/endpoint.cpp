@@ -285,10 +285,10 @@ int rowe_async_reply(const struct rowe_endpoint* endpoint, const struct rowe_obj
 }
 
 int rowe_refuse(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
-                const char* sentence) {
-  if (sentence == nullptr) return fail(errc::misuse);
+                const char* diagnostic) {
+  if (diagnostic == nullptr) return fail(errc::misuse);
   return answer_call(endpoint, invocation, [&](rowe::endpoint& by, const rowe::received& call) {
-    return by.refuse(call, sentence);
+    return by.refuse(call, diagnostic);
   });
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 // From errc to the numbers of rowe.h; an error without a number does not compile.
 constexpr int numbers[] = {
-#define ROWE_NUMBER(name, sentence) rowe_error_##name,
+#define ROWE_NUMBER(name, diagnostic) rowe_error_##name,
     ROWE_ERRORS(ROWE_NUMBER)
 #undef ROWE_NUMBER
 };
@@ -35,12 +35,12 @@ consteval bool the_lists_agree() {
 }
 static_assert(the_lists_agree(), "result.hpp and rowe.h name different errors");
 
-// The sentences, with N, MAX and TOTAL where an error has its numbers, and without an argument's name.
-constexpr std::size_t sentence_bytes = 128;
-using sentence = std::array<char, sentence_bytes>;
+// The diagnostics, with N, MAX and TOTAL where an error has its numbers, and without an argument's name.
+constexpr std::size_t diagnostic_bytes = 128;
+using diagnostic = std::array<char, diagnostic_bytes>;
 
-consteval sentence without_numbers(std::string_view from) {
-  sentence to{};
+consteval diagnostic without_numbers(std::string_view from) {
+  diagnostic to{};
   std::size_t at = 0;
   while (!from.empty()) {
     const bool value = from.starts_with("%v");
@@ -55,19 +55,19 @@ consteval sentence without_numbers(std::string_view from) {
     for (const char c : next) to[at++] = c;
     from.remove_prefix(value || limit || whole || name ? 2 : 1);
   }
-  to[sentence_bytes - 1] = '\0'; // a sentence that is too long does not compile
+  to[diagnostic_bytes - 1] = '\0'; // a diagnostic that is too long does not compile
   return to;
 }
-constexpr sentence sentences[] = {
-#define ROWE_SENTENCE(name, text) without_numbers(text),
-    ROWE_ERRORS(ROWE_SENTENCE)
-#undef ROWE_SENTENCE
+constexpr diagnostic diagnostics[] = {
+#define ROWE_DIAGNOSTIC(name, text) without_numbers(text),
+    ROWE_ERRORS(ROWE_DIAGNOSTIC)
+#undef ROWE_DIAGNOSTIC
 };
 
 // Constant-initialised: a thread's first error needs no constructor.
 struct last_error {
   int number = rowe_ok;
-  char text[512] = {}; // a sentence of ours and one of 192 bytes
+  char text[512] = {}; // a diagnostic of ours and one of 192 bytes
 };
 constinit thread_local last_error last;
 
@@ -92,7 +92,7 @@ using namespace rowe::capi;
 const char* rowe_strerror(int error) {
   if (error == rowe_ok) return "no error";
   for (const named& n : names) {
-    if (n.number == error) return sentences[static_cast<std::size_t>(n.code)].data();
+    if (n.number == error) return diagnostics[static_cast<std::size_t>(n.code)].data();
   }
   return "no error of rowe has this number";
 }

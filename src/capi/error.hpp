@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors on their way to C: the code is returned, and stays with the thread, together with its sentence,
+// Errors on their way to C: the code is returned, and stays with the thread, together with its diagnostic,
 // until the next one. Calls of real-time loops return the code only.
 #pragma once
 #include <new>
@@ -19,7 +19,7 @@ ROWE_RT inline int number_of(const status& s) noexcept {
   return s ? static_cast<int>(rowe_ok) : number_of(s.code());
 }
 
-// Makes it the thread's last error; returns its number. `more` is said after its sentence: what the other
+// Makes it the thread's last error; returns its number. `more` is said after its diagnostic: what the other
 // side gave as its reason.
 int fail(const error& reason, std::string_view more = {}) noexcept;
 inline int fail(errc code) noexcept { return fail(error{code}); }

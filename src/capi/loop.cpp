@@ -182,10 +182,11 @@ int rowe_lane_try_reply(struct rowe_lane* lane, struct rowe_view* call, const ch
   return code;
 }
 
-int rowe_lane_try_refuse(struct rowe_lane* lane, struct rowe_view* call, const char* sentence,
+int rowe_lane_try_refuse(struct rowe_lane* lane, struct rowe_view* call, const char* diagnostic,
                          int64_t now_ns) {
-  if (lane == nullptr || sentence == nullptr || !holds(call) || !call->wants_reply) return rowe_error_misuse;
-  const int code = number_of(lane->inside.try_refuse(held(*call), sentence, time_of(now_ns)));
+  if (lane == nullptr || diagnostic == nullptr || !holds(call) || !call->wants_reply)
+    return rowe_error_misuse;
+  const int code = number_of(lane->inside.try_refuse(held(*call), diagnostic, time_of(now_ns)));
   if (code == rowe_ok) call->wants_reply = false;
   return code;
 }

@@ -65,9 +65,9 @@ int read_member(const char* text, std::size_t bytes, const char* key, const void
 
 } // namespace
 
-size_t rowe_write(char* room, size_t room_bytes, const char* key, ...) {
-  if (room == nullptr || room_bytes == 0) return 0;
-  json::writer to{std::span<char>{room, room_bytes - 1}};
+size_t rowe_write(char* buffer, size_t buffer_bytes, const char* key, ...) {
+  if (buffer == nullptr || buffer_bytes == 0) return 0;
+  json::writer to{std::span<char>{buffer, buffer_bytes - 1}};
   std::va_list from;
   va_start(from, key);
   to.begin_object();
@@ -75,7 +75,7 @@ size_t rowe_write(char* room, size_t room_bytes, const char* key, ...) {
   to.end_object();
   va_end(from);
   const std::size_t bytes = typed && !to.overflowed() ? to.bytes() : 0;
-  room[bytes] = '\0';
+  buffer[bytes] = '\0';
   return bytes;
 }
 
@@ -108,17 +108,17 @@ int rowe_read_boolean(const char* text, size_t bytes, const char* key, bool* int
   });
 }
 
-int rowe_read_string(const char* text, size_t bytes, const char* key, char* room, size_t room_bytes) {
-  return read_member(text, bytes, key, room, [&](const json::value& v) -> int {
+int rowe_read_string(const char* text, size_t bytes, const char* key, char* buffer, size_t buffer_bytes) {
+  return read_member(text, bytes, key, buffer, [&](const json::value& v) -> int {
     if (v.type != json::kind::string) return rowe_error_wrong_type;
-    if (room_bytes == 0) return rowe_error_too_long;
-    const auto plain = json::to_string(v, {room, room_bytes - 1});
-    if (!plain || plain->size() >= room_bytes) {
-      room[0] = '\0'; // a part of it may stand there
+    if (buffer_bytes == 0) return rowe_error_too_long;
+    const auto plain = json::to_string(v, {buffer, buffer_bytes - 1});
+    if (!plain || plain->size() >= buffer_bytes) {
+      buffer[0] = '\0'; // a part of it may stand there
       return rowe_error_too_long;
     }
-    if (plain->data() != room) plain->copy(room, plain->size());
-    room[plain->size()] = '\0';
+    if (plain->data() != buffer) plain->copy(buffer, plain->size());
+    buffer[plain->size()] = '\0';
     return rowe_ok;
   });
 }

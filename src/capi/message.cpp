@@ -16,8 +16,8 @@ bool is_utf8(std::string_view text) noexcept { return wire::is_utf8(std::as_byte
 
 template <class Number>
 rowe_object number(Number x) {
-  char room[64]; // the longest number has 25 bytes
-  json::writer to{room};
+  char buffer[64]; // the longest number has 25 bytes
+  json::writer to{buffer};
   to.number(x);
   rowe_object value{json::kind::number};
   value.text = to.text();

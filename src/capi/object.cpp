@@ -65,12 +65,12 @@ rowe::json::value number_in(const rowe_object& value) noexcept { return {kind::n
 
 // ---- diagnostics of accessors
 
-// A sentence of pieces, cut where the thread's error would cut it too.
+// A diagnostic of pieces, cut where the thread's error would cut it too.
 class words {
  public:
   words& add(std::string_view piece) noexcept {
-    used_ +=
-        rowe::json::utf8_prefix(piece, room_.size() - used_).copy(room_.data() + used_, room_.size() - used_);
+    used_ += rowe::json::utf8_prefix(piece, buffer_.size() - used_)
+                 .copy(buffer_.data() + used_, buffer_.size() - used_);
     return *this;
   }
   words& add(std::size_t number) noexcept {
@@ -85,10 +85,10 @@ class words {
         .add(rowe::json::utf8_prefix(name, 64))
         .add(name.size() > 64 ? "...\": " : "\": ");
   }
-  std::string_view text() const noexcept { return {room_.data(), used_}; }
+  std::string_view text() const noexcept { return {buffer_.data(), used_}; }
 
  private:
-  std::array<char, 256> room_;
+  std::array<char, 256> buffer_;
   std::size_t used_ = 0;
 };
 

@@ -15,12 +15,12 @@ namespace rowe::capi {
 namespace {
 
 std::string unescaped(std::string_view escaped) {
-  std::string room(escaped.size(), '\0');
-  const auto plain = json::unescape(escaped, room);
+  std::string buffer(escaped.size(), '\0');
+  const auto plain = json::unescape(escaped, buffer);
   if (!plain) return {}; // of validated text it always is there: escapes are longer than what they say
-  if (plain->data() != room.data()) return std::string{*plain};
-  room.resize(plain->size());
-  return room;
+  if (plain->data() != buffer.data()) return std::string{*plain};
+  buffer.resize(plain->size());
+  return buffer;
 }
 
 // The depth of the tree is that of the text, which was bounded when it was validated.

@@ -198,14 +198,14 @@ class decoder::run {
   // Does the text continue with the name and a quote?
   bool begins(const member& m, const char* at) const noexcept {
     if (!m.plain) return false;
-    const auto room = static_cast<std::size_t>(end_ - at);
-    if (room < member::head_bytes)
-      return room > m.name_bytes && std::memcmp(at, m.name, m.name_bytes + 1) == 0;
+    const auto left = static_cast<std::size_t>(end_ - at);
+    if (left < member::head_bytes)
+      return left > m.name_bytes && std::memcmp(at, m.name, m.name_bytes + 1) == 0;
     const std::uint64_t first = (load_eight(at) ^ m.head[0]) & m.mask[0];
     const std::uint64_t second = (load_eight(at + 8) ^ m.head[1]) & m.mask[1];
     if ((first | second) != 0) return false;
     if (m.name_bytes < member::head_bytes) return true;
-    return room > m.name_bytes && std::memcmp(at + member::head_bytes, m.name + member::head_bytes,
+    return left > m.name_bytes && std::memcmp(at + member::head_bytes, m.name + member::head_bytes,
                                               m.name_bytes + 1 - member::head_bytes) == 0;
   }
 
@@ -272,8 +272,8 @@ class decoder::run {
   }
 
   const char* unused(const step& s, const char* at) noexcept {
-    char room[8]; // of an integer
-    return value(s, room, at);
+    char buffer[8]; // of an integer
+    return value(s, buffer, at);
   }
 
   const char* boolean(char* into, const char* at) noexcept {
@@ -326,12 +326,12 @@ class decoder::run {
     const std::string_view escaped = between(at + 1, quote);
     const bool has_escape = escaped.find('\\') != std::string_view::npos;
     const std::size_t bytes = has_escape ? unescaped_bytes(escaped) : escaped.size();
-    char* const room = s.resize_text(string, bytes);
-    if (room == nullptr) return fail(errc::too_long, bytes, s.count);
+    char* const buffer = s.resize_text(string, bytes);
+    if (buffer == nullptr) return fail(errc::too_long, bytes, s.count);
     if (has_escape) {
-      (void)unescape(escaped, {room, bytes}); // fits: so many bytes were counted
+      (void)unescape(escaped, {buffer, bytes}); // fits: so many bytes were counted
     } else {
-      escaped.copy(room, bytes);
+      escaped.copy(buffer, bytes);
     }
     return behind(quote, 1);
   }

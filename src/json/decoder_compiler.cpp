@@ -105,18 +105,18 @@ class decoder::compiler {
   }
 
   void name(member& m, std::string_view text) noexcept {
-    char* const room = take(names(), name_bytes_, text.size() + 1);
-    if (room == nullptr) return;
-    text.copy(room, text.size());
-    room[text.size()] = '"';
-    m.name = room;
+    char* const buffer = take(names(), name_bytes_, text.size() + 1);
+    if (buffer == nullptr) return;
+    text.copy(buffer, text.size());
+    buffer[text.size()] = '"';
+    m.name = buffer;
     m.name_bytes = static_cast<std::uint32_t>(text.size());
     m.hash = name_hash(text);
     std::memset(m.head, 0, sizeof m.head);
     std::memset(m.mask, 0, sizeof m.mask);
     m.plain = is_plain(text);
     const std::size_t head = std::min(text.size() + 1, member::head_bytes);
-    std::memcpy(m.head, room, head);
+    std::memcpy(m.head, buffer, head);
     std::memset(m.mask, 0xff, head);
   }
 
@@ -180,10 +180,10 @@ class decoder::compiler {
   }
 
   const step* element(const value_description& d, bool as_string, std::size_t depth) noexcept {
-    step* const room = take(elements(), element_count_, 1);
+    step* const buffer = take(elements(), element_count_, 1);
     const step s = value(d, base_, base_, as_string, depth);
-    if (room != nullptr) *room = s;
-    return room;
+    if (buffer != nullptr) *buffer = s;
+    return buffer;
   }
 
   // ---- memory: null while it is counted ----

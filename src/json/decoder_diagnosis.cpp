@@ -17,11 +17,11 @@ constexpr std::size_t value_bytes_max = 48;
 // Puts pieces one behind the other; what does not fit is cut between characters.
 class words {
  public:
-  explicit words(std::span<char> room) noexcept : room_{room} {}
+  explicit words(std::span<char> buffer) noexcept : buffer_{buffer} {}
 
   words& add(std::string_view piece) noexcept {
-    const std::size_t left = cut_ ? 0 : room_.size() - used_;
-    used_ += utf8_prefix(piece, left).copy(room_.data() + used_, left);
+    const std::size_t left = cut_ ? 0 : buffer_.size() - used_;
+    used_ += utf8_prefix(piece, left).copy(buffer_.data() + used_, left);
     cut_ = cut_ || piece.size() > left;
     return *this;
   }
@@ -35,10 +35,10 @@ class words {
     if (piece.size() <= bytes_max) return add(piece);
     return add(utf8_prefix(piece, bytes_max)).add("...");
   }
-  std::string_view text() const noexcept { return {room_.data(), used_}; }
+  std::string_view text() const noexcept { return {buffer_.data(), used_}; }
 
  private:
-  std::span<char> room_;
+  std::span<char> buffer_;
   std::size_t used_ = 0;
   bool cut_ = false;
 };
@@ -101,8 +101,8 @@ std::string_view decoder::diagnosis::text(std::span<char> buffer) const noexcept
     add_found();
     return to.text();
   }
-  std::array<char, path_bytes_max + 64> room;
-  words path{room};
+  std::array<char, path_bytes_max + 64> path_buffer;
+  words path{path_buffer};
   for (std::size_t i = parts_; i-- > 0;) {
     const part& p = path_[i];
     if (p.named == nullptr) {

@@ -11,7 +11,7 @@
 //                          beyond 64 bits, which some parsers refuse
 //
 // Every function takes the address to write to and returns the address behind the text. It may overwrite
-// `number_room_bytes` there, because stores of fixed size make it fast. Nothing waits or allocates.
+// `number_buffer_bytes` there, because stores of fixed size make it fast. Nothing waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +20,7 @@
 
 namespace rowe::json {
 
-inline constexpr std::size_t number_room_bytes = 40;      // what a call may touch
+inline constexpr std::size_t number_buffer_bytes = 40;    // what a call may touch
 inline constexpr std::size_t double_text_bytes_max = 25;  // -0.0000012345678901234567
 inline constexpr std::size_t float_text_bytes_max = 17;   // -0.00000123456789
 inline constexpr std::size_t integer_text_bytes_max = 20; // -9223372036854775808, 18446744073709551615

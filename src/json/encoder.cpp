@@ -35,7 +35,7 @@ class encoder::run {
   char* steps(const step* first, const step* last, const char* base, char* at) noexcept {
     const step* s = first;
     while (s != last) {
-      if (s->doubles > 0 && room(at) >= s->ample_bytes) [[likely]] {
+      if (s->doubles > 0 && left(at) >= s->ample_bytes) [[likely]] {
         // The most frequent values, and most of the time. So there are few instructions around the digits.
         const step* const end = std::min(s + s->doubles, last);
         do {
@@ -53,14 +53,14 @@ class encoder::run {
   }
 
  private:
-  std::size_t room(const char* at) const noexcept { return static_cast<std::size_t>(end_ - at); }
+  std::size_t left(const char* at) const noexcept { return static_cast<std::size_t>(end_ - at); }
 
   char* copy(std::string_view text, char* at) const noexcept {
-    return text.size() <= room(at) ? write_text(at, text) : nullptr;
+    return text.size() <= left(at) ? write_text(at, text) : nullptr;
   }
 
   char* literal(const step& s, char* at) const noexcept {
-    if (room(at) >= s.literal_bytes + literal_chunk_bytes) [[likely]]
+    if (left(at) >= s.literal_bytes + literal_chunk_bytes) [[likely]]
       return copy_literal(s, at);
     return copy({literals_ + s.literal, s.literal_bytes}, at);
   }
@@ -96,7 +96,7 @@ class encoder::run {
   }
 
   char* scalars(const step& s, const char* from, std::size_t n, char* at) noexcept {
-    if (room(at) / (scalar_room_bytes + 1) >= n) [[likely]] {
+    if (left(at) / (scalar_buffer_bytes + 1) >= n) [[likely]] {
       if (s.element == operation::float64) return reals<double>(from, n, at);
       if (s.element == operation::float32) return reals<float>(from, n, at);
     }
@@ -144,9 +144,9 @@ class encoder::run {
 
   // As in the writer: in place if there is enough space, else in a buffer, and copied.
   char* scalar(const step& s, operation what, const char* from, char* at) noexcept {
-    if (room(at) >= scalar_room_bytes) [[likely]]
+    if (left(at) >= scalar_buffer_bytes) [[likely]]
       return write_scalar(at, s, what, from);
-    char scratch[scalar_room_bytes];
+    char scratch[scalar_buffer_bytes];
     return copy({scratch, static_cast<std::size_t>(write_scalar(scratch, s, what, from) - scratch)}, at);
   }
 

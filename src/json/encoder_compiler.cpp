@@ -84,7 +84,7 @@ class encoder::compiler {
     for (std::size_t i = step_count_; i-- > 0;) {
       step& s = program_[i];
       if (s.what == operation::float64) {
-        const std::size_t own = s.literal_bytes + literal_chunk_bytes + scalar_room_bytes;
+        const std::size_t own = s.literal_bytes + literal_chunk_bytes + scalar_buffer_bytes;
         s.doubles = next->doubles + 1;
         s.ample_bytes = next->ample_bytes + static_cast<std::uint32_t>(own);
       }

@@ -33,7 +33,7 @@ enum class operation : std::uint8_t {
 };
 
 // Room for a scalar to be written in place: a number in quotes.
-inline constexpr std::size_t scalar_room_bytes = number_room_bytes + 2;
+inline constexpr std::size_t scalar_buffer_bytes = number_buffer_bytes + 2;
 
 constexpr bool is_scalar(operation o) noexcept { return o < operation::text; }
 

@@ -31,10 +31,10 @@ ROWE_RT inline utf8_piece next_utf8(const char* at, const char* end) noexcept {
   const std::uint8_t low = lead == 0xe0 ? 0xa0 : lead == 0xf0 ? 0x90 : 0x80;
   const std::uint8_t high = lead == 0xed ? 0x9f : lead == 0xf4 ? 0x8f : 0xbf;
   const std::size_t bytes = lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : 4;
-  const auto room = static_cast<std::size_t>(end - at);
-  if (room < 2 || byte(1) < low || byte(1) > high) return {1, false};
+  const auto left = static_cast<std::size_t>(end - at);
+  if (left < 2 || byte(1) < low || byte(1) > high) return {1, false};
   for (std::size_t i = 2; i < bytes; ++i) {
-    if (i == room || (byte(i) & 0xc0) != 0x80) return {i, false};
+    if (i == left || (byte(i) & 0xc0) != 0x80) return {i, false};
   }
   return {bytes, true};
 }

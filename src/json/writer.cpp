@@ -102,7 +102,7 @@ void writer::escaped(const char* at, const char* end) noexcept {
 // span can be used, and none behind it is touched. False if there is no text for the number.
 template <class Write>
 bool writer::number_with(Write write) noexcept {
-  if (static_cast<std::size_t>(end_ - at_) > number_room_bytes) [[likely]] {
+  if (static_cast<std::size_t>(end_ - at_) > number_buffer_bytes) [[likely]] {
     *at_ = ',';
     char* const end = write(at_ + comma_);
     if (end == nullptr) return false;
@@ -110,7 +110,7 @@ bool writer::number_with(Write write) noexcept {
     comma_ = true;
     return true;
   }
-  char scratch[number_room_bytes];
+  char scratch[number_buffer_bytes];
   const char* const end = write(scratch);
   if (end == nullptr) return false;
   raw({scratch, static_cast<std::size_t>(end - scratch)});

@@ -32,9 +32,9 @@ concept integer =
 // No call waits, allocates or fails; each takes steps in proportion to what it writes.
 class writer {
  public:
-  // Writes into `room`, which must outlive the writer.
-  ROWE_RT explicit writer(std::span<char> room) noexcept
-      : begin_{room.data()}, at_{room.data()}, end_{room.data() + room.size()} {}
+  // Writes into `buffer`, which must outlive the writer.
+  ROWE_RT explicit writer(std::span<char> buffer) noexcept
+      : begin_{buffer.data()}, at_{buffer.data()}, end_{buffer.data() + buffer.size()} {}
 
   ROWE_RT void begin_object() noexcept { open('{'); }
   ROWE_RT void end_object() noexcept { close('}'); }

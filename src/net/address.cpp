@@ -93,8 +93,8 @@ bool same_source(const socket_address& one, const socket_address& other) noexcep
 }
 
 std::string_view write_host(std::span<char> out, const socket_address& address) noexcept {
-  const auto room = static_cast<socklen_t>(out.size());
-  if (::getnameinfo(address.get(), address.bytes, out.data(), room, nullptr, 0, NI_NUMERICHOST) != 0)
+  const auto capacity = static_cast<socklen_t>(out.size());
+  if (::getnameinfo(address.get(), address.bytes, out.data(), capacity, nullptr, 0, NI_NUMERICHOST) != 0)
     return {};
   return {out.data()};
 }

@@ -27,10 +27,10 @@ constexpr std::size_t path_bytes_max = 1024;
 constexpr std::uint16_t switching_protocols = 101;
 
 // A diagnostic, for refusal::what and the like.
-class sentence {
+class diagnostic {
  public:
   template <class... Values>
-  explicit sentence(const char* format, Values... values) noexcept {
+  explicit diagnostic(const char* format, Values... values) noexcept {
     std::snprintf(text_, sizeof text_, format, values...);
   }
   operator std::string_view() const noexcept { return text_; } // NOLINT(google-explicit-constructor)
@@ -165,7 +165,7 @@ void client_attempt::begin(rt::time_point now, transport_sink& sink) noexcept {
   next_ = 0;
   if (connections_.full())
     return fail(sink, 0,
-                sentence{"all %u connections are taken", static_cast<unsigned>(limits_.connections_max)},
+                diagnostic{"all %u connections are taken", static_cast<unsigned>(limits_.connections_max)},
                 "close one, or raise connections_max");
   deadline_ = rt::deadline_after(now, limits_.connect_timeout);
   address_deadline_ = rt::never;
@@ -178,13 +178,13 @@ void client_attempt::resolve(rt::time_point now, transport_sink& sink) noexcept 
   if (!resolver_->try_take(found_)) return;
   const char* name = host_.c_str();
   if (found_.failure == EAI_AGAIN)
-    return fail(sink, 0, sentence{"no name server answered for \"%s\"", name},
+    return fail(sink, 0, diagnostic{"no name server answered for \"%s\"", name},
                 "check the network, or give the numeric address");
   if (found_.failure == EAI_SYSTEM)
-    return fail(sink, 0, sentence{"\"%s\" cannot be looked up: %s", name, ::strerrordesc_np(found_.code)},
+    return fail(sink, 0, diagnostic{"\"%s\" cannot be looked up: %s", name, ::strerrordesc_np(found_.code)},
                 "check the network, or give the numeric address");
   if (found_.failure != 0 || found_.count == 0)
-    return fail(sink, 0, sentence{"no host of the name \"%s\" is known", name},
+    return fail(sink, 0, diagnostic{"no host of the name \"%s\" is known", name},
                 "check the name, or give the numeric address");
   next_address(now, sink);
 }
@@ -217,7 +217,7 @@ void client_attempt::next_address(rt::time_point now, transport_sink& sink) noex
     address_deadline_ = rt::deadline_after(now, (deadline_ - now) / left);
     return;
   }
-  fail(sink, 0, sentence{"%s cannot be reached", authority_.c_str()}, "check the network and the address");
+  fail(sink, 0, diagnostic{"%s cannot be reached", authority_.c_str()}, "check the network and the address");
 }
 
 void client_attempt::on_event(const socket_event& event, rt::time_point now, transport_sink& sink) noexcept {
@@ -236,7 +236,7 @@ void client_attempt::on_connected(rt::time_point now, transport_sink& sink) noex
   if (!watch_.wsi)
     return fail(
         sink, 0,
-        sentence{"%s: the request could not be sent (%s)", authority_.c_str(), watch_.diagnostic.data()},
+        diagnostic{"%s: the request could not be sent (%s)", authority_.c_str(), watch_.diagnostic.data()},
         "check that a WebSocket server is at this host and port");
   if (!watch_.asked) return; // connected, but not written yet
   now_ = phase::waiting;
@@ -259,11 +259,11 @@ void client_attempt::read_answer(std::uint32_t events, transport_sink& sink) noe
   }
   if (seen.size() == limits_.header_bytes_max)
     return fail(sink, 0,
-                sentence{"%s answered with a header of more than %u bytes", name.data(),
-                         static_cast<unsigned>(limits_.header_bytes_max)},
+                diagnostic{"%s answered with a header of more than %u bytes", name.data(),
+                           static_cast<unsigned>(limits_.header_bytes_max)},
                 remedy_of(0));
   if (seen.empty() || (events & (EPOLLRDHUP | EPOLLHUP | EPOLLERR)))
-    return fail(sink, 0, sentence{"%s closed the connection instead of answering", name.data()},
+    return fail(sink, 0, diagnostic{"%s closed the connection instead of answering", name.data()},
                 remedy_of(0));
   scanned_ = static_cast<std::uint32_t>(seen.size());
 }
@@ -271,22 +271,23 @@ void client_attempt::read_answer(std::uint32_t events, transport_sink& sink) noe
 void client_attempt::finish(std::string_view header, transport_sink& sink) noexcept {
   const auto status = status_of(header);
   if (!status)
-    return fail(sink, 0, sentence{"%s answered with something that is not HTTP", authority_.c_str()},
+    return fail(sink, 0, diagnostic{"%s answered with something that is not HTTP", authority_.c_str()},
                 remedy_of(0));
   if (*status != switching_protocols)
     return fail(sink, *status,
-                sentence{"%s answered HTTP status %u to the upgrade of %s", authority_.c_str(),
-                         static_cast<unsigned>(*status), path_.c_str()},
+                diagnostic{"%s answered HTTP status %u to the upgrade of %s", authority_.c_str(),
+                           static_cast<unsigned>(*status), path_.c_str()},
                 remedy_of(*status));
   // Upgrade is no part of HTTP/1.0 (RFC 7230 6.7), so a proxy that passes it on in HTTP/1.0 has not
   // understood it.
   const char* const fault =
       header.starts_with("HTTP/1.1 ") ? fault_of(header) : "the upgrade in another HTTP than 1.1";
-  if (fault) return fail(sink, *status, sentence{"%s answered %s", authority_.c_str(), fault}, remedy_of(0));
+  if (fault)
+    return fail(sink, *status, diagnostic{"%s answered %s", authority_.c_str(), fault}, remedy_of(0));
   if (!lws_.take_answer(watch_, header))
     return fail(
         sink, *status,
-        sentence{"%s answered the upgrade wrongly (%s)", authority_.c_str(), watch_.diagnostic.data()},
+        diagnostic{"%s answered the upgrade wrongly (%s)", authority_.c_str(), watch_.diagnostic.data()},
         remedy_of(0));
   const service::connection_id id = connections_.open(std::move(socket_), peer_);
   now_ = phase::idle;
@@ -302,12 +303,12 @@ void client_attempt::time_out(rt::time_point now, transport_sink& sink) noexcept
   if (now < deadline_ && next_ < found_.count) return next_address(now, sink);
   const auto seconds = std::chrono::duration<double>{limits_.connect_timeout}.count();
   if (now_ == phase::resolving)
-    return fail(sink, 0, sentence{"no name server answered for \"%s\" within %g s", host_.c_str(), seconds},
+    return fail(sink, 0, diagnostic{"no name server answered for \"%s\" within %g s", host_.c_str(), seconds},
                 "check the network, or give the numeric address");
   if (now_ == phase::connecting)
-    return fail(sink, 0, sentence{"no connection to %s within %g s", authority_.c_str(), seconds},
+    return fail(sink, 0, diagnostic{"no connection to %s within %g s", authority_.c_str(), seconds},
                 "check the network, the address and firewalls");
-  fail(sink, 0, sentence{"%s did not answer the upgrade within %g s", authority_.c_str(), seconds},
+  fail(sink, 0, diagnostic{"%s did not answer the upgrade within %g s", authority_.c_str(), seconds},
        remedy_of(0));
 }
 
@@ -324,14 +325,14 @@ void client_attempt::fail(transport_sink& sink, std::uint16_t status, std::strin
   const std::string_view peer = next_ == 0 ? std::string_view{} : write_address(address, peer_);
   drop_socket();
   now_ = phase::idle;
-  sink.on_refused({.http_status = status, .peer = peer, .what = what, .remedy = remedy});
+  sink.on_rejected({.http_status = status, .peer = peer, .what = what, .remedy = remedy});
 }
 
 void client_attempt::fail_by_error(transport_sink& sink, int code) noexcept {
   if (code == ECONNREFUSED)
-    return fail(sink, 0, sentence{"nobody listens at %s", authority_.c_str()},
+    return fail(sink, 0, diagnostic{"nobody listens at %s", authority_.c_str()},
                 "start the program there, or check host and port");
-  fail(sink, 0, sentence{"%s cannot be reached: %s", authority_.c_str(), ::strerrordesc_np(code)},
+  fail(sink, 0, diagnostic{"%s cannot be reached: %s", authority_.c_str(), ::strerrordesc_np(code)},
        "check the network and the address");
 }
 

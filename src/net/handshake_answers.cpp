@@ -20,73 +20,73 @@ struct decimal {
   char* end;
 };
 
-wire::http_refusal refusal_of(std::uint16_t status, std::string_view what, std::string_view remedy,
-                              std::string_view value = {}) noexcept {
-  wire::http_refusal refusal;
-  refusal.set(status, what, remedy, value);
-  return refusal;
+wire::http_rejection rejection_of(std::uint16_t status, std::string_view what, std::string_view remedy,
+                                  std::string_view value = {}) noexcept {
+  wire::http_rejection rejection;
+  rejection.set(status, what, remedy, value);
+  return rejection;
 }
 
 } // namespace
 
-wire::http_refusal too_many_handshakes(std::uint32_t handshakes_max) noexcept {
-  return refusal_of(service_unavailable, "% handshakes are under way, which is the limit",
-                    "try again in a moment, or raise handshakes_max", decimal{handshakes_max}.text());
+wire::http_rejection too_many_handshakes(std::uint32_t handshakes_max) noexcept {
+  return rejection_of(service_unavailable, "% handshakes are under way, which is the limit",
+                      "try again in a moment, or raise handshakes_max", decimal{handshakes_max}.text());
 }
 
-wire::http_refusal evicted() noexcept {
-  return refusal_of(service_unavailable, "too many handshakes are under way",
-                    "try again, with the whole request at once");
+wire::http_rejection evicted() noexcept {
+  return rejection_of(service_unavailable, "too many handshakes are under way",
+                      "try again, with the whole request at once");
 }
 
-wire::http_refusal too_many_pages(std::uint32_t pages_max) noexcept {
-  return refusal_of(service_unavailable, "% pages are under way, which is the limit",
-                    "try again in a moment, or raise handshakes_max", decimal{pages_max}.text());
+wire::http_rejection too_many_pages(std::uint32_t pages_max) noexcept {
+  return rejection_of(service_unavailable, "% pages are under way, which is the limit",
+                      "try again in a moment, or raise handshakes_max", decimal{pages_max}.text());
 }
 
-wire::http_refusal too_many_connections(std::uint32_t ordinary_max) noexcept {
-  return refusal_of(service_unavailable, "all % connections are taken",
-                    "close another one, or raise connections_max; to stop, connect to /rowe/stop",
-                    decimal{ordinary_max}.text());
+wire::http_rejection too_many_connections(std::uint32_t ordinary_max) noexcept {
+  return rejection_of(service_unavailable, "all % connections are taken",
+                      "close another one, or raise connections_max; to stop, connect to /rowe/stop",
+                      decimal{ordinary_max}.text());
 }
 
-wire::http_refusal too_many_from_one_address(std::uint32_t connections_max) noexcept {
-  return refusal_of(service_unavailable, "one address may hold % connections, and yours does",
-                    "close another one, or raise connections_per_address_max",
-                    decimal{connections_max}.text());
+wire::http_rejection too_many_from_one_address(std::uint32_t connections_max) noexcept {
+  return rejection_of(service_unavailable, "one address may hold % connections, and yours does",
+                      "close another one, or raise connections_per_address_max",
+                      decimal{connections_max}.text());
 }
 
-wire::http_refusal no_place_for_stop() noexcept {
-  return refusal_of(service_unavailable,
-                    "the places kept for the stop have just been given to others, or used to stop",
-                    "try again within a second");
+wire::http_rejection no_place_for_stop() noexcept {
+  return rejection_of(service_unavailable,
+                      "the places kept for the stop have just been given to others, or used to stop",
+                      "try again within a second");
 }
 
-wire::http_refusal header_too_large(std::uint32_t bytes_max) noexcept {
-  return refusal_of(header_fields_too_large, "the request header is larger than % bytes",
-                    "delete the cookies of this host, or send fewer headers", decimal{bytes_max}.text());
+wire::http_rejection header_too_large(std::uint32_t bytes_max) noexcept {
+  return rejection_of(header_fields_too_large, "the request header is larger than % bytes",
+                      "delete the cookies of this host, or send fewer headers", decimal{bytes_max}.text());
 }
 
-wire::http_refusal header_timed_out() noexcept {
-  return refusal_of(request_timeout, "the header of the request did not end in time", "send it at once");
+wire::http_rejection header_timed_out() noexcept {
+  return rejection_of(request_timeout, "the header of the request did not end in time", "send it at once");
 }
 
-wire::http_refusal no_descriptor() noexcept {
-  return refusal_of(service_unavailable, "this process has no file descriptor left",
-                    "raise its limit of open files (ulimit -n) or lower connections_max");
+wire::http_rejection no_descriptor() noexcept {
+  return rejection_of(service_unavailable, "this process has no file descriptor left",
+                      "raise its limit of open files (ulimit -n) or lower connections_max");
 }
 
-wire::http_refusal no_memory() noexcept {
-  return refusal_of(service_unavailable, "no memory is left for another handshake or page",
-                    "try again in a moment, or raise handshake_bytes");
+wire::http_rejection no_memory() noexcept {
+  return rejection_of(service_unavailable, "no memory is left for another handshake or page",
+                      "try again in a moment, or raise handshake_bytes");
 }
 
-wire::http_refusal page_not_written() noexcept {
-  return refusal_of(internal_error, "the page could not be written", "report this with the request");
+wire::http_rejection page_not_written() noexcept {
+  return rejection_of(internal_error, "the page could not be written", "report this with the request");
 }
 
-wire::http_refusal upgrade_not_answered() noexcept {
-  return refusal_of(internal_error, "the upgrade could not be answered", "report this with the request");
+wire::http_rejection upgrade_not_answered() noexcept {
+  return rejection_of(internal_error, "the upgrade could not be answered", "report this with the request");
 }
 
 } // namespace rowe::net::answer

@@ -13,24 +13,24 @@ namespace rowe::net::answer {
 
 // ---- places
 
-wire::http_refusal too_many_handshakes(std::uint32_t handshakes_max) noexcept;
+wire::http_rejection too_many_handshakes(std::uint32_t handshakes_max) noexcept;
 // To one whose place is given to a newer one.
-wire::http_refusal evicted() noexcept;
-wire::http_refusal too_many_pages(std::uint32_t pages_max) noexcept;
-wire::http_refusal too_many_connections(std::uint32_t ordinary_max) noexcept;
-wire::http_refusal too_many_from_one_address(std::uint32_t connections_max) noexcept;
-wire::http_refusal no_place_for_stop() noexcept;
+wire::http_rejection evicted() noexcept;
+wire::http_rejection too_many_pages(std::uint32_t pages_max) noexcept;
+wire::http_rejection too_many_connections(std::uint32_t ordinary_max) noexcept;
+wire::http_rejection too_many_from_one_address(std::uint32_t connections_max) noexcept;
+wire::http_rejection no_place_for_stop() noexcept;
 
 // ---- the request
 
-wire::http_refusal header_too_large(std::uint32_t bytes_max) noexcept;
-wire::http_refusal header_timed_out() noexcept;
+wire::http_rejection header_too_large(std::uint32_t bytes_max) noexcept;
+wire::http_rejection header_timed_out() noexcept;
 
 // ---- this process
 
-wire::http_refusal no_descriptor() noexcept;
-wire::http_refusal no_memory() noexcept;
-wire::http_refusal page_not_written() noexcept;
-wire::http_refusal upgrade_not_answered() noexcept;
+wire::http_rejection no_descriptor() noexcept;
+wire::http_rejection no_memory() noexcept;
+wire::http_rejection page_not_written() noexcept;
+wire::http_rejection upgrade_not_answered() noexcept;
 
 } // namespace rowe::net::answer

@@ -24,9 +24,9 @@ bool is_for_stop(const wire::http_judgement& request) noexcept {
 
 // Sends one small answer. Nothing was written to this socket before, so its buffer is empty, and larger than
 // the answer.
-void send_refusal(int fd, const wire::http_refusal& refusal) noexcept {
-  char bytes[wire::http_refusal_bytes_max];
-  const std::string_view text = wire::write_refusal(bytes, refusal);
+void send_rejection(int fd, const wire::http_rejection& rejection) noexcept {
+  char bytes[wire::http_rejection_bytes_max];
+  const std::string_view text = wire::write_rejection(bytes, rejection);
   (void)::send(fd, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT); // a peer that is gone needs none
 }
 
@@ -42,67 +42,67 @@ handshakes::handshakes(const socket_limits& limits, const wire::handshake_policy
       connections_{connections},
       counters_{counters},
       scratch_{scratch},
-      guests_(limits.handshakes_max),
+      handshakes_(limits.handshakes_max),
       header_{limits.header_timeout},
       page_{limits.page_timeout},
-      parting_{limits.close_timeout} {
+      closing_{limits.close_timeout} {
   ready_.reserve(limits.handshakes_max);
 }
 
 handshakes::~handshakes() {
-  for (guest& one : guests_)
+  for (handshake& one : handshakes_)
     if (one.now != phase::free) leave(one);
 }
 
 // ---- places
 
-handshakes::guest* handshakes::free_or_parted() noexcept {
-  const auto found =
-      std::find_if(guests_.begin(), guests_.end(), [](const guest& one) { return one.now == phase::free; });
-  if (found != guests_.end()) return &*found;
-  auto* parted = static_cast<guest*>(parting_.oldest());
-  if (parted) leave(*parted);
-  return parted;
+handshakes::handshake* handshakes::free_or_closing() noexcept {
+  const auto found = std::find_if(handshakes_.begin(), handshakes_.end(),
+                                  [](const handshake& one) { return one.now == phase::free; });
+  if (found != handshakes_.end()) return &*found;
+  auto* closing = static_cast<handshake*>(closing_.oldest());
+  if (closing) leave(*closing);
+  return closing;
 }
 
 // True if its request is not complete, as far as we know.
-bool handshakes::may_be_evicted(const guest& one) const noexcept {
+bool handshakes::may_be_evicted(const handshake& one) const noexcept {
   return one.now == phase::header && one.turn != turn_ && (one.events == 0 || one.looked_at);
 }
 
 // The oldest `wanted` socket whose request is not complete, as far as we know; nullptr if there is none.
 // Sockets without unread bytes come first, because unread bytes may complete a request.
 template <class Wanted>
-handshakes::guest* handshakes::oldest_unfinished(Wanted&& wanted) noexcept {
-  const auto guest_of = [](deadline_node& node) -> guest& { return static_cast<guest&>(node); };
+handshakes::handshake* handshakes::oldest_unfinished(Wanted&& wanted) noexcept {
+  const auto handshake_of = [](deadline_node& node) -> handshake& { return static_cast<handshake&>(node); };
   auto* found = header_.oldest_of([&](deadline_node& node) {
-    const guest& one = guest_of(node);
+    const handshake& one = handshake_of(node);
     return one.events == 0 && may_be_evicted(one) && wanted(one);
   });
   if (found == nullptr) {
     found = header_.oldest_of([&](deadline_node& node) {
-      const guest& one = guest_of(node);
+      const handshake& one = handshake_of(node);
       return may_be_evicted(one) && wanted(one);
     });
   }
-  return found != nullptr ? &guest_of(*found) : nullptr;
+  return found != nullptr ? &handshake_of(*found) : nullptr;
 }
 
-// A free place; else the place of the socket that has been parting longest, because its answer is sent; else
+// A free place; else the place of the socket that has been closing longest, because its answer is sent; else
 // the place of the oldest socket whose request is not complete. A source that has used up its limit gets only
-// the places for the stop in addition, and displaces no other source for a third.
-handshakes::guest* handshakes::place(const socket_address& peer, bool crowded) noexcept {
-  const auto is_such = [&](const guest& one) {
+// the places for the stop in addition; for a third it displaces no other source.
+handshakes::handshake* handshakes::place(const socket_address& peer, bool crowded) noexcept {
+  const auto is_such = [&](const handshake& one) {
     return one.now == phase::header && one.crowded && same_source(one.peer, peer);
   };
-  guest* one = nullptr;
-  if (crowded && std::count_if(guests_.begin(), guests_.end(), is_such) >=
+  handshake* one = nullptr;
+  if (crowded && std::count_if(handshakes_.begin(), handshakes_.end(), is_such) >=
                      static_cast<std::ptrdiff_t>(kept_for_stop(limits_.handshakes_max))) {
     one = oldest_unfinished(is_such);
     if (one == nullptr) return nullptr;
   } else {
-    one = free_or_parted();
-    if (one == nullptr) one = oldest_unfinished([](const guest&) { return true; });
+    one = free_or_closing();
+    if (one == nullptr) one = oldest_unfinished([](const handshake&) { return true; });
   }
   if (one != nullptr && one->now != phase::free) evict(*one);
   return one;
@@ -110,25 +110,25 @@ handshakes::guest* handshakes::place(const socket_address& peer, bool crowded) n
 
 bool handshakes::must_wait() const noexcept {
   bool any_header = false;
-  for (const guest& one : guests_) {
-    if (one.now == phase::free || one.now == phase::parting || may_be_evicted(one)) return false;
+  for (const handshake& one : handshakes_) {
+    if (one.now == phase::free || one.now == phase::closing || may_be_evicted(one)) return false;
     any_header = any_header || one.now == phase::header;
   }
   return any_header; // it will be looked at, or known to be silent, in a turn to come
 }
 
-void handshakes::evict(guest& one) noexcept {
+void handshakes::evict(handshake& one) noexcept {
   ++counters_.handshakes_evicted;
   if (one.scanned != 0) { // who has said nothing expects nothing
-    send_refusal(one.socket.get(), answer::evicted());
+    send_rejection(one.socket.get(), answer::evicted());
   }
   leave(one);
 }
 
 bool handshakes::too_many_from(const socket_address& peer) const noexcept {
   if (is_loopback(peer)) return false;
-  const auto waiting = std::count_if(guests_.begin(), guests_.end(), [&](const guest& one) {
-    return one.now != phase::free && one.now != phase::parting && same_source(one.peer, peer);
+  const auto waiting = std::count_if(handshakes_.begin(), handshakes_.end(), [&](const handshake& one) {
+    return one.now != phase::free && one.now != phase::closing && same_source(one.peer, peer);
   });
   return connections_.count_from(peer) + static_cast<std::uint32_t>(waiting) >=
          limits_.connections_per_address_max;
@@ -136,16 +136,16 @@ bool handshakes::too_many_from(const socket_address& peer) const noexcept {
 
 void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept {
   const bool crowded = too_many_from(accepted.peer);
-  guest* one = place(accepted.peer, crowded);
+  handshake* one = place(accepted.peer, crowded);
   const bool beyond = crowded && one == nullptr;
-  if (beyond) one = free_or_parted(); // to be refused in good order
+  if (beyond) one = free_or_closing(); // to be rejected in good order
   if (!one) {
     // There is no place for an orderly end, so a reset may destroy this answer.
     ++counters_.handshakes_cut;
-    const auto refusal = answer::too_many_handshakes(limits_.handshakes_max);
-    send_refusal(accepted.socket.get(), refusal);
+    const auto rejection = answer::too_many_handshakes(limits_.handshakes_max);
+    send_rejection(accepted.socket.get(), rejection);
     ::shutdown(accepted.socket.get(), SHUT_WR);
-    return report(accepted.peer, refusal, sink);
+    return report(accepted.peer, rejection, sink);
   }
   if (++one->generation == 0) one->generation = 1;
   one->socket = std::move(accepted.socket);
@@ -156,31 +156,31 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
   one->turn = turn_;
   one->looked_at = false;
   one->crowded = crowded;
-  const auto index = static_cast<std::uint32_t>(one - guests_.data());
+  const auto index = static_cast<std::uint32_t>(one - handshakes_.data());
   send_at_once(one->socket.get());
   if (!polled_.add(one->socket.get(), EPOLLIN | EPOLLRDHUP | EPOLLET,
                    {source::handshake, index, one->generation}))
     return one->socket.reset(); // the kernel is out of memory for watches
   one->now = phase::header;
   header_.arm(*one, now_);
-  if (beyond) refuse_crowded(*one, sink);
+  if (beyond) reject_crowded(*one, sink);
 }
 
 // ---- phases
 
-// Moves on to `page` or `parting`.
-void handshakes::enter(guest& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept {
+// Moves on to `page` or `closing`.
+void handshakes::enter(handshake& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept {
   if (one.now == phase::page) --pages_;
   if (next == phase::page) ++pages_;
   unqueue(one);
   one.now = next;
   deadlines.arm(one, now_);
-  const auto index = static_cast<std::uint32_t>(&one - guests_.data());
+  const auto index = static_cast<std::uint32_t>(&one - handshakes_.data());
   polled_.modify(one.socket.get(), events, {source::handshake, index, one.generation});
 }
 
 // Frees the place. The socket is closed unless a connection has taken it.
-void handshakes::leave(guest& one) noexcept {
+void handshakes::leave(handshake& one) noexcept {
   if (one.now == phase::page) --pages_;
   host_.let_go(one.watch);
   unqueue(one);
@@ -191,13 +191,13 @@ void handshakes::leave(guest& one) noexcept {
   one.socket.reset();
 }
 
-void handshakes::part(guest& one) noexcept {
+void handshakes::begin_close(handshake& one) noexcept {
   ::shutdown(one.socket.get(), SHUT_WR); // libwebsockets may have done so already
-  enter(one, phase::parting, parting_, EPOLLIN);
+  enter(one, phase::closing, closing_, EPOLLIN);
 }
 
 void handshakes::on_event(const socket_event& event) noexcept {
-  guest& one = guests_[event.token.index];
+  handshake& one = handshakes_[event.token.index];
   if (one.generation != event.token.generation) return; // left earlier in this batch
   switch (one.now) {
   case phase::free: return;
@@ -209,9 +209,9 @@ void handshakes::on_event(const socket_event& event) noexcept {
     if (event.events & (EPOLLERR | EPOLLHUP)) return leave(one);
     if (std::exchange(page_was_driven_, true)) return; // level triggered: the next turn hears of it again
     host_.drive(one.watch);
-    if (!one.watch.wsi) part(one);
+    if (!one.watch.wsi) begin_close(one);
     return;
-  case phase::parting:
+  case phase::closing:
     const ssize_t bytes = discard_input(one.socket.get());
     if (bytes == 0 || (bytes < 0 && errno != EAGAIN && errno != EINTR)) leave(one);
     return;
@@ -220,20 +220,20 @@ void handshakes::on_event(const socket_event& event) noexcept {
 
 void handshakes::step(transport_sink& sink) noexcept {
   if (ready_.empty()) return;
-  guest& one = guests_[ready_.front()];
+  handshake& one = handshakes_[ready_.front()];
   const std::uint32_t events = one.events;
   unqueue(one);
   read_header(one, events, sink);
 }
 
-void handshakes::unqueue(guest& one) noexcept {
+void handshakes::unqueue(handshake& one) noexcept {
   if (std::exchange(one.events, 0) == 0) return;
-  std::erase(ready_, static_cast<std::uint32_t>(&one - guests_.data()));
+  std::erase(ready_, static_cast<std::uint32_t>(&one - handshakes_.data()));
 }
 
 // ---- requests
 
-void handshakes::read_header(guest& one, std::uint32_t events, transport_sink& sink) noexcept {
+void handshakes::read_header(handshake& one, std::uint32_t events, transport_sink& sink) noexcept {
   auto* text = reinterpret_cast<char*>(scratch_.data());
   const ssize_t peeked = ::recv(one.socket.get(), text, limits_.header_bytes_max, MSG_PEEK | MSG_DONTWAIT);
   if (peeked < 0 && (errno == EAGAIN || errno == EINTR)) return;
@@ -242,7 +242,7 @@ void handshakes::read_header(guest& one, std::uint32_t events, transport_sink& s
   const std::size_t end = wire::find_header_end(seen, one.scanned);
   if (end == 0) {
     if (seen.size() == limits_.header_bytes_max)
-      return refuse(one, answer::header_too_large(limits_.header_bytes_max), sink);
+      return reject(one, answer::header_too_large(limits_.header_bytes_max), sink);
     if (events & (EPOLLRDHUP | EPOLLHUP | EPOLLERR)) return leave(one); // the rest will never come
     one.scanned = static_cast<std::uint32_t>(seen.size());
     one.looked_at = true;
@@ -251,10 +251,10 @@ void handshakes::read_header(guest& one, std::uint32_t events, transport_sink& s
   const ssize_t taken = ::recv(one.socket.get(), text, end, MSG_DONTWAIT);
   if (taken != static_cast<ssize_t>(end)) return leave(one); // reset in between
   const wire::http_judgement judgement = wire::judge_request(seen.substr(0, end), policy_);
-  if (one.crowded && judgement.outcome != wire::http_outcome::refused && !is_for_stop(judgement))
-    return refuse_crowded(one, sink);
+  if (one.crowded && judgement.outcome != wire::http_outcome::rejected && !is_for_stop(judgement))
+    return reject_crowded(one, sink);
   switch (judgement.outcome) {
-  case wire::http_outcome::refused: return refuse(one, judgement.refusal, sink);
+  case wire::http_outcome::rejected: return reject(one, judgement.rejection, sink);
   case wire::http_outcome::page: return serve(one, judgement, sink);
   case wire::http_outcome::upgrade: return upgrade(one, judgement, sink);
   }
@@ -263,7 +263,8 @@ void handshakes::read_header(guest& one, std::uint32_t events, transport_sink& s
 // Gives libwebsockets a duplicate of the socket, and the request as we write it anew, without its path, which
 // we answer ourselves. So of what a stranger wrote it parses only a host, a key and an ETag, and all of them
 // were checked.
-void handshakes::hand_over(guest& one, const wire::http_judgement& request, transport_sink* sink) noexcept {
+void handshakes::hand_over(handshake& one, const wire::http_judgement& request,
+                           transport_sink* sink) noexcept {
   char text[wire::http_clean_bytes_max];
   descriptor duplicate{::fcntl(one.socket.get(), F_DUPFD_CLOEXEC, 0)};
   wire::http_judgement pathless = request;
@@ -277,29 +278,29 @@ void handshakes::hand_over(guest& one, const wire::http_judgement& request, tran
   one.watch.sink = nullptr;
 }
 
-void handshakes::serve(guest& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
+void handshakes::serve(handshake& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
   const std::uint32_t pages_max = limits_.handshakes_max - kept_for_stop(limits_.handshakes_max);
-  if (pages_ >= pages_max) return refuse(one, answer::too_many_pages(pages_max), sink);
+  if (pages_ >= pages_max) return reject(one, answer::too_many_pages(pages_max), sink);
   hand_over(one, request, &sink);
   if (one.watch.wsi) return enter(one, phase::page, page_, EPOLLOUT);
-  if (one.watch.answered) return part(one);
-  if (one.watch.duplicate < 0) return refuse(one, answer::no_descriptor(), sink);
+  if (one.watch.answered) return begin_close(one);
+  if (one.watch.duplicate < 0) return reject(one, answer::no_descriptor(), sink);
   if (one.watch.starved) return starve(one, sink);
-  refuse(one, answer::page_not_written(), sink);
+  reject(one, answer::page_not_written(), sink);
 }
 
-void handshakes::upgrade(guest& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
+void handshakes::upgrade(handshake& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
   const bool for_stop = is_for_stop(request);
   if (for_stop && !connections_.make_room_for_stop(one.peer, sink))
-    return refuse(one, answer::no_place_for_stop(), sink);
+    return reject(one, answer::no_place_for_stop(), sink);
   if (!for_stop && connections_.full())
-    return refuse(one, answer::too_many_connections(connections_.ordinary_max()), sink);
+    return reject(one, answer::too_many_connections(connections_.ordinary_max()), sink);
   do {
     hand_over(one, request, nullptr);
   } while (for_stop && one.watch.starved && end_oldest_page()); // the memory of pages that are not read
-  if (one.watch.duplicate < 0) return refuse(one, answer::no_descriptor(), sink);
+  if (one.watch.duplicate < 0) return reject(one, answer::no_descriptor(), sink);
   if (one.watch.starved) return starve(one, sink);
-  if (!one.watch.established) return refuse(one, answer::upgrade_not_answered(), sink);
+  if (!one.watch.established) return reject(one, answer::upgrade_not_answered(), sink);
   const socket_address peer = one.peer;
   const service::connection_id id = connections_.open(
       std::move(one.socket), peer, for_stop ? established::purpose::stop : established::purpose::any);
@@ -314,12 +315,12 @@ void handshakes::upgrade(guest& one, const wire::http_judgement& request, transp
 
 // ---- refusals
 
-void handshakes::refuse_crowded(guest& one, transport_sink& sink) noexcept {
-  refuse(one, answer::too_many_from_one_address(limits_.connections_per_address_max), sink);
+void handshakes::reject_crowded(handshake& one, transport_sink& sink) noexcept {
+  reject(one, answer::too_many_from_one_address(limits_.connections_per_address_max), sink);
 }
 
 bool handshakes::end_oldest_page() noexcept {
-  auto* const oldest = static_cast<guest*>(page_.oldest());
+  auto* const oldest = static_cast<handshake*>(page_.oldest());
   if (oldest == nullptr) return false;
   reset_on_close(oldest->socket.get());
   leave(*oldest);
@@ -327,48 +328,49 @@ bool handshakes::end_oldest_page() noexcept {
   return true;
 }
 
-void handshakes::starve(guest& one, transport_sink& sink) noexcept {
+void handshakes::starve(handshake& one, transport_sink& sink) noexcept {
   ++counters_.handshakes_starved;
-  refuse(one, answer::no_memory(), sink);
+  reject(one, answer::no_memory(), sink);
 }
 
-void handshakes::refuse(guest& one, const wire::http_refusal& refusal, transport_sink& sink) noexcept {
-  send_refusal(one.socket.get(), refusal);
+void handshakes::reject(handshake& one, const wire::http_rejection& rejection,
+                        transport_sink& sink) noexcept {
+  send_rejection(one.socket.get(), rejection);
   const socket_address peer = one.peer;
-  part(one);
-  report(peer, refusal, sink);
+  begin_close(one);
+  report(peer, rejection, sink);
 }
 
-void handshakes::report(const socket_address& peer, const wire::http_refusal& refusal,
+void handshakes::report(const socket_address& peer, const wire::http_rejection& rejection,
                         transport_sink& sink) noexcept {
   char address[address_text_bytes_max];
-  sink.on_refused({.http_status = refusal.status,
-                   .peer = write_address(address, peer),
-                   .what = refusal.what(),
-                   .remedy = refusal.remedy()});
+  sink.on_rejected({.http_status = rejection.status,
+                    .peer = write_address(address, peer),
+                    .what = rejection.what(),
+                    .remedy = rejection.remedy()});
 }
 
 // ---- deadlines
 
 void handshakes::expire(transport_sink& sink) noexcept {
   while (deadline_node* node = header_.take_due(now_)) {
-    auto& one = static_cast<guest&>(*node);
+    auto& one = static_cast<handshake&>(*node);
     // Browsers open sockets in advance and send nothing on them. That is no failed handshake.
     if (one.scanned == 0)
       leave(one);
     else
-      refuse(one, answer::header_timed_out(), sink);
+      reject(one, answer::header_timed_out(), sink);
   }
   while (deadline_node* node = page_.take_due(now_)) {
-    auto& one = static_cast<guest&>(*node);
+    auto& one = static_cast<handshake&>(*node);
     reset_on_close(one.socket.get());
     leave(one);
   }
-  while (deadline_node* node = parting_.take_due(now_)) leave(static_cast<guest&>(*node));
+  while (deadline_node* node = closing_.take_due(now_)) leave(static_cast<handshake&>(*node));
 }
 
 rt::time_point handshakes::next_deadline() const noexcept {
-  return std::min({header_.next(), page_.next(), parting_.next()});
+  return std::min({header_.next(), page_.next(), closing_.next()});
 }
 
 } // namespace rowe::net

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Accepted sockets that are not connections yet, or never will be. Each waits for its request's header; then
-// it is served a page, upgraded, or refused with a text. Service thread; never allocates itself
+// it is served a page, upgraded, or rejected with a text. Service thread; never allocates itself
 // (libwebsockets does, for a page or an upgrade).
 //
 // The header is peeked at in the kernel (MSG_PEEK) until it is complete. Then exactly the header is taken
@@ -15,7 +15,7 @@
 // oldest of them is evicted. A socket with bytes that were not looked at yet keeps its place until they were.
 // While there are only such sockets, newcomers wait in the kernel's queue, for a few turns at most.
 //
-// A socket that was answered and must be closed is *parting*: our end is shut, and what arrives is discarded
+// A socket that was answered and must be closed is *closing*: our end is shut, and what arrives is discarded
 // until the other end is shut, too. The reason: a socket that is closed with unread bytes sends a reset, and
 // clients then drop the answer unread.
 #pragma once
@@ -63,8 +63,8 @@ class handshakes {
   rt::time_point next_deadline() const noexcept;
 
  private:
-  enum class phase : std::uint8_t { free, header, page, parting };
-  struct guest : deadline_node {
+  enum class phase : std::uint8_t { free, header, page, closing };
+  struct handshake : deadline_node {
     descriptor socket;
     socket_address peer;
     lws_watch watch;
@@ -77,25 +77,25 @@ class handshakes {
     bool crowded = false;   // its source has all it may have, so it may only stop
   };
 
-  guest* free_or_parted() noexcept;
-  bool may_be_evicted(const guest& one) const noexcept;
+  handshake* free_or_closing() noexcept;
+  bool may_be_evicted(const handshake& one) const noexcept;
   template <class Wanted>
-  guest* oldest_unfinished(Wanted&& wanted) noexcept;
-  guest* place(const socket_address& peer, bool crowded) noexcept;
-  void evict(guest& one) noexcept;
-  void enter(guest& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept;
-  void leave(guest& one) noexcept;
-  void unqueue(guest& one) noexcept;
-  void part(guest& one) noexcept;
-  void read_header(guest& one, std::uint32_t events, service::transport_sink& sink) noexcept;
-  void serve(guest& one, const wire::http_judgement& request, service::transport_sink& sink) noexcept;
-  void upgrade(guest& one, const wire::http_judgement& request, service::transport_sink& sink) noexcept;
-  void hand_over(guest& one, const wire::http_judgement& request, service::transport_sink* sink) noexcept;
-  void starve(guest& one, service::transport_sink& sink) noexcept;
-  void refuse(guest& one, const wire::http_refusal& refusal, service::transport_sink& sink) noexcept;
-  void report(const socket_address& peer, const wire::http_refusal& refusal,
+  handshake* oldest_unfinished(Wanted&& wanted) noexcept;
+  handshake* place(const socket_address& peer, bool crowded) noexcept;
+  void evict(handshake& one) noexcept;
+  void enter(handshake& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept;
+  void leave(handshake& one) noexcept;
+  void unqueue(handshake& one) noexcept;
+  void begin_close(handshake& one) noexcept;
+  void read_header(handshake& one, std::uint32_t events, service::transport_sink& sink) noexcept;
+  void serve(handshake& one, const wire::http_judgement& request, service::transport_sink& sink) noexcept;
+  void upgrade(handshake& one, const wire::http_judgement& request, service::transport_sink& sink) noexcept;
+  void hand_over(handshake& one, const wire::http_judgement& request, service::transport_sink* sink) noexcept;
+  void starve(handshake& one, service::transport_sink& sink) noexcept;
+  void reject(handshake& one, const wire::http_rejection& rejection, service::transport_sink& sink) noexcept;
+  void report(const socket_address& peer, const wire::http_rejection& rejection,
               service::transport_sink& sink) noexcept;
-  void refuse_crowded(guest& one, service::transport_sink& sink) noexcept;
+  void reject_crowded(handshake& one, service::transport_sink& sink) noexcept;
   bool end_oldest_page() noexcept;
   bool too_many_from(const socket_address& peer) const noexcept;
 
@@ -106,14 +106,14 @@ class handshakes {
   established& connections_;
   socket_counters& counters_;
   std::span<std::byte> scratch_;
-  std::vector<guest> guests_;
+  std::vector<handshake> handshakes_;
   std::vector<std::uint32_t> ready_; // a queue of indices
   std::uint32_t pages_ = 0;          // under way
   std::uint64_t turn_ = 0;
   bool page_was_driven_ = false;
   deadline_list header_;
   deadline_list page_;
-  deadline_list parting_;
+  deadline_list closing_;
   rt::time_point now_{};
 };
 

@@ -75,14 +75,14 @@ std::span<const socket_event> poll_set::take() noexcept {
 
 void poll_set::wait(rt::time_point now, rt::time_point until) noexcept {
   if (waiting_ != 0 || until <= now) return;
-  const auto room = static_cast<int>(batch_max);
+  const auto capacity = static_cast<int>(batch_max);
   looked_ = true;
   if (!has_pwait2_ || until - now <= short_sleep) {
-    keep(::epoll_wait(epoll_.get(), ready_.data(), room, timer_by(now, until) ? -1 : 0));
+    keep(::epoll_wait(epoll_.get(), ready_.data(), capacity, timer_by(now, until) ? -1 : 0));
     return;
   }
   const timespec spec = to_timespec(until - now);
-  keep(::epoll_pwait2(epoll_.get(), ready_.data(), room, &spec, nullptr));
+  keep(::epoll_pwait2(epoll_.get(), ready_.data(), capacity, &spec, nullptr));
 }
 
 // Makes sure that the timer goes off by then. False: the kernel refuses.

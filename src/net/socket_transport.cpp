@@ -249,10 +249,10 @@ void epoll_transport::accept_some(transport_sink& sink) noexcept {
   if (!listener_->paused()) return;
   ++counters_.accept_pauses;
   if (std::exchange(pause_is_told_, true)) return; // once, until somebody is accepted again
-  sink.on_refused({.http_status = 0,
-                   .peer = {},
-                   .what = "nobody can be accepted: this process has no file descriptor or memory left",
-                   .remedy = "raise its limit of open files (ulimit -n) or lower connections_max"});
+  sink.on_rejected({.http_status = 0,
+                    .peer = {},
+                    .what = "nobody can be accepted: this process has no file descriptor or memory left",
+                    .remedy = "raise its limit of open files (ulimit -n) or lower connections_max"});
 }
 
 rt::time_point epoll_transport::next_deadline() const noexcept {

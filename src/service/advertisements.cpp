@@ -116,8 +116,8 @@ bool advertisements::take_back_topic() noexcept {
        i = state_.subscriptions.at(i).next_on_peer) {
     if (state_.topics.of_peers(state_.subscriptions.at(i).topic)) taken = state_.subscriptions.at(i).topic;
   }
-  std::array<char, wire::refusal::text_bytes_max> room;
-  wire::text_out why{room};
+  std::array<char, wire::refusal::text_bytes_max> buffer;
+  wire::text_out why{buffer};
   why.add("the topic ").add_shortened(state_.topics.name(taken), topic_bytes_shown);
   why.add(" is given up: this process needs its place (limit topics_max)");
   topic_places_.hold(taken); // until all know

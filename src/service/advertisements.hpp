@@ -16,17 +16,17 @@ class advertisements {
  public:
   struct needs {
     core_state& state;
-    advertisement_table& advertised;
-    refusals& refused;
-    topic_places& places;
-    subscriptions& readers;
+    class advertisement_table& advertisement_table;
+    class refusals& refusals;
+    class topic_places& topic_places;
+    class subscriptions& subscriptions;
   };
   explicit advertisements(const needs& parts) noexcept
       : state_{parts.state},
-        advertisement_table_{parts.advertised},
-        refusals_{parts.refused},
-        topic_places_{parts.places},
-        subscriptions_{parts.readers} {}
+        advertisement_table_{parts.advertisement_table},
+        refusals_{parts.refusals},
+        topic_places_{parts.topic_places},
+        subscriptions_{parts.subscriptions} {}
 
   // A peer has left. Its latched values go with it.
   void forget(peer_index peer) noexcept;

@@ -14,10 +14,10 @@ class audiences {
  public:
   struct needs {
     core_state& state;
-    publish_predictor& predictor;
+    class publish_predictor& publish_predictor;
   };
   explicit audiences(const needs& parts) noexcept
-      : state_{parts.state}, publish_predictor_{parts.predictor} {}
+      : state_{parts.state}, publish_predictor_{parts.publish_predictor} {}
 
   // The listeners of the topic may have changed.
   void update(topic_id topic) noexcept;

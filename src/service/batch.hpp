@@ -34,12 +34,14 @@ struct batch_piece {
 
 struct batch {
   // Both spans must outlive the batch.
-  batch(std::span<std::byte> buffer, std::span<batch_piece> places) noexcept : room{buffer}, pieces{places} {}
+  batch(std::span<std::byte> lent, std::span<batch_piece> places) noexcept : buffer{lent}, pieces{places} {}
 
   std::span<const std::byte> whole() const noexcept { return {start, bytes}; }
   bool full() const noexcept { return count == pieces.size() || bytes >= batch_bytes_max; }
   // A batch of one piece needs no buffer.
-  bool fits(std::size_t more_bytes) const noexcept { return count == 0 || more_bytes <= room.size() - bytes; }
+  bool fits(std::size_t more_bytes) const noexcept {
+    return count == 0 || more_bytes <= buffer.size() - bytes;
+  }
 
   // Adds a piece that lies in memory already.
   void add(std::span<const std::byte> piece, const batch_piece& of) noexcept {
@@ -52,17 +54,17 @@ struct batch {
   }
   // Adds a piece. The caller writes it to the address that this returns.
   std::byte* place(std::size_t piece_bytes, const batch_piece& of) noexcept {
-    assert(piece_bytes <= room.size() - bytes);
-    if (start != room.data()) {
-      if (count != 0) std::memcpy(room.data(), start, bytes); // a second piece follows
-      start = room.data();
+    assert(piece_bytes <= buffer.size() - bytes);
+    if (start != buffer.data()) {
+      if (count != 0) std::memcpy(buffer.data(), start, bytes); // a second piece follows
+      start = buffer.data();
     }
-    std::byte* const at = room.data() + bytes;
+    std::byte* const at = buffer.data() + bytes;
     note(piece_bytes, of);
     return at;
   }
 
-  std::span<std::byte> room;
+  std::span<std::byte> buffer;
   const std::byte* start = nullptr;
   std::size_t bytes = 0;
   std::size_t count = 0;

@@ -77,16 +77,16 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, const publi
       {body.data(), body.size()}, why);
   if (done) return;
   if (done.code() == errc::full) return state_.counts.add(counter::inbox_full);
-  std::array<char, json::decoder::diagnosis::text_bytes_max> room;
+  std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
   if (done.code() == errc::too_big) {
     state_.counts.add(counter::too_big);
-    wire::text_out text{room};
+    wire::text_out text{buffer};
     text.add("the message has ").add(done.error().value).add(" bytes, its subscriber takes ");
     text.add(done.error().limit).add(": raise the option `text_bytes_max`");
     return tell_undecodable(pair, who, text.text());
   }
   state_.counts.add(counter::undecodable);
-  tell_undecodable(pair, who, why.text(room));
+  tell_undecodable(pair, who, why.text(buffer));
 }
 
 // A handle that subscribed cannot decode a message: two programs disagree about the type. A status tells the
@@ -101,8 +101,8 @@ void broker::tell_undecodable(pair_index pair, const published_by& who, std::str
   const bool tells =
       c != nullptr && c->open() && c->ours == side::server && c->may_be_told(topic, state_.cycle.now);
   if (!first && !tells) return;
-  std::array<char, wire::refusal::text_bytes_max> room;
-  wire::text_out text{room};
+  std::array<char, wire::refusal::text_bytes_max> buffer;
+  wire::text_out text{buffer};
   text.add("publish ").add_shortened(state_.topics.name(topic), event_topic_bytes_shown);
   text.add(": ").add_shortened(why, diagnosis_bytes_shown);
   if (tells) refusals_.send_status(*c, who.id_raw, text.text());

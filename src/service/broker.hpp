@@ -31,21 +31,21 @@ class broker {
  public:
   struct needs {
     core_state& state;
-    message_store& store;
-    outbox& out;
-    subscription_queues& queues;
-    refusals& refused;
-    local_delivery& delivery;
-    const advertisement_table& advertised;
+    class message_store& message_store;
+    class outbox& outbox;
+    class subscription_queues& subscription_queues;
+    class refusals& refusals;
+    class local_delivery& local_delivery;
+    const class advertisement_table& advertisement_table;
   };
   explicit broker(const needs& parts) noexcept
       : state_{parts.state},
-        message_store_{parts.store},
-        outbox_{parts.out},
-        subscription_queues_{parts.queues},
-        refusals_{parts.refused},
-        local_delivery_{parts.delivery},
-        advertisement_table_{parts.advertised} {}
+        message_store_{parts.message_store},
+        outbox_{parts.outbox},
+        subscription_queues_{parts.subscription_queues},
+        refusals_{parts.refusals},
+        local_delivery_{parts.local_delivery},
+        advertisement_table_{parts.advertisement_table} {}
 
   // Sends a value to everyone who wants it now. It was published at `published` and expires at `expires`. If
   // `latches` names an owner, the value is kept for late subscribers. `write_body(json::writer&)` writes the

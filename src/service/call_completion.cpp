@@ -23,12 +23,12 @@ std::string_view diagnostic_of(std::string_view raw, std::span<char> scratch) no
 
 call_completion::call_completion(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      message_store_{parts.store},
-      slots_{parts.store.slots()},
-      outbox_{parts.out},
-      refusals_{parts.refused},
-      direct_messages_{parts.messages},
-      local_delivery_{parts.delivery},
+      message_store_{parts.message_store},
+      slots_{parts.message_store.slots()},
+      outbox_{parts.outbox},
+      refusals_{parts.refusals},
+      direct_messages_{parts.direct_messages},
+      local_delivery_{parts.local_delivery},
       unarmed_{memory.carve<call_index>(state_.bounds().calls_max)} {}
 
 call_index call_completion::open(const call_endpoint& caller, std::string_view id_raw,
@@ -109,8 +109,8 @@ void call_completion::take_reply(connection& c, const wire::request& said) noexc
   if (!found->callee.is(c.id)) return add(counter::replies_foreign);
   const call_index call{meant->index};
   if (!said.failed) return complete(call, said.body_raw.empty() ? std::string_view{"{}"} : said.body_raw);
-  std::array<char, wire::no_service_bytes_max> room;
-  const std::string_view diagnostic = diagnostic_of(said.body_raw, room);
+  std::array<char, wire::no_service_bytes_max> buffer;
+  const std::string_view diagnostic = diagnostic_of(said.body_raw, buffer);
   const wire::codec& in = state_.seams.protocols.of(said.codec);
   const bool unknown = in.means_no_service(said, diagnostic, state_.calls.service(call));
   fail(call, {unknown ? errc::no_service : errc::refused}, diagnostic);
@@ -181,13 +181,13 @@ void call_completion::time_out(call_index index) noexcept {
 
 void call_completion::fail(call_index index, const error& why, std::string_view diagnostic) noexcept {
   const call ended = state_.calls.at(index);
-  std::array<char, wire::no_service_bytes_max> room;
+  std::array<char, wire::no_service_bytes_max> buffer;
   if (why.code == errc::no_service && diagnostic.empty() && ended.service_bytes != 0) {
-    diagnostic = wire::no_service_diagnostic(state_.calls.service(index), room);
+    diagnostic = wire::no_service_diagnostic(state_.calls.service(index), buffer);
   } else if (why.code == errc::timed_out) {
     diagnostic = "the service did not answer in time";
   } else if (diagnostic.empty()) {
-    diagnostic = why.message(room);
+    diagnostic = why.message(buffer);
   }
   if (ended.caller.who != call_endpoint::kind::peer) {
     close(index);

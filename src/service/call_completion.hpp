@@ -40,11 +40,11 @@ class call_completion {
  public:
   struct needs {
     core_state& state;
-    message_store& store;
-    outbox& out;
-    refusals& refused;
-    direct_messages& messages;
-    local_delivery& delivery;
+    class message_store& message_store;
+    class outbox& outbox;
+    class refusals& refusals;
+    class direct_messages& direct_messages;
+    class local_delivery& local_delivery;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<call_index>(bounds.calls_max);

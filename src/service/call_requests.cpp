@@ -20,20 +20,20 @@ std::string_view text_at(slot_pool& slots, slot_id slot) noexcept {
 
 call_requests::call_requests(const needs& parts) noexcept
     : state_{parts.state},
-      message_store_{parts.store},
-      slots_{parts.store.slots()},
-      outbox_{parts.out},
-      local_delivery_{parts.delivery},
-      receiver_{parts.inbox},
-      direct_messages_{parts.messages},
-      call_completion_{parts.completion},
-      stop_service_{parts.stop} {}
+      message_store_{parts.message_store},
+      slots_{parts.message_store.slots()},
+      outbox_{parts.outbox},
+      local_delivery_{parts.local_delivery},
+      receiver_{parts.receiver},
+      direct_messages_{parts.direct_messages},
+      call_completion_{parts.call_completion},
+      stop_service_{parts.stop_service} {}
 
 void call_requests::send(call_index index, const connection* to, const wire::codec& in,
                          const call_request& asked) noexcept {
   call& open = state_.calls.at(index);
-  std::array<char, call_table::our_id_bytes_max> room;
-  const std::string_view id = state_.calls.write_id(room, index, state_.peers.opened());
+  std::array<char, call_table::our_id_bytes_max> buffer;
+  const std::string_view id = state_.calls.write_id(buffer, index, state_.peers.opened());
   const auto write = [&](json::writer& into) { return in.write_call(into, asked.service, id, asked.what); };
   const bool stops = asked.of_stop == stop_verb::stop;
   const slot_id slot = outbox_.compose(rt::never, write, stops ? slot_use::stop : slot_use::ordinary);
@@ -63,7 +63,7 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
   const detail::value_header header = header_of(index);
   status done;
   json::decoder::diagnosis fault;
-  std::array<char, json::decoder::diagnosis::text_bytes_max> room;
+  std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
   std::string_view fault_text; // a copy, if the text that `fault` points into does not live long enough
   const bool decodes = state_.pairs[pair].decoder != nullptr;
   if (what.is == form::args || (decodes && what.is == form::object)) {
@@ -74,7 +74,7 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
         outbox_.compose(rt::never, [&](json::writer& into) { wire::write_args(into, what); });
     if (!slot) return call_completion_.fail(index, {errc::full});
     done = local_delivery_.deliver(pair, header, text_at(slots_, slot), fault);
-    if (!done && decodes) fault_text = fault.text(room);
+    if (!done && decodes) fault_text = fault.text(buffer);
     message_store_.release(slot);
   }
   if (done) {
@@ -85,10 +85,10 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
   case errc::full:
     state_.counts.add(counter::inbox_full);
     return refuse(index, "the service is busy: all its places for requests are taken");
-  case errc::too_big: state_.counts.add(counter::too_big); return refuse(index, done.error().message(room));
+  case errc::too_big: state_.counts.add(counter::too_big); return refuse(index, done.error().message(buffer));
   default:
     state_.counts.add(counter::undecodable);
-    return refuse(index, fault_text.empty() ? fault.text(room) : fault_text);
+    return refuse(index, fault_text.empty() ? fault.text(buffer) : fault_text);
   }
 }
 
@@ -102,8 +102,8 @@ void call_requests::hand_to_receiver(call_index index, const call_request& asked
   if (what.is == form::object) {
     done = receiver_.deliver(header, what.text);
   } else {
-    std::array<char, call_table::our_id_bytes_max> room;
-    const std::string_view id = state_.calls.write_id(room, index, state_.peers.opened());
+    std::array<char, call_table::our_id_bytes_max> buffer;
+    const std::string_view id = state_.calls.write_id(buffer, index, state_.peers.opened());
     const slot_id slot = outbox_.compose(rt::never, [&](json::writer& into) {
       wire::write_delivered_call(into, asked.service, what.text, id);
     });

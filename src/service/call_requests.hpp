@@ -30,13 +30,13 @@ class call_requests {
  public:
   struct needs {
     core_state& state;
-    message_store& store;
-    outbox& out;
-    local_delivery& delivery;
-    receiver& inbox;
-    direct_messages& messages;
-    call_completion& completion;
-    stop_service& stop;
+    class message_store& message_store;
+    class outbox& outbox;
+    class local_delivery& local_delivery;
+    class receiver& receiver;
+    class direct_messages& direct_messages;
+    class call_completion& call_completion;
+    class stop_service& stop_service;
   };
   explicit call_requests(const needs& parts) noexcept;
 

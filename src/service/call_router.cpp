@@ -17,14 +17,14 @@ using form = wire::call_args::form;
 
 call_router::call_router(const needs& parts) noexcept
     : state_{parts.state},
-      service_directory_{parts.directory},
-      refusals_{parts.refused},
-      receiver_{parts.inbox},
-      local_delivery_{parts.delivery},
-      call_completion_{parts.completion},
-      call_requests_{parts.requests},
-      endpoint_services_{parts.own},
-      stop_service_{parts.stop} {}
+      service_directory_{parts.service_directory},
+      refusals_{parts.refusals},
+      receiver_{parts.receiver},
+      local_delivery_{parts.local_delivery},
+      call_completion_{parts.call_completion},
+      call_requests_{parts.call_requests},
+      endpoint_services_{parts.endpoint_services},
+      stop_service_{parts.stop_service} {}
 
 // ---- calls of peers
 
@@ -83,12 +83,12 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
 // ---- calls of this process
 
 // Validates the call. Returns the name of the service; if the call is an object, its text has the name.
-result<std::string_view> call_router::service_of(const call_start& asked, std::span<char> room) noexcept {
+result<std::string_view> call_router::service_of(const call_start& asked, std::span<char> buffer) noexcept {
   const wire::call_args& what = asked.what;
   if (what.is == form::object) {
     if (const status fine = check_object_text(state_.seams.validator, what.text); !fine) return fine.error();
     const auto named = json::find(what.text, "service");
-    const auto name = named && asked.to.generation == 0 ? json::to_string(*named, room) : std::nullopt;
+    const auto name = named && asked.to.generation == 0 ? json::to_string(*named, buffer) : std::nullopt;
     return name.value_or(asked.service);
   }
   if (what.is == form::args) {
@@ -101,8 +101,8 @@ result<std::string_view> call_router::service_of(const call_start& asked, std::s
 void call_router::start(const call_start& asked) noexcept {
   const auto fails = [&](const error& why) { local_delivery_.complete(asked.caller, asked.own, why); };
   if (state_.cycle.closing) return fails({errc::closed});
-  std::array<char, 2 * detail::queue_pair::name_bytes_max> room; // of the service's name where it has escapes
-  const result<std::string_view> service = service_of(asked, room);
+  std::array<char, 2 * detail::queue_pair::name_bytes_max> buffer; // of a service's name with escapes
+  const result<std::string_view> service = service_of(asked, buffer);
   call_request request{service ? *service : asked.service, asked.what};
   const bool says_what = service || asked.what.is != form::object;
   if (asked.to.generation == 0 && says_what) request.of_stop = stop_gate::find(request.service, asked.what);

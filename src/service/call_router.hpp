@@ -39,14 +39,14 @@ class call_router {
  public:
   struct needs {
     core_state& state;
-    const service_directory& directory;
-    refusals& refused;
-    receiver& inbox;
-    local_delivery& delivery;
-    call_completion& completion;
-    call_requests& requests;
-    endpoint_services& own;
-    stop_service& stop;
+    const class service_directory& service_directory;
+    class refusals& refusals;
+    class receiver& receiver;
+    class local_delivery& local_delivery;
+    class call_completion& call_completion;
+    class call_requests& call_requests;
+    class endpoint_services& endpoint_services;
+    class stop_service& stop_service;
   };
   explicit call_router(const needs& parts) noexcept;
 
@@ -63,7 +63,7 @@ class call_router {
   void add(counter which) noexcept { state_.counts.add(which); }
   rt::time_point time_limit(std::int64_t time_ns) const noexcept;
   bool goes_to_receiver(std::string_view service, stop_verb of_stop) const noexcept;
-  result<std::string_view> service_of(const call_start& asked, std::span<char> room) noexcept;
+  result<std::string_view> service_of(const call_start& asked, std::span<char> buffer) noexcept;
   void route(call_index call, const call_request& asked, detail::peer_ref to) noexcept;
   void ask_anyone(call_index call, const call_request& asked) noexcept;
 

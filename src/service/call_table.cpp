@@ -152,12 +152,12 @@ bool call_table::check() const noexcept {
   }
   // The part of the claims that is kept for peers is the part that they have not taken.
   std::uint32_t asked = 0;
-  std::uint32_t wanted = claims_.connections() * claims_.claim();
+  std::uint32_t unclaimed = claims_.connections() * claims_.claim();
   for (const std::uint32_t held : open_calls_) {
     asked += held;
-    wanted -= claims_.claim() - claims_.kept_for(held);
+    unclaimed -= claims_.claim() - claims_.kept_for(held);
   }
-  if (of_peers != of_peers_ || asked != of_peers_ || wanted != claims_.wanted()) return false;
+  if (of_peers != of_peers_ || asked != of_peers_ || unclaimed != claims_.unclaimed()) return false;
   return open == in_flight() && free_.check([](const call& one) { return !one.open; });
 }
 

@@ -37,8 +37,8 @@ struct control_frames {
     }
     if (what == wire::opcode::ping && size != 0) return nullptr;
     // Space for the longest frame, not for this one, so any frame that replaces the last one fits.
-    const std::size_t room = bytes.size() - (what == wire::opcode::close ? 0 : frame_bytes_max);
-    if (room - size < (ROWE_MUTANT(pong_room) ? frame_bytes : frame_bytes_max)) size = last_at;
+    const std::size_t capacity = bytes.size() - (what == wire::opcode::close ? 0 : frame_bytes_max);
+    if (capacity - size < (ROWE_MUTANT(pong_room) ? frame_bytes : frame_bytes_max)) size = last_at;
     last_at = size;
     size += frame_bytes;
     return bytes.data() + last_at;

@@ -34,9 +34,9 @@ inline void core::arm_what_stays() noexcept {
 }
 
 // Tells submitters that wait for room that there may be some.
-inline void core::tell_room() noexcept {
-  const bool came = thread_submissions_.tell_room(direct_messages_.parking().renew_room());
-  handle_submissions_.tell_room(came);
+inline void core::notify_room() noexcept {
+  const bool came = thread_submissions_.notify_room(direct_messages_.parking().renew_room());
+  handle_submissions_.notify_room(came);
 }
 
 // ---- the cycle
@@ -45,7 +45,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   state_.cycle.now = now;
   (void)call_requests_.take_awaited(); // of the last cycle
   ingress_.begin_cycle();
-  state_.seams.to_peers.poll(now, *this);
+  state_.seams.transport.poll(now, *this);
   direct_messages_.take_outcomes();
   stop_service_.update();
   ingress_.unpark();
@@ -58,7 +58,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   handle_registry_.scan();
   if (state_.peers.wants_close()) close_marked();
   thread_submissions_.take();
-  tell_room();
+  notify_room();
   expire();
   topic_rates_.mark_if_due();
   stop_state_feed_.show();
@@ -104,7 +104,7 @@ inline rt::time_point core::next_cycle() const noexcept {
 }
 
 inline void core::show_transport_memory() noexcept {
-  const transport_memory now = state_.seams.to_peers.memory();
+  const transport_memory now = state_.seams.transport.memory();
   state_.counts.set(counter::handshake_bytes_used, now.bytes_used);
   state_.counts.set(counter::handshake_bytes_peak, now.bytes_peak);
   state_.counts.set(counter::handshake_allocations, now.allocations);
@@ -127,7 +127,7 @@ void core::expire() noexcept {
     case timer::peer: liveness_.check({index}); break;
     case timer::call: call_completion_.time_out({index}); break;
     case timer::statistics: statistics_feed_.publish(); break;
-    case timer::reconnect: state_.seams.to_peers.connect(); break;
+    case timer::reconnect: state_.seams.transport.connect(); break;
     case timer::partial_frames: sender_.partial().look_again(); break;
     }
     if (state_.peers.wants_close()) close_marked();
@@ -299,7 +299,7 @@ void core::close(connection& c, std::uint16_t code, std::string_view reason) noe
   stop_service_.leave(c);               // nothing is read from it any more, so for the stop a guard has left
   c.close_reason = reason;
   sender_.send_close({c.id.index}, code, reason);
-  state_.seams.to_peers.close(c.id, close_how::flushed);
+  state_.seams.transport.close(c.id, close_how::flushed);
 }
 
 // See peer_table::close_later().
@@ -317,12 +317,12 @@ void core::cut(connection& c, std::string_view reason) noexcept {
   c.state = connection::phase::closing;
   stop_service_.leave(c);
   c.close_reason = reason;
-  state_.seams.to_peers.close(c.id, close_how::aborted);
+  state_.seams.transport.close(c.id, close_how::aborted);
 }
 
 // ---- client
 
-void core::on_refused(const refusal& reason) noexcept {
+void core::on_rejected(const rejection& reason) noexcept {
   if (state_.options.ours == side::server) {
     state_.counts.add(counter::refused_handshakes);
     return state_.events.report(event::kind::refused_handshake, reason.peer, reason.what, reason.remedy);

@@ -86,7 +86,7 @@ class core final : public transport_sink, private frame_handler, private core_pa
   std::size_t wanted_bytes(connection_id id) const noexcept override;
   void on_writable(connection_id id) noexcept override;
   void on_close(connection_id id, close_cause cause) noexcept override;
-  void on_refused(const refusal& reason) noexcept override;
+  void on_rejected(const rejection& reason) noexcept override;
   http_answer on_http(const http_request& request) noexcept override;
   bool may_displace(connection_id id) const noexcept override;
   void displace(connection_id id) noexcept override;
@@ -109,7 +109,7 @@ class core final : public transport_sink, private frame_handler, private core_pa
   rt::time_point next_cycle() const noexcept;
   void expire() noexcept;
   void arm_what_stays() noexcept;
-  void tell_room() noexcept;
+  void notify_room() noexcept;
   void show_transport_memory() noexcept;
 
   // connections

@@ -74,7 +74,7 @@ struct core_options {
 };
 
 struct core_seams {
-  transport& to_peers;
+  class transport& transport;
   entropy& random;
   json::reader& validator;
   http_answer (*page)(const http_request&) noexcept; // what is served over HTTP

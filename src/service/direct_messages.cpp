@@ -11,12 +11,12 @@ namespace rowe::service {
 
 direct_messages::direct_messages(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      message_store_{parts.store},
-      outbox_{parts.out},
-      slots_{parts.store.slots()},
-      local_delivery_{parts.delivery},
+      message_store_{parts.message_store},
+      outbox_{parts.outbox},
+      slots_{parts.message_store.slots()},
+      local_delivery_{parts.local_delivery},
       trackers_{memory, state_.bounds(), state_.claimants()},
-      parking_{memory, parts.state, parts.out, parts.inbox} {}
+      parking_{memory, parts.state, parts.outbox, parts.receiver} {}
 
 bool direct_messages::post(const direct_message& m) noexcept {
   connection* const to = state_.peers.find({m.to.index, m.to.generation}); // null: everyone, or gone
@@ -201,7 +201,7 @@ inline void direct_messages::complete(slot_id slot, bool evicted) noexcept {
 inline void direct_messages::end(slot_id slot, const status& outcome) noexcept {
   const tracker over = trackers_.at(slot);
   trackers_.forget(slot);
-  if (slots_.kept(slot)) message_store_.let_go(slot);
+  if (slots_.pinned(slot)) message_store_.drop_pinned(slot);
   local_delivery_.complete(over.sender, over.own, outcome);
 }
 

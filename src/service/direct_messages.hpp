@@ -41,10 +41,10 @@ class direct_messages {
  public:
   struct needs {
     core_state& state;
-    message_store& store;
-    outbox& out;
-    local_delivery& delivery;
-    receiver& inbox;
+    class message_store& message_store;
+    class outbox& outbox;
+    class local_delivery& local_delivery;
+    class receiver& receiver;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return trackers::footprint_bytes(bounds) + message_parking::footprint_bytes(bounds);

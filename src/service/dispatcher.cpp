@@ -21,17 +21,17 @@ std::string_view text_of(std::span<const std::byte> bytes) noexcept {
 }
 
 // Why a text is no JSON. Some programs write NaN and infinities, which JSON does not have.
-std::string_view diagnostic_of(const error& why, std::string_view text, std::span<char> room) noexcept {
+std::string_view diagnostic_of(const error& why, std::string_view text, std::span<char> buffer) noexcept {
   const auto at = std::min(static_cast<std::size_t>(why.value), text.size());
   for (const std::string_view word : {std::string_view{"NaN"}, std::string_view{"Infinity"}}) {
     if (why.code != errc::malformed || !text.substr(at).starts_with(word)) continue;
     const int bytes = std::snprintf(
-        room.data(), room.size(),
+        buffer.data(), buffer.size(),
         "the text is no valid JSON, which has no %s (at byte %zu): send null, or leave the member out",
         word.data(), at);
-    return {room.data(), static_cast<std::size_t>(bytes)};
+    return {buffer.data(), static_cast<std::size_t>(bytes)};
   }
-  return why.message(room);
+  return why.message(buffer);
 }
 
 constexpr std::string_view long_list_diagnostic =
@@ -50,18 +50,18 @@ std::size_t dispatcher::footprint_bytes(const limits& bounds) noexcept {
 
 dispatcher::dispatcher(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      refusals_{parts.refused},
-      receiver_{parts.inbox},
-      ingress_{parts.in},
-      direct_messages_{parts.messages},
-      broker_{parts.values},
-      subscriptions_{parts.readers},
-      advertisements_{parts.writers},
-      service_providers_{parts.providers},
-      listings_{parts.listed},
-      call_completion_{parts.completion},
-      call_router_{parts.calls},
-      stop_service_{parts.stop},
+      refusals_{parts.refusals},
+      receiver_{parts.receiver},
+      ingress_{parts.ingress},
+      direct_messages_{parts.direct_messages},
+      broker_{parts.broker},
+      subscriptions_{parts.subscriptions},
+      advertisements_{parts.advertisements},
+      service_providers_{parts.service_providers},
+      listings_{parts.listings},
+      call_completion_{parts.call_completion},
+      call_router_{parts.call_router},
+      stop_service_{parts.stop_service},
       scratch_{memory.carve<char>(scratch_bytes(state_.bounds()))} {}
 
 // ---- messages
@@ -96,8 +96,8 @@ inline void dispatcher::read_text(connection& c, std::span<const std::byte> payl
   for (std::uint32_t from = 0;;) {
     wire::request asked;
     wire::diagnostic why;
-    diagnostic_room diagnostic;
-    const wire::decoded read = c.protocol->reads.decode(known, decode_room(diagnostic, from), asked, why);
+    diagnostic_buffer diagnostic;
+    const wire::decoded read = c.protocol->reads.decode(known, decode_buffers(diagnostic, from), asked, why);
     take(c, read, asked, known, why);
     from = asked.next;
     if (from == 0 || !c.open()) return;
@@ -115,8 +115,8 @@ inline void dispatcher::read_text(connection& c, std::span<const std::byte> payl
 void dispatcher::read_binary(connection& c, std::span<const std::byte> message) noexcept {
   wire::request asked;
   wire::diagnostic why;
-  diagnostic_room diagnostic;
-  wire::decoded read = c.protocol->reads.decode_binary(message, decode_room(diagnostic, 0), asked, why);
+  diagnostic_buffer diagnostic;
+  wire::decoded read = c.protocol->reads.decode_binary(message, decode_buffers(diagnostic, 0), asked, why);
   if (read == wire::decoded::unsupported) {
     state_.counts.add(counter::refused_requests);
     return state_.peers.close_later(c, no_binary_diagnostic, wire::close_code::unsupported_data);
@@ -184,9 +184,9 @@ inline void dispatcher::carry_out_stop(connection& c, wire::decoded read, const 
 }
 
 void dispatcher::refuse_malformed(connection& c, std::string_view text, const error& why) noexcept {
-  std::array<char, detail::diagnostic_bytes_max> room;
+  std::array<char, detail::diagnostic_bytes_max> buffer;
   refusals_.refuse(c, c.protocol->reads.guess(text, c.spoke_last), {},
-                   {.code = why.name(), .text = diagnostic_of(why, text, room)});
+                   {.code = why.name(), .text = diagnostic_of(why, text, buffer)});
 }
 
 // `unknown`: the diagnostic if nobody here carries out the request.
@@ -258,11 +258,11 @@ bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bo
   const json::document known = binary ? json::document{} : state_.seams.validator.last();
   wire::request asked;
   wire::diagnostic why;
-  diagnostic_room diagnostic;
-  const wire::decode_room room = decode_room(diagnostic, 0);
+  diagnostic_buffer diagnostic;
+  const wire::decode_buffers buffers = decode_buffers(diagnostic, 0);
   const wire::message_decoder& reads = c.protocol->reads;
   wire::decoded read =
-      binary ? reads.decode_binary(message, room, asked, why) : reads.decode(known, room, asked, why);
+      binary ? reads.decode_binary(message, buffers, asked, why) : reads.decode(known, buffers, asked, why);
   return find_stop(c, read, asked, known, why) == stop_verb::stop;
 }
 

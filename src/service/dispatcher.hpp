@@ -38,18 +38,18 @@ class dispatcher {
  public:
   struct needs {
     core_state& state;
-    refusals& refused;
-    receiver& inbox;
-    ingress& in;
-    direct_messages& messages;
-    broker& values;
-    subscriptions& readers;
-    advertisements& writers;
-    service_providers& providers;
-    listings& listed;
-    call_completion& completion;
-    call_router& calls;
-    stop_service& stop;
+    class refusals& refusals;
+    class receiver& receiver;
+    class ingress& ingress;
+    class direct_messages& direct_messages;
+    class broker& broker;
+    class subscriptions& subscriptions;
+    class advertisements& advertisements;
+    class service_providers& service_providers;
+    class listings& listings;
+    class call_completion& call_completion;
+    class call_router& call_router;
+    class stop_service& stop_service;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   dispatcher(rt::arena& memory, const needs& parts) noexcept;
@@ -63,9 +63,9 @@ class dispatcher {
   bool is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept;
 
  private:
-  using diagnostic_room = std::array<char, wire::refusal::text_bytes_max>;
+  using diagnostic_buffer = std::array<char, wire::refusal::text_bytes_max>;
 
-  wire::decode_room decode_room(diagnostic_room& diagnostic, std::uint32_t from) const noexcept {
+  wire::decode_buffers decode_buffers(diagnostic_buffer& diagnostic, std::uint32_t from) const noexcept {
     return {.scratch = scratch_,
             .diagnostic = diagnostic,
             .limits = {.name_bytes_max = state_.bounds().topic_bytes_max},

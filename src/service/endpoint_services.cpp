@@ -19,13 +19,13 @@ constexpr std::array names{wire::stats_name,      wire::list_topics_name, wire::
 
 endpoint_services::endpoint_services(const needs& parts) noexcept
     : state_{parts.state},
-      service_directory_{parts.directory},
-      stop_rules_{parts.rules},
-      message_store_{parts.store},
-      outbox_{parts.out},
-      call_completion_{parts.completion},
-      statistics_report_{parts.report},
-      advertisement_table_{parts.advertised} {}
+      service_directory_{parts.service_directory},
+      stop_rules_{parts.stop_rules},
+      message_store_{parts.message_store},
+      outbox_{parts.outbox},
+      call_completion_{parts.call_completion},
+      statistics_report_{parts.statistics_report},
+      advertisement_table_{parts.advertisement_table} {}
 
 std::string_view endpoint_services::find(std::string_view asked) noexcept {
   for (const std::string_view own : names) {
@@ -43,10 +43,10 @@ void endpoint_services::answer(call_index index, std::string_view service,
       return call_completion_.fail_for_room(index);
   }
   state_.cycle.work_bytes += answer_work;
-  std::array<char, 2 * detail::queue_pair::name_bytes_max> room; // the names of the call itself are elsewhere
+  std::array<char, 2 * detail::queue_pair::name_bytes_max> buffer; // the call's own names are elsewhere
   const auto named = [&](std::string_view member) -> std::string_view {
     const auto found = what.text.empty() ? std::nullopt : json::find(json::root(what.text).raw, member);
-    const auto text = found ? json::to_string(*found, room) : std::nullopt;
+    const auto text = found ? json::to_string(*found, buffer) : std::nullopt;
     return text.value_or(std::string_view{});
   };
   const auto list = [](json::writer& into, std::string_view key, const auto ids, const auto& shown,

@@ -23,13 +23,13 @@ class endpoint_services {
  public:
   struct needs {
     core_state& state;
-    const service_directory& directory;
-    const stop_rules& rules;
-    message_store& store;
-    outbox& out;
-    call_completion& completion;
-    statistics_report& report;
-    const advertisement_table& advertised;
+    const class service_directory& service_directory;
+    const class stop_rules& stop_rules;
+    class message_store& message_store;
+    class outbox& outbox;
+    class call_completion& call_completion;
+    class statistics_report& statistics_report;
+    const class advertisement_table& advertisement_table;
   };
   explicit endpoint_services(const needs& parts) noexcept;
 

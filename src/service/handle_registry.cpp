@@ -17,16 +17,16 @@ using detail::pair_phase;
 
 handle_registry::handle_registry(const needs& parts) noexcept
     : state_{parts.state},
-      service_directory_{parts.directory},
-      outbox_{parts.out},
-      receiver_{parts.inbox},
-      publish_predictor_{parts.predictor},
-      call_completion_{parts.completion},
-      call_requests_{parts.requests},
-      service_providers_{parts.providers},
-      stop_service_{parts.stop},
-      topic_handles_{parts.handles},
-      handle_submissions_{parts.submissions} {}
+      service_directory_{parts.service_directory},
+      outbox_{parts.outbox},
+      receiver_{parts.receiver},
+      publish_predictor_{parts.publish_predictor},
+      call_completion_{parts.call_completion},
+      call_requests_{parts.call_requests},
+      service_providers_{parts.service_providers},
+      stop_service_{parts.stop_service},
+      topic_handles_{parts.topic_handles},
+      handle_submissions_{parts.handle_submissions} {}
 
 void handle_registry::scan() noexcept {
   handle_submissions_.begin_cycle();
@@ -177,8 +177,8 @@ void handle_registry::announce_all(connection& c) noexcept {
 void handle_registry::announce_service(connection& c, pair_index pair, bool begins) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
   if (!detail::responds(queues.kind) || !c.protocol->can.topics) return;
-  std::array<char, wire::announcement_bytes_max> room;
-  json::writer text{room};
+  std::array<char, wire::announcement_bytes_max> buffer;
+  json::writer text{buffer};
   const auto kind = c.protocol->topics.write_provision(
       text, {.name = queues.name(), .type = queues.type(), .begins = begins});
   outbox_.reply_written({c.id.index}, text, kind);

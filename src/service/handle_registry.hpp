@@ -28,16 +28,16 @@ class handle_registry {
  public:
   struct needs {
     core_state& state;
-    service_directory& directory;
-    outbox& out;
-    receiver& inbox;
-    publish_predictor& predictor;
-    call_completion& completion;
-    call_requests& requests;
-    service_providers& providers;
-    stop_service& stop;
-    topic_handles& handles;
-    handle_submissions& submissions;
+    class service_directory& service_directory;
+    class outbox& outbox;
+    class receiver& receiver;
+    class publish_predictor& publish_predictor;
+    class call_completion& call_completion;
+    class call_requests& call_requests;
+    class service_providers& service_providers;
+    class stop_service& stop_service;
+    class topic_handles& topic_handles;
+    class handle_submissions& handle_submissions;
   };
   explicit handle_registry(const needs& parts) noexcept;
 

@@ -21,15 +21,15 @@ std::int64_t& next_parked(const detail::pair_slots& slots, pair_slot slot) noexc
 
 handle_submissions::handle_submissions(const needs& parts) noexcept
     : state_{parts.state},
-      sender_{parts.writer},
-      local_delivery_{parts.delivery},
-      receiver_{parts.inbox},
-      direct_messages_{parts.messages},
-      broker_{parts.values},
-      topic_handles_{parts.handles},
-      call_completion_{parts.completion},
-      call_router_{parts.calls},
-      publish_predictor_{parts.predictor} {}
+      sender_{parts.sender},
+      local_delivery_{parts.local_delivery},
+      receiver_{parts.receiver},
+      direct_messages_{parts.direct_messages},
+      broker_{parts.broker},
+      topic_handles_{parts.topic_handles},
+      call_completion_{parts.call_completion},
+      call_router_{parts.call_router},
+      publish_predictor_{parts.publish_predictor} {}
 
 void handle_submissions::take(pair_index pair) noexcept {
   detail::queue_pair& queues = state_.pairs[pair];
@@ -115,7 +115,7 @@ void handle_submissions::take_entries(pair_index pair) noexcept {
                                                                                 : detail::audience::somebody;
   if (queues.audience.advice() != now) {
     queues.audience.set(now);
-    row.gave = true;
+    row.released_slots = true;
   }
   // acquire: pairs with the release in wait_room()
   some_ask_room_ = some_ask_room_ || queues.room_asked.load(std::memory_order_acquire) != 0;
@@ -130,7 +130,7 @@ inline std::size_t handle_submissions::take_new_entries(pair_index pair) noexcep
     const pair_slot slot{*popped};
     if (take_entry(pair, slot, false)) {
       end.free_ring->release(slot.value);
-      row.gave = true;
+      row.released_slots = true;
       continue;
     }
     next_parked(end.slots, slot) = pair_slot::none;
@@ -154,7 +154,7 @@ void handle_submissions::retry(pair_index pair) noexcept {
     const pair_slot next{static_cast<std::uint32_t>(next_parked(end.slots, slot))};
     if (take_entry(pair, slot, true)) {
       end.free_ring->release(slot.value);
-      row.gave = true;
+      row.released_slots = true;
       ++state_.cycle.places_freed;
       if (!before) {
         row.parked_first = next;
@@ -255,15 +255,15 @@ bool handle_submissions::drained() const noexcept {
   return true;
 }
 
-void handle_submissions::tell_those_who_ask(bool anywhere) noexcept {
+void handle_submissions::notify_those_who_wait(bool anywhere) noexcept {
   for (const pair_index i : state_.pairs.ids()) {
     pair_row& row = state_.pair_rows[i];
     if (!row.attached || state_.pairs[i].kind != detail::pair_kind::talk) continue;
     // acquire: pairs with the release in wait_room()
     const std::uint32_t asked = state_.pairs[i].room_asked.load(std::memory_order_acquire);
-    const bool look = asked != row.room_asked || row.gave || anywhere;
+    const bool look = asked != row.room_asked || row.released_slots || anywhere;
     row.room_asked = asked;
-    row.gave = false;
+    row.released_slots = false;
     if (asked != 0 && look) state_.pairs[i].arrival.notify();
   }
 }

@@ -29,15 +29,15 @@ class handle_submissions {
  public:
   struct needs {
     core_state& state;
-    sender& writer;
-    local_delivery& delivery;
-    receiver& inbox;
-    direct_messages& messages;
-    broker& values;
-    topic_handles& handles;
-    call_completion& completion;
-    call_router& calls;
-    publish_predictor& predictor;
+    class sender& sender;
+    class local_delivery& local_delivery;
+    class receiver& receiver;
+    class direct_messages& direct_messages;
+    class broker& broker;
+    class topic_handles& topic_handles;
+    class call_completion& call_completion;
+    class call_router& call_router;
+    class publish_predictor& publish_predictor;
   };
   explicit handle_submissions(const needs& parts) noexcept;
 
@@ -57,8 +57,8 @@ class handle_submissions {
   bool has_unsent(pair_index pair) noexcept;
   // At the end of a cycle: tells handles that wait for room that there may be some. `anywhere`: there is new
   // room at a peer, or elsewhere outside the handle.
-  void tell_room(bool anywhere) noexcept {
-    if (std::exchange(some_ask_room_, false)) tell_those_who_ask(anywhere);
+  void notify_room(bool anywhere) noexcept {
+    if (std::exchange(some_ask_room_, false)) notify_those_who_wait(anywhere);
   }
 
   // A handle had more than its budget of this cycle; the next cycle is needed at once.
@@ -77,7 +77,7 @@ class handle_submissions {
   void take_entries(pair_index pair) noexcept;
   std::size_t take_new_entries(pair_index pair) noexcept;
   bool take_entry(pair_index pair, pair_slot slot, bool parked) noexcept;
-  void tell_those_who_ask(bool anywhere) noexcept;
+  void notify_those_who_wait(bool anywhere) noexcept;
   void answer(pair_index pair, pair_slot slot, const call_endpoint& us, const call_endpoint& waits) noexcept;
 
   core_state& state_;

@@ -30,10 +30,10 @@ std::size_t ingress::footprint_bytes(const limits& bounds) noexcept {
 
 ingress::ingress(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      outbox_{parts.out},
-      sender_{parts.writer},
-      receiver_{parts.inbox},
-      handler_{parts.handler},
+      outbox_{parts.outbox},
+      sender_{parts.sender},
+      receiver_{parts.receiver},
+      handler_{parts.frame_handler},
       inputs_{memory.carve<input>(state_.bounds().connections_max)},
       backlog_{memory.carve<peer_index>(state_.bounds().connections_max)},
       parked_{memory.carve<peer_index>(state_.bounds().connections_max)} {
@@ -71,8 +71,8 @@ void ingress::forget(peer_index peer) noexcept {
 std::size_t ingress::wanted_bytes(peer_index peer) const noexcept {
   const input& of = inputs_[peer];
   if (!of.backlog.empty() || of.parked()) return 0;
-  const std::size_t room = state_.bounds().message_bytes_max - of.parser.assembled_bytes();
-  return room >= 2 * transport_sink::read_bytes_alone ? transport_sink::read_bytes_alone
+  const std::size_t left = state_.bounds().message_bytes_max - of.parser.assembled_bytes();
+  return left >= 2 * transport_sink::read_bytes_alone ? transport_sink::read_bytes_alone
                                                       : transport_sink::read_bytes_in_turn;
 }
 
@@ -125,7 +125,7 @@ inline void ingress::end_backlog(peer_index peer) noexcept {
   connection& c = state_.peers[peer];
   if (!std::exchange(c.unheard, false)) return;
   c.heard_at = c.unheard_until = state_.cycle.now;
-  state_.seams.to_peers.read_enabled(c.id, true);
+  state_.seams.transport.read_enabled(c.id, true);
 }
 
 // ---- parking
@@ -136,7 +136,7 @@ void ingress::park(peer_index peer) noexcept {
   inputs_[peer].parked_binary = current_binary_;
   unparked_at_ = UINT64_MAX; // try once more: a slot may have been released meanwhile
   if (std::exchange(state_.peers[peer].unheard, true)) return;
-  state_.seams.to_peers.read_enabled(state_.peers[peer].id, false);
+  state_.seams.transport.read_enabled(state_.peers[peer].id, false);
   sender_.ignore_credit(peer);
 }
 
@@ -228,11 +228,11 @@ inline void ingress::take_stops(peer_index peer) noexcept {
     const bool begins = wire::is_data(what) && what != wire::opcode::continuation;
     if (wire::is_data(what) && begins == in_message) break; // a protocol error: in its turn
     if (wire::is_data(what)) in_message = !wire::is_final(frame[0]);
-    std::array<char, stop_look_bytes> room;
+    std::array<char, stop_look_bytes> buffer;
     const bool may_stop =
         begins && bytes <= stop_frame_bytes_max && (first || stops_ahead_ < stops_ahead_max);
     if (!may_stop || !state_.peers[peer].protocol->reads.may_be_stop(
-                         what, wire::look_at_message(frame, std::as_writable_bytes(std::span{room})))) {
+                         what, wire::look_at_message(frame, std::as_writable_bytes(std::span{buffer})))) {
       keep(bytes);
     } else if (take_if_stop(peer, frame.first(bytes))) {
       at += bytes;
@@ -249,11 +249,11 @@ inline void ingress::take_stops(peer_index peer) noexcept {
 // Carries out the message of a complete frame if it is a request to stop. False: it is none, and nothing was
 // done. The frame is not changed.
 bool ingress::take_if_stop(peer_index peer, std::span<const std::byte> frame) noexcept {
-  std::array<std::byte, stop_frame_bytes_max + tailroom_bytes> room;
-  std::memcpy(room.data(), frame.data(), frame.size());
-  std::memset(room.data() + frame.size(), 0, tailroom_bytes);
+  std::array<std::byte, stop_frame_bytes_max + tailroom_bytes> buffer;
+  std::memcpy(buffer.data(), frame.data(), frame.size());
+  std::memset(buffer.data() + frame.size(), 0, tailroom_bytes);
   wire::frame_parser alone = inputs_[peer].parser.anew();
-  const wire::frame_step step = alone.next(std::span{room}.first(frame.size()));
+  const wire::frame_step step = alone.next(std::span{buffer}.first(frame.size()));
   const bool binary = step.event == wire::frame_event::binary;
   const bool stops =
       (step.event == wire::frame_event::text || binary) && handler_.is_stop(peer, step.payload, binary);

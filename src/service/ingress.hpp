@@ -32,10 +32,10 @@ class ingress {
  public:
   struct needs {
     core_state& state;
-    const outbox& out;
-    sender& writer;
-    receiver& inbox;
-    frame_handler& handler;
+    const class outbox& outbox;
+    class sender& sender;
+    class receiver& receiver;
+    class frame_handler& frame_handler;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   ingress(rt::arena& memory, const needs& parts) noexcept;

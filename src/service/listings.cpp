@@ -39,10 +39,10 @@ std::size_t bytes_of(const listed& one) noexcept {
 
 listings::listings(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      service_directory_{parts.directory},
-      stop_rules_{parts.rules},
-      advertisement_table_{parts.advertised},
-      outbox_{parts.out},
+      service_directory_{parts.service_directory},
+      stop_rules_{parts.stop_rules},
+      advertisement_table_{parts.advertisement_table},
+      outbox_{parts.outbox},
       name_{parts.endpoint_name},
       stop_topic_{state_.topics.find(wire::stop_state_name)},
       readers_{memory.carve<reader>(state_.bounds().connections_max)},

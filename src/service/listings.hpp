@@ -28,10 +28,10 @@ class listings {
  public:
   struct needs {
     core_state& state;
-    const service_directory& directory;
-    const stop_rules& rules;
-    const advertisement_table& advertised;
-    outbox& out;
+    const class service_directory& service_directory;
+    const class stop_rules& stop_rules;
+    const class advertisement_table& advertisement_table;
+    class outbox& outbox;
     std::string_view endpoint_name; // outlives this
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {

@@ -18,17 +18,17 @@ class liveness {
  public:
   struct needs {
     core_state& state;
-    const outbox& out;
-    sender& writer;
-    refusals& refused;
-    const ingress& in;
+    const class outbox& outbox;
+    class sender& sender;
+    class refusals& refusals;
+    const class ingress& ingress;
   };
   explicit liveness(const needs& parts) noexcept
       : state_{parts.state},
-        outbox_{parts.out},
-        sender_{parts.writer},
-        refusals_{parts.refused},
-        ingress_{parts.in} {}
+        outbox_{parts.outbox},
+        sender_{parts.sender},
+        refusals_{parts.refusals},
+        ingress_{parts.ingress} {}
 
   // A peer has connected, and is checked from now on.
   void open(peer_index peer) noexcept { check_later(peer); }

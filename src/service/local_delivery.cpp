@@ -27,7 +27,7 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
         counter::inbox_full); // a place of the queue pair's table reserves one: only misuse gets here
   std::byte* const value = end.slots.value(*slot);
   std::size_t bytes = 0;
-  std::array<char, json::decoder::diagnosis::text_bytes_max> room;
+  std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
   if (outcome && queues.decoder != nullptr && !text.empty()) {
     bytes = end.slots.bytes_max;
     json::decoder::diagnosis why;
@@ -35,7 +35,7 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
     if (!outcome) {
       state_.counts.add(counter::undecodable);
       bytes = 0;
-      text = why.text(room);
+      text = why.text(buffer);
     }
   } else if (outcome && text.size() > end.slots.bytes_max) {
     state_.counts.add(counter::too_big);

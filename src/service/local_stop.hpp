@@ -50,35 +50,35 @@ class local_stop {
  public:
   // ---- Any thread. Never waits, never allocates.
 
-  // Asks for a stop. The caller then wakes the service thread. What was given to hand_in() before is seen
-  // with it.
-  void ask() noexcept {
+  // Asks for a stop. The caller then wakes the service thread. What was given to write_request() before is
+  // seen with it.
+  void request() noexcept {
     count_.fetch_add(1, std::memory_order_release); // release: pairs with the load in take()
   }
-  // How often ask() was called, modulo 2^32.
+  // How often request() was called, modulo 2^32.
   std::uint32_t count() const noexcept {
     return count_.load(std::memory_order_relaxed); // relaxed: nothing is read after it
   }
 
   // ---- Threads, one at a time each.
 
-  void hand_in(const local_stop_asked& all) noexcept { asked_writer_->write(all); }
+  void write_request(const local_stop_asked& all) noexcept { asked_writer_->write(all); }
   // Reads the newest answers; `into` is not changed if it has them already.
-  void hear(local_stop_answered& into) noexcept { (void)answered_reader_->read(into); }
+  void read_answers(local_stop_answered& into) noexcept { (void)answered_reader_->read(into); }
 
   // ---- The service thread.
 
   // Whether somebody has asked since the last call.
   bool take() noexcept {
-    const std::uint32_t count = count_.load(std::memory_order_acquire); // acquire: pairs with ask()
+    const std::uint32_t count = count_.load(std::memory_order_acquire); // acquire: pairs with request()
     return std::exchange(taken_, count) != count;
   }
   // The count as of the last take().
   std::uint32_t taken() const noexcept { return taken_; }
-  // Reads what hand_in() wrote last; `into` is not changed if it has that already.
-  void look(local_stop_asked& into) noexcept { (void)asked_reader_->read(into); }
+  // Reads what write_request() wrote last; `into` is not changed if it has that already.
+  void read_requests(local_stop_asked& into) noexcept { (void)asked_reader_->read(into); }
   // Publishes the answers. The caller then wakes the threads that wait.
-  void tell(const local_stop_answered& all) noexcept { answered_writer_->write(all); }
+  void write_answers(const local_stop_answered& all) noexcept { answered_writer_->write(all); }
 
  private:
   using asked_window = rt::window<local_stop_asked, Atomics>;

@@ -18,22 +18,22 @@ class mask_keys {
  public:
   static std::size_t footprint_bytes() noexcept { return rt::arena::bytes_for(mask_buffer_bytes); }
   mask_keys(rt::arena& memory, entropy& random) noexcept
-      : random_{random}, drawn_{memory.carve_bytes(mask_buffer_bytes)}, used_{mask_buffer_bytes} {}
+      : random_{random}, keys_{memory.carve_bytes(mask_buffer_bytes)}, used_{mask_buffer_bytes} {}
 
   wire::mask_key next() noexcept {
     wire::mask_key key;
-    if (used_ + key.size() > drawn_.size()) {
-      random_.fill(drawn_);
+    if (used_ + key.size() > keys_.size()) {
+      random_.fill(keys_);
       used_ = 0;
     }
-    std::memcpy(key.data(), drawn_.data() + used_, key.size());
+    std::memcpy(key.data(), keys_.data() + used_, key.size());
     used_ += key.size();
     return key;
   }
 
  private:
   entropy& random_;
-  std::span<std::byte> drawn_;
+  std::span<std::byte> keys_;
   std::size_t used_;
 };
 

@@ -5,7 +5,7 @@ namespace rowe::service {
 
 void message_parking::forget(peer_index peer) noexcept {
   rows_[peer] = {};
-  if (std::exchange(outbox_.of(peer).told_full, false)) --told_full_;
+  if (std::exchange(outbox_.of(peer).marked_full, false)) --marked_full_;
   room_came_ = true; // a sender that waits for room there need not wait any more
 }
 
@@ -21,8 +21,8 @@ bool message_parking::park(peer_index to, bool before) noexcept {
   ++of.count;
   ++now_.parked;
   if (now_.of_receiver) receiver_.count_answer(to);
-  if (of.count + now_.parked >= now_.slots && !std::exchange(outbox_.of(to).told_full, true)) {
-    ++told_full_;
+  if (of.count + now_.parked >= now_.slots && !std::exchange(outbox_.of(to).marked_full, true)) {
+    ++marked_full_;
     state_.shared.set_taking(to.value, 0);
   }
   return true;
@@ -31,9 +31,9 @@ bool message_parking::park(peer_index to, bool before) noexcept {
 void message_parking::show_room() noexcept {
   for (const peer_index i : state_.peers.ids()) {
     peer_queues& queues = outbox_.of(i);
-    if (!queues.told_full || rows_[i].turn > cycle_turn_) continue;
-    queues.told_full = false;
-    --told_full_;
+    if (!queues.marked_full || rows_[i].turn > cycle_turn_) continue;
+    queues.marked_full = false;
+    --marked_full_;
     state_.shared.set_taking(i.value, state_.peers[i].id.generation);
     ++state_.cycle.places_freed;
     room_came_ = true;
@@ -43,10 +43,10 @@ void message_parking::show_room() noexcept {
 // ---- checks
 
 bool message_parking::check() const noexcept {
-  std::uint32_t told_full = 0;
+  std::uint32_t marked_full = 0;
   for (const peer_index i : state_.peers.ids())
-    told_full += state_.peers[i].state != connection::phase::free && outbox_.of(i).told_full;
-  return told_full == told_full_;
+    marked_full += state_.peers[i].state != connection::phase::free && outbox_.of(i).marked_full;
+  return marked_full == marked_full_;
 }
 
 } // namespace rowe::service

@@ -61,7 +61,7 @@ class message_parking {
   // At the end of a cycle: shows senders which peers have room again. True if there is such a peer, or a peer
   // has left.
   bool renew_room() noexcept {
-    if (told_full_ != 0) show_room();
+    if (marked_full_ != 0) show_room();
     return std::exchange(room_came_, false);
   }
 
@@ -92,7 +92,7 @@ class message_parking {
   std::uint64_t cycle_turn_ = 0;    // the last one before this cycle
   std::uint64_t all_parked_in_ = 0; // the newest turn in which a message to everyone was parked
   bool room_came_ = false;          // a peer has room again, or has left
-  std::uint32_t told_full_ = 0;     // how many peers are told_full
+  std::uint32_t marked_full_ = 0;   // how many peers are marked_full
 };
 
 } // namespace rowe::service

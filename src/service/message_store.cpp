@@ -38,7 +38,7 @@ void message_store::finalize(slot_id slot, std::size_t bytes, rt::time_point exp
                                         binary ? wire::opcode::binary : wire::opcode::text,
                                         bytes); // its start follows from `bytes`
   if (expires == rt::never) return;
-  if (expires == state_.cycle.now) lives_no_longer_ = true;
+  if (expires == state_.cycle.now) expires_this_cycle_ = true;
   if (unarmed_count_ == unarmed_.size()) return state_.due.arm(slot, over_at(expires));
   unarmed_[unarmed_count_++] = slot;
 }
@@ -56,21 +56,21 @@ void message_store::expire(slot_id slot) noexcept {
   const slot_id which{slot};
   if (slots_.expires(slot) >= state_.cycle.now) return state_.due.arm(which, over_at(slots_.expires(slot)));
   const bool tracked = slots_.tracked(slot);
-  const bool kept = slots_.kept(slot);
+  const bool pinned = slots_.pinned(slot);
   const auto deliveries = slots_.expire(slot);
   // It is partly written. Its slot is freed when the socket has all of it, or when the peer leaves.
   if (!deliveries) return state_.due.arm(which, state_.cycle.now + partial_look_period);
   state_.due.disarm(which);
-  const bool waited = kept && *deliveries == 0;
+  const bool waited = pinned && *deliveries == 0;
   state_.counts.add(counter::expired, *deliveries + (waited ? 1 : 0));
   if (tracked) note(slot).expired = true;
 }
 
 // ---- tracking
 
-void message_store::track(slot_id slot, bool keeps) noexcept {
+void message_store::track(slot_id slot, bool pins) noexcept {
   assert(!tracked_[slot].listed);
-  slots_.track(slot, keeps);
+  slots_.track(slot, pins);
 }
 
 bool message_store::cancel(slot_ref which) noexcept {
@@ -80,7 +80,7 @@ bool message_store::cancel(slot_ref which) noexcept {
   return true;
 }
 
-void message_store::let_go(slot_id slot) noexcept {
+void message_store::drop_pinned(slot_id slot) noexcept {
   slots_.untrack(slot);
   release(slot);
 }
@@ -88,7 +88,7 @@ void message_store::let_go(slot_id slot) noexcept {
 void message_store::note_tracked_sent(slot_id slot) noexcept {
   tracking& one = note(slot);
   one.sent = true;
-  if (slots_.kept(slot)) slots_.unkeep(slot); // never the last reference: the delivery still has its own
+  if (slots_.pinned(slot)) slots_.unpin(slot); // never the last reference: the delivery still has its own
 }
 
 bool message_store::take_outcome(outcome& into) noexcept {
@@ -108,7 +108,7 @@ bool message_store::take_outcome(outcome& into) noexcept {
 bool message_store::check() const noexcept {
   if (!slots_.check()) return false;
   for (const slot_id i : slots_.ids()) {
-    if (slots_.references(i) != 0 && slots_.kept(i) && !slots_.tracked(i)) return false;
+    if (slots_.references(i) != 0 && slots_.pinned(i) && !slots_.tracked(i)) return false;
   }
   return true;
 }

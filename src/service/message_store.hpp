@@ -57,7 +57,7 @@ class message_store {
       if (slots_.free_for_all(size) == 0 && what == slot_use::ordinary) make_room(size);
       const auto slot = slots_.take(slots_.bytes_of(size), what);
       if (!slot) continue;
-      json::writer text{slots_.room(*slot)};
+      json::writer text{slots_.buffer(*slot)};
       const bool binary = writes_binary(write_text, text);
       if (!text.overflowed() && text.bytes() <= text_bytes_max_) {
         if (text.nonfinite() != 0) state_.counts.add(counter::nonfinite, text.nonfinite());
@@ -76,7 +76,7 @@ class message_store {
       state_.due.disarm(slot);
       if (slots_.tracked(slot)) [[unlikely]]
         note(slot).ended = true;
-    } else if (slots_.kept(slot) && slots_.references(slot) == 1) [[unlikely]] {
+    } else if (slots_.pinned(slot) && slots_.references(slot) == 1) [[unlikely]] {
       note(slot).ended = true;
     }
   }
@@ -92,17 +92,17 @@ class message_store {
     if (unarmed_count_ != 0) arm_all_unwritten();
   }
   // Whether a message was composed that expires with this cycle. True once.
-  bool take_lives_no_longer() noexcept { return std::exchange(lives_no_longer_, false); }
+  bool take_expires_this_cycle() noexcept { return std::exchange(expires_this_cycle_, false); }
 
   // ---- tracking
 
-  // Outcomes of the slot are noted from now on. With `keeps`, the caller's reference stays until the message
+  // Outcomes of the slot are noted from now on. With `pins`, the caller's reference stays until the message
   // was sent once. It is no delivery: when all deliveries have ended, the message can be queued again.
-  void track(slot_id slot, bool keeps) noexcept;
+  void track(slot_id slot, bool pins) noexcept;
   // Ends the tracking. Frees the slot unless a frame of it is partly written; returns whether it did.
   bool cancel(slot_ref which) noexcept;
   // Releases the reference that was kept for a message which was never sent: the message ends.
-  void let_go(slot_id slot) noexcept;
+  void drop_pinned(slot_id slot) noexcept;
   // The whole message was written to one peer: this delivery is over, and its reference is released.
   void delivered(slot_id slot) noexcept {
     if (slots_.tracked(slot)) [[unlikely]]
@@ -122,7 +122,7 @@ class message_store {
   // Takes the next outcome, oldest first; false: there is none.
   bool take_outcome(outcome& into) noexcept;
 
-  // True when free slots are counted right, and only tracked slots are kept.
+  // True when free slots are counted right, and only tracked slots are pinned.
   bool check() const noexcept;
 
  private:
@@ -161,7 +161,7 @@ class message_store {
   std::uint32_t unarmed_count_ = 0;
   rows<slot_id, tracking> tracked_;
   index_queue<slot_id, tracking, &tracking::next> outcomes_;
-  bool lives_no_longer_ = false;
+  bool expires_this_cycle_ = false;
 };
 
 } // namespace rowe::service

@@ -198,7 +198,7 @@ bool outbox::check() const noexcept {
   for (const slot_id i : slots_.ids()) {
     const bool in_use = slots_.references(i) != 0;
     references += weight(i) * slots_.references(i);
-    others += weight(i) * slots_.partial(i) + (in_use && slots_.kept(i) ? weight(i) : 0);
+    others += weight(i) * slots_.partial(i) + (in_use && slots_.pinned(i) ? weight(i) : 0);
   }
   return left == 0 && scheduled == scheduled_.count() && references == queued + others;
 }

@@ -140,7 +140,7 @@ class outbox {
   bool drained() const noexcept { return entries_.in_use() == 0 && scheduled_.empty(); }
 
   // The queues are as long as their counts say, and each peer is charged for what its queues hold. A slot has
-  // one reference for each live entry and partial frame, and one if it is kept.
+  // one reference for each live entry and partial frame, and one if it is pinned.
   bool check() const noexcept;
 
  private:

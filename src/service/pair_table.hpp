@@ -27,7 +27,7 @@ struct pair_row {
   rt::time_point
       undecodable_at{};         // when an event last reported a message that it could not decode; zero: never
   std::uint32_t room_asked = 0; // the handle's queue_pair::room_asked when this thread last looked
-  bool gave = false;            // slots were released in this cycle
+  bool released_slots = false;  // slots were released in this cycle
 };
 
 } // namespace rowe::service

@@ -10,9 +10,9 @@ namespace rowe::service {
 
 partial_frames::partial_frames(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      message_store_{parts.store},
-      slots_{parts.store.slots()},
-      outbox_{parts.out},
+      message_store_{parts.message_store},
+      slots_{parts.message_store.slots()},
+      outbox_{parts.outbox},
       frames_{memory.carve<partial_frame>(state_.bounds().connections_max)} {}
 
 bool partial_frames::any() const noexcept {
@@ -35,7 +35,7 @@ void partial_frames::end(peer_index peer) noexcept {
   if (waits_) look_again_from(peer.value + 1);
 }
 
-bool partial_frames::may_begin_all_the_same(peer_index peer, slot_id slot) noexcept {
+bool partial_frames::may_begin_or_wait(peer_index peer, slot_id slot) noexcept {
   if (slots_.partial(slot) != 0) return true;
   const slot_id own = frames_[peer].slot;
   if (own && slots_.class_of(own) == slots_.class_of(slot) && slots_.partial(own) == 1)

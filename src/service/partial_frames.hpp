@@ -37,8 +37,8 @@ class partial_frames {
  public:
   struct needs {
     core_state& state;
-    message_store& store;
-    outbox& out;
+    class message_store& message_store;
+    class outbox& outbox;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<partial_frame>(bounds.connections_max);
@@ -51,7 +51,7 @@ class partial_frames {
 
   // Whether a peer may begin the frame of a slot after its own partial frame; if not, it waits.
   bool may_begin(peer_index peer, slot_id slot) noexcept {
-    return slots_.may_begin(slots_.class_of(slot)) || may_begin_all_the_same(peer, slot);
+    return slots_.may_begin(slots_.class_of(slot)) || may_begin_or_wait(peer, slot);
   }
   // A socket has taken the first bytes. The reference of the message goes with them.
   void begin(peer_index peer, const partial_frame& frame) noexcept;
@@ -93,7 +93,7 @@ class partial_frames {
   bool check() const noexcept;
 
  private:
-  bool may_begin_all_the_same(peer_index peer, slot_id slot) noexcept;
+  bool may_begin_or_wait(peer_index peer, slot_id slot) noexcept;
   rt::time_point due_of(const partial_frame& frame) noexcept;
   void look_again_from(std::uint32_t first) noexcept;
 

@@ -17,12 +17,12 @@ struct peer_queues {
   queue replies;               // what it alone is told: answers, refusals, announcements, lists
   std::array<queue, 3> direct; // messages to it, by priority
   std::array<ready_list, 3> ready;
-  std::uint32_t owed = 0;      // how many subscriptions still wait for their latched value
-  bool scheduled = false;      // it has something to write, and is in the ring of such peers
-  bool blocked = false;        // the transport has no room; on_writable() comes
-  bool out_of_credit = false;  // its credit is used up, but for urgent frames; a pong comes
-  bool told_full = false;      // senders are told `full`: its share is used up by what is parked
-  bool waits_to_begin = false; // it may not begin a frame: others hold too many partial frames
+  std::uint32_t latched_pending = 0; // how many subscriptions still wait for their latched value
+  bool scheduled = false;            // it has something to write, and is in the ring of such peers
+  bool blocked = false;              // the transport has no room; on_writable() comes
+  bool out_of_credit = false;        // its credit is used up, but for urgent frames; a pong comes
+  bool marked_full = false;          // senders are told `full`: its share is used up by what is parked
+  bool waits_to_begin = false;       // it may not begin a frame: others hold too many partial frames
 
   // It reads more slowly than we could write, or it waits for peers that do.
   bool backpressured() const noexcept { return blocked || out_of_credit || waits_to_begin; }

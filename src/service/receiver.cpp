@@ -12,8 +12,8 @@ namespace rowe::service {
 
 receiver::receiver(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      outbox_{parts.out},
-      local_delivery_{parts.delivery},
+      outbox_{parts.outbox},
+      local_delivery_{parts.local_delivery},
       held_{memory.carve<held>(state_.bounds().connections_max)},
       claims_{state_.threads_inbox.slots(), state_.claimants(), receiver_claims_one_in} {}
 
@@ -126,7 +126,7 @@ inline bool receiver::has_share(peer_index peer) const noexcept {
   const bool replies_wait =
       queues.backpressured() &&
       queues.replies.count + state_.calls.open_calls_of(peer) >= replies_max_backpressured;
-  if (queues.told_full || replies_wait) return false;
+  if (queues.marked_full || replies_wait) return false;
   const held& of = held_[peer];
   const std::uint32_t left = left_of(slots(), untaken_ + answers_);
   return claims_.may_take(of.untaken + of.answers, left) && has_place();
@@ -177,14 +177,14 @@ status receiver::deliver(const detail::value_header& header, std::string_view te
 // The totals are the sums over peers. The kept claims are the parts that peers have not taken.
 bool receiver::check() const noexcept {
   held sum;
-  std::uint32_t wanted = claims_.connections() * claims_.claim();
+  std::uint32_t unclaimed = claims_.connections() * claims_.claim();
   for (const peer_index i : state_.peers.ids()) {
     if (state_.peers[i].state == connection::phase::free) continue;
     sum.untaken += held_[i].untaken;
     sum.answers += held_[i].answers;
-    wanted -= claims_.claim() - claims_.kept_for(held_[i].untaken);
+    unclaimed -= claims_.claim() - claims_.kept_for(held_[i].untaken);
   }
-  return sum.untaken == untaken_ && sum.answers == answers_ && wanted == claims_.wanted();
+  return sum.untaken == untaken_ && sum.answers == answers_ && unclaimed == claims_.unclaimed();
 }
 
 } // namespace rowe::service

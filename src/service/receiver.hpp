@@ -33,8 +33,8 @@ class receiver {
  public:
   struct needs {
     core_state& state;
-    const outbox& out;
-    local_delivery& delivery;
+    const class outbox& outbox;
+    class local_delivery& local_delivery;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<held>(bounds.connections_max);

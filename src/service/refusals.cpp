@@ -16,8 +16,8 @@ namespace {
 // The close reason of a peer that sends too much.
 close_reason flood_reason(std::string_view what, std::uint32_t per_second, std::string_view remedy,
                           std::string_view option) noexcept {
-  std::array<char, wire::close_reason_bytes_max> room;
-  wire::text_out why{room};
+  std::array<char, wire::close_reason_bytes_max> buffer;
+  wire::text_out why{buffer};
   why.add("more than ").add(std::int64_t{per_second}).add(" ").add(what).add(" a second for ");
   why.add(flood_time_max / std::chrono::seconds{1}).add(" s: ").add(remedy);
   close_reason reason;
@@ -29,7 +29,7 @@ close_reason flood_reason(std::string_view what, std::uint32_t per_second, std::
 
 refusals::refusals(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      outbox_{parts.out},
+      outbox_{parts.outbox},
       rows_{memory.carve<row>(state_.bounds().connections_max)},
       too_many_messages_{flood_reason("messages", state_.bounds().messages_per_second_max, "send fewer",
                                       "messages_per_second_max")},
@@ -59,15 +59,15 @@ void refusals::refuse(connection& c, std::string_view id_raw, std::string_view w
 
 void refusals::refuse_limit(connection& c, std::string_view id_raw, std::string_view what,
                             std::uint64_t limit, std::string_view option) noexcept {
-  std::array<char, event_text_bytes_max> room;
-  wire::text_out why{room};
+  std::array<char, event_text_bytes_max> buffer;
+  wire::text_out why{buffer};
   why.add("all ").add(static_cast<std::int64_t>(limit)).add(" ").add(what).add(" are taken");
   refuse_for(c, id_raw, why, option);
 }
 
 void refusals::refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept {
-  std::array<char, share_text_bytes_max> room;
-  wire::text_out why{room};
+  std::array<char, share_text_bytes_max> buffer;
+  wire::text_out why{buffer};
   why.add_shortened(asked.verb_text, verb_bytes_shown).add(" ");
   why.add_shortened(asked.topic.empty() ? asked.service : asked.topic, topic_bytes_shown);
   why.add(": one peer may hold no more ").add(of.what).add(" than it leaves: it holds ").add(of.held);
@@ -79,8 +79,8 @@ void refusals::refuse_share(connection& c, const wire::request& asked, const tak
 
 void refusals::refuse_for(connection& c, std::string_view id_raw, wire::text_out& why,
                           std::string_view option) noexcept {
-  std::array<char, remedy_bytes_max> room;
-  wire::text_out remedy{room};
+  std::array<char, remedy_bytes_max> buffer;
+  wire::text_out remedy{buffer};
   remedy.add("raise `limits::").add(option).add("`");
   if (!admits(c, event::kind::limit, why.text(), remedy.text())) return;
   why.add(" (limit ").add(option).add(")");
@@ -111,8 +111,8 @@ void refusals::answer(connection& c, wire::codec_id in, std::string_view id_raw,
 
 void refusals::say(connection& c, wire::codec_id in, std::string_view id_raw,
                    const wire::diagnostic& why) noexcept {
-  std::array<char, wire::error_bytes_max> room;
-  json::writer text{room};
+  std::array<char, wire::error_bytes_max> buffer;
+  json::writer text{buffer};
   const auto kind = state_.seams.protocols.of(in).write_error(
       text, {.to_server = c.ours == side::client, .level = rows_[{c.id.index}].level, .id_raw = id_raw}, why);
   outbox_.reply_written({c.id.index}, text, kind);

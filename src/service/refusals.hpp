@@ -38,7 +38,7 @@ class refusals {
  public:
   struct needs {
     core_state& state;
-    outbox& out;
+    class outbox& outbox;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<row>(bounds.connections_max);

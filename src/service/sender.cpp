@@ -25,13 +25,13 @@ std::size_t sender::footprint_bytes(const limits& bounds) noexcept {
 sender::sender(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
       subscription_rows_{state_.subscriptions.all()},
-      message_store_{parts.store},
-      outbox_{parts.out},
-      subscription_queues_{parts.queues},
-      frames_{parts.state, parts.store.slots()},
+      message_store_{parts.message_store},
+      outbox_{parts.outbox},
+      subscription_queues_{parts.subscription_queues},
+      frames_{parts.state, parts.message_store.slots()},
       keys_{memory, state_.seams.random},
-      urgent_{memory, {.state = state_, .out = outbox_, .keys = keys_}},
-      partial_{memory, {.state = state_, .store = message_store_, .out = outbox_}},
+      urgent_{memory, {.state = state_, .outbox = outbox_, .mask_keys = keys_}},
+      partial_{memory, {.state = state_, .message_store = message_store_, .outbox = outbox_}},
       buffer_{memory.carve_bytes(buffer_bytes(state_.bounds()))},
       pieces_{memory.carve<batch_piece>(batch_pieces_max)} {}
 
@@ -74,15 +74,16 @@ void sender::flush(peer_index peer) noexcept {
   const bool scheduled = std::exchange(queues.scheduled, true);
   bool more = true;
   for (unsigned round = 0; more && round < batches_per_cycle && !queues.blocked; ++round) {
-    if (queues.owed != 0) subscription_queues_.place_owed(peer); // before gathering, since it may evict
+    if (queues.latched_pending != 0)
+      subscription_queues_.place_pending_latched(peer); // first, since it may evict
     batch next{buffer_, pieces_};
     if (gather_urgent(to, next)) gather_messages(to, next);
     queues.out_of_credit = next.out_of_credit;
     const bool waited = queues.waits_to_begin;
     write(to, next);
     const bool may_begin_now = waited && !queues.waits_to_begin; // its own partial frame has ended
-    const bool owes = queues.owed != 0 && !next.out_of_credit && !queues.waits_to_begin;
-    more = next.more || owes || may_begin_now;
+    const bool more_latched = queues.latched_pending != 0 && !next.out_of_credit && !queues.waits_to_begin;
+    more = next.more || more_latched || may_begin_now;
   }
   queues.scheduled = scheduled;
   if (more) outbox_.schedule(peer);
@@ -100,7 +101,7 @@ void sender::flush_urgent(peer_index peer) noexcept {
 }
 
 inline void sender::write(const recipient& to, batch& what) noexcept {
-  const std::size_t taken = what.count != 0 ? state_.seams.to_peers.write(to.peer.id, what.whole()) : 0;
+  const std::size_t taken = what.count != 0 ? state_.seams.transport.write(to.peer.id, what.whole()) : 0;
   if (what.count != 0) work_ += 1 + taken / write_work_bytes;
   state_.counts.add(counter::bytes_out, taken);
   urgent_.wrote(to.index, taken);
@@ -222,7 +223,7 @@ void sender::count_message_out(connection& peer) noexcept {
 void sender::hand_over_rest(const recipient& to) noexcept {
   batch rest{buffer_, pieces_};
   (void)gather_partial(to, rest); // a batch of its own
-  const std::size_t taken = state_.seams.to_peers.write_rest(to.peer.id, rest.whole());
+  const std::size_t taken = state_.seams.transport.write_rest(to.peer.id, rest.whole());
   state_.counts.add(counter::bytes_out, taken);
   urgent_.wrote(to.index, taken);
   commit(to, rest, taken);

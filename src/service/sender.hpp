@@ -36,9 +36,9 @@ class sender {
  public:
   struct needs {
     core_state& state;
-    message_store& store;
-    outbox& out;
-    subscription_queues& queues;
+    class message_store& message_store;
+    class outbox& outbox;
+    class subscription_queues& subscription_queues;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   sender(rt::arena& memory, const needs& parts) noexcept;
@@ -52,7 +52,7 @@ class sender {
   // Writes to the scheduled peers in turn, up to the work of one cycle. If a message expires with this cycle,
   // it writes to all of them, however much work that is.
   void flush_all() noexcept {
-    const bool to_all = message_store_.take_lives_no_longer();
+    const bool to_all = message_store_.take_expires_this_cycle();
     work_ = 0;
     if (outbox_.scheduled() != 0) flush_scheduled(to_all);
   }

@@ -14,8 +14,8 @@ namespace rowe::service {
 
 service_providers::service_providers(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      service_directory_{parts.directory},
-      refusals_{parts.refused},
+      service_directory_{parts.service_directory},
+      refusals_{parts.refusals},
       provided_{memory.carve<std::uint32_t>(state_.bounds().connections_max)},
       claims_{services_of_peers(state_.bounds()), state_.claimants()} {}
 
@@ -25,8 +25,8 @@ void service_providers::advertise(connection& c, const wire::request& asked) noe
                             "advertise_service: services below /rowe/ are the endpoint's own");
   if (const service_index found = service_directory_.find(asked.service)) {
     if (provides(c.id, found)) return; // clients that reconnect say it again
-    std::array<char, detail::diagnostic_bytes_max> room;
-    wire::text_out why{room};
+    std::array<char, detail::diagnostic_bytes_max> buffer;
+    wire::text_out why{buffer};
     why.add("advertise_service: ").add(asked.service.substr(0, name_bytes_shown)).add(" is provided already");
     return refusals_.refuse(c, asked.id_raw, why.text());
   }
@@ -57,8 +57,8 @@ void service_providers::unadvertise(connection& c, const wire::request& asked) n
 }
 
 void service_providers::take_from_peer(service_index service) noexcept {
-  std::array<char, detail::diagnostic_bytes_max> room;
-  wire::text_out why{room};
+  std::array<char, detail::diagnostic_bytes_max> buffer;
+  wire::text_out why{buffer};
   why.add("advertise_service: this process provides ");
   why.add(service_directory_.name(service).substr(0, name_bytes_shown)).add(" now");
   connection* const c = state_.peers.find(service_directory_.at(service).peer);
@@ -82,7 +82,7 @@ void service_providers::remove(service_index service) noexcept {
 // Peers are charged for what they provide, and the rest of their claims is kept.
 bool service_providers::check() const noexcept {
   std::uint32_t all = 0;
-  std::uint32_t wanted = claims_.connections() * claims_.claim();
+  std::uint32_t unclaimed = claims_.connections() * claims_.claim();
   for (const peer_index peer : state_.peers.ids()) {
     std::uint32_t provided = 0;
     for (const auto i : service_directory_.ids())
@@ -90,9 +90,9 @@ bool service_providers::check() const noexcept {
     if (provided != provided_[peer]) return false;
     if (provided != 0 && state_.peers[peer].state == connection::phase::free) return false;
     all += provided;
-    wanted -= claims_.claim() - claims_.kept_for(provided);
+    unclaimed -= claims_.claim() - claims_.kept_for(provided);
   }
-  return all == service_directory_.of_peers() && wanted == claims_.wanted();
+  return all == service_directory_.of_peers() && unclaimed == claims_.unclaimed();
 }
 
 } // namespace rowe::service

@@ -21,8 +21,8 @@ class service_providers {
  public:
   struct needs {
     core_state& state;
-    service_directory& directory;
-    refusals& refused;
+    class service_directory& service_directory;
+    class refusals& refusals;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<std::uint32_t>(bounds.connections_max);

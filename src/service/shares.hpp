@@ -32,15 +32,15 @@ class claims {
       : claim_{std::max(pool / one_in / std::max(connections, 1U), 1U)},
         kept_max_{pool / one_in},
         connections_{connections},
-        wanted_{claim_ * connections} {}
+        unclaimed_{claim_ * connections} {}
 
   void take(std::uint32_t& held, std::uint32_t count = 1) noexcept {
-    wanted_ -= kept_for(held) - kept_for(held + count);
+    unclaimed_ -= kept_for(held) - kept_for(held + count);
     held += count;
   }
   void give_back(std::uint32_t& held, std::uint32_t count = 1) noexcept {
     assert(held >= count);
-    wanted_ += kept_for(held - count) - kept_for(held);
+    unclaimed_ += kept_for(held - count) - kept_for(held);
     held -= count;
   }
 
@@ -50,10 +50,10 @@ class claims {
     return held + count <= claim_ || held + count + kept() <= left - count + 1;
   }
   // How many pieces are kept for holders that have less than their claim.
-  std::uint32_t kept() const noexcept { return std::min(wanted_, kept_max_); }
+  std::uint32_t kept() const noexcept { return std::min(unclaimed_, kept_max_); }
   std::uint32_t claim() const noexcept { return claim_; }
   // How much of their claims all holders have not taken: the sum of kept_for(held).
-  std::uint32_t wanted() const noexcept { return wanted_; }
+  std::uint32_t unclaimed() const noexcept { return unclaimed_; }
   std::uint32_t connections() const noexcept { return connections_; }
   std::uint32_t kept_for(std::uint32_t held) const noexcept { return claim_ - std::min(held, claim_); }
 
@@ -61,7 +61,7 @@ class claims {
   std::uint32_t claim_;
   std::uint32_t kept_max_;
   std::uint32_t connections_;
-  std::uint32_t wanted_; // what all are still to take of their claims
+  std::uint32_t unclaimed_; // what all are still to take of their claims
 };
 
 // The part of a pool that is kept for what would otherwise find nothing there.

@@ -51,9 +51,9 @@ slot_pool::slot_pool(rt::arena& memory, const limits& bounds) noexcept
 }
 
 std::optional<std::uint32_t> slot_pool::expire(slot_id index) noexcept {
-  const slot& dead = slots_[index];
-  if (dead.partial != 0) return std::nullopt;
-  const std::uint32_t deliveries = dead.references - (dead.kept ? 1 : 0);
+  const slot& expired = slots_[index];
+  if (expired.partial != 0) return std::nullopt;
+  const std::uint32_t deliveries = expired.references - (expired.pinned ? 1 : 0);
   free(index);
   return deliveries;
 }

@@ -64,7 +64,7 @@ class slot_pool {
     const slot_id index = free.take();
     slot& taken = slots_[index];
     taken.references = 1;
-    taken.tracked = taken.kept = taken.needed = false;
+    taken.tracked = taken.pinned = taken.needed = false;
     taken.bytes = taken.body_at = taken.body_bytes = 0;
     taken.expires = rt::never;
     return index;
@@ -91,11 +91,11 @@ class slot_pool {
 
   // The capacity of a slot, to encode into. finish() says how much of it is used; mark_body() says where the
   // body of a topic's message lies.
-  std::span<char> room(slot_id index) noexcept {
+  std::span<char> buffer(slot_id index) noexcept {
     return {base(index), small(index) ? small_bytes_ : large_bytes_};
   }
   void finish(slot_id index, std::size_t bytes, rt::time_point expires, bool binary = false) noexcept {
-    assert(bytes <= room(index).size());
+    assert(bytes <= buffer(index).size());
     slots_[index].binary = binary;
     slots_[index].bytes = static_cast<std::uint32_t>(bytes);
     slots_[index].expires = expires;
@@ -124,21 +124,21 @@ class slot_pool {
 
   void retain(slot_id index) noexcept { ++slots_[index].references; }
   std::uint32_t references(slot_id index) const noexcept { return slots_[index].references; }
-  // The outcome of the message is tracked. With `keeps`, the tracker has one of the references. That one is
+  // The outcome of the message is tracked. With `pins`, the tracker has one of the references. That one is
   // no delivery, and expire() does not count it.
-  void track(slot_id index, bool keeps) noexcept {
+  void track(slot_id index, bool pins) noexcept {
     slots_[index].tracked = true;
-    slots_[index].kept = keeps;
+    slots_[index].pinned = pins;
   }
-  void untrack(slot_id index) noexcept { slots_[index].tracked = slots_[index].kept = false; }
+  void untrack(slot_id index) noexcept { slots_[index].tracked = slots_[index].pinned = false; }
   // Releases the reference that is no delivery. It must not be the last one.
-  void unkeep(slot_id index) noexcept {
+  void unpin(slot_id index) noexcept {
     assert(slots_[index].references > 1);
-    slots_[index].kept = false;
+    slots_[index].pinned = false;
     --slots_[index].references;
   }
   bool tracked(slot_id index) const noexcept { return slots_[index].tracked; }
-  bool kept(slot_id index) const noexcept { return slots_[index].kept; }
+  bool pinned(slot_id index) const noexcept { return slots_[index].pinned; }
   // True when that was the last reference, and the slot is free again.
   bool release(slot_id index) noexcept {
     assert(slots_[index].references > 0);
@@ -177,7 +177,7 @@ class slot_pool {
     std::uint32_t references = 0;
     std::uint32_t partial = 0;
     bool tracked = false;
-    bool kept = false;
+    bool pinned = false;
     bool binary = false;
     bool needed = false;
     slot_id next_free{};

@@ -13,15 +13,15 @@ class statistics_feed {
  public:
   struct needs {
     core_state& state;
-    topic_rates& rates;
-    broker& values;
-    statistics_report& report;
+    class topic_rates& topic_rates;
+    class broker& broker;
+    class statistics_report& statistics_report;
   };
   explicit statistics_feed(const needs& parts) noexcept
       : state_{parts.state},
-        topic_rates_{parts.rates},
-        broker_{parts.values},
-        statistics_report_{parts.report} {}
+        topic_rates_{parts.topic_rates},
+        broker_{parts.broker},
+        statistics_report_{parts.statistics_report} {}
 
   // Its timer is due. Without listeners it is armed again by the next subscription.
   void publish() noexcept {

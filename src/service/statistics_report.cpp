@@ -31,9 +31,9 @@ double rounded(double value) noexcept {
 
 statistics_report::statistics_report(const needs& parts) noexcept
     : state_{parts.state},
-      stop_rules_{parts.rules},
-      outbox_{parts.out},
-      topic_rates_{parts.rates},
+      stop_rules_{parts.stop_rules},
+      outbox_{parts.outbox},
+      topic_rates_{parts.topic_rates},
       name_bytes_{std::min(state_.options.name.size(), name_.size())},
       opened_at_{state_.cycle.now} {
   state_.options.name.copy(name_.data(), name_bytes_);

@@ -24,9 +24,9 @@ class statistics_report {
  public:
   struct needs {
     const core_state& state;
-    const stop_rules& rules;
-    const outbox& out;
-    const topic_rates& rates;
+    const class stop_rules& stop_rules;
+    const class outbox& outbox;
+    const class topic_rates& topic_rates;
   };
   // `name`: the endpoint's, copied.
   explicit statistics_report(const needs& parts) noexcept;

@@ -15,7 +15,7 @@ namespace rowe::service {
 
 class stop_frames {
  public:
-  static constexpr std::size_t room_bytes = stop_buffer_bytes;
+  static constexpr std::size_t capacity_bytes = stop_buffer_bytes;
 
   // The bytes that are left to write, oldest first.
   std::span<const std::byte> rest() const noexcept { return {bytes_.data() + written_, size_ - written_}; }
@@ -85,7 +85,7 @@ class stop_frames {
     return true;
   }
 
-  std::array<std::byte, room_bytes> bytes_;
+  std::array<std::byte, capacity_bytes> bytes_;
   std::size_t written_ = 0;
   std::size_t size_ = 0;
   std::size_t state_at_ = 0; // the newest state, as long as no byte of it was written

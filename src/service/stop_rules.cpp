@@ -90,7 +90,7 @@ std::uint32_t stop_rules::add_loop(std::string_view name, rt::duration timeout,
     // A loop that comes while others move has seen no stop; it begins as they did.
     if (running_) stop(stop_cause::start, name, now);
     l = {.words = &words, .timeout = timeout, .since = now};
-    l.name_bytes = static_cast<std::uint8_t>(copy_cut(name, l.name_room));
+    l.name_bytes = static_cast<std::uint8_t>(copy_cut(name, l.name_buffer));
     in_use_ = true;
     permit_changed_ = true;
     ++version_;
@@ -176,7 +176,7 @@ stop_rules::refusal stop_rules::lease(std::string_view name, std::int64_t tick, 
         std::find_if(guards_.begin(), guards_.end(), [](const guard& g) { return g.name_bytes == 0; });
     if (free == guards_.end()) return refusal::guards;
     known = &*free;
-    known->name_bytes = static_cast<std::uint8_t>(copy_cut(name, known->name_room));
+    known->name_bytes = static_cast<std::uint8_t>(copy_cut(name, known->name_buffer));
   }
   if (!own || known->until <= now) ++version_;
   known->peer = peer;

@@ -4,7 +4,7 @@
 // again. The core tells it what arrives and asks it what to publish. docs/stop.md has the rules in words.
 // Service thread only.
 //
-// A tick is a number of milliseconds since the endpoint was opened, plus a seed drawn then. So a tick tells
+// A tick is a number of milliseconds since the endpoint was opened, plus a seed chosen then. So a tick tells
 // when it was issued, and a tick of an earlier run is invalid.
 //
 // A stop has two numbers. `number` is its name for peers: every stop by a new source, and every reset, has
@@ -94,24 +94,24 @@ class stop_rules {
 
  private:
   struct guard {
-    std::array<char, name_bytes_max> name_room{};
+    std::array<char, name_bytes_max> name_buffer{};
     std::uint8_t name_bytes = 0; // 0: the place is free
     std::uint64_t peer = 0;      // 0: its connection has ended
     rt::time_point issued{};     // the newest tick it echoed
     rt::time_point until{};      // its lease
 
-    std::string_view name() const noexcept { return {name_room.data(), name_bytes}; }
+    std::string_view name() const noexcept { return {name_buffer.data(), name_bytes}; }
   };
   struct loop {
     const detail::latch_words<>* words = nullptr; // null: the place is free
-    std::array<char, name_bytes_max> name_room{};
+    std::array<char, name_bytes_max> name_buffer{};
     std::uint8_t name_bytes = 0;
     rt::duration timeout{};
     rt::time_point since{};                           // it counts as having looked then
     detail::latch_words<>::acknowledgment answered{}; // the one that update() saw last,
     std::uint64_t answered_number = 0;                // and the stop's number that it was for
 
-    std::string_view name() const noexcept { return {name_room.data(), name_bytes}; }
+    std::string_view name() const noexcept { return {name_buffer.data(), name_bytes}; }
   };
 
   void stop(stop_cause cause, std::string_view source, rt::time_point now) noexcept;

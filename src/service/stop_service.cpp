@@ -35,11 +35,11 @@ std::int64_t integer_of(std::string_view args, std::string_view member) noexcept
 
 stop_service::stop_service(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      sender_{parts.writer},
-      call_completion_{parts.completion},
-      stop_rules_{parts.rules},
+      sender_{parts.sender},
+      call_completion_{parts.call_completion},
+      stop_rules_{parts.stop_rules},
       switch_{state_, stop_rules_},
-      threads_{{.state = state_, .main = switch_}},
+      threads_{{.state = state_, .stop_switch = switch_}},
       rows_{memory.carve<row>(state_.bounds().connections_max)},
       waiters_{memory.carve<waiter>(waiters_of(state_.bounds()))} {}
 
@@ -79,10 +79,10 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
   const connection* const c = peer_of(asker.who);
   const std::uint64_t key = c != nullptr ? stop_key_of(c->id) : stop_key_of_this_process;
   const bool may_reset = asker.who.who != call_endpoint::kind::peer || (c != nullptr && c->local);
-  std::array<char, stop_member_bytes_max> room; // of one at a time
+  std::array<char, stop_member_bytes_max> buffer; // of one at a time
   const auto text_of = [&](std::string_view member) -> std::string_view {
     const auto found = json::find(args, member);
-    const auto text = found ? json::to_string(*found, room) : std::nullopt;
+    const auto text = found ? json::to_string(*found, buffer) : std::nullopt;
     return text.value_or(std::string_view{});
   };
   if (!args.empty()) args = json::root(args).raw;
@@ -142,7 +142,7 @@ void stop_service::await_loops(const stop_asker& asker) noexcept {
 }
 
 void stop_service::answer_acknowledged() noexcept {
-  threads_.tell_acknowledged();
+  threads_.answer_acknowledged();
   const bool observed = stop_rules_.observed() != rt::never || stop_rules_.running();
   while (waiting_ != 0 && (observed || state_.cycle.now >= waiters_[first_waiter_].until)) {
     const waiter first = waiters_[first_waiter_];
@@ -183,26 +183,26 @@ void stop_service::write_answer(json::writer& into, stop_verb which, rt::time_po
 
 void stop_service::answer(stop_verb which, const stop_asker& asker, rt::time_point accepted,
                           stop_rules::refusal refused) noexcept {
-  std::array<char, stop_answer_bytes_max> room;
-  json::writer text{room};
+  std::array<char, stop_answer_bytes_max> buffer;
+  json::writer text{buffer};
   const auto body = [&](json::writer& into) { write_answer(into, which, accepted, refused); };
   if (asker.who.who != call_endpoint::kind::peer) {
     body(text);
     if (state_.calls.find(asker.call) == nullptr) return; // the call ended before
-    return call_completion_.complete({asker.call.index}, {room.data(), text.bytes()});
+    return call_completion_.complete({asker.call.index}, {buffer.data(), text.bytes()});
   }
   const connection* const c = state_.peers.find(asker.who.connection());
   if (c == nullptr || !c->open()) return;
   const auto kind = state_.seams.protocols.of(asker.who.speaks)
                         .write_reply(text, {.service = stop_gate::name_of(which), .id_raw = asker.id_raw},
                                      wire::body{body});
-  sender_.add_stop_reply({c->id.index}, {room.data(), text.overflowed() ? 0 : text.bytes()}, kind);
+  sender_.add_stop_reply({c->id.index}, {buffer.data(), text.overflowed() ? 0 : text.bytes()}, kind);
 }
 
 // ---- time
 
 void stop_service::look() noexcept {
-  if (threads_.look()) {
+  if (threads_.read_requests()) {
     switch_.update();
     answer_acknowledged(); // as in carry_out()
     threads_.carry_out_stop();

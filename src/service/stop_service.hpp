@@ -31,9 +31,9 @@ class stop_service {
  public:
   struct needs {
     core_state& state;
-    sender& writer;
-    call_completion& completion;
-    stop_rules& rules;
+    class sender& sender;
+    class call_completion& call_completion;
+    class stop_rules& stop_rules;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<waiter>(waiters_of(bounds)) +

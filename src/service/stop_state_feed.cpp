@@ -12,9 +12,9 @@ namespace rowe::service {
 
 stop_state_feed::stop_state_feed(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      sender_{parts.writer},
-      broker_{parts.values},
-      stop_rules_{parts.rules},
+      sender_{parts.sender},
+      broker_{parts.broker},
+      stop_rules_{parts.stop_rules},
       topic_{parts.topic},
       shown_at_{memory.carve<rt::time_point>(state_.bounds().connections_max)} {}
 
@@ -64,7 +64,7 @@ void stop_state_feed::show_subscribers(message& state, bool changed) noexcept {
 void stop_state_feed::write(message& state) noexcept {
   if (state.bytes != 0) return;
   topic& on = state_.topics.at(topic_);
-  json::writer into{state.room};
+  json::writer into{state.buffer};
   into.append(state_.topics.head(topic_));
   state.body_at = into.bytes();
   stop_rules_.write_state(into, state_.cycle.now);
@@ -81,10 +81,10 @@ void stop_state_feed::send(const subscription& to, const message& state) noexcep
   const wire::message_head head = state_.seams.protocols.of(to.codec).head_of(
       {.tag = to.tag, .published_ns = rt::nanoseconds_of(state_.cycle.now), .unslashed = to.unslashed});
   const std::span<const char> rest = head.from == 0 ? state.body() : state.whole().subspan(head.from);
-  std::array<char, stop_answer_bytes_max + sizeof(wire::message_head::bytes)> room;
-  std::memcpy(room.data(), head.bytes.data(), head.size);
-  std::copy(rest.begin(), rest.end(), room.begin() + head.size);
-  sender_.add_stop_state(to.peer, std::span<const char>{room}.first(head.size + rest.size()), head.as);
+  std::array<char, stop_answer_bytes_max + sizeof(wire::message_head::bytes)> buffer;
+  std::memcpy(buffer.data(), head.bytes.data(), head.size);
+  std::copy(rest.begin(), rest.end(), buffer.begin() + head.size);
+  sender_.add_stop_state(to.peer, std::span<const char>{buffer}.first(head.size + rest.size()), head.as);
 }
 
 // Peers whose protocol has no topics are sent the state as a message. Where it has no pings either, the
@@ -96,10 +96,10 @@ void stop_state_feed::show_takers_of_messages(bool changed) noexcept {
     rt::time_point& shown_at = shown_at_[{c.id.index}];
     if (changed || state_.cycle.now - shown_at >= period) {
       shown_at = state_.cycle.now;
-      std::array<char, stop_body_bytes_max> room;
-      json::writer text{room};
+      std::array<char, stop_body_bytes_max> buffer;
+      json::writer text{buffer};
       stop_rules_.write_state(text, state_.cycle.now);
-      sender_.add_stop_state({c.id.index}, {room.data(), text.overflowed() ? 0 : text.bytes()});
+      sender_.add_stop_state({c.id.index}, {buffer.data(), text.overflowed() ? 0 : text.bytes()});
     }
     due_ = std::min(due_, shown_at + period);
   }

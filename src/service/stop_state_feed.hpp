@@ -26,9 +26,9 @@ class stop_state_feed {
  public:
   struct needs {
     core_state& state;
-    sender& writer;
-    broker& values;
-    const stop_rules& rules;
+    class sender& sender;
+    class broker& broker;
+    const class stop_rules& stop_rules;
     topic_id topic; // of the state
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
@@ -48,12 +48,12 @@ class stop_state_feed {
  private:
   // The state as the topic's message. It is written when the first peer needs it.
   struct message {
-    std::array<char, stop_answer_bytes_max> room;
+    std::array<char, stop_answer_bytes_max> buffer;
     std::size_t bytes = 0; // 0: not written
     std::size_t body_at = 0;
     std::size_t body_bytes = 0;
 
-    std::span<const char> whole() const noexcept { return {room.data(), bytes}; }
+    std::span<const char> whole() const noexcept { return {buffer.data(), bytes}; }
     std::span<const char> body() const noexcept { return whole().subspan(body_at, body_bytes); }
   };
 

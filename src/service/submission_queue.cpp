@@ -70,11 +70,11 @@ std::string_view submission_queue::reply_text(std::uint32_t slot) const noexcept
 
 void submission_queue::release(std::uint32_t slot) noexcept {
   free_.put(slot);
-  tell_room();
+  notify_room();
 }
 
 bool submission_queue::has_room(bool to_everyone) const noexcept {
-  // relaxed: advice; pairs with the store in refuse_to_everyone(), which tell_room() follows
+  // relaxed: advice; pairs with the store in refuse_to_everyone(), which notify_room() follows
   if (to_everyone && crowded_.load(std::memory_order_relaxed)) return false;
   return free_.has_any();
 }
@@ -82,19 +82,19 @@ bool submission_queue::has_room(bool to_everyone) const noexcept {
 // No wake-up is lost. The additions to room_waiters_ have one order. If this one comes later, it finds the
 // waiter and changes the count. If it comes first, the waiter acquires from it, so ready() finds what was
 // done before.
-void submission_queue::tell_room() noexcept {
+void submission_queue::notify_room() noexcept {
   // acq_rel: pairs with the addition in wait_room()
   const std::uint32_t waiters = room_waiters_.fetch_add(0, std::memory_order_acq_rel);
   if (waiters == 0) return;
   // relaxed: for a number that nobody else has. release: pairs with the load in wait_room()
-  const std::uint32_t count = room_told_.fetch_add(1, std::memory_order_relaxed) + 1;
+  const std::uint32_t count = room_notifications_.fetch_add(1, std::memory_order_relaxed) + 1;
   room_wake_count_.exchange(count, std::memory_order_release);
   for (std::uint32_t i = 0; i != waiters; ++i) rt::futex::wake(room_wake_count_);
 }
 
 void submission_queue::close() noexcept {
   closed_.store(true, std::memory_order_seq_cst);
-  tell_room();
+  notify_room();
 }
 
 bool submission_queue::is_closed() const noexcept { return closed_.load(std::memory_order_seq_cst); }

@@ -79,15 +79,15 @@ class submission_queue {
   void release(std::uint32_t slot) noexcept;
 
   // Sleeps until `ready()` is true or `deadline` has come. It calls `ready()` at once, whenever a slot may
-  // have become free, and whenever the service thread has called tell_room(). Returns what `ready()` returned
-  // last. Several threads may call it. Allocates nothing.
+  // have become free, and whenever the service thread has called notify_room(). Returns what `ready()`
+  // returned last. Several threads may call it. Allocates nothing.
   template <class Ready>
   bool wait_room(rt::time_point deadline, Ready&& ready) noexcept {
-    // acq_rel: pairs with the addition in tell_room(), as said there
+    // acq_rel: pairs with the addition in notify_room(), as said there
     room_waiters_.fetch_add(1, std::memory_order_acq_rel);
     bool there = false;
     for (bool in_time = true;;) {
-      // acquire: pairs with the exchange of the count in tell_room()
+      // acquire: pairs with the exchange of the count in notify_room()
       const std::uint32_t seen = room_wake_count_.load(std::memory_order_acquire);
       there = ready();
       if (there || !in_time) break;
@@ -100,7 +100,7 @@ class submission_queue {
   // earlier.
   bool has_room(bool to_everyone) const noexcept;
   // Wakes those who wait in wait_room(): room may have come. Enters the kernel if somebody sleeps.
-  void tell_room() noexcept;
+  void notify_room() noexcept;
 
   // From now on submit() says `closed`. Threads that wait for an outcome go on waiting, until the service
   // thread completes it or finishes. Does not wait; may be called again.
@@ -178,9 +178,9 @@ class submission_queue {
   number_queue submitted_; // any thread puts, the service thread takes
 
   // Any thread.
-  alignas(rt::line_bytes) std::atomic<std::uint64_t> tickets_{0}; // drawn by submit()
+  alignas(rt::line_bytes) std::atomic<std::uint64_t> tickets_{0}; // taken by submit()
   std::atomic<std::uint32_t> room_waiters_{0};
-  std::atomic<std::uint32_t> room_told_{0};
+  std::atomic<std::uint32_t> room_notifications_{0};
   rt::futex::word room_wake_count_{0}; // changes when those who wait for room should look
   alignas(rt::line_bytes) std::atomic<bool> closed_{false};
   std::atomic<bool> crowded_{false};

@@ -36,7 +36,7 @@ bool subscription_queues::accepts(const subscription& s) noexcept {
 inline void subscription_queues::push(subscription_id index, slot_id slot) noexcept {
   subscription& s = subscription_rows_[index];
   state_.cycle.work_bytes += push_work;
-  if (s.owes_last) place_latched(s);
+  if (s.latched_pending) place_latched(s);
   outbox_.drop_expired(s.pending);
   if (s.pending.count >= s.depth) trim(s, s.depth - 1);
   if (!outbox_.enqueue(s.pending, slot)) return add(counter::outbox_full);
@@ -65,10 +65,10 @@ void subscription_queues::merge_requests(subscription_id index) noexcept {
   make_ready(index);
 }
 
-void subscription_queues::owe_latched(subscription_id index) noexcept {
+void subscription_queues::schedule_latched(subscription_id index) noexcept {
   subscription& s = subscription_rows_[index];
-  s.owes_last = true;
-  ++outbox_.of(s.peer).owed;
+  s.latched_pending = true;
+  ++outbox_.of(s.peer).latched_pending;
   make_ready(index);
 }
 
@@ -93,8 +93,8 @@ inline void subscription_queues::put_on_ready_list(subscription_id index, subscr
 // Queues the latched value for a late subscriber, but only when it can be written. So a peer that subscribes
 // to many topics at once does not take a slot for each.
 void subscription_queues::place_latched(subscription& s) noexcept {
-  s.owes_last = false;
-  --outbox_.of(s.peer).owed;
+  s.latched_pending = false;
+  --outbox_.of(s.peer).latched_pending;
   const slot_id slot = compose_latched(s.topic);
   if (!slot) return;
   trim(s, s.depth - 1);
@@ -103,11 +103,11 @@ void subscription_queues::place_latched(subscription& s) noexcept {
   message_store_.release(slot);
 }
 
-void subscription_queues::place_owed(peer_index peer) noexcept {
+void subscription_queues::place_pending_latched(peer_index peer) noexcept {
   const auto all = subscription_rows_;
   for (const ready_list& on : outbox_.of(peer).ready) {
     for (subscription_id i = on.head; i; i = all[i].next_ready) {
-      if (all[i].owes_last) return place_latched(all[i]);
+      if (all[i].latched_pending) return place_latched(all[i]);
     }
   }
 }
@@ -150,7 +150,7 @@ void subscription_queues::drop(subscription_id index) noexcept {
   subscription& s = subscription_rows_[index];
   peer_queues& its_peer = outbox_.of(s.peer);
   outbox_.drop_all(s.pending, counter::lost_with_peer);
-  if (std::exchange(s.owes_last, false)) --its_peer.owed;
+  if (std::exchange(s.latched_pending, false)) --its_peer.latched_pending;
   if (std::exchange(s.timed, false)) state_.due.disarm(index);
   if (std::exchange(s.ready, false)) {
     [[maybe_unused]] const bool was =
@@ -172,7 +172,7 @@ bool subscription_queues::any_due(peer_index peer) const noexcept {
   if (any_in(of.replies) || std::any_of(of.direct.begin(), of.direct.end(), any_in)) return true;
   for (const ready_list& on : of.ready) {
     for (subscription_id s = on.head; s; s = subscription_rows_[s].next_ready) {
-      if (subscription_rows_[s].owes_last || any_in(subscription_rows_[s].pending)) return true;
+      if (subscription_rows_[s].latched_pending || any_in(subscription_rows_[s].pending)) return true;
     }
   }
   return false;
@@ -183,13 +183,13 @@ bool subscription_queues::check() const noexcept {
     if (state_.peers[i].state == connection::phase::free) continue;
     const peer_queues& of = std::as_const(outbox_).of(i);
     std::uint32_t ready = 0;
-    std::uint32_t owed = 0;
+    std::uint32_t latched_pending = 0;
     for (subscription_id s = state_.subscriptions.first_of(i); s; s = subscription_rows_[s].next_on_peer) {
       const subscription& one = subscription_rows_[s];
       const bool on_wheel = one.timed && one.next_due != rt::never; // one never due is not on the wheel
       if (on_wheel != state_.due.armed(s)) return false;
       ready += one.ready;
-      owed += one.owes_last;
+      latched_pending += one.latched_pending;
     }
     for (const ready_list& on : of.ready) {
       for (subscription_id s = on.head; s && ready != UINT32_MAX; s = subscription_rows_[s].next_ready) {
@@ -199,7 +199,7 @@ bool subscription_queues::check() const noexcept {
         --ready;
       }
     }
-    if (ready != 0 || owed != of.owed) return false;
+    if (ready != 0 || latched_pending != of.latched_pending) return false;
   }
   return true;
 }

@@ -20,13 +20,13 @@ class subscription_queues {
  public:
   struct needs {
     core_state& state;
-    message_store& store;
-    outbox& out;
+    class message_store& message_store;
+    class outbox& outbox;
   };
   explicit subscription_queues(const needs& parts) noexcept
       : state_{parts.state},
-        message_store_{parts.store},
-        outbox_{parts.out},
+        message_store_{parts.message_store},
+        outbox_{parts.outbox},
         subscription_rows_{parts.state.subscriptions.all()} {}
 
   // Queues a message for everyone who subscribes to the topic. The caller keeps its reference.
@@ -34,7 +34,7 @@ class subscription_queues {
   // The latched value of a topic. None: the topic has none, or no slot is free, which is counted.
   slot_id compose_latched(topic_id topic) noexcept;
   // The topic of a new subscription has a latched value: the subscription must get it.
-  void owe_latched(subscription_id subscription) noexcept;
+  void schedule_latched(subscription_id subscription) noexcept;
   // The requests for a subscription have changed, or the `keep` of its topic: sets its depth and throttle.
   void merge_requests(subscription_id subscription) noexcept;
   // The throttle of a subscription allows its next message.
@@ -45,7 +45,7 @@ class subscription_queues {
   // ---- sender
 
   // Queues the latched value of one ready subscription that waits for it.
-  void place_owed(peer_index peer) noexcept;
+  void place_pending_latched(peer_index peer) noexcept;
   // A message of the subscription goes to a socket.
   void mark_served(subscription_id subscription) noexcept {
     struct subscription& s = subscription_rows_[subscription];
@@ -71,7 +71,7 @@ class subscription_queues {
   // Makes it ready if it has something to write, and is not ready yet.
   void make_ready(subscription_id index) noexcept {
     subscription& s = subscription_rows_[index];
-    if (!s.ready && (!s.pending.empty() || s.owes_last)) put_on_ready_list(index, s);
+    if (!s.ready && (!s.pending.empty() || s.latched_pending)) put_on_ready_list(index, s);
   }
   void put_on_ready_list(subscription_id index, subscription& s) noexcept;
   void begin_throttle(subscription& s) noexcept;

@@ -30,11 +30,11 @@ std::uint8_t place_of(const subscription& s, std::uint64_t id) noexcept {
 
 subscriptions::subscriptions(const needs& parts) noexcept
     : state_{parts.state},
-      subscription_queues_{parts.queues},
-      refusals_{parts.refused},
-      audiences_{parts.audience},
-      topic_rates_{parts.rates},
-      topic_places_{parts.places},
+      subscription_queues_{parts.subscription_queues},
+      refusals_{parts.refusals},
+      audiences_{parts.audiences},
+      topic_rates_{parts.topic_rates},
+      topic_places_{parts.topic_places},
       claims_{state_.bounds().subscriptions_max, state_.claimants()} {}
 
 void subscriptions::forget(peer_index peer) noexcept {
@@ -64,7 +64,7 @@ void subscriptions::subscribe(connection& c, const wire::request& asked) noexcep
   audiences_.update(topic);
   topic_rates_.begin_for(topic);
   s.type_hash = hash_of_type(asked.type);
-  if (fresh && !state_.topics.at(topic).last.empty()) subscription_queues_.owe_latched(index);
+  if (fresh && !state_.topics.at(topic).last.empty()) subscription_queues_.schedule_latched(index);
   const std::string_view type = state_.topics.type(topic);
   if (!type.empty() && !asked.type.empty() && !same_type(asked.type, type))
     tell_other_type(c, asked.id_raw, topic, asked.type);
@@ -160,8 +160,8 @@ void subscriptions::unsubscribe_server(connection& c, topic_id topic) noexcept {
 // The peer gets the topic's messages nevertheless, and decides whether it can use them.
 void subscriptions::tell_other_type(connection& c, std::string_view id_raw, topic_id topic,
                                     std::string_view asked) noexcept {
-  std::array<char, wire::refusal::text_bytes_max> room;
-  wire::text_out why{room};
+  std::array<char, wire::refusal::text_bytes_max> buffer;
+  wire::text_out why{buffer};
   why.add("subscribe ").add_shortened(state_.topics.name(topic), topic_bytes_shown);
   why.add(": the topic has the type ");
   why.add_shortened(state_.topics.type(topic), type_bytes_shown);
@@ -190,7 +190,7 @@ bool subscriptions::end(peer_index peer, topic_id topic) noexcept {
 }
 
 bool subscriptions::check() const noexcept {
-  std::uint32_t wanted = claims_.connections() * claims_.claim();
+  std::uint32_t unclaimed = claims_.connections() * claims_.claim();
   for (const peer_index peer : state_.peers.ids()) {
     std::uint32_t subscribed = 0;
     for (subscription_id s = state_.subscriptions.first_of(peer); s;
@@ -200,9 +200,9 @@ bool subscriptions::check() const noexcept {
     }
     const bool free = state_.peers[peer].state == connection::phase::free;
     if (subscribed != state_.subscriptions.count_of(peer) || (free && subscribed != 0)) return false;
-    if (!free) wanted -= claims_.claim() - claims_.kept_for(subscribed);
+    if (!free) unclaimed -= claims_.claim() - claims_.kept_for(subscribed);
   }
-  return wanted == claims_.wanted();
+  return unclaimed == claims_.unclaimed();
 }
 
 } // namespace rowe::service

@@ -21,11 +21,11 @@ class subscriptions {
  public:
   struct needs {
     core_state& state;
-    subscription_queues& queues;
-    refusals& refused;
-    audiences& audience;
-    topic_rates& rates;
-    topic_places& places;
+    class subscription_queues& subscription_queues;
+    class refusals& refusals;
+    class audiences& audiences;
+    class topic_rates& topic_rates;
+    class topic_places& topic_places;
   };
   subscriptions(const needs& parts) noexcept;
 

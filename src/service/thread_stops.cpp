@@ -26,7 +26,7 @@ void thread_stops::carry_out_stop() noexcept {
   waits_since_ = state_.cycle.now;
 }
 
-void thread_stops::tell_if_acknowledged() noexcept {
+void thread_stops::answer_if_acknowledged() noexcept {
   const stop_rules& rules = stop_switch_.rules();
   // If loops may move again, they have acknowledged just now: a reset needs that.
   const rt::time_point observed = rules.running() ? state_.cycle.now : rules.observed();
@@ -36,7 +36,7 @@ void thread_stops::tell_if_acknowledged() noexcept {
   answered_.stops = stops_done_;
   answered_.stop_number = stop_number_;
   answered_.acknowledged = observed;
-  tell();
+  write_answers();
 }
 
 // Waits for what must come before the reset: stops of this process that were asked for earlier, the loops'
@@ -79,12 +79,12 @@ void thread_stops::answer_reset(const status& outcome) noexcept {
   answered_.resets = asked_.resets;
   answered_.reset_number = stop_switch_.rules().number();
   answered_.reset_outcome = outcome;
-  tell();
+  write_answers();
 }
 
-void thread_stops::tell() noexcept {
-  state_.shared.stops.tell(answered_);
-  state_.submissions.tell_room();
+void thread_stops::write_answers() noexcept {
+  state_.shared.stops.write_answers(answered_);
+  state_.submissions.notify_room();
 }
 
 } // namespace rowe::service

@@ -17,38 +17,38 @@ class thread_stops {
  public:
   struct needs {
     core_state& state;
-    stop_switch& main;
+    class stop_switch& stop_switch;
   };
-  explicit thread_stops(const needs& parts) noexcept : state_{parts.state}, stop_switch_{parts.main} {}
+  explicit thread_stops(const needs& parts) noexcept : state_{parts.state}, stop_switch_{parts.stop_switch} {}
 
   // Whether a thread has asked for a stop since the last look.
-  bool look() noexcept {
+  bool read_requests() noexcept {
     const bool asked = state_.shared.stops.take(); // first: then the source and the reason are there
-    state_.shared.stops.look(asked_);
+    state_.shared.stops.read_requests(asked_);
     return asked;
   }
   bool wants_reset() const noexcept { return asked_.resets != answered_.resets; }
-  // Call tell_acknowledged() before either: it raises the stop's number, and the loops acknowledge numbers.
+  // Call answer_acknowledged() before either: it raises the stop's number, and the loops acknowledge numbers.
   void carry_out_stop() noexcept;
   void carry_out_reset() noexcept;
   // Tells threads that wait for the loops when all loops have acknowledged. A thread that waited in vain
   // needs no answer: its own deadline has come.
-  void tell_acknowledged() noexcept {
-    if (waited_for_until_ != rt::time_point{}) tell_if_acknowledged();
+  void answer_acknowledged() noexcept {
+    if (waited_for_until_ != rt::time_point{}) answer_if_acknowledged();
   }
 
   bool waits() const noexcept { return waited_for_until_ != rt::time_point{} || wants_reset(); }
   rt::time_point waits_since() const noexcept { return waits_since_; } // the newest of them
 
  private:
-  void tell_if_acknowledged() noexcept;
+  void answer_if_acknowledged() noexcept;
   void refuse_reset() noexcept;
   void answer_reset(const status& outcome) noexcept;
-  void tell() noexcept;
+  void write_answers() noexcept;
 
   core_state& state_;
   stop_switch& stop_switch_;
-  local_stop_asked asked_;            // as of the last look()
+  local_stop_asked asked_;            // as of the last read_requests()
   local_stop_answered answered_;      // the last answers
   std::uint64_t stops_done_ = 0;      // how many requested stops were carried out
   std::uint64_t stop_number_ = 0;     // by which peers know the last of them

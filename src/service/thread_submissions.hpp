@@ -22,20 +22,20 @@ class thread_submissions {
  public:
   struct needs {
     core_state& state;
-    receiver& inbox;
-    direct_messages& messages;
-    call_completion& completion;
-    call_router& calls;
+    class receiver& receiver;
+    class direct_messages& direct_messages;
+    class call_completion& call_completion;
+    class call_router& call_router;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<std::uint32_t>(bounds.door_slots);
   }
   thread_submissions(rt::arena& memory, const needs& parts) noexcept
       : state_{parts.state},
-        receiver_{parts.inbox},
-        direct_messages_{parts.messages},
-        call_completion_{parts.completion},
-        call_router_{parts.calls},
+        receiver_{parts.receiver},
+        direct_messages_{parts.direct_messages},
+        call_completion_{parts.call_completion},
+        call_router_{parts.call_router},
         parked_{memory.carve<std::uint32_t>(state_.bounds().door_slots)} {}
 
   void take() noexcept;
@@ -43,9 +43,9 @@ class thread_submissions {
   void retry() noexcept;
   // At the end of a cycle: tells threads that wait for room that there may be some. `at_peers`: a peer has
   // new room. Returns whether there is new room anywhere.
-  bool tell_room(bool at_peers) noexcept {
+  bool notify_room(bool at_peers) noexcept {
     const bool came = std::exchange(room_came_, false) || at_peers;
-    if (came) state_.submissions.tell_room();
+    if (came) state_.submissions.notify_room();
     return came;
   }
 

@@ -87,8 +87,8 @@ void topic_handles::detach(pair_index pair) noexcept {
 
 // Set-up gets only an error code, which cannot name the types. An event does.
 void topic_handles::report_conflict(topic_id topic, const detail::queue_pair& asked) noexcept {
-  std::array<char, event_text_bytes_max> room;
-  wire::text_out what{room};
+  std::array<char, event_text_bytes_max> buffer;
+  wire::text_out what{buffer};
   what.add(detail::subscribes(asked.kind) ? "subscribe " : "advertise ")
       .add_shortened(state_.topics.name(topic), event_topic_bytes_shown);
   what.add(": the topic has the type ").add_shortened(state_.topics.type(topic), event_type_bytes_shown);
@@ -118,17 +118,17 @@ std::size_t topic_handles::ample_budget(pair_index pair, std::size_t taken) cons
   const slot_pool& slots = message_store_.slots();
   if (on.inboxes.head || on.bytes > slots.small_bytes() / 2) return 0;
   const std::size_t halves = 2 * std::max<std::size_t>(audiences_.listened(), 1);
-  std::size_t room = std::min<std::size_t>(values_per_cycle_ample, slots.count() / halves);
-  room = std::min<std::size_t>(room, (state_.bounds().queued_max - outbox_.entries().in_use()) /
+  std::size_t more = std::min<std::size_t>(values_per_cycle_ample, slots.count() / halves);
+  more = std::min<std::size_t>(more, (state_.bounds().queued_max - outbox_.entries().in_use()) /
                                          (halves * std::max<std::size_t>(on.subscriptions.count, 1)));
-  room -= std::min(room, taken);
-  for (subscription_id i = on.subscriptions.head; i && room != 0;
+  more -= std::min(more, taken);
+  for (subscription_id i = on.subscriptions.head; i && more != 0;
        i = state_.subscriptions.at(i).next_on_topic) {
     const subscription& s = state_.subscriptions.at(i);
     if (outbox_.of(s.peer).backpressured()) return 0;
-    room = std::min<std::size_t>(room, s.depth - std::min(s.depth, s.pending.count));
+    more = std::min<std::size_t>(more, s.depth - std::min(s.depth, s.pending.count));
   }
-  return room;
+  return more;
 }
 
 queue* topic_handles::queue_to_server(pair_index pair) noexcept {
@@ -167,8 +167,8 @@ void topic_handles::announce(connection& c, pair_index pair, bool begins) noexce
   const detail::queue_pair& queues = state_.pairs[pair];
   const topic_id topic_index = state_.pair_rows[pair].topic;
   const topic& on = state_.topics.at(topic_index);
-  std::array<char, wire::announcement_bytes_max> room;
-  json::writer text{room};
+  std::array<char, wire::announcement_bytes_max> buffer;
+  json::writer text{buffer};
   const bool reads = detail::subscribes(queues.kind);
   const bool unslashed = reads ? on.asked_unslashed : on.offered_unslashed;
   const std::string_view name = state_.topics.name(topic_index).substr(unslashed ? 1 : 0);

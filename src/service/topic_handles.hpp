@@ -26,27 +26,27 @@ class topic_handles {
  public:
   struct needs {
     core_state& state;
-    const message_store& store;
-    outbox& out;
-    publish_predictor& predictor;
-    audiences& audience;
-    topic_rates& rates;
-    topic_places& places;
-    subscriptions& readers;
-    advertisements& writers;
-    broker& values;
+    const class message_store& message_store;
+    class outbox& outbox;
+    class publish_predictor& publish_predictor;
+    class audiences& audiences;
+    class topic_rates& topic_rates;
+    class topic_places& topic_places;
+    class subscriptions& subscriptions;
+    class advertisements& advertisements;
+    class broker& broker;
   };
   explicit topic_handles(const needs& parts) noexcept
       : state_{parts.state},
-        message_store_{parts.store},
-        outbox_{parts.out},
-        publish_predictor_{parts.predictor},
-        audiences_{parts.audience},
-        topic_rates_{parts.rates},
-        topic_places_{parts.places},
-        subscriptions_{parts.readers},
-        advertisements_{parts.writers},
-        broker_{parts.values} {}
+        message_store_{parts.message_store},
+        outbox_{parts.outbox},
+        publish_predictor_{parts.publish_predictor},
+        audiences_{parts.audiences},
+        topic_rates_{parts.topic_rates},
+        topic_places_{parts.topic_places},
+        subscriptions_{parts.subscriptions},
+        advertisements_{parts.advertisements},
+        broker_{parts.broker} {}
 
   // Errors: too_many_topics; type_conflict, and then an event names the types.
   status attach(pair_index pair) noexcept;

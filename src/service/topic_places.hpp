@@ -19,11 +19,11 @@ class topic_places {
  public:
   struct needs {
     core_state& state;
-    const advertisement_table& advertised;
-    refusals& refused;
+    const class advertisement_table& advertisement_table;
+    class refusals& refusals;
   };
   topic_places(const needs& parts) noexcept
-      : state_{parts.state}, advertisement_table_{parts.advertised}, refusals_{parts.refused} {}
+      : state_{parts.state}, advertisement_table_{parts.advertisement_table}, refusals_{parts.refusals} {}
 
   // Finds or adds the topic that a peer wants to hold. None: the peer may not have one more, and is told so.
   topic_id topic_for(connection& c, const wire::request& asked) noexcept;

@@ -37,14 +37,14 @@ struct subscription {
   std::uint32_t depth = 0;
   std::uint32_t type_hash = 0;                      // of the type that the peer expects, hash_of_type()
   rowe::priority ready_as = rowe::priority::normal; // on which of its peer's lists, while ready
-  bool ready = false;     // on its peer's list of subscriptions that may be written now
-  bool served = false;    // the batch that is being committed has a message of it
-  bool timed = false;     // on the wheel until next_due
-  bool unslashed = false; // the peer calls the topic by its name without the slash
-  bool own_head = false;  // it is sent with a head of its own, not the shared text of the slot
-  bool merges = false;    // a newer value takes the place of an older one
-  bool owes_last = false; // the latched value is still to be queued, before newer values
-  bool discards = false;  // a value within the throttle period is dropped, not queued
+  bool ready = false;           // on its peer's list of subscriptions that may be written now
+  bool served = false;          // the batch that is being committed has a message of it
+  bool timed = false;           // on the wheel until next_due
+  bool unslashed = false;       // the peer calls the topic by its name without the slash
+  bool own_head = false;        // it is sent with a head of its own, not the shared text of the slot
+  bool merges = false;          // a newer value takes the place of an older one
+  bool latched_pending = false; // the latched value is still to be queued, before newer values
+  bool discards = false;        // a value within the throttle period is dropped, not queued
   wire::codec_id codec{};
   std::uint8_t request_count = 0;
   std::uint32_t tag = wire::no_number; // the peer's number for the subscription

@@ -122,12 +122,12 @@ class trackers {
       std::uint32_t charged = 0;
       for (const slot_id slot : rows_.ids())
         charged += rows_[slot].charged && (slot.value >= first_large_) == (which == 1);
-      std::uint32_t wanted = claims_[which].connections() * claims_[which].claim();
+      std::uint32_t unclaimed = claims_[which].connections() * claims_[which].claim();
       for (const std::uint32_t held : held_[which]) {
         charged -= held;
-        wanted -= claims_[which].claim() - claims_[which].kept_for(held);
+        unclaimed -= claims_[which].claim() - claims_[which].kept_for(held);
       }
-      if (charged != 0 || wanted != claims_[which].wanted()) return false;
+      if (charged != 0 || unclaimed != claims_[which].unclaimed()) return false;
     }
     return true;
   }

@@ -56,7 +56,7 @@ enum class close_cause : std::uint8_t {
 
 // A handshake, or an attempt, that did not become a connection. `what` says what was wrong, with the value;
 // `remedy` says what to change.
-struct refusal {
+struct rejection {
   std::uint16_t http_status = 0; // what was answered; 0 when the connection was closed without an answer
   std::string_view peer;         // numeric address with port; empty where unknown
   std::string_view what;
@@ -93,8 +93,8 @@ class transport_sink {
   // An earlier write() took less than it was given. Now there is room again.
   virtual void on_writable(connection_id connection) noexcept = 0;
   virtual void on_close(connection_id connection, close_cause cause) noexcept = 0;
-  // A handshake was refused (as server), or an attempt to connect failed (as client).
-  virtual void on_refused(const refusal& reason) noexcept = 0;
+  // A handshake was rejected (as server), or an attempt to connect failed (as client).
+  virtual void on_rejected(const rejection& reason) noexcept = 0;
   virtual http_answer on_http(const http_request& request) noexcept = 0;
   // A new peer on stop_path finds no place. Whether this connection, which is on stop_path too, may be closed
   // for it.
@@ -164,7 +164,7 @@ class transport {
   // Stops (false) or resumes reading from a connection.
   virtual void read_enabled(connection_id connection, bool enabled) noexcept = 0;
 
-  // Client only: begins one attempt to reach the configured remote. Ends in on_open() or on_refused().
+  // Client only: begins one attempt to reach the configured remote. Ends in on_open() or on_rejected().
   virtual void connect() noexcept = 0;
 
   virtual transport_memory memory() const noexcept { return {}; }

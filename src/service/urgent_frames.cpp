@@ -9,8 +9,8 @@ namespace rowe::service {
 
 urgent_frames::urgent_frames(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      outbox_{parts.out},
-      keys_{parts.keys},
+      outbox_{parts.outbox},
+      keys_{parts.mask_keys},
       outputs_{memory.carve<output>(state_.bounds().connections_max)} {}
 
 void urgent_frames::open(peer_index peer) noexcept {
@@ -107,7 +107,7 @@ void urgent_frames::take_pong(peer_index peer, std::span<const std::byte> payloa
   to.unresponsive = false;
   if (to.low_rtt != to.credit.low_rtt()) {
     to.low_rtt = !to.low_rtt;
-    state_.seams.to_peers.set_low_rtt(state_.peers[peer].id, to.low_rtt);
+    state_.seams.transport.set_low_rtt(state_.peers[peer].id, to.low_rtt);
   }
   if (outbox_.of(peer).out_of_credit || to.credit.settling()) outbox_.schedule(peer);
 }

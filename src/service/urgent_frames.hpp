@@ -29,8 +29,8 @@ class urgent_frames {
  public:
   struct needs {
     core_state& state;
-    outbox& out;
-    mask_keys& keys;
+    class outbox& outbox;
+    class mask_keys& mask_keys;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<output>(bounds.connections_max);

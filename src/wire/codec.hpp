@@ -33,7 +33,7 @@ struct diagnostic {
 };
 
 // What a decoder may use. It must live as long as the request and the diagnostic are used.
-struct decode_room {
+struct decode_buffers {
   std::span<char> scratch; // decode_scratch_bytes(limits)
   std::span<char, refusal::text_bytes_max> diagnostic;
   name_limits limits;
@@ -55,10 +55,10 @@ class message_decoder {
  public:
   // Reads a validated text into a new request. If it is refused, or its verb is unsupported or unknown, `why`
   // says so.
-  virtual decoded decode(const json::document& text, const decode_room& room, request& into,
+  virtual decoded decode(const json::document& text, const decode_buffers& buffers, request& into,
                          diagnostic& why) const noexcept = 0;
   // The same for a binary message. The request's body is not validated.
-  virtual decoded decode_binary(std::span<const std::byte>, const decode_room&, request&,
+  virtual decoded decode_binary(std::span<const std::byte>, const decode_buffers&, request&,
                                 diagnostic&) const noexcept {
     return decoded::unsupported;
   }

@@ -40,25 +40,25 @@ std::uint8_t fill(std::span<char> into, std::string_view text, std::string_view 
 
 } // namespace
 
-void http_refusal::set(std::uint16_t http_status, std::string_view what, std::string_view remedy,
-                       std::string_view value, std::string_view remedy_value) noexcept {
+void http_rejection::set(std::uint16_t http_status, std::string_view what, std::string_view remedy,
+                         std::string_view value, std::string_view remedy_value) noexcept {
   status = http_status;
   what_bytes_ = fill(what_, what, value);
   remedy_bytes_ = fill(remedy_, remedy, remedy_value.empty() ? value : remedy_value);
 }
 
-std::string_view write_refusal(std::span<char> out, const http_refusal& refusal) noexcept {
-  const std::string_view what = refusal.what();
-  const std::string_view remedy = refusal.remedy();
+std::string_view write_rejection(std::span<char> out, const http_rejection& rejection) noexcept {
+  const std::string_view what = rejection.what();
+  const std::string_view remedy = rejection.remedy();
   text_out answer{out};
-  answer.add("HTTP/1.1 ").add(refusal.status).add(" ").add(phrase_of(refusal.status)).add("\r\n");
+  answer.add("HTTP/1.1 ").add(rejection.status).add(" ").add(phrase_of(rejection.status)).add("\r\n");
   answer.add("Content-Type: text/plain; charset=utf-8\r\nContent-Length: ");
   answer.add(static_cast<std::int64_t>(what.size() + remedy.size() + 2));
   answer.add("\r\nConnection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n");
-  if (refusal.status == 405) answer.add("Allow: GET, HEAD\r\n");
-  if (refusal.status == 426) answer.add("Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n");
+  if (rejection.status == 405) answer.add("Allow: GET, HEAD\r\n");
+  if (rejection.status == 426) answer.add("Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n");
   answer.add("\r\n");
-  if (!refusal.to_head) answer.add(what).add("\n").add(remedy).add("\n");
+  if (!rejection.to_head) answer.add(what).add("\n").add(remedy).add("\n");
   return answer.cut() ? std::string_view{} : answer.text();
 }
 

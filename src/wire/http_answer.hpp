@@ -13,11 +13,11 @@
 
 namespace rowe::wire {
 
-// Bytes that always suffice for write_refusal().
-inline constexpr std::size_t http_refusal_bytes_max = 1024;
+// Bytes that always suffice for write_rejection().
+inline constexpr std::size_t http_rejection_bytes_max = 1024;
 
-// Why a request was refused. The texts are printable ASCII whatever the peer sent, and quote it shortened.
-class http_refusal {
+// Why a request was rejected. The texts are printable ASCII whatever the peer sent, and quote it shortened.
+class http_rejection {
  public:
   std::uint16_t status = 0; // HTTP
   bool to_head = false;     // the request was HEAD: the answer has no body
@@ -39,6 +39,6 @@ class http_refusal {
 
 // Writes the complete HTTP/1.1 answer (Connection: close, a text body with what and remedy) and returns it.
 // Returns an empty text if `out` is too small.
-std::string_view write_refusal(std::span<char> out, const http_refusal& refusal) noexcept;
+std::string_view write_rejection(std::span<char> out, const http_rejection& rejection) noexcept;
 
 } // namespace rowe::wire

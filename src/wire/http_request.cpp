@@ -126,9 +126,9 @@ class judge {
   bool judge_upgrade() noexcept;
 
  private:
-  bool refuse(std::uint16_t status, std::string_view what, std::string_view remedy,
+  bool reject(std::uint16_t status, std::string_view what, std::string_view remedy,
               std::string_view value = {}, std::string_view remedy_value = {}) noexcept {
-    out_.refusal.set(status, what, remedy, value, remedy_value);
+    out_.rejection.set(status, what, remedy, value, remedy_value);
     return false;
   }
   bool take_once(field_value& member, const http_field& field) noexcept;
@@ -146,12 +146,12 @@ constexpr std::string_view check_the_client =
 bool judge::read(std::string_view header) noexcept {
   http_lines lines{header};
   const auto first = lines.request_line();
-  if (!first) return refuse(400, diagnostic_of(lines.fault()), check_the_client, lines.last_line());
+  if (!first) return reject(400, diagnostic_of(lines.fault()), check_the_client, lines.last_line());
   const std::size_t method_end = std::min(first->find(' '), first->size());
   const std::size_t target_end = first->find(' ', std::min(method_end + 1, first->size()));
   seen_.method = first->substr(0, method_end);
   if (target_end == std::string_view::npos || !is_token(seen_.method)) {
-    return refuse(400, "the request line is malformed: %", check_the_client, *first);
+    return reject(400, "the request line is malformed: %", check_the_client, *first);
   }
   out_.target = first->substr(method_end + 1, target_end - method_end - 1);
   seen_.protocol = first->substr(target_end + 1);
@@ -159,11 +159,11 @@ bool judge::read(std::string_view header) noexcept {
     if (!take(*field)) return false;
   }
   if (lines.fault() == line_fault::none) return true;
-  return refuse(400, diagnostic_of(lines.fault()), check_the_client, lines.last_line());
+  return reject(400, diagnostic_of(lines.fault()), check_the_client, lines.last_line());
 }
 
 bool judge::take_once(field_value& member, const http_field& field) noexcept {
-  if (member.given) return refuse(400, "the header % stands there twice", "send it once", field.name);
+  if (member.given) return reject(400, "the header % stands there twice", "send it once", field.name);
   member = {.text = field.value, .given = true};
   return true;
 }
@@ -200,7 +200,7 @@ bool judge::take_offer(std::string_view list) noexcept {
     const std::string_view name = next_element(list);
     if (name.empty()) continue;
     if (!is_token(name))
-      return refuse(400, "the subprotocol % is malformed", "offer names without blanks", name);
+      return reject(400, "the subprotocol % is malformed", "offer names without blanks", name);
     seen_.offers = true;
     const auto known = std::find(policy_.subprotocols.begin(), policy_.subprotocols.end(), name);
     if (out_.subprotocol.empty() && known != policy_.subprotocols.end()) out_.subprotocol = *known;
@@ -209,31 +209,31 @@ bool judge::take_offer(std::string_view list) noexcept {
 }
 
 bool judge::judge_request_line() noexcept {
-  out_.refusal.to_head = out_.head = seen_.method == "HEAD";
+  out_.rejection.to_head = out_.head = seen_.method == "HEAD";
   if (!seen_.protocol.starts_with("HTTP/") || seen_.protocol.find_first_of(" \t") != std::string_view::npos) {
-    return refuse(400, "the request line is malformed: it ends in %", check_the_client, seen_.protocol);
+    return reject(400, "the request line is malformed: it ends in %", check_the_client, seen_.protocol);
   }
   if (seen_.protocol != "HTTP/1.1")
-    return refuse(505, "% is not spoken here", "use a client of HTTP/1.1", seen_.protocol);
+    return reject(505, "% is not spoken here", "use a client of HTTP/1.1", seen_.protocol);
   if (seen_.method != "GET" && seen_.method != "HEAD") {
-    return refuse(405, "the method % is not offered here", "use GET", seen_.method);
+    return reject(405, "the method % is not offered here", "use GET", seen_.method);
   }
   const auto is_visible = [](char c) { return c > 0x20 && c < 0x7f && c != '#'; };
   if (!out_.target.starts_with('/') || !std::all_of(out_.target.begin(), out_.target.end(), is_visible)) {
-    return refuse(400, "the request is not for a path: %", "ask for a path such as /", out_.target);
+    return reject(400, "the request is not for a path: %", "ask for a path such as /", out_.target);
   }
   out_.path = out_.target.substr(0, out_.target.find('?'));
   return true;
 }
 
 bool judge::judge_host() noexcept {
-  if (!seen_.host.given) return refuse(400, "the Host header is missing", "use a client of HTTP/1.1");
+  if (!seen_.host.given) return reject(400, "the Host header is missing", "use a client of HTTP/1.1");
   out_.host = seen_.host.text;
   const auto asked = to_authority(out_.host);
-  if (!asked) return refuse(400, "the Host header is malformed: %", "send HOST or HOST:PORT", out_.host);
+  if (!asked) return reject(400, "the Host header is malformed: %", "send HOST or HOST:PORT", out_.host);
   if (policy_.any_host || is_ours(*asked, policy_)) return true;
   const bool at_our_port = !asked->port || *asked->port == policy_.port;
-  return refuse(403, "Host % is not a name of this endpoint", "start rowe serve with --allow-host %",
+  return reject(403, "Host % is not a name of this endpoint", "start rowe serve with --allow-host %",
                 out_.host, at_our_port ? asked->host : out_.host);
 }
 
@@ -241,45 +241,45 @@ bool judge::judge_origin() noexcept {
   if (!seen_.origin.given) return true; // no browser
   out_.origin = seen_.origin.text;
   if (equal_ignoring_case(out_.origin, "null")) {
-    return refuse(403, "Origin null is not allowed here",
+    return reject(403, "Origin null is not allowed here",
                   "open the page over http://, not from a file or a sandbox");
   }
   if (is_own_origin(out_.origin, out_.host, policy_) || is_listed_origin(out_.origin, policy_)) return true;
-  return refuse(403, "Origin % is not allowed here", "start rowe serve with --allow-origin %", out_.origin);
+  return reject(403, "Origin % is not allowed here", "start rowe serve with --allow-origin %", out_.origin);
 }
 
 bool judge::judge_body() noexcept {
   if (seen_.transfer_encoding.given) {
-    return refuse(400, "a request body is not taken here: Transfer-Encoding %", "send no body",
+    return reject(400, "a request body is not taken here: Transfer-Encoding %", "send no body",
                   seen_.transfer_encoding.text);
   }
   if (seen_.content_length.given && to_number(seen_.content_length.text) != std::uint64_t{0}) {
-    return refuse(400, "a request body is not taken here: Content-Length %", "send no body",
+    return reject(400, "a request body is not taken here: Content-Length %", "send no body",
                   seen_.content_length.text);
   }
   return true;
 }
 
 bool judge::judge_upgrade() noexcept {
-  if (out_.head) return refuse(405, "a WebSocket handshake cannot be a HEAD request", "use GET");
-  if (!seen_.upgrade.given) return refuse(426, "the Upgrade header is missing", "send Upgrade: websocket");
+  if (out_.head) return reject(405, "a WebSocket handshake cannot be a HEAD request", "use GET");
+  if (!seen_.upgrade.given) return reject(426, "the Upgrade header is missing", "send Upgrade: websocket");
   if (!equal_ignoring_case(seen_.upgrade.text, "websocket")) {
-    return refuse(400, "an upgrade to % is not offered here", "ask for websocket, or leave Upgrade out",
+    return reject(400, "an upgrade to % is not offered here", "ask for websocket, or leave Upgrade out",
                   seen_.upgrade.text);
   }
   if (!seen_.connection_upgrade) {
-    return refuse(400, "the Connection header does not say Upgrade",
+    return reject(400, "the Connection header does not say Upgrade",
                   "send Connection: Upgrade; a proxy in between must pass it on");
   }
   if (!seen_.version.given)
-    return refuse(426, "Sec-WebSocket-Version is missing", "send Sec-WebSocket-Version: 13");
+    return reject(426, "Sec-WebSocket-Version is missing", "send Sec-WebSocket-Version: 13");
   if (seen_.version.text != "13") {
-    return refuse(426, "WebSocket version % is not spoken here", "send Sec-WebSocket-Version: 13",
+    return reject(426, "WebSocket version % is not spoken here", "send Sec-WebSocket-Version: 13",
                   seen_.version.text);
   }
-  if (!seen_.key.given) return refuse(400, "Sec-WebSocket-Key is missing", "send 16 random bytes in base64");
+  if (!seen_.key.given) return reject(400, "Sec-WebSocket-Key is missing", "send 16 random bytes in base64");
   if (policy_.lenient ? !is_lenient_key(seen_.key.text) : !is_handshake_key(seen_.key.text)) {
-    return refuse(400,
+    return reject(400,
                   policy_.lenient ? "Sec-WebSocket-Key is not base64 of at most 64 characters: %"
                                   : "Sec-WebSocket-Key does not decode to 16 bytes: %",
                   "send 16 random bytes in base64", seen_.key.text);
@@ -287,7 +287,7 @@ bool judge::judge_upgrade() noexcept {
   out_.key = seen_.key.text;
   if (!seen_.offers || !out_.subprotocol.empty() || policy_.lenient) return true;
   const bool none_known = policy_.subprotocols.empty();
-  return refuse(400, "no subprotocol offered is spoken here: %",
+  return reject(400, "no subprotocol offered is spoken here: %",
                 none_known ? "offer none" : "offer %, or no subprotocol at all", seen_.offered,
                 none_known ? std::string_view{} : policy_.subprotocols.front());
 }
@@ -327,8 +327,8 @@ http_judgement judge_request(std::string_view header, const handshake_policy& po
 http_judgement header_too_large() noexcept {
   static_assert(http_header_bytes_max == 4096);
   http_judgement out;
-  out.refusal.set(431, "the request header is larger than 4096 bytes",
-                  "delete the cookies of this host, or send fewer headers");
+  out.rejection.set(431, "the request header is larger than 4096 bytes",
+                    "delete the cookies of this host, or send fewer headers");
   return out;
 }
 
@@ -350,7 +350,7 @@ std::string_view write_clean_request(std::span<char> out, const http_judgement& 
       request.add("If-None-Match: ").add(judgement.if_none_match).add("\r\n");
   }
   request.add("\r\n");
-  return request.cut() || judgement.outcome == http_outcome::refused ? std::string_view{} : request.text();
+  return request.cut() || judgement.outcome == http_outcome::rejected ? std::string_view{} : request.text();
 }
 
 } // namespace rowe::wire

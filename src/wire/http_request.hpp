@@ -54,12 +54,12 @@ struct handshake_policy {
 enum class http_outcome : std::uint8_t {
   page,    // GET or HEAD of a path
   upgrade, // a WebSocket handshake that is right in every point
-  refused,
+  rejected,
 };
 
 // The views point into the header that was judged, except `subprotocol`, which points into the policy.
 struct http_judgement {
-  http_outcome outcome = http_outcome::refused;
+  http_outcome outcome = http_outcome::rejected;
   bool head = false;         // page: HEAD, not GET
   bool accepts_gzip = false; // page
   std::string_view target;   // as it stands in the request line
@@ -69,7 +69,7 @@ struct http_judgement {
   std::string_view if_none_match; // page; empty when absent
   std::string_view key;           // upgrade
   std::string_view subprotocol;   // upgrade: the first one offered that we speak, or empty
-  http_refusal refusal;           // refused
+  http_rejection rejection;       // rejected
 };
 
 // Judges a complete header, with its empty line. A text longer than http_header_bytes_max is refused with

@@ -24,44 +24,44 @@ bool says_stop(std::string_view escaped) noexcept {
   return json::says(escaped, stop_name) || json::says(escaped, stop_name.substr(1));
 }
 
-diagnostic diagnose(const refusal& why, const decode_room& room) noexcept {
-  return {.code = why.code(), .text = why.text(room.diagnostic)};
+diagnostic diagnose(const refusal& why, const decode_buffers& buffers) noexcept {
+  return {.code = why.code(), .text = why.text(buffers.diagnostic)};
 }
 
 } // namespace
 
-decoded json_decoder::decode(const json::document& text, const decode_room& room, request& into,
+decoded json_decoder::decode(const json::document& text, const decode_buffers& buffers, request& into,
                              diagnostic& why) const noexcept {
   // Clients of rosbridge put `op` first. So most of their members are not looked at twice.
   const json::member* const first = text.noted.empty() ? nullptr : text.noted.data();
   if (first != nullptr && json::name_is(*first, "op") && first->what.type == json::kind::string)
-    return decode_rosbridge(text, room, into, why);
-  return decode_other(text, room, into, why);
+    return decode_rosbridge(text, buffers, into, why);
+  return decode_other(text, buffers, into, why);
 }
 
-inline decoded json_decoder::decode_other(const json::document& text, const decode_room& room, request& into,
-                                          diagnostic& why) const noexcept {
+inline decoded json_decoder::decode_other(const json::document& text, const decode_buffers& buffers,
+                                          request& into, diagnostic& why) const noexcept {
   auto op = bare::op_member::none;
-  const auto wrong = bare::decode(text, room.scratch, room.limits, into, op);
-  if (op == bare::op_member::text) return decode_rosbridge(text, room, into, why);
+  const auto wrong = bare::decode(text, buffers.scratch, buffers.limits, into, op);
+  if (op == bare::op_member::text) return decode_rosbridge(text, buffers, into, why);
   into.codec = bare_;
   if (wrong) {
-    why = diagnose(*wrong, room);
+    why = diagnose(*wrong, buffers);
     return decoded::refused;
   }
   if (text.noted.empty() && !json::is_object(text.text)) {
-    why = diagnose({.what = refusal::kind::not_an_object}, room);
+    why = diagnose({.what = refusal::kind::not_an_object}, buffers);
     return decoded::malformed;
   }
   return decoded::request;
 }
 
-inline decoded json_decoder::decode_rosbridge(const json::document& text, const decode_room& room,
+inline decoded json_decoder::decode_rosbridge(const json::document& text, const decode_buffers& buffers,
                                               request& into, diagnostic& why) const noexcept {
-  const auto wrong = rosbridge::decode(text, room.scratch, room.limits, into);
+  const auto wrong = rosbridge::decode(text, buffers.scratch, buffers.limits, into);
   into.codec = rosbridge_;
   if (wrong || into.what >= verb::unsupported)
-    why = diagnose(wrong ? *wrong : rosbridge::refuse_op(into), room);
+    why = diagnose(wrong ? *wrong : rosbridge::refuse_op(into), buffers);
   if (wrong) return decoded::refused;
   return decoded::request;
 }

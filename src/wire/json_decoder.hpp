@@ -10,15 +10,15 @@ class json_decoder final : public message_decoder {
  public:
   constexpr json_decoder(codec_id bare, codec_id rosbridge) noexcept : bare_{bare}, rosbridge_{rosbridge} {}
 
-  decoded decode(const json::document& text, const decode_room& room, request& into,
+  decoded decode(const json::document& text, const decode_buffers& buffers, request& into,
                  diagnostic& why) const noexcept override;
   codec_id guess(std::string_view text, codec_id spoke_last) const noexcept override;
   bool may_be_stop(opcode what, std::string_view begins) const noexcept override;
 
  private:
-  decoded decode_rosbridge(const json::document& text, const decode_room& room, request& into,
+  decoded decode_rosbridge(const json::document& text, const decode_buffers& buffers, request& into,
                            diagnostic& why) const noexcept;
-  decoded decode_other(const json::document& text, const decode_room& room, request& into,
+  decoded decode_other(const json::document& text, const decode_buffers& buffers, request& into,
                        diagnostic& why) const noexcept;
 
   codec_id bare_;

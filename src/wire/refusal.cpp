@@ -65,8 +65,8 @@ std::string_view refusal::text(std::span<char> buffer) const noexcept {
   return out.text();
 }
 
-std::string_view no_service_diagnostic(std::string_view service, std::span<char> room) noexcept {
-  text_out out{room};
+std::string_view no_service_diagnostic(std::string_view service, std::span<char> buffer) noexcept {
+  text_out out{buffer};
   return out.add(no_service_begins).add(service).add(no_service_ends).text();
 }
 

@@ -47,7 +47,7 @@ struct refusal {
 // The diagnostic for a caller whose service nobody provides: "Service /add does not exist". rosbridge has no
 // code for that; its clients and servers recognise it by this text.
 inline constexpr std::size_t no_service_bytes_max = 320; // with the longest name
-std::string_view no_service_diagnostic(std::string_view service, std::span<char> room) noexcept;
+std::string_view no_service_diagnostic(std::string_view service, std::span<char> buffer) noexcept;
 bool says_no_service(std::string_view diagnostic, std::string_view service) noexcept;
 
 } // namespace rowe::wire

@@ -20,8 +20,8 @@ void begin_text(json::writer& into, std::string_view op_text) noexcept {
 // made.
 bool begin_request(json::writer& into, std::string_view op_text, std::string_view id_verb,
                    std::string_view topic, std::uint64_t number) noexcept {
-  std::array<char, 1024> room;
-  text_out id{room};
+  std::array<char, 1024> buffer;
+  text_out id{buffer};
   id.add(id_verb).add(":").add(topic).add(":").add(static_cast<std::int64_t>(number));
   if (id.cut()) return false;
   begin_text(into, op_text);

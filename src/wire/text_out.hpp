@@ -15,11 +15,11 @@ namespace rowe::wire {
 
 class text_out {
  public:
-  explicit text_out(std::span<char> room) noexcept : room_{room} {}
+  explicit text_out(std::span<char> buffer) noexcept : buffer_{buffer} {}
 
   text_out& add(std::string_view piece) noexcept {
-    const std::size_t count = std::min(piece.size(), room_.size() - used_);
-    if (count > 0) std::memcpy(room_.data() + used_, piece.data(), count);
+    const std::size_t count = std::min(piece.size(), buffer_.size() - used_);
+    if (count > 0) std::memcpy(buffer_.data() + used_, piece.data(), count);
     used_ += count;
     cut_ = cut_ || count < piece.size();
     return *this;
@@ -38,11 +38,11 @@ class text_out {
     return add(json::utf8_prefix(piece, bytes_max)).add("...");
   }
 
-  std::string_view text() const noexcept { return {room_.data(), used_}; }
+  std::string_view text() const noexcept { return {buffer_.data(), used_}; }
   bool cut() const noexcept { return cut_; }
 
  private:
-  std::span<char> room_;
+  std::span<char> buffer_;
   std::size_t used_ = 0;
   bool cut_ = false;
 };

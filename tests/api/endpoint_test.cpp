@@ -465,13 +465,13 @@ TEST(endpoint_events, tell_what_the_service_thread_was_not_granted_and_why) {
   rowe::endpoint_options options;
   options.service_cpu = 1023;
   auto robot = endpoint::listen(0, options).value();
-  std::array<char, 256> room;
+  std::array<char, 256> buffer;
   auto told = wait_event(robot, rowe::event::kind::warning);
   if (told && std::string_view{told->what}.starts_with("reading the clock"))
     told = wait_event(robot, rowe::event::kind::warning); // of some machines
   ASSERT_TRUE(told);
   EXPECT_EQ(std::string_view{told->what},
-            "the service thread is not as asked: " + std::string{robot.service_grants().text(room)});
+            "the service thread is not as asked: " + std::string{robot.service_grants().text(buffer)});
   EXPECT_NE(std::string_view{told->what}.find("cpu 1023 does not exist or is not allowed to this process"),
             std::string_view::npos);
   EXPECT_FALSE(std::string_view{told->remedy}.empty());

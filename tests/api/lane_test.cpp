@@ -253,10 +253,10 @@ TEST_F(talking, waits_for_one_call_and_sets_the_ends_of_others_aside) {
     EXPECT_EQ(reply->value(), R"({"r":"own"})");
   }
   service.join();
-  const auto aside = talk.try_finish();
-  ASSERT_TRUE(aside);
-  EXPECT_EQ(aside->id, early);
-  EXPECT_EQ(aside->reply->value(), R"({"r":"early"})");
+  const auto parked = talk.try_finish();
+  ASSERT_TRUE(parked);
+  EXPECT_EQ(parked->id, early);
+  EXPECT_EQ(parked->reply->value(), R"({"r":"early"})");
 }
 
 TEST_F(talking, gives_up_by_itself_when_the_service_thread_does_not_say_so) {
@@ -270,7 +270,7 @@ TEST_F(talking, gives_up_by_itself_when_the_service_thread_does_not_say_so) {
 }
 
 // A program that only ever makes calls that wait never asks for the ends of other calls.
-TEST_F(talking, frees_the_places_of_calls_that_it_gave_up_though_it_never_finishes_any) {
+TEST_F(talking, frees_the_rows_of_calls_that_it_gave_up_though_it_never_finishes_any) {
   std::vector<detail::call_ref> given_up;
   for (std::uint32_t round = 0; round < 3 * calls_max; ++round) {
     ASSERT_EQ(talk.invoke("{}", 1ms).code(), errc::timed_out) << round;
@@ -285,7 +285,7 @@ TEST_F(talking, frees_the_places_of_calls_that_it_gave_up_though_it_never_finish
   }
 }
 
-TEST_F(talking, frees_the_places_of_calls_that_it_cancelled_though_it_never_finishes_any) {
+TEST_F(talking, frees_the_rows_of_calls_that_it_cancelled_though_it_never_finishes_any) {
   for (int round = 0; round < 3; ++round) {
     std::vector<call_id> started;
     for (std::uint32_t i = 0; i < calls_max; ++i) {
@@ -302,14 +302,14 @@ TEST_F(talking, frees_the_places_of_calls_that_it_cancelled_though_it_never_fini
   EXPECT_EQ(ended->id, last);
 }
 
-TEST_F(talking, frees_the_place_of_a_call_that_it_cancelled_when_its_end_was_set_aside) {
+TEST_F(talking, frees_the_row_of_a_call_that_it_cancelled_when_its_end_was_parked) {
   const call_id first = start();
   const call_id second = start();
   while (on.take()) {
   }
   ASSERT_TRUE(on.end(ref(first), R"({"r":1})"));
   ASSERT_TRUE(on.end(ref(second), R"({"r":2})"));
-  EXPECT_EQ(talk.invoke("{}", 1ms).code(), errc::timed_out); // sets both aside, and keeps its place
+  EXPECT_EQ(talk.invoke("{}", 1ms).code(), errc::timed_out); // parks both, and keeps its row
   talk.cancel(first);
   const call_id third = start();
   EXPECT_EQ(third.index, first.index);
@@ -319,7 +319,7 @@ TEST_F(talking, frees_the_place_of_a_call_that_it_cancelled_when_its_end_was_set
   EXPECT_EQ(ended->id, second);
 }
 
-TEST_F(talking, frees_the_places_of_calls_that_it_gave_up_while_it_waits_for_sends) {
+TEST_F(talking, frees_the_rows_of_calls_that_it_gave_up_while_it_waits_for_sends) {
   for (std::uint32_t round = 0; round < 3 * calls_max; ++round) {
     ASSERT_EQ(talk.invoke("{}", 1ms).code(), errc::timed_out) << round;
     const auto asked = on.take();

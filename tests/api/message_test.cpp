@@ -113,7 +113,7 @@ TEST(message, that_does_not_fit_says_so_and_is_an_empty_object) {
   EXPECT_TRUE(fits.add("x", 1).overflowed());
 }
 
-TEST(message, overflows_wherever_its_room_ends) {
+TEST(message, overflows_wherever_its_buffer_ends) {
   const auto build = []<std::size_t Bytes>(std::integral_constant<std::size_t, Bytes>) {
     const message_of<Bytes> built{"a", 1.25, "b", array(true, object("c", "\n"))};
     const std::string_view whole = R"({"a":1.25,"b":[true,{"c":"\n"}]})";

@@ -17,32 +17,32 @@ using rowe::errc;
 
 TEST(error, renders_its_diagnostic_with_the_value_and_the_limit) {
   const rowe::error what{errc::too_big, 5120, 4096};
-  std::array<char, 128> room;
+  std::array<char, 128> buffer;
   EXPECT_EQ(what.message(), "5120 bytes exceed the limit of 4096 bytes");
-  EXPECT_EQ(what.message(room), what.message());
+  EXPECT_EQ(what.message(buffer), what.message());
   EXPECT_EQ((rowe::error{errc::full, 0, 64}.name()), "full");
 }
 
-TEST(error, cuts_its_diagnostic_where_the_room_ends) {
+TEST(error, cuts_its_diagnostic_where_the_buffer_ends) {
   const rowe::error what{errc::too_big, 5120, 4096};
   std::array<char, 128> whole;
   const std::string diagnostic{what.message(whole)};
-  for (std::size_t room = 0; room < diagnostic.size(); ++room) {
+  for (std::size_t capacity = 0; capacity < diagnostic.size(); ++capacity) {
     std::array<char, 128> some;
-    const auto text = what.message(std::span{some}.first(room));
-    EXPECT_LE(text.size(), room);
+    const auto text = what.message(std::span{some}.first(capacity));
+    EXPECT_LE(text.size(), capacity);
     EXPECT_EQ(text, diagnostic.substr(0, text.size()));
   }
 }
 
 TEST(error, has_room_for_each_diagnostic_with_the_longest_numbers) {
   constexpr auto least = std::numeric_limits<std::int64_t>::min();
-  std::array<char, 1024> room;
+  std::array<char, 1024> buffer;
   for (int code = 0; code <= static_cast<int>(errc::misuse); ++code) {
     for (std::size_t about = 0; about < std::size(rowe::detail::argument_names); ++about) {
       const rowe::error worst{static_cast<errc>(code), least, least, static_cast<rowe::argument>(about),
                               std::numeric_limits<std::uint32_t>::max()};
-      EXPECT_EQ(worst.message(), worst.message(room));
+      EXPECT_EQ(worst.message(), worst.message(buffer));
     }
   }
 }

@@ -62,11 +62,11 @@ def disassembled(compiler, objdump, source, folders, *more):
 
 
 def flattened(functions, name, within=()):
-    """With what is defined there in place of the calls to it; parts put aside as unlikely belong to it."""
+    """With what is defined there in place of the calls to it; parts split off as unlikely belong to it."""
     for what in functions[name]:
         callee = what.removeprefix("call:")
         if what.startswith("call:.text"):
-            continue  # a jump into the part put aside
+            continue  # a jump into the part split off
         if callee in functions and callee not in within:
             yield from flattened(functions, callee, (*within, name))
         else:

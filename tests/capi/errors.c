@@ -114,8 +114,8 @@ static void errors_of_loops(void) {
   }
   MEET(code, rowe_error_full);
   rowe_lane_free(narrow);
-  char room[2];
-  MEET(rowe_read_string("{\"a\":\"bc\"}", 10, "a", room, sizeof room), rowe_error_too_long);
+  char buffer[2];
+  MEET(rowe_read_string("{\"a\":\"bc\"}", 10, "a", buffer, sizeof buffer), rowe_error_too_long);
   rowe_endpoint_free(endpoint);
 }
 

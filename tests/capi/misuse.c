@@ -126,7 +126,7 @@ static void text_in_place(void) {
   int64_t i;
   double d;
   bool b;
-  char room[4];
+  char buffer[4];
   CHECK_CODE(rowe_read_int64(NULL, 2, "a", &i), rowe_error_misuse);
   CHECK_CODE(rowe_read_int64("{}", 2, NULL, &i), rowe_error_misuse);
   CHECK_CODE(rowe_read_int64("{}", 2, "a", NULL), rowe_error_misuse);
@@ -134,7 +134,7 @@ static void text_in_place(void) {
   CHECK_CODE(rowe_read_double("{}", 2, "a", NULL), rowe_error_misuse);
   CHECK_CODE(rowe_read_boolean(NULL, 2, "a", &b), rowe_error_misuse);
   CHECK_CODE(rowe_read_boolean("{}", 2, "a", NULL), rowe_error_misuse);
-  CHECK_CODE(rowe_read_string(NULL, 2, "a", room, 4), rowe_error_misuse);
+  CHECK_CODE(rowe_read_string(NULL, 2, "a", buffer, 4), rowe_error_misuse);
   CHECK_CODE(rowe_read_string("{}", 2, "a", NULL, 4), rowe_error_misuse);
 }
 

@@ -81,7 +81,7 @@ class echo final : public service::transport_sink {
     --count_;
   }
 
-  void on_refused(const service::refusal& reason) noexcept override {
+  void on_rejected(const service::rejection& reason) noexcept override {
     std::fprintf(stderr, "transport_echo: %.*s (%.*s)\n", static_cast<int>(reason.what.size()),
                  reason.what.data(), static_cast<int>(reason.remedy.size()), reason.remedy.data());
     refused_ = true;

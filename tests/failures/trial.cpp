@@ -36,8 +36,8 @@ report* written = nullptr;
 // How often which library did.
 std::map<std::string, int> ended_by;
 
-void copy(char* to, std::size_t room, std::string_view text) noexcept {
-  const std::size_t bytes = std::min(text.size(), room - 1);
+void copy(char* to, std::size_t capacity, std::string_view text) noexcept {
+  const std::size_t bytes = std::min(text.size(), capacity - 1);
   std::memcpy(to, text.data(), bytes);
   to[bytes] = '\0';
 }

@@ -121,9 +121,9 @@ void write_around(reader& validator, std::string_view text, const request& from,
       validator, [&](json::writer& w) { write_error(w, id_raw, "code", text); }, less);
   require(read_back(error, back) && back.out.failed && back.out.code == "code" && back.out.id_raw == id_raw,
           "an error says the same");
-  std::vector<char> room(text.size());
+  std::vector<char> buffer(text.size());
   const std::string_view quoted = back.out.body_raw;
-  require(json::to_string({json::kind::string, quoted}, room) == text, "in the same words");
+  require(json::to_string({json::kind::string, quoted}, buffer) == text, "in the same words");
 
   if (json::root(text).type != json::kind::array && !object) return;
   const std::string delivered = written(
@@ -157,9 +157,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(!reserved || text[*reserved] == '"', "a reserved member is where it is said to be");
   if (!valid) return 0;
   if (wrong) {
-    std::array<char, refusal::text_bytes_max> room;
+    std::array<char, refusal::text_bytes_max> buffer;
     std::array<char, 2 * refusal::text_bytes_max> plenty;
-    const std::string_view diagnostic = wrong->text(room);
+    const std::string_view diagnostic = wrong->text(buffer);
     require(!diagnostic.empty() && diagnostic == wrong->text(plenty), "a diagnostic is whole");
     require(lies_in(out.id_raw, text), "an answer has a good id");
   } else if (op == op_member::none) {

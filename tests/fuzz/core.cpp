@@ -128,7 +128,7 @@ class script_run {
       break;
     case 6: reply(what >> 4); break;
     case 7:
-      if (harness::peer* const p = one(what >> 4)) on_.net.link_of(p->id()).room_bytes = s.byte() * 8U;
+      if (harness::peer* const p = one(what >> 4)) on_.net.link_of(p->id()).capacity_bytes = s.byte() * 8U;
       break;
     case 8: talk(s); break;
     case 9: respond(what >> 4); break;

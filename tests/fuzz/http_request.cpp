@@ -30,33 +30,33 @@ handshake_policy policy_of(std::uint8_t choice) {
   return policy;
 }
 
-void check_refusal(const http_refusal& refusal) {
-  require(refusal.status >= 400 && refusal.status < 600, "a rejection has a status");
-  require(!refusal.what().empty() && !refusal.remedy().empty(), "a rejection says what and the remedy");
-  std::array<char, http_refusal_bytes_max> room;
-  const std::string_view answer = write_refusal(room, refusal);
+void check_rejection(const http_rejection& rejection) {
+  require(rejection.status >= 400 && rejection.status < 600, "a rejection has a status");
+  require(!rejection.what().empty() && !rejection.remedy().empty(), "a rejection says what and the remedy");
+  std::array<char, http_rejection_bytes_max> buffer;
+  const std::string_view answer = write_rejection(buffer, rejection);
   require(!answer.empty(), "a rejection fits its buffer");
   for (const char c : answer)
     require(c == '\r' || c == '\n' || (c >= 0x20 && c < 0x7f), "a rejection is printable");
   const std::size_t end = find_header_end(answer);
   require(end > 0, "an answer has a header");
   const std::string length = "Content-Length: " + std::to_string(answer.size() - end) + "\r\n";
-  require(refusal.to_head || answer.find(length) != std::string_view::npos, "its length is stated");
+  require(rejection.to_head || answer.find(length) != std::string_view::npos, "its length is stated");
 }
 
 void check_acceptance(std::string_view header, const http_judgement& j, const handshake_policy& policy) {
   require(find_header_end(header) == header.size(), "what is accepted is a whole header");
   require(j.path.starts_with('/') && j.target.starts_with(j.path), "a path is a path");
-  std::array<char, http_clean_bytes_max> room;
-  const std::string_view clean = write_clean_request(room, j);
+  std::array<char, http_clean_bytes_max> buffer;
+  const std::string_view clean = write_clean_request(buffer, j);
   require(!clean.empty(), "the clean request fits its buffer");
   const http_judgement again = judge_request(clean, policy);
   require(again.outcome == j.outcome && again.target == j.target && again.host == j.host &&
               again.key == j.key && again.subprotocol == j.subprotocol && again.head == j.head &&
               again.accepts_gzip == j.accepts_gzip && again.if_none_match == j.if_none_match,
           "written anew it means the same");
-  std::array<char, http_clean_bytes_max> second_room;
-  require(write_clean_request(second_room, again) == clean, "written anew twice it is the same");
+  std::array<char, http_clean_bytes_max> second_buffer;
+  require(write_clean_request(second_buffer, again) == clean, "written anew twice it is the same");
   require(j.outcome == http_outcome::page || j.key.size() == 24, "an upgrade has a key");
   if (!j.origin.empty()) {
     require(j.origin != "null" && j.origin.find("://") != std::string_view::npos, "an origin has a scheme");
@@ -82,14 +82,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
 
   const http_judgement j = judge_request(header, policy);
-  if (j.outcome == http_outcome::refused) {
-    check_refusal(j.refusal);
+  if (j.outcome == http_outcome::rejected) {
+    check_rejection(j.rejection);
   } else {
     check_acceptance(header, j, policy);
   }
   if (end > 0 && end < header.size()) { // as a reader does that found the end
     const http_judgement whole = judge_request(header.substr(0, end), policy);
-    if (whole.outcome != http_outcome::refused) check_acceptance(header.substr(0, end), whole, policy);
+    if (whole.outcome != http_outcome::rejected) check_acceptance(header.substr(0, end), whole, policy);
   }
   return 0;
 }

@@ -34,8 +34,8 @@ constexpr std::size_t depth_max = 64;
 template <class T>
 std::string encoded(const T& object) {
   static const encoder e = encoder::compile(rowe::describe<T>()).value();
-  static std::string room(e.bytes_max(), '\0');
-  writer w{room};
+  static std::string buffer(e.bytes_max(), '\0');
+  writer w{buffer};
   e.encode(&object, w);
   require(!w.overflowed(), "what was read can be written");
   return std::string{w.text()};

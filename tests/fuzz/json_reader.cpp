@@ -78,9 +78,9 @@ void compare_noted(const document& last, std::string_view text) {
 
 // What is read can be written, and reads back the same.
 void write_again(reader& r, const value& v) {
-  std::string room(v.raw.size() * 6 + 64, '\0');
+  std::string buffer(v.raw.size() * 6 + 64, '\0');
   std::string scratch(v.raw.size(), '\0');
-  writer w{room};
+  writer w{buffer};
   if (v.type == kind::string) {
     const auto text = to_string(v, scratch);
     require(text.has_value(), "scratch of the text's size suffices");

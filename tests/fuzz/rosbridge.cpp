@@ -44,9 +44,9 @@ void read_back(reader& validator, std::string_view text, std::span<char> scratch
 }
 
 void check_refusal(reader& validator, const refusal& why, const request& asked) {
-  std::array<char, refusal::text_bytes_max> room;
+  std::array<char, refusal::text_bytes_max> buffer;
   std::array<char, 2 * refusal::text_bytes_max> plenty;
-  const std::string_view diagnostic = why.text(room);
+  const std::string_view diagnostic = why.text(buffer);
   require(!diagnostic.empty() && diagnostic == why.text(plenty), "a diagnostic is whole");
   std::array<char, 6 * refusal::text_bytes_max + 512> status;
   request again;
@@ -59,8 +59,8 @@ void check_refusal(reader& validator, const refusal& why, const request& asked) 
 // Writes around a value with a head and a tail.
 template <class Head, class Tail>
 std::string written_around(Head head, std::string_view value, Tail tail) {
-  std::string room(text_bytes_max + 8 * limits.name_bytes_max + 8 * limits.id_bytes_max + 128, '\0');
-  rowe::json::writer w{room};
+  std::string buffer(text_bytes_max + 8 * limits.name_bytes_max + 8 * limits.id_bytes_max + 128, '\0');
+  rowe::json::writer w{buffer};
   head(w);
   w.raw(value);
   tail(w);
@@ -72,11 +72,11 @@ std::string written_around(Head head, std::string_view value, Tail tail) {
 void check_service(reader& validator, const request& asked) {
   request again;
   scratch_buffer scratch;
-  std::array<char, request_bytes_max(limits)> room;
-  read_back(validator, written(room, write_advertise_service, asked.service, asked.type), scratch, again);
+  std::array<char, request_bytes_max(limits)> buffer;
+  read_back(validator, written(buffer, write_advertise_service, asked.service, asked.type), scratch, again);
   require(again.what == verb::advertise_service && again.service == asked.service && again.type == asked.type,
           "an advertisement says the same");
-  read_back(validator, written(room, write_unadvertise_service, asked.service), scratch, again);
+  read_back(validator, written(buffer, write_unadvertise_service, asked.service), scratch, again);
   require(again.what == verb::unadvertise_service && again.service == asked.service, "so does its end");
 
   const bool calls = asked.what == verb::call && !asked.body_raw.empty();
@@ -123,7 +123,7 @@ void check_request(reader& validator, const request& asked, std::string_view tex
   if (!has_topic) return;
   request again;
   scratch_buffer second_scratch;
-  std::array<char, request_bytes_max(limits)> room;
+  std::array<char, request_bytes_max(limits)> buffer;
   std::vector<char> head(publish_head_bytes_max(asked.topic.size()));
   std::string publish{written(head, write_publish_head, asked.topic)};
   publish.append(asked.body_raw.empty() ? "{}" : asked.body_raw).append(publish_tail);
@@ -132,13 +132,13 @@ void check_request(reader& validator, const request& asked, std::string_view tex
     require(again.what == verb::publish && again.topic == asked.topic, "a publish says the same topic");
     require(asked.body_raw.empty() || again.body_raw == asked.body_raw, "a publish says the same message");
   }
-  require(!written(room, write_subscribe,
+  require(!written(buffer, write_subscribe,
                    {.topic = asked.topic,
                     .type = asked.type,
                     .throttle_ms = asked.throttle_ms,
                     .queue_length = asked.queue_length})
                   .empty() &&
-              !written(room, write_advertise,
+              !written(buffer, write_advertise,
                        {.topic = asked.topic, .type = asked.type, .queue_size = asked.queue_size})
                    .empty(),
           "requests fit their room");

@@ -32,13 +32,13 @@ class installed(unittest.TestCase):
         return done("pkg-config", *arguments, PKG_CONFIG_PATH=self.prefix / libraries / "pkgconfig").split()
 
     def asks(self, lines, prefix=None, **more):
-        """What a project of these lines alone complains about; its compiler is not looked at."""
+        """What is wrong with a project of these lines alone; its compiler is not looked at."""
         folder = pathlib.Path(tempfile.mkdtemp(dir=self.room))
         text = f"cmake_minimum_required(VERSION 3.22)\nproject(asks LANGUAGES C)\n{lines}\n"
         (folder / "CMakeLists.txt").write_text(text, encoding="utf-8")
         package = (prefix or self.prefix) / libraries / "cmake" / "rowe"
         return project(folder, ["C"], "-DCMAKE_C_COMPILER_FORCED=ON", f"-Drowe_DIR={package}",
-                       **more).complaint()
+                       **more).diagnostic()
 
 
 class by_find_package(installed):

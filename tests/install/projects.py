@@ -53,7 +53,7 @@ class project:
     def configure(self):
         return done(*self.command, **self.more)
 
-    def complaint(self):
+    def diagnostic(self):
         """Why it cannot be configured, as one line; None where it can."""
         code, said = run(*self.command, **self.more)
         return " ".join(said.split()) if code != 0 else None

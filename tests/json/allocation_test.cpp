@@ -154,7 +154,7 @@ TEST_F(allocation, never_happens_in_walking_and_reading) {
 
 TEST_F(allocation, never_happens_in_writing_and_encoding) {
   const encoder e = encoder::compile(describe<ros::odometry>()).value();
-  std::vector<char> room(2 * e.bytes_max() + 1000);
+  std::vector<char> buffer(2 * e.bytes_max() + 1000);
   std::mt19937_64 random{1};
   std::normal_distribution<double> metres;
   const std::uint64_t made = counted([&] {
@@ -163,7 +163,7 @@ TEST_F(allocation, never_happens_in_writing_and_encoding) {
       o.header.frame_id = "odom \xff";
       o.pose.pose.position = {metres(random), metres(random), 1e300};
       for (double& c : o.pose.covariance) c = metres(random);
-      writer w{room};
+      writer w{buffer};
       w.begin_object();
       w.key("msg");
       e.encode(&o, w);

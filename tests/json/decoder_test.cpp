@@ -95,8 +95,8 @@ error refused(std::string_view text) {
 template <class T>
 std::string encoded(const T& x) {
   static const encoder e = encoder::compile(describe<T>()).value();
-  std::string room(e.bytes_max(), '\0');
-  writer w{room};
+  std::string buffer(e.bytes_max(), '\0');
+  writer w{buffer};
   e.encode(&x, w);
   return std::string{w.text()};
 }
@@ -472,11 +472,11 @@ TEST(decoder, fills_in_what_is_missing_where_it_is_asked_to) {
 template <class T>
 std::string diagnosis_of(std::string_view text) {
   const padded p{text};
-  auto room = std::make_unique<T>();
+  auto storage = std::make_unique<T>();
   decoder::diagnosis why;
-  const status s = decoder_of<T>().decode(p.text(), room.get(), &why);
+  const status s = decoder_of<T>().decode(p.text(), storage.get(), &why);
   EXPECT_FALSE(s);
-  EXPECT_EQ(s.error(), decoder_of<T>().decode(p.text(), room.get()).error()); // the same with and without
+  EXPECT_EQ(s.error(), decoder_of<T>().decode(p.text(), storage.get()).error()); // the same with and without
   std::array<char, decoder::diagnosis::text_bytes_max> words;
   return std::string{why.text(words)};
 }
@@ -517,13 +517,13 @@ TEST(decoder, shortens_what_it_quotes_and_cuts_no_character) {
   EXPECT_TRUE(said.ends_with("ü...")) << said;
   EXPECT_LT(said.size(), 120U);
   const padded p{huge};
-  for (std::size_t room = 0; room < said.size(); ++room) {
+  for (std::size_t capacity = 0; capacity < said.size(); ++capacity) {
     point into;
     decoder::diagnosis why;
     ASSERT_FALSE(decoder_of<point>().decode(p.text(), &into, &why));
-    std::string words(room, '\0');
+    std::string words(capacity, '\0');
     const std::string cut{why.text(words)};
-    EXPECT_LE(cut.size(), room);
+    EXPECT_LE(cut.size(), capacity);
     EXPECT_TRUE(said.starts_with(cut)) << cut;
     std::string quoted{cut};
     std::replace(quoted.begin(), quoted.end(), '"', ' ');
@@ -783,7 +783,7 @@ class wide_schema {
   const schema_description& description() const { return schema_; }
 
  private:
-  static void set_default(void* room) noexcept { new (room) wide{}; }
+  static void set_default(void* storage) noexcept { new (storage) wide{}; }
 
   const value_description integer_{.kind = value_kind::int32, .bytes = 4};
   std::array<std::string, wide_count + 1> names_;
@@ -854,7 +854,7 @@ TEST(decoder, reads_as_deep_as_a_schema_may_nest_and_refuses_deeper_ones) {
                              .bytes = 1,
                              .alignment = 1,
                              .members = {&m, 1},
-                             .set_default = [](void* room) noexcept { std::memset(room, 0, 1); },
+                             .set_default = [](void* storage) noexcept { std::memset(storage, 0, 1); },
                              .decodable = true});
   };
   const decoder d = compile(decoder::depth_max - 1).value();

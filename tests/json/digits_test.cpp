@@ -21,14 +21,15 @@ namespace {
 
 using tests::seed;
 
-// Runs `write` in front of canaries, and fails when more than number_room_bytes were touched.
+// Runs `write` in front of canaries, and fails when more than number_buffer_bytes were touched.
 template <class Write>
 std::string text_of(Write write) {
   constexpr char canary = '#';
-  std::string room(2 * number_room_bytes, canary);
-  const char* const end = write(room.data());
-  EXPECT_EQ(room.find_first_not_of(canary, number_room_bytes), std::string::npos) << "wrote beyond its room";
-  return {room.data(), static_cast<std::size_t>(end - room.data())};
+  std::string buffer(2 * number_buffer_bytes, canary);
+  const char* const end = write(buffer.data());
+  EXPECT_EQ(buffer.find_first_not_of(canary, number_buffer_bytes), std::string::npos)
+      << "wrote beyond its buffer";
+  return {buffer.data(), static_cast<std::size_t>(end - buffer.data())};
 }
 
 std::string of(double x) {
@@ -110,7 +111,7 @@ TEST(digits, of_doubles_read_back_to_the_same_bits) {
   const std::uint64_t s = seed();
   ROWE_TRACE_SEED(s);
   std::mt19937_64 random{s};
-  char text[number_room_bytes + 1];
+  char text[number_buffer_bytes + 1];
   for (int i = 0; i < 1'000'000; ++i) {
     const double x = random_double(random);
     char* const end = write_double(text, x);
@@ -125,7 +126,7 @@ TEST(digits, of_everyday_doubles_read_back_to_the_same_bits) {
   const std::uint64_t s = seed();
   ROWE_TRACE_SEED(s);
   std::mt19937_64 random{s};
-  char text[number_room_bytes + 1];
+  char text[number_buffer_bytes + 1];
   for (int i = 0; i < 1'000'000; ++i) {
     // Any number of bits of any magnitude from 2^-30 to 2^60: metres, radians, stamps.
     const int bits = 1 + static_cast<int>(random() % 53);
@@ -148,7 +149,7 @@ TEST(digits, of_floats_read_back_to_the_same_bits) {
   const std::uint64_t s = seed();
   ROWE_TRACE_SEED(s);
   std::mt19937_64 random{s};
-  char text[number_room_bytes + 1];
+  char text[number_buffer_bytes + 1];
   for (int i = 0; i < 1'000'000; ++i) {
     const auto x = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
     if (!std::isfinite(x)) continue;

@@ -162,14 +162,14 @@ std::string text_of(const T& object) {
 
   constexpr char canary = '#';
   for (std::size_t length = 0; length <= whole.size() + 60; ++length) {
-    std::vector<char> room(length + 64, canary);
-    writer narrow{std::span{room}.first(length)};
+    std::vector<char> buffer(length + 64, canary);
+    writer narrow{std::span{buffer}.first(length)};
     e.encode(&object, narrow);
     EXPECT_EQ(narrow.overflowed(), length < whole.size()) << length;
     if (!narrow.overflowed()) {
       EXPECT_EQ(narrow.text(), whole) << length;
     }
-    EXPECT_EQ(std::string(room.data() + length, 64), std::string(64, canary)) << length;
+    EXPECT_EQ(std::string(buffer.data() + length, 64), std::string(64, canary)) << length;
   }
   return whole;
 }
@@ -253,8 +253,8 @@ TEST(encoder, writes_what_is_no_number_as_null_and_counts_it) {
   point p{std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()};
   EXPECT_EQ(text_of(p), R"({"x":null,"y":null})");
   const encoder e = encoder::compile(describe<point>()).value();
-  std::array<char, 128> room;
-  writer w{room};
+  std::array<char, 128> buffer;
+  writer w{buffer};
   e.encode(&p, w);
   EXPECT_EQ(w.nonfinite(), 2u);
 }
@@ -262,8 +262,8 @@ TEST(encoder, writes_what_is_no_number_as_null_and_counts_it) {
 TEST(encoder, writes_one_value_among_others) {
   const encoder e = encoder::compile(describe<point>()).value();
   const point p;
-  std::array<char, 256> room;
-  writer w{room};
+  std::array<char, 256> buffer;
+  writer w{buffer};
   w.begin_object();
   w.key("op");
   w.string("publish");

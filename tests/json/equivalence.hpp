@@ -184,11 +184,11 @@ inline bool on_demand_errs(std::string_view text) {
 }
 
 // The whole text, with nothing behind it; unknown where that parser cannot be asked.
-inline verdict compare_on_demand(std::string_view text, std::size_t room, std::size_t depth_max) {
+inline verdict compare_on_demand(std::string_view text, std::size_t capacity, std::size_t depth_max) {
   simdjson::ondemand::parser parser;
   if (parser.allocate(text.size() + 1, depth_max) != simdjson::SUCCESS) return verdict::invalid;
   simdjson::ondemand::document document;
-  if (parser.iterate(text.data(), text.size(), room).get(document) != simdjson::SUCCESS)
+  if (parser.iterate(text.data(), text.size(), capacity).get(document) != simdjson::SUCCESS)
     return verdict::invalid;
   if (on_demand_errs(text)) return verdict::unknown;
   const verdict found = compare(json::root(text), document);

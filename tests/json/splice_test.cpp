@@ -37,8 +37,8 @@ void write_spliced(writer& w, around which, Write write) {
 
 template <class Write>
 std::string spliced_with(around which, Write write) {
-  std::array<char, 256> room{};
-  writer w{room};
+  std::array<char, 256> buffer{};
+  writer w{buffer};
   write_spliced(w, which, write);
   EXPECT_FALSE(w.overflowed());
   return std::string{w.text()};
@@ -100,8 +100,8 @@ TEST(splice, takes_what_is_written_piece_by_piece) {
 }
 
 TEST(splice, can_be_in_an_array_and_in_another_splice) {
-  std::array<char, 256> room{};
-  writer w{room};
+  std::array<char, 256> buffer{};
+  writer w{buffer};
   w.begin_array();
   w.number(0);
   write_spliced(w, around::behind, [](writer& in) {
@@ -118,8 +118,8 @@ TEST(splice, writes_all_or_says_that_it_does_not_fit) {
       const std::string whole = spliced(which, value);
       bool fitted = false;
       for (std::size_t bytes = 0; bytes <= 64; ++bytes) {
-        std::vector<char> room(bytes);
-        writer w{room};
+        std::vector<char> buffer(bytes);
+        writer w{buffer};
         write_spliced(w, which, [value](writer& in) { in.raw(value); });
         EXPECT_TRUE(w.overflowed() || w.text() == whole) << value << " in " << bytes;
         EXPECT_TRUE(!fitted || !w.overflowed()) << value << " in " << bytes;
@@ -131,8 +131,8 @@ TEST(splice, writes_all_or_says_that_it_does_not_fit) {
 }
 
 TEST(splice, keeps_what_the_writer_counted) {
-  std::array<char, 64> room{};
-  writer w{room};
+  std::array<char, 64> buffer{};
+  writer w{buffer};
   write_spliced(w, around::nothing, [](writer& in) { in.number(std::numeric_limits<double>::infinity()); });
   EXPECT_EQ(w.text(), R"({"v":null})");
   EXPECT_EQ(w.nonfinite(), 1U);

@@ -194,8 +194,8 @@ TEST(to_double, reads_back_what_the_writer_writes) {
   for (int i = 0; i < 100'000; ++i) {
     const auto x = std::bit_cast<double>(random());
     if (!std::isfinite(x)) continue;
-    std::array<char, 64> room;
-    writer w{room};
+    std::array<char, 64> buffer;
+    writer w{buffer};
     w.number(x);
     const auto y = to_double(number(w.text()));
     ASSERT_TRUE(y) << w.text();

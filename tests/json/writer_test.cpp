@@ -21,8 +21,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // What `write` makes a writer with ample room write.
 template <class Write>
 std::string written(Write write) {
-  std::array<char, 1024> room;
-  writer w{room};
+  std::array<char, 1024> buffer;
+  writer w{buffer};
   write(w);
   EXPECT_FALSE(w.overflowed());
   return std::string{w.text()};
@@ -115,8 +115,8 @@ TEST(writer, writes_doubles_and_floats_as_short_as_they_are) {
 }
 
 TEST(writer, writes_what_is_no_number_as_null_and_counts_it) {
-  std::array<char, 64> room;
-  writer w{room};
+  std::array<char, 64> buffer;
+  writer w{buffer};
   w.begin_array();
   w.number(infinity);
   w.number(-infinity);
@@ -186,8 +186,8 @@ TEST(writer, replaces_each_piece_that_is_no_utf8) {
       {"\xc3", "\"\uFFFD\""},
   };
   for (const auto& c : cases) {
-    std::array<char, 64> room;
-    writer w{room};
+    std::array<char, 64> buffer;
+    writer w{buffer};
     w.string(c.text);
     EXPECT_EQ(w.text(), c.expected);
   }
@@ -217,25 +217,25 @@ void write_everything(writer& w) {
   w.end_object();
 }
 
-TEST(writer, writes_nothing_beyond_its_room_at_any_length) {
+TEST(writer, writes_nothing_beyond_its_buffer_at_any_length) {
   const std::string whole = written(write_everything);
   constexpr char canary = '#';
   for (std::size_t length = 0; length <= whole.size() + 50; ++length) {
-    std::vector<char> room(length + 64, canary);
-    writer w{std::span{room}.first(length)};
+    std::vector<char> buffer(length + 64, canary);
+    writer w{std::span{buffer}.first(length)};
     write_everything(w);
     EXPECT_EQ(w.overflowed(), length < whole.size()) << length;
     if (!w.overflowed()) {
       EXPECT_EQ(w.text(), whole);
     }
-    for (std::size_t i = length; i < room.size(); ++i)
-      ASSERT_EQ(room[i], canary) << length << " + " << i - length;
+    for (std::size_t i = length; i < buffer.size(); ++i)
+      ASSERT_EQ(buffer[i], canary) << length << " + " << i - length;
   }
 }
 
 TEST(writer, stays_overflowed_even_where_a_shorter_piece_would_fit) {
-  std::array<char, 8> room;
-  writer w{room};
+  std::array<char, 8> buffer;
+  writer w{buffer};
   w.begin_array();
   w.string("much too long for this room");
   w.number(1);
@@ -244,7 +244,7 @@ TEST(writer, stays_overflowed_even_where_a_shorter_piece_would_fit) {
   EXPECT_TRUE(w.overflowed());
 }
 
-TEST(writer, of_no_room_overflows) {
+TEST(writer, of_no_buffer_overflows) {
   writer w{std::span<char>{}};
   EXPECT_FALSE(w.overflowed());
   w.append("");

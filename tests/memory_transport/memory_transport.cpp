@@ -113,12 +113,12 @@ bool memory_transport::closed_by_us(connection_id id) const noexcept {
   return on == nullptr || on->asked;
 }
 
-void memory_transport::refuse(std::string_view what) { refusals_.emplace_back(what); }
+void memory_transport::reject(std::string_view what) { rejections_.emplace_back(what); }
 
 void memory_transport::poll(rt::time_point now, service::transport_sink& sink) noexcept {
   now_ = now;
-  for (; !refusals_.empty(); refusals_.pop_front()) {
-    sink.on_refused({.http_status = 0, .peer = {}, .what = refusals_.front(), .remedy = {}});
+  for (; !rejections_.empty(); rejections_.pop_front()) {
+    sink.on_rejected({.http_status = 0, .peer = {}, .what = rejections_.front(), .remedy = {}});
   }
   for (std::uint32_t i = 0; i < links_.size(); ++i) {
     link& on = links_[i];
@@ -130,7 +130,7 @@ void memory_transport::poll(rt::time_point now, service::transport_sink& sink) n
     }
     if (on.state != phase::open) continue;
     deliver(on, id, sink);
-    if (on.refused && on.outbound.waiting() < on.conditions.room_bytes) {
+    if (on.refused && on.outbound.waiting() < on.conditions.capacity_bytes) {
       on.refused = false;
       sink.on_writable(id);
     }
@@ -162,8 +162,9 @@ std::size_t memory_transport::write(connection_id id, std::span<const std::byte>
   link* const on = find(id);
   if (on == nullptr || on->asked || on->state != phase::open) return 0;
   const std::size_t waiting = on->outbound.waiting();
-  const std::size_t room = on->conditions.room_bytes > waiting ? on->conditions.room_bytes - waiting : 0;
-  const std::size_t taken = std::min(room, bytes.size());
+  const std::size_t left =
+      on->conditions.capacity_bytes > waiting ? on->conditions.capacity_bytes - waiting : 0;
+  const std::size_t taken = std::min(left, bytes.size());
   const rt::time_point arrival = on->outbound.arrival(on->conditions.to_peer, now_);
   note("write", id, bytes.first(taken));
   on->outbound.send(bytes.first(taken), arrival);

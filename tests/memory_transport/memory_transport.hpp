@@ -22,7 +22,7 @@ class memory_transport : public service::transport {
   struct link_conditions {
     std::size_t arrive_bytes_max = SIZE_MAX; // to our side in one poll()
     std::size_t chunk_bytes_max = 64 * 1024; // in one on_bytes()
-    std::size_t room_bytes = 256 * 1024;     // what the way to the peer holds before write() is refused
+    std::size_t capacity_bytes = 256 * 1024; // what the way to the peer holds before write() is refused
     std::size_t rest_bytes_max = 0;          // of a frame it has the beginning of, beyond that
     // When that arrives which is sent at a time, either way; none: at once. What is sent later never arrives
     // earlier, whatever they say: bytes stay in order. rt::never: not at all, nor anything behind it. Times
@@ -54,9 +54,9 @@ class memory_transport : public service::transport {
   // A hash of all that the core has asked of this transport so far: every byte, in its order.
   std::uint64_t trace() const noexcept { return trace_; }
 
-  // How attempts to connect end: nothing (they are open until open() or refuse() is called).
+  // How attempts to connect end: nothing (they are open until open() or reject() is called).
   std::uint64_t attempts() const noexcept { return attempts_; }
-  void refuse(std::string_view what);
+  void reject(std::string_view what);
 
   // What was asked of on_http by the last request.
   service::http_answer get(const service::http_request& request, service::transport_sink& sink) noexcept {
@@ -126,7 +126,7 @@ class memory_transport : public service::transport {
   void note(std::string_view call, service::connection_id id, std::span<const std::byte> bytes) noexcept;
 
   std::vector<link> links_;
-  std::deque<std::string> refusals_;
+  std::deque<std::string> rejections_;
   std::vector<std::byte> buffer_;
   rt::time_point now_{}; // of the last poll()
   std::uint64_t attempts_ = 0;

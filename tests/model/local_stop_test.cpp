@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A thread of this process that stops the loops, and the service thread, under the explorer: the words are
-// handed in first, so they come with the stop. The windows have a test of their own.
+// written first, so they come with the stop. The windows have a test of their own.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -23,7 +23,7 @@ struct stops_once {
   void cycle() {
     if (!shared.take()) return;
     service::local_stop_asked asked;
-    shared.look(asked);
+    shared.read_requests(asked);
     require(asked.stops == 1, "the words come with the stop");
     ++carried_out;
   }
@@ -32,8 +32,8 @@ struct stops_once {
               [this] {
                 service::local_stop_asked asked;
                 asked.stops = 1;
-                shared.hand_in(asked);
-                shared.ask();
+                shared.write_request(asked);
+                shared.request();
               }},
              {"service", [this] {
                 cycle();
@@ -53,7 +53,7 @@ struct resets_what_it_stopped {
   void cycle() {
     if (shared.take()) ++carried_out;
     service::local_stop_asked asked;
-    shared.look(asked);
+    shared.read_requests(asked);
     if (asked.resets == 0 || shared.taken() != asked.count_before_reset) return;
     require(carried_out == 1, "the stop is carried out before the reset that was asked for behind it");
   }
@@ -61,10 +61,10 @@ struct resets_what_it_stopped {
     return {{{"thread",
               [this] {
                 service::local_stop_asked asked;
-                shared.ask();
+                shared.request();
                 asked.resets = 1;
                 asked.count_before_reset = shared.count();
-                shared.hand_in(asked);
+                shared.write_request(asked);
               }},
              {"service", [this] {
                 cycle();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A handle that sleeps until there is room in its queue, and the service thread, which releases slots without
-// a look at whether somebody waits for them: detail::wait_room() and handle_submissions::tell_room(), as far
-// as the two meet. A run in which the handle is left asleep has failed.
+// a look at whether somebody waits for them: detail::wait_room() and handle_submissions::notify_room(), as
+// far as the two meet. A run in which the handle is left asleep has failed.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -29,17 +29,17 @@ struct room_comes {
   notification arrival;
   notification service;
   std::uint32_t told = 0;
-  bool gave = false;
+  bool released_slots = false;
 
   void cycle(bool gives) {
     if (gives) {
       free_slots.store(1, order::release);
-      gave = true;
+      released_slots = true;
     }
     const std::uint32_t asked = room_asked.load(order::acquire);
-    const bool look = asked != told || gave;
+    const bool look = asked != told || released_slots;
     told = asked;
-    gave = false;
+    released_slots = false;
     if (asked != 0 && look) arrival.notify();
   }
   std::array<actor, 2> actors() {
@@ -76,7 +76,7 @@ TEST(room, has_the_accesses_that_the_sources_have) {
       {handle, "on.room_asked.store(0,std::memory_order_release);", 1},
       {handle, "room_asked.", 2},
       {service, "asked=state_.pairs[i].room_asked.load(std::memory_order_acquire);", 1},
-      {service, "queues.room_asked.load(std::memory_order_acquire)!=0;", 1}, // whether tell_room() is to look
+      {service, "queues.room_asked.load(std::memory_order_acquire)!=0;", 1}, // whether to notify
       {service, "room_asked.", 2},
   };
   expect_in_sources(expected);

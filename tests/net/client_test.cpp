@@ -70,17 +70,17 @@ struct client : testing::Test {
   std::string good_answer(std::string_view more = {}) {
     return upgrade_answer(more, accept_for(server.peer.text));
   }
-  // What the client makes of this answer, if it is a refusal.
-  recording_sink::refused refusal_of(std::string_view answer) {
+  // What the client makes of this answer, if it is a rejection.
+  recording_sink::rejected rejection_of(std::string_view answer) {
     EXPECT_TRUE(server.peer.send(answer));
-    EXPECT_TRUE(drive.until([&] { return !drive.sink().refusals.empty(); }));
+    EXPECT_TRUE(drive.until([&] { return !drive.sink().rejections.empty(); }));
     EXPECT_TRUE(drive.sink().opens.empty());
-    if (drive.sink().refusals.size() != 1) return {};
-    EXPECT_FALSE(drive.sink().refusals[0].what.empty());
-    EXPECT_FALSE(drive.sink().refusals[0].remedy.empty());
-    EXPECT_EQ(drive.sink().refusals[0].peer, "127.0.0.1:" + std::to_string(server.port));
+    if (drive.sink().rejections.size() != 1) return {};
+    EXPECT_FALSE(drive.sink().rejections[0].what.empty());
+    EXPECT_FALSE(drive.sink().rejections[0].remedy.empty());
+    EXPECT_EQ(drive.sink().rejections[0].peer, "127.0.0.1:" + std::to_string(server.port));
     EXPECT_TRUE(drive.until([&] { return server.peer.ended(); })) << "the socket is still open";
-    return drive.sink().refusals[0];
+    return drive.sink().rejections[0];
   }
 };
 
@@ -178,48 +178,48 @@ TEST_F(client, makes_one_attempt_however_often_it_is_asked) {
 
 TEST_F(client, reports_a_status_that_is_not_101) {
   ask();
-  const auto refusal = refusal_of("HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n");
-  EXPECT_EQ(refusal.status, 404);
-  EXPECT_NE(refusal.what.find("404"), std::string::npos);
-  EXPECT_NE(refusal.remedy.find("path"), std::string::npos);
+  const auto rejection = rejection_of("HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n");
+  EXPECT_EQ(rejection.status, 404);
+  EXPECT_NE(rejection.what.find("404"), std::string::npos);
+  EXPECT_NE(rejection.remedy.find("path"), std::string::npos);
 }
 
 TEST_F(client, does_not_follow_a_redirect) {
   ask();
-  EXPECT_EQ(refusal_of("HTTP/1.1 302 Found\r\nLocation: http://127.0.0.1/\r\n\r\n").status, 302);
+  EXPECT_EQ(rejection_of("HTTP/1.1 302 Found\r\nLocation: http://127.0.0.1/\r\n\r\n").status, 302);
   EXPECT_FALSE(server.accept());
 }
 
 TEST_F(client, refuses_an_answer_to_another_key) {
   ask();
-  EXPECT_EQ(refusal_of(upgrade_answer()).status, 101);
+  EXPECT_EQ(rejection_of(upgrade_answer()).status, 101);
 }
 
 TEST_F(client, refuses_an_extension_it_did_not_offer) {
   ask();
-  EXPECT_EQ(refusal_of(good_answer("Sec-WebSocket-Extensions: permessage-deflate\r\n")).status, 101);
+  EXPECT_EQ(rejection_of(good_answer("Sec-WebSocket-Extensions: permessage-deflate\r\n")).status, 101);
 }
 
 TEST_F(client, refuses_a_subprotocol_it_did_not_offer) {
   ask();
-  EXPECT_EQ(refusal_of(good_answer("Sec-WebSocket-Protocol: other\r\n")).status, 101);
+  EXPECT_EQ(rejection_of(good_answer("Sec-WebSocket-Protocol: other\r\n")).status, 101);
 }
 
 TEST_F(client, refuses_an_upgrade_to_something_else) {
   ask();
   std::string answer = good_answer();
-  refusal_of(answer.replace(answer.find("websocket"), 9, "smalltalk"));
+  rejection_of(answer.replace(answer.find("websocket"), 9, "smalltalk"));
 }
 
 TEST_F(client, refuses_what_is_not_http) {
   ask();
-  EXPECT_EQ(refusal_of("SSH-2.0-OpenSSH_9.2\r\n\r\n").status, 0);
+  EXPECT_EQ(rejection_of("SSH-2.0-OpenSSH_9.2\r\n\r\n").status, 0);
 }
 
 TEST_F(client, refuses_an_upgrade_in_another_http_than_1_1) { // RFC 7230 6.7: 1.0 has no Upgrade
   ask();
   std::string answer = good_answer();
-  EXPECT_EQ(refusal_of(answer.replace(answer.find("1.1"), 3, "1.0")).status, 101);
+  EXPECT_EQ(rejection_of(answer.replace(answer.find("1.1"), 3, "1.0")).status, 101);
 }
 
 TEST_F(client, refuses_an_answer_whose_fields_have_two_meanings) { // RFC 6455 11.3.3, 11.3.4
@@ -228,25 +228,25 @@ TEST_F(client, refuses_an_answer_whose_fields_have_two_meanings) { // RFC 6455 1
         "Sec-WebSocket-Protocol: rowe.v1\r\nSec-WebSocket-Protocol: foxglove.sdk.v1\r\n", "X: a\r\n b\r\n",
         "X: a\n", "X : a\r\n", "no colon\r\n", "X: \x01\r\n"}) {
     ask();
-    drive.sink().refusals.clear();
-    EXPECT_EQ(refusal_of(good_answer(more)).status, 101) << more;
+    drive.sink().rejections.clear();
+    EXPECT_EQ(rejection_of(good_answer(more)).status, 101) << more;
   }
 }
 
 TEST_F(client, refuses_a_header_without_end) {
   ask();
-  const auto refusal = refusal_of("HTTP/1.1 101 Switching Protocols\r\nX: " + std::string(5000, 'x'));
-  EXPECT_NE(refusal.what.find("4096"), std::string::npos);
+  const auto rejection = rejection_of("HTTP/1.1 101 Switching Protocols\r\nX: " + std::string(5000, 'x'));
+  EXPECT_NE(rejection.what.find("4096"), std::string::npos);
 }
 
 TEST_F(client, reports_a_server_that_closes_instead_of_answering) {
   ask();
   ASSERT_TRUE(server.peer.send("HTTP/1.1 101 Swit"));
   server.peer.close();
-  ASSERT_TRUE(drive.until([&] { return drive.sink().refusals.size() == 1; }));
+  ASSERT_TRUE(drive.until([&] { return drive.sink().rejections.size() == 1; }));
   ask();
   server.peer.reset();
-  ASSERT_TRUE(drive.until([&] { return drive.sink().refusals.size() == 2; }));
+  ASSERT_TRUE(drive.until([&] { return drive.sink().rejections.size() == 2; }));
 }
 
 TEST_F(client, gives_up_a_server_that_does_not_answer_in_time) {
@@ -254,11 +254,12 @@ TEST_F(client, gives_up_a_server_that_does_not_answer_in_time) {
   ask();
   drive.skip(4900ms);
   drive.turn();
-  EXPECT_TRUE(drive.sink().refusals.empty());
+  EXPECT_TRUE(drive.sink().rejections.empty());
   drive.skip(200ms);
   drive.turn();
-  ASSERT_EQ(drive.sink().refusals.size(), 1U);
-  EXPECT_NE(drive.sink().refusals[0].what.find("5 s"), std::string::npos) << drive.sink().refusals[0].what;
+  ASSERT_EQ(drive.sink().rejections.size(), 1U);
+  EXPECT_NE(drive.sink().rejections[0].what.find("5 s"), std::string::npos)
+      << drive.sink().rejections[0].what;
   ask(); // and the next attempt begins anew
 }
 
@@ -278,19 +279,19 @@ TEST_F(client, gives_up_a_host_that_does_not_accept_in_time) {
   late->connect();
   drive_late.turn();
   for (int i = 0; i < 10; ++i) drive_late.turn();
-  EXPECT_TRUE(drive_late.sink().refusals.empty());
+  EXPECT_TRUE(drive_late.sink().rejections.empty());
   drive_late.skip(5100ms);
   drive_late.turn();
-  ASSERT_EQ(drive_late.sink().refusals.size(), 1U);
-  EXPECT_NE(drive_late.sink().refusals[0].what.find("no connection"), std::string::npos);
+  ASSERT_EQ(drive_late.sink().rejections.size(), 1U);
+  EXPECT_NE(drive_late.sink().rejections[0].what.find("no connection"), std::string::npos);
 }
 
 TEST_F(client, reports_that_nobody_listens) {
   server.close();
   for (std::size_t i = 1; i <= 3; ++i) {
     transport->connect();
-    ASSERT_TRUE(drive.until([&] { return drive.sink().refusals.size() == i; }));
-    EXPECT_NE(drive.sink().refusals[i - 1].what.find("nobody listens"), std::string::npos);
+    ASSERT_TRUE(drive.until([&] { return drive.sink().rejections.size() == i; }));
+    EXPECT_NE(drive.sink().rejections[i - 1].what.find("nobody listens"), std::string::npos);
   }
 }
 
@@ -328,7 +329,7 @@ TEST_F(client, keeps_no_descriptor_of_a_hundred_attempts) {
       ASSERT_TRUE(server.peer.send("HTTP/1.1 403 Forbidden\r\n\r\n"));
     else
       ASSERT_TRUE(server.peer.send(upgrade_answer()));
-    ASSERT_TRUE(drive.until([&] { return drive.sink().refusals.size() == i; }));
+    ASSERT_TRUE(drive.until([&] { return drive.sink().rejections.size() == i; }));
     server.peer.close();
     if (i == 2) before = open_descriptors();
   }

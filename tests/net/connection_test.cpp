@@ -297,7 +297,7 @@ TEST(connections, clamp_the_send_buffer_when_asked) {
   EXPECT_LT(taken, 100'000U); // unclamped: megabytes on loopback
 }
 
-TEST(connections, clamp_the_send_buffer_of_whoever_is_near) {
+TEST(connections, clamp_the_send_buffer_of_a_low_rtt_peer) {
   auto transport = listening({.limits = {.unsent_bytes_max = 1U << 30}});
   driver drive{*transport};
   raw_socket client = upgraded(drive, *transport, 4096);

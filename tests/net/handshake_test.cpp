@@ -106,13 +106,13 @@ TEST_P(refused_request, is_answered_with_words_and_reported) {
   EXPECT_FALSE(client.failed) << "the answer came with a reset";
   EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 " + std::to_string(GetParam().status)) << client.text;
   EXPECT_TRUE(drive.sink().opens.empty());
-  ASSERT_EQ(drive.sink().refusals.size(), 1U);
-  const auto& refusal = drive.sink().refusals[0];
-  EXPECT_EQ(refusal.status, GetParam().status);
-  EXPECT_FALSE(refusal.what.empty());
-  EXPECT_FALSE(refusal.remedy.empty());
-  EXPECT_NE(client.text.find(refusal.remedy), std::string::npos) << client.text;
-  EXPECT_EQ(refusal.peer.substr(0, 10), "127.0.0.1:");
+  ASSERT_EQ(drive.sink().rejections.size(), 1U);
+  const auto& rejection = drive.sink().rejections[0];
+  EXPECT_EQ(rejection.status, GetParam().status);
+  EXPECT_FALSE(rejection.what.empty());
+  EXPECT_FALSE(rejection.remedy.empty());
+  EXPECT_NE(client.text.find(rejection.remedy), std::string::npos) << client.text;
+  EXPECT_EQ(rejection.peer.substr(0, 10), "127.0.0.1:");
 }
 
 const bad_request bad_requests[] = {
@@ -160,12 +160,12 @@ const bad_request bad_requests[] = {
 INSTANTIATE_TEST_SUITE_P(handshake, refused_request, testing::ValuesIn(bad_requests),
                          [](const auto& one) { return std::string{one.param.name}; });
 
-TEST(handshake, lets_a_client_finish_sending_before_it_reads_the_refusal) {
+TEST(handshake, lets_a_client_finish_sending_before_it_reads_the_rejection) {
   auto transport = listening();
   driver drive{*transport};
   raw_socket client{transport->port()};
   ASSERT_TRUE(client.send("POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n\r\n"));
-  ASSERT_TRUE(drive.until([&] { return !drive.sink().refusals.empty(); }));
+  ASSERT_TRUE(drive.until([&] { return !drive.sink().rejections.empty(); }));
   for (int i = 0; i < 100; ++i) {
     ASSERT_TRUE(client.send(std::string(1000, 'x'))) << "cut after " << i << " pieces";
     drive.turn();
@@ -206,11 +206,11 @@ TEST(handshake, cuts_a_header_that_does_not_end_in_time) {
   drive.turn();
   drive.skip(4900ms);
   drive.turn();
-  EXPECT_TRUE(drive.sink().refusals.empty());
+  EXPECT_TRUE(drive.sink().rejections.empty());
   drive.skip(200ms);
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
   EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 408");
-  ASSERT_EQ(drive.sink().refusals.size(), 1U);
+  ASSERT_EQ(drive.sink().rejections.size(), 1U);
 }
 
 TEST(handshake, closes_a_silent_socket_in_time_without_a_report) {
@@ -221,7 +221,7 @@ TEST(handshake, closes_a_silent_socket_in_time_without_a_report) {
   drive.skip(5100ms);
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
   EXPECT_TRUE(client.text.empty());
-  EXPECT_TRUE(drive.sink().refusals.empty());
+  EXPECT_TRUE(drive.sink().rejections.empty());
 }
 
 TEST(handshake, forgets_a_client_that_leaves_before_its_header_ends) {
@@ -238,7 +238,7 @@ TEST(handshake, forgets_a_client_that_leaves_before_its_header_ends) {
   ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 2; }));
   client.reset();
   EXPECT_TRUE(drive.until([&] { return open_descriptors() == before; }));
-  EXPECT_TRUE(drive.sink().refusals.empty());
+  EXPECT_TRUE(drive.sink().rejections.empty());
 }
 
 TEST(handshake, takes_one_step_a_turn_whoever_waits) {
@@ -265,9 +265,9 @@ TEST(handshake, refuses_an_upgrade_beyond_connections_max_and_still_serves_pages
   ASSERT_TRUE(drive.until([&] { return third.ended(); }));
   EXPECT_FALSE(third.failed);
   EXPECT_EQ(third.text.substr(0, 12), "HTTP/1.1 503");
-  ASSERT_EQ(drive.sink().refusals.size(), 1U);
-  EXPECT_EQ(drive.sink().refusals[0].what, "all 2 connections are taken");
-  EXPECT_NE(drive.sink().refusals[0].remedy.find("connections_max"), std::string::npos);
+  ASSERT_EQ(drive.sink().rejections.size(), 1U);
+  EXPECT_EQ(drive.sink().rejections[0].what, "all 2 connections are taken");
+  EXPECT_NE(drive.sink().rejections[0].remedy.find("connections_max"), std::string::npos);
 
   raw_socket reader{transport->port()};
   ASSERT_TRUE(reader.send(request(transport->port(), "/healthz")));
@@ -293,7 +293,7 @@ TEST(handshake, refuses_what_finds_no_place_on_the_spot) {
   ASSERT_TRUE(drive.until([&] { return next.ended(); }));
   EXPECT_EQ(next.text.substr(0, 12), "HTTP/1.1 503");
   EXPECT_EQ(transport->counters().handshakes_cut, 1U);
-  ASSERT_EQ(drive.sink().refusals.size(), 1U);
+  ASSERT_EQ(drive.sink().rejections.size(), 1U);
 
   reader.reset();
   ASSERT_TRUE(drive.until([&] { return transport->memory().bytes_used == resting; }));
@@ -306,7 +306,7 @@ TEST(handshake, gives_the_place_of_someone_answered_to_a_newcomer) {
   driver drive{*transport};
   raw_socket refused{transport->port()};
   ASSERT_TRUE(refused.send("GET / HTTP/1.0\r\n\r\n"));
-  ASSERT_TRUE(drive.until([&] { return !drive.sink().refusals.empty(); })); // parting, and does not close
+  ASSERT_TRUE(drive.until([&] { return !drive.sink().rejections.empty(); })); // answered, and does not close
   const raw_socket client = upgraded(drive, *transport);
   EXPECT_EQ(drive.sink().opens.size(), 1U);
 }

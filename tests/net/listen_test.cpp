@@ -184,8 +184,8 @@ TEST(listen, pauses_without_spinning_when_the_process_has_no_descriptor_left) {
   {
     const few_descriptors none{0};
     ASSERT_TRUE(drive.until([&] { return transport->counters().accept_pauses == 1; }));
-    ASSERT_EQ(drive.sink().refusals.size(), 1U);
-    EXPECT_NE(drive.sink().refusals[0].remedy.find("ulimit"), std::string::npos);
+    ASSERT_EQ(drive.sink().rejections.size(), 1U);
+    EXPECT_NE(drive.sink().rejections[0].remedy.find("ulimit"), std::string::npos);
     for (int i = 0; i < 100; ++i) drive.turn();
     EXPECT_EQ(transport->counters().accept_pauses, 1U);
     // The pause bounds a wait, and nothing else ends it.
@@ -226,9 +226,9 @@ TEST(listen, lets_go_of_every_descriptor) {
     driver drive{*transport};
     const raw_socket client = upgraded(drive, *transport);
     raw_socket silent{transport->port()};
-    raw_socket parting{transport->port()};
-    ASSERT_TRUE(parting.send("GET / HTTP/1.0\r\n\r\n"));
-    ASSERT_TRUE(drive.until([&] { return parting.ended(); }));
+    raw_socket answered{transport->port()};
+    ASSERT_TRUE(answered.send("GET / HTTP/1.0\r\n\r\n"));
+    ASSERT_TRUE(drive.until([&] { return answered.ended(); }));
     // A page under way, a connection being closed
     static const std::string body(8 << 20, 'x');
     drive.sink().answer = [](const service::http_request&) { return page_of(body); };

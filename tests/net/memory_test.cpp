@@ -106,8 +106,8 @@ TEST(memory, that_a_slow_reader_of_a_page_holds_is_refused_to_others_until_it_re
   ASSERT_TRUE(drive.until([&] { return second.ended(); }));
   EXPECT_EQ(second.text.substr(0, 12), "HTTP/1.1 503");
   EXPECT_NE(second.text.find("handshake_bytes"), std::string::npos) << second.text;
-  ASSERT_EQ(drive.sink().refusals.size(), 1U);
-  EXPECT_EQ(drive.sink().refusals[0].status, 503);
+  ASSERT_EQ(drive.sink().rejections.size(), 1U);
+  EXPECT_EQ(drive.sink().rejections[0].status, 503);
   EXPECT_EQ(transport->counters().handshakes_starved, 1U);
   EXPECT_EQ(transport->memory().refusals, 1U);
 
@@ -137,7 +137,7 @@ TEST(memory, that_is_used_up_refuses_newcomers_and_nobody_else) {
       ;
     return page_of("whole");
   };
-  const auto expect_refusal = [&](const std::string& asked) {
+  const auto expect_rejection = [&](const std::string& asked) {
     raw_socket newcomer{transport->port()};
     ASSERT_TRUE(newcomer.send(asked));
     ASSERT_TRUE(drive.until([&] { return newcomer.ended(); }));
@@ -145,8 +145,8 @@ TEST(memory, that_is_used_up_refuses_newcomers_and_nobody_else) {
     EXPECT_FALSE(newcomer.failed) << "the answer came with a reset";
   };
   for (int i = 0; i < 5; ++i) {
-    expect_refusal(request(transport->port(), "/"));
-    expect_refusal(upgrade_request(transport->port()));
+    expect_rejection(request(transport->port(), "/"));
+    expect_rejection(upgrade_request(transport->port()));
     write(*transport, drive.sink().opens[0].id, "still here");
     ASSERT_TRUE(drive.until([&] { return peer.has("still here"); }));
     ASSERT_TRUE(peer.send("so am I"));
@@ -155,7 +155,7 @@ TEST(memory, that_is_used_up_refuses_newcomers_and_nobody_else) {
     drive.sink().received.clear();
   }
   EXPECT_EQ(transport->counters().handshakes_starved, 10U);
-  EXPECT_EQ(drive.sink().refusals.size(), 10U);
+  EXPECT_EQ(drive.sink().rejections.size(), 10U);
   EXPECT_TRUE(drive.sink().closes.empty());
 }
 

@@ -62,7 +62,7 @@ TEST_F(page, is_answered_with_the_headers_that_protect_it) {
   EXPECT_EQ(drive.sink().pages[0].path, "/");
   EXPECT_FALSE(drive.sink().pages[0].accepts_gzip);
   EXPECT_TRUE(drive.sink().opens.empty());
-  EXPECT_TRUE(drive.sink().refusals.empty());
+  EXPECT_TRUE(drive.sink().rejections.empty());
 }
 
 TEST_F(page, says_when_its_body_is_compressed) {

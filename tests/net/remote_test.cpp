@@ -38,8 +38,8 @@ TEST(client_and_server, tell_why_there_is_no_room) {
   auto hop = connecting({.host = "127.0.0.1", .port = robot->port()});
   recording_sink& at_hop = drive.add(*hop);
   hop->connect();
-  ASSERT_TRUE(drive.until([&] { return at_hop.refusals.size() == 1; }));
-  EXPECT_EQ(at_hop.refusals[0].status, 503);
+  ASSERT_TRUE(drive.until([&] { return at_hop.rejections.size() == 1; }));
+  EXPECT_EQ(at_hop.rejections[0].status, 503);
 }
 
 TEST(client_by_name, finds_localhost) {
@@ -50,7 +50,7 @@ TEST(client_by_name, finds_localhost) {
   for (std::size_t i = 1; i <= 3; ++i) { // each attempt looks it up anew
     hop->connect();
     ASSERT_TRUE(drive.until([&] { return at_hop.opens.size() == i; }))
-        << (at_hop.refusals.empty() ? "" : at_hop.refusals[0].what);
+        << (at_hop.rejections.empty() ? "" : at_hop.rejections[0].what);
     robot->close(drive.sink().opens[i - 1].id, close_how::aborted);
     ASSERT_TRUE(drive.until([&] { return at_hop.closes.size() == i; }));
   }
@@ -62,10 +62,10 @@ TEST(client_by_name, gives_up_a_name_that_nobody_knows) {
   driver drive{*hop};
   hop->connect();
   drive.turn();
-  EXPECT_TRUE(drive.sink().refusals.empty());
+  EXPECT_TRUE(drive.sink().rejections.empty());
   drive.skip(5100ms); // a name server may take its time; we do not, and the helper is left to finish alone
-  ASSERT_TRUE(drive.until([&] { return drive.sink().refusals.size() == 1; }));
-  EXPECT_NE(drive.sink().refusals[0].what.find("no-such-host.invalid"), std::string::npos);
+  ASSERT_TRUE(drive.until([&] { return drive.sink().rejections.size() == 1; }));
+  EXPECT_NE(drive.sink().rejections[0].what.find("no-such-host.invalid"), std::string::npos);
 }
 
 TEST(client_by_name, tries_each_address_in_turn) {
@@ -98,9 +98,9 @@ TEST(client_by_name, tries_each_address_in_turn) {
       if (event.token.from == source::attempt) (*attempt)->on_event(event, drive.now(), ours);
     (*attempt)->step(drive.now(), ours);
     drive.skip(100ms); // an address may neither accept nor refuse
-    return !ours.opens.empty() || !ours.refusals.empty();
+    return !ours.opens.empty() || !ours.rejections.empty();
   }));
-  ASSERT_EQ(ours.opens.size(), 1U) << ours.refusals.at(0).what;
+  ASSERT_EQ(ours.opens.size(), 1U) << ours.rejections.at(0).what;
   EXPECT_EQ(ours.opens[0].address, "127.0.0.1:" + std::to_string(robot->port()));
 }
 

@@ -33,7 +33,7 @@ struct segments : testing::Test {
 };
 
 // A receiver acknowledges a lone segment late, and the buffer takes no other until then: see established.cpp.
-TEST_F(segments, are_at_least_two_for_what_fills_the_send_buffer_of_a_near_peer) {
+TEST_F(segments, are_at_least_two_for_what_fills_the_send_buffer_of_a_low_rtt_peer) {
   transport->set_low_rtt(id, true);
   const unsigned before = arrived();
   std::string large(60'000, 'x');

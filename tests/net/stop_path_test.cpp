@@ -18,7 +18,7 @@ raw_socket on_stop_path(driver& drive, socket_transport& transport) {
   EXPECT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
   return client;
 }
-std::size_t answered(driver& drive) { return drive.sink().pages.size() + drive.sink().refusals.size(); }
+std::size_t answered(driver& drive) { return drive.sink().pages.size() + drive.sink().rejections.size(); }
 bool is_in(const raw_socket& client) { return client.text.starts_with("HTTP/1.1 101"); }
 
 // As the core does: a displaced peer is sent a last message.
@@ -191,7 +191,7 @@ TEST(silent_handshakes, that_go_on_with_their_request_byte_by_byte_keep_nobody_o
     ASSERT_TRUE(dripping.emplace_back(transport->port()).send("GET / HTTP/1.1\r\nX: "));
     ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == i; }));
   }
-  drive.sink().refusals.clear();
+  drive.sink().rejections.clear();
   raw_socket client{transport->port()};
   ASSERT_TRUE(client.send(upgrade_request(transport->port())));
   ASSERT_TRUE(drive.until([&] {
@@ -201,7 +201,7 @@ TEST(silent_handshakes, that_go_on_with_their_request_byte_by_byte_keep_nobody_o
   EXPECT_TRUE(is_in(client));
   EXPECT_EQ(transport->counters().handshakes_evicted, 1U);
   EXPECT_TRUE(dripping[0].has("HTTP/1.1 503"));
-  EXPECT_TRUE(drive.sink().refusals.empty()); // counted, not told one by one
+  EXPECT_TRUE(drive.sink().rejections.empty()); // counted, not told one by one
 }
 
 TEST(silent_handshakes, do_not_push_out_whose_request_has_come) {
@@ -227,8 +227,8 @@ TEST(silent_handshakes, leave_two_places_that_pages_do_not_get) {
     ASSERT_TRUE(drive.until([&] { return answered(drive) == i + 1; }));
   }
   EXPECT_EQ(drive.sink().pages.size(), 2U);
-  ASSERT_EQ(drive.sink().refusals.size(), 1U);
-  EXPECT_EQ(drive.sink().refusals[0].what, "2 pages are under way, which is the limit");
+  ASSERT_EQ(drive.sink().rejections.size(), 1U);
+  EXPECT_EQ(drive.sink().rejections[0].what, "2 pages are under way, which is the limit");
   EXPECT_TRUE(is_in(on_stop_path(drive, *transport)));
 }
 

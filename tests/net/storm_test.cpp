@@ -27,7 +27,7 @@ class storm_sink final : public service::transport_sink {
   void on_close(connection_id id, close_cause) noexcept override {
     EXPECT_EQ(open_.erase(key_of(id)), 1U) << "closed without being open";
   }
-  void on_refused(const service::refusal& why) noexcept override {
+  void on_rejected(const service::rejection& why) noexcept override {
     EXPECT_FALSE(why.what.empty());
     ++refused;
   }

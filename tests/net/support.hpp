@@ -45,7 +45,7 @@ struct recording_sink final : service::transport_sink {
     connection_id id;
     close_cause cause;
   };
-  struct refused {
+  struct rejected {
     std::uint16_t status;
     std::string peer, what, remedy;
   };
@@ -72,8 +72,8 @@ struct recording_sink final : service::transport_sink {
     if (when_writable) when_writable(id);
   }
   void on_close(connection_id id, close_cause cause) noexcept override { closes.push_back({id, cause}); }
-  void on_refused(const service::refusal& why) noexcept override {
-    refusals.push_back(
+  void on_rejected(const service::rejection& why) noexcept override {
+    rejections.push_back(
         {why.http_status, std::string{why.peer}, std::string{why.what}, std::string{why.remedy}});
   }
   service::http_answer on_http(const service::http_request& request) noexcept override {
@@ -90,7 +90,7 @@ struct recording_sink final : service::transport_sink {
 
   std::vector<opened> opens;
   std::vector<closed> closes;
-  std::vector<refused> refusals;
+  std::vector<rejected> rejections;
   std::vector<asked> pages;
   std::vector<std::size_t> reads;
   std::map<std::uint32_t, std::string> received; // by index

@@ -8,7 +8,7 @@ from robot_test import robot
 from websocket import peer, settle
 
 twist = {"linear": {"x": 0.1, "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": 0.5}}
-complaint = 'publish /cmd_vel: the member "linear.y" is missing; a number is wanted'
+diagnostic = 'publish /cmd_vel: the member "linear.y" is missing; a number is wanted'
 
 
 def odometry(header):
@@ -34,14 +34,14 @@ class driving(unittest.TestCase):
     def test_pub_says_what_was_wrong_and_fails(self):
         ended = run("pub", self.url, "/cmd_vel", '{"linear":{"x":0.1}}')
         self.assertEqual(ended.code, 1, ended.stderr)
-        self.assertIn(complaint, ended.stderr[0])
+        self.assertIn(diagnostic, ended.stderr[0])
         self.assertRegex(ended.stderr[-1], r"sent 1 message in \d+\.\d+ s$")
 
     def test_pub_says_so_quietly_and_of_latched_or_many_messages_too(self):
         ended = run("pub", self.url, "/cmd_vel", '{"linear":{"x":0.1}}', "-q", "-n", "300", "-r", "10kHz")
         self.assertEqual(ended.code, 1, ended.stderr)
         self.assertEqual(len(ended.stderr), 1)
-        self.assertIn(complaint, ended.stderr[0])
+        self.assertIn(diagnostic, ended.stderr[0])
 
     def test_pub_hears_nothing_where_the_message_is_taken(self):
         self.subscribe("/driven")

@@ -174,9 +174,9 @@ class process_side final : public side {
 
  private:
   void listen() override {
-    char room[4096];
-    for (ssize_t bytes; (bytes = ::read(output_, room, sizeof room)) > 0;) {
-      begun_.append(room, static_cast<std::size_t>(bytes));
+    char buffer[4096];
+    for (ssize_t bytes; (bytes = ::read(output_, buffer, sizeof buffer)) > 0;) {
+      begun_.append(buffer, static_cast<std::size_t>(bytes));
     }
     for (std::size_t end; (end = begun_.find('\n')) != begun_.npos;) {
       lines_.push_back(begun_.substr(0, end));

@@ -145,8 +145,8 @@ long minor_faults() {
 }
 
 [[gnu::noinline]] void use_stack() {
-  volatile char room[200 * 1024];
-  for (std::size_t at = 0; at < sizeof room; at += 1024) room[at] = 1;
+  volatile char buffer[200 * 1024];
+  for (std::size_t at = 0; at < sizeof buffer; at += 1024) buffer[at] = 1;
 }
 
 TEST(thread, has_touched_its_stack_before_it_runs) {

@@ -148,9 +148,9 @@ void real_time::before_measuring() {
 // lie at its end.
 void real_time::write_to_own_stack() noexcept {
   constexpr std::size_t below = 32 * 1024;
-  volatile char room[below];
-  for (std::size_t i = 0; i < below; i += 1024) room[i] = 0;
-  use(room);
+  volatile char buffer[below];
+  for (std::size_t i = 0; i < below; i += 1024) buffer[i] = 0;
+  use(buffer);
   for (char* at = static_cast<char*>(__builtin_frame_address(0)); at < stack_end_; at += 1024) {
     volatile char* const byte = at;
     *byte = *byte;

@@ -78,9 +78,9 @@ class real_time {
   // In memory as the library's own: shared, present, never destroyed.
   template <class T, class... Arguments>
   T& make(Arguments&&... arguments) {
-    const std::span<std::byte> room = memory_.carve_bytes(sizeof(T), alignof(T));
-    if (room.empty()) throw std::length_error{"the exercise's memory is too small"};
-    return *std::construct_at(reinterpret_cast<T*>(room.data()), std::forward<Arguments>(arguments)...);
+    const std::span<std::byte> storage = memory_.carve_bytes(sizeof(T), alignof(T));
+    if (storage.empty()) throw std::length_error{"the exercise's memory is too small"};
+    return *std::construct_at(reinterpret_cast<T*>(storage.data()), std::forward<Arguments>(arguments)...);
   }
   template <class T>
   std::span<T> array(std::size_t count) {

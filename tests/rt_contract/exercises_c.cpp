@@ -13,7 +13,7 @@ namespace {
 constexpr std::int64_t now_ns = rt::nanoseconds_of(now);
 constexpr long ttl_ms = 20;
 
-// A handle and its lane.
+// A handle and its queue pair.
 template <class Handle>
 struct in_c {
   detail::queue_pair& on;
@@ -210,12 +210,12 @@ constexpr exercise list[] = {
 
     {"rowe_write", "members of all types, until the room is too small, and of none",
      [](real_time& rt) {
-       const auto room = rt.array<char>(256);
+       const auto buffer = rt.array<char>(256);
        rt.calls([&](std::uint64_t i) {
-         use(rowe_write(room.data(), room.size() - i % room.size(), "i", rowe_type_int, static_cast<int>(i),
-                        "l", rowe_type_int64, static_cast<std::int64_t>(i) << 40, "d", rowe_type_double,
-                        1 / static_cast<double>(i), "nan", rowe_type_double, std::nan(""), "t",
-                        rowe_type_boolean, true, "z", rowe_type_null, "s", rowe_type_string,
+         use(rowe_write(buffer.data(), buffer.size() - i % buffer.size(), "i", rowe_type_int,
+                        static_cast<int>(i), "l", rowe_type_int64, static_cast<std::int64_t>(i) << 40, "d",
+                        rowe_type_double, 1 / static_cast<double>(i), "nan", rowe_type_double, std::nan(""),
+                        "t", rowe_type_boolean, true, "z", rowe_type_null, "s", rowe_type_string,
                         "caf\xc3\xa9 \"\n", "o", rowe_type_object, "{}", i % 3 == 0 ? nullptr : "odd", 99,
                         nullptr));
        });

@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t now_ns = rt::nanoseconds_of(now);
 constexpr long ttl_ms = 20;
 
-// All handles of C, each with its lane.
+// All handles of C, each with its queue pair.
 struct all_handles {
   detail::permit_word<>& permit;
   detail::queue_pair& talks;

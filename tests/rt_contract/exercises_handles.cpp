@@ -80,32 +80,32 @@ constexpr exercise list[] = {
      }},
     {"detail::parked_slots::push", "until all places are taken, and popped",
      [](real_time& rt) {
-       detail::parked_slots aside{rt.array<std::uint32_t>(depth)};
+       detail::parked_slots parked{rt.array<std::uint32_t>(depth)};
        rt.calls([&](std::uint64_t i) {
-         if (aside.count == depth) aside.count = 0;
-         aside.push(static_cast<std::uint32_t>(i));
+         if (parked.count == depth) parked.count = 0;
+         parked.push(static_cast<std::uint32_t>(i));
        });
      }},
     {"detail::parked_slots::pop", "round and round",
      [](real_time& rt) {
-       detail::parked_slots aside{rt.array<std::uint32_t>(depth)};
+       detail::parked_slots parked{rt.array<std::uint32_t>(depth)};
        rt.calls([&](std::uint64_t i) {
-         aside.push(static_cast<std::uint32_t>(i));
-         use(aside.pop());
+         parked.push(static_cast<std::uint32_t>(i));
+         use(parked.pop());
        });
      }},
-    {"detail::pair_handle::operator bool", "with and without a lane",
+    {"detail::pair_handle::operator bool", "with and without a queue pair",
      [](real_time& rt) {
        auto& handle = rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody)));
        auto& empty = rt.make<detail::pair_handle>();
        rt.calls([&](std::uint64_t i) { use(static_cast<bool>(i % 2 == 0 ? handle : empty)); });
      }},
-    {"detail::pair_handle::operator->", "with a lane",
+    {"detail::pair_handle::operator->", "with a queue pair",
      [](real_time& rt) {
        auto& handle = rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody)));
        rt.calls([&](std::uint64_t) { use(handle->ttl); });
      }},
-    {"detail::pair_handle::operator*", "with a lane",
+    {"detail::pair_handle::operator*", "with a queue pair",
      [](real_time& rt) {
        auto& handle = rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody)));
        rt.calls([&](std::uint64_t) { use((*handle).ttl); });
@@ -126,7 +126,7 @@ constexpr exercise list[] = {
        word.close();
        rt.calls([&](std::uint64_t) { use(word.closed()); });
      }},
-    {"detail::publish_into", "a lane with room",
+    {"detail::publish_into", "a queue pair with room",
      [](real_time& rt) {
        queue_pair& on = publishing_pair(rt, audience::somebody);
        rt.calls([&](std::uint64_t) {
@@ -215,21 +215,21 @@ constexpr exercise list[] = {
        });
      },
      true},
-    {"publisher::wanted", "of structs, with and without a lane",
+    {"publisher::wanted", "of structs, with and without a queue pair",
      [](real_time& rt) { read_from_publishers(rt, [](auto& p) { return p.wanted(); }); }},
-    {"publisher::wanted", "of texts, with and without a lane",
+    {"publisher::wanted", "of texts, with and without a queue pair",
      [](real_time& rt) { read_from_text_publishers(rt, [](auto& p) { return p.wanted(); }); }},
-    {"publisher::published", "of structs, with and without a lane",
+    {"publisher::published", "of structs, with and without a queue pair",
      [](real_time& rt) { read_from_publishers(rt, [](auto& p) { return p.published(); }); }},
-    {"publisher::published", "of texts, with and without a lane",
+    {"publisher::published", "of texts, with and without a queue pair",
      [](real_time& rt) { read_from_text_publishers(rt, [](auto& p) { return p.published(); }); }},
-    {"publisher::dropped_no_peer", "of structs, with and without a lane",
+    {"publisher::dropped_no_peer", "of structs, with and without a queue pair",
      [](real_time& rt) { read_from_publishers(rt, [](auto& p) { return p.dropped_no_peer(); }); }},
-    {"publisher::dropped_no_peer", "of texts, with and without a lane",
+    {"publisher::dropped_no_peer", "of texts, with and without a queue pair",
      [](real_time& rt) { read_from_text_publishers(rt, [](auto& p) { return p.dropped_no_peer(); }); }},
-    {"publisher::dropped_full", "of structs, with and without a lane",
+    {"publisher::dropped_full", "of structs, with and without a queue pair",
      [](real_time& rt) { read_from_publishers(rt, [](auto& p) { return p.dropped_full(); }); }},
-    {"publisher::dropped_full", "of texts, with and without a lane",
+    {"publisher::dropped_full", "of texts, with and without a queue pair",
      [](real_time& rt) { read_from_text_publishers(rt, [](auto& p) { return p.dropped_full(); }); }},
 
     {"subscriber::try_take", "when nothing has arrived",

@@ -243,7 +243,7 @@ constexpr exercise list[] = {
              .cancel({static_cast<std::uint32_t>(i % (2 * calls_max)), static_cast<std::uint32_t>(i % 4)});
        });
      }},
-    {"lane::refusal", "with and without a lane",
+    {"lane::refusal", "with and without a queue pair",
      [](real_time& rt) { read_from_lanes(rt, [](auto& l) { return l.refusal().size(); }); }},
 
     {"lane::try_reply", "to a call",
@@ -323,13 +323,13 @@ constexpr exercise list[] = {
        });
      }},
 
-    {"lane::sent", "with and without a lane",
+    {"lane::sent", "with and without a queue pair",
      [](real_time& rt) { read_from_lanes(rt, [](auto& l) { return l.sent(); }); }},
-    {"lane::dropped_full", "with and without a lane",
+    {"lane::dropped_full", "with and without a queue pair",
      [](real_time& rt) { read_from_lanes(rt, [](auto& l) { return l.dropped_full(); }); }},
-    {"lane::dropped_too_big", "with and without a lane",
+    {"lane::dropped_too_big", "with and without a queue pair",
      [](real_time& rt) { read_from_lanes(rt, [](auto& l) { return l.dropped_too_big(); }); }},
-    {"lane::expired", "with and without a lane",
+    {"lane::expired", "with and without a queue pair",
      [](real_time& rt) { read_from_lanes(rt, [](auto& l) { return l.expired(); }); }},
 };
 

@@ -59,9 +59,9 @@ struct all_parts : state_fixture::outside_fixture {
 
   // A peer that the transport knows, too; it takes plain messages.
   connection& connect() {
-    const connection_id id = to_peers.open(ours);
+    const connection_id id = transport.open(ours);
     no_sink nobody;
-    to_peers.poll(cycle.now, nobody);
+    transport.poll(cycle.now, nobody);
     connection& c = state.peers[{id.index}];
     c = {};
     c.id = id;
@@ -79,9 +79,9 @@ struct all_parts : state_fixture::outside_fixture {
     state.peers.add();
     return c;
   }
-  void block(const connection& c) { to_peers.link_of(c.id).room_bytes = 0; }
+  void block(const connection& c) { transport.link_of(c.id).capacity_bytes = 0; }
   void unblock(const connection& c) {
-    to_peers.link_of(c.id).room_bytes = 1 << 20;
+    transport.link_of(c.id).capacity_bytes = 1 << 20;
     parts.sender_.writable({c.id.index});
   }
   // Writes what there is, and returns what has arrived at the peer.
@@ -89,10 +89,10 @@ struct all_parts : state_fixture::outside_fixture {
     parts.sender_.flush_all();
     parts.direct_messages_.take_outcomes();
     no_sink nobody;
-    to_peers.poll(cycle.now, nobody);
-    const auto sent = to_peers.sent(by.id);
+    transport.poll(cycle.now, nobody);
+    const auto sent = transport.sent(by.id);
     std::string bytes{reinterpret_cast<const char*>(sent.data()), sent.size()};
-    to_peers.peer_reads(by.id, sent.size());
+    transport.peer_reads(by.id, sent.size());
     return bytes;
   }
   pair_index offer(const rowe::detail::pair_request& asked) { return outside_fixture::offer(state, asked); }

@@ -106,12 +106,13 @@ TEST_F(broker_test, lets_no_peer_replace_what_a_handle_latched) {
 }
 
 TEST_F(broker_test, counts_a_latched_value_that_has_no_room) {
-  const std::size_t room = bounds.latched_bytes / sizeof(rowe::service::latch_block); // each takes one block
-  for (std::size_t i = 0; i <= room; ++i)
+  const std::size_t capacity =
+      bounds.latched_bytes / sizeof(rowe::service::latch_block); // each takes one block
+  for (std::size_t i = 0; i <= capacity; ++i)
     publish(hold_as_own("/map" + std::to_string(i)), "{}", {latch_owner::kind::handle, 0});
   EXPECT_EQ(counts.read(counter::not_latched), 1U);
   EXPECT_FALSE(topics.at(topics.find("/map0")).last.empty());
-  EXPECT_TRUE(topics.at(topics.find("/map" + std::to_string(room))).last.empty());
+  EXPECT_TRUE(topics.at(topics.find("/map" + std::to_string(capacity))).last.empty());
 }
 
 TEST_F(broker_test, passes_nothing_on_to_peers_where_it_is_no_hub) {

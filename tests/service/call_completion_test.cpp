@@ -91,8 +91,8 @@ TEST_F(call_completion_test, takes_answers_only_of_the_one_that_was_asked) {
   EXPECT_EQ(completion.answer(handle, which, {.text = nothing.text()}).code(), errc::peer_lost);
   EXPECT_EQ(completion.refuse({.who = call_endpoint::kind::thread}, which, "no").code(), errc::peer_lost);
   EXPECT_EQ(counts.read(counter::replies_unsent), 2U);
-  std::array<char, rowe::service::call_table::our_id_bytes_max> room;
-  const std::string id = '"' + std::string{calls.write_id(room, index, 1)} + '"';
+  std::array<char, rowe::service::call_table::our_id_bytes_max> buffer;
+  const std::string id = '"' + std::string{calls.write_id(buffer, index, 1)} + '"';
   rowe::wire::request said;
   said.id_raw = id;
   completion.take_reply(caller, said);

@@ -36,14 +36,15 @@ struct call_parts : peer_parts::peer_parts {
       : peer_parts{chosen} {}
 
   rowe::service::direct_messages messages{
-      memory, {.state = state, .store = store, .out = out, .delivery = delivery, .inbox = inbox}};
+      memory,
+      {.state = state, .message_store = store, .outbox = out, .local_delivery = delivery, .receiver = inbox}};
   rowe::service::call_completion completion{memory,
                                             {.state = state,
-                                             .store = store,
-                                             .out = out,
-                                             .refused = refused,
-                                             .messages = messages,
-                                             .delivery = delivery}};
+                                             .message_store = store,
+                                             .outbox = out,
+                                             .refusals = refused,
+                                             .direct_messages = messages,
+                                             .local_delivery = delivery}};
 
   // What is queued for a peer as answers, oldest first.
   std::vector<std::string> replies(const connection& to) { return told(to); }

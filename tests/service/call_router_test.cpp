@@ -19,37 +19,38 @@ struct call_router_test : call_parts::call_parts {
 
   rowe::service::stop_rules rules{options.stop, cycle.now, 1};
   rowe::service::stop_service stop{
-      memory, {.state = state, .writer = sending, .completion = completion, .rules = rules}};
+      memory, {.state = state, .sender = sending, .call_completion = completion, .stop_rules = rules}};
   rowe::service::service_directory directory{memory, bounds};
   rowe::service::topic_rates rates{{.state = state, .statistics_topic = {}}};
   rowe::service::advertisement_table advertised{memory, bounds};
   rowe::detail::latch_words<> loop;
-  rowe::service::statistics_report report{{.state = state, .rules = rules, .out = out, .rates = rates}};
+  rowe::service::statistics_report report{
+      {.state = state, .stop_rules = rules, .outbox = out, .topic_rates = rates}};
   rowe::service::endpoint_services own{{.state = state,
-                                        .directory = directory,
-                                        .rules = rules,
-                                        .store = store,
-                                        .out = out,
-                                        .completion = completion,
-                                        .report = report,
-                                        .advertised = advertised}};
+                                        .service_directory = directory,
+                                        .stop_rules = rules,
+                                        .message_store = store,
+                                        .outbox = out,
+                                        .call_completion = completion,
+                                        .statistics_report = report,
+                                        .advertisement_table = advertised}};
   rowe::service::call_requests requests{{.state = state,
-                                         .store = store,
-                                         .out = out,
-                                         .delivery = delivery,
-                                         .inbox = inbox,
-                                         .messages = messages,
-                                         .completion = completion,
-                                         .stop = stop}};
+                                         .message_store = store,
+                                         .outbox = out,
+                                         .local_delivery = delivery,
+                                         .receiver = inbox,
+                                         .direct_messages = messages,
+                                         .call_completion = completion,
+                                         .stop_service = stop}};
   rowe::service::call_router router{{.state = state,
-                                     .directory = directory,
-                                     .refused = refused,
-                                     .inbox = inbox,
-                                     .delivery = delivery,
-                                     .completion = completion,
-                                     .requests = requests,
-                                     .own = own,
-                                     .stop = stop}};
+                                     .service_directory = directory,
+                                     .refusals = refused,
+                                     .receiver = inbox,
+                                     .local_delivery = delivery,
+                                     .call_completion = completion,
+                                     .call_requests = requests,
+                                     .endpoint_services = own,
+                                     .stop_service = stop}};
 
   static rowe::wire::request of(const connection& c, std::string_view service, std::string_view id) {
     rowe::wire::request asked;

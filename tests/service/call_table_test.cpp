@@ -46,8 +46,8 @@ struct call_table_test : testing::Test {
     return count;
   }
   std::string id_of(call_index index, std::uint32_t epoch = 3) {
-    std::array<char, call_table::our_id_bytes_max> room{};
-    return '"' + std::string{calls.write_id(room, index, epoch)} + '"';
+    std::array<char, call_table::our_id_bytes_max> buffer{};
+    return '"' + std::string{calls.write_id(buffer, index, epoch)} + '"';
   }
   void TearDown() override { EXPECT_TRUE(calls.check()); }
 };

@@ -385,11 +385,11 @@ TEST_F(replying, hears_that_its_time_to_live_is_over) {
   for (const rowe::duration ttl : {50ms, 0ms}) {
     program.say(R"({"service":"x","message_id":1})");
     on.cycle();
-    on.net.link_of(program.id()).room_bytes = 0;
+    on.net.link_of(program.id()).capacity_bytes = 0;
     const auto slot = reply(next_call(), R"({"done":true})", ttl);
     on.cycles(ttl == 0ms ? 2 : 60);
     EXPECT_EQ(outcome(slot), "expired");
-    on.net.link_of(program.id()).room_bytes = 4096;
+    on.net.link_of(program.id()).capacity_bytes = 4096;
     program.hear();
     on.cycles(3);
     EXPECT_EQ(program.hear(), texts{});
@@ -414,14 +414,14 @@ TEST_F(replying, hears_that_there_was_no_room_and_may_try_again) {
   peer program{on};
   program.say(R"({"service":"x","message_id":1})");
   on.cycle();
-  on.net.link_of(program.id()).room_bytes = 0;
+  on.net.link_of(program.id()).capacity_bytes = 0;
   for (int i = 0; i < 70; ++i) program.say(R"({"op":"nonsense"})"); // each is answered, and 64 answers wait
   on.cycle();
   const auto call = next_call();
   auto slot = reply(call, R"({"done":true})");
   on.cycle();
   EXPECT_EQ(outcome(slot), "full");
-  on.net.link_of(program.id()).room_bytes = 64 * 1024;
+  on.net.link_of(program.id()).capacity_bytes = 64 * 1024;
   for (int i = 0; i < 3; ++i) { // more than may be on its way to it at once
     on.cycle();
     program.hear();

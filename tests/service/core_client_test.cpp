@@ -33,7 +33,7 @@ TEST_F(core_client, connects_at_once_and_again_later_each_time_it_is_refused) {
   EXPECT_EQ(on.net.attempts(), 1U);
   std::vector<rowe::rt::duration> waits;
   for (std::uint64_t attempt = 2; attempt < 10; ++attempt) {
-    on.net.refuse("connection refused");
+    on.net.reject("connection refused");
     const auto began = on.now;
     while (on.net.attempts() < attempt) on.cycle();
     waits.push_back(on.now - began);
@@ -45,7 +45,7 @@ TEST_F(core_client, connects_at_once_and_again_later_each_time_it_is_refused) {
 
 TEST_F(core_client, reports_why_it_cannot_connect) {
   on.cycle();
-  on.net.refuse("connection refused");
+  on.net.reject("connection refused");
   on.cycle();
   const auto what = on.shared.try_event();
   ASSERT_TRUE(what);
@@ -139,7 +139,7 @@ TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it)
   peer server{on, side::client};
   on.cycle();
   (void)server.hear();
-  on.net.link_of(server.id()).room_bytes = 5;
+  on.net.link_of(server.id()).capacity_bytes = 5;
   publish(pair, "{\"n\":12345}");
   publish(pair, "{\"n\":67890}");
   texts heard;
@@ -165,13 +165,13 @@ TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
             R"({"data":0.1})");
 }
 
-TEST_F(core_client, leaves_in_the_lane_what_the_server_does_not_read_so_that_its_publisher_is_told) {
+TEST_F(core_client, leaves_in_the_queue_pair_what_the_server_does_not_read_so_that_its_publisher_is_told) {
   auto& pair = on.offer(pair_kind::publish_text, "/out", 100, {.depth = 32});
   on.cycle();
   peer server{on, side::client};
   on.cycle();
   (void)server.hear();
-  on.net.link_of(server.id()).room_bytes = 0;
+  on.net.link_of(server.id()).capacity_bytes = 0;
   int accepted = 0;
   for (int i = 0; i < 200; ++i) {
     accepted += rowe::detail::publish_into(pair, 2, on.now, [](std::byte* slot) {
@@ -181,7 +181,7 @@ TEST_F(core_client, leaves_in_the_lane_what_the_server_does_not_read_so_that_its
   }
   EXPECT_EQ(accepted, 16 + 32); // queue_depth_max towards the server, and the queue pair's own
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
-  on.net.link_of(server.id()).room_bytes = 1 << 20;
+  on.net.link_of(server.id()).capacity_bytes = 1 << 20;
   on.cycles(20);
   EXPECT_EQ(server.hear().size(), static_cast<std::size_t>(accepted));
 }
@@ -217,7 +217,7 @@ TEST_F(core_client, starts_afresh_after_a_lost_connection) {
   peer server{on, side::client};
   on.cycle();
   (void)server.hear();
-  on.net.link_of(server.id()).room_bytes = 3;
+  on.net.link_of(server.id()).capacity_bytes = 3;
   publish(pair, "{\"n\":1}");
   on.cycle();
   server.leave(rowe::service::close_cause::reset);

@@ -139,7 +139,7 @@ TEST_F(core_test, gives_everything_back_when_a_peer_vanishes_in_the_middle_of_a_
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  on.net.link_of(p.id()).room_bytes = 10;
+  on.net.link_of(p.id()).capacity_bytes = 10;
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
   EXPECT_GT(on.core.slots_in_use(), 0U);
@@ -164,7 +164,7 @@ TEST_F(core_test, continues_a_frame_where_the_socket_stopped_taking_it) {
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  on.net.link_of(p.id()).room_bytes = 3;
+  on.net.link_of(p.id()).capacity_bytes = 3;
   texts heard;
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   for (int i = 0; i < 200; ++i) {

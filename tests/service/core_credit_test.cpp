@@ -120,7 +120,7 @@ TEST_F(core_credit, takes_no_foreign_pong_for_an_answer) {
   EXPECT_EQ(on.net.sent(p.id()).size(), before);
 }
 
-TEST_F(core_credit, tells_the_transport_who_is_near) {
+TEST_F(core_credit, tells_the_transport_who_has_a_low_rtt) {
   peer& p = viewer();
   saturate();
   (void)p.hear();

@@ -73,7 +73,7 @@ TEST_F(plain_messages, says_that_a_message_is_sent_when_one_peer_has_it) {
   reads.say("{}");
   stalled.say("{}");
   on.cycle();
-  on.net.link_of(stalled.id()).room_bytes = 0;
+  on.net.link_of(stalled.id()).capacity_bytes = 0;
   const auto slot = send(R"({"a":1})");
   on.cycle();
   EXPECT_EQ(outcome(slot), "sent");
@@ -121,11 +121,11 @@ TEST_F(plain_messages, does_not_send_behind_a_blocked_socket_what_must_go_now) {
   peer there{on};
   there.say("{}");
   on.cycle();
-  on.net.link_of(there.id()).room_bytes = 0;
+  on.net.link_of(there.id()).capacity_bytes = 0;
   const auto slot = send(R"({"a":1})", 0ns);
   on.cycles(3);
   EXPECT_EQ(outcome(slot), "expired");
-  on.net.link_of(there.id()).room_bytes = 4096;
+  on.net.link_of(there.id()).capacity_bytes = 4096;
   on.cycles(3);
   EXPECT_EQ(there.hear(), texts{});
 }
@@ -134,15 +134,15 @@ TEST_F(plain_messages, checks_the_time_when_it_writes) {
   peer there{on};
   there.say("{}");
   on.cycle();
-  on.net.link_of(there.id()).room_bytes = 0;
-  const auto dead = send(R"({"a":1})", 50ms);
+  on.net.link_of(there.id()).capacity_bytes = 0;
+  const auto expired = send(R"({"a":1})", 50ms);
   const auto alive = send(R"({"a":2})", 500ms);
   on.cycles(100);
-  on.net.link_of(there.id()).room_bytes = 4096;
+  on.net.link_of(there.id()).capacity_bytes = 4096;
   there.hear(); // reads, so that there is room
   on.cycles(3);
   EXPECT_EQ(there.hear(), texts{R"({"a":2})"});
-  EXPECT_EQ(outcome(dead), "expired");
+  EXPECT_EQ(outcome(expired), "expired");
   EXPECT_EQ(outcome(alive), "sent");
 }
 
@@ -159,7 +159,7 @@ TEST_F(plain_messages, sends_to_the_next_peer_what_the_last_one_was_not_given) {
   peer first{on};
   first.say("{}");
   on.cycle();
-  on.net.link_of(first.id()).room_bytes = 5; // the message begins, and does not end
+  on.net.link_of(first.id()).capacity_bytes = 5; // the message begins, and does not end
   const auto slot = send(R"({"a":1})", 5s);
   on.cycle();
   first.leave(rowe::service::close_cause::reset);
@@ -196,7 +196,7 @@ TEST_F(plain_messages, gives_what_one_peer_left_without_to_another_that_is_there
   peer first{on};
   first.say("{}");
   on.cycle();
-  on.net.link_of(first.id()).room_bytes = 0;
+  on.net.link_of(first.id()).capacity_bytes = 0;
   const auto slot = send(R"({"a":1})");
   on.cycle();
   peer second{on};
@@ -213,7 +213,7 @@ TEST_F(plain_messages, keeps_a_message_where_it_is_while_no_peer_has_room) {
   for (auto* p : {&one, &other}) {
     p->say("{}");
     on.cycle();
-    on.net.link_of(p->id()).room_bytes = 0;
+    on.net.link_of(p->id()).capacity_bytes = 0;
   }
   texts all;
   for (int i = 0; i < 18; ++i) {
@@ -221,7 +221,7 @@ TEST_F(plain_messages, keeps_a_message_where_it_is_while_no_peer_has_room) {
     send(all.back(), -1ns, false);
     on.cycle();
   }
-  for (auto* p : {&one, &other}) on.net.link_of(p->id()).room_bytes = 4096;
+  for (auto* p : {&one, &other}) on.net.link_of(p->id()).capacity_bytes = 4096;
   on.cycles(3);
   EXPECT_EQ(one.hear(), all);
   EXPECT_EQ(other.hear(), all);
@@ -233,7 +233,7 @@ TEST_F(plain_messages, tells_a_sender_that_the_one_it_meant_is_gone) {
   one.say("{}");
   on.cycle();
   const rowe::detail::peer_ref to{one.id().index, one.id().generation};
-  on.net.link_of(one.id()).room_bytes = 0;
+  on.net.link_of(one.id()).capacity_bytes = 0;
   const auto queued = send(R"({"a":1})", 5s, true, to);
   on.cycle();
   one.leave();
@@ -271,7 +271,7 @@ TEST_F(plain_messages, waits_in_its_lane_when_the_only_peer_does_not_read) {
   peer slow{on};
   slow.say("{}");
   on.cycle();
-  on.net.link_of(slow.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).capacity_bytes = 0;
   int accepted = 0;
   for (int i = 0; i < 100; ++i) {
     const auto slot = on.submissions.submit({.what = entry::message, .stamped = on.now}, R"({"a":1})");
@@ -289,7 +289,7 @@ struct parked : plain_messages {
     slow.say("{}");
     fine.say("{}");
     on.cycle();
-    on.net.link_of(slow.id()).room_bytes = 0;
+    on.net.link_of(slow.id()).capacity_bytes = 0;
     for (std::uint32_t i = 0; i <= on.options.limits.queue_depth_max; ++i) {
       send(R"({"to":"slow"})", -1ns, false, to_slow);
       on.cycle();
@@ -334,7 +334,7 @@ TEST_F(parked, tells_who_waits_behind_it_that_the_time_is_over) {
 TEST_F(parked, keeps_the_order_towards_it) {
   send(R"({"to":"slow","last":true})", -1ns, false, to_slow);
   on.cycle();
-  on.net.link_of(slow.id()).room_bytes = 4096;
+  on.net.link_of(slow.id()).capacity_bytes = 4096;
   on.cycles(3);
   const auto heard = slow.hear();
   ASSERT_EQ(heard.size(), on.options.limits.queue_depth_max + 2);
@@ -462,7 +462,7 @@ TEST_F(parked_in_a_lane, has_slots_for_others_when_half_of_them_wait_for_one_pee
   EXPECT_EQ(fine.hear().size(), 1U);
   EXPECT_EQ(on.count(counter::expired), 1U);
   EXPECT_EQ(talk.try_send("{}", -1ns, on.now, to).code(), errc::full) << "until nothing waits for it";
-  on.net.link_of(slow.id()).room_bytes = 64 * 1024;
+  on.net.link_of(slow.id()).capacity_bytes = 64 * 1024;
   on.cycles(4);
   EXPECT_TRUE(talk.wait_room(0ns, to));
   EXPECT_TRUE(talk.try_send(R"({"n":2})", -1ns, on.now, to));
@@ -478,7 +478,7 @@ TEST_F(parked_in_a_lane, ends_what_is_beyond_the_share_of_a_peer_that_does_not_r
   EXPECT_TRUE(talk.try_send(R"({"n":2})", -1ns, on.now, to));
   on.cycle();
   EXPECT_EQ(on.count(counter::outbox_full), 1U) << "the one after half of the slots";
-  on.net.link_of(slow.id()).room_bytes = 64 * 1024;
+  on.net.link_of(slow.id()).capacity_bytes = 64 * 1024;
   on.cycles(4);
   const auto heard = slow.hear();
   EXPECT_EQ(std::count(heard.begin(), heard.end(), R"({"n":1})"), 1);
@@ -511,7 +511,7 @@ TEST_F(parked, tells_a_thread_that_waits_what_became_of_a_message_beyond_the_sha
 }
 
 // While threads receive they may have more parked than afterwards, when a queue pair does.
-TEST(parked_messages, keeps_what_was_put_aside_when_another_one_begins_to_receive) {
+TEST(parked_messages, keeps_what_was_parked_when_another_one_begins_to_receive) {
   auto options = with_many_slots();
   options.limits.small_slots = 512;
   options.limits.door_slots = 8;
@@ -532,7 +532,7 @@ TEST(parked_messages, keeps_what_was_put_aside_when_another_one_begins_to_receiv
   };
   on.cycle();
   for (std::size_t i = 0; i < 3; ++i) {
-    on.net.link_of(slow[i].id()).room_bytes = 0;
+    on.net.link_of(slow[i].id()).capacity_bytes = 0;
     for (std::uint32_t n = 0; n < queued; ++n) send(i);
   }
   for (const std::size_t to : {0U, 0U, 0U, 0U, 1U, 1U, 2U}) send(to); // a half, a quarter, an eighth
@@ -545,7 +545,7 @@ TEST(parked_messages, keeps_what_was_put_aside_when_another_one_begins_to_receiv
             .in_bytes = 192,
             .completions_bytes = 192});
   on.cycles(3);
-  for (std::size_t i = 0; i < 3; ++i) on.net.link_of(slow[i].id()).room_bytes = 64 * 1024;
+  for (std::size_t i = 0; i < 3; ++i) on.net.link_of(slow[i].id()).capacity_bytes = 64 * 1024;
   on.cycles(5);
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(slow[i].hear().size(), sent[i]);
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
@@ -563,7 +563,7 @@ TEST_F(plain_messages, has_slots_for_calls_when_half_of_them_wait_for_everyone) 
                                                     .in_bytes = 192,
                                                     .completions_bytes = 4096}))};
   on.cycle();
-  on.net.link_of(slow.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).capacity_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max + 2; ++i) {
     EXPECT_TRUE(talk.try_send(R"({"to":"all"})", -1ns, on.now));
     on.cycle();
@@ -575,7 +575,7 @@ TEST_F(plain_messages, has_slots_for_calls_when_half_of_them_wait_for_everyone) 
   const auto end = talk.try_finish();
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->reply);
-  on.net.link_of(slow.id()).room_bytes = 64 * 1024;
+  on.net.link_of(slow.id()).capacity_bytes = 64 * 1024;
   on.cycles(4);
   EXPECT_TRUE(talk.wait_room(0ns));
   EXPECT_EQ(slow.hear().size(), on.options.limits.queue_depth_max + 2);
@@ -600,7 +600,7 @@ TEST(parked_messages, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_readi
                                                     .completions_bytes = 192}))};
   on.cycle();
   for (peer& one : crowd) {
-    on.net.link_of(one.id()).room_bytes = 0;
+    on.net.link_of(one.id()).capacity_bytes = 0;
     for (int i = 0; i < 16; ++i)
       (void)talk.try_send("{}", -1ns, on.now, {one.id().index, one.id().generation});
     on.cycle();
@@ -625,7 +625,7 @@ TEST_F(plain_messages, leaves_large_slots_to_others_than_a_peer_that_does_not_re
                                                     .in_bytes = 192,
                                                     .completions_bytes = 192}))};
   on.cycle();
-  on.net.link_of(slow.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).capacity_bytes = 0;
   const std::string large = R"({"a":")" + std::string(1500, 'x') + R"("})";
   for (std::uint32_t i = 0; i < on.options.limits.large_slots; ++i)
     EXPECT_TRUE(talk.try_send(large, -1ns, on.now, {slow.id().index, slow.id().generation}));
@@ -650,8 +650,8 @@ TEST_F(plain_messages, keeps_the_order_towards_a_peer_when_slots_are_short) {
                                                     .in_bytes = 192,
                                                     .completions_bytes = 192}))};
   on.cycle();
-  on.net.link_of(slow.id()).room_bytes = 0;
-  on.net.link_of(slow_too.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).capacity_bytes = 0;
+  on.net.link_of(slow_too.id()).capacity_bytes = 0;
   const auto send_to = [&](const peer& to, const std::string& text) {
     EXPECT_TRUE(talk.try_send(text, -1ns, on.now, {to.id().index, to.id().generation}));
   };

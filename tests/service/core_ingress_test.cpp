@@ -423,7 +423,7 @@ TEST_F(receiver_shares, counts_what_the_receiver_has_in_its_hands) {
 }
 
 TEST_F(receiver_shares, does_not_read_a_peer_whose_answers_it_cannot_send) {
-  on.net.link_of(peers[0]->id()).room_bytes = 0;
+  on.net.link_of(peers[0]->id()).capacity_bytes = 0;
   for (int i = 0; i < 300; ++i) peers[0]->say(message_of('a', 800)); // in one way, and in the other
   bool all_sent = true;
   for (int i = 0; i < 50; ++i) {
@@ -445,7 +445,7 @@ TEST_F(receiver_shares, does_not_read_a_peer_whose_answers_it_cannot_send) {
   EXPECT_EQ(on.count(counter::messages_in), said + 200);
   EXPECT_TRUE(all_sent) << "there is room for the answer to each message";
   EXPECT_EQ(lost(), 0U);
-  on.net.link_of(peers[0]->id()).room_bytes = 1024 * 1024; // now it reads
+  on.net.link_of(peers[0]->id()).capacity_bytes = 1024 * 1024; // now it reads
   std::size_t back = 0;
   for (int i = 0; i < 500 && back < 300; ++i) {
     on.cycle();

@@ -21,7 +21,7 @@ struct core_names : core_test {
   texts read_slowly(peer& by, std::size_t bytes) {
     texts all;
     for (int i = 0; i < 400; ++i) {
-      on.net.link_of(by.id()).room_bytes = bytes;
+      on.net.link_of(by.id()).capacity_bytes = bytes;
       on.cycle();
       for (auto& text : by.hear()) all.push_back(std::move(text));
     }
@@ -64,12 +64,12 @@ TEST_F(core_names, sends_each_peer_the_name_it_subscribed_by_out_of_one_slot) {
   one.say(R"({"op":"subscribe","topic":"/pose"})");
   other.say(R"({"op":"subscribe","topic":"pose"})");
   on.cycle();
-  for (peer* p : {&one, &other}) on.net.link_of(p->id()).room_bytes = 0;
+  for (peer* p : {&one, &other}) on.net.link_of(p->id()).capacity_bytes = 0;
   ASSERT_TRUE(publish(on, pair, {1, 0}));
   ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycle();
   EXPECT_EQ(on.core.slots_in_use(), 2U);
-  for (peer* p : {&one, &other}) on.net.link_of(p->id()).room_bytes = 4096;
+  for (peer* p : {&one, &other}) on.net.link_of(p->id()).capacity_bytes = 4096;
   on.cycles(2);
   EXPECT_EQ(one.hear(), (texts{message(1), message(2)}));
   EXPECT_EQ(other.hear(), (texts{unslashed(1), unslashed(2)}));
@@ -385,7 +385,7 @@ TEST_F(core_names_as_client, continues_a_masked_frame_without_the_slash_where_th
     ASSERT_TRUE(publish_text(on, pair, R"({"n":12345})"));
     texts heard;
     for (int i = 0; i < 80; ++i) {
-      on.net.link_of(server.id()).room_bytes = bytes;
+      on.net.link_of(server.id()).capacity_bytes = bytes;
       on.cycle();
       for (auto& text : server.hear()) heard.push_back(std::move(text));
     }

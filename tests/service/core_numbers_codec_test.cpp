@@ -167,7 +167,7 @@ TEST_F(core_numbers_codec, are_not_told_all_that_comes_and_goes_without_pause) {
   client p{on};
   peer restless{on};
   on.cycles(100);
-  on.net.link_of(p.id()).room_bytes = 16; // it reads nothing, so its replies stay in their queue
+  on.net.link_of(p.id()).capacity_bytes = 16; // it reads nothing, so its replies stay in their queue
   for (int i = 0; i < 500; ++i) {
     restless.say(R"({"op":"advertise","topic":"/a"})");
     on.cycle();
@@ -175,7 +175,7 @@ TEST_F(core_numbers_codec, are_not_told_all_that_comes_and_goes_without_pause) {
     on.cycle();
   }
   EXPECT_FALSE(p.cut());
-  on.net.link_of(p.id()).room_bytes = 4096;
+  on.net.link_of(p.id()).capacity_bytes = 4096;
   on.cycles(2000);
   (void)p.hear();
   for (const char* topic : {"/a", "/b", "/c", "/d"}) { // with pauses each is told at once, and some in a row
@@ -212,7 +212,7 @@ TEST_F(core_numbers_codec, lists_more_than_one_message_holds) {
 // It asks for more than it reads, and so loses what waits longest: the greeting.
 TEST_F(core_numbers_codec, is_closed_rather_than_told_of_a_part_of_what_there_is) {
   peer p{on, side::server, "127.0.0.1:50000", "/", numbers::subprotocol};
-  on.net.link_of(p.id()).room_bytes = 0;
+  on.net.link_of(p.id()).capacity_bytes = 0;
   on.cycle();
   const std::string of_statistics = "c" + four(5);
   for (std::uint32_t i = 0; i < 8; ++i) p.send(opcode::binary, of_statistics + four(i) + "{}");
@@ -257,8 +257,8 @@ TEST_F(core_numbers_codec, goes_on_with_a_message_that_the_socket_took_a_part_of
   on.cycle();
   client p{on};
   say(p, subscribe_to(0x01020304, p.topics.at("/pose")));
-  for (std::size_t room = 1; room < 40; ++room) {
-    on.net.link_of(p.id()).room_bytes = room;
+  for (std::size_t capacity = 1; capacity < 40; ++capacity) {
+    on.net.link_of(p.id()).capacity_bytes = capacity;
     const auto published = on.now;
     ASSERT_TRUE(publish(on, pose_pair, {1, 0}));
     texts heard;
@@ -266,7 +266,7 @@ TEST_F(core_numbers_codec, goes_on_with_a_message_that_the_socket_took_a_part_of
       on.cycle();
       heard = p.hear();
     }
-    EXPECT_EQ(heard, texts{message(0x01020304, published, R"({"x":1,"y":0})")}) << room;
+    EXPECT_EQ(heard, texts{message(0x01020304, published, R"({"x":1,"y":0})")}) << capacity;
   }
 }
 

@@ -60,12 +60,12 @@ TEST_F(core_test, encodes_once_for_all_peers) {
   std::vector<peer> peers;
   for (int i = 0; i < 8; ++i) peers.emplace_back(on).say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  for (peer& p : peers) on.net.link_of(p.id()).room_bytes = 0; // nobody reads: the messages stay queued
+  for (peer& p : peers) on.net.link_of(p.id()).capacity_bytes = 0; // nobody reads: the messages stay queued
   ASSERT_TRUE(publish(on, pair, {7, 0}));
   on.cycle();
   EXPECT_EQ(on.core.slots_in_use(), 1U);
   for (peer& p : peers) {
-    on.net.link_of(p.id()).room_bytes = 4096;
+    on.net.link_of(p.id()).capacity_bytes = 4096;
   }
   on.cycles(2);
   for (peer& p : peers) EXPECT_EQ(p.hear(), texts{message(7)});
@@ -77,11 +77,11 @@ TEST_F(core_test, sends_nothing_after_its_time_to_live_but_a_frame_already_begun
   peer slow{on};
   slow.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  on.net.link_of(slow.id()).room_bytes = 10; // the first frame begins, no more
+  on.net.link_of(slow.id()).capacity_bytes = 10; // the first frame begins, no more
   for (int i = 1; i <= 3; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
   on.cycle(30ms);
-  on.net.link_of(slow.id()).room_bytes = 4096;
+  on.net.link_of(slow.id()).capacity_bytes = 4096;
   on.cycles(3);
   EXPECT_EQ(slow.hear(), texts{message(1)});
   EXPECT_EQ(on.count(counter::expired), 2U);
@@ -108,10 +108,10 @@ TEST_F(core_test, sends_a_value_without_time_to_live_only_in_the_cycle_that_sees
   ASSERT_TRUE(publish(on, pair, {1, 0}));
   on.cycle();
   EXPECT_EQ(slow.hear(), texts{message(1)});
-  on.net.link_of(slow.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).capacity_bytes = 0;
   ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycle();
-  on.net.link_of(slow.id()).room_bytes = 4096;
+  on.net.link_of(slow.id()).capacity_bytes = 4096;
   on.cycles(3);
   EXPECT_TRUE(slow.hear().empty());
   EXPECT_EQ(on.count(counter::expired), 1U);
@@ -123,13 +123,13 @@ TEST_F(core_test, drops_the_oldest_for_a_peer_that_does_not_read_and_counts_it) 
   peer quick{on};
   for (peer* p : {&slow, &quick}) p->say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  on.net.link_of(slow.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).capacity_bytes = 0;
   for (int i = 0; i < 40; ++i) {
     ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
     on.cycle();
   }
   EXPECT_EQ(quick.hear().size(), 40U);
-  on.net.link_of(slow.id()).room_bytes = 1 << 20;
+  on.net.link_of(slow.id()).capacity_bytes = 1 << 20;
   on.cycles(3);
   const auto late = slow.hear();
   ASSERT_EQ(late.size(), 16U); // queue_depth_max
@@ -155,7 +155,7 @@ TEST_F(core_test, counts_each_expired_message_of_a_latched_topic) {
   peer slow{on};
   slow.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  on.net.link_of(slow.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).capacity_bytes = 0;
   for (int i = 0; i < 10; ++i) {
     ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
     on.cycle();
@@ -170,12 +170,12 @@ TEST_F(core_test, gives_the_newest_only_to_those_who_subscribed_before_it_was_as
   on.cycle();
   auto& pair = advertise_pose(on, {.keep = rowe::keep::newest});
   on.cycle();
-  on.net.link_of(early.id()).room_bytes = 0;
+  on.net.link_of(early.id()).capacity_bytes = 0;
   for (int i = 0; i < 10; ++i) {
     ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
     on.cycle();
   }
-  on.net.link_of(early.id()).room_bytes = 4096;
+  on.net.link_of(early.id()).capacity_bytes = 4096;
   on.cycles(2);
   EXPECT_EQ(early.hear(), texts{message(9)});
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
@@ -215,7 +215,7 @@ TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
   reader.say(R"({"op":"subscribe","topic":"/a"})");
   reader.say(R"({"op":"subscribe","topic":"/b"})");
   busy.cycle();
-  busy.net.link_of(reader.id()).room_bytes = 0;
+  busy.net.link_of(reader.id()).capacity_bytes = 0;
   for (auto* pair : {&first, &second}) {
     for (int i = 0; i < 128; ++i) {
       ASSERT_TRUE(rowe::detail::publish_into(*pair, 2, busy.now,
@@ -223,7 +223,7 @@ TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
     }
   }
   busy.cycles(4);
-  busy.net.link_of(reader.id()).room_bytes = 64 * 45; // a batch at a time
+  busy.net.link_of(reader.id()).capacity_bytes = 64 * 45; // a batch at a time
   bool heard_b = false;
   for (int i = 0; i < 4 && !heard_b; ++i) {
     busy.cycle();
@@ -286,7 +286,7 @@ TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {
   peer listener{hub};
   listener.say(R"({"op":"subscribe","topic":"/pose"})");
   hub.cycle();
-  hub.net.link_of(listener.id()).room_bytes = 0;
+  hub.net.link_of(listener.id()).capacity_bytes = 0;
   talker.say(R"({"op":"publish","topic":"/pose","msg":{"x":1,"y":0}})");
   hub.cycle();
   advertise_pose(hub, {.keep = rowe::keep::newest, .priority = rowe::priority::urgent});
@@ -345,7 +345,7 @@ struct ample {
   peer reader{on};
 };
 
-TEST(core_publishing, takes_more_of_a_lane_at_once_where_everybody_has_room_for_it) {
+TEST(core_publishing, takes_more_of_a_queue_pair_at_once_where_everybody_has_room_for_it) {
   ample a{256};
   a.publish_all(300);
   a.on.cycle();
@@ -367,7 +367,7 @@ TEST(core_publishing, takes_no_more_of_a_lane_at_once_than_the_smallest_queue_ho
 
 TEST(core_publishing, takes_the_usual_share_of_a_lane_where_a_peer_reads_slowly) {
   ample a{256};
-  a.on.net.link_of(a.reader.id()).room_bytes = 10;
+  a.on.net.link_of(a.reader.id()).capacity_bytes = 10;
   a.publish_all(1);
   a.on.cycle();
   a.publish_all(200);
@@ -389,17 +389,17 @@ TEST(core_publishing, takes_back_from_peers_that_do_not_read_only_what_they_hold
   on.cycle();
   ASSERT_TRUE(publish_text(on, lasting, R"({"n":0})")); // throttled from here on
   on.cycle();
-  on.net.link_of(changed.id()).room_bytes = 0;
+  on.net.link_of(changed.id()).capacity_bytes = 0;
   changed.say(R"({"op":"nonsense"})"); // its answer takes a slot, and cannot go
   on.cycle();
   ASSERT_TRUE(publish_text(on, brief, R"({"n":1})"));
   on.cycles(20);
   changed.say(R"({"op":"subscribe","topic":"/t","throttle_rate":1000})"); // without a queue
-  on.net.link_of(stalled.id()).room_bytes = 0;
+  on.net.link_of(stalled.id()).capacity_bytes = 0;
   on.cycle();
   ASSERT_TRUE(publish_text(on, lasting, R"({"n":2})")); // in the slot that the last one had
   on.cycle();
-  on.net.link_of(other.id()).room_bytes = 0;
+  on.net.link_of(other.id()).capacity_bytes = 0;
   other.say(R"({"op":"nonsense"})"); // the last slot
   on.cycle();
   asks.say(R"({"op":"nonsense"})");
@@ -417,8 +417,8 @@ TEST_F(core_test, takes_slots_back_from_peers_that_do_not_read_when_others_need_
     peer deaf{busy}, deaf_too{busy}, hears{busy};
     for (peer* p : {&deaf, &deaf_too, &hears}) p->say(R"({"op":"subscribe","topic":"/pose"})");
     busy.cycle();
-    busy.net.link_of(deaf.id()).room_bytes = 0;
-    busy.net.link_of(deaf_too.id()).room_bytes = 0;
+    busy.net.link_of(deaf.id()).capacity_bytes = 0;
+    busy.net.link_of(deaf_too.id()).capacity_bytes = 0;
     std::size_t heard = 0;
     for (int i = 0; i < 100; ++i) {
       EXPECT_TRUE(publish_text(busy, pair, R"({"x":")" + std::string(bytes, 'x') + R"("})"));

@@ -254,7 +254,7 @@ TEST_F(refusals, close_a_connection_that_sends_binary) {
 TEST_F(refusals, are_bounded_for_a_peer_that_does_not_read_its_answers) {
   peer rude{on};
   on.cycle();
-  on.net.link_of(rude.id()).room_bytes = 0;
+  on.net.link_of(rude.id()).capacity_bytes = 0;
   for (int i = 0; i < 1000; ++i) rude.say("nonsense");
   on.cycles(20);
   EXPECT_LE(on.core.slots_in_use(), 20U);

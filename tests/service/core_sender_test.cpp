@@ -141,7 +141,7 @@ TEST(sender, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did
   peer slow{on};
   slow.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  on.net.link_of(slow.id()).room_bytes = 10; // the first frame begins, no more
+  on.net.link_of(slow.id()).capacity_bytes = 10; // the first frame begins, no more
   for (int i = 1; i <= 2; ++i) {
     ASSERT_TRUE(publish(on, lasting, {1.0 * i, 0}));
     on.cycle();
@@ -149,7 +149,7 @@ TEST(sender, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did
   ASSERT_TRUE(publish(on, brief, {3, 0}));
   on.cycle();
   on.now += 30ms;
-  on.net.link_of(slow.id()).room_bytes = 4096;
+  on.net.link_of(slow.id()).capacity_bytes = 4096;
   on.cycles(3);
   EXPECT_EQ(slow.hear(), (texts{message(1), message(2)}));
   ASSERT_TRUE(publish(on, lasting, {4, 0}));
@@ -169,14 +169,14 @@ TEST(sender, begins_what_waited_for_a_frame_that_ended) {
   for (peer* p : {&first, &second}) {
     p->say(R"({"op":"subscribe","topic":"/pose"})");
     on.cycle();
-    on.net.link_of(p->id()).room_bytes = 10;
+    on.net.link_of(p->id()).capacity_bytes = 10;
   }
   for (int i = 1; i <= 2; ++i) {
     ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
     on.cycle();
   }
   for (peer* p : {&first, &second}) {
-    on.net.link_of(p->id()).room_bytes = 4096;
+    on.net.link_of(p->id()).capacity_bytes = 4096;
     on.cycles(3);
     EXPECT_EQ(on.core.inconsistency(), "");
   }

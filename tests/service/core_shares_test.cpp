@@ -228,7 +228,7 @@ TEST(core_shares, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is_
       on.cycle();
     }
     peer p{on};
-    if (!reads) on.net.link_of(p.id()).room_bytes = 30;
+    if (!reads) on.net.link_of(p.id()).capacity_bytes = 30;
     for (int i = 0; i < 30; ++i) p.say(R"({"op":"unsubscribe","topic":"/none"})");
     for (const char* topic : {"/a", "/b", "/c"}) p.say(subscribe(topic));
     for (int i = 0; i < 30; ++i) p.say(R"({"op":"unsubscribe","topic":"/none"})");
@@ -237,7 +237,7 @@ TEST(core_shares, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is_
       on.cycle();
       ASSERT_TRUE(on.core.check());
       hear_more(p, heard);
-      on.net.link_of(p.id()).room_bytes += 100;
+      on.net.link_of(p.id()).capacity_bytes += 100;
     }
     EXPECT_EQ(p.violated, "");
     EXPECT_EQ(count_of(heard, "kept"), 3U);
@@ -491,7 +491,7 @@ TEST(core_shares, has_slots_left_beside_peers_that_finish_no_large_message) {
     on.cycle();
   };
   for (int i = 0; i < 6; ++i) { // each has another message begun
-    on.net.link_of(deaf.emplace_back(on).id()).room_bytes = 500;
+    on.net.link_of(deaf.emplace_back(on).id()).capacity_bytes = 500;
     deaf.back().say(subscribe("/map", R"(,"queue_length":1)"));
     on.cycle();
     publish();
@@ -521,7 +521,7 @@ TEST(core_shares, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames)
   const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
   for (int i = 0; i < 6; ++i) {
     auto& how = on.net.link_of(deaf.emplace_back(on).id());
-    how.room_bytes = 500;
+    how.capacity_bytes = 500;
     how.rest_bytes_max = SIZE_MAX;
     deaf.back().say(subscribe("/map", R"(,"queue_length":1)"));
     on.cycle();
@@ -551,7 +551,7 @@ TEST(core_shares, lets_nobody_wait_where_there_is_one_large_slot_and_the_transpo
   auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
   peer deaf{on}, reads{on};
   auto& how = on.net.link_of(deaf.id());
-  how.room_bytes = 500;
+  how.capacity_bytes = 500;
   how.rest_bytes_max = SIZE_MAX;
   for (peer* one : {&deaf, &reads}) one->say(subscribe("/map", R"(,"queue_length":1)"));
   on.cycle();
@@ -571,7 +571,7 @@ TEST(core_shares, cuts_nobody_for_a_peer_that_has_left) {
   core_harness on{options};
   auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
   peer slow{on}, waits{on};
-  on.net.link_of(slow.id()).room_bytes = 500;
+  on.net.link_of(slow.id()).capacity_bytes = 500;
   slow.say(subscribe("/map", R"(,"queue_length":1)"));
   on.cycle();
   (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
@@ -592,7 +592,7 @@ TEST(core_shares, cuts_no_peer_for_its_slow_reading_alone) {
   core_harness on{options};
   auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000, {.depth = 2});
   peer slow{on}, reads{on};
-  on.net.link_of(slow.id()).room_bytes = 500;
+  on.net.link_of(slow.id()).capacity_bytes = 500;
   for (peer* one : {&slow, &reads}) one->say(subscribe("/map", R"(,"queue_length":1)"));
   on.cycle();
   texts heard;
@@ -940,7 +940,7 @@ TEST(core_shares, composes_no_answer_for_which_its_asker_has_no_place) {
   core_harness on;
   peer deaf{on};
   on.cycle();
-  on.net.link_of(deaf.id()).room_bytes = 0;
+  on.net.link_of(deaf.id()).capacity_bytes = 0;
   for (int i = 0; i < 40; ++i)
     deaf.say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/rowe/stats"})");
   on.cycles(20);

@@ -175,7 +175,7 @@ TEST_F(stopping, needs_no_slot_no_queue_and_no_place_for_a_call) {
     busy.say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/slow"})");
   on.cycle();
   peer deaf{on};
-  on.net.link_of(deaf.id()).room_bytes = 0;
+  on.net.link_of(deaf.id()).capacity_bytes = 0;
   for (int topic = 0; topic < 8; ++topic)
     deaf.say(R"({"op":"call_service","id":")" + std::to_string(topic) + R"(","service":"/rosapi/topics"})");
   for (int i = 0; i < 400; ++i) deaf.say(R"({"op":"call_service","service":"/rosapi/topics"})");
@@ -193,13 +193,13 @@ TEST_F(stopping, is_written_before_everything_that_waits_for_the_same_peer) {
   rowe::detail::queue_pair& pose_pair = advertise_pose(on);
   operator_.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  on.net.link_of(operator_.id()).room_bytes = 10; // a frame is begun, the rest waits
+  on.net.link_of(operator_.id()).capacity_bytes = 10; // a frame is begun, the rest waits
   for (int i = 0; i < 10; ++i) (void)publish(on, pose_pair, {1.0 * i, 0});
   on.cycle();
   operator_.say(stop_call);
   on.cycle();
   look();
-  on.net.link_of(operator_.id()).room_bytes = SIZE_MAX;
+  on.net.link_of(operator_.id()).capacity_bytes = SIZE_MAX;
   on.cycle();
   const auto heard = operator_.hear();
   ASSERT_EQ(heard.size(), 11U);
@@ -215,13 +215,13 @@ TEST_F(stopping, frames_stay_whole_however_the_socket_takes_them) {
   (void)operator_.hear();
   std::size_t answers = 0;
   for (int i = 0; i < 300; ++i) {
-    on.net.link_of(operator_.id()).room_bytes = static_cast<std::size_t>(i % 37);
+    on.net.link_of(operator_.id()).capacity_bytes = static_cast<std::size_t>(i % 37);
     if (i % 5 == 0) operator_.say(stop_call);
     if (i % 7 == 0) operator_.send(rowe::wire::opcode::ping, "are you there?");
     look();
     for (const std::string& text : operator_.hear()) answers += member(text, "op") == "\"service_response\"";
   }
-  on.net.link_of(operator_.id()).room_bytes = SIZE_MAX;
+  on.net.link_of(operator_.id()).capacity_bytes = SIZE_MAX;
   on.cycles(60);
   for (const std::string& text : operator_.hear()) answers += member(text, "op") == "\"service_response\"";
   EXPECT_EQ(operator_.violated, "");
@@ -407,7 +407,7 @@ TEST_F(stopping, of_one_peer_does_not_keep_others_from_waiting_for_their_answer)
 TEST_F(stopping, asked_for_by_this_process_needs_no_room_at_all) {
   peer operator_{on};
   start(operator_);
-  on.shared.stops.ask();
+  on.shared.stops.request();
   on.cycle();
   EXPECT_FALSE(look());
 }
@@ -421,18 +421,18 @@ struct local_thread {
   void stop(std::string_view source, std::string_view reason = {}) {
     ++asked.stops;
     ASSERT_TRUE(asked.source.assign(source) && asked.reason.assign(reason));
-    on.shared.stops.hand_in(asked);
-    on.shared.stops.ask();
+    on.shared.stops.write_request(asked);
+    on.shared.stops.request();
   }
   void reset(std::uint64_t number = 0, rowe::rt::time_point until = rowe::rt::never) {
     ++asked.resets;
     asked.number = number;
     asked.count_before_reset = on.shared.stops.count();
     asked.until = until;
-    on.shared.stops.hand_in(asked);
+    on.shared.stops.write_request(asked);
   }
   const rowe::service::local_stop_answered& hear() {
-    on.shared.stops.hear(heard);
+    on.shared.stops.read_answers(heard);
     return heard;
   }
 };
@@ -467,7 +467,7 @@ TEST_F(stopping, words_that_come_behind_it_are_shown) {
   peer operator_{on};
   start(operator_);
   local_thread thread{on};
-  on.shared.stops.ask();
+  on.shared.stops.request();
   on.cycle();
   EXPECT_FALSE(look());
   EXPECT_EQ(thread.hear().stops, 0U);
@@ -621,10 +621,10 @@ TEST_F(stopping, is_not_reset_by_this_process_where_a_stop_without_words_comes_b
   local_thread thread{on};
   on.cycle();
   EXPECT_FALSE(look());
-  on.shared.stops.ask();
+  on.shared.stops.request();
   thread.stop("button");
   thread.reset();
-  on.shared.stops.ask();
+  on.shared.stops.request();
   on.cycle();
   ASSERT_EQ(thread.hear().resets, 1U);
   EXPECT_EQ(thread.heard.reset_outcome.code(), rowe::errc::refused);
@@ -635,7 +635,7 @@ TEST_F(stopping, is_reset_by_this_process_where_a_stop_without_words_came_before
   local_thread thread{on};
   on.cycle();
   EXPECT_FALSE(look());
-  on.shared.stops.ask();
+  on.shared.stops.request();
   thread.reset();
   for (int i = 0; i < 4; ++i) {
     on.cycle();

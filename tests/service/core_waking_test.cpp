@@ -89,7 +89,7 @@ TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room)
   slow.say("{}");
   on.cycles(2);
   rowe::lane talk{handle_of(talking)};
-  on.net.link_of(slow.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).capacity_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
     EXPECT_TRUE(talk.try_send("{}", -1ns, on.now));
     on.cycle();
@@ -98,7 +98,7 @@ TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room)
   EXPECT_TRUE(talk.try_send("{}", -1ns, on.now));
   on.cycle();
   EXPECT_EQ(on.core.idle_time_max(1ms), 1ms);
-  on.net.link_of(slow.id()).room_bytes = 1 << 20;
+  on.net.link_of(slow.id()).capacity_bytes = 1 << 20;
   on.cycles(3);
   EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
   EXPECT_EQ(slow.hear().size(), on.options.limits.queue_depth_max + 1);
@@ -189,7 +189,7 @@ TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_se
   peer server{on, rowe::service::side::client};
   on.cycle();
   (void)server.hear();
-  on.net.link_of(server.id()).room_bytes = 0;
+  on.net.link_of(server.id()).capacity_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
     EXPECT_TRUE(publish_text(on, pair, "{}"));
     on.cycle();
@@ -198,7 +198,7 @@ TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_se
   EXPECT_TRUE(publish_text(on, pair, "{}"));
   on.cycle();
   EXPECT_EQ(on.core.idle_time_max(1ms), 1ms) << "one more than the queue holds";
-  on.net.link_of(server.id()).room_bytes = 1 << 20;
+  on.net.link_of(server.id()).capacity_bytes = 1 << 20;
   on.cycles(4);
   EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
   EXPECT_TRUE(on.core.check());
@@ -210,12 +210,12 @@ TEST(core_waking_client, looks_again_soon_while_a_lane_that_closes_has_something
   on.cycle();
   peer server{on, rowe::service::side::client};
   on.cycle();
-  on.net.link_of(server.id()).room_bytes = 0;
+  on.net.link_of(server.id()).capacity_bytes = 0;
   EXPECT_TRUE(publish_text(on, pair, "{}"));
   pair.lifecycle.close();
   on.cycle();
   EXPECT_EQ(on.core.idle_time_max(1ms), 1ms);
-  on.net.link_of(server.id()).room_bytes = 1 << 20;
+  on.net.link_of(server.id()).capacity_bytes = 1 << 20;
   on.cycles(3);
   EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
   EXPECT_EQ(pair.lifecycle.look(), rowe::detail::pair_phase::free);

@@ -189,7 +189,7 @@ TEST_F(credit_test, asks_whether_a_silent_peer_is_alive) {
   EXPECT_FALSE(ping());
 }
 
-TEST_F(credit_test, knows_who_is_near) {
+TEST_F(credit_test, knows_who_has_a_low_rtt) {
   EXPECT_FALSE(of.low_rtt());
   round(1024, 2ms);
   EXPECT_FALSE(of.low_rtt());

@@ -46,15 +46,15 @@ struct direct_messages_test : call_parts::call_parts {
     sending.forget({c.id.index});
     out.forget({c.id.index});
     messages.forget({c.id.index});
-    to_peers.close(c.id, rowe::service::close_how::aborted);
+    transport.close(c.id, rowe::service::close_how::aborted);
     c.state = connection::phase::free;
     peers.remove();
     messages.take_outcomes();
   }
   // Its socket takes nothing more, or takes all again.
-  void block(const connection& c) { to_peers.link_of(c.id).room_bytes = 0; }
+  void block(const connection& c) { transport.link_of(c.id).capacity_bytes = 0; }
   void unblock(const connection& c) {
-    to_peers.link_of(c.id).room_bytes = 1 << 20;
+    transport.link_of(c.id).capacity_bytes = 1 << 20;
     sending.writable({c.id.index});
   }
   void write() {
@@ -236,7 +236,7 @@ TEST_F(direct_messages_test, give_back_the_share_of_a_peer_that_left) {
   while (!post(1, first)) {
   }
   (void)ended();
-  ASSERT_TRUE(out.of({first.id.index}).told_full);
+  ASSERT_TRUE(out.of({first.id.index}).marked_full);
   leave(first);
   const auto all = ended();
   EXPECT_EQ(all.size(), before);
@@ -288,8 +288,8 @@ TEST_F(direct_messages_test, are_parked_up_to_the_share_of_their_peer_and_end_be
   while (!post(parked, slow)) ++parked;
   EXPECT_EQ(parked, 6U) << "as many as it leaves";
   EXPECT_EQ(ended(), (ends{{parked, errc::full}}));
-  EXPECT_TRUE(out.of({slow.id.index}).told_full);
-  EXPECT_FALSE(out.of({other.id.index}).told_full);
+  EXPECT_TRUE(out.of({slow.id.index}).marked_full);
+  EXPECT_FALSE(out.of({other.id.index}).marked_full);
   EXPECT_TRUE(messages.check());
   messages.parking().begin_turn(16, false);
   for (std::uint32_t i = 0; i < 12; ++i)
@@ -313,7 +313,7 @@ TEST_F(direct_messages_test, tell_senders_of_room_when_nothing_is_parked_any_mor
   messages.parking().begin_cycle();
   messages.parking().begin_turn(16, false);
   EXPECT_TRUE(messages.parking().renew_room());
-  EXPECT_FALSE(out.of({slow.id.index}).told_full);
+  EXPECT_FALSE(out.of({slow.id.index}).marked_full);
   EXPECT_FALSE(messages.parking().renew_room()) << "once";
 }
 

@@ -44,7 +44,7 @@ void send(harness::core_harness& on, duration ttl) {
 
 } // namespace
 
-// The lives are drawn before, so that only the core's instructions are counted, and the submission queue's.
+// The lives are chosen before, so that only the core's instructions are counted, and the submission queue's.
 extern "C" [[gnu::noinline]] void expiry_steps(harness::core_harness& on, const std::vector<duration>& lives,
                                                duration each) {
   for (const duration ttl : lives) {

@@ -41,10 +41,10 @@ struct listings_test : peer_parts::peer_parts {
   const topic_id state_of_stop = hold_own(rowe::wire::stop_state_name); // as the core has it
   rowe::service::listings listed{memory,
                                  {.state = state,
-                                  .directory = directory,
-                                  .rules = rules,
-                                  .advertised = advertised,
-                                  .out = out,
+                                  .service_directory = directory,
+                                  .stop_rules = rules,
+                                  .advertisement_table = advertised,
+                                  .outbox = out,
                                   .endpoint_name = "robot"}};
   rowe::detail::latch_words<> loop;
 

@@ -26,7 +26,7 @@ struct liveness_test : reading_parts::reading_parts {
   liveness_test() : reading_parts{impatient()} {}
 
   rowe::service::liveness checks{
-      {.state = state, .out = out, .writer = sending, .refused = refused, .in = in}};
+      {.state = state, .outbox = out, .sender = sending, .refusals = refused, .ingress = in}};
   connection& peer = begin();
 
   int checked = 0;  // how often a peer was

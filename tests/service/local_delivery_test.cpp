@@ -121,8 +121,8 @@ TEST_F(local_delivery_test, takes_no_slot_for_what_cannot_be_decoded) {
   const pair_index to = subscribe_points(1);
   for (int i = 0; i < 3; ++i) {
     EXPECT_FALSE(deliver(to, R"({"x":"text","y":2})"));
-    std::array<char, rowe::json::decoder::diagnosis::text_bytes_max> room;
-    EXPECT_NE(why.text(room).find("x"), std::string_view::npos);
+    std::array<char, rowe::json::decoder::diagnosis::text_bytes_max> buffer;
+    EXPECT_NE(why.text(buffer).find("x"), std::string_view::npos);
     EXPECT_EQ(next(to), "");
   }
   EXPECT_TRUE(deliver(to, R"({"x":1,"y":2})"));

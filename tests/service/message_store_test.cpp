@@ -98,10 +98,10 @@ TEST_F(message_store_test, frees_what_is_over_whoever_still_has_it) {
   EXPECT_EQ(counts.read(counter::expired), 2U); // as many as had it
 }
 
-TEST_F(message_store_test, says_that_something_lives_no_longer_than_this_cycle_once) {
+TEST_F(message_store_test, says_once_that_something_expires_with_this_cycle) {
   (void)compose("x", cycle.now);
-  EXPECT_TRUE(store.take_lives_no_longer());
-  EXPECT_FALSE(store.take_lives_no_longer());
+  EXPECT_TRUE(store.take_expires_this_cycle());
+  EXPECT_FALSE(store.take_expires_this_cycle());
 }
 
 TEST_F(message_store_test, notes_no_outcome_of_what_nobody_tracks) {
@@ -144,7 +144,7 @@ TEST_F(message_store_test, keeps_a_message_that_lost_its_deliveries_until_it_is_
   ASSERT_EQ(told.size(), 1U);
   EXPECT_TRUE(told[0].ended && !told[0].sent);
   EXPECT_EQ(store.slots().in_use(), 1U);
-  store.let_go(slot);
+  store.drop_pinned(slot);
   EXPECT_EQ(store.slots().in_use(), 0U);
   EXPECT_FALSE(store.has_outcomes());
 }

@@ -46,7 +46,7 @@ struct outbox_test : state_fixture::state_fixture {
   const std::size_t used_before = memory.bytes_used();
   rowe::service::message_store store{memory, state};
   rowe::service::outbox out{memory, state, store};
-  rowe::service::subscription_queues queues{{.state = state, .store = store, .out = out}};
+  rowe::service::subscription_queues queues{{.state = state, .message_store = store, .outbox = out}};
 
   peer_index join(std::uint32_t index) {
     connection& c = peers[{index}];
@@ -272,12 +272,12 @@ TEST_F(outbox_test, owes_a_latched_value_until_it_can_be_written) {
                                   {rowe::service::latch_owner::kind::handle, 0}, rowe::rt::never));
   const auto peer = join(0);
   const auto of = subscribe(peer, map);
-  queues.owe_latched(of);
-  EXPECT_EQ(out.of(peer).owed, 1U);
+  queues.schedule_latched(of);
+  EXPECT_EQ(out.of(peer).latched_pending, 1U);
   EXPECT_EQ(store.slots().in_use(), 0U); // no slot yet
-  queues.place_owed(peer);
+  queues.place_pending_latched(peer);
   EXPECT_EQ(waiting(of), std::vector<std::string>{"{\"map\":1}"});
-  EXPECT_EQ(out.of(peer).owed, 0U);
+  EXPECT_EQ(out.of(peer).latched_pending, 0U);
 }
 
 TEST_F(outbox_test, gives_everything_back_when_a_subscription_ends) {

@@ -81,7 +81,7 @@ TEST_F(outliving, lane_that_is_held_is_counted_once) {
   EXPECT_EQ(on.count(counter::full), 3U);
 }
 
-TEST_F(outliving, reply_keeps_the_lane_and_ends_that_were_set_aside_do_not) {
+TEST_F(outliving, reply_keeps_the_lane_and_ends_that_were_parked_do_not) {
   rowe::detail::queue_pair& one =
       on.offer(rowe::detail::talk_request({.depth = 4, .inbox_depth = 4, .calls = 4, .text_bytes_max = 200}));
   on.cycle();
@@ -91,7 +91,7 @@ TEST_F(outliving, reply_keeps_the_lane_and_ends_that_were_set_aside_do_not) {
   on.cycle();
   auto end = std::optional{handle->try_finish()};
   ASSERT_TRUE(*end);
-  EXPECT_EQ(rowe::detail::take_completion_of(one, {}), std::nullopt); // sets the other one aside
+  EXPECT_EQ(rowe::detail::take_completion_of(one, {}), std::nullopt); // parks the other one
   handle.reset();
   close(one);
   EXPECT_EQ(one.lifecycle.look(), pair_phase::held);

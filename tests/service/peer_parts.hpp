@@ -28,7 +28,7 @@ class no_sink final : public rowe::service::transport_sink {
   void on_bytes(connection_id, std::span<std::byte>) noexcept override {}
   void on_writable(connection_id) noexcept override {}
   void on_close(connection_id, rowe::service::close_cause) noexcept override {}
-  void on_refused(const rowe::service::refusal&) noexcept override {}
+  void on_rejected(const rowe::service::rejection&) noexcept override {}
   rowe::service::http_answer on_http(const rowe::service::http_request&) noexcept override { return {}; }
 };
 
@@ -37,11 +37,12 @@ struct peer_parts : state_fixture::state_fixture {
 
   rowe::service::message_store store{memory, state};
   rowe::service::outbox out{memory, state, store};
-  rowe::service::subscription_queues queues{{.state = state, .store = store, .out = out}};
-  rowe::service::sender sending{memory, {.state = state, .store = store, .out = out, .queues = queues}};
-  rowe::service::refusals refused{memory, {.state = state, .out = out}};
+  rowe::service::subscription_queues queues{{.state = state, .message_store = store, .outbox = out}};
+  rowe::service::sender sending{
+      memory, {.state = state, .message_store = store, .outbox = out, .subscription_queues = queues}};
+  rowe::service::refusals refused{memory, {.state = state, .outbox = out}};
   rowe::service::local_delivery delivery{state};
-  rowe::service::receiver inbox{memory, {.state = state, .out = out, .delivery = delivery}};
+  rowe::service::receiver inbox{memory, {.state = state, .outbox = out, .local_delivery = delivery}};
 
   // A peer that is connected as far as the parts can tell; the transport knows nothing of it.
   connection& join(std::uint32_t index, std::uint32_t generation = 1) { return join({index, generation}); }
@@ -62,18 +63,18 @@ struct peer_parts : state_fixture::state_fixture {
   }
   // One that the transport knows, too.
   connection& connect() {
-    const connection_id id = to_peers.open(rowe::service::side::server);
+    const connection_id id = transport.open(rowe::service::side::server);
     no_sink nobody;
-    to_peers.poll(cycle.now, nobody);
+    transport.poll(cycle.now, nobody);
     return join(id);
   }
   // What has arrived at such a peer, which reads it now.
   std::string arrived(const connection& at) {
     no_sink nobody;
-    to_peers.poll(cycle.now, nobody);
-    const auto sent = to_peers.sent(at.id);
+    transport.poll(cycle.now, nobody);
+    const auto sent = transport.sent(at.id);
     std::string bytes{reinterpret_cast<const char*>(sent.data()), sent.size()};
-    to_peers.peer_reads(at.id, sent.size());
+    transport.peer_reads(at.id, sent.size());
     return bytes;
   }
 

@@ -68,7 +68,8 @@ struct reading_parts : peer_parts::peer_parts {
 
   recorder handler;
   rowe::service::ingress in{
-      memory, {.state = state, .out = out, .writer = sending, .inbox = inbox, .handler = handler}};
+      memory,
+      {.state = state, .outbox = out, .sender = sending, .receiver = inbox, .frame_handler = handler}};
 
   connection& arrive() {
     connection& c = connect();

@@ -36,7 +36,7 @@ struct sender_test : peer_parts::peer_parts {
   static std::span<const std::byte> bytes(std::string_view text) {
     return std::as_bytes(std::span{text.data(), text.size()});
   }
-  std::size_t& room(const connection& c) { return to_peers.link_of(c.id).room_bytes; }
+  std::size_t& capacity(const connection& c) { return transport.link_of(c.id).capacity_bytes; }
   void TearDown() override {
     EXPECT_TRUE(sending.check());
     peer_parts::TearDown();
@@ -64,7 +64,7 @@ TEST_F(sender_test, writes_to_as_many_peers_as_one_cycle_has_work_and_then_to_th
 
 TEST_F(sender_test, writes_control_frames_and_the_stop_before_messages) {
   connection& peer = connect();
-  room(peer) = 0;
+  capacity(peer) = 0;
   say(peer, "{\"message\":1}");
   sending.flush_all();
   const std::string answer = "{\"stop\":1}", state_text = "{\"state\":1}";
@@ -72,7 +72,7 @@ TEST_F(sender_test, writes_control_frames_and_the_stop_before_messages) {
   sending.add_stop_reply({peer.id.index}, answer);
   sending.send_control({peer.id.index}, opcode::pong, bytes("pong"));
   EXPECT_EQ(arrived(peer), "");
-  room(peer) = 1 << 20;
+  capacity(peer) = 1 << 20;
   sending.writable({peer.id.index});
   sending.flush_all();
   const std::string all = arrived(peer);
@@ -84,10 +84,10 @@ TEST_F(sender_test, writes_control_frames_and_the_stop_before_messages) {
 
 TEST_F(sender_test, writes_the_newest_state_of_the_stop_and_none_that_it_replaced) {
   connection& peer = connect();
-  room(peer) = 0;
+  capacity(peer) = 0;
   for (const std::string text : {"{\"state\":1}", "{\"state\":2}", "{\"state\":3}"})
     sending.add_stop_state({peer.id.index}, text);
-  room(peer) = 1 << 20;
+  capacity(peer) = 1 << 20;
   sending.writable({peer.id.index});
   sending.flush_all();
   const std::string all = arrived(peer);
@@ -98,12 +98,12 @@ TEST_F(sender_test, writes_the_newest_state_of_the_stop_and_none_that_it_replace
 
 TEST_F(sender_test, counts_answers_to_a_stop_for_which_there_is_no_room) {
   connection& peer = connect();
-  room(peer) = 0;
+  capacity(peer) = 0;
   const std::string answer = "{\"stop\":\"" + std::string(1000, 'x') + "\"}";
   for (int i = 0; i < 8; ++i) sending.add_stop_reply({peer.id.index}, answer);
   EXPECT_GE(counts.read(counter::stop_answers_lost), 4U);
   EXPECT_LT(counts.read(counter::stop_answers_lost), 8U);
-  room(peer) = 1 << 20;
+  capacity(peer) = 1 << 20;
   sending.writable({peer.id.index});
   sending.flush_all();
   EXPECT_FALSE(arrived(peer).empty()) << "those before are whole";
@@ -124,14 +124,14 @@ TEST_F(sender_test, writes_nothing_behind_its_close_frame) {
 
 TEST_F(sender_test, goes_on_with_a_frame_where_the_socket_stopped_and_puts_nothing_into_it) {
   connection& peer = connect();
-  room(peer) = 5;
+  capacity(peer) = 5;
   say(peer, "{\"message\":1}");
   sending.flush_all();
   std::string all = arrived(peer);
   EXPECT_EQ(all.size(), 5U);
   sending.send_control({peer.id.index}, opcode::pong, bytes("pong"));
   EXPECT_TRUE(sending.check());
-  room(peer) = 1 << 20;
+  capacity(peer) = 1 << 20;
   sending.writable({peer.id.index});
   sending.flush_all();
   all += arrived(peer);
@@ -141,7 +141,7 @@ TEST_F(sender_test, goes_on_with_a_frame_where_the_socket_stopped_and_puts_nothi
 
 TEST_F(sender_test, counts_the_frame_that_a_peer_which_left_has_half_of) {
   connection& peer = connect();
-  room(peer) = 5;
+  capacity(peer) = 5;
   say(peer, "{\"message\":1}");
   sending.flush_all();
   const peer_index at{peer.id.index};
@@ -154,13 +154,13 @@ TEST_F(sender_test, counts_the_frame_that_a_peer_which_left_has_half_of) {
 
 TEST_F(sender_test, begins_anew_with_the_next_peer_at_the_same_place) {
   connection& peer = connect();
-  room(peer) = 0;
+  capacity(peer) = 0;
   sending.add_stop_reply({peer.id.index}, std::string{"{\"old\":1}"});
   sending.send_control({peer.id.index}, opcode::pong, bytes("old"));
   const connection_id was = peer.id;
   sending.forget({was.index});
   out.forget({was.index});
-  to_peers.peer_closes(was);
+  transport.peer_closes(was);
   (void)arrived(peer);
   peer.state = connection::phase::free;
   peers.remove();

@@ -14,8 +14,8 @@ using namespace call_parts;
 
 struct service_providers_test : call_parts::call_parts {
   rowe::service::service_directory directory{memory, bounds};
-  rowe::service::service_providers providers{memory,
-                                             {.state = state, .directory = directory, .refused = refused}};
+  rowe::service::service_providers providers{
+      memory, {.state = state, .service_directory = directory, .refusals = refused}};
 
   static rowe::wire::request of(std::string_view service) {
     rowe::wire::request asked;

@@ -32,8 +32,8 @@ TEST_F(slot_pool_test, takes_no_more_memory_than_it_says) {
 }
 
 TEST_F(slot_pool_test, gives_small_slots_to_small_messages_and_large_ones_to_others) {
-  EXPECT_GE(slots.room(*slots.take(256)).size(), 256U);
-  EXPECT_GE(slots.room(*slots.take(257)).size(), 4096U);
+  EXPECT_GE(slots.buffer(*slots.take(256)).size(), 256U);
+  EXPECT_GE(slots.buffer(*slots.take(257)).size(), 4096U);
   EXPECT_FALSE(slots.take(257));
   EXPECT_TRUE(slots.take(1));
 }

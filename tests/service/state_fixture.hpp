@@ -42,7 +42,7 @@ struct outside_fixture : testing::Test {
   const rowe::limits& bounds = options.limits;
   rowe::rt::arena memory{rowe::service::plan_memory(bounds).arena(), rowe::rt::page_lock::none};
   rowe::json::reader validator = rowe::json::reader::create(bounds.message_bytes_max, 16).value();
-  rowe::net::memory_transport to_peers{bounds.connections_max};
+  rowe::net::memory_transport transport{bounds.connections_max};
   harness::seeded_entropy random{1};
   rowe::service::shared_state shared{memory, bounds};
   rowe::service::submission_queue submissions{memory, bounds};
@@ -55,7 +55,7 @@ struct outside_fixture : testing::Test {
   rowe::service::shared_parts with_threads() {
     return {memory.carve<rowe::detail::queue_pair>(bounds.lanes_max), shared, submissions, threads_inbox};
   }
-  rowe::service::core_seams seams() { return {to_peers, random, validator, nullptr, protocols}; }
+  rowe::service::core_seams seams() { return {transport, random, validator, nullptr, protocols}; }
   static constexpr rowe::rt::time_point start_time{1s};
 
   // Builds and offers a queue pair as set-up does, at the first place that is free.

@@ -16,8 +16,8 @@ namespace wire = rowe::wire;
 // What a peer reads of the bytes that were taken, in order.
 class reader {
  public:
-  reader() : room_(8192) {
-    parser_.reset(wire::role::client, {.message_bytes_max = 8000, .fragments_max = 1}, room_);
+  reader() : buffer_(8192) {
+    parser_.reset(wire::role::client, {.message_bytes_max = 8000, .fragments_max = 1}, buffer_);
   }
   void read(std::span<const std::byte> bytes) {
     std::vector<std::byte> copy(bytes.begin(), bytes.end());
@@ -33,7 +33,7 @@ class reader {
   std::vector<std::string> texts;
 
  private:
-  std::vector<std::byte> room_;
+  std::vector<std::byte> buffer_;
   wire::frame_parser parser_;
 };
 

@@ -88,10 +88,10 @@ struct robot {
     publish();
   }
   std::string state() const {
-    std::array<char, 4096> room;
-    rowe::json::writer into{room};
+    std::array<char, 4096> buffer;
+    rowe::json::writer into{buffer};
     rules.write_state(into, now);
-    return {room.data(), into.bytes()};
+    return {buffer.data(), into.bytes()};
   }
   bool guarded = false;
 };

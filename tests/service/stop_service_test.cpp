@@ -31,7 +31,7 @@ struct stop_service_test : call_parts::call_parts {
 
   rowe::service::stop_rules rules{options.stop, cycle.now, 1};
   rowe::service::stop_service stop{
-      memory, {.state = state, .writer = sending, .completion = completion, .rules = rules}};
+      memory, {.state = state, .sender = sending, .call_completion = completion, .stop_rules = rules}};
   rowe::detail::latch_words<> words;
   rowe::detail::latch_memory own;
 
@@ -176,7 +176,7 @@ TEST_F(stop_service_test, tells_nothing_to_the_next_peer_at_the_same_place) {
   ask(gone, "\"1\"");
   ask(gone, "\"2\"");
   const connection_id before = gone.id;
-  to_peers.peer_closes(before);
+  transport.peer_closes(before);
   (void)arrived(gone); // which the transport reports
   leave(gone);
   EXPECT_TRUE(stop.check());

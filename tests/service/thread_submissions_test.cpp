@@ -118,9 +118,9 @@ TEST_F(thread_submissions_test, end_when_the_endpoint_closes_although_they_were_
 }
 
 TEST_F(thread_submissions_test, tell_of_room_once_where_it_came) {
-  EXPECT_FALSE(submitted.tell_room(false));
-  EXPECT_TRUE(submitted.tell_room(true));
-  EXPECT_FALSE(submitted.tell_room(false));
+  EXPECT_FALSE(submitted.notify_room(false));
+  EXPECT_TRUE(submitted.notify_room(true));
+  EXPECT_FALSE(submitted.notify_room(false));
 }
 
 } // namespace

@@ -23,15 +23,15 @@ struct topic_handles_test : topic_parts::topic_parts {
   explicit topic_handles_test(side of = side::server) : topic_parts{true, of} {}
 
   rowe::service::topic_handles handles{{.state = state,
-                                        .store = store,
-                                        .out = out,
-                                        .predictor = phases,
-                                        .audience = audience,
-                                        .rates = rates,
-                                        .places = places,
-                                        .readers = readers,
-                                        .writers = writers,
-                                        .values = values}};
+                                        .message_store = store,
+                                        .outbox = out,
+                                        .publish_predictor = phases,
+                                        .audiences = audience,
+                                        .topic_rates = rates,
+                                        .topic_places = places,
+                                        .subscriptions = readers,
+                                        .advertisements = writers,
+                                        .broker = values}};
 
   // A handle that set-up offers, for texts.
   pair_index offer_to(pair_kind kind, std::string_view topic, std::string_view type = {},

@@ -41,25 +41,29 @@ struct topic_parts : peer_parts::peer_parts {
       : peer_parts{::state_fixture::with(few(), relay), side} {}
 
   rowe::service::publish_predictor phases{memory, bounds, counts};
-  rowe::service::audiences audience{{.state = state, .predictor = phases}};
+  rowe::service::audiences audience{{.state = state, .publish_predictor = phases}};
   rowe::service::topic_rates rates{{.state = state, .statistics_topic = {}}};
   rowe::service::advertisement_table advertised{memory, bounds};
-  rowe::service::topic_places places{{.state = state, .advertised = advertised, .refused = refused}};
+  rowe::service::topic_places places{
+      {.state = state, .advertisement_table = advertised, .refusals = refused}};
   rowe::service::subscriptions readers{{.state = state,
-                                        .queues = queues,
-                                        .refused = refused,
-                                        .audience = audience,
-                                        .rates = rates,
-                                        .places = places}};
-  rowe::service::advertisements writers{
-      {.state = state, .advertised = advertised, .refused = refused, .places = places, .readers = readers}};
+                                        .subscription_queues = queues,
+                                        .refusals = refused,
+                                        .audiences = audience,
+                                        .topic_rates = rates,
+                                        .topic_places = places}};
+  rowe::service::advertisements writers{{.state = state,
+                                         .advertisement_table = advertised,
+                                         .refusals = refused,
+                                         .topic_places = places,
+                                         .subscriptions = readers}};
   rowe::service::broker values{{.state = state,
-                                .store = store,
-                                .out = out,
-                                .queues = queues,
-                                .refused = refused,
-                                .delivery = delivery,
-                                .advertised = advertised}};
+                                .message_store = store,
+                                .outbox = out,
+                                .subscription_queues = queues,
+                                .refusals = refused,
+                                .local_delivery = delivery,
+                                .advertisement_table = advertised}};
 
   // Its connection has ended.
   void leave(connection& c) {

@@ -64,7 +64,7 @@ TEST(growth, is_none_however_many_messages_pass) {
       on.cycle(1ms);
       for (auto* p : {&quick, &throttled}) {
         if (!stalled) p->skim();
-        on.net.link_of(p->id()).room_bytes = stalled ? 2000 : 65536;
+        on.net.link_of(p->id()).capacity_bytes = stalled ? 2000 : 65536;
         p->send(rowe::wire::opcode::pong, {}); // heard of
       }
     }

@@ -81,8 +81,8 @@ class actor {
   bool all_slots_free() {
     auto& user = pair_.user;
     auto& service = pair_.service;
-    const auto all_free = [](auto& path, std::uint32_t aside) {
-      return path.free_ring == nullptr || path.free_ring->free_at_least() + aside >= path.count;
+    const auto all_free = [](auto& path, std::uint32_t parked) {
+      return path.free_ring == nullptr || path.free_ring->free_at_least() + parked >= path.count;
     };
     return user.calls_open == 0 && all_free(user.out, user.spare_replies.count) && all_free(service.in, 1) &&
            all_free(service.completions, 0);

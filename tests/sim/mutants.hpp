@@ -27,7 +27,7 @@ inline constexpr mutant mutants[] = {
     {"stop_latch", "what loops see of that number rises once a millisecond at most"},
     {"stop_id", "the id of a stop that is answered is not overwritten by what the stop says"},
     {"rates", "/rowe/stats has the rates of the last seconds"},
-    {"given_up_places", "the places of calls that were given up come free"},
+    {"given_up_rows", "the rows of calls that were given up come free"},
     {"inbox_share", "one peer has a share of the receiver's slots"},
     {"pong_room", "a long pong that takes a short one's place fits there"},
 };

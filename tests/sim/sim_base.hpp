@@ -62,7 +62,7 @@ class sim_base {
     auto& conditions = on_.net.link_of(of);
     constexpr std::size_t rooms[] = {0, 1, 7, 100, 1000, 20'000, 1'000'000};
     constexpr std::size_t chunks[] = {1, 2, 13, 500, 65536};
-    conditions.room_bytes = rooms[below(std::size(rooms))];
+    conditions.capacity_bytes = rooms[below(std::size(rooms))];
     conditions.chunk_bytes_max = chunks[below(std::size(chunks))];
     conditions.arrive_bytes_max = one_in(3) ? below(40) : SIZE_MAX;
   }

@@ -45,7 +45,7 @@ TEST(sim, loses_no_slot_when_everyone_has_left) {
 TEST(sim, accounts_for_every_message_to_every_peer) {
   for (std::uint64_t seed = 1; seed <= seeds(); ++seed) {
     world w{seed,
-            {.peers_leave = false, .peers_misbehave = false, .throttles = false, .lanes_change = false}};
+            {.peers_leave = false, .peers_misbehave = false, .throttles = false, .handles_change = false}};
     w.add_viewers(3);
     for (int i = 0; i < steps; ++i) {
       w.step();

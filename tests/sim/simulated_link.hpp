@@ -23,7 +23,7 @@ class simulated_link {
 
   simulated_link(harness::core_harness& on, const properties& is) : on_{on}, peer_{on}, is_{is} {
     auto& conditions = on_.net.link_of(peer_.id());
-    conditions.room_bytes = is_.buffer_bytes;
+    conditions.capacity_bytes = is_.buffer_bytes;
     conditions.to_peer = conditions.to_us = [this](time_point sent) { return sent + is_.round_trip / 2; };
   }
   simulated_link(const simulated_link&) = delete;

@@ -152,13 +152,13 @@ class untrusted_peer {
     constexpr std::size_t rooms[] = {0, 1, 7, 100, 1000, 20'000, 1'000'000};
     constexpr std::size_t chunks[] = {1, 2, 13, 500, 65536};
     auto& c = conditions();
-    c.room_bytes = in_.random.one_of(rooms);
+    c.capacity_bytes = in_.random.one_of(rooms);
     c.chunk_bytes_max = in_.random.one_of(chunks);
     c.rest_bytes_max = in_.takes_rest || in_.random.one_in(2) ? SIZE_MAX : in_.random.one_of(rooms);
     c.arrive_bytes_max = in_.random.one_in(3) ? in_.random.below(40) : SIZE_MAX;
     reads = !in_.random.one_in(4);
     link_->answers_pings = !in_.random.one_in(8);
-    in_.say(name_ + " link: room " + std::to_string(c.room_bytes) + ", chunk " +
+    in_.say(name_ + " link: room " + std::to_string(c.capacity_bytes) + ", chunk " +
             std::to_string(c.chunk_bytes_max) + ", arrive " + std::to_string(c.arrive_bytes_max) +
             (reads ? "" : ", does not read") + (link_->answers_pings ? "" : ", answers no pings"));
   }
@@ -424,7 +424,9 @@ class untrusted_peer {
 
   // ---- coverage
 
-  bool backpressured() { return conditions().room_bytes <= 7 || (!reads && conditions().room_bytes <= 1000); }
+  bool backpressured() {
+    return conditions().capacity_bytes <= 7 || (!reads && conditions().capacity_bytes <= 1000);
+  }
   state state_of_connection() {
     if (closing_) return state::connection_closing;
     if (!said_something_) return state::connection_fresh;

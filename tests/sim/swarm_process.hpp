@@ -257,9 +257,8 @@ class handle {
     }
     if (started.code() == rowe::errc::too_many_calls && in_.on.now > last_ends_ + 300ms &&
         in_.cycles > served_at_ + 40) {
-      in_.fail("places_of_calls",
-               "a caller whose " + std::to_string(depth_) +
-                   " calls have all ended or been given up is told that there are too many");
+      in_.fail("rows_of_calls", "a caller whose " + std::to_string(depth_) +
+                                    " calls have all ended or been given up is told that there are too many");
     }
   }
 

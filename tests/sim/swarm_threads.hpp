@@ -59,17 +59,17 @@ class threads {
   // The reset that is waited for: how many stops had been carried out when the service thread had first
   // looked at it (what it had read before is older), and whether threads of this process have asked for one
   // since.
-  bool resets() const { return asked_.resets != heard_.resets; }
+  bool resets() const { return asked_.resets != answered_.resets; }
   rowe::time_point reset_until() const { return asked_.until; }
   const std::optional<std::uint64_t>& stops_at_reset() const { return stops_at_reset_; }
   void note_looked() {
     if (!stops_at_reset_) stops_at_reset_ = on_.count(rowe::service::counter::stops);
   }
   bool reset_overtaken() const { return reset_overtaken_; }
-  const rowe::service::local_stop_answered& heard() const { return heard_; }
-  bool waits_for_stop() const { return asked_.stops != heard_.stops; }
+  const rowe::service::local_stop_answered& answered() const { return answered_; }
+  bool waits_for_stop() const { return asked_.stops != answered_.stops; }
   // After a cycle.
-  void listen() { on_.shared.stops.hear(heard_); }
+  void listen() { on_.shared.stops.read_answers(answered_); }
 
  private:
   rowe::duration time_of(choices& from, std::string_view how) const {
@@ -157,10 +157,10 @@ class threads {
     if (how == "number") text = "7";
     (void)to.assign(std::string_view{text}.substr(0, Bytes)); // so it fits
   }
-  void hand_in_words() {
+  void write_request() {
     if (words_behind_) ++asked_.stops;
-    on_.shared.stops.hand_in(asked_);
-    on_.shared.stops.ask();
+    on_.shared.stops.write_request(asked_);
+    on_.shared.stops.request();
     note_stop();
     words_behind_ = false;
   }
@@ -170,14 +170,14 @@ class threads {
   }
   // Another thread is handing in its words: the stop goes in front of ours.
   std::optional<state> stop(const recipe& what) {
-    if (words_behind_) hand_in_words();
+    if (words_behind_) write_request();
     assign_cut(asked_.source, value_of(what, "source"), what.odd);
     assign_cut(asked_.reason, value_of(what, "reason"), what.odd);
     if (value_of(what, "words") == "with_it") {
       ++asked_.stops;
-      hand_in_words();
+      write_request();
     } else {
-      on_.shared.stops.ask();
+      on_.shared.stops.request();
       note_stop();
       words_behind_ = true;
     }
@@ -186,27 +186,27 @@ class threads {
   // By one thread at a time, from its asking to its answer.
   std::optional<state> reset(choices& from, const recipe& what, const saying& said) {
     if (resets()) return {};
-    if (words_behind_) hand_in_words();
+    if (words_behind_) write_request();
     ++asked_.resets;
     asked_.number = static_cast<std::uint64_t>(said.number); // 0 where none is named
     asked_.until = rowe::rt::deadline_after(on_.now, time_of(from, value_of(what, "timeout")));
     asked_.count_before_reset = on_.shared.stops.count();
     stops_at_reset_.reset();
     reset_overtaken_ = false;
-    on_.shared.stops.hand_in(asked_);
+    on_.shared.stops.write_request(asked_);
     return state::heard_nothing;
   }
   state hear() {
-    if (words_behind_) hand_in_words();
+    if (words_behind_) write_request();
     listen();
-    if (resets() || (heard_.resets == told_resets_ && heard_.stops == told_stops_))
+    if (resets() || (answered_.resets == said_resets_ && answered_.stops == said_stops_))
       return state::heard_nothing;
-    if (std::exchange(told_stops_, heard_.stops) != heard_.stops && heard_.resets == told_resets_)
+    if (std::exchange(said_stops_, answered_.stops) != answered_.stops && answered_.resets == said_resets_)
       return state::heard_acknowledged;
-    told_resets_ = heard_.resets;
-    if (heard_.reset_outcome) return state::heard_reset;
-    return heard_.reset_outcome.code() == rowe::errc::timed_out ? state::heard_too_late
-                                                                : state::heard_refused;
+    said_resets_ = answered_.resets;
+    if (answered_.reset_outcome) return state::heard_reset;
+    return answered_.reset_outcome.code() == rowe::errc::timed_out ? state::heard_too_late
+                                                                   : state::heard_refused;
   }
 
   harness::core_harness& on_;
@@ -214,8 +214,8 @@ class threads {
   std::deque<rowe::detail::call_ref> asked_calls_, answered_calls_;
 
   rowe::service::local_stop_asked asked_{};
-  rowe::service::local_stop_answered heard_{};
-  std::uint64_t told_stops_ = 0, told_resets_ = 0; // of which this was said
+  rowe::service::local_stop_answered answered_{};
+  std::uint64_t said_stops_ = 0, said_resets_ = 0; // of which this was said
   std::optional<std::uint64_t> stops_at_reset_{};
   bool stop_asked_ = false;
   bool reset_overtaken_ = false;

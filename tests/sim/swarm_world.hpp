@@ -37,7 +37,7 @@ inline const std::vector<invariant>& invariants() {
       {"frames", "a peer is sent nothing that breaks the WebSocket protocol"},
       {"latch", "a late subscriber gets what its publisher asked to be kept, as long as that is there"},
       {"calls", "a caller is given the completions of calls that it wants, and of no others"},
-      {"places_of_calls", "a caller whose calls have all ended or been given up can call"},
+      {"rows_of_calls", "a caller whose calls have all ended or been given up can call"},
       {"set_up", "a handle is refused for the sake of this process's own other handles only"},
       {"answers", "a call is answered with its own answer"},
       {"floor_call", "the honest peer's call is answered within 40 cycles"},
@@ -638,9 +638,9 @@ class world {
       result_.fail("stop_of_threads", "a stop of a thread was not carried out");
     const bool reset_waited = all.resets();
     const bool stop_waited = all.waits_for_stop();
-    const std::uint64_t acknowledged = all.heard().stops;
+    const std::uint64_t acknowledged = all.answered().stops;
     all.listen();
-    if (stop_waited && all.heard().stops != acknowledged) {
+    if (stop_waited && all.answered().stops != acknowledged) {
       for (const auto& one : process_.handles()) {
         if (one->kind() == handle_kind::latch && one->phase() == pair_phase::active && one->moves)
           result_.fail("stop_of_threads", one->name() + " moves, and a thread hears that it acknowledged");
@@ -654,7 +654,7 @@ class world {
       return false;
     }
     const bool was_last = !all.stops_at_reset() || *all.stops_at_reset() == stops + (stop_asked ? 1 : 0);
-    return all.heard().reset_outcome && was_last && !all.reset_overtaken();
+    return all.answered().reset_outcome && was_last && !all.reset_overtaken();
   }
   bool has_loop() {
     const auto& all = process_.handles();

@@ -24,7 +24,7 @@ struct habits {
   bool peers_leave = true;
   bool peers_misbehave = true;
   bool throttles = true;
-  bool lanes_change = true;
+  bool handles_change = true;
   duration ttl = 50ms;
 };
 
@@ -214,7 +214,7 @@ class world : public sim_base {
     const auto known = v.newest.find(id);
     if (known != v.newest.end() && number < known->second) fail("out of order: " + text);
     // A latched value may come again, to a peer that subscribes again.
-    if (known != v.newest.end() && number == known->second && !does_.lanes_change) fail("twice: " + text);
+    if (known != v.newest.end() && number == known->second && !does_.handles_change) fail("twice: " + text);
     v.newest[id] = number;
     bool exists = false;
     for (const source& s : all_sources_) exists = exists || (s.id == id && number < s.next);
@@ -248,8 +248,8 @@ class world : public sim_base {
         auto& pair = on_.offer(rowe::detail::pair_kind::publish_value, "/tick", sizeof(tick),
                                {.ttl = does_.ttl,
                                 .depth = 16,
-                                .priority = static_cast<rowe::priority>(does_.lanes_change ? below(3) : 1),
-                                .latched = does_.lanes_change && one_in(3)},
+                                .priority = static_cast<rowe::priority>(does_.handles_change ? below(3) : 1),
+                                .latched = does_.handles_change && one_in(3)},
                                &rowe::describe<tick>(), "sim/Tick");
         sources_.push_back({&pair, next_source_++});
         on_.core.cycle(on_.now);
@@ -259,7 +259,7 @@ class world : public sim_base {
   }
 
   void change_pairs() {
-    if (!does_.lanes_change) return wait();
+    if (!does_.handles_change) return wait();
     if (sources_.size() > 1 && one_in(2)) {
       const std::size_t which = below(sources_.size());
       sources_[which].pair->lifecycle.close();

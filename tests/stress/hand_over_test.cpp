@@ -77,14 +77,14 @@ TEST_P(ring_stress, brings_every_item_whole_and_in_order) {
   std::thread pushing{[&, in = shared.take_producer()] {
     for (std::uint64_t number = 0; number < items;) {
       // By turns asking for room first and just trying.
-      std::size_t room = number / 1000 % 2 == 0 ? in->room_at_least() : 0;
-      if (room == 0) {
+      std::size_t buffer = number / 1000 % 2 == 0 ? in->room_at_least() : 0;
+      if (buffer == 0) {
         if (in->try_push(wide{number}))
           ++number;
         else
           step_aside();
       }
-      for (; room > 0 && number < items; --room)
+      for (; buffer > 0 && number < items; --buffer)
         ASSERT_TRUE(in->try_push(wide{number++})) << "there was room";
     }
   }};

@@ -89,13 +89,19 @@ def parts_are_made_in_that_order(t):
 
 
 def parts_have_one_name(t):
-    """A member that is a part, or refers to one, is called after its class."""
+    """A member that is a part, or refers to one, is called after its class, and so is what a part `needs`,
+    but for the state."""
     parts = {name for _, name, file in _parts(t) if name not in _tables(t)}
     for path in t.within(["src/service"], (".hpp",)):
+        needed = False
         for number, line in enumerate(t.code(path), 1):
-            named = re.match(r"  (?:const )?(\w+)(?:&| ) ?(\w+)_;", line)
-            if named and named[1] in parts and named[1] != named[2]:
-                yield finding(path, number, "part-name", f"{named[2]}_: call it {named[1]}_")
+            needed = (needed or line == "  struct needs {") and line != "  };"
+            member = re.match(r"  (?:const )?(\w+)(?:&| ) ?(\w+)_;", line)
+            need = re.match(r"    (?:const )?(?:class )?(\w+)& (\w+);", line) if needed else None
+            if member and member[1] in parts and member[1] != member[2]:
+                yield finding(path, number, "part-name", f"{member[2]}_: call it {member[1]}_")
+            elif need and need[1] != "core_state" and need[1] != need[2]:
+                yield finding(path, number, "part-name", f"{need[2]}: call it {need[1]}")
 
 
 def _tables(t):

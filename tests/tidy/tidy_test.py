@@ -111,7 +111,7 @@ plants = [
      + "  };\n  explicit batch(const needs& parts) : a_{1}, b_{2} {}\n"
      + "".join(f"  int f{n}() {{ return {n}; }}\n" for n in range(25)) + " private:\n"
      + "".join(f"  int m{n}_ = 0;\n" for n in range(16)) + "};\n",
-     [(2, "size"), (2, "size"), (2, "size")]),
+     [(2, "size"), (2, "size"), (2, "size"), *((line, "part-name") for line in range(6, 15))]),
     ("src/service/core_parts.hpp",
      spdx + "class core_parts {\n  core_state state_;\n  topic_rates topic_rates_;\n  outbox outbox_;\n"
      "  message_store message_store_;\n  sender writer_;\n  stop_service stop_service_;\n"
@@ -135,6 +135,19 @@ plants = [
       (19, "inside"), (20, "inside"), (20, "named-file"), (21, "inside")]),
     ("tests/sim/plant_7.cpp", spdx + "int weather_of_today;\nauto roll = DICE;\nint x; // it naps\n",
      [(2, "word"), (3, "word"), (4, "word")]),
+    ("src/service/plant_7.cpp",
+     spdx + "slots.unkeep(dead);  // owes much, and put aside\n"
+     "state.to_peers.tell_room(); // what it rings, once drawn\n",
+     [(2, "word")] * 4 + [(3, "word")] * 4),
+    ("src/net/plant_7.cpp",
+     spdx + "guest& one = parting_.first;\nhttp_refusal why{sentence, room_bytes_};\nvoid on_refused();\n",
+     [(2, "word"), (2, "word"), (3, "word"), (3, "word"), (3, "word"), (4, "word")]),
+    ("src/api/plant_7.cpp", spdx + "stops.hand_in(all); // may_begin_all_the_same, lives_no_longer\n",
+     [(2, "word"), (2, "word"), (2, "word")]),
+    ("tools/plant_7.cpp", spdx + "++complaints_; // to be mended\nqueues.told_full = decode_room;\n",
+     [(2, "word"), (2, "word"), (3, "word")]),
+    ("tests/sim/plant_8.cpp", spdx + "// for want of a mend\nfor (auto& near_peer : peers) write();\n",
+     [(2, "word"), (3, "word")]),
 ]
 
 # What comes close and is right.
@@ -158,7 +171,9 @@ innocent = [
     ("tests/bench_innocent_e.cpp", spdx + "#include <simdjson.h>\n// " + "http://x.example/" + "x" * 120 + "\n"),
     ("tests/service/innocent_h.cpp", spdx + "audience_word<atomics> audience;\nstd::span<audience> all;\n"),
     ("tests/sim/innocent_h.cpp", spdx + "rt::producer_epoch<> epoch; // europe, a snapshot, a doorbell\n"),
-    ("tools/innocent_i.cpp", spdx + "// a letter of the alphabet\n"),
+    ("tools/innocent_i.cpp", spdx + "// a letter of the alphabet, drawn by a guest, and a sentence\n"),
+    ("src/wire/innocent_i.cpp",
+     spdx + "// it recommends what has headroom_bytes; a withdrawn deadline\nint tailroom_bytes;\n"),
     ("src/net/innocent_j.cpp", spdx + "int x;\n" * 399),
     ("tests/net/innocent_j.cpp", spdx + "int x;\n" * 400),
     ("tests/innocent_f.cpp", spdx + "// clang-format off\n// " + "x" * 120 + "\n// clang-format on\n"),

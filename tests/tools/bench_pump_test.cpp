@@ -77,14 +77,14 @@ struct fake_peer {
   tests::fake_clock& clock;
   rt::duration latency = 50us;
   time_point stalled = rt::never, resumed = rt::never;
-  std::size_t room = 1000;
+  std::size_t buffer = 1000;
   std::uint64_t loses = ~std::uint64_t{0};
   ending how = ending::well;
   bool gone = false;
   std::deque<arrival> on_the_way = {};
 
   bool send(std::uint64_t number, time_point now) {
-    if (on_the_way.size() == room) return false;
+    if (on_the_way.size() == buffer) return false;
     time_point at = now + latency;
     if (at >= stalled && at < resumed) at = resumed;
     if (number != loses) on_the_way.push_back({number, at, how});
@@ -136,7 +136,7 @@ TEST_F(bench_pump, charges_a_stall_to_every_message_that_it_delayed) {
 TEST_F(bench_pump, charges_a_stall_also_where_only_one_message_can_be_on_its_way) {
   peer.stalled = start + 20ms;
   peer.resumed = start + 30ms;
-  peer.room = 1;
+  peer.buffer = 1;
   const pump_counts c = run(100);
   EXPECT_EQ(c.finished, 100U);
   EXPECT_EQ(samples.times().max(), 10ms);
@@ -168,7 +168,7 @@ TEST_F(bench_pump, records_what_never_comes_back_with_the_time_it_was_waited_for
 }
 
 TEST_F(bench_pump, counts_what_was_never_sent) {
-  peer.room = 0;
+  peer.buffer = 0;
   const pump_counts c = run(10);
   EXPECT_EQ(c.intended, 10U);
   EXPECT_EQ(c.unfinished, 10U);

@@ -41,8 +41,8 @@ class decoded {
   const request& as_far_as_read() const { return request_; }
   op_member op() const { return op_; }
   std::string diagnostic() const {
-    std::array<char, refusal::text_bytes_max> room{};
-    return wrong_ ? std::string{wrong_->text(room)} : "it is not refused";
+    std::array<char, refusal::text_bytes_max> buffer{};
+    return wrong_ ? std::string{wrong_->text(buffer)} : "it is not refused";
   }
 
  private:
@@ -240,10 +240,10 @@ TEST(bare_decode, never_cuts_a_diagnostic_within_the_room_it_asks_for) {
                         .expected = "a string or an integer",
                         .bytes = SIZE_MAX / 2,
                         .limit = SIZE_MAX / 2};
-    std::array<char, refusal::text_bytes_max> room{};
+    std::array<char, refusal::text_bytes_max> buffer{};
     std::array<char, 4096> plenty{};
-    EXPECT_EQ(worst.text(room), worst.text(plenty));
-    EXPECT_EQ(worst.text(std::span{room}.first(10)).size(), 10U);
+    EXPECT_EQ(worst.text(buffer), worst.text(plenty));
+    EXPECT_EQ(worst.text(std::span{buffer}.first(10)).size(), 10U);
   }
 }
 
@@ -265,8 +265,8 @@ TEST(bare_reserved, finds_nothing_in_what_is_free_to_use) {
 
 template <class Write>
 std::string written(Write write) {
-  std::array<char, 1024> room{};
-  json::writer w{room};
+  std::array<char, 1024> buffer{};
+  json::writer w{buffer};
   write(w);
   EXPECT_FALSE(w.overflowed());
   EXPECT_TRUE(is_json(w.text())) << w.text();
@@ -369,8 +369,8 @@ TEST(bare_write, writes_all_or_says_that_it_does_not_fit) {
   };
   const std::string whole = written(all);
   for (std::size_t bytes = 0; bytes < whole.size() + 2; ++bytes) {
-    std::vector<char> room(bytes);
-    json::writer w{room};
+    std::vector<char> buffer(bytes);
+    json::writer w{buffer};
     all(w);
     EXPECT_EQ(w.overflowed(), bytes < whole.size()) << bytes;
     EXPECT_TRUE(w.overflowed() || w.text() == whole) << bytes;

@@ -43,14 +43,14 @@ struct received {
     auto reader = json::reader::create(64 * 1024);
     const std::string_view whole{text.data(), said.size()};
     EXPECT_TRUE(reader->validate(whole)) << said;
-    is = by.reads.decode(reader->last(), {.scratch = scratch, .diagnostic = room, .limits = limits}, request,
-                         why);
+    is = by.reads.decode(reader->last(), {.scratch = scratch, .diagnostic = buffer, .limits = limits},
+                         request, why);
   }
   received(const received&) = delete;
 
   std::string text;
   std::vector<char> scratch = std::vector<char>(decode_scratch_bytes(limits));
-  std::array<char, refusal::text_bytes_max> room{};
+  std::array<char, refusal::text_bytes_max> buffer{};
   rowe::wire::request request;
   diagnostic why;
   decoded is = decoded::refused;
@@ -59,8 +59,8 @@ struct received {
 // What `write(writer)` writes.
 template <class Write>
 std::string written(Write&& write) {
-  std::vector<char> room(64 * 1024);
-  json::writer out{room};
+  std::vector<char> buffer(64 * 1024);
+  json::writer out{buffer};
   const message_kind kind = write(out);
   EXPECT_FALSE(out.overflowed());
   EXPECT_EQ(kind == message_kind::none, out.bytes() == 0);
@@ -182,8 +182,8 @@ TEST(codec, keeps_a_value_with_members_of_its_own_apart) {
 
 TEST(codec, writes_failures_that_the_other_end_tells_apart) {
   for_each_codec([](const codec& one, const protocol& by) {
-    std::array<char, no_service_bytes_max> room;
-    const std::string_view unknown = no_service_diagnostic("/add", room);
+    std::array<char, no_service_bytes_max> buffer;
+    const std::string_view unknown = no_service_diagnostic("/add", buffer);
     const std::pair<diagnostic, bool> cases[] = {{{.code = "no_service", .text = unknown}, true},
                                                  {{.code = "refused", .text = "not \"now\""}, false}};
     for (const auto& [why, unknown_service] : cases) {
@@ -231,8 +231,8 @@ TEST(codec, has_room_for_the_longest_announcement) {
   for_each_server_codec([&](const codec& one) {
     for (const auto write :
          {&codec::write_subscription, &codec::write_advertisement, &codec::write_provision}) {
-      std::vector<char> room(announcement_bytes_max);
-      json::writer out{room};
+      std::vector<char> buffer(announcement_bytes_max);
+      json::writer out{buffer};
       (one.*write)(out, {.name = worst, .type = worst});
       EXPECT_FALSE(out.overflowed());
     }
@@ -255,8 +255,8 @@ TEST(codec, has_room_for_the_longest_error) {
   const std::string worst(refusal::text_bytes_max, '\x01');
   const std::string id(limits.id_bytes_max, '7');
   for_each_server_codec([&](const codec& one) {
-    std::vector<char> room(error_bytes_max);
-    json::writer out{room};
+    std::vector<char> buffer(error_bytes_max);
+    json::writer out{buffer};
     (void)one.write_error(out, {.id_raw = id}, {.code = "a_code_of_some_length", .text = worst});
     EXPECT_FALSE(out.overflowed());
   });
@@ -266,8 +266,8 @@ TEST(codec, has_room_for_the_longest_error) {
 
 struct enveloped {
   explicit enveloped(const protocol_set& of, std::string_view topic, std::string_view body) {
-    std::vector<char> room(topic_head_bytes_max(topic.size()));
-    json::writer head{room};
+    std::vector<char> buffer(topic_head_bytes_max(topic.size()));
+    json::writer head{buffer};
     of.envelope.write_topic_head(head, topic);
     EXPECT_FALSE(head.overflowed()) << topic.size();
     text.append(head.text()).append(body).append(of.envelope.topic_tail());
@@ -391,8 +391,8 @@ TEST(json_decoder, sees_what_may_be_a_stop_by_its_beginning) {
 TEST(json_decoder, knows_no_binary_messages) {
   request into;
   diagnostic why;
-  std::array<char, refusal::text_bytes_max> room;
-  EXPECT_EQ(standard().find("").reads.decode_binary({}, {.scratch = {}, .diagnostic = room, .limits = {}},
+  std::array<char, refusal::text_bytes_max> buffer;
+  EXPECT_EQ(standard().find("").reads.decode_binary({}, {.scratch = {}, .diagnostic = buffer, .limits = {}},
                                                     into, why),
             decoded::unsupported);
 }
@@ -405,12 +405,13 @@ const codec& numbered() { return numbers::protocols().of(numbers::id); }
 struct received_binary {
   explicit received_binary(std::string bytes) : message{std::move(bytes)} {
     is = by_number().reads.decode_binary(std::as_bytes(std::span{message}),
-                                         {.scratch = {}, .diagnostic = room, .limits = limits}, request, why);
+                                         {.scratch = {}, .diagnostic = buffer, .limits = limits}, request,
+                                         why);
   }
   received_binary(const received_binary&) = delete;
 
   std::string message;
-  std::array<char, refusal::text_bytes_max> room{};
+  std::array<char, refusal::text_bytes_max> buffer{};
   rowe::wire::request request;
   diagnostic why;
   decoded is;
@@ -465,8 +466,8 @@ TEST(numbers_codec, refuses_what_nobody_understands) {
 
 TEST(numbers_codec, writes_binary_messages_that_its_clients_can_take_apart) {
   const auto frame = [](auto&& write) {
-    std::array<char, 256> room;
-    json::writer out{room};
+    std::array<char, 256> buffer;
+    json::writer out{buffer};
     EXPECT_EQ(write(out), message_kind::binary);
     return std::string{out.text()};
   };

@@ -32,8 +32,8 @@ class decoded {
   const request* operator->() const { return &**this; }
   const request& as_far_as_read() const { return request_; }
   std::string diagnostic() const {
-    std::array<char, refusal::text_bytes_max> room{};
-    return wrong_ ? std::string{wrong_->text(room)} : "it is not refused";
+    std::array<char, refusal::text_bytes_max> buffer{};
+    return wrong_ ? std::string{wrong_->text(buffer)} : "it is not refused";
   }
 
  private:

@@ -41,7 +41,7 @@ TEST(find_header_end, ends_a_header_of_bare_line_feeds_too) {
 TEST(judge_request, takes_a_right_handshake) {
   const std::string request = upgrade();
   const http_judgement j = judge_request(request, policy_at(8080));
-  ASSERT_EQ(j.outcome, http_outcome::upgrade) << j.refusal.what();
+  ASSERT_EQ(j.outcome, http_outcome::upgrade) << j.rejection.what();
   EXPECT_EQ(j.target, "/x?y=1");
   EXPECT_EQ(j.path, "/x");
   EXPECT_EQ(j.host, "localhost:8080");
@@ -75,7 +75,7 @@ TEST(judge_request, takes_requests_for_pages) {
       header({"GET /app.js?v=2 HTTP/1.1", "Host: localhost:8080", "Connection: keep-alive",
               "Accept-Encoding: br;q=1.0, gzip;q=0.8", "If-None-Match: \"abc\", W/\"d\""});
   const http_judgement j = judge_request(request, policy_at(8080));
-  ASSERT_EQ(j.outcome, http_outcome::page) << j.refusal.what();
+  ASSERT_EQ(j.outcome, http_outcome::page) << j.rejection.what();
   EXPECT_EQ(j.path, "/app.js");
   EXPECT_FALSE(j.head);
   EXPECT_TRUE(j.accepts_gzip);
@@ -169,7 +169,7 @@ TEST(judge_request, refuses_headers_beyond_the_limit_whole_or_not) {
   EXPECT_TRUE(accepted(padded(http_header_bytes_max)));
   EXPECT_TRUE(refused(padded(http_header_bytes_max + 1), 431, "4096", "cookies"));
   EXPECT_TRUE(refused(std::string(http_header_bytes_max + 1, 'x'), 431, "4096"));
-  EXPECT_EQ(header_too_large().refusal.status, 431);
+  EXPECT_EQ(header_too_large().rejection.status, 431);
 }
 
 TEST(judge_request, refuses_fields_that_decide_and_stand_there_twice) {
@@ -243,7 +243,7 @@ TEST(judge_request, chooses_the_first_subprotocol_offered_that_it_speaks) {
   const auto chosen = [](std::initializer_list<change> offers) {
     const std::string request = upgrade(offers);
     const http_judgement j = judge_request(request, policy_at(8080));
-    EXPECT_EQ(j.outcome, http_outcome::upgrade) << j.refusal.what();
+    EXPECT_EQ(j.outcome, http_outcome::upgrade) << j.rejection.what();
     return j.subprotocol;
   };
   EXPECT_EQ(chosen({{"P", "Sec-WebSocket-Protocol: rowe.v1"}}), "rowe.v1");

@@ -24,7 +24,7 @@ bool take_number(const json::value& from, std::uint32_t& into) noexcept {
 }
 
 // One element of a list.
-bool take(const json::value& element, const decode_room& room, request& into) noexcept {
+bool take(const json::value& element, const decode_buffers& buffers, request& into) noexcept {
   into.by_number = into.what != verb::advertise;
   if (into.what == verb::unsubscribe) return take_number(element, into.tag);
   if (into.what == verb::unadvertise) {
@@ -37,8 +37,8 @@ bool take(const json::value& element, const decode_room& room, request& into) no
   if (element.type != json::kind::array || !two.next(first) || !two.next(second)) return false;
   if (!take_number(first, into.tag)) return false;
   if (into.what == verb::subscribe) return take_number(second, into.channel);
-  const auto name = json::to_string(second, room.scratch);
-  if (!name || name->empty() || name->size() > room.limits.name_bytes_max) return false;
+  const auto name = json::to_string(second, buffers.scratch);
+  if (!name || name->empty() || name->size() > buffers.limits.name_bytes_max) return false;
   into.topic = *name;
   return true;
 }
@@ -70,7 +70,7 @@ std::uint32_t number_at(std::string_view bytes) {
 
 // ---- reading
 
-decoded numbers_decoder::decode(const json::document& text, const decode_room& room, request& into,
+decoded numbers_decoder::decode(const json::document& text, const decode_buffers& buffers, request& into,
                                 diagnostic& why) const noexcept {
   into.codec = numbers::id;
   constexpr std::pair<std::string_view, verb> lists[] = {{"want", verb::subscribe},
@@ -86,18 +86,18 @@ decoded numbers_decoder::decode(const json::document& text, const decode_room& r
     into.verb_text = name;
     json::array_walk elements{list->raw};
     json::value element;
-    for (std::uint32_t skip = 0; skip <= room.from; ++skip) {
+    for (std::uint32_t skip = 0; skip <= buffers.from; ++skip) {
       if (!elements.next(element)) return refuse(why);
     }
     json::value more;
-    if (elements.next(more)) into.next = room.from + 1;
-    return take(element, room, into) ? decoded::request : refuse(why);
+    if (elements.next(more)) into.next = buffers.from + 1;
+    return take(element, buffers, into) ? decoded::request : refuse(why);
   }
   return refuse(why);
 }
 
-decoded numbers_decoder::decode_binary(std::span<const std::byte> message, const decode_room&, request& into,
-                                       diagnostic& why) const noexcept {
+decoded numbers_decoder::decode_binary(std::span<const std::byte> message, const decode_buffers&,
+                                       request& into, diagnostic& why) const noexcept {
   const std::string_view bytes{reinterpret_cast<const char*>(message.data()), message.size()};
   into.codec = numbers::id;
   if (bytes.starts_with('x') && bytes.size() > 1) {

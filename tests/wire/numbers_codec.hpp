@@ -35,9 +35,9 @@ std::uint32_t number_at(std::string_view bytes);
 
 class numbers_decoder final : public message_decoder {
  public:
-  decoded decode(const json::document& text, const decode_room& room, request& into,
+  decoded decode(const json::document& text, const decode_buffers& buffers, request& into,
                  diagnostic& why) const noexcept override;
-  decoded decode_binary(std::span<const std::byte> message, const decode_room& room, request& into,
+  decoded decode_binary(std::span<const std::byte> message, const decode_buffers& buffers, request& into,
                         diagnostic& why) const noexcept override;
   codec_id guess(std::string_view text, codec_id spoke_last) const noexcept override;
   bool may_be_stop(opcode what, std::string_view begins) const noexcept override;

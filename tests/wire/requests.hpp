@@ -58,11 +58,11 @@ inline ::testing::AssertionResult refused(const std::string& request, std::uint1
                                           std::string_view what, std::string_view remedy = {},
                                           const handshake_policy& policy = policy_at(8080)) {
   const http_judgement j = judge_request(request, policy);
-  if (j.outcome != http_outcome::refused) return ::testing::AssertionFailure() << "it is not refused";
-  if (j.refusal.status != status || j.refusal.what().find(what) == std::string_view::npos ||
-      j.refusal.remedy().find(remedy) == std::string_view::npos || j.refusal.remedy().empty()) {
+  if (j.outcome != http_outcome::rejected) return ::testing::AssertionFailure() << "it is not refused";
+  if (j.rejection.status != status || j.rejection.what().find(what) == std::string_view::npos ||
+      j.rejection.remedy().find(remedy) == std::string_view::npos || j.rejection.remedy().empty()) {
     return ::testing::AssertionFailure()
-           << j.refusal.status << ' ' << j.refusal.what() << " / " << j.refusal.remedy();
+           << j.rejection.status << ' ' << j.rejection.what() << " / " << j.rejection.remedy();
   }
   return ::testing::AssertionSuccess();
 }
@@ -73,7 +73,7 @@ inline ::testing::AssertionResult accepted(const std::string& request,
   const http_judgement j = judge_request(request, policy);
   if (j.outcome == outcome) return ::testing::AssertionSuccess();
   return ::testing::AssertionFailure()
-         << j.refusal.status << ' ' << j.refusal.what() << " / " << j.refusal.remedy();
+         << j.rejection.status << ' ' << j.rejection.what() << " / " << j.rejection.remedy();
 }
 
 } // namespace rowe::wire::test

@@ -72,8 +72,8 @@ TEST(rosbridge_decode, names_what_rosbridge_has_and_rowe_has_not) {
   for (const std::string_view text : texts) {
     const decoded d{std::string{text}};
     EXPECT_EQ(d->what, verb::unsupported) << text;
-    std::array<char, refusal::text_bytes_max> room{};
-    const std::string_view why = refuse_op(*d).text(room);
+    std::array<char, refusal::text_bytes_max> buffer{};
+    const std::string_view why = refuse_op(*d).text(buffer);
     EXPECT_TRUE(why.starts_with("the operation \"" + std::string{d->verb_text} + "\" is not offered here"))
         << why;
   }
@@ -84,8 +84,8 @@ TEST(rosbridge_decode, names_what_nobody_knows) {
   EXPECT_EQ(d->what, verb::unknown);
   EXPECT_EQ(d->verb_text, "subscribee");
   EXPECT_EQ(d->id_raw, "7");
-  std::array<char, refusal::text_bytes_max> room{};
-  EXPECT_EQ(refuse_op(*d).text(room),
+  std::array<char, refusal::text_bytes_max> buffer{};
+  EXPECT_EQ(refuse_op(*d).text(buffer),
             R"(the operation "subscribee" is unknown; offered are )"
             "subscribe, unsubscribe, advertise, unadvertise, publish, call_service, service_response, "
             "advertise_service, unadvertise_service and set_level");
@@ -381,10 +381,10 @@ TEST(rosbridge_decode, never_cuts_a_diagnostic_within_the_room_it_asks_for) {
                         .expected = R"("reliable", "best_effort" or "best_available")",
                         .bytes = SIZE_MAX / 2,
                         .limit = INT64_MAX};
-    std::array<char, refusal::text_bytes_max> room{};
+    std::array<char, refusal::text_bytes_max> buffer{};
     std::array<char, 4096> plenty{};
-    EXPECT_EQ(worst.text(room), worst.text(plenty));
-    EXPECT_EQ(worst.text(std::span{room}.first(10)).size(), 10U);
+    EXPECT_EQ(worst.text(buffer), worst.text(plenty));
+    EXPECT_EQ(worst.text(std::span{buffer}.first(10)).size(), 10U);
   }
 }
 

@@ -196,7 +196,7 @@ TEST(rosbridge_services, refuses_with_a_diagnostic_that_names_member_value_and_l
 class rosbridge_services_written : public testing::Test {
  protected:
   std::string call(std::string_view service, std::string_view id, std::int64_t ttl_ns = unlimited) {
-    json::writer text{room_};
+    json::writer text{buffer_};
     write_call_service_head(text, service, id, ttl_ns);
     text.raw(R"({"a":[1,"}"]})");
     write_call_service_tail(text);
@@ -204,7 +204,7 @@ class rosbridge_services_written : public testing::Test {
     return std::string{text.text()};
   }
   std::string response(std::string_view service, std::string_view id_raw, bool result) {
-    json::writer text{room_};
+    json::writer text{buffer_};
     write_service_response_head(text, service, id_raw, result);
     text.string("va\"lues");
     write_service_response_tail(text);
@@ -212,15 +212,15 @@ class rosbridge_services_written : public testing::Test {
     return std::string{text.text()};
   }
 
-  std::array<char, 2048> room_{};
+  std::array<char, 2048> buffer_{};
 };
 
 TEST_F(rosbridge_services_written, writes_advertisements_without_an_id) {
-  EXPECT_EQ(written(room_, write_advertise_service, "/add", "a/Add"),
+  EXPECT_EQ(written(buffer_, write_advertise_service, "/add", "a/Add"),
             R"({"op":"advertise_service","type":"a/Add","service":"/add"})");
-  EXPECT_EQ(written(room_, write_advertise_service, "/add", ""),
+  EXPECT_EQ(written(buffer_, write_advertise_service, "/add", ""),
             R"({"op":"advertise_service","service":"/add"})");
-  EXPECT_EQ(written(room_, write_unadvertise_service, "/add"),
+  EXPECT_EQ(written(buffer_, write_unadvertise_service, "/add"),
             R"({"op":"unadvertise_service","service":"/add"})");
 }
 
@@ -253,19 +253,19 @@ TEST_F(rosbridge_services_written, can_be_read) {
   EXPECT_EQ(answered->id_raw, called->id_raw);
   EXPECT_TRUE(answered->failed);
   EXPECT_EQ(answered->body_raw, R"("va\"lues")");
-  const decoded advertised{std::string{written(room_, write_advertise_service, name, "a/B")}};
+  const decoded advertised{std::string{written(buffer_, write_advertise_service, name, "a/B")}};
   EXPECT_EQ(advertised->service, name);
   EXPECT_EQ(advertised->type, "a/B");
   EXPECT_EQ(
       decoded {
-        std::string { written(room_, write_unadvertise_service, name) }
+        std::string { written(buffer_, write_unadvertise_service, name) }
       } -> service,
       name);
 }
 
 TEST_F(rosbridge_services_written, writes_nothing_where_it_does_not_fit) {
   for (std::size_t bytes = 0; bytes < 40; ++bytes) {
-    const std::span<char> small = std::span{room_}.first(bytes);
+    const std::span<char> small = std::span{buffer_}.first(bytes);
     EXPECT_TRUE(written(small, write_advertise_service, "/add", "a/Add").empty());
     EXPECT_TRUE(written(small, write_unadvertise_service, "/add").empty());
     json::writer text{small};

@@ -10,9 +10,9 @@
 namespace rowe::wire {
 
 template <class... Takes>
-std::string_view written(std::span<char> room, void (*write)(json::writer&, Takes...) noexcept,
+std::string_view written(std::span<char> buffer, void (*write)(json::writer&, Takes...) noexcept,
                          std::type_identity_t<Takes>... args) {
-  json::writer out{room};
+  json::writer out{buffer};
   write(out, args...);
   return out.overflowed() ? std::string_view{} : out.text();
 }

@@ -45,9 +45,9 @@ std::string cell(std::string text, std::size_t width) {
 }
 
 std::string plain(double value) {
-  std::array<char, 40> room;
-  const int length = std::snprintf(room.data(), room.size(), "%.6g", value);
-  return {room.data(), static_cast<std::size_t>(length)};
+  std::array<char, 40> buffer;
+  const int length = std::snprintf(buffer.data(), buffer.size(), "%.6g", value);
+  return {buffer.data(), static_cast<std::size_t>(length)};
 }
 
 std::string shown(std::string_view key, double value) {
@@ -57,9 +57,9 @@ std::string shown(std::string_view key, double value) {
 // "1.25"; a dash where there is none.
 std::string ratio_text(double before, double after) {
   if (before == 0) return after == 0 ? "1.00" : "-";
-  std::array<char, 40> room;
-  const int length = std::snprintf(room.data(), room.size(), "%.2f", after / before);
-  return {room.data(), static_cast<std::size_t>(length)};
+  std::array<char, 40> buffer;
+  const int length = std::snprintf(buffer.data(), buffer.size(), "%.2f", after / before);
+  return {buffer.data(), static_cast<std::size_t>(length)};
 }
 
 // The numbers that are compared, in their order; others of the JSON are for programs.

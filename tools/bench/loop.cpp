@@ -57,10 +57,10 @@ exit_code loop(argument_list arguments) {
   s.here.service.reset();
   const rt::duration period = period_of(s.rate_or_default());
   recording samples{s.listed_above()};
-  recording aside;
+  recording discarded;
   to.note("measuring for ", seconds_text(s.run_time_or_default()), " (Ctrl-C ends it and prints)");
   const measured m = on_measuring_thread(s, [&](measured& of, const std::atomic<bool>& stop) {
-    (void)cycle(period, count_in(s.warm_up_or_default(), period), aside, stop, [](rt::time_point) {});
+    (void)cycle(period, count_in(s.warm_up_or_default(), period), discarded, stop, [](rt::time_point) {});
     std::optional<witness> watch;
     const rt::time_point start = rt::monotonic_clock::now();
     of.counts =

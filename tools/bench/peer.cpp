@@ -213,8 +213,8 @@ exit_code peer(argument_list arguments) {
     threads.emplace_back(s.here.user_thread("reset"), [&] { robot->reset_all(*hub); });
   }
   for (const rt::thread& one : threads) {
-    std::array<char, 256> room;
-    if (!one.grants().complete()) to.error("not granted: ", one.grants().text(room));
+    std::array<char, 256> buffer;
+    if (!one.grants().complete()) to.error("not granted: ", one.grants().text(buffer));
   }
   (void)emit(joined("rowe bench peer at ws://", host_for_here(options.address), ":", hub->port(),
                     " (process ", ::getpid(), ")\n"));

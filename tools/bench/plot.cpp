@@ -61,9 +61,9 @@ std::vector<std::string> wrapped(std::string_view text, std::size_t columns) {
 }
 
 std::string fixed(double value) {
-  std::array<char, 40> room;
-  const int length = std::snprintf(room.data(), room.size(), "%.1f", value);
-  return {room.data(), static_cast<std::size_t>(length)};
+  std::array<char, 40> buffer;
+  const int length = std::snprintf(buffer.data(), buffer.size(), "%.1f", value);
+  return {buffer.data(), static_cast<std::size_t>(length)};
 }
 
 class canvas {

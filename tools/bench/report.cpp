@@ -25,9 +25,9 @@ std::string padded(std::string text, std::size_t width) {
 }
 
 std::string decimals(double value, int digits) {
-  std::array<char, 64> room;
-  const int length = std::snprintf(room.data(), room.size(), "%.*f", digits, value);
-  return {room.data(), static_cast<std::size_t>(length)};
+  std::array<char, 64> buffer;
+  const int length = std::snprintf(buffer.data(), buffer.size(), "%.*f", digits, value);
+  return {buffer.data(), static_cast<std::size_t>(length)};
 }
 
 void say_machine(std::string& to, const report& r) {
@@ -111,9 +111,9 @@ void say_counts(std::string& to, const pump_counts& c) {
 } // namespace
 
 std::string percentile_name(double percent) {
-  std::array<char, 32> room;
-  const int length = std::snprintf(room.data(), room.size(), "p%.10g", percent);
-  return {room.data(), static_cast<std::size_t>(length)};
+  std::array<char, 32> buffer;
+  const int length = std::snprintf(buffer.data(), buffer.size(), "p%.10g", percent);
+  return {buffer.data(), static_cast<std::size_t>(length)};
 }
 
 std::string percentile_key(double percent) {

@@ -20,9 +20,9 @@ class object {
   object& text(std::string_view name, std::string_view value) { return raw(name, json_string_of(value)); }
   object& number(std::string_view name, std::uint64_t value) { return raw(name, std::to_string(value)); }
   object& number(std::string_view name, double value) {
-    std::array<char, 64> room;
-    const auto end = std::to_chars(room.data(), room.data() + room.size(), value).ptr;
-    return raw(name, {room.data(), static_cast<std::size_t>(end - room.data())});
+    std::array<char, 64> buffer;
+    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+    return raw(name, {buffer.data(), static_cast<std::size_t>(end - buffer.data())});
   }
   object& time(std::string_view name, rt::duration value) {
     return raw(joined(name, "_ns"), std::to_string(value.count()));

@@ -67,9 +67,9 @@ bool write_file(const std::string& name, const std::string& text, const console&
 }
 
 std::string hertz(double rate) {
-  std::array<char, 40> room;
-  const int length = std::snprintf(room.data(), room.size(), "%.6g Hz", rate);
-  return {room.data(), static_cast<std::size_t>(length)};
+  std::array<char, 40> buffer;
+  const int length = std::snprintf(buffer.data(), buffer.size(), "%.6g Hz", rate);
+  return {buffer.data(), static_cast<std::size_t>(length)};
 }
 
 } // namespace
@@ -110,8 +110,8 @@ link connect(const settings& s, const console& to, const std::vector<std::string
 
 void add_grants(report& to, const rt::grants& given) {
   if (given.complete()) return;
-  std::array<char, 256> room;
-  to.where.warnings.push_back(joined("not granted to the measuring thread: ", given.text(room)));
+  std::array<char, 256> buffer;
+  to.where.warnings.push_back(joined("not granted to the measuring thread: ", given.text(buffer)));
 }
 
 report report_of(const settings& s, std::string what, const link& over, const measured& m,

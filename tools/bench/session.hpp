@@ -70,10 +70,10 @@ measured measure_messages(const settings& s, Target& target, recording& into) {
   const rt::duration timeout = s.timeout.value_or(timeout_default);
   marks warm_ended(warm);
   marks ended(count);
-  recording aside;
+  recording discarded;
   return on_measuring_thread(s, [&](measured& m, const std::atomic<bool>& stop) {
     rt::kernel_clock clock;
-    (void)pump({clock.now() + period, period, warm}, 0, target, aside, warm_ended, timeout, stop, clock);
+    (void)pump({clock.now() + period, period, warm}, 0, target, discarded, warm_ended, timeout, stop, clock);
     if constexpr (requires { target.begin(); }) target.begin();
     witness watch;
     const rt::time_point start = clock.now() + period;

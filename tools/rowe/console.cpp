@@ -74,10 +74,10 @@ std::string printable(std::string_view text) {
 std::string quoted(std::string_view text) { return joined("'", printable(text), "'"); }
 
 std::string seconds_text(rt::duration time) {
-  std::array<char, 40> room;
+  std::array<char, 40> buffer;
   const int length =
-      std::snprintf(room.data(), room.size(), "%.3f s", std::chrono::duration<double>(time).count());
-  return {room.data(), static_cast<std::size_t>(length)};
+      std::snprintf(buffer.data(), buffer.size(), "%.3f s", std::chrono::duration<double>(time).count());
+  return {buffer.data(), static_cast<std::size_t>(length)};
 }
 
 } // namespace rowe::tools

@@ -148,8 +148,7 @@ inline void park_completion(queue_pair& on, std::uint32_t slot) noexcept {
 
 // If no row is free, releases those of calls that were given up. Calls that wait do this before begin_call().
 inline void reclaim_rows(queue_pair& on) noexcept {
-  if (on.user.free_call == on.user.calls.size() && !ROWE_MUTANT(given_up_places))
-    drop_unwanted_completions(on);
+  if (on.user.free_call == on.user.calls.size() && !ROWE_MUTANT(given_up_rows)) drop_unwanted_completions(on);
 }
 
 // Gives the call up for a user, who may call nothing else afterwards. So it also drops the completions that

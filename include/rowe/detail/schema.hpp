@@ -311,7 +311,7 @@ consteval schema_description describe_schema() noexcept {
   d.alignment = alignof(T);
   d.members = members_of<T, fields_type>::list;
   if constexpr (std::default_initializable<T>) {
-    d.set_default = [](void* room) noexcept { ::new (room) T{}; }; // in place: T may be too large for a stack
+    d.set_default = [](void* at) noexcept { ::new (at) T{}; }; // in place: T may be too large for a stack
     d.decodable = true;
     for (const bool one : members_of<T, fields_type>::decodable) d.decodable = d.decodable && one;
   }

@@ -110,18 +110,18 @@ inline bool has_room(queue_pair& on, peer_ref to) noexcept {
 inline status wait_room(const pair_handle& handle, peer_ref to, duration timeout) noexcept {
   queue_pair& on = *handle;
   if (++on.user.room_waits == 0) ++on.user.room_waits;
-  // release: pairs with the acquires in take_entries() and tell_those_who_ask()
+  // release: pairs with the acquires in take_entries() and notify_those_who_wait()
   on.room_asked.store(on.user.room_waits, std::memory_order_release);
   handle.wake_service();
-  bool room = false;
+  bool buffer = false;
   on.arrival.wait_until(rt::deadline_after(rt::monotonic_clock::now(), timeout), [&] {
-    room = has_room(on, to);
-    return room || gone(on, to) || closed(on);
+    buffer = has_room(on, to);
+    return buffer || gone(on, to) || closed(on);
   });
   on.room_asked.store(0, std::memory_order_release); // release: as above
   if (closed(on)) return errc::closed;
   if (gone(on, to)) return errc::peer_lost;
-  return room ? status{} : status{error{errc::timed_out, 0, timeout.count()}};
+  return buffer ? status{} : status{error{errc::timed_out, 0, timeout.count()}};
 }
 
 } // namespace rowe::detail

@@ -11,7 +11,7 @@ namespace rowe::tools {
 namespace {
 
 // What is wrong, as a sentence; empty when nothing is.
-using complaint = std::string;
+using diagnostic = std::string;
 
 // Reads one value for each kind of target.
 struct store {
@@ -19,20 +19,20 @@ struct store {
   std::string_view text;
   double number; // that the name ends in
 
-  complaint operator()(bool* into) const {
+  diagnostic operator()(bool* into) const {
     *into = true;
     return {};
   }
-  complaint operator()(std::string* into) const {
+  diagnostic operator()(std::string* into) const {
     if (text.empty()) return joined(name, " needs a value that is not empty");
     *into = text;
     return {};
   }
-  complaint operator()(std::vector<std::string>* into) const {
+  diagnostic operator()(std::vector<std::string>* into) const {
     into->emplace_back();
     return (*this)(&into->back());
   }
-  complaint operator()(const integer& to) const {
+  diagnostic operator()(const integer& to) const {
     const auto value = integer_of(text);
     const std::string range = joined(to.min, " to ", to.max);
     if (!value) return joined(name, " needs a whole number of ", range, ", not ", quoted(text));
@@ -40,7 +40,7 @@ struct store {
     *to.into = *value;
     return {};
   }
-  complaint operator()(const choice& to) const {
+  diagnostic operator()(const choice& to) const {
     const auto found = std::find(to.names.begin(), to.names.end(), text);
     if (found != to.names.end()) {
       *to.into = static_cast<std::size_t>(found - to.names.begin());
@@ -50,7 +50,7 @@ struct store {
     for (const std::string_view one : to.names) known.append(known.empty() ? "" : " or ").append(one);
     return joined(name, " is ", known, ", not ", quoted(text));
   }
-  complaint operator()(const time_span& to) const {
+  diagnostic operator()(const time_span& to) const {
     const auto value = duration_of(text);
     if (!value || *value <= rt::duration{0}) {
       return joined(name, " needs a time above 0 such as 50ms, 2s or 10m, not ", quoted(text));
@@ -58,13 +58,13 @@ struct store {
     *to.into = value;
     return {};
   }
-  complaint operator()(const numbered_times& to) const {
+  diagnostic operator()(const numbered_times& to) const {
     std::optional<rt::duration> time;
-    if (complaint wrong = (*this)(time_span{&time}); !wrong.empty()) return wrong;
+    if (diagnostic wrong = (*this)(time_span{&time}); !wrong.empty()) return wrong;
     to.into->push_back({number, *time});
     return {};
   }
-  complaint operator()(const rate& to) const {
+  diagnostic operator()(const rate& to) const {
     const auto value = rate_of(text);
     if (!value) return joined(name, " needs a rate above 0 such as 50Hz or 1kHz, not ", quoted(text));
     if (*value > to.max) {
@@ -93,7 +93,7 @@ bool is_called(const option& o, std::string_view name) noexcept {
 
 bool takes_value(const option& o) noexcept { return !std::holds_alternative<bool*>(o.into); }
 
-complaint unknown_option(const command& table, std::string_view name) {
+diagnostic unknown_option(const command& table, std::string_view name) {
   std::vector<std::string_view> names{"--help"};
   for (const option& o : table.options) names.push_back(o.name);
   const std::string_view meant = nearest(name, names);
@@ -101,7 +101,7 @@ complaint unknown_option(const command& table, std::string_view name) {
 }
 
 // Reads the option at arguments[at] and moves `at` past its value.
-complaint read_option(const command& table, argument_list arguments, std::size_t& at) {
+diagnostic read_option(const command& table, argument_list arguments, std::size_t& at) {
   std::string_view name = arguments[at];
   std::optional<std::string_view> value;
   if (const auto equals = name.find('='); name.starts_with("--") && equals != std::string_view::npos) {
@@ -138,12 +138,12 @@ const char* instead_of_word(const operand& o, std::span<const std::string_view> 
   return other_kind ? known : nullptr;
 }
 
-complaint place(const operand& o, std::span<const std::string_view>& words, std::size_t needed) {
+diagnostic place(const operand& o, std::span<const std::string_view>& words, std::size_t needed) {
   const bool repeated = std::holds_alternative<std::vector<std::string>*>(o.into);
   if (const char* const known = instead_of_word(o, words, needed); known != nullptr) {
     *std::get<std::string*>(o.into) = known;
   } else if (words.empty()) {
-    return o.optional ? complaint{} : joined("the argument ", o.name, " is missing");
+    return o.optional ? diagnostic{} : joined("the argument ", o.name, " is missing");
   } else if (repeated) {
     std::get<std::vector<std::string>*>(o.into)->assign(words.begin(), words.end());
     words = {};
@@ -155,18 +155,18 @@ complaint place(const operand& o, std::span<const std::string_view>& words, std:
 }
 
 // Gives each operand its word.
-complaint place_operands(const command& table, std::span<const std::string_view> words) {
+diagnostic place_operands(const command& table, std::span<const std::string_view> words) {
   std::size_t needed = 0;
   for (const operand& o : table.operands) needed += o.optional || is_left_out(o) ? 0U : 1U;
   for (const operand& o : table.operands) {
     if (is_left_out(o)) continue;
-    if (complaint wrong = place(o, words, needed); !wrong.empty()) return wrong;
+    if (diagnostic wrong = place(o, words, needed); !wrong.empty()) return wrong;
     needed -= o.optional ? 0U : 1U;
   }
-  return words.empty() ? complaint{} : joined("one argument too many: ", quoted(words.front()));
+  return words.empty() ? diagnostic{} : joined("one argument too many: ", quoted(words.front()));
 }
 
-complaint read_all(const command& table, argument_list arguments) {
+diagnostic read_all(const command& table, argument_list arguments) {
   std::vector<std::string_view> words;
   bool options_end = false;
   for (std::size_t at = 0; at < arguments.size(); ++at) {
@@ -175,7 +175,7 @@ complaint read_all(const command& table, argument_list arguments) {
       words.push_back(word);
     } else if (word == "--") {
       options_end = true;
-    } else if (complaint wrong = read_option(table, arguments, at); !wrong.empty()) {
+    } else if (diagnostic wrong = read_option(table, arguments, at); !wrong.empty()) {
       return wrong;
     }
   }
@@ -227,7 +227,7 @@ class columns {
 
 std::optional<exit_code> read(const command& table, argument_list arguments) {
   if (asks_for_help(arguments)) return emit(help_of(table)) ? exit_code::done : exit_code::failed;
-  const complaint wrong = read_all(table, arguments);
+  const diagnostic wrong = read_all(table, arguments);
   if (wrong.empty()) return std::nullopt;
   return usage_error(table.verb, wrong);
 }

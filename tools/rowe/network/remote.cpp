@@ -90,7 +90,7 @@ void remote::report() {
       failure_.clear();
       break;
     case event::kind::status_from_peer:
-      ++complaints_;
+      ++errors_reported_;
       to_.error(text);
       break;
     default: to_.note(text); break;

@@ -56,14 +56,14 @@ class remote {
   const std::string& failure() const noexcept { return failure_; }
 
   // How often the other side has said that something of ours was wrong, as far as report() has printed it.
-  std::uint64_t complaints() const noexcept { return complaints_; }
+  std::uint64_t errors_reported() const noexcept { return errors_reported_; }
 
  private:
   endpoint& via_;
   std::string url_;
   const console& to_;
   std::string failure_;
-  std::uint64_t complaints_ = 0;
+  std::uint64_t errors_reported_ = 0;
   bool connected_before_ = false;
 };
 

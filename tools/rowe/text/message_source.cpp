@@ -53,9 +53,9 @@ line_reader::outcome line_reader::read(std::string& line, rt::time_point deadlin
       if (interrupt::seen() || rt::monotonic_clock::now() >= deadline) return outcome::nothing_yet;
       continue;
     }
-    std::array<char, 4096> room;
-    const ssize_t got = ::read(STDIN_FILENO, room.data(), room.size());
-    if (got > 0) buffer_.append(room.data(), static_cast<std::size_t>(got));
+    std::array<char, 4096> buffer;
+    const ssize_t got = ::read(STDIN_FILENO, buffer.data(), buffer.size());
+    if (got > 0) buffer_.append(buffer.data(), static_cast<std::size_t>(got));
     if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) ended_ = true;
   }
 }

@@ -187,10 +187,10 @@ exit_code exit_code_of(errc failure) noexcept {
 
 // "412.1 µs".
 std::string time_text(rt::duration time) {
-  std::array<char, 40> room;
-  const int length = std::snprintf(room.data(), room.size(), "%.1f µs",
+  std::array<char, 40> buffer;
+  const int length = std::snprintf(buffer.data(), buffer.size(), "%.1f µs",
                                    std::chrono::duration<double, std::micro>(time).count());
-  return {room.data(), static_cast<std::size_t>(length)};
+  return {buffer.data(), static_cast<std::size_t>(length)};
 }
 
 // What the calls come to.

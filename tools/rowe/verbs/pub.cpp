@@ -274,11 +274,11 @@ class sender {
   std::uint64_t expired_ = 0; // that the target told us of
 };
 
-// What is the verdict once `lost` of the messages were, and the server has complained of some?
+// What is the verdict once `lost` of the messages were, and the server has reported errors?
 exit_code verdict(std::optional<exit_code> end, std::uint64_t sent, std::uint64_t lost,
-                  std::uint64_t complaints, bool endless) noexcept {
+                  std::uint64_t errors_reported, bool endless) noexcept {
   if (end && *end != exit_code::interrupted) return *end;
-  if (complaints > 0) return exit_code::failed;
+  if (errors_reported > 0) return exit_code::failed;
   if (lost > 0) return exit_code::lost;
   // The one way that what is endless ends.
   if (end && !(endless && sent > 0)) return exit_code::interrupted;
@@ -325,7 +325,7 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
           lost == 0 ? std::string{} : joined(", not sent ", lost));
   if (!drained && !end) return exit_code::lost;
   const bool endless = (o.rate || o.from_stdin()) && !o.once && o.count == 0;
-  return verdict(end, sent, lost, connection.complaints(), endless);
+  return verdict(end, sent, lost, connection.errors_reported(), endless);
 }
 
 } // namespace

@@ -125,12 +125,12 @@ exit_code cannot_listen(const error& reason, const endpoint_options& asked, cons
 // What of the real-time settings was asked for and refused, in one line; empty when nothing was.
 // The endpoint has an event for its own thread.
 std::string refused_settings(const endpoint& hub, const demo* loop, const rt::grant& process_locked) {
-  std::array<char, 256> room;
+  std::array<char, 256> buffer;
   std::string line;
   const auto add = [&](std::string_view who, std::string_view what) {
     line.append(line.empty() ? "not as real-time as asked: " : "; ").append(who).append(": ").append(what);
   };
-  if (loop != nullptr && !loop->grants().complete()) add("robot thread", loop->grants().text(room));
+  if (loop != nullptr && !loop->grants().complete()) add("robot thread", loop->grants().text(buffer));
   if (!hub.memory_locked()) {
     add("memory", "the endpoint's is not locked: raise `ulimit -l`");
   } else if (process_locked.refused()) {

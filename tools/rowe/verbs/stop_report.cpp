@@ -20,10 +20,10 @@ std::string utc_now() {
   ::clock_gettime(CLOCK_REALTIME, &now);
   std::tm parts;
   ::gmtime_r(&now.tv_sec, &parts);
-  std::array<char, 40> room;
-  const std::size_t whole = std::strftime(room.data(), room.size(), "%Y-%m-%dT%H:%M:%S", &parts);
+  std::array<char, 40> buffer;
+  const std::size_t whole = std::strftime(buffer.data(), buffer.size(), "%Y-%m-%dT%H:%M:%S", &parts);
   const std::string thousandths = std::to_string(1000 + now.tv_nsec / 1'000'000);
-  return joined(std::string_view{room.data(), whole}, ".", std::string_view{thousandths}.substr(1), "Z");
+  return joined(std::string_view{buffer.data(), whole}, ".", std::string_view{thousandths}.substr(1), "Z");
 }
 
 // As far as it is known where the time went.

@@ -38,18 +38,18 @@ std::string cause_words(std::string_view cause, const std::string& source) {
 
 std::string time_words(rt::duration time) {
   const double us = std::chrono::duration<double, std::micro>(time).count();
-  std::array<char, 40> room;
+  std::array<char, 40> buffer;
   int length = 0;
   if (us < 0.9995) {
-    length = std::snprintf(room.data(), room.size(), "%.0f ns", us * 1e3);
+    length = std::snprintf(buffer.data(), buffer.size(), "%.0f ns", us * 1e3);
   } else if (us < 999.5) {
-    length = std::snprintf(room.data(), room.size(), "%.0f µs", us);
+    length = std::snprintf(buffer.data(), buffer.size(), "%.0f µs", us);
   } else if (us < 999.5e3) {
-    length = std::snprintf(room.data(), room.size(), us < 9950 ? "%.1f ms" : "%.0f ms", us / 1e3);
+    length = std::snprintf(buffer.data(), buffer.size(), us < 9950 ? "%.1f ms" : "%.0f ms", us / 1e3);
   } else {
-    length = std::snprintf(room.data(), room.size(), "%.1f s", us / 1e6);
+    length = std::snprintf(buffer.data(), buffer.size(), "%.1f s", us / 1e6);
   }
-  return {room.data(), static_cast<std::size_t>(length)};
+  return {buffer.data(), static_cast<std::size_t>(length)};
 }
 
 std::string text_member(std::string_view answer, std::string_view name) {
