@@ -26,7 +26,7 @@ constexpr std::size_t host_bytes_max = 100;
 constexpr std::size_t path_bytes_max = 1024;
 constexpr std::uint16_t switching_protocols = 101;
 
-// A diagnostic, for refusal::what and the like.
+// A diagnostic, for rejection::what and the like.
 class diagnostic {
  public:
   template <class... Values>

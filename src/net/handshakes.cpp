@@ -313,7 +313,7 @@ void handshakes::upgrade(handshake& one, const wire::http_judgement& request, tr
                     .subprotocol = request.subprotocol});
 }
 
-// ---- refusals
+// ---- rejections
 
 void handshakes::reject_crowded(handshake& one, transport_sink& sink) noexcept {
   reject(one, answer::too_many_from_one_address(limits_.connections_per_address_max), sink);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The answer to a request that is refused: a status, a text that names what was wrong with which value, and a
 // text that says what to change. People read it, in a browser or in the output of a client, and the event of
-// the refusal has the same texts. http_request.hpp decides what is refused; the transport writes the answer.
+// the rejection has the same texts. http_request.hpp decides what is refused; the transport writes the
+// answer.
 //
 // Every function here: pure, any thread, never waits, never allocates.
 #pragma once

@@ -110,7 +110,7 @@ bool says_gzip(std::string_view element) noexcept {
   return !(weight.starts_with("q=0") && weight.find_first_not_of("0.", 3) == std::string_view::npos);
 }
 
-// Judges one request, step by step. A step that refuses sets the refusal and returns false.
+// Judges one request, step by step. A step that refuses sets the rejection and returns false.
 class judge {
  public:
   judge(const handshake_policy& policy, http_judgement& out) noexcept : policy_{policy}, out_{out} {}
