@@ -2,7 +2,10 @@
 // What waits for one peer. Service thread only.
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
+
+#include <rowe/options.hpp>
 
 #include "service/index_list.hpp"
 #include "service/message_queue.hpp"
@@ -24,6 +27,19 @@ struct peer_queues {
   bool marked_full = false;          // senders are told `full`: its share is used up by what is parked
   bool waits_to_begin = false;       // it may not begin a frame: others hold too many partial frames
 
+  // The subscription that is ready, if there is one and nothing else waits, and the priority of its topic.
+  subscription_id only_ready(priority& at) const noexcept {
+    if (!replies.empty() || latched_pending != 0) return {};
+    subscription_id found{};
+    for (std::size_t p = 0; p != ready.size(); ++p) {
+      if (!direct[p].empty()) return {};
+      if (ready[p].empty()) continue;
+      if (found || ready[p].head != ready[p].tail) return {};
+      found = ready[p].head;
+      at = static_cast<priority>(p);
+    }
+    return found;
+  }
   // It reads more slowly than we could write, or it waits for peers that do.
   bool backpressured() const noexcept { return blocked || out_of_credit || waits_to_begin; }
 };

@@ -32,6 +32,19 @@ sender::sender(rt::arena& memory, const needs& parts) noexcept
       keys_{memory, state_.seams.random},
       urgent_{memory, {.state = state_, .outbox = outbox_, .mask_keys = keys_}},
       partial_{memory, {.state = state_, .message_store = message_store_, .outbox = outbox_}},
+      selection_{{.state = state_,
+                  .message_store = message_store_,
+                  .outbox = outbox_,
+                  .mask_keys = keys_,
+                  .urgent_frames = urgent_,
+                  .partial_frames = partial_,
+                  .message_frames = frames_}},
+      group_{{.state = state_,
+              .message_store = message_store_,
+              .outbox = outbox_,
+              .urgent_frames = urgent_,
+              .partial_frames = partial_,
+              .message_frames = frames_}},
       buffer_{memory.carve_bytes(buffer_bytes(state_.bounds()))},
       pieces_{memory.carve<batch_piece>(batch_pieces_max)} {}
 
@@ -59,10 +72,30 @@ void sender::ignore_credit(peer_index peer) noexcept {
 void sender::flush_scheduled(bool to_all) noexcept {
   if (turn_left_ == 0) turn_left_ = outbox_.scheduled();
   for (std::uint32_t left = outbox_.scheduled(); left != 0; --left) {
-    if (!to_all && work_ >= write_work_per_cycle) return;
+    if (!to_all && work_ + group_.count() >= write_work_per_cycle) break;
     const peer_index next = outbox_.take_scheduled();
     if (turn_left_ != 0) --turn_left_;
-    if (state_.peers[next].state != connection::phase::free) flush(next);
+    if (state_.peers[next].state == connection::phase::free) continue;
+    if (group_.full()) write_group();
+    if (group_.add(next)) continue;
+    write_group(); // who came before is written before
+    flush(next);
+  }
+  write_group();
+}
+
+// First all frames, then all commits: see frame_group.hpp.
+void sender::write_group() noexcept {
+  const std::span<frame_group::member> group = group_.take();
+  for (frame_group::member& one : group) one.taken = hand_over(one.id, one.frame);
+  for (frame_group::member& one : group) {
+    const recipient to{one.peer, state_.peers[one.peer], outbox_.of(one.peer), false};
+    batch sent{buffer_, {&one.piece, 1}};
+    sent.bytes = one.frame.size();
+    sent.count = 1;
+    to.queues.out_of_credit = false;
+    settle(to, sent, one.taken);
+    to.queues.scheduled = false;
   }
 }
 
@@ -77,10 +110,10 @@ void sender::flush(peer_index peer) noexcept {
     if (queues.latched_pending != 0)
       subscription_queues_.place_pending_latched(peer); // first, since it may evict
     batch next{buffer_, pieces_};
-    if (gather_urgent(to, next)) gather_messages(to, next);
+    if (selection_.add_urgent(to, next)) selection_.add_messages(to, next);
     queues.out_of_credit = next.out_of_credit;
     const bool waited = queues.waits_to_begin;
-    write(to, next);
+    settle(to, next, next.count != 0 ? hand_over(to.peer.id, next.whole()) : 0);
     const bool may_begin_now = waited && !queues.waits_to_begin; // its own partial frame has ended
     const bool more_latched = queues.latched_pending != 0 && !next.out_of_credit && !queues.waits_to_begin;
     more = next.more || more_latched || may_begin_now;
@@ -94,84 +127,24 @@ void sender::flush_urgent(peer_index peer) noexcept {
   const recipient to{peer, state_.peers[peer], outbox_.of(peer), urgent_.masks(peer)};
   if (!to.queues.blocked) {
     batch next{buffer_, pieces_};
-    (void)gather_urgent(to, next); // no message follows in this batch
-    write(to, next);
+    (void)selection_.add_urgent(to, next); // no message follows in this batch
+    settle(to, next, next.count != 0 ? hand_over(to.peer.id, next.whole()) : 0);
   }
   outbox_.schedule(peer);
 }
 
-inline void sender::write(const recipient& to, batch& what) noexcept {
-  const std::size_t taken = what.count != 0 ? state_.seams.transport.write(to.peer.id, what.whole()) : 0;
-  if (what.count != 0) work_ += 1 + taken / write_work_bytes;
+inline std::size_t sender::hand_over(connection_id to, std::span<const std::byte> bytes) noexcept {
+  const std::size_t taken = state_.seams.transport.write(to, bytes);
+  work_ += 1 + taken / write_work_bytes;
+  return taken;
+}
+
+inline void sender::settle(const recipient& to, batch& sent, std::size_t taken) noexcept {
   state_.counts.add(counter::bytes_out, taken);
   urgent_.wrote(to.index, taken);
-  to.queues.blocked = taken < what.bytes;
-  commit(to, what, taken);
+  to.queues.blocked = taken < sent.bytes;
+  commit(to, sent, taken);
   if (partial_.of(to.index) && partial_.is_worth_handing_over(to.index)) hand_over_rest(to);
-}
-
-// ---- selection
-
-// Gathers what is written first: a partial frame, then urgent frames. False: no message may follow.
-inline bool sender::gather_urgent(const recipient& to, batch& into) noexcept {
-  return gather_partial(to, into) && urgent_.gather(to.index, to.peer.open(), into);
-}
-
-// Then gathers messages, by their priority.
-inline void sender::gather_messages(const recipient& to, batch& into) noexcept {
-  peer_queues& from = to.queues;
-  // A server must know of a topic before anything is published on it.
-  const priority replies_at = to.peer.ours == side::client ? priority::urgent : priority::normal;
-  for (std::size_t p = 0; p < from.ready.size(); ++p) {
-    const bool replies = p == static_cast<std::size_t>(replies_at) && !from.replies.empty();
-    if (!replies && from.direct[p].empty() && from.ready[p].empty()) continue;
-    into.credit = urgent_.room(to.index, static_cast<priority>(p));
-    if (replies && !gather_queue(to, from.replies, {}, into)) return;
-    if (!from.direct[p].empty() && !gather_queue(to, from.direct[p], {}, into)) return;
-    for (subscription_id i = from.ready[p].head; i; i = subscription_rows_[i].next_ready) {
-      if (!gather_queue(to, subscription_rows_[i].pending, i, into)) return;
-    }
-  }
-}
-
-// Gathers the rest of a partial frame. Nothing may go before it. False: nothing may follow, either.
-inline bool sender::gather_partial(const recipient& to, batch& into) noexcept {
-  const partial_frame& frame = partial_.of(to.index);
-  if (!frame) return true;
-  const batch_piece piece{
-      .slot = frame.slot, .key = frame.key, .is = batch_piece::origin::partial, .own_head = frame.own_head};
-  if (frame.own_head) return frames_.add_headed(to.masked, frame.written, into, piece, frame.head);
-  return frames_.add_shared(to.masked, frame.written, into, piece);
-}
-
-// Gathers as much of a queue as the batch takes; one message, if the subscription is throttled. False: the
-// batch is full, or the peer's credit is used up. One byte of credit is enough to begin a frame of any
-// length.
-inline bool sender::gather_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept {
-  outbox_.drop_expired(from);
-  const bool one = of && subscription_rows_[of].throttle > rt::duration{0};
-  const bool own_head = of && subscription_rows_[of].own_head;
-  const queue_entries& entries = outbox_.entries();
-  for (entry_id at = from.entries.head; at; at = entries.after(at)) {
-    const slot_ref slot = entries.at(at);
-    if (!message_store_.is_due(slot)) continue; // dropped when it comes to the front
-    if ((into.full() || into.bytes >= into.credit) && !urgent_.may_go_on(to.index, into)) return false;
-    if (!partial_.may_begin(to.index, slot.index)) break;
-    batch_piece piece{.from = &from,
-                      .subscription = of,
-                      .slot = slot.index,
-                      .is = batch_piece::origin::message,
-                      .own_head = own_head};
-    if (to.masked) piece.key = keys_.next();
-    const bool fits = own_head ? frames_.add_headed(to.masked, 0, into, piece, frames_.head_of(piece))
-                               : frames_.add_shared(to.masked, 0, into, piece);
-    if (!fits) {
-      into.more = true;
-      return false;
-    }
-    if (one) break;
-  }
-  return true;
 }
 
 // ---- commit
@@ -222,7 +195,7 @@ void sender::count_message_out(connection& peer) noexcept {
 // The transport keeps the rest of the frame itself, if it can.
 void sender::hand_over_rest(const recipient& to) noexcept {
   batch rest{buffer_, pieces_};
-  (void)gather_partial(to, rest); // a batch of its own
+  (void)selection_.add_partial(to, rest); // a batch of its own
   const std::size_t taken = state_.seams.transport.write_rest(to.peer.id, rest.whole());
   state_.counts.add(counter::bytes_out, taken);
   urgent_.wrote(to.index, taken);

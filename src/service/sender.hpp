@@ -20,6 +20,8 @@
 
 #include "service/batch.hpp"
 #include "service/core_state.hpp"
+#include "service/frame_group.hpp"
+#include "service/frame_selection.hpp"
 #include "service/mask_keys.hpp"
 #include "service/message_frames.hpp"
 #include "service/message_store.hpp"
@@ -86,22 +88,12 @@ class sender {
   bool check() const noexcept;
 
  private:
-  // The peer that is written to, looked up once.
-  struct recipient {
-    peer_index index;
-    connection& peer;
-    peer_queues& queues;
-    bool masked;
-  };
-
   void count_message_out(connection& peer) noexcept;
   void flush_scheduled(bool to_all) noexcept;
   void flush_urgent(peer_index peer) noexcept;
-  void write(const recipient& to, batch& what) noexcept;
-  bool gather_urgent(const recipient& to, batch& into) noexcept;
-  void gather_messages(const recipient& to, batch& into) noexcept;
-  bool gather_partial(const recipient& to, batch& into) noexcept;
-  bool gather_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept;
+  void write_group() noexcept;
+  std::size_t hand_over(connection_id to, std::span<const std::byte> bytes) noexcept;
+  void settle(const recipient& to, batch& sent, std::size_t taken) noexcept;
   void commit(const recipient& to, batch& sent, std::size_t taken) noexcept;
   void commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept;
   void hand_over_rest(const recipient& to) noexcept;
@@ -115,6 +107,8 @@ class sender {
   mask_keys keys_;
   urgent_frames urgent_;
   partial_frames partial_;
+  frame_selection selection_;
+  frame_group group_;
   std::span<std::byte> buffer_;   // a batch of frames,
   std::span<batch_piece> pieces_; // and where each came from
   std::uint32_t turn_left_ = 0;   // how many scheduled peers have not had their turn in this round

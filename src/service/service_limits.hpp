@@ -48,6 +48,9 @@ inline constexpr std::size_t write_work_bytes = 16 * 1024;
 inline constexpr unsigned batches_per_cycle = 8; // to one peer
 // One peer leaves most of a cycle's writing to others.
 static_assert(batches_per_cycle * 2 < write_work_per_cycle);
+// Peers whose frames are gathered before the first of them is written, if each gets a single one.
+inline constexpr std::uint32_t group_max = 16;
+static_assert(group_max <= write_work_per_cycle);
 
 // Other work, given in bytes whose composition takes as long: one push to a queue, one eviction, and one
 // answer of the endpoint itself, which walks all topics, services or counters.

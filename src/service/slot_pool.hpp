@@ -156,10 +156,10 @@ class slot_pool {
   }
   std::uint32_t partial(slot_id index) const noexcept { return slots_[index].partial; }
   std::uint32_t count_partial(slot_class of) const noexcept { return partial_[static_cast<std::size_t>(of)]; }
-  // Whether one more slot of the class may be partly written.
-  bool may_begin(slot_class of) const noexcept {
+  // Whether so many more slots of the class may be partly written.
+  bool may_begin(slot_class of, std::uint32_t slots = 1) const noexcept {
     const auto which = static_cast<std::size_t>(of);
-    return partial_[which] < partial_max_[which];
+    return partial_[which] + slots <= partial_max_[which];
   }
 
   // Frees a slot before its references are released; they become stale. Returns how many deliveries there

@@ -66,6 +66,10 @@ class urgent_frames {
   std::size_t room(peer_index peer, priority at) const noexcept {
     return state_.peers[peer].unheard ? SIZE_MAX : outputs_[peer].credit.room(at);
   }
+  // Whether anything goes before messages now.
+  bool goes_first(peer_index peer) const noexcept {
+    return any(peer) || outputs_[peer].credit.wants_ping(state_.cycle.now);
+  }
   // Whether one more frame may be begun; if not, the batch notes what it waits for.
   bool may_go_on(peer_index peer, batch& into) noexcept;
 
