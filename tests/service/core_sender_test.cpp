@@ -5,6 +5,9 @@
 #include <rowe/stop_latch.hpp>
 
 #include <algorithm>
+#include <random>
+#include <string>
+#include <vector>
 
 namespace core_sender_test {
 namespace {
@@ -90,6 +93,33 @@ TEST_F(core_sender, takes_no_more_from_lanes_than_everybody_has_been_offered) {
   EXPECT_GT(published, 10U * burst);
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
   for (const std::size_t each : heard_of) EXPECT_EQ(each, published);
+}
+
+// Frames of many peers are gathered before the first is written: sockets that take a part, or nothing, and
+// peers with several messages stand between those with one.
+TEST_F(core_sender, gives_each_its_frames_whole_and_in_order_whatever_sockets_take) {
+  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/count", 64, {.depth = 4});
+  all_say(R"({"op":"subscribe","topic":"/count","queue_length":8})");
+  std::mt19937 random{7};
+  std::vector<int> last(crowd, -1);
+  std::vector<int> count(crowd);
+  for (int n = 0; n < 300; ++n) {
+    for (peer& p : peers)
+      on.net.link_of(p.id()).capacity_bytes = random() % 3 == 0 ? random() % 100 : std::size_t{1} << 20;
+    ASSERT_TRUE(publish_text(on, pair, R"({"n":)" + std::to_string(n) + "}"));
+    on.cycles(4);
+    EXPECT_TRUE(on.core.check());
+    for (std::size_t i = 0; i < crowd; ++i) {
+      for (const std::string& text : peers[i].hear()) {
+        const int seen = std::stoi(text.substr(text.find(R"("n":)") + 4));
+        EXPECT_EQ(text, R"({"op":"publish","topic":"/count","msg":{"n":)" + std::to_string(seen) + "}}");
+        EXPECT_GT(seen, last[i]);
+        last[i] = seen;
+        ++count[i];
+      }
+    }
+  }
+  for (const int each : count) EXPECT_GT(each, 200);
 }
 
 TEST_F(core_sender, large_messages_leave_turns_to_fewer_peers) {
