@@ -83,8 +83,8 @@ class loopback final : public service::transport {
   void close(service::connection_id id, service::close_how how) noexcept override {
     sockets_->close(id, how);
   }
-  void set_low_rtt(service::connection_id id, bool low_rtt) noexcept override {
-    sockets_->set_low_rtt(id, low_rtt);
+  void limit_send_buffer(service::connection_id id, std::size_t bytes) noexcept override {
+    sockets_->limit_send_buffer(id, bytes);
   }
   void read_enabled(service::connection_id id, bool enabled) noexcept override {
     sockets_->read_enabled(id, enabled);

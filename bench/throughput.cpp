@@ -7,11 +7,10 @@
 //   send      the server sends one message again and again; the client counts what arrives
 //   receive   the client sends for the time of a turn; then it asks how many messages the server has taken,
 //             and the time is the one at which it has the answer
-// Contenders as in bench_round_trip; rowe is its transport and frames. As shipped it holds back what a
-// low-RTT peer has not read, so that an urgent message is not late: by small kernel buffers. rowe_unclamped
-// is the same with the kernel's own. Each has one message more than once: what encoding costs is
-// bench_json_write's question. messages_per_s is the median of the rounds; ratios are of figures of the same
-// round.
+// Contenders as in bench_round_trip; rowe is its transport and frames. As shipped it bounds what
+// is in flight, so that an urgent message is not late (flood.hpp). rowe_unclamped writes as much as the
+// kernel takes. Each has one message more than once: what encoding costs is bench_json_write's question.
+// messages_per_s is the median of the rounds; ratios are of figures of the same round.
 //
 // Excluded: what an endpoint does about a message (queue pairs, queues, expiry, JSON); networks, TLS,
 // compression.

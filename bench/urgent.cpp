@@ -12,6 +12,11 @@
 // 1/400 at 30 us, and 1/5000 with the second connection. `in_front` is what the time is made of: how many
 // messages the reader handled before it (median); load blurs it less.
 //
+// Other readers take all that comes at once, behind telemetry that fills every slot: rowe_fast does so for
+// ever; rowe_slowing until the middle, and from there on it spends 300 us on each message, which is 1 MB/s.
+// `rowe_slowing` has what is handed over in the first half second of that, when what was in flight has to be
+// read first; `rowe_slowed` what comes later. `messages_per_s` is how much telemetry a reader handled before.
+//
 // Excluded: what an application does not read although its WebSocket layer has (bench/urgent_clients/run
 // measures that, with readers of other makers); networks.
 //
@@ -48,15 +53,38 @@ using namespace std::chrono_literals;
 
 int microseconds_a_message = 30;
 
+constexpr int slowed_microseconds = 300;
+constexpr duration slowing_time = 500ms;
+
 // A number for each urgent message.
 struct figures {
-  std::vector<double> late;     // nanoseconds
-  std::vector<double> in_front; // messages that were handled between its hand-over and itself
+  std::vector<std::int64_t> handed_over; // when
+  std::vector<double> late;              // nanoseconds
+  std::vector<double> in_front;          // messages that were handled between its hand-over and itself
+  double messages_per_s = 0;
 
   void add(const figures& more) {
+    handed_over.insert(handed_over.end(), more.handed_over.begin(), more.handed_over.end());
     late.insert(late.end(), more.late.begin(), more.late.end());
     in_front.insert(in_front.end(), more.in_front.begin(), more.in_front.end());
   }
+  // Those that were handed over in this time.
+  figures within(time_point from, time_point until) const {
+    figures some;
+    for (std::size_t i = 0; i < late.size(); ++i) {
+      if (handed_over[i] < rt::nanoseconds_of(from) || handed_over[i] >= rt::nanoseconds_of(until)) continue;
+      some.handed_over.push_back(handed_over[i]);
+      some.late.push_back(late[i]);
+      some.in_front.push_back(in_front[i]);
+    }
+    return some;
+  }
+};
+
+// How long a reader spends on a message: nothing until `fast_until`, then so much.
+struct reading {
+  time_point fast_until{};
+  int microseconds = microseconds_a_message;
 };
 
 // The slow peer. Runs on a thread of its own until told to stop, or the stream ends.
@@ -64,9 +92,10 @@ class reader {
  public:
   // What was handed over before `counts_from` is not measured. With `beside` it looks into that one's
   // connection, too, after each message.
-  reader(std::uint16_t port, time_point counts_from, reader* beside = nullptr)
+  reader(std::uint16_t port, time_point counts_from, const reading& pace, reader* beside = nullptr)
       : socket_{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)},
         counts_from_{rt::nanoseconds_of(counts_from)},
+        pace_{pace},
         beside_{beside} {
     if (beside) beside->application_ = this;
     const sockaddr_in to = loopback(port);
@@ -92,6 +121,13 @@ class reader {
 
   void run(const std::atomic<bool>& stop) {
     while (!stop.load(std::memory_order_relaxed) && look(0)) continue; // relaxed: only when, not what
+  }
+
+  // How many messages of telemetry it has handled in this time.
+  std::size_t handled(time_point from, time_point until) const {
+    const auto first = std::lower_bound(handled_.begin(), handled_.end(), rt::nanoseconds_of(from));
+    return static_cast<std::size_t>(std::lower_bound(first, handled_.end(), rt::nanoseconds_of(until)) -
+                                    first);
   }
 
   bool ok = false;
@@ -122,6 +158,7 @@ class reader {
       (void)std::from_chars(text.data() + at + stamp_mark.size(), text.data() + text.size(),
                             stamp); // our own
       if (stamp < counts_from_) return;
+      said.handed_over.push_back(stamp);
       said.late.push_back(static_cast<double>(rt::nanoseconds_of(now) - stamp));
       const std::vector<std::int64_t>& handled = application_->handled_;
       const auto first = std::lower_bound(handled.begin(), handled.end(), stamp);
@@ -129,7 +166,9 @@ class reader {
       return;
     }
     handled_.push_back(rt::nanoseconds_of(now));
-    while (monotonic_clock::now() - now < std::chrono::microseconds{microseconds_a_message}) continue;
+    if (now >= pace_.fast_until) {
+      while (monotonic_clock::now() - now < std::chrono::microseconds{pace_.microseconds}) continue;
+    }
     if (beside_) (void)beside_->look(MSG_DONTWAIT);
   }
 
@@ -147,6 +186,7 @@ class reader {
 
   net::descriptor socket_;
   std::int64_t counts_from_;
+  reading pace_;
   reader* beside_;
   const reader* application_ = this;  // who handles the telemetry
   std::vector<std::int64_t> handled_; // when, each message of telemetry
@@ -159,8 +199,8 @@ template <class Server>
 bool run(Server& server, duration warm_up, duration time, figures& said, bool second = false) {
   const time_point begin = monotonic_clock::now();
   std::optional<reader> urgent;
-  if (second) urgent.emplace(server.port(), begin + warm_up);
-  reader slow{server.port(), begin + warm_up, second ? &*urgent : nullptr};
+  if (second) urgent.emplace(server.port(), begin + warm_up, reading{});
+  reader slow{server.port(), begin + warm_up, reading{}, second ? &*urgent : nullptr};
   std::atomic<bool> stop{false};
   {
     const rt::thread reads = on_the_other_core([&] {
@@ -190,6 +230,53 @@ bool run_two_connections(figures& said) {
   return server.open("http://localhost", Policy) && run(server, 300ms, 700ms, said, true);
 }
 
+// Fast for a second; then for ever, or slow for one.
+bool run_fast(robot& server, time_point slow_from, time_point end, figures& said) {
+  const time_point begin = monotonic_clock::now();
+  reader one{server.port(), begin, {slow_from, slowed_microseconds}};
+  std::atomic<bool> stop{false};
+  {
+    const rt::thread reads = on_the_other_core([&] {
+      one.upgrade(server.port(), {"/telemetry", "/urgent"});
+      one.run(stop);
+    });
+    for (time_point now = begin; now < end; now = monotonic_clock::now()) server.full_turn(now);
+    stop.store(true, std::memory_order_relaxed); // see reader::run()
+  }
+  said = std::move(one.said);
+  const time_point counted = begin + 200ms; // the credit has learned by then
+  said.messages_per_s = static_cast<double>(one.handled(counted, begin + 1s)) / 0.8;
+  return one.ok;
+}
+
+bool run_rowe_fast(figures& said) {
+  robot server;
+  const time_point begin = monotonic_clock::now();
+  if (!server.open("http://localhost") || !run_fast(server, rt::never, begin + 1s, said)) return false;
+  const double rate = said.messages_per_s;
+  said = said.within(begin + 200ms, rt::never);
+  said.messages_per_s = rate;
+  return true;
+}
+
+// The latter half is kept for run_rowe_slowed().
+figures slowed;
+bool run_rowe_slowing(figures& said) {
+  robot server;
+  const time_point slow_from = monotonic_clock::now() + 1s;
+  const time_point end = slow_from + 2 * slowing_time;
+  if (!server.open("http://localhost") || !run_fast(server, slow_from, end, said)) return false;
+  slowed = said.within(slow_from + slowing_time, rt::never);
+  const double rate = said.messages_per_s;
+  said = said.within(slow_from, slow_from + slowing_time);
+  said.messages_per_s = rate;
+  return true;
+}
+bool run_rowe_slowed(figures& said) {
+  said = slowed;
+  return true;
+}
+
 bool run_default(figures& said) {
   default_sockets server;
   return server.open(false) && run(server, 800ms, 1200ms, said);
@@ -200,6 +287,7 @@ struct contender {
   bool (*run)(figures&);
   figures all{};
   std::vector<double> ratios{}; // of each round
+  std::vector<double> rates{};
 };
 
 void report(const contender& each) {
@@ -207,10 +295,13 @@ void report(const contender& each) {
                                [&each](benchmark::State& state) {
                                  std::vector<double> late = each.all.late;
                                  for (auto _ : state) state.SetIterationTime(median(late) * 1e-9);
+                                 state.counters["p99_ms"] = quantile(late, 0.99) * 1e-6;
                                  state.counters["max_ms"] = quantile(late, 1) * 1e-6;
                                  state.counters["in_front"] = median(each.all.in_front);
                                  state.counters["messages"] = static_cast<double>(late.size());
                                  state.counters["default_over_this"] = median(each.ratios);
+                                 if (median(each.rates) > 0)
+                                   state.counters["messages_per_s"] = median(each.rates);
                                })
       ->Iterations(1)
       ->UseManualTime()
@@ -223,8 +314,11 @@ void report(const contender& each) {
 int main(int count, char** arguments) {
   using namespace rowe::bench;
   microseconds_a_message = number_option(count, arguments, "microseconds", 30);
-  std::array<contender, 4> all{{{"default", run_default},
+  std::array<contender, 7> all{{{"default", run_default},
                                 {"rowe", run_rowe},
+                                {"rowe_fast", run_rowe_fast},
+                                {"rowe_slowing", run_rowe_slowing},
+                                {"rowe_slowed", run_rowe_slowed},
                                 {"rowe_two_connections", run_two_connections<rowe::idle::poll>},
                                 {"rowe_two_connections_wake", run_two_connections<rowe::idle::wake>}}};
   return run_on_two_cores("bench_urgent", count, arguments, [&](int rounds) {
@@ -239,6 +333,7 @@ int main(int count, char** arguments) {
         if (&each == &all.front()) default_median = median(said.late);
         each.all.add(said);
         each.ratios.push_back(default_median / median(said.late));
+        each.rates.push_back(said.messages_per_s);
       }
     }
     for (const contender& each : all) report(each);

@@ -3,14 +3,15 @@
 //   --layer frames    the transport and the frames: what other libraries are
 //   --layer endpoint  a hub, to which messages are rosbridge's: each is parsed, checked and given to its
 //                     topic's subscribers (modes echo and fan_out)
-// --idle is how the thread waits. --unclamped leaves kernel buffers as they are, which as shipped are small
-// towards a peer of low RTT.
+// --idle is how the thread waits. --unclamped writes as much as the kernel takes; as shipped, what is in
+// flight is bounded (../flood.hpp).
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <climits>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@
 #include <rowe/rowe.hpp>
 
 #include "arguments.hpp"
+#include "flood.hpp"
 #include "net/socket_transport.hpp"
 #include "wire/frame_parser.hpp"
 #include "wire/websocket.hpp"
@@ -31,8 +33,6 @@ using service::connection_id;
 
 constexpr std::size_t message_bytes_max = 4096;
 constexpr std::uint32_t connections_max = 1100;
-constexpr std::size_t batch_bytes = 60 * 1024; // with one more frame still one segment of TCP
-constexpr int batches_max = 8;                 // in a turn, as the core
 
 class frames_server final : public service::transport_sink {
  public:
@@ -44,7 +44,6 @@ class frames_server final : public service::transport_sink {
     made->id = id;
     made->parser.reset(wire::role::server, {.message_bytes_max = message_bytes_max, .fragments_max = 1024},
                        made->assembly);
-    if (how_.clamped) transport_.set_low_rtt(id, true);
   }
   void on_bytes(connection_id id, std::span<std::byte> bytes) noexcept override {
     while (!bytes.empty() && connections_[id.index]) {
@@ -52,14 +51,18 @@ class frames_server final : public service::transport_sink {
       const wire::frame_step step = from.parser.next(bytes);
       bytes = bytes.subspan(step.consumed);
       if (step.event == wire::frame_event::text) take(from, step.payload);
+      if (step.event == wire::frame_event::pong && flood_)
+        flood_->take_pong(step.payload, monotonic_clock::now());
       if (step.event == wire::frame_event::close || step.event == wire::frame_event::violation)
         return transport_.close(id, service::close_how::aborted);
     }
   }
-  void on_writable(connection_id id) noexcept override { refused_ = refused_ && id != flooded_; }
+  void on_writable(connection_id id) noexcept override {
+    if (flood_ && id == flood_->peer()) flood_->on_writable();
+  }
   void on_close(connection_id id, service::close_cause) noexcept override {
     connections_[id.index].reset();
-    if (id == flooded_) flooded_ = {};
+    if (flood_ && id == flood_->peer()) flood_.reset();
   }
   void on_rejected(const service::rejection& why) noexcept override {
     std::fprintf(stderr, "refused: %.*s\n", static_cast<int>(why.what.size()), why.what.data());
@@ -68,9 +71,10 @@ class frames_server final : public service::transport_sink {
 
   // Whether there is more to write at once.
   bool turn() noexcept {
-    if (flooded_ == connection_id{} || refused_) return false;
-    for (int i = 0; i < batches_max && !refused_; ++i) flood();
-    return !refused_;
+    if (!flood_) return false;
+    for (unsigned i = 0; i < service::batches_per_cycle; ++i)
+      if (!flood_->write(monotonic_clock::now())) return false;
+    return true;
   }
 
  private:
@@ -98,10 +102,8 @@ class frames_server final : public service::transport_sink {
       }
       break;
     case serving::flood:
-      flooded_ = from.id;
-      refused_ = false;
-      rest_ = {};
-      message_.assign(text.begin(), text.end());
+      flood_.emplace(transport_, from.id, text,
+                     how_.clamped ? flood::in_flight::as_shipped : flood::in_flight::unbounded);
     }
   }
   static std::span<const std::byte> frame_of(std::span<const std::byte> text, std::byte* buffer) noexcept {
@@ -112,28 +114,11 @@ class frames_server final : public service::transport_sink {
   void send(connection_id to, std::span<const std::byte> frame) noexcept {
     (void)transport_.write(to, frame); // fits: whoever it goes to waits for it
   }
-  // A batch, as the core hands it over: frames one behind the other. Or what was left of the last one.
-  void flood() noexcept {
-    if (rest_.empty()) {
-      std::size_t bytes = 0;
-      while (bytes < batch_bytes) {
-        const auto frame = frame_of(message_, joined_.data() + bytes);
-        bytes += frame.size();
-      }
-      rest_ = std::span{joined_}.first(bytes);
-    }
-    rest_ = rest_.subspan(transport_.write(flooded_, rest_));
-    refused_ = !rest_.empty();
-  }
-
   service::transport& transport_;
   const peer_arguments how_;
-  std::vector<std::unique_ptr<connection>> connections_;                                       // by index
-  std::array<std::byte, batch_bytes + message_bytes_max + wire::frame_headroom_bytes> joined_; // frames
-  std::span<const std::byte> rest_; // of them, to be written
-  std::vector<std::byte> message_;
-  connection_id flooded_;
-  bool refused_ = false;
+  std::vector<std::unique_ptr<connection>> connections_;                         // by index
+  std::array<std::byte, message_bytes_max + wire::frame_headroom_bytes> joined_; // a frame
+  std::optional<flood> flood_;
 };
 
 int serve_frames(const peer_arguments& how) {

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <climits>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -24,6 +25,9 @@ using service::stop_place_kept_for;
 using service::transport_sink;
 
 namespace {
+
+// The kernel doubles it, and it is an int.
+constexpr std::size_t send_buffer_max = INT_MAX / 2;
 
 // How much is written into a limited send buffer at once. The kernel takes a write as one segment, however
 // small the buffer is, and takes no other until that one is acknowledged. But a receiver that also sends now
@@ -92,6 +96,7 @@ connection_id established::open(descriptor socket, const socket_address& peer, p
   one.refused = one.broken = false;
   prepare_for_frames(one.socket.get(), limits_);
   one.buffer_bytes = limits_.send_buffer_bytes;
+  one.unsent_bytes = limits_.unsent_bytes_max;
   one.segment_bytes = segment_bytes_max(one.buffer_bytes);
   watch(one);
   return id_of(one);
@@ -180,20 +185,25 @@ void established::watch(connection& one) noexcept {
   polled_.modify(one.socket.get(), events, {source::connection, id.index, id.generation});
 }
 
-void established::on_event(const socket_event& event, std::span<std::byte> buffer,
-                           transport_sink& sink) noexcept {
+std::size_t established::on_event(const socket_event& event, std::span<std::byte> buffer,
+                                  transport_sink& sink) noexcept {
   const connection_id id{event.token.index, event.token.generation};
   connection* one = find(id);
-  if (!one) return; // ended earlier in this batch
-  if (one->now == phase::closing) return discard(*one, sink);
+  if (!one) return 0; // ended earlier in this batch
+  if (one->now == phase::closing) {
+    discard(*one, sink);
+    return 0;
+  }
   const bool broken = (event.events & (EPOLLERR | EPOLLHUP)) != 0;
   if (broken && !one->reading) {
     // The bytes that it left are lost: the core does not want them now, and there is no later.
-    return finish(*one, cause_of(socket_error(one->socket.get())), sink);
+    finish(*one, cause_of(socket_error(one->socket.get())), sink);
+    return 0;
   }
+  std::size_t bytes = 0;
   if (broken || (one->reading && (event.events & EPOLLIN))) {
     const std::size_t wanted = std::min(buffer.size(), sink.wanted_bytes(id));
-    if (wanted != 0) read(*one, buffer.first(wanted), sink); // inbound before outbound
+    if (wanted != 0) bytes = read(*one, buffer.first(wanted), sink); // inbound before outbound
   }
   one = find(id); // the sink may have closed it
   if (one && one->refused && (event.events & EPOLLOUT)) {
@@ -202,13 +212,21 @@ void established::on_event(const socket_event& event, std::span<std::byte> buffe
     watch(*one);
     sink.on_writable(id);
   }
+  return bytes;
 }
 
-void established::read(connection& one, std::span<std::byte> buffer, transport_sink& sink) noexcept {
+std::size_t established::read(connection& one, std::span<std::byte> buffer, transport_sink& sink) noexcept {
   const ssize_t bytes = ::recv(one.socket.get(), buffer.data(), buffer.size(), MSG_DONTWAIT);
-  if (bytes > 0) return sink.on_bytes(id_of(one), buffer.first(static_cast<std::size_t>(bytes)));
-  if (bytes == 0) return finish(one, one.broken ? one.cause : close_cause::peer, sink);
-  if (!would_block(errno)) finish(one, cause_of(errno), sink);
+  if (bytes > 0) {
+    sink.on_bytes(id_of(one), buffer.first(static_cast<std::size_t>(bytes)));
+    return static_cast<std::size_t>(bytes);
+  }
+  if (bytes == 0) {
+    finish(one, one.broken ? one.cause : close_cause::peer, sink);
+  } else if (!would_block(errno)) {
+    finish(one, cause_of(errno), sink);
+  }
+  return 0;
 }
 
 void established::discard(connection& one, transport_sink& sink) noexcept {
@@ -244,8 +262,8 @@ std::size_t established::write_rest(connection_id id, std::span<const std::byte>
   const int fd = one->socket.get();
   widen_send_buffer(fd, rest.size());
   const ssize_t sent = send_now(fd, rest);
-  limit_unsent(fd, limits_.unsent_bytes_max);
-  limit_send_buffer(fd, one->buffer_bytes);
+  limit_unsent(fd, one->unsent_bytes);
+  net::limit_send_buffer(fd, one->buffer_bytes);
   one->unacknowledged = unacknowledged_bytes(fd);       // more than before: that is no standstill
   return sent < 0 ? 0 : static_cast<std::size_t>(sent); // what broke is seen by its event
 }
@@ -274,11 +292,14 @@ void established::close(connection_id id, close_how how) noexcept {
   closing_.arm(*one, now_);
 }
 
-void established::set_low_rtt(connection_id id, bool low_rtt) noexcept {
+void established::limit_send_buffer(connection_id id, std::size_t bytes) noexcept {
   connection* one = find(id);
   if (!one) return;
-  one->buffer_bytes = low_rtt ? limits_.low_rtt_buffer_bytes : limits_.send_buffer_bytes;
-  limit_send_buffer(one->socket.get(), one->buffer_bytes);
+  const auto limited = static_cast<std::uint32_t>(std::min(bytes, send_buffer_max));
+  one->buffer_bytes = limited != 0 ? limited : limits_.send_buffer_bytes;
+  one->unsent_bytes = std::max(limited, limits_.unsent_bytes_max);
+  net::limit_send_buffer(one->socket.get(), one->buffer_bytes);
+  limit_unsent(one->socket.get(), one->unsent_bytes);
   one->segment_bytes = segment_bytes_max(one->buffer_bytes);
 }
 

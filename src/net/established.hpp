@@ -53,9 +53,9 @@ class established {
   bool has_ended() const noexcept { return !ended_.empty(); }
 
   // Handles one event of the poll_set. Reads at most `buffer`, behind which transport_sink::tailroom_bytes
-  // are readable.
-  void on_event(const socket_event& event, std::span<std::byte> buffer,
-                service::transport_sink& sink) noexcept;
+  // are readable. Returns how many bytes were read.
+  std::size_t on_event(const socket_event& event, std::span<std::byte> buffer,
+                       service::transport_sink& sink) noexcept;
 
   void expire(service::transport_sink& sink) noexcept;
   rt::time_point next_deadline() const noexcept;
@@ -64,7 +64,7 @@ class established {
   std::size_t write(service::connection_id id, std::span<const std::byte> bytes) noexcept;
   std::size_t write_rest(service::connection_id id, std::span<const std::byte> rest) noexcept;
   void close(service::connection_id id, service::close_how how) noexcept;
-  void set_low_rtt(service::connection_id id, bool low_rtt) noexcept;
+  void limit_send_buffer(service::connection_id id, std::size_t bytes) noexcept;
   void read_enabled(service::connection_id id, bool enabled) noexcept;
 
  private:
@@ -86,6 +86,7 @@ class established {
     int unacknowledged = 0;         // bytes, when it was
     std::size_t segment_bytes = 0;  // of one call, at most
     std::uint32_t buffer_bytes = 0; // SO_SNDBUF as it was asked for
+    std::uint32_t unsent_bytes = 0; // TCP_NOTSENT_LOWAT
     service::close_cause cause = service::close_cause::asked;
     rt::time_point opened_at{};   // purpose::stop, as is this:
     std::uint32_t stop_visit = 0; // index
@@ -101,7 +102,7 @@ class established {
   connection* find(service::connection_id id) noexcept;
   service::connection_id id_of(const connection& one) const noexcept;
   void watch(connection& one) noexcept;
-  void read(connection& one, std::span<std::byte> buffer, service::transport_sink& sink) noexcept;
+  std::size_t read(connection& one, std::span<std::byte> buffer, service::transport_sink& sink) noexcept;
   void discard(connection& one, service::transport_sink& sink) noexcept;
   std::size_t refuse(connection& one, std::size_t taken) noexcept;
   void drop_socket(connection& one) noexcept;

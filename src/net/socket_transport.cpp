@@ -19,6 +19,7 @@
 #include "net/lws_host.hpp"
 #include "net/policy_owner.hpp"
 #include "net/poll_set.hpp"
+#include "net/read_pace.hpp"
 
 namespace rowe::net {
 
@@ -49,9 +50,9 @@ status check(const socket_limits& limits) noexcept {
       {limits.handshake_bytes, lws_host::memory_bytes_least, std::uint64_t{1} << 26},
       {limits.header_bytes_max, 256, wire::http_header_bytes_max},
       {limits.read_quantum_bytes, 512, most_bytes},
-      {limits.read_alone_bytes, limits.read_quantum_bytes, most_bytes},
+      {limits.read_alone_bytes_min, limits.read_quantum_bytes, most_bytes},
+      {limits.read_alone_bytes_max, limits.read_alone_bytes_min, std::uint64_t{1} << 20},
       {limits.send_buffer_bytes, 0, INT_MAX / 2},
-      {limits.low_rtt_buffer_bytes, 0, INT_MAX / 2},
       {limits.unsent_bytes_max, 1, INT_MAX},
   };
   for (const range& one : ranges)
@@ -83,8 +84,8 @@ class epoll_transport final : public socket_transport {
   void close(service::connection_id connection, service::close_how how) noexcept override {
     connections_.close(connection, how);
   }
-  void set_low_rtt(service::connection_id connection, bool low_rtt) noexcept override {
-    connections_.set_low_rtt(connection, low_rtt);
+  void limit_send_buffer(service::connection_id connection, std::size_t bytes) noexcept override {
+    connections_.limit_send_buffer(connection, bytes);
   }
   void read_enabled(service::connection_id connection, bool enabled) noexcept override {
     connections_.read_enabled(connection, enabled);
@@ -108,6 +109,7 @@ class epoll_transport final : public socket_transport {
   static result<std::unique_ptr<epoll_transport>> prepare(const socket_limits& limits, lws_role role,
                                                           std::span<const std::string_view> subprotocols);
 
+  void serve_alone(const socket_event& event, transport_sink& sink) noexcept;
   void serve_connections(std::span<const socket_event> events, transport_sink& sink) noexcept;
   void serve_others(std::span<const socket_event> events, transport_sink& sink) noexcept;
   void accept_some(transport_sink& sink) noexcept;
@@ -118,6 +120,7 @@ class epoll_transport final : public socket_transport {
   socket_counters counters_;
   std::vector<std::byte> buffer_; // one for all connections: bytes are handed on before the next are read
   poll_set polled_;
+  read_pace pace_;
   descriptor waker_;
   std::unique_ptr<lws_host> lws_;
   established connections_;
@@ -135,8 +138,10 @@ class epoll_transport final : public socket_transport {
 
 epoll_transport::epoll_transport(const socket_limits& limits, poll_set polled)
     : limits_{limits},
-      buffer_(std::max(limits.read_alone_bytes, limits.header_bytes_max) + transport_sink::tailroom_bytes),
+      buffer_(std::max(limits.read_alone_bytes_max, limits.header_bytes_max) +
+              transport_sink::tailroom_bytes),
       polled_{std::move(polled)},
+      pace_{limits.read_alone_bytes_min, limits.read_alone_bytes_max},
       connections_{limits, polled_} {}
 
 result<std::unique_ptr<epoll_transport>>
@@ -216,10 +221,22 @@ void epoll_transport::serve_connections(std::span<const socket_event> events, tr
   const auto readable = std::count_if(events.begin(), events.end(), [](const socket_event& one) {
     return one.token.from == source::connection && (one.events & EPOLLIN);
   });
-  const std::size_t quantum = readable > 1 ? limits_.read_quantum_bytes : limits_.read_alone_bytes;
-  for (const socket_event& event : events)
-    if (event.token.from == source::connection)
-      connections_.on_event(event, std::span{buffer_}.first(quantum), sink);
+  const std::span buffer{buffer_};
+  for (const socket_event& event : events) {
+    if (event.token.from != source::connection) continue;
+    if (readable > 1) {
+      (void)connections_.on_event(event, buffer.first(limits_.read_quantum_bytes), sink); // not measured
+    } else {
+      serve_alone(event, sink);
+    }
+  }
+}
+
+void epoll_transport::serve_alone(const socket_event& event, transport_sink& sink) noexcept {
+  const bool measured = pace_.measures();
+  const rt::time_point begin = measured ? rt::monotonic_clock::now() : now_;
+  const std::size_t bytes = connections_.on_event(event, std::span{buffer_}.first(pace_.bytes()), sink);
+  if (bytes != 0) pace_.note(bytes, measured ? rt::monotonic_clock::now() - begin : rt::duration{0});
 }
 
 void epoll_transport::serve_others(std::span<const socket_event> events, transport_sink& sink) noexcept {

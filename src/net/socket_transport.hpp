@@ -44,16 +44,15 @@ struct socket_limits {
   std::size_t handshake_bytes = std::size_t{96} << 10;
   // The whole header of a request (server) or of the answer to ours (client). 256 to 4096.
   std::uint32_t header_bytes_max = 4096;
-  // What one connection may deliver in a turn while others are readable too, and while it is alone. The
-  // former is small because a stop waits behind one quantum of each other connection. 512 to 65536; alone it
-  // is not less.
+  // What one connection may deliver in a turn while others are readable too: 512 to 65536. It is small
+  // because a stop waits behind one quantum of each other connection.
   std::uint32_t read_quantum_bytes = service::transport_sink::read_bytes_in_turn;
-  std::uint32_t read_alone_bytes = service::transport_sink::read_bytes_alone;
+  // And while it is alone: at least, not below the quantum, and at most, up to 1 MiB (read_pace.hpp).
+  std::uint32_t read_alone_bytes_min = service::transport_sink::read_bytes_alone_min;
+  std::uint32_t read_alone_bytes_max = service::transport_sink::read_bytes_alone_max;
   // SO_SNDBUF, which the kernel doubles; 0 leaves the kernel's. For links with a round trip below 2 ms only:
   // elsewhere a small buffer caps the rate.
   std::uint32_t send_buffer_bytes = 0;
-  // The same for a peer with a low round-trip time (service::transport::set_low_rtt); 0 as above.
-  std::uint32_t low_rtt_buffer_bytes = 16384;
   // TCP_NOTSENT_LOWAT: what the kernel may hold without having sent it.
   std::uint32_t unsent_bytes_max = 16384;
 

@@ -256,7 +256,7 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
 }
 
 std::size_t core::wanted_bytes(connection_id id) const noexcept {
-  return find(id) != nullptr ? ingress_.wanted_bytes({id.index}) : read_bytes_alone;
+  return find(id) != nullptr ? ingress_.wanted_bytes({id.index}) : read_bytes_in_turn;
 }
 
 void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {

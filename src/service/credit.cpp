@@ -2,6 +2,7 @@
 #include "service/credit.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <utility>
 
@@ -136,7 +137,14 @@ void credit::update_bound(rt::duration round_trip) noexcept {
   const bool starved = std::exchange(held_, false) && round_trip <= rtt_min_ + queue_time() / 4;
   if (starved) bytes = std::max(bytes, growth * static_cast<double>(bound_));
   bound_ = static_cast<std::size_t>(
-      std::clamp(bytes, static_cast<double>(bytes_min), static_cast<double>(bytes_max)));
+      std::clamp(bytes, static_cast<double>(bytes_min), static_cast<double>(most())));
+}
+
+std::size_t credit::send_buffer(std::size_t now) const noexcept {
+  if (!low_rtt()) return 0;
+  const bool enough = bound_ <= now || (now != 0 && in_flight() < now / 4); // little is written
+  const bool fits = enough && 4 * bound_ > now;
+  return fits ? now : std::max(std::bit_ceil(bound_), send_buffer_min);
 }
 
 } // namespace rowe::service

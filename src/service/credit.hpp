@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bounds the bytes in flight to one peer: written, and not known to be read. The bound comes from a time, so
-// that an urgent message never waits long behind others. It is what the peer reads in two round trips plus
-// 20 ms (1 ms if a round trip takes less than 2 ms), but at least 12 KiB and at most 1 MiB.
+// that an urgent message never waits long behind others. The bound is what the peer reads in two round trips
+// plus 20 ms, but at least 12 KiB and at most 1 MiB. If a round trip takes less than 2 ms, the bound has 0.5
+// ms in place of 20 ms, and is at most 256 KiB: a peer that suddenly becomes slow has no more than that to
+// read first.
 //
 // Pings tell how fast the peer reads, and how long a round trip takes. Each carries how many bytes were
 // written up to its own end. A peer answers in the order in which it reads, so its pong says that all these
@@ -35,7 +37,9 @@ class credit {
   static constexpr std::size_t bytes_max = 1024 * 1024;
   static constexpr rt::duration queue_time_high_rtt = std::chrono::milliseconds{20};
   static constexpr rt::duration low_rtt_below = std::chrono::milliseconds{2};
-  static constexpr rt::duration queue_time_low_rtt = std::chrono::milliseconds{1};
+  static constexpr std::size_t bytes_max_low_rtt = 256 * 1024;
+  static constexpr rt::duration queue_time_low_rtt = std::chrono::microseconds{500};
+  static constexpr std::size_t send_buffer_min = 16 * 1024;
   static constexpr rt::duration window = std::chrono::seconds{10};
   static constexpr rt::duration first_window = std::chrono::seconds{1};
   static constexpr rt::duration pong_late_after = std::chrono::milliseconds{100}; // and two round trips
@@ -78,6 +82,11 @@ class credit {
   bool low_rtt() const noexcept { return rtt_min_ < low_rtt_below; }
   std::uint64_t in_flight() const noexcept { return written_ - read_; }
   std::size_t bound() const noexcept { return bound_; }
+  // How large the kernel's send buffer should be, if it has `now` bytes: the bound, rounded up to a power of
+  // two, and at least send_buffer_min. A step costs system calls. So `now` stays while it is enough, or
+  // little is in flight, and it is less than four times the bound. 0: the round trip is long, and the kernel
+  // decides.
+  std::size_t send_buffer(std::size_t now) const noexcept;
 
  private:
   enum class phase : std::uint8_t {
@@ -91,6 +100,7 @@ class credit {
   };
 
   rt::duration queue_time() const noexcept { return low_rtt() ? queue_time_low_rtt : queue_time_high_rtt; }
+  std::size_t most() const noexcept { return low_rtt() ? bytes_max_low_rtt : bytes_max; }
   bool late(rt::time_point now) const noexcept;
   std::size_t ping_every() const noexcept;
   void note_round_trip(rt::duration took, rt::time_point now) noexcept;

@@ -5,27 +5,29 @@
 
 namespace rowe::service {
 
-bool frame_group::add(peer_index peer) noexcept {
+bool frame_group::add(peer_index peer, subscription_id only) noexcept {
   assert(!full());
   const connection& c = state_.peers[peer];
   peer_queues& queues = outbox_.of(peer);
   if (!c.open() || queues.blocked || queues.waits_to_begin || urgent_frames_.masks(peer)) return false;
-  priority at{};
-  const subscription_id only = queues.only_ready(at);
-  if (!only) return false;
   subscription& s = subscription_rows_[only];
   if (s.pending.count != 1 || s.own_head || s.throttle != rt::duration{0}) return false;
-  if (partial_frames_.of(peer) || urgent_frames_.goes_first(peer) || urgent_frames_.room(peer, at) == 0)
+  if (partial_frames_.of(peer) || urgent_frames_.goes_first(peer) ||
+      urgent_frames_.room(peer, s.ready_as) == 0)
     return false;
   const slot_ref slot = outbox_.entries().front(s.pending);
-  // As if each member's frame were taken in part only.
-  if (!message_store_.is_due(slot) || !partial_frames_.may_begin(slot.index, count_ + 1)) return false;
+  // As if the socket of each member took its frame in part only. A message to many is one slot.
+  const bool another = count_ == 0 || members_[count_ - 1].piece.slot != slot.index;
+  const std::uint32_t slots = slots_ + (another ? 1 : 0);
+  if (!message_store_.is_due(slot) || !partial_frames_.has_room_for(slot.index, slots)) return false;
 
   member& one = members_[count_];
   batch frame{{}, {&one.piece, 1}}; // a single frame is not copied
   const batch_piece of{.from = &s.pending, .subscription = only, .slot = slot.index};
-  if (!message_frames_.add_shared(false, 0, frame, of) || frame.bytes >= write_work_bytes) return false;
+  if (!message_frames_.add_shared(false, 0, frame, of)) return false;
+  if (frame.bytes >= write_work_bytes) return false; // a member counts as one unit of work
   ++count_;
+  slots_ = slots;
   one.peer = peer;
   one.id = c.id;
   one.frame = frame.whole();

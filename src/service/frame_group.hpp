@@ -55,12 +55,16 @@ class frame_group {
 
   std::uint32_t count() const noexcept { return count_; }
   bool full() const noexcept { return count_ == members_.size(); }
-  // Gathers the message that waits for a peer; not when full. False: there is another number of messages, or
-  // something goes before them, or the frame may not be begun. The peer counts as scheduled until its frame
-  // is committed. Nothing may be queued, dropped or evicted before that.
-  bool add(peer_index peer) noexcept;
+  // Gathers the message that waits for a peer, in the queue of this subscription, where it is the only one
+  // that is ready; not when full. False: it has none or several, or something goes before it, or the frame
+  // may not be begun. The peer counts as scheduled until its frame is committed. Nothing may be queued,
+  // dropped or evicted before that.
+  bool add(peer_index peer, subscription_id only) noexcept;
   // All members. The group is empty then; they stay valid until the next add().
-  std::span<member> take() noexcept { return std::span{members_}.first(std::exchange(count_, 0)); }
+  std::span<member> take() noexcept {
+    slots_ = 0;
+    return std::span{members_}.first(std::exchange(count_, 0));
+  }
 
  private:
   core_state& state_;
@@ -72,6 +76,7 @@ class frame_group {
   const message_frames& message_frames_;
   std::array<member, group_max> members_;
   std::uint32_t count_ = 0;
+  std::uint32_t slots_ = 0; // of the members, each counted once where they stand side by side
 };
 
 } // namespace rowe::service

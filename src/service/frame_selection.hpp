@@ -3,6 +3,8 @@
 // then messages by their priority, as far as the batch and the peer's credit take them. The subscriptions of
 // one priority take turns. Service thread only; nothing waits or allocates.
 #pragma once
+#include <cstddef>
+
 #include "service/batch.hpp"
 #include "service/core_state.hpp"
 #include "service/mask_keys.hpp"
@@ -43,13 +45,19 @@ class frame_selection {
         message_frames_{parts.message_frames} {}
 
   // Adds what is written first: a partial frame, then urgent frames. False: no message may follow.
-  bool add_urgent(const recipient& to, batch& into) noexcept;
+  bool add_urgent(const recipient& to, batch& into) noexcept {
+    return add_partial(to, into) && urgent_frames_.gather(to.index, to.peer.open(), into);
+  }
   // Then messages, by their priority.
   void add_messages(const recipient& to, batch& into) noexcept;
   // Adds the rest of a partial frame. Nothing may go before it. False: nothing may follow, either.
-  bool add_partial(const recipient& to, batch& into) noexcept;
+  bool add_partial(const recipient& to, batch& into) noexcept {
+    const partial_frame& frame = partial_frames_.of(to.index);
+    return !frame || add_rest(to, frame, into);
+  }
 
  private:
+  bool add_rest(const recipient& to, const partial_frame& frame, batch& into) noexcept;
   bool add_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept;
 
   const rows<subscription_id, subscription> subscription_rows_;
@@ -60,5 +68,60 @@ class frame_selection {
   partial_frames& partial_frames_;
   const message_frames& message_frames_;
 };
+
+inline void frame_selection::add_messages(const recipient& to, batch& into) noexcept {
+  peer_queues& from = to.queues;
+  // A server must know of a topic before anything is published on it.
+  const priority replies_at = to.peer.ours == side::client ? priority::urgent : priority::normal;
+  for (std::size_t p = 0; p < from.ready.size(); ++p) {
+    const bool replies = p == static_cast<std::size_t>(replies_at) && !from.replies.empty();
+    if (!replies && from.direct[p].empty() && from.ready[p].empty()) continue;
+    into.credit = urgent_frames_.room(to.index, static_cast<priority>(p));
+    if (replies && !add_queue(to, from.replies, {}, into)) return;
+    if (!from.direct[p].empty() && !add_queue(to, from.direct[p], {}, into)) return;
+    for (subscription_id i = from.ready[p].head; i; i = subscription_rows_[i].next_ready) {
+      if (!add_queue(to, subscription_rows_[i].pending, i, into)) return;
+    }
+  }
+}
+
+inline bool frame_selection::add_rest(const recipient& to, const partial_frame& frame, batch& into) noexcept {
+  const batch_piece piece{
+      .slot = frame.slot, .key = frame.key, .is = batch_piece::origin::partial, .own_head = frame.own_head};
+  if (frame.own_head) return message_frames_.add_headed(to.masked, frame.written, into, piece, frame.head);
+  return message_frames_.add_shared(to.masked, frame.written, into, piece);
+}
+
+// Gathers as much of a queue as the batch takes; one message, if the subscription is throttled. False: the
+// batch is full, or the peer's credit is used up. One byte of credit is enough to begin a frame of any
+// length.
+inline bool frame_selection::add_queue(const recipient& to, queue& from, subscription_id of,
+                                       batch& into) noexcept {
+  outbox_.drop_expired(from);
+  const bool one = of && subscription_rows_[of].throttle > rt::duration{0};
+  const bool own_head = of && subscription_rows_[of].own_head;
+  const queue_entries& entries = outbox_.entries();
+  for (entry_id at = from.entries.head; at; at = entries.after(at)) {
+    const slot_ref slot = entries.at(at);
+    if (!message_store_.is_due(slot)) continue; // dropped when it comes to the front
+    if ((into.full() || into.bytes >= into.credit) && !urgent_frames_.may_go_on(to.index, into)) return false;
+    if (!partial_frames_.may_begin(to.index, slot.index)) break;
+    batch_piece piece{.from = &from,
+                      .subscription = of,
+                      .slot = slot.index,
+                      .is = batch_piece::origin::message,
+                      .own_head = own_head};
+    if (to.masked) piece.key = mask_keys_.next();
+    const bool fits =
+        own_head ? message_frames_.add_headed(to.masked, 0, into, piece, message_frames_.head_of(piece))
+                 : message_frames_.add_shared(to.masked, 0, into, piece);
+    if (!fits) {
+      into.more = true;
+      return false;
+    }
+    if (one) break;
+  }
+  return true;
+}
 
 } // namespace rowe::service

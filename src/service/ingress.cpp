@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/ingress.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstring>
@@ -12,7 +13,9 @@ namespace rowe::service {
 namespace {
 
 constexpr std::size_t tailroom_bytes = transport_sink::tailroom_bytes;
-constexpr std::size_t work_of(std::size_t bytes) noexcept { return 1 + bytes / read_work_bytes; }
+constexpr std::size_t work_of(std::size_t frames, std::size_t bytes) noexcept {
+  return frames + bytes / read_work_bytes;
+}
 
 std::size_t assembly_bytes(const limits& bounds) noexcept {
   return bounds.message_bytes_max + tailroom_bytes;
@@ -66,14 +69,15 @@ void ingress::forget(peer_index peer) noexcept {
 
 // ---- reading
 
-// The larger amount is wanted only if its rest fits into the assembly buffer, behind the fragments that the
-// parser has and will assemble there (keep_backlog()).
+// The rest of a large read must fit into the assembly buffer, behind the fragments that are assembled there
+// (keep_backlog()). It is in front of its peer's next stop, so after one the next read is small.
 std::size_t ingress::wanted_bytes(peer_index peer) const noexcept {
   const input& of = inputs_[peer];
   if (!of.backlog.empty() || of.parked()) return 0;
   const std::size_t left = state_.bounds().message_bytes_max - of.parser.assembled_bytes();
-  return left >= 2 * transport_sink::read_bytes_alone ? transport_sink::read_bytes_alone
-                                                      : transport_sink::read_bytes_in_turn;
+  const std::size_t most =
+      of.left_backlog ? transport_sink::read_bytes_alone_min : transport_sink::read_bytes_alone_max;
+  return std::clamp(left / 2, transport_sink::read_bytes_in_turn, most);
 }
 
 void ingress::receive(peer_index peer, std::span<std::byte> bytes) noexcept {
@@ -90,14 +94,12 @@ void ingress::read_alone(peer_index peer, std::span<std::byte> bytes) noexcept {
   input& of = inputs_[peer];
   lent_ = bytes;
   of.backlog = bytes;
-  // The rest may be kept in the assembly buffer, so do not stop in the middle of a fragmented message.
   std::size_t work = 0;
-  const auto ends_here = [&] { return work >= read_work_per_cycle && !of.parser.mid_message(); };
-  while (!of.backlog.empty() && !of.parked() && !ends_here()) work += read_one(peer);
-  const bool waits = !of.backlog.empty() || of.parked();
-  if (waits) keep_backlog(of);
+  while (!of.backlog.empty() && !of.parked() && work < read_work_per_cycle) work += read_one(peer);
+  of.left_backlog = !of.backlog.empty() || of.parked();
+  if (of.left_backlog) keep_backlog(of);
   lent_ = {};
-  if (!waits) return;
+  if (!of.left_backlog) return;
   take_stops(peer);
   take_turn(peer);
 }
@@ -172,7 +174,7 @@ inline std::size_t ingress::read_one(peer_index peer) noexcept {
     current_text_ = {std::exchange(of.parked_text, nullptr), of.parked_bytes};
     current_binary_ = of.parked_binary;
     handler_.handle_again(peer, current_text_, current_binary_);
-    return work_of(of.parked_bytes + state_.cycle.work_bytes);
+    return work_of(1, of.parked_bytes + state_.cycle.work_bytes);
   }
   const wire::frame_step step = of.parser.next(of.backlog);
   of.backlog = of.backlog.subspan(step.consumed);
@@ -186,7 +188,7 @@ inline std::size_t ingress::read_one(peer_index peer) noexcept {
   } else if (of.message_began_at == rt::never) {
     of.message_began_at = state_.cycle.now;
   }
-  return work_of(step.payload.size() + state_.cycle.work_bytes);
+  return work_of(step.frames, step.payload.size() + state_.cycle.work_bytes);
 }
 
 void ingress::read_backlogs() noexcept {

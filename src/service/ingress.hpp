@@ -83,7 +83,8 @@ class ingress {
     const std::byte* parked_text = nullptr;
     std::uint32_t parked_bytes = 0;
     bool parked_binary = false;
-    bool in_ring = false; // in backlog_ or parked_
+    bool in_ring = false;      // in backlog_ or parked_
+    bool left_backlog = false; // the last read that was large was not carried out in one turn
     rt::time_point message_began_at = rt::never;
 
     bool parked() const noexcept { return parked_text != nullptr; }

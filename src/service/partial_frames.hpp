@@ -53,9 +53,9 @@ class partial_frames {
   bool may_begin(peer_index peer, slot_id slot) noexcept {
     return slots_.may_begin(slots_.class_of(slot)) || may_begin_or_wait(peer, slot);
   }
-  // Whether so many frames of its size may be begun.
-  bool may_begin(slot_id slot, std::uint32_t frames) const noexcept {
-    return slots_.may_begin(slots_.class_of(slot), frames);
+  // Whether so many more slots of the size of this one may be partly written.
+  bool has_room_for(slot_id slot, std::uint32_t slots) const noexcept {
+    return slots_.may_begin(slots_.class_of(slot), slots);
   }
   // A socket has taken the first bytes. The reference of the message goes with them.
   void begin(peer_index peer, const partial_frame& frame) noexcept;

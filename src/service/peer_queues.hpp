@@ -5,8 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <rowe/options.hpp>
-
 #include "service/index_list.hpp"
 #include "service/message_queue.hpp"
 #include "service/topic_rows.hpp"
@@ -27,8 +25,8 @@ struct peer_queues {
   bool marked_full = false;          // senders are told `full`: its share is used up by what is parked
   bool waits_to_begin = false;       // it may not begin a frame: others hold too many partial frames
 
-  // The subscription that is ready, if there is one and nothing else waits, and the priority of its topic.
-  subscription_id only_ready(priority& at) const noexcept {
+  // The subscription that is ready, if it is the only one and nothing else waits.
+  subscription_id only_ready() const noexcept {
     if (!replies.empty() || latched_pending != 0) return {};
     subscription_id found{};
     for (std::size_t p = 0; p != ready.size(); ++p) {
@@ -36,7 +34,6 @@ struct peer_queues {
       if (ready[p].empty()) continue;
       if (found || ready[p].head != ready[p].tail) return {};
       found = ready[p].head;
-      at = static_cast<priority>(p);
     }
     return found;
   }

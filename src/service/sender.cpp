@@ -76,12 +76,14 @@ void sender::flush_scheduled(bool to_all) noexcept {
     const peer_index next = outbox_.take_scheduled();
     if (turn_left_ != 0) --turn_left_;
     if (state_.peers[next].state == connection::phase::free) continue;
-    if (group_.full()) write_group();
-    if (group_.add(next)) continue;
-    write_group(); // who came before is written before
+    if (const subscription_id only = outbox_.of(next).only_ready()) {
+      if (group_.full()) write_group();
+      if (group_.add(next, only)) continue;
+    }
+    if (group_.count() != 0) write_group(); // who came before is written before
     flush(next);
   }
-  write_group();
+  if (group_.count() != 0) write_group();
 }
 
 // First all frames, then all commits: see frame_group.hpp.
@@ -241,7 +243,7 @@ bool sender::check() const noexcept {
     if ((queues.out_of_credit && urgent_.waits_for_pong(i)) || others_end) continue;
     if (subscription_queues_.any_due(i)) return false;
   }
-  return partial_.check() && turn_left_ <= outbox_.scheduled();
+  return group_.count() == 0 && partial_.check() && turn_left_ <= outbox_.scheduled();
 }
 
 } // namespace rowe::service

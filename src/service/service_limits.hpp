@@ -37,17 +37,14 @@ static_assert(values_per_cycle < values_per_cycle_ample);
 inline constexpr std::size_t read_work_per_cycle = 100;
 inline constexpr std::size_t read_work_bytes = 1024;
 inline constexpr std::uint32_t stops_ahead_max = 64; // stops that are carried out before their turn
-// One read of a peer does not take more than a cycle's work.
+// One read in turn does not take more than a cycle's work.
 static_assert(transport_sink::read_bytes_in_turn / read_work_bytes < read_work_per_cycle);
-static_assert(transport_sink::read_bytes_alone / read_work_bytes < read_work_per_cycle);
 
 // Work of writing in one cycle; after that, other peers wait for the next cycle. A call of the transport
 // counts as one, and so does each 16 KiB. About 200 us on a fast core.
 inline constexpr std::size_t write_work_per_cycle = 32;
 inline constexpr std::size_t write_work_bytes = 16 * 1024;
 inline constexpr unsigned batches_per_cycle = 8; // to one peer
-// One peer leaves most of a cycle's writing to others.
-static_assert(batches_per_cycle * 2 < write_work_per_cycle);
 // Peers whose frames are gathered before the first of them is written, if each gets a single one.
 inline constexpr std::uint32_t group_max = 16;
 static_assert(group_max <= write_work_per_cycle);
@@ -114,6 +111,8 @@ static_assert(subscribe_requests_max <= UINT8_MAX);
 // a segment of TCP can be (65 483 bytes on loopback): a longer batch leaves a tiny segment behind it.
 inline constexpr std::size_t batch_bytes_max = 60 * 1024;
 inline constexpr std::size_t batch_pieces_max = 256;
+// One peer takes a cycle's writing at most.
+static_assert(batches_per_cycle * (1 + batch_bytes_max / write_work_bytes) <= write_work_per_cycle);
 static_assert(batch_bytes_max < 65'483);
 // Random bytes for masks that are fetched at once; a key has four.
 inline constexpr std::size_t mask_buffer_bytes = 4096;

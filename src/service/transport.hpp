@@ -106,8 +106,9 @@ class transport_sink {
   static constexpr std::size_t tailroom_bytes = 64;
   // on_bytes() gets at most so many bytes while other connections are readable as well.
   static constexpr std::size_t read_bytes_in_turn = 4096;
-  // The same for a connection that is alone.
-  static constexpr std::size_t read_bytes_alone = 16384;
+  // The same for a connection that is alone: so many to begin with, and at most.
+  static constexpr std::size_t read_bytes_alone_min = 16 * 1024;
+  static constexpr std::size_t read_bytes_alone_max = 128 * 1024;
 
  protected:
   ~transport_sink() = default;
@@ -157,9 +158,9 @@ class transport {
   // on_close follows in a later poll().
   virtual void close(connection_id connection, close_how how) noexcept = 0;
 
-  // Says whether the peer's round trip is short. If so, the transport keeps its send buffer small. Until this
-  // is called, the round trip counts as long.
-  virtual void set_low_rtt(connection_id connection, bool low_rtt) noexcept = 0;
+  // How large the transport should keep its own send buffer, in bytes; 0, as until this is called: as it
+  // finds right. The core says it where the round trip is short, and then it bounds what is in flight.
+  virtual void limit_send_buffer(connection_id connection, std::size_t bytes) noexcept = 0;
 
   // Stops (false) or resumes reading from a connection.
   virtual void read_enabled(connection_id connection, bool enabled) noexcept = 0;

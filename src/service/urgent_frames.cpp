@@ -105,9 +105,9 @@ void urgent_frames::take_pong(peer_index peer, std::span<const std::byte> payloa
   // It answers no ping of ours; it only shows that the peer is alive.
   if (!to.credit.take_pong(payload, state_.cycle.now)) return;
   to.unresponsive = false;
-  if (to.low_rtt != to.credit.low_rtt()) {
-    to.low_rtt = !to.low_rtt;
-    state_.seams.transport.set_low_rtt(state_.peers[peer].id, to.low_rtt);
+  if (const std::size_t wanted = to.credit.send_buffer(to.send_buffer); wanted != to.send_buffer) {
+    to.send_buffer = wanted;
+    state_.seams.transport.limit_send_buffer(state_.peers[peer].id, wanted);
   }
   if (outbox_.of(peer).out_of_credit || to.credit.settling()) outbox_.schedule(peer);
 }

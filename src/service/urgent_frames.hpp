@@ -96,8 +96,8 @@ class urgent_frames {
   // What goes to one peer.
   struct output {
     class credit credit;
-    bool low_rtt = false;      // as the transport was told
-    bool unresponsive = false; // it answers no pings, and that was counted
+    std::size_t send_buffer = 0; // as the transport was told
+    bool unresponsive = false;   // it answers no pings, and that was counted
     control_frames control;
     stop_frames stop;
   };

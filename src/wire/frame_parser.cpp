@@ -267,9 +267,11 @@ void frame_parser::reset(role ours, frame_limits limits, std::span<std::byte> as
 
 frame_step frame_parser::next(std::span<std::byte> bytes) noexcept {
   std::size_t consumed = 0;
+  std::size_t frames = 0;
   frame_step whole;
   if (!ended_ && !in_frame_ && take_whole_message(bytes, whole)) return whole;
   while (!ended_) { // one turn a frame; a frame without an event is a fragment, and takes at least a header
+    ++frames;
     if (!in_frame_) {
       std::size_t taken = 0;
       const auto wrong = take_header(bytes.subspan(consumed), taken);
@@ -277,14 +279,16 @@ frame_step frame_parser::next(std::span<std::byte> bytes) noexcept {
       if (wrong) {
         frame_step step = violate(*wrong);
         step.consumed = bytes.size();
+        step.frames = frames;
         return step;
       }
-      if (!in_frame_) return {.consumed = consumed};
+      if (!in_frame_) return {.consumed = consumed, .frames = frames};
     }
     const std::span<std::byte> rest = bytes.subspan(consumed);
     frame_step step = is_control(frame_.what) ? take_control(rest) : take_data(rest);
     consumed += step.consumed;
     step.consumed = ended_ ? bytes.size() : consumed;
+    step.frames = frames;
     if (step.event != frame_event::need_more || in_frame_) return step;
   }
   return {.consumed = bytes.size()};

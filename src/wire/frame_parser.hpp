@@ -41,6 +41,7 @@ struct frame_limits {
 struct frame_step {
   frame_event event = frame_event::need_more;
   std::size_t consumed = 0;       // from the front of what was given
+  std::size_t frames = 1;         // that were looked at for it; fragments are several
   std::span<std::byte> payload{}; // unmasked; of a close: the body as it came, code included
   std::uint16_t close_code = 0;   // close: the peer's (1005 when it gave none); violation: the one to send
   std::string_view reason{};      // close: the peer's, valid UTF-8; violation: the diagnostic to send, which

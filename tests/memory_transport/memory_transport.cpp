@@ -189,14 +189,14 @@ void memory_transport::close(connection_id id, close_how how) noexcept {
   if (how == close_how::aborted) on->outbound.clear();
 }
 
-bool memory_transport::low_rtt(connection_id id) const noexcept {
+std::size_t memory_transport::send_buffer(connection_id id) const noexcept {
   const link* const on = find(id);
-  return on != nullptr && on->low_rtt;
+  return on != nullptr ? on->send_buffer : 0;
 }
 
-void memory_transport::set_low_rtt(connection_id id, bool low_rtt) noexcept {
-  note(low_rtt ? "near" : "far", id, {}); // as the recorded traces say it
-  if (link* const on = find(id)) on->low_rtt = low_rtt;
+void memory_transport::limit_send_buffer(connection_id id, std::size_t bytes) noexcept {
+  note("send buffer", id, std::as_bytes(std::span{&bytes, 1}));
+  if (link* const on = find(id)) on->send_buffer = bytes;
 }
 
 void memory_transport::read_enabled(connection_id id, bool enabled) noexcept {

@@ -48,7 +48,7 @@ class memory_transport : public service::transport {
   void peer_closes(service::connection_id id, service::close_cause cause = service::close_cause::peer);
   // The core has closed its side (the peer may still read what was sent).
   bool closed_by_us(service::connection_id id) const noexcept;
-  bool low_rtt(service::connection_id id) const noexcept; // as the core said
+  std::size_t send_buffer(service::connection_id id) const noexcept; // as the core said
   link_conditions& link_of(service::connection_id id) noexcept { return links_[id.index].conditions; }
 
   // A hash of all that the core has asked of this transport so far: every byte, in its order.
@@ -71,7 +71,7 @@ class memory_transport : public service::transport {
   std::size_t write(service::connection_id id, std::span<const std::byte> bytes) noexcept override;
   std::size_t write_rest(service::connection_id id, std::span<const std::byte> rest) noexcept override;
   void close(service::connection_id id, service::close_how how) noexcept override;
-  void set_low_rtt(service::connection_id id, bool low_rtt) noexcept override;
+  void limit_send_buffer(service::connection_id id, std::size_t bytes) noexcept override;
   void read_enabled(service::connection_id id, bool enabled) noexcept override;
   void connect() noexcept override {
     note("connect", {}, {});
@@ -113,7 +113,7 @@ class memory_transport : public service::transport {
     pipe inbound, outbound;
     bool refused = false; // write() took less than it was given
     bool reading = true;
-    bool low_rtt = false;
+    std::size_t send_buffer = 0;
     bool asked = false; // we have closed
     service::close_cause cause = service::close_cause::peer;
     bool ending = false;

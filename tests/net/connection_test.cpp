@@ -302,12 +302,12 @@ TEST(connections, clamp_the_send_buffer_of_a_low_rtt_peer) {
   driver drive{*transport};
   raw_socket client = upgraded(drive, *transport, 4096);
   const connection_id id = drive.sink().opens.at(0).id;
-  transport->set_low_rtt(id, true);
+  transport->limit_send_buffer(id, 16384);
   std::size_t taken = 0;
   const std::string piece(1000, 'x');
   while (const std::size_t now = write(*transport, id, piece)) taken += now;
-  EXPECT_LT(taken, 100'000U);                                  // unclamped: megabytes on loopback
-  transport->set_low_rtt({id.index, id.generation + 1}, true); // of nobody
+  EXPECT_LT(taken, 100'000U);                                         // unclamped: megabytes on loopback
+  transport->limit_send_buffer({id.index, id.generation + 1}, 16384); // of nobody
 }
 
 } // namespace

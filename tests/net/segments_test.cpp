@@ -34,7 +34,7 @@ struct segments : testing::Test {
 
 // A receiver acknowledges a lone segment late, and the buffer takes no other until then: see established.cpp.
 TEST_F(segments, are_at_least_two_for_what_fills_the_send_buffer_of_a_low_rtt_peer) {
-  transport->set_low_rtt(id, true);
+  transport->limit_send_buffer(id, 16384);
   const unsigned before = arrived();
   std::string large(60'000, 'x');
   for (std::size_t i = 0; i < large.size(); ++i) large[i] = static_cast<char>('a' + i / 100 % 26);
@@ -44,7 +44,7 @@ TEST_F(segments, are_at_least_two_for_what_fills_the_send_buffer_of_a_low_rtt_pe
 
 // Of a frame that was begun; and then no more until that is read.
 TEST_F(segments, go_into_the_kernel_where_they_are_the_rest_of_what_was_begun) {
-  transport->set_low_rtt(id, true);
+  transport->limit_send_buffer(id, 16384);
   const std::string large(200'000, 'x');
   const std::size_t begun = write(*transport, id, large);
   ASSERT_LT(begun, large.size());

@@ -120,17 +120,17 @@ TEST_F(core_credit, takes_no_foreign_pong_for_an_answer) {
   EXPECT_EQ(on.net.sent(p.id()).size(), before);
 }
 
-TEST_F(core_credit, tells_the_transport_who_has_a_low_rtt) {
+TEST_F(core_credit, tells_the_transport_how_large_a_buffer_suits_who_has_a_low_rtt) {
   peer& p = viewer();
   saturate();
   (void)p.hear();
   on.cycle(1ms);
-  EXPECT_TRUE(on.net.low_rtt(p.id()));
+  EXPECT_GE(on.net.send_buffer(p.id()), rowe::service::credit::send_buffer_min);
   peer& far = viewer();
   saturate();
   (void)far.hear();
   on.cycle(2ms);
-  EXPECT_FALSE(on.net.low_rtt(far.id()));
+  EXPECT_EQ(on.net.send_buffer(far.id()), 0U);
 }
 
 TEST_F(core_credit, begins_a_frame_while_there_is_any_credit_and_no_other_behind_it) {

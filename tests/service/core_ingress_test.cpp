@@ -551,7 +551,7 @@ TEST(core_ingress_alone, leaves_a_stop_that_is_long_to_its_turn) {
   on.cycle();
   rowe::lane talk{core_harness::handle_of(pair)};
   peer alone{on};
-  on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
+  on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone_max;
   for (int i = 0; i < 3; ++i) alone.say(R"({"data":"a"})");
   alone.say(R"({"op":"call_service","service":"/rowe/stop","id":")" + std::string(9000, 'x') + "\"}");
   on.cycles(2);
@@ -572,7 +572,7 @@ TEST(core_ingress_alone, ends_the_cycle_when_its_work_is_done) {
   (void)on.offer(rowe::detail::latch_request({}));
   on.cycle();
   peer alone{on};
-  on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
+  on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone_max;
   constexpr std::uint64_t calls = 250;
   for (std::uint64_t i = 0; i < calls; ++i) alone.say(R"({"op":"call_service","service":"/rowe/stats"})");
   alone.say(stop_call);
@@ -604,7 +604,7 @@ TEST(core_ingress_alone, keeps_long_messages_that_find_no_room) {
   on.cycle();
   rowe::lane talk{core_harness::handle_of(pair)};
   peer alone{on};
-  on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
+  on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone_max;
   const std::size_t lengths[] = {50'000, 63'000, 20'000, 40'000, 58'000, 61'000, 15'000, 48'000};
   for (const std::size_t bytes : lengths) alone.say(R"({"data":")" + std::string(bytes, 'x') + "\"}");
   std::size_t taken = 0;
@@ -629,7 +629,7 @@ TEST(core_ingress_alone, keeps_what_waits_apart_from_a_message_in_pieces) {
   on.cycle();
   peer alone{on}, reader{on};
   reader.say(R"({"op":"subscribe","topic":"/t"})");
-  on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
+  on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone_max;
   std::vector<std::string> bodies;
   for (std::size_t i = 0; i < 12; ++i) {
     for (int k = 0; k < 40; ++k) alone.say(R"({"op":"call_service","service":"/rowe/stats"})");

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <deque>
 
 namespace credit_test {
@@ -118,12 +119,65 @@ TEST_F(credit_test, allows_what_is_read_in_two_round_trips_and_20_ms) {
   EXPECT_NEAR(static_cast<double>(of.bound()), (8192 + frame_bytes) / 0.010 * 0.040, 1);
 }
 
-TEST_F(credit_test, stays_between_16_kib_and_1_mib) {
-  round(1024, 1ms);
-  for (int i = 0; i < 20; ++i) round(of.bound(), 1ms);
+TEST_F(credit_test, stays_between_12_kib_and_1_mib) {
+  round(1024, 2ms);
+  for (int i = 0; i < 20; ++i) round(of.bound(), 2ms);
   EXPECT_EQ(of.bound(), credit::bytes_max);
   for (int i = 0; i < 20; ++i) round(of.bound(), 60s);
   EXPECT_EQ(of.bound(), credit::bytes_min);
+}
+
+TEST_F(credit_test, stays_between_12_and_256_kib_where_the_round_trip_is_short) {
+  round(1024, 100us);
+  for (int i = 0; i < 20; ++i) round(of.bound(), 100us);
+  EXPECT_EQ(of.bound(), credit::bytes_max_low_rtt);
+  for (int i = 0; i < 20; ++i) round(of.bound(), 60s);
+  EXPECT_EQ(of.bound(), credit::bytes_min);
+}
+
+TEST_F(credit_test, shrinks_at_the_first_pong_of_a_reader_that_became_slow) {
+  round(1024, 100us);
+  for (int i = 0; i < 20; ++i) round(of.bound(), 100us);
+  ASSERT_EQ(of.bound(), credit::bytes_max_low_rtt);
+  round(credit::bytes_max_low_rtt / 2, 130ms); // 1 MB a second
+  EXPECT_EQ(of.bound(), credit::bytes_min);
+}
+
+TEST_F(credit_test, wants_a_send_buffer_in_steps_and_only_where_the_round_trip_is_short) {
+  std::size_t buffer = 0;
+  // A round with as much behind the ping as before it.
+  const auto step = [&](std::size_t bytes, duration took) {
+    write(bytes);
+    ASSERT_TRUE(ping());
+    write(bytes);
+    now += took;
+    ASSERT_TRUE(pong());
+    buffer = of.send_buffer(buffer);
+  };
+  step(1024, 2ms);
+  EXPECT_EQ(buffer, 0U);
+  of.begin(0x1234); // another peer
+  step(1024, 100us);
+  EXPECT_EQ(buffer, credit::send_buffer_min);
+  for (int i = 0; i < 20; ++i) {
+    step(of.bound() / 2, 100us);
+    EXPECT_GE(buffer, of.bound());
+    EXPECT_LE(buffer, std::max(4 * of.bound(), credit::send_buffer_min));
+  }
+  EXPECT_EQ(buffer, credit::bytes_max_low_rtt);
+  step(of.bound() / 2, 60s);
+  EXPECT_EQ(buffer, credit::send_buffer_min);
+}
+
+TEST_F(credit_test, wants_no_larger_send_buffer_while_little_is_in_flight) {
+  round(1024, 100us);
+  std::size_t buffer = of.send_buffer(0);
+  for (int i = 0; i < 20; ++i) {
+    round(of.bound() / 2, 100us);
+    buffer = of.send_buffer(buffer);
+  }
+  EXPECT_GT(of.bound(), credit::send_buffer_min);
+  EXPECT_EQ(buffer, credit::send_buffer_min);
 }
 
 TEST_F(credit_test, keeps_its_bound_while_less_is_written_than_could_be) {

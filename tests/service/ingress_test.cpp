@@ -93,30 +93,57 @@ TEST_F(ingress_test, counts_the_work_that_a_message_makes_elsewhere) {
 }
 
 TEST_F(ingress_test, wants_nothing_of_a_peer_before_what_it_said_is_carried_out) {
-  EXPECT_EQ(in.wanted_bytes(index(first)), transport_sink::read_bytes_alone);
+  const std::size_t alone = state.bounds().message_bytes_max / 2;
+  EXPECT_EQ(in.wanted_bytes(index(first)), alone);
   read(first, frame("a"));
   EXPECT_EQ(in.wanted_bytes(index(first)), 0U);
   EXPECT_NE(in.wanted_bytes(index(second)), 0U);
   in.read_in_turn();
-  EXPECT_EQ(in.wanted_bytes(index(first)), transport_sink::read_bytes_alone);
+  EXPECT_EQ(in.wanted_bytes(index(first)), alone);
 }
 
 // What is kept of a long read lies behind the fragments, in the same buffer.
 TEST_F(ingress_test, wants_less_at_a_time_where_a_message_in_pieces_is_long) {
+  const std::size_t most = state.bounds().message_bytes_max;
   const std::string piece(4000, 'x');
   read(first, frame(piece, opcode::text, false));
   in.read_in_turn();
-  EXPECT_EQ(in.wanted_bytes(index(first)), transport_sink::read_bytes_alone);
-  for (int i = 0; i < 9; ++i) {
+  EXPECT_EQ(in.wanted_bytes(index(first)), (most - 4000) / 2);
+  std::size_t bytes = 4000;
+  for (; bytes + 2 * transport_sink::read_bytes_in_turn < most; bytes += 4000) {
     read(first, frame(piece, opcode::continuation, false));
     in.read_in_turn();
   }
   EXPECT_EQ(in.wanted_bytes(index(first)), transport_sink::read_bytes_in_turn);
   read(first, frame("end", opcode::continuation));
   in.read_in_turn();
-  EXPECT_EQ(in.wanted_bytes(index(first)), transport_sink::read_bytes_alone);
+  EXPECT_EQ(in.wanted_bytes(index(first)), most / 2);
   ASSERT_EQ(handler.heard.size(), 1U);
-  EXPECT_EQ(handler.heard[0].size(), 2 + 40'000 + 3U);
+  EXPECT_EQ(handler.heard[0].size(), 2 + bytes + 3);
+}
+
+// Each fragment counts, and so does each control frame between them.
+TEST_F(ingress_test, ends_a_turn_within_a_message_in_pieces) {
+  std::string all = frame("a", opcode::text, false);
+  while (all.size() < 10'000) all += frame("b", opcode::continuation, false) + frame("", opcode::pong);
+  read(first, all);
+  EXPECT_TRUE(in.waits());
+  int cycles = 0;
+  for (; in.waits(); ++cycles) in.read_in_turn();
+  EXPECT_GE(cycles, 10);
+}
+
+TEST_F(ingress_test, wants_little_after_a_read_that_was_too_much_for_one_turn) {
+  std::string all;
+  while (all.size() < 10'000) all += frame("a");
+  read(first, all);
+  while (in.waits()) in.read_in_turn();
+  EXPECT_EQ(in.wanted_bytes(index(first)), transport_sink::read_bytes_alone_min);
+  read(first, std::string(all, 0, 10 * frame("a").size()));
+  while (in.waits()) in.read_in_turn();
+  EXPECT_EQ(in.wanted_bytes(index(first)), transport_sink::read_bytes_alone_min) << "it was not large";
+  read(first, frame(std::string(10'000, 'x')));
+  EXPECT_EQ(in.wanted_bytes(index(first)), state.bounds().message_bytes_max / 2);
 }
 
 TEST_F(ingress_test, carries_out_at_once_what_a_lone_peer_said_and_keeps_the_rest_whole) {

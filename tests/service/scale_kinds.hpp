@@ -52,7 +52,7 @@ class lean_transport final : public rowe::service::transport {
   void wake() noexcept override {}
   int wake_descriptor() const noexcept override { return -1; }
   void close(connection_id, rowe::service::close_how) noexcept override {}
-  void set_low_rtt(connection_id, bool) noexcept override {}
+  void limit_send_buffer(connection_id, std::size_t) noexcept override {}
   void read_enabled(connection_id, bool) noexcept override {}
   void connect() noexcept override {}
 
