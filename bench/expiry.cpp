@@ -11,8 +11,11 @@
 // - random: an entry is inserted and one of all the others, chosen at random, is cancelled. The same
 // instructions as above; what is added is the memory that nobody has touched for long.
 //
+// - random_ahead: the same, by a caller that knows 32 entries ahead which it will cancel, and tells the wheel
+// (prefetch, prefetch_neighbours). The wheel alone has it.
+//
 // - passing: time moves on by what lies between two expiries, whatever is due is taken off, and as many
-// entries are inserted: what happens when everything expires. In the other two, time stands still.
+// entries are inserted: what happens when everything expires. In the others, time stands still.
 //
 // Times to live are uniform between 1 ms and 10 s: random order, which is what an index is for. (With one and
 // the same time to live for all, a queue would do, and the paper's list is one.)
@@ -76,6 +79,10 @@ class wheel {
   void insert(entry e, time_point expiry) { wheel_.insert(e, expiry); }
   void cancel(entry e) { wheel_.cancel(e); }
   entry expire(time_point now) { return wheel_.expire(now); }
+  void look_ahead(entry far, entry near) {
+    wheel_.prefetch(far);
+    wheel_.prefetch_neighbours(near);
+  }
 
  private:
   static_assert(rt::timer_wheel::none == none);
@@ -230,6 +237,20 @@ class measured {
     });
   }
 
+  // 0 for a way that cannot look ahead.
+  double random_ahead() {
+    choose();
+    if constexpr (requires { way_.look_ahead(entry{}, entry{}); }) {
+      const std::size_t last = victims_.size() - 1;
+      return timed([&](std::size_t step) {
+        way_.look_ahead(victims_[std::min(step + ahead, last)], victims_[std::min(step + ahead / 2, last)]);
+        way_.cancel(victims_[step]);
+        way_.insert(victims_[step], now_ + ttls_[step]);
+      });
+    }
+    return 0;
+  }
+
   double passing() {
     choose();
     const duration gap = (ttl_min + ttl_max) / 2 / pending_;
@@ -241,6 +262,7 @@ class measured {
 
  private:
   static constexpr entry recent_entries = 64;
+  static constexpr std::size_t ahead = 32;
 
   template <class Step>
   double timed(Step step) {
@@ -265,8 +287,8 @@ class measured {
   std::vector<duration> ttls_;
 };
 
-constexpr std::size_t measures = 3;
-constexpr const char* measure_names[measures] = {"recent", "random", "passing"};
+constexpr std::size_t measures = 4;
+constexpr const char* measure_names[measures] = {"recent", "random", "passing", "random_ahead"};
 
 struct series {
   std::string name;
@@ -286,8 +308,10 @@ class contender {
   using costs = std::array<double, measures>;
   // Returns what it cost, for the others' ratios.
   costs run_round(const costs* wheel) {
-    costs cost{measured_->recent(), measured_->random(), lets_time_pass_ ? measured_->passing() : 0};
-    for (std::size_t i = 0; i < measures && cost[i] != 0; ++i) {
+    costs cost{measured_->recent(), measured_->random(), lets_time_pass_ ? measured_->passing() : 0,
+               measured_->random_ahead()};
+    for (std::size_t i = 0; i < measures; ++i) {
+      if (cost[i] == 0) continue; // not measured
       all[i].ns.push_back(cost[i]);
       all[i].of_wheel.push_back(wheel == nullptr ? 1 : cost[i] / (*wheel)[i]);
     }

@@ -93,6 +93,18 @@ TEST(timer_wheel, ignores_the_cancelling_of_an_entry_that_is_not_on_it) {
   EXPECT_EQ(w.wheel.expire(start + 1s), timer_wheel::none);
 }
 
+TEST(timer_wheel, changes_nothing_when_entries_are_prefetched) {
+  wheel_of_eight w;
+  for (std::uint32_t node = 0; node < 4; ++node) w.wheel.insert(node, start + 1ms);
+  w.wheel.cancel(1);
+  for (std::uint32_t node = 0; node < 8; ++node) { // some are on the wheel, one was, some never
+    w.wheel.prefetch(node);
+    w.wheel.prefetch_neighbours(node);
+  }
+  EXPECT_EQ(w.wheel.check(), nullptr);
+  EXPECT_EQ(expired(w.wheel, start + 2ms), (std::vector<std::uint32_t>{0, 2, 3}));
+}
+
 TEST(timer_wheel, moves_an_entry_that_is_inserted_again) {
   wheel_of_eight w;
   w.wheel.insert(1, start + 1ms);

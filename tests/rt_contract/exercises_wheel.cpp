@@ -61,6 +61,16 @@ constexpr exercise list[] = {
        auto& wheel = wheel_with(rt, 0);
        rt.calls([&](std::uint64_t i) { wheel.cancel(node_of(i)); });
      }},
+    {"basic_timer_wheel::prefetch", "an entry that is on the wheel",
+     [](real_time& rt) {
+       auto& wheel = wheel_with(rt, entries);
+       rt.calls([&](std::uint64_t i) { wheel.prefetch(node_of(i)); });
+     }},
+    {"basic_timer_wheel::prefetch_neighbours", "of entries on the wheel and of others",
+     [](real_time& rt) {
+       auto& wheel = wheel_with(rt, entries / 2);
+       rt.calls([&](std::uint64_t i) { wheel.prefetch_neighbours(node_of(i)); });
+     }},
     {"basic_timer_wheel::expire", "when nothing is due",
      [](real_time& rt) {
        auto& wheel = wheel_with(rt, entries);

@@ -58,6 +58,12 @@ class basic_timer_wheel {
   ROWE_RT void insert(std::uint32_t node, time_point expiry) noexcept;
   // Takes an entry off; does nothing when it is not on the wheel. Constant time.
   ROWE_RT void cancel(std::uint32_t node) noexcept;
+  // Two hints for a caller that knows which entries it will cancel. Among a million, one that has not been
+  // touched for long lies outside the caches, as do the two entries beside it in its list, and cancelling it
+  // waits for them. The first asks for the entry's cache line, the second, once that has arrived, for those
+  // of its neighbours. Nothing changes, whether they are called or not. Constant time, never wait.
+  ROWE_RT void prefetch(std::uint32_t node) const noexcept;
+  ROWE_RT void prefetch_neighbours(std::uint32_t node) const noexcept;
   // Takes one entry off whose expiry has passed and returns it; `none` when there is no more. Call until
   // `none`. Entries come in the order of their ticks, those that were inserted after their time behind what
   // was due then. `now` before an earlier `now` counts as that one. Usually a few steps; when time reaches a
@@ -146,6 +152,20 @@ void basic_timer_wheel<TickBits>::cancel(std::uint32_t node) noexcept {
   unlink(node, list_of(nodes_[node].expiry));
   nodes_[node].expiry = never;
   --size_;
+}
+
+template <unsigned TickBits>
+void basic_timer_wheel<TickBits>::prefetch(std::uint32_t node) const noexcept {
+  assert(node < nodes_.size());
+  __builtin_prefetch(&nodes_[node], 1);
+}
+
+template <unsigned TickBits>
+void basic_timer_wheel<TickBits>::prefetch_neighbours(std::uint32_t node) const noexcept {
+  assert(node < nodes_.size());
+  const timer_node& entry = nodes_[node];
+  __builtin_prefetch(&nodes_[entry.next], 1);
+  __builtin_prefetch(&nodes_[entry.previous], 1);
 }
 
 template <unsigned TickBits>
