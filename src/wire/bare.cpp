@@ -11,8 +11,7 @@ namespace rowe::wire::bare {
 namespace {
 
 enum reserved : std::size_t { message_id, in_reply_to, ttl_ms, service, error, op };
-constexpr std::array<std::string_view, 6> names = {"message_id", "in_reply_to", "ttl_ms",
-                                                   "service",    "error",       "op"};
+constexpr word_table names{"message_id", "in_reply_to", "ttl_ms", "service", "error", "op"};
 using found_members = members<names.size()>;
 
 std::optional<refusal> read_id(reserved which, const found_members& found, std::size_t bytes_max,
@@ -88,7 +87,7 @@ void read_error(const found_members& found, std::span<char> scratch, request& ou
 
 std::optional<refusal> refuse_twice(const found_members& found, std::span<const reserved> which) noexcept {
   for (const reserved r : which) {
-    if (found.times[r] > 1) return refusal{.what = refusal::kind::twice, .member = names[r]};
+    if (found.repeats(r)) return refusal{.what = refusal::kind::twice, .member = names[r]};
   }
   return std::nullopt;
 }
@@ -101,7 +100,7 @@ std::optional<refusal> decode(const json::document& validated_text, std::span<ch
   of_rosbridge = op_member::none;
   if (found.given(op)) {
     const json::value first =
-        found.times[op] == 1 ? found.values[op] : *json::find(validated_text, names[op]);
+        found.repeats(op) ? *json::find(validated_text, names[op]) : found.values[op];
     of_rosbridge = first.type == json::kind::string ? op_member::text : op_member::other;
     if (of_rosbridge == op_member::text) return std::nullopt;
   }
@@ -112,7 +111,7 @@ std::optional<refusal> decode(const json::document& validated_text, std::span<ch
   std::string_view asked;
   std::string_view answered;
   for (const auto& [which, into] : {std::pair{message_id, &asked}, {in_reply_to, &answered}}) {
-    if (found.times[which] > 1) continue;
+    if (found.repeats(which)) continue;
     if (const auto bad = read_id(which, found, limits.id_bytes_max, *into); bad && !wrong) wrong = bad;
   }
   if (out.what == verb::call) out.id_raw = asked; // for the answer

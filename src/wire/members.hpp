@@ -4,46 +4,58 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string_view>
 
+#include "wire/word_table.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::wire {
 
 inline constexpr std::size_t word_bytes_max = 32; // no known member or word is longer
 
+// The place in the table of a word that a JSON text has between quotes; Count if it is not there. A known
+// word has no backslash, so escapes are resolved only in a text that is none.
+template <std::size_t Count>
+inline std::size_t find_escaped(const word_table<Count>& words, std::string_view escaped) noexcept {
+  const std::size_t place = words.find(escaped);
+  if (place != Count || escaped.find('\\') == std::string_view::npos) return place;
+  std::array<char, word_bytes_max> scratch;
+  const auto plain = json::unescape(escaped, scratch);
+  return plain ? words.find(*plain) : Count; // longer than any known word
+}
+
 // The values of the known members of one object, by the place of their names in a table.
 template <std::size_t Count>
 struct members {
+  static_assert(Count <= 32);
   std::array<json::value, Count> values;
-  std::array<std::uint8_t, Count> times{}; // that each stands there: 0, 1, or 2 for more
+  std::uint32_t seen = 0;     // bit i: member i is there
+  std::uint32_t repeated = 0; // bit i: it is there more than once
 
-  bool given(std::size_t which) const noexcept { return times[which] > 0; }
+  bool given(std::size_t which) const noexcept { return (seen >> which & 1) != 0; }
+  bool repeats(std::size_t which) const noexcept { return (repeated >> which & 1) != 0; }
   // The first member of the table that occurs twice.
   std::optional<std::size_t> twice() const noexcept {
-    const auto found = std::find(times.begin(), times.end(), 2);
-    if (found == times.end()) return std::nullopt;
-    return static_cast<std::size_t>(found - times.begin());
+    if (repeated == 0) return std::nullopt;
+    return static_cast<std::size_t>(std::countr_zero(repeated));
   }
 };
 
 template <std::size_t Count>
-inline members<Count> collect(const json::document& object,
-                              const std::array<std::string_view, Count>& names) noexcept {
+inline members<Count> collect(const json::document& object, const word_table<Count>& names) noexcept {
   members<Count> found;
   json::object_walk walk{object};
   for (json::member m; walk.next(m);) {
-    std::array<char, word_bytes_max> scratch;
-    const auto plain = json::unescape(m.name_raw, scratch);
-    if (!plain) continue; // longer than any known name
-    const auto index =
-        static_cast<std::size_t>(std::find(names.begin(), names.end(), *plain) - names.begin());
-    if (index == Count) continue;
-    found.values[index] = m.what;
-    found.times[index] = found.times[index] == 0 ? 1 : 2;
+    const std::size_t which = find_escaped(names, m.name_raw);
+    if (which == Count) continue;
+    const std::uint32_t bit = std::uint32_t{1} << which;
+    found.values[which] = m.what;
+    found.repeated |= found.seen & bit;
+    found.seen |= bit;
   }
   return found;
 }

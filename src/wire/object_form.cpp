@@ -16,9 +16,8 @@ namespace {
 
 // Whether the object has a member that would occur twice in a delivered call, or would change its meaning.
 bool has_delivered_names(std::string_view object) noexcept {
-  const auto found =
-      collect(object, std::array<std::string_view, 4>{"service", "op", "message_id", "in_reply_to"});
-  return std::any_of(found.times.begin(), found.times.end(), [](std::uint8_t times) { return times > 0; });
+  static constexpr word_table names{"service", "op", "message_id", "in_reply_to"};
+  return collect(object, names).seen != 0;
 }
 
 } // namespace

@@ -20,38 +20,22 @@ static_assert(scratch_bytes({.name_bytes_max = 0, .id_bytes_max = 0}) >= op_byte
 constexpr std::int64_t any_count = std::numeric_limits<std::int64_t>::max();
 
 // The known members. Those that rowe does not read are among them, because they must not occur twice either.
-constexpr std::array<std::string_view, 19> member_names = {"op",
-                                                           "id",
-                                                           "topic",
-                                                           "msg",
-                                                           "type",
-                                                           "level",
-                                                           "throttle_rate",
-                                                           "queue_length",
-                                                           "fragment_size",
-                                                           "latch",
-                                                           "queue_size",
-                                                           "qos",
-                                                           "service",
-                                                           "action",
-                                                           "args",
-                                                           "values",
-                                                           "result",
-                                                           "compression",
-                                                           "timeout"};
+constexpr word_table member_names{
+    "op", "id", "topic", "msg", "type", "level", "throttle_rate", "queue_length", "fragment_size", "latch",
+    "queue_size", "qos", "service", "action", "args", "values", "result", "compression", "timeout"};
 
 // A known member, written as its name; another name does not compile.
 struct member_name {
   std::size_t index;
   consteval member_name(const char* name) : index{0} { // NOLINT(google-explicit-constructor): need("topic")
-    while (member_names.at(index) != name) ++index;
+    index = member_names.find(name);
+    if (index == member_names.size()) throw "no such member";
   }
   std::string_view text() const noexcept { return member_names[index]; }
 };
 
 enum policy : std::size_t { history, depth, reliability, durability, deadline, lifespan };
-constexpr std::array<std::string_view, 6> policy_names = {"history",    "depth",    "reliability",
-                                                          "durability", "deadline", "lifespan"};
+constexpr word_table policy_names{"history", "depth", "reliability", "durability", "deadline", "lifespan"};
 constexpr std::array<std::string_view, 6> policy_paths = {"qos.history",    "qos.depth",    "qos.reliability",
                                                           "qos.durability", "qos.deadline", "qos.lifespan"};
 
@@ -80,14 +64,20 @@ constexpr operation operations[] = {{"publish", verb::publish},
                                     {"fragment", verb::unsupported},
                                     {"png", verb::unsupported},
                                     {"auth", verb::unsupported}};
+constexpr word_table<std::size(operations)> operation_names{[] {
+  std::array<std::string_view, std::size(operations)> names;
+  for (std::size_t i = 0; i < names.size(); ++i) names[i] = operations[i].text;
+  return names;
+}()};
 
 // One text being decoded. Each step returns false when it refused; then refusal_ says why.
 class decoding {
  public:
-  decoding(std::span<char> scratch, const name_limits& limits, request& out) noexcept
-      : scratch_{scratch}, limits_{limits}, out_{out} {}
+  decoding(const json::document& text, std::span<char> scratch, const name_limits& limits,
+           request& out) noexcept
+      : text_{text}, scratch_{scratch}, limits_{limits}, out_{out}, found_{collect(text, member_names)} {}
 
-  std::optional<refusal> run(const json::document& text) noexcept;
+  std::optional<refusal> run() noexcept;
 
  private:
   bool accept(std::optional<refusal> wrong) noexcept {
@@ -129,6 +119,7 @@ class decoding {
     return piece;
   }
 
+  const json::document& text_;
   std::span<char> scratch_;
   const name_limits& limits_;
   request& out_;
@@ -136,9 +127,8 @@ class decoding {
   std::optional<refusal> refusal_;
 };
 
-std::optional<refusal> decoding::run(const json::document& text) noexcept {
-  if (!json::is_object(text.text)) return refusal{.what = refusal::kind::not_an_object};
-  found_ = collect(text, member_names);
+std::optional<refusal> decoding::run() noexcept {
+  if (!json::is_object(text_.text)) return refusal{.what = refusal::kind::not_an_object};
   const bool id_is_good = take_id(); // first, because the answer carries it whatever else is wrong
   const auto wrong_id = refusal_;
   if (!take_op()) return refusal_;
@@ -154,7 +144,7 @@ std::optional<refusal> decoding::run(const json::document& text) noexcept {
 
 bool decoding::take_id() noexcept {
   const member_name id{"id"};
-  if (!given(id) || found_.times[id.index] > 1) return true;
+  if (!given(id) || found_.repeats(id.index)) return true;
   const json::value& v = value(id);
   if (v.type == json::kind::null) return true; // what the reference server takes for none
   if (v.type != json::kind::string && !json::to_integer(v) && !json::to_unsigned(v)) {
@@ -173,14 +163,18 @@ bool decoding::take_op() noexcept {
                 .member = "op",
                 .expected = R"(it says what to do, for example {"op":"subscribe","topic":"/odom"})"});
   }
-  if (found_.times[which.index] > 1) return accept(refusal{.what = refusal::kind::twice, .member = "op"});
-  std::string_view text;
-  if (!accept(read_name("op", value(which), op_bytes_max, carve(op_bytes_max), text))) return false;
-  const auto* const known = std::find_if(std::begin(operations), std::end(operations),
-                                         [text](const operation& o) { return o.text == text; });
-  out_.verb_text = text;
-  out_.what = known == std::end(operations) ? verb::unknown : known->what;
-  return true;
+  if (found_.repeats(which.index)) return accept(refusal{.what = refusal::kind::twice, .member = "op"});
+  const json::value& v = value(which);
+  if (v.type == json::kind::string) {
+    const std::size_t known = find_escaped(operation_names, v.raw.substr(1, v.raw.size() - 2));
+    if (known != operation_names.size()) {
+      out_.verb_text = operations[known].text;
+      out_.what = operations[known].what;
+      return true;
+    }
+  }
+  out_.what = verb::unknown;
+  return accept(read_name("op", v, op_bytes_max, carve(op_bytes_max), out_.verb_text));
 }
 
 bool decoding::take_members() noexcept {
@@ -378,19 +372,16 @@ bool names_operation(std::string_view text) noexcept {
   for (bool first = true; const auto value = behind_name(text, R"("op")", from); first = false) {
     const std::size_t name = text.find('"');
     if (first && text.substr(name).starts_with(R"("op")") && value->starts_with('"')) return true;
-    for (const operation& one : operations) {
-      if (value->size() > one.text.size() + 1 && value->front() == '"' &&
-          value->substr(1).starts_with(one.text) && (*value)[one.text.size() + 1] == '"') {
-        return true;
-      }
-    }
+    if (!value->starts_with('"')) continue;
+    const std::string_view word = value->substr(1, value->find('"', 1) - 1);
+    if (word.size() + 1 < value->size() && operation_names.find(word) != operation_names.size()) return true;
   }
   return false;
 }
 
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out) noexcept {
-  return decoding{scratch, limits, out}.run(validated_text);
+  return decoding{validated_text, scratch, limits, out}.run();
 }
 
 } // namespace rowe::wire::rosbridge

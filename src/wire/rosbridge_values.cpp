@@ -32,6 +32,13 @@ bool is_integer(const json::value& v) noexcept {
   return v.type == json::kind::number && v.raw.find_first_of(".eE") == std::string_view::npos;
 }
 
+// Neither escapes nor control characters, as in nearly every name.
+bool is_plain(std::string_view escaped) noexcept {
+  return std::all_of(escaped.begin(), escaped.end(), [](char c) {
+    return static_cast<unsigned char>(c) >= 0x20 && c != 0x7f && c != '\\';
+  });
+}
+
 } // namespace
 
 bool is_word(const json::value& v, std::string_view word) noexcept {
@@ -77,7 +84,8 @@ std::optional<refusal> read_duration(std::string_view member, const json::value&
     return std::nullopt;
   }
   if (v.type != json::kind::object) return wrong_type(member, v, expected);
-  const auto parts = collect(v.raw, std::array<std::string_view, 2>{"secs", "nsecs"});
+  static constexpr word_table names{"secs", "nsecs"};
+  const auto parts = collect(v.raw, names);
   const auto seconds = json::to_integer(parts.values[0]);
   const auto nanoseconds = json::to_integer(parts.values[1]);
   if (parts.twice() || !seconds || !nanoseconds) return wrong_type(member, v, expected);
@@ -101,6 +109,11 @@ std::optional<refusal> read_word(std::string_view member, const json::value& v,
 std::optional<refusal> read_name(std::string_view member, const json::value& v, std::size_t bytes_max,
                                  std::span<char> scratch, std::string_view& into) noexcept {
   if (v.type != json::kind::string) return wrong_type(member, v, "a string");
+  if (const std::string_view escaped = v.raw.substr(1, v.raw.size() - 2);
+      escaped.size() <= bytes_max && is_plain(escaped)) {
+    into = escaped;
+    return std::nullopt;
+  }
   const auto text = json::to_string(v, scratch);
   if (!text || text->size() > bytes_max) {
     return too_long(member, v.raw.size() - 2, bytes_max);

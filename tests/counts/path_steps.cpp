@@ -64,6 +64,21 @@ struct relay : place {
   const std::string says = publish_on("/up");
 };
 
+// One peer publishes and gets it back.
+struct echo : place {
+  echo() : place{1} {
+    connect(1);
+    on.net.say(0, subscribe_to("/up"));
+    settle();
+    frames_a_step = 1;
+  }
+  void step() {
+    on.net.say(0, says);
+    settle();
+  }
+  const std::string says = publish_on("/up");
+};
+
 // A struct of a handle goes to one peer.
 struct publish_value : place {
   explicit publish_value(rowe::keep kept = rowe::keep::all)
@@ -293,6 +308,7 @@ int main() {
   count<scale::slow>("readers", 2U);
   count<scale::shown>("pages", 1U);
   count<relay>("relay", 4U);
+  count<echo>("echo");
   count<publish_value>("publish_value");
   count<publish_newest>("publish_newest");
   count<publish_to_handle>("publish_to_handle");
