@@ -27,7 +27,7 @@ void credit::begin(std::uint64_t nonce) noexcept {
 
 // The first ping goes early: what it measures decides about the rest.
 std::size_t credit::ping_every() const noexcept {
-  return rtt_min_ == rt::for_ever ? first_ping_after : bound_ / 2;
+  return round_trip_.known() ? bound_ / 2 : first_ping_after;
 }
 
 std::size_t credit::room(priority of) const noexcept {
@@ -35,21 +35,21 @@ std::size_t credit::room(priority of) const noexcept {
   const auto left = [&](std::uint64_t most, std::uint64_t of_it) {
     return static_cast<std::size_t>(most - std::min(of_it, most));
   };
-  if (of == priority::urgent) return left(bound_ + bytes_min, in_flight());
-  if (now_ != phase::steady) return 0;
+  if (of == priority::urgent) return left(bound_ + least(), in_flight());
+  if (settling()) return 0;
   const std::size_t within_bound = left(bound_, in_flight());
   if (pings_ != 0) return within_bound;
   return std::min(within_bound, left(ping_every() + batch_bytes, written_ - pinged_));
 }
 
 bool credit::late(rt::time_point now) const noexcept {
-  return now - under_way_[pings_ - 1U].at > 2 * rtt_ + pong_late_after;
+  return now - under_way_[pings_ - 1U].at > 2 * round_trip_.last() + pong_late_after;
 }
 
 bool credit::wants_ping(rt::time_point now) const noexcept {
   if (!begun_ || pings_ == under_way_.size()) return false;
   if (pings_ != 0) return late(now);
-  return asked_ || now_ != phase::steady || written_ - pinged_ >= ping_every();
+  return asked_ || settling() || written_ - pinged_ >= ping_every();
 }
 
 credit::ping_payload credit::ping(std::size_t end, rt::time_point now) noexcept {
@@ -78,66 +78,45 @@ bool credit::take_pong(std::span<const std::byte> payload, rt::time_point now) n
   // The peer cannot have read what was not written.
   if (which == pings_ || nonce != nonce_ || end > written_) return false;
 
-  const rt::duration round_trip = now - under_way_[which].at;
+  const rt::duration waited = now - under_way_[which].at;
   // After a stall, the pongs of two pings may come at once. But reading what lies between the two took time.
-  const rt::duration took = std::max(now - busy_since_, round_trip);
+  const rt::duration took = std::max(now - busy_since_, waited);
   // The first ping is sent too early to measure the peer's rate, and a lone ping measures no rate.
-  if (now_ != phase::measuring && rtt_min_ != rt::for_ever) note_rate(end - read_, took, round_trip);
+  if (round_trip_.known() && !round_trip_.measuring()) note_rate(end - read_, took, waited);
   read_ = end;
   busy_since_ = now;
   // Pings from before this one will not be answered any more (RFC 6455 5.5.3).
   pings_ = static_cast<std::uint8_t>(pings_ - which - 1);
   under_way_[0] = under_way_[1];
-  if (now_ != phase::steady) held_ = false; // draining held it back, not the bound
-  note_round_trip(round_trip, now);
-  update_bound(round_trip);
+  if (settling()) held_ = false; // draining held it back, not the bound
+  round_trip_.note(waited, pings_ == 0, now);
+  update_bound(waited);
   return true;
-}
-
-void credit::note_round_trip(rt::duration took, rt::time_point now) noexcept {
-  const bool first = rtt_min_ == rt::for_ever;
-  rtt_ = took;
-  confirmed_ = confirmed_ || took <= rtt_min_;
-  rtt_min_ = std::min(rtt_min_, took);
-  switch (now_) {
-  case phase::draining: now_ = phase::measuring; return;
-  case phase::measuring:
-    now_ = phase::steady;
-    rtt_min_ = took;
-    break;
-  case phase::steady:
-    if (!first && (now < window_ends_ || pings_ != 0)) return;
-    if (!limited_ || confirmed_) break;
-    now_ = phase::draining;
-    return;
-  }
-  window_ends_ = now + (first ? first_window : window); // the first ping may have waited behind messages
-  limited_ = confirmed_ = false;
 }
 
 // A fast answer to little data measures our rate, not the peer's. So does any lower rate, unless the round
 // trip shows a queue.
-void credit::note_rate(std::uint64_t bytes, rt::duration took, rt::duration round_trip) noexcept {
+void credit::note_rate(std::uint64_t bytes, rt::duration took, rt::duration waited) noexcept {
   const double known = rate_;
   double seen = static_cast<double>(bytes) / std::max(seconds(took), 1e-6);
   if (seen <= known) {
-    if (round_trip <= rtt_min_ + queue_time()) return;
-    seen = std::min(known, static_cast<double>(bytes) / seconds(round_trip));
+    if (waited <= round_trip_.shortest() + queue_time()) return;
+    seen = std::min(known, static_cast<double>(bytes) / seconds(waited));
     // The peer is so much slower now that its old rates would count for too long.
-    if (round_trip > 2 * (2 * rtt_min_ + queue_time())) rates_.fill(0);
+    if (waited > 2 * (2 * round_trip_.shortest() + queue_time())) rates_.fill(0);
   }
   rates_[next_rate_] = seen;
   next_rate_ = static_cast<std::uint8_t>((next_rate_ + 1U) % rates_.size());
   rate_ = *std::max_element(rates_.begin(), rates_.end());
 }
 
-void credit::update_bound(rt::duration round_trip) noexcept {
-  double bytes = rate_ * seconds(2 * rtt_min_ + queue_time());
+void credit::update_bound(rt::duration waited) noexcept {
+  double bytes = rate_ * seconds(2 * round_trip_.shortest() + queue_time());
   // No queue at the peer, but messages wait here: the bound itself keeps the rate low.
-  const bool starved = std::exchange(held_, false) && round_trip <= rtt_min_ + queue_time() / 4;
+  const bool starved = std::exchange(held_, false) && waited <= round_trip_.shortest() + queue_time() / 4;
   if (starved) bytes = std::max(bytes, growth * static_cast<double>(bound_));
   bound_ = static_cast<std::size_t>(
-      std::clamp(bytes, static_cast<double>(bytes_min), static_cast<double>(most())));
+      std::clamp(bytes, static_cast<double>(least()), static_cast<double>(most())));
 }
 
 std::size_t credit::send_buffer(std::size_t now) const noexcept {

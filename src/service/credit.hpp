@@ -2,8 +2,8 @@
 // Bounds the bytes in flight to one peer: written, and not known to be read. The bound comes from a time, so
 // that an urgent message never waits long behind others. The bound is what the peer reads in two round trips
 // plus 20 ms, but at least 12 KiB and at most 1 MiB. If a round trip takes less than 2 ms, the bound has 0.5
-// ms in place of 20 ms, and is at most 256 KiB: a peer that suddenly becomes slow has no more than that to
-// read first.
+// ms in place of 20 ms, and is at least 8 KiB and at most 256 KiB: a peer that suddenly becomes slow has no
+// more than that to read first.
 //
 // Pings tell how fast the peer reads, and how long a round trip takes. Each carries how many bytes were
 // written up to its own end. A peer answers in the order in which it reads, so its pong says that all these
@@ -14,10 +14,7 @@
 // round trips (decision 0015). A ping is sent after half of the bound, so that there is as much to read
 // before it as behind it.
 //
-// The bound uses the shortest round trip, which may become longer. But while messages are held back, every
-// round trip includes the queue that we keep at the peer, and a bound that follows those round trips grows
-// with its own queue. So if no round trip was as short as the shortest for ten seconds of this, nothing is
-// written until all is read. Then a lone ping measures the round trip without a queue.
+// The bound uses the shortest round trip; round_trip.hpp says when that is measured anew.
 //
 // Pure: no clock, no socket. Service thread; the core asks before it writes and says what was taken.
 #pragma once
@@ -29,6 +26,8 @@
 #include <rowe/options.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/round_trip.hpp"
+
 namespace rowe::service {
 
 class credit {
@@ -36,12 +35,10 @@ class credit {
   static constexpr std::size_t bytes_min = 12 * 1024; // of the bound
   static constexpr std::size_t bytes_max = 1024 * 1024;
   static constexpr rt::duration queue_time_high_rtt = std::chrono::milliseconds{20};
-  static constexpr rt::duration low_rtt_below = std::chrono::milliseconds{2};
+  static constexpr std::size_t bytes_min_low_rtt = 8 * 1024;
   static constexpr std::size_t bytes_max_low_rtt = 256 * 1024;
   static constexpr rt::duration queue_time_low_rtt = std::chrono::microseconds{500};
   static constexpr std::size_t send_buffer_min = 16 * 1024;
-  static constexpr rt::duration window = std::chrono::seconds{10};
-  static constexpr rt::duration first_window = std::chrono::seconds{1};
   static constexpr rt::duration pong_late_after = std::chrono::milliseconds{100}; // and two round trips
   static constexpr std::size_t first_ping_after = 1024;                           // bytes
   static constexpr std::size_t ping_bytes = 16;
@@ -60,7 +57,10 @@ class credit {
   // The ping that will be written next, when its frame ends `end` bytes behind what was written so far.
   ping_payload ping(std::size_t end, rt::time_point now) noexcept;
   // A message was held back because the credit is used up, and a ping is under way.
-  void held_back() noexcept { limited_ = held_ = true; }
+  void held_back() noexcept {
+    round_trip_.limited();
+    held_ = true;
+  }
   // Ask as soon as possible whether the peer is alive.
   void ask() noexcept { asked_ = pings_ == 0; }
 
@@ -76,10 +76,10 @@ class credit {
   bool ping_under_way() const noexcept { return pings_ != 0; }
   // When the oldest unanswered ping was sent; never: there is none.
   rt::time_point waits_since() const noexcept { return pings_ == 0 ? rt::never : under_way_[0].at; }
-  bool settling() const noexcept { return now_ != phase::steady; }
+  bool settling() const noexcept { return round_trip_.settling(); }
   // Neither a ping nor the one after it was answered in time.
   bool unresponsive(rt::time_point now) const noexcept { return pings_ == under_way_.size() && late(now); }
-  bool low_rtt() const noexcept { return rtt_min_ < low_rtt_below; }
+  bool low_rtt() const noexcept { return round_trip_.low(); }
   std::uint64_t in_flight() const noexcept { return written_ - read_; }
   std::size_t bound() const noexcept { return bound_; }
   // How large the kernel's send buffer should be, if it has `now` bytes: the bound, rounded up to a power of
@@ -89,41 +89,31 @@ class credit {
   std::size_t send_buffer(std::size_t now) const noexcept;
 
  private:
-  enum class phase : std::uint8_t {
-    steady,
-    draining,  // nothing but what is urgent is written until a ping behind all of it is answered
-    measuring, // nor until a lone one is
-  };
   struct question {
     std::uint64_t end = 0; // of its frame in all that is written
     rt::time_point at{};
   };
 
   rt::duration queue_time() const noexcept { return low_rtt() ? queue_time_low_rtt : queue_time_high_rtt; }
+  std::size_t least() const noexcept { return low_rtt() ? bytes_min_low_rtt : bytes_min; }
   std::size_t most() const noexcept { return low_rtt() ? bytes_max_low_rtt : bytes_max; }
   bool late(rt::time_point now) const noexcept;
   std::size_t ping_every() const noexcept;
-  void note_round_trip(rt::duration took, rt::time_point now) noexcept;
-  void note_rate(std::uint64_t bytes, rt::duration took, rt::duration round_trip) noexcept;
-  void update_bound(rt::duration round_trip) noexcept;
+  void note_rate(std::uint64_t bytes, rt::duration took, rt::duration waited) noexcept;
+  void update_bound(rt::duration waited) noexcept;
 
   bool begun_ = false;
   bool asked_ = false;
-  bool held_ = false;      // something was held back since the last pong
-  bool limited_ = false;   // in this window
-  bool confirmed_ = false; // in this window: the shortest round trip is as short as it was
-  phase now_ = phase::steady;
+  bool held_ = false; // something was held back since the last pong
   std::uint8_t pings_ = 0; // under way
   std::uint8_t next_rate_ = 0;
   std::array<question, 2> under_way_{}; // the older one first
   std::uint64_t nonce_ = 0;
   std::uint64_t written_ = 0;
-  std::uint64_t read_ = 0;             // of these, at least
-  std::uint64_t pinged_ = 0;           // where the last ping ends
-  rt::time_point busy_since_{};        // something was on its way all the time from here
-  rt::duration rtt_ = rt::duration{0}; // the last one
-  rt::duration rtt_min_ = rt::for_ever;
-  rt::time_point window_ends_{};
+  std::uint64_t read_ = 0;      // of these, at least
+  std::uint64_t pinged_ = 0;    // where the last ping ends
+  rt::time_point busy_since_{}; // something was on its way all the time from here
+  round_trip round_trip_;
   std::array<double, 4> rates_{}; // bytes a second, of the last rounds that say something
   double rate_ = 0;               // the highest of these
   std::size_t bound_ = bytes_min;

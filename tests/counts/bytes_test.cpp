@@ -55,7 +55,7 @@ TEST(bytes, of_many_messages_are_those_of_each) {
   EXPECT_EQ(w.sent_for(60, 16), 16U * 62U);
 }
 
-TEST(bytes, of_the_pings_beside_messages_are_at_most_three_in_a_thousand) {
+TEST(bytes, of_the_pings_beside_messages_are_at_most_six_in_a_thousand) {
   world w;
   std::size_t bytes = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -65,7 +65,7 @@ TEST(bytes, of_the_pings_beside_messages_are_at_most_three_in_a_thousand) {
   const auto pings = static_cast<std::size_t>(w.one.pings);
   EXPECT_EQ(bytes, 1000U * 304U + pings * ping_frame);
   // One goes early, the others where half of what may be in flight has been written since the last one.
-  EXPECT_LE(pings, 1 + bytes / (credit::bytes_min / 2));
+  EXPECT_LE(pings, 1 + bytes / (credit::bytes_min_low_rtt / 2));
   EXPECT_GE(pings, 2U);
 }
 

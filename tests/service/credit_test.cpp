@@ -67,24 +67,24 @@ TEST_F(credit_test, pings_first_behind_a_kibibyte_so_that_short_exchanges_have_n
 TEST_F(credit_test, asks_one_at_a_time_and_again_in_the_middle_of_the_bound) {
   round(1024, 1ms);
   EXPECT_EQ(of.in_flight(), 0U);
-  EXPECT_EQ(room(), credit::bytes_min / 2 + 2048);
-  write(credit::bytes_min / 2);
+  EXPECT_EQ(room(), credit::bytes_min_low_rtt / 2 + 2048);
+  write(credit::bytes_min_low_rtt / 2);
   EXPECT_TRUE(ping());
   EXPECT_FALSE(ping());
-  EXPECT_EQ(room(), credit::bytes_min / 2 - frame_bytes);
+  EXPECT_EQ(room(), credit::bytes_min_low_rtt / 2 - frame_bytes);
   write(room());
   EXPECT_EQ(room(), 0U);
   now += 1ms;
   EXPECT_TRUE(pong());
-  EXPECT_EQ(of.in_flight(), credit::bytes_min / 2 - frame_bytes);
+  EXPECT_EQ(of.in_flight(), credit::bytes_min_low_rtt / 2 - frame_bytes);
 }
 
 TEST_F(credit_test, has_room_for_what_is_urgent_when_there_is_none_for_the_rest) {
   round(1024, 1ms);
-  write(credit::bytes_min);
+  write(credit::bytes_min_low_rtt);
   EXPECT_EQ(room(), 0U);
-  EXPECT_EQ(of.room(priority::urgent), credit::bytes_min);
-  write(credit::bytes_min);
+  EXPECT_EQ(of.room(priority::urgent), credit::bytes_min_low_rtt);
+  write(credit::bytes_min_low_rtt);
   EXPECT_EQ(of.room(priority::urgent), 0U);
 }
 
@@ -127,12 +127,12 @@ TEST_F(credit_test, stays_between_12_kib_and_1_mib) {
   EXPECT_EQ(of.bound(), credit::bytes_min);
 }
 
-TEST_F(credit_test, stays_between_12_and_256_kib_where_the_round_trip_is_short) {
+TEST_F(credit_test, stays_between_8_and_256_kib_where_the_round_trip_is_short) {
   round(1024, 100us);
   for (int i = 0; i < 20; ++i) round(of.bound(), 100us);
   EXPECT_EQ(of.bound(), credit::bytes_max_low_rtt);
   for (int i = 0; i < 20; ++i) round(of.bound(), 60s);
-  EXPECT_EQ(of.bound(), credit::bytes_min);
+  EXPECT_EQ(of.bound(), credit::bytes_min_low_rtt);
 }
 
 TEST_F(credit_test, shrinks_at_the_first_pong_of_a_reader_that_became_slow) {
@@ -140,7 +140,7 @@ TEST_F(credit_test, shrinks_at_the_first_pong_of_a_reader_that_became_slow) {
   for (int i = 0; i < 20; ++i) round(of.bound(), 100us);
   ASSERT_EQ(of.bound(), credit::bytes_max_low_rtt);
   round(credit::bytes_max_low_rtt / 2, 130ms); // 1 MB a second
-  EXPECT_EQ(of.bound(), credit::bytes_min);
+  EXPECT_EQ(of.bound(), credit::bytes_min_low_rtt);
 }
 
 TEST_F(credit_test, wants_a_send_buffer_in_steps_and_only_where_the_round_trip_is_short) {
@@ -219,7 +219,7 @@ TEST_F(credit_test, does_not_believe_that_what_lies_between_two_pongs_was_read_i
   now += 500ms;
   ASSERT_TRUE(pong());
   ASSERT_TRUE(pong());
-  EXPECT_EQ(of.bound(), credit::bytes_min);
+  EXPECT_EQ(of.bound(), credit::bytes_min_low_rtt);
 }
 
 TEST_F(credit_test, takes_a_late_pong_for_what_it_acknowledges) {
@@ -281,6 +281,51 @@ TEST_F(credit_test, measures_the_way_anew_where_there_is_always_a_queue_and_noth
   }
   EXPECT_GT(measured, 5);
   EXPECT_TRUE(of.low_rtt()); // 1 ms
+}
+
+// Round trips with a queue of ours, until nothing is in flight and a lone ping is next.
+void drain(credit_test& with) {
+  while (!with.of.settling()) {
+    with.write(with.of.bound() / 2);
+    ASSERT_TRUE(with.ping());
+    with.write(with.room());
+    with.of.held_back();
+    with.now += 121ms;
+    ASSERT_TRUE(with.pong());
+  }
+  ASSERT_TRUE(with.ping());
+  with.now += 121ms;
+  ASSERT_TRUE(with.pong());
+  ASSERT_TRUE(with.of.settling());
+}
+
+TEST_F(credit_test, asks_a_low_rtt_peer_again_where_one_lone_answer_is_late) {
+  round(1024, 1ms);
+  drain(*this);
+  round(0, 5ms); // other load
+  EXPECT_TRUE(of.settling());
+  EXPECT_EQ(room(), 0U);
+  round(0, 1ms);
+  EXPECT_FALSE(of.settling());
+  EXPECT_TRUE(of.low_rtt());
+}
+
+TEST_F(credit_test, believes_three_late_answers_of_a_low_rtt_peer_and_takes_the_shortest) {
+  round(1024, 1ms);
+  drain(*this);
+  round(0, 9ms);
+  round(0, 5ms);
+  EXPECT_TRUE(of.settling());
+  round(0, 7ms);
+  EXPECT_FALSE(of.settling());
+  EXPECT_FALSE(of.low_rtt());
+}
+
+TEST_F(credit_test, asks_a_high_rtt_peer_once) {
+  round(1024, 50ms);
+  drain(*this);
+  round(0, 60ms);
+  EXPECT_FALSE(of.settling());
 }
 
 } // namespace

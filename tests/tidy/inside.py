@@ -24,7 +24,8 @@ stop_frames shares slot_pool timers connection peer_table latch_store names
 message_queue pair_table topic_rows topic_table subscription_table call_table completion number_queue
 submission_queue shared_inbox core_options
 core_state topic_rates message_store check_sum peer_queues outbox subscription_queues
-batch mask_keys partial_frames control_frames credit urgent_frames message_frames frame_selection frame_group
+batch mask_keys partial_frames control_frames round_trip credit urgent_frames message_frames
+frame_selection frame_group
 sender refusals
 local_delivery receiver frame_handler ingress
 checked_text trackers message_parking direct_messages liveness call_completion
@@ -271,7 +272,6 @@ beyond = {
     "outbox": {"public": 26},
     # One algorithm each.
     "stop_rules": {"members": 21},
-    "credit": {"members": 20},
     "publish_predictor": {"members": 16},
 }
 
