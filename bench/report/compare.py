@@ -4,6 +4,7 @@ one to the other. A row is judged by its own spread: it differs if it does so by
 differs from itself between turns, and in the same direction in every turn."""
 import dataclasses
 import hashlib
+import math
 import os
 import statistics
 import struct
@@ -14,6 +15,14 @@ from pages import table
 # Where more is better, by the unit; of a share or a count nobody can say.
 _rates = {"/s", "k/s", "M/s"}
 _times = {"ns", "µs", "ms", "s"}
+_costs = {"instructions", "wakeups_per_s"}
+
+
+def times(one, other):
+    """How often `other` is in `one`, where both may be nothing."""
+    if one == other:
+        return 1
+    return one / other if other else math.inf
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,12 +48,12 @@ class compared:
     @property
     def spread(self):
         """By how much a build differs from itself between turns; the larger one of both."""
-        return max(max(values) / min(values) - 1 for values in (self.before, self.after))
+        return max(times(max(values), min(values)) - 1 for values in (self.before, self.after))
 
     @property
     def beyond(self):
         """Whether it looks slower or faster, which without any difference of the code is chance."""
-        far = max(self.ratio, 1 / self.ratio) - 1 > self.spread
+        far = max(self.ratio, times(1, self.ratio)) - 1 > self.spread
         if far and min(self.ratios) > 1:
             return "slower"
         if far and max(self.ratios) < 1:
@@ -84,11 +93,11 @@ def same_code(one, folders):
     return len(made) == 1 and None not in made
 
 
-def _judged(value, unit_of_time):
+def judged(value, unit_of_time):
     """(heading, whether more is better), or nothing where more is neither better nor worse."""
     read = words.read(value, unit_of_time)
-    if value == "instructions":
-        return "instructions", False
+    if value in _costs:
+        return read.heading, False
     if read.is_ratio or read.unit not in _rates | _times:
         return None
     return read.heading or value, read.unit in _rates
@@ -102,13 +111,13 @@ def of_program(before, after, same=False):
     found = []
     for row in after[0].rows:
         for value in row.values:
-            judged = _judged(value, row.unit)
-            sides = [[told.find(row.name) for told in side] for side in (before, after)]
-            if judged is None or None in sides[0] + sides[1]:
+            told = judged(value, row.unit)
+            sides = [[each.find(row.name) for each in side] for side in (before, after)]
+            if told is None or None in sides[0] + sides[1]:
                 continue
             b, a = (tuple(each.values.get(value, 0) for each in side) for side in sides)
             if min(*b, *a) > 0:
-                found.append(compared(row.name, *judged, b, a, same))
+                found.append(compared(row.name, *told, b, a, same))
     return found
 
 

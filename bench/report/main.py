@@ -3,6 +3,7 @@
 """The part of tools/benchmark that runs and writes; see there. With --readme it writes bench/README.md, and
 does nothing else."""
 import argparse
+import dataclasses
 import json
 import os
 import pathlib
@@ -13,13 +14,16 @@ import compare
 import machine
 import methods
 import pages
+import releases
 import results
 import runner
+import runs
 import targets
 import words
 from programs import named, programs
 
 kept = pathlib.Path("build/benchmark")
+facts_file = kept / "machine.json"
 
 
 def arguments():
@@ -29,7 +33,9 @@ def arguments():
     parser.add_argument("--rounds", type=int)
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("docs"))
     parser.add_argument("--against")
-    parser.add_argument("--turns", type=int, default=4)
+    parser.add_argument("--turns", type=int)
+    parser.add_argument("--save", type=pathlib.Path)
+    parser.add_argument("--compare", type=pathlib.Path, nargs="+", default=[], metavar="OLD.json")
     parser.add_argument("--page-only", action="store_true")
     parser.add_argument("--no-page", action="store_true")
     parser.add_argument("--readme", action="store_true")
@@ -37,30 +43,55 @@ def arguments():
     for name in asked.only:
         if not named(name):
             parser.error(f"there is no program {name}; there are " + ", ".join(one.name for one in programs))
+    asked.only = [named(name).name for name in asked.only]
     if asked.against and not os.path.isdir(asked.against):
         parser.error(f"--against: {asked.against} is no folder")
     if asked.against and os.path.samefile(asked.against, asked.bin):
         parser.error(f"--against: {asked.against} is where the other programs are")
-    if asked.turns < 2:
+    needs_spread = bool(asked.against or asked.save or asked.compare)
+    asked.turns = (4 if needs_spread else 1) if asked.turns is None else asked.turns
+    if asked.turns < 2 and needs_spread:
         parser.error(f"--turns: {asked.turns} is too few; a row's own spread needs 2")
+    if asked.turns < 1:
+        parser.error(f"--turns: {asked.turns} is too few")
+    if asked.against and (asked.save or asked.compare):
+        parser.error("--against compares builds, and --save and --compare are about runs: one at a time")
+    if asked.save and not asked.save.parent.is_dir():
+        parser.error(f"--save: {asked.save.parent} is no folder")
+    if len(asked.compare) > 2:
+        parser.error(f"--compare: {len(asked.compare)} files are given; it takes two at most")
+    try:  # before anything runs
+        asked.compare = [runs.load(path) for path in asked.compare]
+    except runs.unusable as wrong:
+        parser.error(f"--compare: {wrong}")
     return asked
 
 
 def run(asked):
+    """What machine it was. The results are kept."""
     chosen = [named(name) for name in asked.only] or programs
-    facts_file = kept / "machine.json"
+    facts = machine.facts(asked.bin)
     if not asked.only or not facts_file.exists():
-        facts_file.write_text(json.dumps(machine.facts(asked.bin)), encoding="utf-8")
+        facts_file.write_text(json.dumps(facts), encoding="utf-8")
     runner.raise_file_limit()
     begin = time.monotonic()
-    for one in chosen:
-        print(f"== {one.name}: {one.title} (after {time.monotonic() - begin:.0f} s)", flush=True)
-        told = runner.run(one, asked.bin, kept, asked.rounds)
-        if told.state == "ran":
-            print(f"   {told.seconds:.0f} s", flush=True)
-        else:
-            print(f"   {told.state}: {told.why}", flush=True)
-    return {one.name for one in chosen}
+    turns = {one.name: [] for one in chosen}
+    for turn in range(asked.turns):  # all programs in each: what differs from minute to minute is spread, too
+        for one in chosen:
+            if turn > 0 and (one.kind != "benchmark" or turns[one.name][-1].state != "ran"):
+                continue  # it counts, or only prints, or does not run
+            which = f"turn {turn + 1} of {asked.turns}, " if asked.turns > 1 else ""
+            print(f"== {one.name}: {one.title} ({which}after {time.monotonic() - begin:.0f} s)", flush=True)
+            told = runner.run(one, asked.bin, kept, asked.rounds)
+            if told.state == "ran":
+                print(f"   {told.seconds:.0f} s", flush=True)
+            else:
+                print(f"   {told.state}: {told.why}", flush=True)
+            # They were built before the first of them ran.
+            turns[one.name].append(dataclasses.replace(told, commit=facts["commit"]))
+    for told in map(results.merged, turns.values()):
+        results.keep(kept, told)
+    return facts
 
 
 def run_by_turns(asked):
@@ -111,6 +142,36 @@ def summary(verdicts, told):
             print(f"{one.state}: {one.program}: {one.why}")
 
 
+def since_release(folder, told, facts):
+    """The section of the page that compares with the newest release whose run is kept in the folder."""
+    before = runs.newest(folder, facts["commit"])
+    if not before:
+        return ""
+    try:
+        now = runs.of("this run", told, facts, machine.versions())
+    except runs.unusable as wrong:
+        return f"{releases.heading(before)}\nNot compared: {wrong}.\n"
+    return releases.section(releases.between(before, now))
+
+
+def kept_facts():
+    try:
+        return json.loads(facts_file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        sys.exit("tools/benchmark: no results are kept; run it without --page first")
+
+
+def save_and_compare(asked, told, facts):
+    if asked.save:
+        written = runs.text(told, facts, machine.versions())
+        runs.parse(asked.save.name, written)  # nothing is written that cannot be compared with
+        asked.save.write_text(written, encoding="utf-8")
+        print(f"\nwritten: {asked.save}")
+    if asked.compare:
+        now = runs.of("this run", told, facts, machine.versions())
+        print("\n" + releases.report(releases.between(asked.compare[0], now, asked.only)))
+
+
 def write_readme():
     pathlib.Path("bench/README.md").write_text(methods.readme(), encoding="utf-8")
 
@@ -121,23 +182,28 @@ def main():
     if asked.readme:
         write_readme()
         return
+    if len(asked.compare) == 2:
+        print(releases.report(releases.between(*asked.compare, asked.only)))
+        return
     kept.mkdir(parents=True, exist_ok=True)
     if asked.against:
         compare_builds(asked)
         return
-    ran = {one.name for one in programs} if asked.page_only else run(asked)
+    facts = kept_facts() if asked.page_only else run(asked)
     told = {one.name: results.kept(kept, one.name) for one in programs}
+    chosen = {one.name: told[one.name] for one in ([named(name) for name in asked.only] or programs)}
     print()
-    summary([one for one in targets.judge_all(told) if one.target.program in ran],
-            [told[name] for name in sorted(ran)])
-    if not asked.no_page:
-        try:
-            facts = json.loads((kept / "machine.json").read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            sys.exit("tools/benchmark: no results are kept; run it without --page first")
-        pages.write(asked.out, told, facts)
-        write_readme()  # the page links to its sections
-        print(f"\nwritten: {asked.out}/benchmarks.md")
+    summary([one for one in targets.judge_all(told) if one.target.program in chosen],
+            [chosen[name] for name in sorted(chosen)])
+    try:
+        if not asked.no_page:
+            of_page = kept_facts()
+            pages.write(asked.out, told, of_page, since_release(asked.out / "benchmarks", told, of_page))
+            write_readme()  # the page links to its sections
+            print(f"\nwritten: {asked.out}/benchmarks.md")
+        save_and_compare(asked, chosen, facts)
+    except runs.unusable as wrong:
+        sys.exit(f"tools/benchmark: {wrong}")
 
 
 if __name__ == "__main__":

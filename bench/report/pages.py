@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """docs/benchmarks.md and its plots, from results. Nothing in the page is written by hand."""
-import shutil
-
 import machine
 import methods
 import svg
@@ -15,7 +13,8 @@ _opening = """# Benchmarks
 
 Written by `tools/benchmark` from what its programs measured; nothing here is written by hand. Everything that
 is compared ran alternately, in each round of one run; ratios were taken inside a round; all figures are
-medians over the rounds. Compare ratios, not times, with other machines.
+medians over the rounds, and over the turns if there were several. Compare ratios, not times, with other
+machines.
 [bench/README.md]({up}bench/README.md) says of each program what it measures, what it leaves out and what
 would make it lie. In the plots rowe is blue, a limit that nobody can pass green, everything else grey.
 
@@ -87,6 +86,7 @@ def section(one, told, first, drawings, folder, up):
     note = f"[How, and what would make it lie]({up}bench/README.md#{methods.anchor(one)}) · " \
         f"`tools/benchmark --only {one.name}`"
     note += f" · {told.rounds} rounds" if told.rounds else ""
+    note += f" · {told.turns} turns" if told.turns > 1 else ""
     note += f" · {told.seconds:.0f} s · load before {told.load}"
     if (told.commit, told.date) != (first["commit"], first["date"]):
         note += f" · of {told.date}, commit {told.commit}"
@@ -114,27 +114,28 @@ def not_run(results):
     return "## Programs that did not run\n\n" + "\n".join(lines) + "\n" if lines else ""
 
 
-def page(results, facts, versions=(), up="../", folder="benchmarks"):
-    """(text of the page, {file name: SVG})"""
+def page(results, facts, versions=(), up="../", folder="benchmarks", since=""):
+    """(text of the page, {file name: SVG}); `since` is the section that compares with a release."""
     drawings = {}
     first = {"commit": facts["commit"], "date": facts["date"]}
     told = " · ".join(f"{name} {value}" if name != "processor" else f"**{value}**"
                       for name, value in facts.items())
     compared = ", ".join(f"{name} {version}" for name, version in versions)
     out = [_opening.format(facts=told, up=up, versions=f"\nCompared with {compared}.\n" if compared else ""),
-           targets_section(targets.judge_all(results))]
+           targets_section(targets.judge_all(results)), since]
     out += [section(one, results[one.name], first, drawings, folder, up) for one in programs
             if results[one.name].state == "ran"]
     out.append(not_run(results))
     return "\n".join(part for part in out if part), drawings
 
 
-def write(out, results, facts):
-    """Into the folder `out`: benchmarks.md, and benchmarks/ with the plots, which is made anew."""
-    text, drawings = page(results, facts, machine.versions())
-    out.mkdir(parents=True, exist_ok=True)
+def write(out, results, facts, since=""):
+    """Into the folder `out`: benchmarks.md, and benchmarks/ with the plots, which are made anew. The runs of
+    releases are there, too, and stay."""
+    text, drawings = page(results, facts, machine.versions(), since=since)
+    (out / "benchmarks").mkdir(parents=True, exist_ok=True)
     (out / "benchmarks.md").write_text(text, encoding="utf-8")
-    shutil.rmtree(out / "benchmarks", ignore_errors=True)
-    (out / "benchmarks").mkdir()
+    for old in (out / "benchmarks").glob("*.svg"):
+        old.unlink()
     for name, drawn in drawings.items():
         (out / "benchmarks" / name).write_text(drawn, encoding="utf-8")

@@ -8,6 +8,7 @@ and `time`, what Google Benchmark calls real time, in `unit`.
 import dataclasses
 import json
 import re
+import statistics
 
 # Keys of Google Benchmark's JSON that are no counters.
 _fixed = {"name", "run_name", "run_type", "family_index", "per_family_instance_index", "repetitions",
@@ -20,6 +21,7 @@ class row:
     name: str
     unit: str = ""
     values: dict = dataclasses.field(default_factory=dict)
+    ranges: dict = dataclasses.field(default_factory=dict)  # value: (lowest, highest) of several turns
 
     @property
     def group(self):
@@ -47,6 +49,7 @@ class result:
     rows: list = dataclasses.field(default_factory=list)
     text: str = ""
     notes: list = dataclasses.field(default_factory=list)  # what it said it left out by itself
+    turns: int = 1
 
     def find(self, name):
         return next((one for one in self.rows if one.name == name), None)
@@ -109,6 +112,26 @@ def of_callgrind(annotated, calls=1000):
         if not any(one.name == name for one in rows):
             rows.append(row(name, "", {"instructions": int(count.replace(",", "")) / calls}))
     return sorted(rows, key=lambda one: one.name)
+
+
+def merged(turns):
+    """One result of those of several turns: medians, and how far each value went. A program that did not run
+    in one of them did not run."""
+    told = next((one for one in turns if one.state != "ran"), turns[0])
+    if told.state != "ran" or len(turns) == 1:
+        return told
+    rows = []
+    for one in told.rows:
+        same = [each.find(one.name) for each in turns]
+        if None in same:
+            continue
+        of_turns = {name: [each.values[name] for each in same] for name in one.values
+                    if all(name in each.values for each in same)}
+        rows.append(row(one.name, one.unit,
+                        {name: statistics.median(values) for name, values in of_turns.items()},
+                        {name: (min(values), max(values)) for name, values in of_turns.items()}))
+    return dataclasses.replace(told, rows=rows, turns=len(turns), seconds=sum(one.seconds for one in turns),
+                               notes=list(dict.fromkeys(line for one in turns for line in one.notes)))
 
 
 def keep(folder, told):

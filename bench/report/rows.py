@@ -98,10 +98,7 @@ targets = (
     target(_scale, "scale", "topics/rowe/1000", "of_one", at_most(1.1), of="1000 topics"),
     target(_scale, "scale", "handles/rowe/32", "of_one", at_most(1.25), of="32 handles"),
     target(_scale, "scale", "calls/rowe/1000", "of_one", at_most(1.1), of="1000 open calls"),
-    target(_urgent, "urgent", "urgent/rowe", "default_over_this", at_least(400), of="on one connection",
-           reason="What is left is the reader's time for the messages in front of it (`in_front`, some 30 of "
-                  "30 µs): the least bound of what is in flight, 12 KiB. 8 KiB was tried, and was worse: "
-                  "round trips that other load blurs then count as slow reading (decision 15)."),
+    target(_urgent, "urgent", "urgent/rowe", "default_over_this", at_least(400), of="on one connection"),
     target(_urgent, "urgent", "urgent/rowe_two_connections_wake", "default_over_this", at_least(5000),
            of="on a connection of its own, idle::wake"),
     target(_urgent, "urgent", "urgent/rowe_two_connections", "default_over_this", at_least(5000),
@@ -177,6 +174,8 @@ targets = (
            reason="Cache misses: the instructions are those with 1 k pending, and so is the wheel of "
                   "`recent/rowe_wheel/1000000`; but the entry that is cancelled and its neighbours lie "
                   "anywhere in 16 MB that nobody has touched for long."),
+    target("expiry: insert and cancel", "expiry", "random_ahead/rowe_wheel/1000000", "time", at_most(25),
+           of="1 M pending, a random one of them that is known 32 entries ahead, ns"),
     target("expiry: insert and cancel", "instructions", "instructions/wheel_with_1m_pending", "instructions",
            at_most(1.05), of="instructions with 1 M pending, of those with 1 k",
            over="instructions/wheel_with_1k_pending"),

@@ -12,6 +12,7 @@ sys.path.insert(0, str(top / "bench" / "report"))
 import methods
 import programs
 import rows
+import runs
 
 
 def source_text(path, seen=None):
@@ -82,10 +83,16 @@ class page(unittest.TestCase):
 
     def test_shows_every_plot_there_is(self):
         shown = re.findall(r"!\[[^]]*\]\(benchmarks/([^)]+)\)", self.text)
-        there = sorted(path.name for path in (top / "docs" / "benchmarks").iterdir())
+        there = sorted(path.name for path in (top / "docs" / "benchmarks").glob("*.svg"))
         self.assertEqual(sorted(shown), there)
         for name in there:
             xml.etree.ElementTree.parse(top / "docs" / "benchmarks" / name)
+
+    def test_has_beside_its_plots_the_runs_of_releases_and_each_can_be_compared_with(self):
+        for path in sorted((top / "docs" / "benchmarks").iterdir()):
+            if path.suffix != ".svg":
+                self.assertIsNotNone(runs.version(path), f"{path.name}: a release's is named 0.1.0.json")
+                runs.load(path)
 
 
 if __name__ == "__main__":
