@@ -126,6 +126,7 @@ class server {
     return have < header + bytes ? 0 : one(fd, from, at, header, bytes);
   }
   std::size_t one(int fd, connection& from, unsigned char* at, std::size_t header, std::size_t bytes) {
+    if ((at[0] & 0x0f) == 0x0a) return header + bytes; // a pong
     unsigned char* const payload = at + header;
     unmask(payload, bytes, payload - 4);
     ++from.count;
