@@ -65,7 +65,8 @@ class peer_client {
     // Every server hears something after its answer, if only a pong that it did not ask for (RFC 6455 5.5.3).
     // Linux delays the acknowledgements of sockets that speak after they were spoken to, and then the
     // server's next send has to handle them, which makes it a third longer. A hub's clients must subscribe.
-    send(rosbridge ? frame_around(R"({"op":"subscribe","topic":"/e"})") : frame_around("hi", wire::opcode::pong));
+    send(rosbridge ? frame_around(R"({"op":"subscribe","topic":"/e"})")
+                   : frame_around("hi", wire::opcode::pong));
     return ok;
   }
 

@@ -129,8 +129,8 @@ targets = (
     target(_fan_out, "fan_out", "fan_out_1000/rowe_json", "of_best_peer", at_most(1.10),
            of="time, in the best peer's, waiting"),
     *(target("fan-out by a hub, which validates JSON, in times of frames alone", "fan_out",
-             f"fan_out_{clients}/rowe_json{how}", "p50_us", at_most(1.15), over=f"fan_out_{clients}/rowe{how}",
-             of=f"to {clients} clients, {'busy' if how else 'waiting'}")
+             f"fan_out_{clients}/rowe_json{how}", "p50_us", at_most(1.15),
+             over=f"fan_out_{clients}/rowe{how}", of=f"to {clients} clients, {'busy' if how else 'waiting'}")
       for clients in (10, 100) for how in ("_busy", "")),
     *(target("fan-out of frames to few clients, waiting, in the best peer's time", "fan_out",
              f"fan_out_{clients}/rowe", "of_best_peer", at_most(1.05), of=f"to {clients}")
