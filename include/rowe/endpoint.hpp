@@ -44,8 +44,8 @@ struct count {
 class endpoint {
  public:
   // Listens on `port` (0: any free one) and serves the page, rosbridge and WebSockets there. Errors:
-  // address_in_use, bad_address, not_loopback, no_memory, no_thread, bad_argument (an option out of its
-  // range).
+  // address_in_use, bad_address, bad_access, not_loopback, no_memory, no_thread, bad_argument (an option out
+  // of its range).
   static result<endpoint> listen(std::uint16_t port, const endpoint_options& options = {});
 
   // Connects to `url`, "ws://HOST[:PORT][/PATH]", and again whenever the connection is lost, until closed.

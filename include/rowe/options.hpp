@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include <rowe/access.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/rt/clock.hpp>
 
@@ -76,6 +77,7 @@ struct endpoint_options {
   // endpoint::listen only.
   std::string address = "127.0.0.1";           // numeric; beyond loopback only with `insecure`
   bool insecure = false;                       // whoever reaches the address may read and publish
+  access_options access = {};                  // who may do what; see access.hpp
   bool page = true;                            // serve the page at /
   std::vector<std::string> allow_origins = {}; // pages of these origins may connect, besides our own
   std::vector<std::string> allow_hosts = {};   // names this endpoint may be called by, besides localhost

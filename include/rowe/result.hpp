@@ -36,6 +36,7 @@ namespace rowe {
   X(bad_address, "the address cannot be listened on (errno %v)")                                             \
   X(address_in_use, "port %v is in use by another program")                                                  \
   X(not_loopback, "listening beyond loopback needs the option `insecure`")                                   \
+  X(bad_access, "the option `access` is wrong; check_access() says how")                                     \
   X(too_many_lanes, "%v handles are open; the limit `lanes_max` is %l")                                      \
   X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                        \
   X(lane_memory, "%v bytes of handle memory are needed, %l of %w are left: raise `lane_bytes`")              \

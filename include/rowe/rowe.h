@@ -61,7 +61,8 @@ extern "C" {
   X(33, out_of_range)      /* the number does not fit */                                                     \
   X(34, too_long)          /* the text does not fit its place */                                             \
   X(35, misuse)            /* a use that the function's comment forbids */                                   \
-  X(36, too_many_latches)
+  X(36, too_many_latches)                                                                                    \
+  X(37, bad_access)        /* C cannot set roles yet */
 // clang-format on
 
 enum rowe_error {
@@ -240,6 +241,7 @@ enum rowe_event_kind {
   rowe_event_status_from_peer,
   rowe_event_limit,   // something did not fit; `remedy` names the limit
   rowe_event_warning, // the endpoint works, but not as promised
+  rowe_event_denied,  // a peer asked for something that its role does not allow
   rowe_event_stop,    // loops were stopped, or let go by a reset
 };
 

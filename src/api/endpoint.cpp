@@ -43,6 +43,7 @@ result<endpoint> with_memory(Open&& open) {
 
 result<endpoint> endpoint::listen(std::uint16_t port, const endpoint_options& options) {
   return with_memory([&]() -> result<endpoint> {
+    if (!check_access(options.access).empty()) return errc::bad_access;
     const auto origins = views_of(options.allow_origins);
     const auto hosts = views_of(options.allow_hosts);
     auto sockets = net::socket_transport::listen({.address = options.address,

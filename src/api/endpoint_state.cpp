@@ -59,6 +59,7 @@ result<std::shared_ptr<endpoint_state>> endpoint_state::open(const endpoint_opti
 endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<service::transport> sockets,
                                std::uint16_t port)
     : options_{options},
+      access_{options.access},
       port_{port},
       name_{options.name.empty() ? host_name() : options.name},
       transport_{std::move(sockets)} {}
@@ -93,7 +94,7 @@ status endpoint_state::start(service::side ours) {
                                       service::shared_parts{pairs_, *shared_, *submissions_, *inbox_},
                                       service::core_seams{*transport_, random_, *validator_,
                                                           options_.page ? page::answer : no_page,
-                                                          wire::protocols_of(options_.profile)},
+                                                          wire::protocols_of(options_.profile), &access_},
                                       rt::monotonic_clock::now());
   if (!rt::clock_is_cheap()) {
     event warning;

@@ -79,6 +79,7 @@ class endpoint_state {
   std::span<std::byte> find_pair_memory(std::size_t bytes) const noexcept;
 
   const endpoint_options options_;
+  const access::policy access_;
   const std::uint16_t port_;
   std::string name_;
   rt::arena memory_;

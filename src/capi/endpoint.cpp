@@ -150,6 +150,7 @@ static_assert(static_cast<int>(event::kind::peer_joined) == rowe_event_peer_join
               static_cast<int>(event::kind::status_from_peer) == rowe_event_status_from_peer &&
               static_cast<int>(event::kind::limit) == rowe_event_limit &&
               static_cast<int>(event::kind::warning) == rowe_event_warning &&
+              static_cast<int>(event::kind::denied) == rowe_event_denied &&
               static_cast<int>(event::kind::stop) == rowe_event_stop);
 
 } // namespace

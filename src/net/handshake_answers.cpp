@@ -62,6 +62,10 @@ wire::http_rejection no_place_for_stop() noexcept {
                       "try again within a second");
 }
 
+wire::http_rejection not_admitted(const service::admit_answer& why) noexcept {
+  return rejection_of(why.status, why.what, why.remedy);
+}
+
 wire::http_rejection header_too_large(std::uint32_t bytes_max) noexcept {
   return rejection_of(header_fields_too_large, "the request header is larger than % bytes",
                       "delete the cookies of this host, or send fewer headers", decimal{bytes_max}.text());

@@ -7,6 +7,7 @@
 #pragma once
 #include <cstdint>
 
+#include "service/transport.hpp"
 #include "wire/http_answer.hpp"
 
 namespace rowe::net::answer {
@@ -23,6 +24,7 @@ wire::http_rejection no_place_for_stop() noexcept;
 
 // ---- the request
 
+wire::http_rejection not_admitted(const service::admit_answer& why) noexcept;
 wire::http_rejection header_too_large(std::uint32_t bytes_max) noexcept;
 wire::http_rejection header_timed_out() noexcept;
 

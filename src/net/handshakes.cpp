@@ -290,6 +290,12 @@ void handshakes::serve(handshake& one, const wire::http_judgement& request, tran
 }
 
 void handshakes::upgrade(handshake& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
+  char address[address_text_bytes_max];
+  const service::admit_answer admitted = sink.admit({.address = write_address(address, one.peer),
+                                                  .path = request.path,
+                                                  .token = request.token,
+                                                  .in_url = request.token_in_url});
+  if (admitted.status != 0) return reject(one, answer::not_admitted(admitted), sink);
   const bool for_stop = is_for_stop(request);
   if (for_stop && !connections_.make_room_for_stop(one.peer, sink))
     return reject(one, answer::no_place_for_stop(), sink);
@@ -306,11 +312,11 @@ void handshakes::upgrade(handshake& one, const wire::http_judgement& request, tr
       std::move(one.socket), peer, for_stop ? established::purpose::stop : established::purpose::any);
   leave(one);
   ++counters_.opened;
-  char address[address_text_bytes_max];
   sink.on_open(id, {.ours = service::side::server,
                     .address = write_address(address, peer),
                     .path = request.path,
-                    .subprotocol = request.subprotocol});
+                    .subprotocol = request.subprotocol,
+                    .who = admitted.who});
 }
 
 // ---- rejections

@@ -53,6 +53,8 @@ class call_router {
   // Takes a call of a peer that is within its rate and not for the stop. False: the receiver has no room now,
   // but it takes messages; the call was not taken.
   bool take_call(connection& c, const wire::request& asked) noexcept;
+  // Takes a peer's answer to a call that was given to it.
+  void take_reply(connection& c, const wire::request& said) noexcept { call_completion_.take_reply(c, said); }
   void start(const call_start& asked) noexcept;
 
  private:

@@ -28,6 +28,11 @@ inline constexpr std::string_view no_binary_diagnostic = "binary messages have n
 // The close reason of a peer that lost a list which it needs.
 inline constexpr std::string_view unread_diagnostic = "the peer does not read which topics there are";
 
+// Whether a peer is on this machine, by its address.
+constexpr bool is_loopback(std::string_view address) noexcept {
+  return address.starts_with("127.") || address.starts_with("[::1]");
+}
+
 struct connection {
   // to_close: see peer_table::close_later()
   enum class phase : std::uint8_t { free, open, to_close, closing };
@@ -39,7 +44,8 @@ struct connection {
   const wire::protocol* protocol = nullptr; // set unless the row is free
 
   bool stop_only = false;      // it came on stop_path: see core.cpp
-  bool local = false;          // on this machine: it may reset a stop, and guard
+  bool local = false;          // on this machine
+  access::subject who{};       // its role, if there are roles
   bool takes_messages = false; // plain messages may be sent to it
   wire::codec_id spoke_last{}; // the codec to answer in, if a message does not tell
   rate_limit messages;         // limits what it says

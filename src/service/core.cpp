@@ -11,11 +11,6 @@
 namespace rowe::service {
 namespace {
 
-// Whether the peer is on this machine.
-bool is_loopback(std::string_view address) noexcept {
-  return address.starts_with("127.") || address.starts_with("[::1]");
-}
-
 } // namespace
 
 core::core(rt::arena& memory, const core_options& options, const shared_parts& with_threads,
@@ -203,6 +198,8 @@ void core::take_ping(connection& c, std::span<const std::byte> payload) noexcept
 
 // ---- connections
 
+admit_answer core::admit(const credentials& shown) const noexcept { return access_control_.admit(shown); }
+
 void core::on_open(connection_id id, const peer_info& peer) noexcept {
   assert(id.index < state_.peers.size() && state_.peers[{id.index}].state == connection::phase::free);
   connection& c = state_.peers[{id.index}];
@@ -214,6 +211,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   c.spoke_last = c.protocol->first.id();
   c.heard_at = c.opened_at = state_.cycle.now;
   c.local = is_loopback(peer.address);
+  c.who = peer.who;
   c.stop_only = peer.ours == side::server && peer.path == stop_path;
   c.address_bytes = std::min(peer.address.size(), c.address.size());
   peer.address.copy(c.address.data(), c.address_bytes);

@@ -97,6 +97,8 @@ class core final : public transport_sink, private frame_handler, private core_pa
   std::uint32_t slots_in_use() const noexcept { return message_store_.slots().in_use(); }
 
  private:
+  admit_answer admit(const credentials& shown) const noexcept override; // transport_sink
+
   // frame_handler
   void handle(peer_index from, const wire::frame_step& step) noexcept override;
   void handle_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept override;

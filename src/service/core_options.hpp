@@ -79,6 +79,7 @@ struct core_seams {
   json::reader& validator;
   http_answer (*page)(const http_request&) noexcept; // what is served over HTTP
   const wire::protocol_set& protocols;
+  const access::policy* access = nullptr; // null: nobody has to prove who it is
 };
 
 } // namespace rowe::service

@@ -45,6 +45,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                .outbox = outbox_,
                .subscription_queues = subscription_queues_}},
       refusals_{memory, {.state = state_, .outbox = outbox_}},
+      access_control_{{.state = state_, .refusals = refusals_}},
       local_delivery_{state_},
       receiver_{memory, {.state = state_, .outbox = outbox_, .local_delivery = local_delivery_}},
       ingress_{memory,
@@ -110,6 +111,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
       stop_service_{memory,
                     {.state = state_,
                      .sender = sender_,
+                     .access_control = access_control_,
                      .call_completion = call_completion_,
                      .stop_rules = stop_rules_}},
       statistics_report_{
@@ -186,6 +188,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
       dispatcher_{memory,
                   {.state = state_,
                    .refusals = refusals_,
+                   .access_control = access_control_,
                    .receiver = receiver_,
                    .ingress = ingress_,
                    .direct_messages = direct_messages_,
@@ -194,7 +197,6 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                    .advertisements = advertisements_,
                    .service_providers = service_providers_,
                    .listings = listings_,
-                   .call_completion = call_completion_,
                    .call_router = call_router_,
                    .stop_service = stop_service_}} {
   state_.calls.begin(random_number(seams.random));

@@ -9,6 +9,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/access_control.hpp"
 #include "service/advertisement_table.hpp"
 #include "service/advertisements.hpp"
 #include "service/audiences.hpp"
@@ -69,6 +70,7 @@ class core_parts {
   subscription_queues subscription_queues_;
   sender sender_;
   refusals refusals_;
+  access_control access_control_;
   local_delivery local_delivery_;
   receiver receiver_;
   ingress ingress_;

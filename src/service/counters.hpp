@@ -56,6 +56,7 @@ namespace rowe::service {
   X(flooding_peers, refusal, "connections closed because they went on beyond a rate")                        \
   X(not_latched, loss, "last values of latched topics for which latched_bytes had no room")                  \
   X(refused_requests, refusal, "requests answered with a status error")                                      \
+  X(denied, refusal, "requests that the role of their peer does not allow")                                  \
   X(violations, refusal, "connections closed because they broke the WebSocket protocol")                     \
   X(silent_peers, refusal, "connections closed because nothing was heard from them")                         \
   X(unfinished_messages, refusal, "connections closed because a message was not finished in time")           \

@@ -51,6 +51,7 @@ std::size_t dispatcher::footprint_bytes(const limits& bounds) noexcept {
 dispatcher::dispatcher(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
       refusals_{parts.refusals},
+      access_control_{parts.access_control},
       receiver_{parts.receiver},
       ingress_{parts.ingress},
       direct_messages_{parts.direct_messages},
@@ -59,7 +60,6 @@ dispatcher::dispatcher(rt::arena& memory, const needs& parts) noexcept
       advertisements_{parts.advertisements},
       service_providers_{parts.service_providers},
       listings_{parts.listings},
-      call_completion_{parts.call_completion},
       call_router_{parts.call_router},
       stop_service_{parts.stop_service},
       scratch_{memory.carve<char>(scratch_bytes(state_.bounds()))} {}
@@ -203,6 +203,7 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
   if (drops_excess()) return;
   if (c.stop_only && !stop_gate::is_for_stop_peers(asked))
     return refusals_.refuse(c, asked.codec, asked.id_raw, {.code = "refused", .text = stop_only_diagnostic});
+  if (!access_control_.permits(c, asked)) return;
   switch (asked.what) {
   case verb::subscribe: return subscriptions_.subscribe(c, asked);
   case verb::unsubscribe: return subscriptions_.unsubscribe(c, asked);
@@ -212,7 +213,7 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
   case verb::call:
     if (!call_router_.take_call(c, asked)) ingress_.park({c.id.index});
     return;
-  case verb::reply: return call_completion_.take_reply(c, asked);
+  case verb::reply: return call_router_.take_reply(c, asked);
   case verb::advertise_service: return service_providers_.advertise(c, asked);
   case verb::unadvertise_service: return service_providers_.unadvertise(c, asked);
   case verb::status: return take_status(c, asked);
@@ -236,6 +237,7 @@ inline void dispatcher::take_message(connection& c, const wire::request& asked,
   if (drops_excess()) return;
   if (c.stop_only)
     return refusals_.refuse(c, asked.codec, {}, {.code = "refused", .text = stop_only_diagnostic});
+  if (!access_control_.permits(c, asked)) return;
   switch (receiver_.admit({c.id.index})) {
   case admission::now: break;
   case admission::later: return ingress_.park({c.id.index});

@@ -13,9 +13,9 @@
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 
+#include "service/access_control.hpp"
 #include "service/advertisements.hpp"
 #include "service/broker.hpp"
-#include "service/call_completion.hpp"
 #include "service/call_router.hpp"
 #include "service/core_state.hpp"
 #include "service/direct_messages.hpp"
@@ -39,6 +39,7 @@ class dispatcher {
   struct needs {
     core_state& state;
     class refusals& refusals;
+    class access_control& access_control;
     class receiver& receiver;
     class ingress& ingress;
     class direct_messages& direct_messages;
@@ -47,7 +48,6 @@ class dispatcher {
     class advertisements& advertisements;
     class service_providers& service_providers;
     class listings& listings;
-    class call_completion& call_completion;
     class call_router& call_router;
     class stop_service& stop_service;
   };
@@ -91,6 +91,7 @@ class dispatcher {
 
   core_state& state_;
   refusals& refusals_;
+  access_control& access_control_;
   receiver& receiver_;
   ingress& ingress_;
   direct_messages& direct_messages_;
@@ -99,7 +100,6 @@ class dispatcher {
   advertisements& advertisements_;
   service_providers& service_providers_;
   listings& listings_;
-  call_completion& call_completion_;
   call_router& call_router_;
   stop_service& stop_service_;
   std::span<char> scratch_;   // the names and the id of the request; only decoders write here

@@ -87,6 +87,19 @@ void refusals::refuse_for(connection& c, std::string_view id_raw, wire::text_out
   answer(c, c.protocol->topics.id(), id_raw, {.code = "refused", .text = why.text()});
 }
 
+void refusals::deny(connection& c, const wire::request& asked, std::string_view why) noexcept {
+  add(counter::denied);
+  const wire::diagnostic denied{.code = "denied", .text = why};
+  if (asked.what != wire::verb::call) {
+    if (admits(c, event::kind::denied, why, {})) answer(c, asked.codec, asked.id_raw, denied);
+    return;
+  }
+  add(counter::calls_refused);
+  report(c, event::kind::denied, why, {});
+  (void)within_rate(c); // may close it; else it is answered, because it waits
+  if (c.open()) fail_call(c, asked.codec, {.service = asked.service, .id_raw = asked.id_raw}, denied);
+}
+
 void refusals::warn(connection& c, std::string_view id_raw, std::string_view why) noexcept {
   if (admits(c, event::kind::refused_request, why, {})) send_status(c, id_raw, why);
 }

@@ -59,6 +59,8 @@ class refusals {
   void refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
                     std::string_view option) noexcept;
   void refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept;
+  // The peer's role does not allow the request (access_control). Counted and reported as a denial.
+  void deny(connection& c, const wire::request& asked, std::string_view why) noexcept;
   // Warns a peer that what it got is not what it expects. Sent and counted as a refusal.
   void warn(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   // The same, without the limit on how often.

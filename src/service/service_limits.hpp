@@ -187,6 +187,9 @@ static_assert(verb_bytes_shown + topic_bytes_shown + 192 <= share_text_bytes_max
 inline constexpr std::size_t remedy_bytes_max = 128;
 static_assert(std::is_same_v<decltype(event::remedy), event::text<192>> && remedy_bytes_max <= 192);
 inline constexpr std::size_t missed_text_bytes_max = 64;
+// Who has no right to what. Names of roles and identities have 64 bytes at most.
+inline constexpr std::size_t denial_text_bytes_max = 288;
+static_assert(2 * 64 + topic_bytes_shown + 64 <= denial_text_bytes_max);
 inline constexpr std::size_t busy_text_bytes_max = 160;
 static_assert(busy_text_bytes_max <= detail::diagnostic_bytes_max);
 inline constexpr std::size_t replaced_type_text_bytes_max = 640;

@@ -36,6 +36,7 @@ std::int64_t integer_of(std::string_view args, std::string_view member) noexcept
 stop_service::stop_service(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
       sender_{parts.sender},
+      access_control_{parts.access_control},
       call_completion_{parts.call_completion},
       stop_rules_{parts.stop_rules},
       switch_{state_, stop_rules_},
@@ -78,7 +79,10 @@ void stop_service::stop_all() noexcept {
 void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::string_view args) noexcept {
   const connection* const c = peer_of(asker.who);
   const std::uint64_t key = c != nullptr ? stop_key_of(c->id) : stop_key_of_this_process;
-  const bool may_reset = asker.who.who != call_endpoint::kind::peer || (c != nullptr && c->local);
+  const bool from_here = asker.who.who != call_endpoint::kind::peer;
+  const auto may = [&](access::right right) {
+    return from_here || (c != nullptr && access_control_.may(*c, right));
+  };
   std::array<char, stop_member_bytes_max> buffer; // of one at a time
   const auto text_of = [&](std::string_view member) -> std::string_view {
     const auto found = json::find(args, member);
@@ -100,14 +104,14 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
     break;
   }
   case stop_verb::reset:
-    refused =
-        stop_rules_.reset(integer_of(args, "number"), integer_of(args, "tick"), may_reset, state_.cycle.now);
+    refused = stop_rules_.reset(integer_of(args, "number"), integer_of(args, "tick"),
+                                may(access::right::reset), state_.cycle.now);
     break;
   case stop_verb::lease: {
     const auto resigns = json::find(args, "resign");
     refused = stop_rules_.lease(text_of("guard"), integer_of(args, "tick"),
-                                resigns && json::to_boolean(*resigns).value_or(false), key, may_reset,
-                                state_.cycle.now);
+                                resigns && json::to_boolean(*resigns).value_or(false), key,
+                                may(access::right::guard), state_.cycle.now);
     break;
   }
   case stop_verb::state:

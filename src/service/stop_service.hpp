@@ -14,6 +14,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/access_control.hpp"
 #include "service/call_completion.hpp"
 #include "service/core_state.hpp"
 #include "service/sender.hpp"
@@ -32,6 +33,7 @@ class stop_service {
   struct needs {
     core_state& state;
     class sender& sender;
+    class access_control& access_control;
     class call_completion& call_completion;
     class stop_rules& stop_rules;
   };
@@ -118,6 +120,7 @@ class stop_service {
 
   core_state& state_;
   sender& sender_;
+  access_control& access_control_;
   call_completion& call_completion_;
   stop_rules& stop_rules_;
   stop_switch switch_;

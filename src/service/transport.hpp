@@ -18,6 +18,8 @@
 
 #include <rowe/rt/clock.hpp>
 
+#include "access/policy.hpp"
+
 namespace rowe::service {
 
 struct connection_id {
@@ -44,6 +46,23 @@ struct peer_info {
   std::string_view address;     // numeric, with port; valid during the call
   std::string_view path;        // of the request, query removed; valid during the call
   std::string_view subprotocol; // the one that was chosen, or empty
+  access::subject who{};        // as transport_sink::admit() said
+};
+
+// What a peer shows before it is connected. The texts are valid during the call.
+struct credentials {
+  std::string_view address; // numeric, with port
+  std::string_view path;    // of the request, query removed
+  std::string_view token;   // empty: none
+  bool in_url = false;      // the token
+};
+
+// The answer to it.
+struct admit_answer {
+  access::subject who{};
+  std::uint16_t status = 0; // of HTTP, if the peer is rejected; 0: it is admitted
+  std::string_view what{};  // for the rejection; static texts, as is the next
+  std::string_view remedy{};
 };
 
 // Why a connection ended, as far as the transport knows.
@@ -83,6 +102,8 @@ struct http_answer {
 // What a transport reports. Implemented by the core; called only inside transport::poll().
 class transport_sink {
  public:
+  // Whether a peer that shows this may become a connection. Asked before anything is done for it.
+  virtual admit_answer admit(const credentials&) const noexcept { return {}; }
   virtual void on_open(connection_id connection, const peer_info& peer) noexcept = 0;
   // Bytes as they came; the span may be written to, and `tailroom_bytes` behind it may be read.
   // The core may call transport::write() and close() from here, for this connection and for others.

@@ -55,6 +55,7 @@ std::string_view write_rejection(std::span<char> out, const http_rejection& reje
   answer.add("Content-Type: text/plain; charset=utf-8\r\nContent-Length: ");
   answer.add(static_cast<std::int64_t>(what.size() + remedy.size() + 2));
   answer.add("\r\nConnection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n");
+  if (rejection.status == 401) answer.add("WWW-Authenticate: Bearer\r\n");
   if (rejection.status == 405) answer.add("Allow: GET, HEAD\r\n");
   if (rejection.status == 426) answer.add("Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n");
   answer.add("\r\n");

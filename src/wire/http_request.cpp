@@ -19,10 +19,11 @@ struct field_value {
 struct fields {
   std::string_view method;
   std::string_view protocol;
-  field_value host, origin, upgrade, key, version, content_length, transfer_encoding;
+  field_value host, origin, upgrade, key, version, content_length, transfer_encoding, authorization;
   bool connection_upgrade = false; // Connection says Upgrade
   bool offers = false;             // a subprotocol was offered
-  std::string_view offered;        // the last of the offers, for the diagnostic
+  std::string_view offered;        // the last of them, for the diagnostic
+  std::string_view offered_token;
   unsigned if_none_match_count = 0;
 };
 
@@ -110,6 +111,24 @@ bool says_gzip(std::string_view element) noexcept {
   return !(weight.starts_with("q=0") && weight.find_first_not_of("0.", 3) == std::string_view::npos);
 }
 
+// What stands behind `?`, which may have a token, is quoted nowhere.
+std::string_view without_query(std::string_view target) noexcept {
+  return target.substr(0, target.find('?'));
+}
+
+// Of `a=1&token=T`; empty if there is none.
+std::string_view token_in_query(std::string_view target) noexcept {
+  constexpr std::string_view name = "token=";
+  target.remove_prefix(std::min(target.find('?'), target.size()));
+  while (!target.empty()) {
+    target.remove_prefix(1);
+    const std::string_view pair = target.substr(0, target.find('&'));
+    if (pair.starts_with(name)) return pair.substr(name.size());
+    target.remove_prefix(pair.size());
+  }
+  return {};
+}
+
 // Judges one request, step by step. A step that refuses sets the rejection and returns false.
 class judge {
  public:
@@ -124,6 +143,7 @@ class judge {
     return seen_.upgrade.given || seen_.key.given || seen_.version.given;
   }
   bool judge_upgrade() noexcept;
+  void take_token() noexcept;
 
  private:
   bool reject(std::uint16_t status, std::string_view what, std::string_view remedy,
@@ -151,7 +171,7 @@ bool judge::read(std::string_view header) noexcept {
   const std::size_t target_end = first->find(' ', std::min(method_end + 1, first->size()));
   seen_.method = first->substr(0, method_end);
   if (target_end == std::string_view::npos || !is_token(seen_.method)) {
-    return reject(400, "the request line is malformed: %", check_the_client, *first);
+    return reject(400, "the request line is malformed: %", check_the_client, without_query(*first));
   }
   out_.target = first->substr(method_end + 1, target_end - method_end - 1);
   seen_.protocol = first->substr(target_end + 1);
@@ -177,6 +197,7 @@ bool judge::take(const http_field& field) noexcept {
   if (is("sec-websocket-version")) return take_once(seen_.version, field);
   if (is("content-length")) return take_once(seen_.content_length, field);
   if (is("transfer-encoding")) return take_once(seen_.transfer_encoding, field);
+  if (is("authorization")) return take_once(seen_.authorization, field);
   if (is("sec-websocket-protocol")) return take_offer(field.value);
   if (is("connection")) {
     for (std::string_view list = field.value; !list.empty();) {
@@ -195,10 +216,16 @@ bool judge::take(const http_field& field) noexcept {
 
 // Subprotocols may be offered in several fields (RFC 6455 11.3.4), in the client's order of preference.
 bool judge::take_offer(std::string_view list) noexcept {
-  seen_.offered = list;
+  const bool shows_token = list.find(token_subprotocol) != std::string_view::npos; // then no list is quoted
+  if (!shows_token) seen_.offered = list;
   while (!list.empty()) {
     const std::string_view name = next_element(list);
     if (name.empty()) continue;
+    if (name.starts_with(token_subprotocol)) { // no offer
+      seen_.offered_token = name.substr(token_subprotocol.size());
+      continue;
+    }
+    if (shows_token) seen_.offered = name;
     if (!is_token(name))
       return reject(400, "the subprotocol % is malformed", "offer names without blanks", name);
     seen_.offers = true;
@@ -220,9 +247,10 @@ bool judge::judge_request_line() noexcept {
   }
   const auto is_visible = [](char c) { return c > 0x20 && c < 0x7f && c != '#'; };
   if (!out_.target.starts_with('/') || !std::all_of(out_.target.begin(), out_.target.end(), is_visible)) {
-    return reject(400, "the request is not for a path: %", "ask for a path such as /", out_.target);
+    return reject(400, "the request is not for a path: %", "ask for a path such as /",
+                  without_query(out_.target));
   }
-  out_.path = out_.target.substr(0, out_.target.find('?'));
+  out_.path = without_query(out_.target);
   return true;
 }
 
@@ -292,6 +320,20 @@ bool judge::judge_upgrade() noexcept {
                 none_known ? std::string_view{} : policy_.subprotocols.front());
 }
 
+// Other schemes than Bearer are for proxies, or for nobody: they are ignored.
+void judge::take_token() noexcept {
+  constexpr std::string_view scheme = "bearer ";
+  const std::string_view said = seen_.authorization.text;
+  if (equal_ignoring_case(said.substr(0, scheme.size()), scheme)) {
+    out_.token = trimmed(said.substr(scheme.size()));
+  } else if (!seen_.offered_token.empty()) {
+    out_.token = seen_.offered_token;
+  } else {
+    out_.token = token_in_query(out_.target);
+    out_.token_in_url = !out_.token.empty();
+  }
+}
+
 } // namespace
 
 std::size_t find_header_end(std::string_view bytes, std::size_t scanned) noexcept {
@@ -315,6 +357,7 @@ http_judgement judge_request(std::string_view header, const handshake_policy& po
   if (!right) return out;
   if (steps.wants_upgrade()) {
     out.outcome = http_outcome::upgrade;
+    steps.take_token();
     out.accepts_gzip = false;
     out.if_none_match = {};
   } else {

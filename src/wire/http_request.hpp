@@ -69,12 +69,18 @@ struct http_judgement {
   std::string_view if_none_match; // page; empty when absent
   std::string_view key;           // upgrade
   std::string_view subprotocol;   // upgrade: the first one offered that we speak, or empty
+  std::string_view token;         // upgrade: what the client proves by who it is; empty: nothing
+  bool token_in_url = false;
   http_rejection rejection;       // rejected
 };
 
+// A browser cannot set headers, so its token may be an offered subprotocol that begins with this.
+inline constexpr std::string_view token_subprotocol = "rowe.token.";
+
 // Judges a complete header, with its empty line. A text longer than http_header_bytes_max is refused with
 // 431. So a reader whose buffer of that size is full, without an end, passes one byte more, or calls
-// header_too_large().
+// header_too_large(). A token is taken from `Authorization: Bearer`, else from an offered subprotocol, else
+// from `?token=`. Whose it is, is not judged, and no rejection quotes it.
 http_judgement judge_request(std::string_view header, const handshake_policy& policy) noexcept;
 http_judgement header_too_large() noexcept;
 

@@ -151,6 +151,11 @@ error not_loopback() {
   options.address = "0.0.0.0";
   return of(rowe::endpoint::listen(0, options));
 }
+error bad_access() {
+  auto options = quick();
+  options.access.local_role = "pilot";
+  return of(rowe::endpoint::listen(0, options));
+}
 error too_many_lanes() {
   auto endpoint = with([](rowe::limits& l) { l.lanes_max = 1; });
   const auto first = endpoint.open_lane().value();

@@ -199,7 +199,8 @@ static void errors_of_values(void) {
 // and threads run out where the machine says so.
 static bool out_of_reach(int code) {
   return code == rowe_error_too_many_topics || code == rowe_error_too_many_services ||
-         code == rowe_error_service_taken || code == rowe_error_no_memory || code == rowe_error_no_thread ||
+         code == rowe_error_service_taken || code == rowe_error_bad_access ||
+         code == rowe_error_no_memory || code == rowe_error_no_thread ||
          code == rowe_error_no_service || code == rowe_error_no_peer;
 }
 

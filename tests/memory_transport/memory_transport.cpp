@@ -65,7 +65,7 @@ const memory_transport::link* memory_transport::find(connection_id id) const noe
 }
 
 connection_id memory_transport::open(service::side ours, std::string_view address, std::string_view path,
-                                     std::string_view subprotocol) {
+                                     std::string_view subprotocol, std::string_view token) {
   for (std::uint32_t i = 0; i < links_.size(); ++i) {
     link& on = links_[i];
     if (on.state != phase::free) continue;
@@ -77,6 +77,7 @@ connection_id memory_transport::open(service::side ours, std::string_view addres
     on.address = address;
     on.path = path;
     on.subprotocol = subprotocol;
+    on.token = token;
     return {i, generation};
   }
   return {};
@@ -124,9 +125,23 @@ void memory_transport::poll(rt::time_point now, service::transport_sink& sink) n
     link& on = links_[i];
     const connection_id id{i, on.generation};
     if (on.state == phase::opening) {
+      service::admit_answer admitted;
+      if (on.ours == service::side::server)
+        admitted = sink.admit({.address = on.address, .path = on.path, .token = on.token});
+      if (admitted.status != 0) {
+        on.state = phase::free;
+        sink.on_rejected({.http_status = admitted.status,
+                          .peer = on.address,
+                          .what = admitted.what,
+                          .remedy = admitted.remedy});
+        continue;
+      }
       on.state = phase::open;
-      sink.on_open(id,
-                   {.ours = on.ours, .address = on.address, .path = on.path, .subprotocol = on.subprotocol});
+      sink.on_open(id, {.ours = on.ours,
+                        .address = on.address,
+                        .path = on.path,
+                        .subprotocol = on.subprotocol,
+                        .who = admitted.who});
     }
     if (on.state != phase::open) continue;
     deliver(on, id, sink);

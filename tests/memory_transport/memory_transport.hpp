@@ -37,7 +37,8 @@ class memory_transport : public service::transport {
   // A peer connects (ours: server), or the remote accepts us (ours: client). The next poll() reports it. No
   // connection when all places are taken.
   service::connection_id open(service::side ours, std::string_view address = "127.0.0.1:1",
-                              std::string_view path = "/", std::string_view subprotocol = {});
+                              std::string_view path = "/", std::string_view subprotocol = {},
+                              std::string_view token = {});
   // Bytes from the peer.
   void arrive(service::connection_id id, std::span<const std::byte> bytes);
   // What of that which we have written has arrived at the peer, and it has not read; and the peer reading so
@@ -108,7 +109,7 @@ class memory_transport : public service::transport {
     phase state = phase::free;
     std::uint32_t generation = 0;
     service::side ours = service::side::server;
-    std::string address, path, subprotocol;
+    std::string address, path, subprotocol, token;
     link_conditions conditions;
     pipe inbound, outbound;
     bool refused = false; // write() took less than it was given

@@ -77,6 +77,30 @@ TEST(handshake, answers_a_short_key_and_an_unknown_subprotocol_of_a_lenient_clie
   EXPECT_EQ(drive.sink().opens[0].path, "/hop/robot");
 }
 
+TEST(handshake, asks_whether_a_peer_with_this_token_may_come_and_says_who_it_is) {
+  auto transport = listening();
+  driver drive{*transport};
+  std::string asked;
+  drive.sink().when_asked = [&](const service::credentials& shown) -> service::admit_answer {
+    asked += std::string{shown.address.substr(0, 10)} + " " + std::string{shown.path} + " " +
+             std::string{shown.token} + (shown.in_url ? " in the URL" : "") + "\n";
+    if (shown.token == "right") return {.who = {.role = 3, .identity = 7}};
+    return {.status = 401, .what = "nobody here has this token", .remedy = "ask for one"};
+  };
+  raw_socket wrong{transport->port()};
+  ASSERT_TRUE(wrong.send(upgrade_request(transport->port(), {}, "/robot?token=wrong")));
+  ASSERT_TRUE(drive.until([&] { return wrong.has("ask for one"); }));
+  EXPECT_EQ(wrong.text.substr(0, 25), "HTTP/1.1 401 Unauthorized");
+  EXPECT_TRUE(wrong.has("WWW-Authenticate: Bearer")) << wrong.text;
+  EXPECT_TRUE(drive.sink().opens.empty());
+  raw_socket right{transport->port()};
+  ASSERT_TRUE(right.send(upgrade_request(transport->port(), "Authorization: Bearer right\r\n", "/robot")));
+  ASSERT_TRUE(drive.until([&] { return right.has("\r\n\r\n"); }));
+  ASSERT_EQ(drive.sink().opens.size(), 1U);
+  EXPECT_EQ(drive.sink().opens[0].who, (access::subject{.role = 3, .identity = 7}));
+  EXPECT_EQ(asked, "127.0.0.1: /robot wrong in the URL\n127.0.0.1: /robot right\n");
+}
+
 TEST(handshake, takes_no_extension_however_many_are_offered) {
   auto transport = listening();
   driver drive{*transport};

@@ -40,6 +40,7 @@ struct recording_sink final : service::transport_sink {
     connection_id id;
     service::side ours;
     std::string address, path, subprotocol;
+    access::subject who;
   };
   struct closed {
     connection_id id;
@@ -56,7 +57,8 @@ struct recording_sink final : service::transport_sink {
 
   void on_open(connection_id id, const service::peer_info& peer) noexcept override {
     opens.push_back(
-        {id, peer.ours, std::string{peer.address}, std::string{peer.path}, std::string{peer.subprotocol}});
+        {id, peer.ours, std::string{peer.address}, std::string{peer.path}, std::string{peer.subprotocol},
+         peer.who});
     if (when_open) when_open(id);
   }
   void on_bytes(connection_id id, std::span<std::byte> bytes) noexcept override {
@@ -81,6 +83,10 @@ struct recording_sink final : service::transport_sink {
     return answer ? answer(request) : service::http_answer{};
   }
 
+  service::admit_answer admit(const service::credentials& shown) const noexcept override {
+    return when_asked ? when_asked(shown) : service::admit_answer{};
+  }
+
   bool may_displace(connection_id id) const noexcept override {
     return may_displace_which && may_displace_which(id);
   }
@@ -88,6 +94,7 @@ struct recording_sink final : service::transport_sink {
     if (when_displaced) when_displaced(id);
   }
 
+  std::function<service::admit_answer(const service::credentials&)> when_asked;
   std::vector<opened> opens;
   std::vector<closed> closes;
   std::vector<rejected> rejections;

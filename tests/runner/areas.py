@@ -8,7 +8,7 @@ import pathlib
 # What an area is about, besides its folder of tests. Headers of other rooms are left to the compiler: they
 # build an area's programs anew, but do not make it due.
 about = {
-    "rt": ["rt"], "json": ["src/json"], "wire": ["src/wire"], "net": ["src/net"],
+    "rt": ["rt"], "json": ["src/json"], "access": ["src/access"], "wire": ["src/wire"], "net": ["src/net"],
     "service": ["src/service", "tests/memory_transport"], "sim": ["tests/memory_transport"],
     "page": ["src/page"], "web": ["src/page"], "api": ["src/api", "include"], "capi": ["src/capi"],
     "install": ["include", "rt", "README.md"], "tools": ["tools"],

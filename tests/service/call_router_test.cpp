@@ -19,7 +19,12 @@ struct call_router_test : call_parts::call_parts {
 
   rowe::service::stop_rules rules{options.stop, cycle.now, 1};
   rowe::service::stop_service stop{
-      memory, {.state = state, .sender = sending, .call_completion = completion, .stop_rules = rules}};
+      memory,
+      {.state = state,
+       .sender = sending,
+       .access_control = access,
+       .call_completion = completion,
+       .stop_rules = rules}};
   rowe::service::service_directory directory{memory, bounds};
   rowe::service::topic_rates rates{{.state = state, .statistics_topic = {}}};
   rowe::service::advertisement_table advertised{memory, bounds};

@@ -79,6 +79,7 @@ class core_harness_over {
                              rowe::rt::time_point begins = rowe::rt::time_point{std::chrono::seconds{1000}},
                              const rowe::wire::protocol_set* protocols = nullptr)
       : options{chosen},
+        access{chosen.access},
         memory{rowe::service::plan_memory(chosen.limits).arena(), rowe::rt::page_lock::none},
         random{seed},
         validator{
@@ -96,7 +97,7 @@ class core_harness_over {
             rowe::service::core_seams{
                 net, random, validator,
                 [](const rowe::service::http_request&) noexcept { return rowe::service::http_answer{}; },
-                protocols != nullptr ? *protocols : rowe::wire::protocols_of(options.profile)},
+                protocols != nullptr ? *protocols : rowe::wire::protocols_of(options.profile), &access},
             now)} {}
 
   // Moves the time and does one cycle.
@@ -167,6 +168,7 @@ class core_harness_over {
   static rowe::detail::pair_handle handle_of(rowe::detail::queue_pair& on) { return {nullptr, on}; }
 
   rowe::endpoint_options options;
+  rowe::access::policy access;
   rowe::rt::arena memory;
   seeded_entropy random;
   rowe::json::reader validator;
@@ -188,9 +190,9 @@ class peer {
  public:
   explicit peer(core_harness& in, rowe::service::side ours = rowe::service::side::server,
                 std::string_view address = "127.0.0.1:50000", std::string_view path = "/",
-                std::string_view subprotocol = {})
+                std::string_view subprotocol = {}, std::string_view token = {})
       : net_{in.net},
-        id_{in.net.open(ours, address, path, subprotocol)},
+        id_{in.net.open(ours, address, path, subprotocol, token)},
         masks_{ours == rowe::service::side::server} {
     assembly_.resize(128 * 1024); // more than the options of a core in a harness allow, and filled in no time
     parser_.reset(masks_ ? rowe::wire::role::client : rowe::wire::role::server,

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "service/access_control.hpp"
 #include "service/receiver.hpp"
 #include "service/refusals.hpp"
 #include "service/sender.hpp"
@@ -41,6 +42,7 @@ struct peer_parts : state_fixture::state_fixture {
   rowe::service::sender sending{
       memory, {.state = state, .message_store = store, .outbox = out, .subscription_queues = queues}};
   rowe::service::refusals refused{memory, {.state = state, .outbox = out}};
+  rowe::service::access_control access{{.state = state, .refusals = refused}};
   rowe::service::local_delivery delivery{state};
   rowe::service::receiver inbox{memory, {.state = state, .outbox = out, .local_delivery = delivery}};
 

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "wire/frame_parser.hpp"
+
 namespace stop_frames_test {
 namespace {
 

@@ -26,7 +26,7 @@ submission_queue shared_inbox core_options
 core_state topic_rates message_store check_sum peer_queues outbox subscription_queues
 batch mask_keys partial_frames control_frames round_trip credit urgent_frames message_frames
 frame_selection frame_group
-sender refusals
+sender refusals access_control
 local_delivery receiver frame_handler ingress
 checked_text trackers message_parking direct_messages liveness call_completion
 publish_predictor audiences advertisement_table topic_places subscriptions advertisements broker topic_handles

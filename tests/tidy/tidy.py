@@ -48,6 +48,7 @@ def matches(t, paths, pattern, rule, what, raw=False):
 def libraries_stay_in_their_room(t):
     """Each foreign library is seen by one room; tests and benches may use them as baselines."""
     homes = {r"\blws_|libwebsockets|\bLWS_": "src/net/", r"simdjson": "src/json/", r"dragonbox": "src/json/",
+             r"openssl/": "src/access/",
              r"moodycamel|concurrentqueue": "src/service/number_queue"}
     for pattern, home in homes.items():
         elsewhere = [path for path in t.within(product) if not path.startswith(home)]

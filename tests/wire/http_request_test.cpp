@@ -262,6 +262,68 @@ TEST(judge_request, refuses_subprotocols_none_of_which_it_speaks) {
   EXPECT_TRUE(refused(upgrade({{"P", "Sec-WebSocket-Protocol: a b"}}), 400, "malformed"));
 }
 
+// Tokens
+
+struct shown {
+  std::string token;
+  bool in_url;
+  std::string subprotocol;
+};
+shown token_of(std::initializer_list<change> changes, std::string_view first = "GET /x HTTP/1.1") {
+  const std::string request = upgrade(changes, first);
+  const http_judgement j = judge_request(request, policy_at(8080));
+  EXPECT_EQ(j.outcome, http_outcome::upgrade) << j.rejection.what();
+  return {std::string{j.token}, j.token_in_url, std::string{j.subprotocol}};
+}
+
+TEST(judge_request, finds_a_token_in_the_header_in_a_subprotocol_and_in_the_url) {
+  EXPECT_EQ(token_of({}).token, "");
+  EXPECT_EQ(token_of({{"A", "Authorization: Bearer abc"}}).token, "abc");
+  EXPECT_EQ(token_of({{"A", "authorization: bEARER  abc "}}).token, "abc");
+  const shown offered = token_of({{"P", "Sec-WebSocket-Protocol: rowe.token.abc, rowe.v1"}});
+  EXPECT_EQ(offered.token, "abc");
+  EXPECT_EQ(offered.subprotocol, "rowe.v1"); // never the token
+  EXPECT_EQ(token_of({{"P", "Sec-WebSocket-Protocol: rowe.token.abc"}}).subprotocol, "");
+  for (const auto& [first, token] :
+       {std::pair{"GET /x?token=abc HTTP/1.1", "abc"}, {"GET /x?a=1&token=abc&b=2 HTTP/1.1", "abc"},
+        {"GET /x?mytoken=abc HTTP/1.1", ""}, {"GET /x?token= HTTP/1.1", ""}, {"GET /x?& HTTP/1.1", ""}}) {
+    const shown found = token_of({}, first);
+    EXPECT_EQ(found.token, token) << first;
+    EXPECT_EQ(found.in_url, !found.token.empty()) << first;
+  }
+}
+
+TEST(judge_request, takes_the_header_before_the_subprotocol_before_the_url) {
+  const shown first = token_of(
+      {{"A", "Authorization: Bearer one"}, {"P", "Sec-WebSocket-Protocol: rowe.token.two, rowe.v1"}},
+      "GET /x?token=three HTTP/1.1");
+  EXPECT_EQ(first.token, "one");
+  const shown second =
+      token_of({{"P", "Sec-WebSocket-Protocol: rowe.v1, rowe.token.two"}}, "GET /x?token=three HTTP/1.1");
+  EXPECT_EQ(second.token, "two");
+  EXPECT_FALSE(second.in_url);
+  EXPECT_EQ(token_of({{"A", "Authorization: Basic abc"}}).token, ""); // for a proxy
+  EXPECT_TRUE(refused(upgrade({{"A", "Authorization: Bearer a"}, {"B", "Authorization: Bearer b"}}), 400,
+                      "twice"));
+}
+
+TEST(judge_request, quotes_no_token_in_a_rejection) {
+  const std::string secret = "s3cret-s3cret";
+  for (const std::string& request :
+       {upgrade({{"P", "Sec-WebSocket-Protocol: chat, rowe.token." + secret}}),
+        upgrade({{"P", "Sec-WebSocket-Protocol: rowe.token." + secret + " x, a b"}}),
+        upgrade({{"A", "Authorization: Bearer " + secret}, {"Host", "Host: evil"}}),
+        upgrade({}, "GET x?token=" + secret + " HTTP/1.1"),
+        upgrade({}, "GET /?token=" + secret + "#a HTTP/1.1"),
+        upgrade({}, "GET /?token=" + secret),
+        upgrade({}, "GET /?token=" + secret + " HTTP/1.0")}) {
+    const http_judgement j = judge_request(request, policy_at(8080));
+    EXPECT_EQ(j.outcome, http_outcome::rejected) << request;
+    EXPECT_EQ(j.rejection.what().find("s3cret"), std::string_view::npos) << j.rejection.what();
+    EXPECT_EQ(j.rejection.remedy().find("s3cret"), std::string_view::npos) << j.rejection.remedy();
+  }
+}
+
 } // namespace
 } // namespace http_request_test
 } // namespace rowe::wire::test

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who may do what at an endpoint. Ordinary threads, at set-up; allocates.
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace rowe {
+
+// What peers of one kind may do. A list has patterns, and a right holds for the names that match one of them:
+// `*` stands for any text without a slash, `**` for any text, everything else for itself. Names and patterns
+// mean the same with and without their first slash. Plain messages, and calls without a name, have the empty
+// name, which only `**` matches. An empty list: the role does not have that right.
+//
+// Everyone who is known may stop the robot, whatever the role says, and see the stop's state.
+struct role {
+  std::string name; // 1 to 64 bytes: letters, digits and . _ -
+  std::vector<std::string> subscribe = {};
+  std::vector<std::string> publish = {};
+  std::vector<std::string> advertise = {}; // announce a topic, as clients of rosbridge do before they publish
+  std::vector<std::string> call = {};
+  std::vector<std::string> provide = {}; // a service
+  bool reset = false;                    // the stop
+  bool guard = false;                    // hold a lease of the stop
+};
+
+// Someone who proves by a token who that is.
+struct identity {
+  std::string name; // 1 to 64 bytes: letters, digits and . _ - @
+  std::string role; // the name of one
+  std::string token_sha256; // the token's hash, as 64 hexadecimal digits; the token itself is kept nowhere
+  bool token_in_url = false; // the token may also come as `?token=`, where logs of proxies may see it
+};
+
+struct access_options {
+  // Besides `observer` (subscribes to everything, calls /rosapi/**), `driver` (also publishes and calls
+  // everything), `supervisor` (also resets and guards) and `peer` (also provides services: robots, bridges).
+  // A role of one of these names replaces it. At most 64.
+  std::vector<role> roles = {};
+  // At most 1024. If there are none, nobody has to prove anything: whoever connects may do everything, except
+  // that only peers on this machine reset and guard.
+  std::vector<identity> identities = {};
+  // The role of peers that connect from this machine without a token; empty: they need one, like all others.
+  // Whoever comes through a proxy or a tunnel on this machine has it, too.
+  std::string local_role = {};
+  // Whether peers without a token may connect to stop the robot and to see the stop's state. They can do
+  // nothing else.
+  bool anonymous_may_stop = false;
+};
+
+// What is wrong with the options, in words that name the value and what is allowed; empty: nothing.
+std::string check_access(const access_options& options);
+
+// The hash of a token, as identity::token_sha256 has it. A token has 16 to 128 bytes: letters, digits and
+// - . _ ~. Empty for any other text.
+std::string hash_token(std::string_view token);
+
+} // namespace rowe
