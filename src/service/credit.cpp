@@ -6,6 +6,8 @@
 #include <cstring>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 namespace rowe::service {
 namespace {
 
@@ -82,7 +84,8 @@ bool credit::take_pong(std::span<const std::byte> payload, rt::time_point now) n
   // After a stall, the pongs of two pings may come at once. But reading what lies between the two took time.
   const rt::duration took = std::max(now - busy_since_, waited);
   // The first ping is sent too early to measure the peer's rate, and a lone ping measures no rate.
-  if (round_trip_.known() && !round_trip_.measuring()) note_rate(end - read_, took, waited);
+  if (round_trip_.known() && (!round_trip_.measuring() || ROWE_MUTANT(lone_ping_rate)))
+    note_rate(end - read_, took, waited);
   read_ = end;
   busy_since_ = now;
   // Pings from before this one will not be answered any more (RFC 6455 5.5.3).
@@ -115,14 +118,16 @@ void credit::update_bound(rt::duration waited) noexcept {
   // No queue at the peer, but messages wait here: the bound itself keeps the rate low.
   const bool starved = std::exchange(held_, false) && waited <= round_trip_.shortest() + queue_time() / 4;
   if (starved) bytes = std::max(bytes, growth * static_cast<double>(bound_));
+  if (ROWE_MUTANT(bound_shrinks)) bytes = std::max(bytes, static_cast<double>(bound_));
   bound_ = static_cast<std::size_t>(
       std::clamp(bytes, static_cast<double>(least()), static_cast<double>(most())));
 }
 
 std::size_t credit::send_buffer(std::size_t now) const noexcept {
-  if (!low_rtt()) return 0;
-  const bool enough = bound_ <= now || (now != 0 && in_flight() < now / 4); // little is written
-  const bool fits = enough && 4 * bound_ > now;
+  if (!low_rtt()) return ROWE_MUTANT(buffer_far) ? now : 0;
+  const bool enough = bound_ <= now || (now != 0 && ROWE_MUTANT(buffer_grows)) ||
+                      (now != 0 && in_flight() < now / 4); // little is written
+  const bool fits = enough && (4 * bound_ > now || ROWE_MUTANT(buffer_shrinks));
   return fits ? now : std::max(std::bit_ceil(bound_), send_buffer_min);
 }
 

@@ -13,12 +13,8 @@ namespace rowe::service {
 namespace {
 
 constexpr std::size_t tailroom_bytes = transport_sink::tailroom_bytes;
-constexpr std::size_t work_of(std::size_t frames, std::size_t bytes) noexcept {
-  return frames + bytes / read_work_bytes;
-}
-
-std::size_t assembly_bytes(const limits& bounds) noexcept {
-  return bounds.message_bytes_max + tailroom_bytes;
+std::size_t work_of(std::size_t frames, std::size_t bytes) noexcept {
+  return ROWE_MUTANT(turn_budget) ? 0 : frames + bytes / read_work_bytes;
 }
 
 } // namespace
@@ -27,7 +23,7 @@ std::size_t ingress::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
   return arena::bytes_for<input>(bounds.connections_max) +
          bounds.connections_max *
-             (arena::bytes_for(assembly_bytes(bounds)) + arena::bytes_for(staging_bytes)) +
+             (arena::bytes_for(bounds.message_bytes_max + tailroom_bytes) + arena::bytes_for(staging_bytes)) +
          2 * arena::bytes_for<peer_index>(bounds.connections_max);
 }
 
@@ -42,7 +38,7 @@ ingress::ingress(rt::arena& memory, const needs& parts) noexcept
       parked_{memory.carve<peer_index>(state_.bounds().connections_max)} {
   for (input& of : inputs_) {
     of.staging = memory.carve_bytes(staging_bytes);
-    of.assembly = memory.carve_bytes(assembly_bytes(state_.bounds()));
+    of.assembly = memory.carve_bytes(state_.bounds().message_bytes_max + tailroom_bytes);
   }
 }
 
@@ -74,9 +70,10 @@ void ingress::forget(peer_index peer) noexcept {
 std::size_t ingress::wanted_bytes(peer_index peer) const noexcept {
   const input& of = inputs_[peer];
   if (!of.backlog.empty() || of.parked()) return 0;
-  const std::size_t left = state_.bounds().message_bytes_max - of.parser.assembled_bytes();
-  const std::size_t most =
-      of.left_backlog ? transport_sink::read_bytes_alone_min : transport_sink::read_bytes_alone_max;
+  const std::size_t left =
+      state_.bounds().message_bytes_max - (ROWE_MUTANT(assembly_room) ? 0 : of.parser.assembled_bytes());
+  const bool little = of.left_backlog && !ROWE_MUTANT(read_amount);
+  const auto most = little ? transport_sink::read_bytes_alone_min : transport_sink::read_bytes_alone_max;
   return std::clamp(left / 2, transport_sink::read_bytes_in_turn, most);
 }
 
@@ -188,14 +185,16 @@ inline std::size_t ingress::read_one(peer_index peer) noexcept {
   } else if (of.message_began_at == rt::never) {
     of.message_began_at = state_.cycle.now;
   }
-  return work_of(step.frames, step.payload.size() + state_.cycle.work_bytes);
+  return work_of(ROWE_MUTANT(fragment_work) ? 1 : step.frames, step.payload.size() + state_.cycle.work_bytes);
 }
 
 void ingress::read_backlogs() noexcept {
   for (std::size_t work = 0; !backlog_.empty() && work < read_work_per_cycle;) {
     const peer_index peer = backlog_.pop();
     inputs_[peer].in_ring = false;
-    work += read_one(peer);
+    do {
+      work += read_one(peer);
+    } while (ROWE_MUTANT(backlog_turn) && !inputs_[peer].backlog.empty() && work < read_work_per_cycle);
     take_turn(peer);
   }
 }

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <span>
 
+#include <rowe/detail/mutation_points.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include <rowe/detail/mutation_points.hpp>
 #include <rowe/rt/clock.hpp>
 
 namespace rowe::service {
@@ -48,9 +49,10 @@ class round_trip {
       return;
     case phase::measuring:
       lone_shortest_ = std::min(lone_shortest_, took);
-      if (low() && lone_shortest_ >= low_below && ++lone_pings_ < lone_pings_max) return;
+      if (low() && lone_shortest_ >= low_below && ++lone_pings_ < lone_pings_max && !ROWE_MUTANT(lone_pings))
+        return;
       now_ = phase::steady;
-      shortest_ = lone_shortest_;
+      if (!ROWE_MUTANT(longer_way)) shortest_ = lone_shortest_;
       break;
     case phase::steady:
       if (!first && (now < window_ends_ || !alone)) return;

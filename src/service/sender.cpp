@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 namespace rowe::service {
 namespace {
 
@@ -77,10 +79,11 @@ void sender::flush_scheduled(bool to_all) noexcept {
     if (turn_left_ != 0) --turn_left_;
     if (state_.peers[next].state == connection::phase::free) continue;
     if (const subscription_id only = outbox_.of(next).only_ready()) {
+      if (group_.full() && ROWE_MUTANT(group_full)) continue;
       if (group_.full()) write_group();
       if (group_.add(next, only)) continue;
     }
-    if (group_.count() != 0) write_group(); // who came before is written before
+    if (group_.count() != 0 && !ROWE_MUTANT(group_before)) write_group(); // who came before is written before
     flush(next);
   }
   if (group_.count() != 0) write_group();
@@ -96,7 +99,8 @@ void sender::write_group() noexcept {
     sent.bytes = one.frame.size();
     sent.count = 1;
     to.queues.out_of_credit = false;
-    settle(to, sent, one.taken);
+    if (ROWE_MUTANT(group_refused) && one.taken == 0) continue;
+    settle(to, sent, ROWE_MUTANT(group_place) ? group.front().taken : one.taken);
     to.queues.scheduled = false;
   }
 }

@@ -68,6 +68,7 @@ bool slot_pool::check() const noexcept {
     partial[static_cast<std::size_t>(class_of(one))] += slots_[one].partial != 0;
     in_use[static_cast<std::size_t>(class_of(one))] += slots_[one].references != 0;
   }
+  if (partial[0] > partial_max_[0] || partial[1] > partial_max_[1]) return false;
   return partial == partial_ && in_use[0] == free_[0].in_use() && in_use[1] == free_[1].in_use();
 }
 

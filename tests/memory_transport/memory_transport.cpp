@@ -184,6 +184,7 @@ std::size_t memory_transport::write(connection_id id, std::span<const std::byte>
   note("write", id, bytes.first(taken));
   on->outbound.send(bytes.first(taken), arrival);
   if (taken < bytes.size()) on->refused = true;
+  if (written) written(id, bytes, taken);
   return taken;
 }
 
@@ -207,6 +208,11 @@ void memory_transport::close(connection_id id, close_how how) noexcept {
 std::size_t memory_transport::send_buffer(connection_id id) const noexcept {
   const link* const on = find(id);
   return on != nullptr ? on->send_buffer : 0;
+}
+
+std::size_t memory_transport::unread(connection_id id) const noexcept {
+  const link* const on = find(id);
+  return on != nullptr ? on->inbound.waiting() : 0;
 }
 
 void memory_transport::limit_send_buffer(connection_id id, std::size_t bytes) noexcept {

@@ -50,7 +50,12 @@ class memory_transport : public service::transport {
   // The core has closed its side (the peer may still read what was sent).
   bool closed_by_us(service::connection_id id) const noexcept;
   std::size_t send_buffer(service::connection_id id) const noexcept; // as the core said
+  // What has arrived from the peer, or is on its way, and we have not read.
+  std::size_t unread(service::connection_id id) const noexcept;
   link_conditions& link_of(service::connection_id id) noexcept { return links_[id.index].conditions; }
+
+  // Called after each write(): what it was given, and how much of that it took.
+  std::function<void(service::connection_id, std::span<const std::byte>, std::size_t)> written;
 
   // A hash of all that the core has asked of this transport so far: every byte, in its order.
   std::uint64_t trace() const noexcept { return trace_; }

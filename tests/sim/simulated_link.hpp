@@ -19,12 +19,14 @@ class simulated_link {
     duration round_trip = 1ms;
     double bytes_per_second = 1e6;
     std::size_t buffer_bytes = 4 * 1024 * 1024;
+    duration late = {}; // so much longer is the way of what the peer says now: its machine is busy
   };
 
   simulated_link(harness::core_harness& on, const properties& is) : on_{on}, peer_{on}, is_{is} {
     auto& conditions = on_.net.link_of(peer_.id());
     conditions.capacity_bytes = is_.buffer_bytes;
-    conditions.to_peer = conditions.to_us = [this](time_point sent) { return sent + is_.round_trip / 2; };
+    conditions.to_peer = [this](time_point sent) { return sent + is_.round_trip / 2; };
+    conditions.to_us = [this](time_point sent) { return sent + is_.round_trip / 2 + is_.late; };
   }
   simulated_link(const simulated_link&) = delete;
   simulated_link& operator=(const simulated_link&) = delete;
@@ -48,11 +50,13 @@ class simulated_link {
     for (; !read_.complete.empty(); read_.complete.pop_front()) {
       const written_frame& frame = read_.complete.front();
       if (frame.ping()) peer_.send(rowe::wire::opcode::pong, frame.payload);
+      pings_ += frame.ping();
       if (frame.whole_text()) heard(frame);
     }
   }
 
   std::uint64_t bytes_read() const { return read_.end(); }
+  std::uint64_t pings() const { return pings_; } // that were read
   bool broken() const { return read_.broken(); }
 
  private:
@@ -62,6 +66,7 @@ class simulated_link {
   time_point at_ = on_.now;
   stream read_;
   double may_read_ = 0;
+  std::uint64_t pings_ = 0;
 };
 
 } // namespace sim

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The swarm world as a program. It runs seeds in child processes, so that a seed that crashes or hangs is a
-// finding like others. It shrinks the first seeds that fail to the steps that matter, and prints those. It
-// says which cells of the coverage table were never seen.
+// The swarm world as a program, and the worlds of links (flow.hpp) behind it. It runs seeds in child
+// processes, so that a seed that crashes or hangs is a finding like others. It shrinks the first seeds that
+// fail to the steps that matter, and prints those. It says which cells of the coverage table were never seen.
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -22,8 +22,8 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
+#include "flow_worlds.hpp"
 #include "mutants.hpp"
-#include "swarm_world.hpp"
 
 namespace {
 
@@ -41,7 +41,7 @@ constexpr std::string_view help =
     R"(sim_swarm [OPTION...]: simulated worlds of arbitrary peers around the core.
 
   --seeds N..M         run these seeds (default 1..1200, or as many as ROWE_SIM_SEEDS says)
-  --steps N            steps of each (default 1500)
+  --steps N            steps of each (default 1500); those of the worlds of links come behind
   -j N                 so many processes at a time (default 1, or as ROWE_SIM_JOBS says)
   --without NAME       switch an invariant off; may be repeated; --invariants lists them
   --trace SEED         run one seed, print what everybody says and the error
@@ -95,27 +95,40 @@ void put(char* to, std::size_t size, const std::string& text) {
   to[bytes] = '\0';
 }
 
-// In a child. Without the steps in `left_out`.
-void run_seed(std::uint64_t seed, std::uint64_t steps, const std::vector<bool>& left_out,
-              const arguments& asked, swarm::coverage& seen, shared& out, bool traces) {
-  out.result.seed = seed;
-  out.result.done = false;
-  alarm(hang_seconds); // which ends the child
-  swarm::world w{seed, seen, asked.without, traces};
-  std::uint64_t i = 0;
-  for (; i < steps && !w.broken(); ++i) {
+// Steps of a world, numbered from `from` on, without those in `left_out`.
+template <class World>
+void run_world(World& w, std::uint64_t from, std::uint64_t steps, const std::vector<bool>& left_out,
+               shared& out) {
+  std::uint64_t i = from;
+  for (; i < from + steps && !w.broken(); ++i) {
     out.result.step = i;
     if (i < left_out.size() && left_out[i]) continue;
     w.step(i);
     ++out.steps;
   }
   out.result.step = i;
-  if (!w.broken()) w.finish(steps);
-  alarm(0);
-  out.served += w.honest_peer().served;
+  if (!w.broken()) w.finish(from + steps);
   out.result.broken = w.broken();
   put(out.result.invariant, sizeof out.result.invariant, w.result().invariant());
   put(out.result.what, sizeof out.result.what, w.result().what());
+}
+
+// In a child: up to so many steps. Those of the world of links come behind the swarm's.
+void run_seed(std::uint64_t seed, std::uint64_t steps, const std::vector<bool>& left_out,
+              const arguments& asked, swarm::coverage& seen, shared& out, bool traces) {
+  out.result.seed = seed;
+  out.result.done = false;
+  alarm(hang_seconds); // which ends the child
+  {
+    swarm::world w{seed, seen, asked.without, traces};
+    run_world(w, 0, std::min(steps, asked.steps), left_out, out);
+    out.served += w.honest_peer().served;
+  }
+  const auto links = steps > asked.steps && !out.result.broken
+                         ? flow::make_world(seed, seen, asked.without, traces)
+                         : nullptr;
+  if (links) run_world(*links, asked.steps, std::min(steps - asked.steps, flow::world::steps), left_out, out);
+  alarm(0);
   out.result.done = true;
 }
 
@@ -195,8 +208,8 @@ std::uint64_t number_of(std::string_view text) {
 }
 
 std::string invariant_of(std::string_view name) {
-  const auto all = swarm::invariants();
-  if (std::none_of(all.begin(), all.end(), [name](const auto& one) { return one.name == name; })) {
+  const auto is_it = [name](const swarm::invariant& one) { return one.name == name; };
+  if (std::ranges::none_of(swarm::invariants(), is_it) && std::ranges::none_of(flow::invariants(), is_it)) {
     std::fprintf(stderr, "sim_swarm: there is no invariant %.*s\n", static_cast<int>(name.size()),
                  name.data());
     std::exit(2);
@@ -255,8 +268,10 @@ arguments read(int count, char** words) {
     } else if (word == "--mutants") {
       asked.runs_mutants = true;
     } else if (word == "--invariants") {
-      for (const auto& one : swarm::invariants())
-        std::printf("%-18s %s\n", std::string{one.name}.c_str(), std::string{one.says}.c_str());
+      for (const auto& all : {swarm::invariants(), flow::invariants()}) {
+        for (const auto& one : all)
+          std::printf("%-18s %s\n", std::string{one.name}.c_str(), std::string{one.says}.c_str());
+      }
       std::exit(0);
     } else {
       std::fputs(std::string{help}.c_str(), word == "--help" ? stdout : stderr);
@@ -289,7 +304,7 @@ void start(worker& one, const arguments& asked) {
   if (one.child != 0) return;
   for (std::uint64_t seed = one.next; seed <= one.last; ++seed) {
     swarm::coverage seen;
-    run_seed(seed, asked.steps, {}, asked, seen, one.out, false);
+    run_seed(seed, asked.steps + flow::world::steps, {}, asked, seen, one.out, false);
     for (std::size_t i = 0; i < swarm::coverage::cells(); ++i) one.out.counts[i] += seen.counts()[i];
     if (one.out.result.broken) break;
   }
@@ -373,7 +388,7 @@ int main(int count, char** words) {
     outs.push_back(share<shared>(sizeof(shared) + swarm::coverage::cells() * sizeof(std::uint32_t)));
   shared& out = *outs.front();
   if (asked.trace) {
-    const auto found = run_alone(*asked.trace, asked.steps, {}, asked, out, true);
+    const auto found = run_alone(*asked.trace, asked.steps + flow::world::steps, {}, asked, out, true);
     if (found)
       std::printf("==> step %llu, %s: %s\n", static_cast<unsigned long long>(found->step),
                   found->invariant.c_str(), found->what.c_str());

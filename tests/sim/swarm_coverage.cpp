@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 
 namespace swarm {
 
@@ -189,6 +190,29 @@ std::string_view name_of(handle_kind kind) {
   return names[static_cast<std::size_t>(kind)];
 }
 
+std::string_view name_of(flow_event what) {
+  constexpr std::string_view names[] = {"group of two or more",
+                                        "group of 16",
+                                        "group, member partly written",
+                                        "group, member refused",
+                                        "group, member gone",
+                                        "send buffer grown",
+                                        "send buffer shrunk",
+                                        "send buffer given back",
+                                        "lone ping",
+                                        "second lone ping",
+                                        "lone pings, all late",
+                                        "read alone beyond quantum",
+                                        "read alone, in parts",
+                                        "read in turn",
+                                        "fragments, in parts",
+                                        "call beside a flood",
+                                        "stop behind a read",
+                                        "assembly in front of a read"};
+  static_assert(std::size(names) == flow_events);
+  return names[static_cast<std::size_t>(what)];
+}
+
 namespace {
 
 constexpr std::string_view moment_names[] = {"opened",        "latched", "opened_again",   "refused", "used",
@@ -252,6 +276,10 @@ std::vector<std::string> coverage::holes() const {
         found.push_back(std::string{name_of(of)} + " of this process x " + std::string{moment_names[when]});
     }
   }
+  for (std::size_t i = 0; i < flow_events; ++i) {
+    const flow_event what{static_cast<std::uint8_t>(i)};
+    if (counts_[place_of(what)] == 0) found.push_back("flow x " + std::string{name_of(what)});
+  }
   return found;
 }
 
@@ -287,6 +315,11 @@ std::string coverage::table() const {
       text += cell_of(counts_[place_of(of, at)], impossible(of, at));
     }
     text += '\n';
+  }
+  text += '\n' + begin_of_row("flow", 0) + '\n';
+  for (std::size_t i = 0; i < flow_events; ++i) {
+    const flow_event what{static_cast<std::uint8_t>(i)};
+    text += begin_of_row(name_of(what), 2) + cell_of(counts_[place_of(what)], {}) + '\n';
   }
   return text;
 }

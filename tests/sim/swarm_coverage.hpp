@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the generators really did: how often each class of each member of each operation of peers and of
 // ordinary threads was said in each state of what it names, and how often the handles of this process reached
-// each moment of their lives. A cell that can happen, and did not in as many seeds as the tests run, is a
-// hole in the generators, and fails.
+// each moment of their lives; and what the worlds of flow.hpp reached. A cell that can happen, and did not in
+// as many seeds as the tests run, is a hole in the generators, and fails.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -99,15 +99,40 @@ enum class moment : std::uint8_t {
 };
 inline constexpr std::size_t moments = 9;
 
+// What the worlds of flow.hpp reach: how frames are gathered, how much is in flight, and how much is read.
+enum class flow_event : std::uint8_t {
+  group_of_two,       // or more
+  group_full,         // of group_max
+  member_partly,      // the socket takes a part of its frame
+  member_refused,     // or nothing
+  member_gone,        // its connection breaks while its frame is gathered
+  buffer_grown,       // the kernel's send buffer
+  buffer_shrunk,      // likewise
+  buffer_given_back,  // the round trip has become long
+  lone_ping,          // measured the round trip
+  second_lone_ping,   // did, after the first one was late
+  late_lone_pings,    // all were: the peer counts as far
+  read_beyond,        // a lone peer: more than the quantum at once
+  read_in_parts,      // likewise, and too much for one turn
+  read_in_turn,       // several peers: each a quantum
+  fragments_in_parts, // a turn ends within a message
+  call_beside_flood,  // is answered
+  stop_behind_read,   // waits for what was read before it
+  assembly_behind,    // a long message is assembled while a large read waits behind it
+};
+inline constexpr std::size_t flow_events = 18;
+std::string_view name_of(flow_event what);
+
 class coverage {
  public:
   coverage() : counts_(cells()) {}
 
   void add(std::size_t row, state in) { ++counts_[row * states + static_cast<std::size_t>(in)]; }
   void add(handle_kind of, moment when) { ++counts_[place_of(of, when)]; }
+  void add(flow_event what) { ++counts_[place_of(what)]; }
   // For memory that processes share.
   std::vector<std::uint32_t>& counts() { return counts_; }
-  static std::size_t cells() { return rows().size() * states + handle_kinds * moments; }
+  static std::size_t cells() { return rows().size() * states + handle_kinds * moments + flow_events; }
 
   // Cells that can happen and were not seen.
   std::vector<std::string> holes() const;
@@ -116,6 +141,9 @@ class coverage {
  private:
   static std::size_t place_of(handle_kind of, moment when) {
     return rows().size() * states + static_cast<std::size_t>(of) * moments + static_cast<std::size_t>(when);
+  }
+  static std::size_t place_of(flow_event what) {
+    return rows().size() * states + handle_kinds * moments + static_cast<std::size_t>(what);
   }
 
   std::vector<std::uint32_t> counts_;

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+// Clients that say as much as is read, in short messages, long ones or fragments, beside one that says
+// little. The transport reads as sockets do: a connection that alone has something to read is read by much,
+// others by a quantum each.
+#pragma once
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <rowe/stop_latch.hpp>
+
+#include "service/service_limits.hpp"
+
+#include "flow.hpp"
+
+namespace flow {
+
+class reading final : public world {
+ public:
+  reading(std::uint64_t seed, swarm::coverage& seen, const std::set<std::string>& without, bool trace)
+      : world{seed, options(seed), seen, without, trace},
+        kind_{static_cast<kind>(random_.below(kinds))},
+        long_{on_.offer(rowe::detail::pair_kind::subscribe_text, "/long",
+                        on_.options.limits.message_bytes_max, {.depth = 2})} {
+    on_.offer(rowe::detail::latch_request({.name = "loop", .loop_timeout = 10s})); // so there is a stop
+    const std::size_t floods = random_.one_in(3) ? 1 : 1 + random_.below(6);
+    for (std::size_t i = 0; i < floods; ++i) {
+      floods_.push_back(
+          {std::make_unique<swarm::far_end>(on_, rowe::service::side::server, "10.0.0.7:50000")});
+      floods_.back().link->say(R"({"op":"advertise","topic":"/flood","type":"sim/Flood"})");
+      floods_.back().link->say(R"({"op":"advertise","topic":"/long","type":"sim/Long"})");
+    }
+    fragments_ = 2 + random_.below(300);
+    cycle(1ms);
+    cycle(1ms);
+    messages_before_ = on_.count(counter::messages_in);
+  }
+
+ private:
+  enum class kind : std::uint8_t { short_messages, long_messages, fragments, long_in_fragments };
+  static constexpr std::uint64_t kinds = 4;
+  static constexpr std::size_t quantum = rowe::service::transport_sink::read_bytes_in_turn;
+  static constexpr std::size_t parts_of_long = 900;
+  static constexpr std::uint64_t budget = rowe::service::read_work_per_cycle;
+
+  struct flood {
+    std::unique_ptr<swarm::far_end> link;
+    bool floods = false;
+    bool left_some = false; // its last large read was more than one turn,
+    bool small = false;     // and so was the one before it: that read was small
+    std::size_t unread = 0; // before this cycle
+    std::size_t wanted = 0; // likewise
+  };
+
+  static rowe::endpoint_options options(std::uint64_t seed) {
+    auto chosen = harness::small_options();
+    auto& l = chosen.limits;
+    constexpr std::uint32_t longest[] = {8 * 1024, 60 * 1024, 256 * 1024, 256 * 1024};
+    l.message_bytes_max = swarm::seeded_choices{seed ^ 0x1234567U}.one_of(longest);
+    l.messages_per_second_max = 0;
+    l.refusals_per_second_max = 0;
+    l.lane_bytes = 4 * 1024 * 1024;
+    return chosen;
+  }
+  std::size_t longest() const { return on_.options.limits.message_bytes_max; }
+
+  void act() override {
+    if (random_.one_in(8)) {
+      flood& one = floods_[random_.below(floods_.size())];
+      one.floods = !one.floods;
+    }
+    if (random_.one_in(30)) only(floods_[random_.below(floods_.size())]);
+    for (flood& one : floods_) {
+      if (one.floods) fill(one);
+    }
+    if (!asked_ && random_.one_in(3)) ask();
+    for (int i = 0; i < 4 && !broken(); ++i) {
+      if (!stops_) say_stop();
+      turn();
+    }
+  }
+  // Whether what was read of it waits for its turn.
+  bool has_backlog(const flood& one) const { return on_.core.wanted_bytes(one.link->id()) == 0; }
+
+  void only(const flood& that) {
+    for (flood& one : floods_) one.floods = &one == &that;
+  }
+
+  // ---- what they say
+
+  void append(std::vector<std::byte>& to, rowe::wire::opcode what, std::string_view payload,
+              bool last) const {
+    const rowe::wire::mask_key key{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}};
+    const std::size_t at = to.size();
+    to.resize(at + rowe::wire::frame_header_bytes_max + payload.size());
+    const std::size_t header = rowe::wire::write_frame_header(to.data() + at, what, payload.size(), key);
+    if (!last) to[at] &= std::byte{0x7f};
+    payload.copy(reinterpret_cast<char*>(to.data() + at + header), payload.size());
+    to.resize(at + header + payload.size());
+    rowe::wire::mask(std::span{to}.subspan(at + header), key);
+  }
+  // In up to so many frames, the first of which has `first` bytes.
+  void append_parts(std::vector<std::byte>& to, std::string_view text, std::size_t parts,
+                    std::size_t first) const {
+    using rowe::wire::opcode;
+    append(to, opcode::text, text.substr(0, first), false);
+    text.remove_prefix(first);
+    std::size_t between = 0;
+    const std::size_t each = (text.size() + parts - 2) / (parts - 1);
+    while (!text.empty()) {
+      const std::size_t now = std::min(text.size(), each);
+      append(to, opcode::continuation, text.substr(0, now), now == text.size());
+      text.remove_prefix(now);
+      // Else a turn does not end among them (wire/frame_parser.hpp).
+      if (!text.empty() && ++between % 8 == 0) append(to, opcode::pong, "", true);
+    }
+  }
+
+  static std::string flood_text(std::size_t bytes) {
+    return R"({"op":"publish","topic":"/flood","msg":{"x":")" + std::string(bytes, 'x') + "\"}}";
+  }
+  // Each place of it says where it is.
+  std::string long_text() const {
+    std::string body;
+    while (body.size() + 200 < longest() * 9 / 10) body += std::to_string(body.size()) + ' ';
+    return R"({"op":"publish","topic":"/long","msg":{"x":")" + body + "\"}}";
+  }
+  static bool is_whole(std::string_view text) {
+    const std::size_t begin = text.find(R"({"x":")") + 6;
+    for (std::size_t at = begin; at < text.size() && text[at] != '"';) {
+      const auto number = std::to_string(at - begin) + ' ';
+      if (text.substr(at, number.size()) != number) return false;
+      at += number.size();
+    }
+    return text.ends_with("\"}");
+  }
+
+  // As much as the kernel keeps, and no more than the world's options make of it.
+  void fill(flood& one) {
+    const std::size_t unread = on_.net.unread(one.link->id());
+    if (unread > 64 * 1024) return;
+    std::vector<std::byte> bytes;
+    while (bytes.size() < 128 * 1024) {
+      switch (kind_) {
+      case kind::short_messages: append(bytes, rowe::wire::opcode::text, flood_text(2), true); break;
+      case kind::long_messages:
+        append(bytes, rowe::wire::opcode::text, flood_text(std::min<std::size_t>(longest() / 2, 12'000)),
+               true);
+        break;
+      case kind::fragments: append_parts(bytes, flood_text(fragments_), fragments_, 20); break;
+      case kind::long_in_fragments: {
+        const std::string text = long_text();
+        append_parts(bytes, text, parts_of_long, text.size() * (5 + random_.below(5)) / 10);
+        break;
+      }
+      }
+    }
+    one.link->send_raw(bytes);
+  }
+  // Of a message of theirs, at least.
+  std::uint64_t units() const {
+    switch (kind_) {
+    case kind::short_messages: return 1;
+    case kind::long_messages: return 1 + std::min<std::size_t>(longest() / 2, 12'000) / 1024;
+    case kind::fragments: return fragments_;
+    case kind::long_in_fragments: return parts_of_long / 2;
+    }
+    return 1;
+  }
+
+  // The client beside them.
+  void ask() {
+    if (!caller_) {
+      caller_ = std::make_unique<swarm::far_end>(on_);
+      return;
+    }
+    asked_ = on_.now;
+    waits_ = 0;
+    caller_->say(R"({"op":"call_service","id":")" + std::to_string(++calls_) + R"(","service":"/nobody"})");
+  }
+  // One of those that flood, when all that it said was read, and waits for its turn.
+  void say_stop() {
+    for (const flood& one : floods_) {
+      if (!one.small || !has_backlog(one) || on_.net.unread(one.link->id()) != 0) continue;
+      one.link->say(R"({"op":"call_service","service":"/rowe/stop"})");
+      stops_ = on_.count(counter::stops);
+      stop_waits_ = 0;
+      return;
+    }
+  }
+
+  // ---- a cycle
+
+  void turn() {
+    std::size_t readable = caller_ && on_.net.unread(caller_->id()) != 0;
+    for (flood& one : floods_) {
+      one.unread = on_.net.unread(one.link->id());
+      one.wanted = on_.core.wanted_bytes(one.link->id());
+      readable += one.unread != 0;
+    }
+    constexpr std::size_t alone[] = {16 * 1024, 64 * 1024, 128 * 1024};
+    const std::size_t most = readable > 1 ? quantum : random_.one_of(alone);
+    for (const flood& one : floods_) limit(one.link->id(), std::min(most, one.wanted)); // one read
+    if (caller_) limit(caller_->id(), quantum);
+    cycle(100us);
+    for (flood& one : floods_) {
+      if (!broken()) look(one, readable);
+    }
+    if (broken()) return;
+    check_work();
+    check_call(readable);
+    check_stop();
+    take_long();
+  }
+  void limit(connection_id of, std::size_t bytes) {
+    auto& conditions = on_.net.link_of(of);
+    conditions.arrive_bytes_max = conditions.chunk_bytes_max = bytes;
+  }
+
+  void look(flood& one, std::size_t readable) {
+    for (const std::string& text : one.link->hear()) {
+      if (text.find("\"op\":\"status\"") != std::string::npos)
+        return fail("whole", "a client is refused what it did not say: " + swarm::shortened(text));
+    }
+    if (one.link->cut())
+      return fail("honest_cut", "a client that says much was disconnected: " + one.link->close_reason);
+    const std::size_t got = one.unread - std::min(one.unread, on_.net.unread(one.link->id()));
+    if (got == 0) return;
+    if (readable > 1) seen_.add(flow_event::read_in_turn);
+    if (got <= quantum) return;
+    seen_.add(flow_event::read_beyond);
+    one.small = std::exchange(one.left_some, has_backlog(one)) && one.left_some;
+    if (!one.left_some) return;
+    seen_.add(flow_event::read_in_parts);
+    if (kind_ == kind::fragments || kind_ == kind::long_in_fragments)
+      seen_.add(flow_event::fragments_in_parts);
+    if (one.wanted < std::min(longest() / 2, rowe::service::transport_sink::read_bytes_alone_min))
+      seen_.add(flow_event::assembly_behind);
+  }
+
+  // One turn of reading alone and one of all others; each ends with the message that exceeds it.
+  void check_work() {
+    const std::uint64_t now = on_.count(counter::messages_in);
+    const std::uint64_t done = now - std::exchange(messages_before_, now);
+    constexpr std::uint64_t others = 8; // calls and stops
+    if (done > others && (done - others) * units() > 2 * (budget + units()))
+      fail("turn", std::to_string(done) + " messages of " + std::to_string(units()) +
+                       " units of work were carried out in one cycle");
+  }
+
+  void check_call(std::size_t readable) {
+    if (!caller_) return;
+    const bool answered = !caller_->hear().empty();
+    if (!asked_) return;
+    if (answered) {
+      if (readable > 2) seen_.add(flow_event::call_beside_flood);
+      return asked_.reset();
+    }
+    // One turn of each, as far as the work of one cycle goes; and once more, if it has just sent a pong.
+    const std::uint64_t turns = 2 + 2 * (floods_.size() * 2 * units() / budget);
+    if (++waits_ > turns)
+      fail("floor_call",
+           "a call beside clients that say much has no answer after " + std::to_string(waits_) + " cycles");
+  }
+
+  // It waits behind one small read, in turn with the others.
+  void check_stop() {
+    if (!stops_) return;
+    if (on_.count(counter::stops) != *stops_) {
+      if (stop_waits_ != 0) seen_.add(flow_event::stop_behind_read);
+      return stops_.reset();
+    }
+    std::vector<std::byte> one_message;
+    append(one_message, rowe::wire::opcode::text, flood_text(2), true);
+    const std::uint64_t messages = rowe::service::transport_sink::read_bytes_alone_min / one_message.size();
+    if (++stop_waits_ > 3 + floods_.size() * messages / budget && kind_ == kind::short_messages)
+      fail("floor_stop", "a client's stop behind what it said before was not carried out within " +
+                             std::to_string(stop_waits_) + " cycles");
+  }
+
+  void take_long() {
+    if (const auto slot = long_.user.in.ring->try_pop()) {
+      const std::string_view text{reinterpret_cast<const char*>(long_.user.in.slots.value(*slot)),
+                                  long_.user.in.slots.header(*slot)->bytes};
+      if (!is_whole(text)) fail("whole", "a long message is not what was said: " + swarm::shortened(text));
+      long_.user.in.free_ring->release(*slot);
+    }
+  }
+
+  const kind kind_;
+  rowe::detail::queue_pair& long_;
+  std::vector<flood> floods_;
+  std::size_t fragments_ = 2;
+  std::unique_ptr<swarm::far_end> caller_;
+  std::optional<time_point> asked_;
+  std::uint64_t waits_ = 0, calls_ = 0; // cycles
+  std::uint64_t messages_before_ = 0;
+  std::optional<std::uint64_t> stops_; // before the one that waits
+  std::uint64_t stop_waits_ = 0;       // cycles
+};
+
+} // namespace flow
