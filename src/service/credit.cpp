@@ -83,9 +83,8 @@ bool credit::take_pong(std::span<const std::byte> payload, rt::time_point now) n
   const rt::duration waited = now - under_way_[which].at;
   // After a stall, the pongs of two pings may come at once. But reading what lies between the two took time.
   const rt::duration took = std::max(now - busy_since_, waited);
-  // The first ping is sent too early to measure the peer's rate, and a lone ping measures no rate.
-  if (round_trip_.known() && (!round_trip_.measuring() || ROWE_MUTANT(lone_ping_rate)))
-    note_rate(end - read_, took, waited);
+  // The first ping is sent too early to measure the peer's rate.
+  if (round_trip_.known()) note_rate(end - read_, took, waited);
   read_ = end;
   busy_since_ = now;
   // Pings from before this one will not be answered any more (RFC 6455 5.5.3).
@@ -98,8 +97,10 @@ bool credit::take_pong(std::span<const std::byte> payload, rt::time_point now) n
 }
 
 // A fast answer to little data measures our rate, not the peer's. So does any lower rate, unless the round
-// trip shows a queue.
+// trip shows a queue. An answer to next to nothing, such as a ping that only asks whether the peer is alive,
+// measures no rate at all.
 void credit::note_rate(std::uint64_t bytes, rt::duration took, rt::duration waited) noexcept {
+  if (bytes < first_ping_after && !ROWE_MUTANT(small_rate)) return;
   const double known = rate_;
   double seen = static_cast<double>(bytes) / std::max(seconds(took), 1e-6);
   if (seen <= known) {

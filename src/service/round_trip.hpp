@@ -30,8 +30,6 @@ class round_trip {
   rt::duration last() const noexcept { return last_; }
   // Nothing but what is urgent may be written, because a round trip without a queue is being measured.
   bool settling() const noexcept { return now_ != phase::steady; }
-  // The next pong is that of a lone ping, which says nothing about the peer's rate.
-  bool measuring() const noexcept { return now_ == phase::measuring; }
 
   // A message was held back because of the bound.
   void limited() noexcept { limited_ = true; }

@@ -289,7 +289,7 @@ frame_step frame_parser::next(std::span<std::byte> bytes) noexcept {
     consumed += step.consumed;
     step.consumed = ended_ ? bytes.size() : consumed;
     step.frames = frames;
-    if (step.event != frame_event::need_more || in_frame_) return step;
+    if (step.event != frame_event::need_more || in_frame_ || frames == frames_in_step_max) return step;
   }
   return {.consumed = bytes.size()};
 }

@@ -58,11 +58,15 @@ class frame_parser {
   // ahead.
   void reset(role ours, frame_limits limits, std::span<std::byte> assembly) noexcept;
 
-  // Consumes bytes from the front of `bytes`, which may be written to, until one event or until all are
-  // consumed. The caller calls again with the rest. The payload of a text or binary message is in `bytes` if
-  // the message is one frame and complete there, else in the assembly buffer. The payload of a control frame
-  // is in `bytes` or in the parser. It is valid until the next call, and while `bytes` is. After a close or a
-  // violation every byte is consumed, and nothing more is reported.
+  // A step looks at no more fragments. So one peer's message in many pieces delays nobody for long.
+  static constexpr std::size_t frames_in_step_max = 32;
+
+  // Consumes bytes from the front of `bytes`, which may be written to, until one event, until all are
+  // consumed, or until it has looked at frames_in_step_max fragments. The caller calls again with the rest.
+  // The payload of a text or binary message is in `bytes` if the message is one frame and complete there,
+  // else in the assembly buffer. The payload of a control frame is in `bytes` or in the parser. It is valid
+  // until the next call, and while `bytes` is. After a close or a violation every byte is consumed, and
+  // nothing more is reported.
   //
   // A violation is reported at the first byte that proves it: a bad header before its frame has come, bad
   // UTF-8 before its fragment is complete.

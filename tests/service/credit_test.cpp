@@ -283,6 +283,18 @@ TEST_F(credit_test, measures_the_way_anew_where_there_is_always_a_queue_and_noth
   EXPECT_TRUE(of.low_rtt()); // 1 ms
 }
 
+TEST_F(credit_test, takes_a_late_answer_of_an_idle_peer_for_no_rate) {
+  round(1024, 100us);
+  for (int i = 0; i < 20; ++i) round(of.bound(), 100us);
+  ASSERT_EQ(of.bound(), credit::bytes_max_low_rtt);
+  for (int i = 0; i < 5; ++i) {
+    now += 3s;
+    of.ask(); // whether it is alive
+    round(0, 8ms);
+  }
+  EXPECT_EQ(of.bound(), credit::bytes_max_low_rtt);
+}
+
 // Round trips with a queue of ours, until nothing is in flight and a lone ping is next.
 void drain(credit_test& with) {
   while (!with.of.settling()) {

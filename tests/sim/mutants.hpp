@@ -45,7 +45,7 @@ inline constexpr mutant mutants[] = {
     {"bound_shrinks", "the bound on what is in flight follows a reader that becomes slow"},
     {"longer_way", "a round trip that has become longer is measured anew"},
     {"lone_pings", "a low-RTT peer is asked up to three times before it counts as far"},
-    {"lone_ping_rate", "a lone ping says nothing about the peer's rate"},
+    {"small_rate", "an answer to next to nothing says nothing about the peer's rate"},
     {"buffer_grows", "the kernel's send buffer grows with the bound"},
     {"buffer_shrinks", "it shrinks with the bound"},
     {"buffer_far", "the kernel decides about it where the round trip is long"},

@@ -346,6 +346,26 @@ TEST(frame_parser, consumes_what_stands_behind_a_close_or_a_violation) {
   }
 }
 
+TEST(frame_parser, looks_at_a_message_in_many_pieces_in_many_steps) {
+  std::string stream = bytes_of({{.payload = "a", .final = false}});
+  for (int i = 0; i < 999; ++i) stream += bytes_of({{.opcode = 0, .payload = "b", .final = i == 998}});
+  std::vector<std::byte> assembly(2000);
+  frame_parser parser;
+  parser.reset(role::server, {.message_bytes_max = 1000, .fragments_max = 1000}, assembly);
+  std::span<std::byte> rest{reinterpret_cast<std::byte*>(stream.data()), stream.size()};
+  std::size_t frames = 0, messages = 0;
+  while (!rest.empty()) {
+    const frame_step step = parser.next(rest);
+    ASSERT_LE(step.frames, frame_parser::frames_in_step_max);
+    ASSERT_NE(step.consumed, 0U);
+    rest = rest.subspan(step.consumed);
+    frames += step.frames;
+    messages += step.event == frame_event::text;
+  }
+  EXPECT_EQ(frames, 1000U);
+  EXPECT_EQ(messages, 1U);
+}
+
 TEST(frame_parser, takes_a_close_between_fragments) {
   receiver peer;
   EXPECT_EQ(peer.feed(bytes_of(
