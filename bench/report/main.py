@@ -196,12 +196,12 @@ def main():
     summary([one for one in targets.judge_all(told) if one.target.program in chosen],
             [chosen[name] for name in sorted(chosen)])
     try:
+        save_and_compare(asked, chosen, facts)  # first: what took an hour must not be lost to a page
         if not asked.no_page:
             of_page = kept_facts()
             pages.write(asked.out, told, of_page, since_release(asked.out / "benchmarks", told, of_page))
             write_readme()  # the page links to its sections
             print(f"\nwritten: {asked.out}/benchmarks.md")
-        save_and_compare(asked, chosen, facts)
     except runs.unusable as wrong:
         sys.exit(f"tools/benchmark: {wrong}")
 

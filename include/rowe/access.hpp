@@ -15,13 +15,13 @@ namespace rowe {
 // Everyone who is known may stop the robot, whatever the role says, and see the stop's state.
 struct role {
   std::string name; // 1 to 64 bytes: letters, digits and . _ -
-  std::vector<std::string> subscribe = {};
+  std::vector<std::string> subscribe = {}; // each list: at most 64 patterns of 128 bytes and 4 stars
   std::vector<std::string> publish = {};
   std::vector<std::string> advertise = {}; // announce a topic, as clients of rosbridge do before they publish
   std::vector<std::string> call = {};
   std::vector<std::string> provide = {}; // a service
   bool reset = false;                    // the stop
-  bool guard = false;                    // hold a lease of the stop
+  bool guard = false;                    // hold a lease of the stop; to end that of others takes `reset`
 };
 
 // Someone who proves by a token who that is.

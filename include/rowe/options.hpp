@@ -76,7 +76,8 @@ struct endpoint_options {
 
   // endpoint::listen only.
   std::string address = "127.0.0.1";           // numeric; beyond loopback only with `insecure`
-  bool insecure = false;                       // whoever reaches the address may read and publish
+  bool insecure = false;                       // nothing is encrypted; and without identities in `access`
+                                               // whoever reaches the address may read and publish
   access_options access = {};                  // who may do what; see access.hpp
   bool page = true;                            // serve the page at /
   std::vector<std::string> allow_origins = {}; // pages of these origins may connect, besides our own

@@ -14,6 +14,7 @@ constexpr std::size_t roles_max = 64;
 constexpr std::size_t identities_max = 1024;
 constexpr std::size_t patterns_max = 64;
 constexpr std::size_t pattern_bytes_max = 128;
+constexpr std::size_t stars_max = 4; // of one pattern: each multiplies the time of a comparison
 constexpr std::size_t name_bytes_max = 64;
 constexpr const char* built_in[] = {"observer", "driver", "supervisor", "peer"};
 
@@ -42,6 +43,9 @@ std::string check_patterns(const role& of, std::string_view right, const std::ve
       return where + "the pattern " + quoted(one) + " has " + std::to_string(one.size()) +
              " bytes; it may have " + std::to_string(pattern_bytes_max);
     }
+    const auto stars = static_cast<std::size_t>(std::count(one.begin(), one.end(), '*'));
+    if (stars > stars_max)
+      return where + "the pattern " + quoted(one) + " has " + std::to_string(stars) + " stars; it may have 4";
     if (one.find("***") != std::string::npos)
       return where + "the pattern " + quoted(one) + " has three stars; `*` and `**` have a meaning";
   }
@@ -114,17 +118,26 @@ std::string check_access(const access_options& options) {
     return "local_role: there is no role " + quoted(options.local_role) + "; there are " +
            roles_there_are(options);
   }
-  const bool needs_tokens = !options.local_role.empty() || options.anonymous_may_stop;
+  for (auto one = options.identities.begin(); one != options.identities.end(); ++one) {
+    const auto same = std::find_if(options.identities.begin(), one, [&](const identity& other) {
+      return access::hash_from_hex(other.token_sha256) == access::hash_from_hex(one->token_sha256);
+    });
+    if (same != one)
+      return "identities " + quoted(same->name) + " and " + quoted(one->name) + " have one token";
+  }
+  const bool needs_tokens =
+      !options.roles.empty() || !options.local_role.empty() || options.anonymous_may_stop;
   if (options.identities.empty() && needs_tokens)
-    return "there is no identity, so everyone may do everything: local_role and anonymous_may_stop mean "
-           "nothing";
+    return "there is no identity, so everyone may do everything: roles, local_role and anonymous_may_stop "
+           "mean nothing";
   return {};
 }
 
 std::string hash_token(std::string_view token) {
-  if (!access::is_token(token)) return {};
+  const auto hash = access::is_token(token) ? access::hash_of(token) : std::nullopt;
+  if (!hash) return {};
   std::string digits;
-  for (const unsigned char byte : access::hash_of(token)) {
+  for (const unsigned char byte : *hash) {
     char two[3];
     std::snprintf(two, sizeof two, "%02x", byte);
     digits += two;

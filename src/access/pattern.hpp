@@ -6,9 +6,9 @@
 
 namespace rowe::access {
 
-// Names and patterns mean the same with and without their first slash.
+// Names and patterns mean the same with and without their first slash; a lone one stays.
 constexpr std::string_view without_first_slash(std::string_view name) noexcept {
-  if (name.starts_with('/')) name.remove_prefix(1);
+  if (name.size() > 1 && name.starts_with('/')) name.remove_prefix(1);
   return name;
 }
 

@@ -28,6 +28,7 @@ const std::vector<std::string>& patterns_of(const role& one, right what) noexcep
 std::string_view name_of(right which) noexcept { return right_names[static_cast<std::size_t>(which)]; }
 
 policy::policy(const access_options& options) : anonymous_may_stop_{options.anonymous_may_stop} {
+  (void)hash_of("libcrypto sets itself up at its first hash, which must not be the service thread's");
   const std::vector<std::string> all{"**"};
   add({.name = "observer", .subscribe = all, .call = {"/rosapi/**"}});
   add({.name = "driver", .subscribe = all, .publish = all, .advertise = all, .call = all});
@@ -52,7 +53,8 @@ void policy::add(const role& one) {
   for (std::size_t r = 0; r < named_rights; ++r) {
     entry.patterns[r] = patterns_of(one, static_cast<right>(r));
     const auto& patterns = entry.patterns[r];
-    if (std::find(patterns.begin(), patterns.end(), "**") != patterns.end())
+    const auto is_everything = [](const std::string& pattern) { return pattern == "**" || pattern == "/**"; };
+    if (std::any_of(patterns.begin(), patterns.end(), is_everything))
       entry.everywhere = static_cast<std::uint8_t>(entry.everywhere | 1U << r);
   }
   const role_number old = number_of(one.name);
@@ -75,6 +77,7 @@ bool policy::allows(role_number role, right what, std::string_view name) const n
   if (what == right::guard) return entry.guard;
   const auto index = static_cast<std::size_t>(what);
   if ((entry.everywhere >> index & 1) != 0) return true;
+  if (name.empty()) return false; // what has no name is not one of some names
   const auto& patterns = entry.patterns[index];
   return std::any_of(patterns.begin(), patterns.end(),
                      [name](const std::string& pattern) { return matches(pattern, name); });
@@ -82,14 +85,21 @@ bool policy::allows(role_number role, right what, std::string_view name) const n
 
 std::optional<subject> policy::find(std::string_view token, bool from_url) const noexcept {
   if (!is_token(token)) return std::nullopt;
-  const token_hash hash = hash_of(token);
+  const auto hash = hash_of(token);
+  if (!hash) return std::nullopt;
   std::optional<subject> found;
   for (std::size_t i = 0; i < identities_.size(); ++i) { // all of them, whichever it is
     const identity_entry& one = identities_[i];
-    if (equal(one.hash, hash) && (one.in_url || !from_url))
+    if (equal(one.hash, *hash) && (one.in_url || !from_url))
       found = subject{one.role, static_cast<identity_number>(i)};
   }
   return found;
+}
+
+std::size_t policy::patterns(role_number role, right what) const noexcept {
+  const auto index = static_cast<std::size_t>(what);
+  if (role >= roles_.size() || index >= named_rights) return 0;
+  return (roles_[role].everywhere >> index & 1) != 0 ? 0 : roles_[role].patterns[index].size();
 }
 
 std::string_view policy::role_name(role_number which) const noexcept {

@@ -47,6 +47,9 @@ class policy {
   // the role's patterns, but a role that may do something everywhere is answered at once.
   bool allows(role_number role, right what, std::string_view name = {}) const noexcept;
 
+  // How many patterns allows() may have to look at.
+  std::size_t patterns(role_number role, right what) const noexcept;
+
   // Whose token this is. Compares with the hashes of all identities, in constant time each. Not real-time.
   std::optional<subject> find(std::string_view token, bool from_url) const noexcept;
 

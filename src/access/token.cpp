@@ -28,10 +28,11 @@ bool is_token(std::string_view text) noexcept {
          std::all_of(text.begin(), text.end(), is_token_byte);
 }
 
-token_hash hash_of(std::string_view token) noexcept {
+std::optional<token_hash> hash_of(std::string_view token) noexcept {
   token_hash hash{};
   static_assert(sizeof hash == SHA256_DIGEST_LENGTH);
-  (void)::SHA256(reinterpret_cast<const unsigned char*>(token.data()), token.size(), hash.data());
+  const auto* const bytes = reinterpret_cast<const unsigned char*>(token.data());
+  if (::SHA256(bytes, token.size(), hash.data()) == nullptr) return std::nullopt;
   return hash;
 }
 

@@ -14,7 +14,8 @@ inline constexpr std::size_t token_bytes_max = 128;
 bool is_token(std::string_view text) noexcept;
 
 // SHA-256, without salt: a token is random, so nobody can have a table of hashes.
-token_hash hash_of(std::string_view token) noexcept;
+// Nothing if libcrypto cannot compute it.
+std::optional<token_hash> hash_of(std::string_view token) noexcept;
 std::optional<token_hash> hash_from_hex(std::string_view digits) noexcept;
 
 // In a time that does not depend on where they differ.

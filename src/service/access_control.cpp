@@ -49,6 +49,8 @@ admit_answer access_control::admit(const credentials& shown) const noexcept {
   if (!shown.token.empty()) {
     const auto who = policy_->find(shown.token, shown.in_url);
     if (who) return {.who = *who};
+    // A button whose token was taken away still stops.
+    if (shown.path == stop_path && policy_->anonymous_may_stop()) return {};
     return {.status = 401,
             .what = "nobody here has this token",
             .remedy = shown.in_url ? "send it in the header Authorization; in a URL only tokens with "
@@ -65,14 +67,15 @@ admit_answer access_control::admit(const credentials& shown) const noexcept {
 
 bool access_control::decide(connection& c, const wire::request& asked) noexcept {
   const auto wanted = needed_for(asked);
+  if (wanted) state_.cycle.work_bytes += policy_->patterns(c.who.role, wanted->right) * pattern_work_bytes;
   if (!wanted || policy_->allows(c.who.role, wanted->right, wanted->name)) return true;
-  std::array<char, denial_text_bytes_max> buffer;
+  std::array<char, event_text_bytes_max> buffer;
   wire::text_out why{buffer};
-  why.add(access::name_of(wanted->right)).add(" ");
-  why.add_shortened(wanted->name.empty() ? "plain messages" : wanted->name, topic_bytes_shown);
-  why.add(": role ").add(policy_->role_name(c.who.role)).add(" does not have this right");
   const std::string_view who = policy_->identity_name(c.who.identity);
-  if (!who.empty()) why.add(" (").add(who).add(")");
+  if (!who.empty()) why.add(who).add(", ");
+  why.add("role ").add(policy_->role_name(c.who.role)).add(", has no right to ");
+  why.add(access::name_of(wanted->right)).add(" ");
+  why.add_shortened(wanted->name.empty() ? "plain messages" : wanted->name, denied_name_bytes_shown);
   refusals_.deny(c, asked, why.text());
   return false;
 }

@@ -188,8 +188,10 @@ inline constexpr std::size_t remedy_bytes_max = 128;
 static_assert(std::is_same_v<decltype(event::remedy), event::text<192>> && remedy_bytes_max <= 192);
 inline constexpr std::size_t missed_text_bytes_max = 64;
 // Who has no right to what. Names of roles and identities have 64 bytes at most.
-inline constexpr std::size_t denial_text_bytes_max = 288;
-static_assert(2 * 64 + topic_bytes_shown + 64 <= denial_text_bytes_max);
+inline constexpr std::size_t denied_name_bytes_shown = 56;
+static_assert(2 * 64 + denied_name_bytes_shown + 38 <= event_text_bytes_max);
+// Each pattern of a role that a request is compared with counts as so many bytes that were read.
+inline constexpr std::size_t pattern_work_bytes = 128;
 inline constexpr std::size_t busy_text_bytes_max = 160;
 static_assert(busy_text_bytes_max <= detail::diagnostic_bytes_max);
 inline constexpr std::size_t replaced_type_text_bytes_max = 640;

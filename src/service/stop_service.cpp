@@ -80,8 +80,8 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
   const connection* const c = peer_of(asker.who);
   const std::uint64_t key = c != nullptr ? stop_key_of(c->id) : stop_key_of_this_process;
   const bool from_here = asker.who.who != call_endpoint::kind::peer;
-  const auto may = [&](access::right right) {
-    return from_here || (c != nullptr && access_control_.may(*c, right));
+  const auto may = [&](access::right what) {
+    return from_here || (c != nullptr && access_control_.may(*c, what));
   };
   std::array<char, stop_member_bytes_max> buffer; // of one at a time
   const auto text_of = [&](std::string_view member) -> std::string_view {
@@ -108,10 +108,12 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
                                 may(access::right::reset), state_.cycle.now);
     break;
   case stop_verb::lease: {
-    const auto resigns = json::find(args, "resign");
-    refused = stop_rules_.lease(text_of("guard"), integer_of(args, "tick"),
-                                resigns && json::to_boolean(*resigns).value_or(false), key,
-                                may(access::right::guard), state_.cycle.now);
+    const auto resign = json::find(args, "resign");
+    const bool resigns = resign && json::to_boolean(*resign).value_or(false);
+    // To take away the guard of somebody else weakens the next reset, so it needs that right.
+    const bool allowed = may(resigns ? access::right::reset : access::right::guard);
+    refused = stop_rules_.lease(text_of("guard"), integer_of(args, "tick"), resigns, key, allowed,
+                                state_.cycle.now);
     break;
   }
   case stop_verb::state:

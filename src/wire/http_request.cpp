@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "wire/http_fields.hpp"
+#include "wire/http_token.hpp"
 #include "wire/text_out.hpp"
 
 namespace rowe::wire {
@@ -111,24 +112,6 @@ bool says_gzip(std::string_view element) noexcept {
   return !(weight.starts_with("q=0") && weight.find_first_not_of("0.", 3) == std::string_view::npos);
 }
 
-// What stands behind `?`, which may have a token, is quoted nowhere.
-std::string_view without_query(std::string_view target) noexcept {
-  return target.substr(0, target.find('?'));
-}
-
-// Of `a=1&token=T`; empty if there is none.
-std::string_view token_in_query(std::string_view target) noexcept {
-  constexpr std::string_view name = "token=";
-  target.remove_prefix(std::min(target.find('?'), target.size()));
-  while (!target.empty()) {
-    target.remove_prefix(1);
-    const std::string_view pair = target.substr(0, target.find('&'));
-    if (pair.starts_with(name)) return pair.substr(name.size());
-    target.remove_prefix(pair.size());
-  }
-  return {};
-}
-
 // Judges one request, step by step. A step that refuses sets the rejection and returns false.
 class judge {
  public:
@@ -166,12 +149,12 @@ constexpr std::string_view check_the_client =
 bool judge::read(std::string_view header) noexcept {
   http_lines lines{header};
   const auto first = lines.request_line();
-  if (!first) return reject(400, diagnostic_of(lines.fault()), check_the_client, lines.last_line());
+  if (!first) return reject(400, diagnostic_of(lines.fault()), check_the_client, quotable(lines.last_line()));
   const std::size_t method_end = std::min(first->find(' '), first->size());
   const std::size_t target_end = first->find(' ', std::min(method_end + 1, first->size()));
   seen_.method = first->substr(0, method_end);
   if (target_end == std::string_view::npos || !is_token(seen_.method)) {
-    return reject(400, "the request line is malformed: %", check_the_client, without_query(*first));
+    return reject(400, "the request line is malformed: %", check_the_client, quotable(*first));
   }
   out_.target = first->substr(method_end + 1, target_end - method_end - 1);
   seen_.protocol = first->substr(target_end + 1);
@@ -179,7 +162,7 @@ bool judge::read(std::string_view header) noexcept {
     if (!take(*field)) return false;
   }
   if (lines.fault() == line_fault::none) return true;
-  return reject(400, diagnostic_of(lines.fault()), check_the_client, lines.last_line());
+  return reject(400, diagnostic_of(lines.fault()), check_the_client, quotable(lines.last_line()));
 }
 
 bool judge::take_once(field_value& member, const http_field& field) noexcept {
@@ -216,7 +199,7 @@ bool judge::take(const http_field& field) noexcept {
 
 // Subprotocols may be offered in several fields (RFC 6455 11.3.4), in the client's order of preference.
 bool judge::take_offer(std::string_view list) noexcept {
-  const bool shows_token = list.find(token_subprotocol) != std::string_view::npos; // then no list is quoted
+  const bool shows_token = contains_ignoring_case(list, token_subprotocol); // then nothing of it is quoted
   if (!shows_token) seen_.offered = list;
   while (!list.empty()) {
     const std::string_view name = next_element(list);
@@ -225,9 +208,9 @@ bool judge::take_offer(std::string_view list) noexcept {
       seen_.offered_token = name.substr(token_subprotocol.size());
       continue;
     }
-    if (shows_token) seen_.offered = name;
     if (!is_token(name))
-      return reject(400, "the subprotocol % is malformed", "offer names without blanks", name);
+      return reject(400, "the subprotocol % is malformed", "offer names without blanks",
+                    shows_token ? std::string_view{} : name);
     seen_.offers = true;
     const auto known = std::find(policy_.subprotocols.begin(), policy_.subprotocols.end(), name);
     if (out_.subprotocol.empty() && known != policy_.subprotocols.end()) out_.subprotocol = *known;
@@ -238,7 +221,8 @@ bool judge::take_offer(std::string_view list) noexcept {
 bool judge::judge_request_line() noexcept {
   out_.rejection.to_head = out_.head = seen_.method == "HEAD";
   if (!seen_.protocol.starts_with("HTTP/") || seen_.protocol.find_first_of(" \t") != std::string_view::npos) {
-    return reject(400, "the request line is malformed: it ends in %", check_the_client, seen_.protocol);
+    return reject(400, "the request line is malformed: it ends in %", check_the_client,
+                  out_.target.find('?') == std::string_view::npos ? seen_.protocol : std::string_view{});
   }
   if (seen_.protocol != "HTTP/1.1")
     return reject(505, "% is not spoken here", "use a client of HTTP/1.1", seen_.protocol);

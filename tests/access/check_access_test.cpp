@@ -15,7 +15,8 @@ const std::string hash = hash_token("a-token-of-some-length");
 TEST(check_access, accepts_what_is_right) {
   EXPECT_EQ(check_access({}), "");
   EXPECT_EQ(check_access({.roles = {{.name = "arm", .publish = {"/arm/*"}}},
-                          .identities = {{"arm-1", "arm", hash}, {"a@b", "observer", hash}},
+                          .identities = {{"arm-1", "arm", hash},
+                                         {"a@b", "observer", hash_token("another-token-of-some-length")}},
                           .local_role = "supervisor",
                           .anonymous_may_stop = true}),
             "");
@@ -42,8 +43,15 @@ TEST(check_access, names_the_value_and_what_is_allowed) {
       {{.identities = {{"bob", "driver", hash}}, .local_role = "pilot"},
        "local_role: there is no role `pilot`; there are observer, driver, supervisor, peer"},
       {{.local_role = "driver"},
-       "there is no identity, so everyone may do everything: local_role and anonymous_may_stop mean "
+       "there is no identity, so everyone may do everything: roles, local_role and anonymous_may_stop mean "
        "nothing"},
+      {{.roles = {{.name = "arm"}}},
+       "there is no identity, so everyone may do everything: roles, local_role and anonymous_may_stop mean "
+       "nothing"},
+      {{.roles = {{.name = "arm", .call = {"*a*a*a*a*"}}}},
+       "role `arm`, call: the pattern `*a*a*a*a*` has 5 stars; it may have 4"},
+      {{.identities = {{"bob", "driver", hash}, {"eve", "peer", hash}}},
+       "identities `bob` and `eve` have one token"},
   };
   for (const auto& [options, expected] : cases) EXPECT_EQ(check_access(options), expected);
   access_options many;

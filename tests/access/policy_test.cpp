@@ -93,6 +93,13 @@ TEST(policy, gives_a_role_of_the_users_what_its_patterns_say) {
   EXPECT_FALSE(of.allows(arm->role, right::call, "/rosapi/services"));
   EXPECT_FALSE(of.allows(arm->role, right::subscribe, "/odom"));
   EXPECT_FALSE(of.allows(arm->role, right::reset));
+  access_options stars = options();
+  stars.roles[0].publish = {"*", "/*"};
+  stars.roles[0].call = {"/**"};
+  const policy starred{stars};
+  EXPECT_TRUE(starred.allows(arm->role, right::publish, "/x"));
+  EXPECT_FALSE(starred.allows(arm->role, right::publish, "")) << "plain messages have no name";
+  EXPECT_TRUE(starred.allows(arm->role, right::call, "")) << "it is everything";
 }
 
 TEST(policy, lets_a_role_replace_one_of_its_own) {

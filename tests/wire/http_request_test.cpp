@@ -315,7 +315,13 @@ TEST(judge_request, quotes_no_token_in_a_rejection) {
         upgrade({{"A", "Authorization: Bearer " + secret}, {"Host", "Host: evil"}}),
         upgrade({}, "GET x?token=" + secret + " HTTP/1.1"),
         upgrade({}, "GET /?token=" + secret + "#a HTTP/1.1"),
-        upgrade({}, "GET /?token=" + secret),
+        upgrade({}, "GET /?token=" + secret), upgrade({{"A", "Authorization : Bearer " + secret}}),
+        upgrade({{"A", "Authorization Bearer " + secret}}),
+        upgrade({{"A", "Authorization: Bearer " + secret + "\x01"}}),
+        upgrade({}, "GET /?token=" + secret + "\x01 HTTP/1.1"),
+        upgrade({}, "GET /?token=ab " + secret + " HTTP/1.1"),
+        upgrade({{"P", "Sec-WebSocket-Protocol: chat rowe.token." + secret}}),
+        upgrade({{"P", "Sec-WebSocket-Protocol: Rowe.Token." + secret}}),
         upgrade({}, "GET /?token=" + secret + " HTTP/1.0")}) {
     const http_judgement j = judge_request(request, policy_at(8080));
     EXPECT_EQ(j.outcome, http_outcome::rejected) << request;
