@@ -27,11 +27,6 @@ void credit::begin(std::uint64_t nonce) noexcept {
   nonce_ = nonce;
 }
 
-// The first ping goes early: what it measures decides about the rest.
-std::size_t credit::ping_every() const noexcept {
-  return round_trip_.known() ? bound_ / 2 : first_ping_after;
-}
-
 std::size_t credit::room(priority of) const noexcept {
   if (!begun_) return SIZE_MAX;
   const auto left = [&](std::uint64_t most, std::uint64_t of_it) {
@@ -41,7 +36,7 @@ std::size_t credit::room(priority of) const noexcept {
   if (settling()) return 0;
   const std::size_t within_bound = left(bound_, in_flight());
   if (pings_ != 0) return within_bound;
-  return std::min(within_bound, left(ping_every() + batch_bytes, written_ - pinged_));
+  return std::min(within_bound, left(ping_every_ + batch_bytes, written_ - pinged_));
 }
 
 bool credit::late(rt::time_point now) const noexcept {
@@ -51,7 +46,7 @@ bool credit::late(rt::time_point now) const noexcept {
 bool credit::wants_ping(rt::time_point now) const noexcept {
   if (!begun_ || pings_ == under_way_.size()) return false;
   if (pings_ != 0) return late(now);
-  return asked_ || settling() || written_ - pinged_ >= ping_every();
+  return asked_ || settling() || written_ - pinged_ >= ping_every_;
 }
 
 credit::ping_payload credit::ping(std::size_t end, rt::time_point now) noexcept {
@@ -101,27 +96,28 @@ bool credit::take_pong(std::span<const std::byte> payload, rt::time_point now) n
 // measures no rate at all.
 void credit::note_rate(std::uint64_t bytes, rt::duration took, rt::duration waited) noexcept {
   if (bytes < first_ping_after && !ROWE_MUTANT(small_rate)) return;
-  const double known = rate_;
+  const double known = rates_.highest;
   double seen = static_cast<double>(bytes) / std::max(seconds(took), 1e-6);
   if (seen <= known) {
     if (waited <= round_trip_.shortest() + queue_time()) return;
     seen = std::min(known, static_cast<double>(bytes) / seconds(waited));
     // The peer is so much slower now that its old rates would count for too long.
-    if (waited > 2 * (2 * round_trip_.shortest() + queue_time())) rates_.fill(0);
+    if (waited > 2 * (2 * round_trip_.shortest() + queue_time())) rates_.last.fill(0);
   }
-  rates_[next_rate_] = seen;
-  next_rate_ = static_cast<std::uint8_t>((next_rate_ + 1U) % rates_.size());
-  rate_ = *std::max_element(rates_.begin(), rates_.end());
+  rates_.last[rates_.next] = seen;
+  rates_.next = static_cast<std::uint8_t>((rates_.next + 1U) % rates_.last.size());
+  rates_.highest = *std::max_element(rates_.last.begin(), rates_.last.end());
 }
 
 void credit::update_bound(rt::duration waited) noexcept {
-  double bytes = rate_ * seconds(2 * round_trip_.shortest() + queue_time());
+  double bytes = rates_.highest * seconds(2 * round_trip_.shortest() + queue_time());
   // No queue at the peer, but messages wait here: the bound itself keeps the rate low.
   const bool starved = std::exchange(held_, false) && waited <= round_trip_.shortest() + queue_time() / 4;
   if (starved) bytes = std::max(bytes, growth * static_cast<double>(bound_));
   if (ROWE_MUTANT(bound_shrinks)) bytes = std::max(bytes, static_cast<double>(bound_));
   bound_ = static_cast<std::size_t>(
       std::clamp(bytes, static_cast<double>(least()), static_cast<double>(most())));
+  ping_every_ = bound_ / 2;
 }
 
 std::size_t credit::send_buffer(std::size_t now) const noexcept {

@@ -89,6 +89,12 @@ class credit {
   std::size_t send_buffer(std::size_t now) const noexcept;
 
  private:
+  // The peer's, in bytes a second.
+  struct rates {
+    std::array<double, 4> last{}; // of the last rounds that say something
+    std::uint8_t next = 0;        // place in `last`
+    double highest = 0;           // of these
+  };
   struct question {
     std::uint64_t end = 0; // of its frame in all that is written
     rt::time_point at{};
@@ -98,7 +104,6 @@ class credit {
   std::size_t least() const noexcept { return low_rtt() ? bytes_min_low_rtt : bytes_min; }
   std::size_t most() const noexcept { return low_rtt() ? bytes_max_low_rtt : bytes_max; }
   bool late(rt::time_point now) const noexcept;
-  std::size_t ping_every() const noexcept;
   void note_rate(std::uint64_t bytes, rt::duration took, rt::duration waited) noexcept;
   void update_bound(rt::duration waited) noexcept;
 
@@ -106,7 +111,6 @@ class credit {
   bool asked_ = false;
   bool held_ = false; // something was held back since the last pong
   std::uint8_t pings_ = 0; // under way
-  std::uint8_t next_rate_ = 0;
   std::array<question, 2> under_way_{}; // the older one first
   std::uint64_t nonce_ = 0;
   std::uint64_t written_ = 0;
@@ -114,9 +118,9 @@ class credit {
   std::uint64_t pinged_ = 0;    // where the last ping ends
   rt::time_point busy_since_{}; // something was on its way all the time from here
   round_trip round_trip_;
-  std::array<double, 4> rates_{}; // bytes a second, of the last rounds that say something
-  double rate_ = 0;               // the highest of these
+  rates rates_;
   std::size_t bound_ = bytes_min;
+  std::size_t ping_every_ = first_ping_after; // the first goes early: what it measures decides about the rest
 };
 
 } // namespace rowe::service

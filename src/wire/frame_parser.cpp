@@ -266,10 +266,15 @@ void frame_parser::reset(role ours, frame_limits limits, std::span<std::byte> as
 }
 
 frame_step frame_parser::next(std::span<std::byte> bytes) noexcept {
-  std::size_t consumed = 0;
-  std::size_t frames = 0;
   frame_step whole;
   if (!ended_ && !in_frame_ && take_whole_message(bytes, whole)) return whole;
+  return take_pieces(bytes);
+}
+
+// Everything but a message that is one frame and all there.
+[[gnu::noinline]] frame_step frame_parser::take_pieces(std::span<std::byte> bytes) noexcept {
+  std::size_t consumed = 0;
+  std::size_t frames = 0;
   while (!ended_) { // one turn a frame; a frame without an event is a fragment, and takes at least a header
     ++frames;
     if (!in_frame_) {

@@ -113,6 +113,7 @@ class frame_parser {
   std::optional<protocol_error> take_header(std::span<const std::byte> bytes, std::size_t& consumed) noexcept;
   std::optional<protocol_error> begin_frame() noexcept;
   bool take_whole_message(std::span<std::byte> bytes, frame_step& step) noexcept;
+  frame_step take_pieces(std::span<std::byte> bytes) noexcept;
   frame_step take_control(std::span<std::byte> rest) noexcept;
   frame_step take_data(std::span<std::byte> rest) noexcept;
   frame_step end_message(std::span<std::byte> message, std::size_t consumed) noexcept;

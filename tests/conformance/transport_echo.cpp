@@ -65,11 +65,10 @@ class echo final : public service::transport_sink {
 
   void on_bytes(service::connection_id id, std::span<std::byte> bytes) noexcept override {
     peer& p = peers_[id.index];
-    while (!p.leaving) {
+    while (!p.leaving && !bytes.empty()) {
       const wire::frame_step step = p.parser.next(bytes);
       bytes = bytes.subspan(step.consumed);
-      if (step.event == wire::frame_event::need_more) break;
-      take(p, step);
+      if (step.event != wire::frame_event::need_more) take(p, step);
     }
     flush(p);
   }
