@@ -184,7 +184,9 @@ targets = (
                   "`recent/rowe_wheel/1000000`; but the entry that is cancelled and its neighbours lie "
                   "anywhere in 16 MB that nobody has touched for long."),
     target("expiry: insert and cancel", "expiry", "random_ahead/rowe_wheel/1000000", "time", at_most(25),
-           of="1 M pending, a random one of them that is known 32 entries ahead, ns"),
+           of="1 M pending, a random one of them that is known 32 entries ahead, ns",
+           reason="At the edge: 24.5 to 27.4 in ten runs. Three cache lines have to come from 16 MB for each "
+                  "step, and no more of them can be under way at a time; without looking ahead it is 66."),
     target("expiry: insert and cancel", "instructions", "instructions/wheel_with_1m_pending", "instructions",
            at_most(1.05), of="instructions with 1 M pending, of those with 1 k",
            over="instructions/wheel_with_1k_pending"),
