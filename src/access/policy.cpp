@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "access/pattern.hpp"
 #include "access/token.hpp"
 
@@ -77,7 +79,7 @@ bool policy::allows(role_number role, right what, std::string_view name) const n
   if (what == right::guard) return entry.guard;
   const auto index = static_cast<std::size_t>(what);
   if ((entry.everywhere >> index & 1) != 0) return true;
-  if (name.empty()) return false; // what has no name is not one of some names
+  if (name.empty() && !ROWE_MUTANT(role_plain)) return false; // what has no name is not one of some names
   const auto& patterns = entry.patterns[index];
   return std::any_of(patterns.begin(), patterns.end(),
                      [name](const std::string& pattern) { return matches(pattern, name); });

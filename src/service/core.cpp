@@ -9,9 +9,6 @@
 #include <rowe/detail/mutation_points.hpp>
 
 namespace rowe::service {
-namespace {
-
-} // namespace
 
 core::core(rt::arena& memory, const core_options& options, const shared_parts& with_threads,
            const core_seams& seams, rt::time_point start) noexcept

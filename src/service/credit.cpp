@@ -95,7 +95,7 @@ bool credit::take_pong(std::span<const std::byte> payload, rt::time_point now) n
 // trip shows a queue. An answer to next to nothing, such as a ping that only asks whether the peer is alive,
 // measures no rate at all.
 void credit::note_rate(std::uint64_t bytes, rt::duration took, rt::duration waited) noexcept {
-  if (bytes < first_ping_after && !ROWE_MUTANT(small_rate)) return;
+  if (bytes < rated_bytes_min && !ROWE_MUTANT(small_rate)) return;
   const double known = rates_.highest;
   double seen = static_cast<double>(bytes) / std::max(seconds(took), 1e-6);
   if (seen <= known) {

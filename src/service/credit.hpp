@@ -41,6 +41,7 @@ class credit {
   static constexpr std::size_t send_buffer_min = 16 * 1024;
   static constexpr rt::duration pong_late_after = std::chrono::milliseconds{100}; // and two round trips
   static constexpr std::size_t first_ping_after = 1024;                           // bytes
+  static constexpr std::size_t rated_bytes_min = 1024; // an answer to fewer says nothing about the rate
   static constexpr std::size_t ping_bytes = 16;
   using ping_payload = std::array<std::byte, ping_bytes>;
 

@@ -111,7 +111,8 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
     const auto resign = json::find(args, "resign");
     const bool resigns = resign && json::to_boolean(*resign).value_or(false);
     // To take away the guard of somebody else weakens the next reset, so it needs that right.
-    const bool allowed = may(resigns ? access::right::reset : access::right::guard);
+    const bool takes = resigns && !ROWE_MUTANT(role_resign);
+    const bool allowed = may(takes ? access::right::reset : access::right::guard);
     refused = stop_rules_.lease(text_of("guard"), integer_of(args, "tick"), resigns, key, allowed,
                                 state_.cycle.now);
     break;

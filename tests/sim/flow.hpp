@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Worlds of links: how frames to many peers are gathered, how much is in flight to one, and how much is read
-// of those that say much. What peers say is simple here, and the links have the properties of real ones. So
-// the invariants can be narrow: bytes, cycles and units of work. A seed is one of three kinds
-// (flow_groups.hpp, flow_credit.hpp, flow_reading.hpp). sim_swarm runs these worlds besides those of the
-// swarm, and shrinks their failures likewise.
+// Worlds of links: how frames to many peers are gathered, how much is in flight to one, how much is read of
+// those that say much, and what the roles of peers allow. What peers say is simple here, and the links have
+// the properties of real ones. So the invariants can be narrow: bytes, cycles and units of work. A seed is
+// one of four kinds (flow_groups.hpp, flow_credit.hpp, flow_reading.hpp, flow_roles.hpp). sim_swarm runs
+// these worlds besides those of the swarm, and shrinks their failures likewise.
 #pragma once
 #include <cstdint>
 #include <cstdio>

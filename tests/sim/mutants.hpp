@@ -49,6 +49,12 @@ inline constexpr mutant mutants[] = {
     {"buffer_grows", "the kernel's send buffer grows with the bound"},
     {"buffer_shrinks", "it shrinks with the bound"},
     {"buffer_far", "the kernel decides about it where the round trip is long"},
+    {"role_denied", "a request that a role does not allow is not carried out"},
+    {"role_plain", "a pattern of names gives no right to plain messages"},
+    {"role_reset", "only a role with that right resets"},
+    {"role_resign", "to end the guard of others takes the right to reset"},
+    {"role_token", "a token that nobody has lets nobody in"},
+    {"role_local", "an address is no role unless one is chosen for it"},
     {"pong_room", "a long pong that takes a short one's place fits there"},
 };
 

@@ -208,7 +208,17 @@ std::string_view name_of(flow_event what) {
                                         "fragments, in parts",
                                         "call beside a flood",
                                         "stop behind a read",
-                                        "assembly in front of a read"};
+                                        "assembly in front of a read",
+                                        "role, by token",
+                                        "role, without token",
+                                        "role, not admitted",
+                                        "role, allowed",
+                                        "role, denied",
+                                        "role, stopped",
+                                        "role, reset",
+                                        "role, no reset",
+                                        "role, may guard",
+                                        "role, may not guard"};
   static_assert(std::size(names) == flow_events);
   return names[static_cast<std::size_t>(what)];
 }

@@ -119,8 +119,18 @@ enum class flow_event : std::uint8_t {
   call_beside_flood,  // is answered
   stop_behind_read,   // waits for what was read before it
   assembly_behind,    // a long message is assembled while a large read waits behind it
+  role_by_token,      // a peer is let in
+  role_without_token, // likewise: by its address, or to stop only
+  role_not_admitted,
+  role_allowed, // a request
+  role_denied,
+  role_stopped,
+  role_reset, // let the loop go
+  role_not_reset,
+  role_guards, // may guard, or end the guard of another
+  role_guards_not,
 };
-inline constexpr std::size_t flow_events = 18;
+inline constexpr std::size_t flow_events = 28;
 std::string_view name_of(flow_event what);
 
 class coverage {

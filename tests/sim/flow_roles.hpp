@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: Apache-2.0
+// A hub whose peers have roles. They come and go with all kinds of tokens, and ask for what is their right
+// and for what is not, in both codecs. What each role may do is written here once more, by hand, so the
+// policy is not compared with itself. What is denied must leave no trace: nobody hears it, and it changes
+// neither who provides a service nor the stop.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <rowe/access.hpp>
+#include <rowe/stop_latch.hpp>
+
+#include "json/reader.hpp"
+
+#include "flow.hpp"
+
+namespace flow {
+
+class roles final : public world {
+ public:
+  roles(std::uint64_t seed, swarm::coverage& seen, const std::set<std::string>& without, bool trace)
+      : world{seed, options(seed), seen, without, trace},
+        local_{on_.options.access.local_role.empty() ? nobody : driver},
+        loop_{on_.offer(rowe::detail::latch_request({.name = "loop", .loop_timeout = 10s}))} {
+    cycle(1ms);
+    latch_.emplace(harness::core_harness::handle_of(loop_));
+    (void)on_.inbox.try_receive(on_.now); // somebody takes plain messages
+    watcher_ = &come(supervisor);
+    guest& provider = come(peer_role);
+    for (const char* const topic : topics) watcher_->link->say(subscribe(topic));
+    for (const char* const service : services) provider.link->say(provide(service));
+    settle();
+  }
+
+  void finish(std::uint64_t number) override {
+    world::finish(number);
+    settle();
+    for (guest& one : guests_) one.link->leave();
+    for (int i = 0; i < 5; ++i) cycle(20ms);
+    if (!broken() && on_.core.peers() != 0) fail("end", std::to_string(on_.core.peers()) + " peers are left");
+  }
+
+ private:
+  enum role : std::uint8_t { observer, driver, supervisor, peer_role, arm, guard, nobody };
+  static constexpr std::array<std::string_view, 6> names = {"observer", "driver", "supervisor",
+                                                            "peer",     "arm",    "guard"};
+  static constexpr const char* topics[] = {"/cmd", "/arm/a", "/arm/b/c", "/odom"};
+  static constexpr const char* services[] = {"/go", "/arm/open", "/arm/b/close"};
+  static constexpr std::size_t guests_max = 6; // besides the two that stay
+  enum class verb : std::uint8_t { subscribe, publish, advertise, call, provide, plain };
+
+  struct guest {
+    std::unique_ptr<harness::peer> link;
+    role is = nobody;
+    bool stop_only = false;
+  };
+
+  static std::string name_of(const guest& one) {
+    return std::string{one.is == nobody ? std::string_view{"nobody"} : names[one.is]};
+  }
+  static std::string token_of(std::string_view who) { return std::string{who} + "-shows-this-token"; }
+
+  static rowe::endpoint_options options(std::uint64_t seed) {
+    auto chosen = harness::small_options();
+    chosen.limits.connections_max = 16;
+    chosen.limits.refusals_per_second_max = 0;
+    chosen.limits.messages_per_second_max = 0;
+    chosen.limits.advertisements_per_connection_max = 8;
+    chosen.relay = true;
+    chosen.stop.unguarded = true;
+    swarm::seeded_choices chooses{seed ^ 0x1234567U};
+    auto& access = chosen.access;
+    access.roles = {{.name = "arm",
+                     .subscribe = {"/arm/**"},
+                     .publish = {"/*", "/arm/*"},
+                     .advertise = {"/arm/*"},
+                     .call = {"/arm/*"},
+                     .provide = {"/arm/*"}},
+                    {.name = "guard", .guard = true}};
+    if (chooses.one_in(2)) access.local_role = "driver";
+    access.anonymous_may_stop = chooses.one_in(2);
+    for (const std::string_view one : names)
+      access.identities.push_back({std::string{one}, std::string{one}, rowe::hash_token(token_of(one))});
+    return chosen;
+  }
+
+  // ---- what each role may do
+
+  static bool may(role who, verb what, std::string_view name) {
+    const bool of_arm = name == "/arm/a" || name == "/arm/open";
+    switch (who) {
+    case observer: return what == verb::subscribe;
+    case driver:
+    case supervisor: return what != verb::provide;
+    case peer_role: return true;
+    case arm:
+      if (what == verb::subscribe) return name.starts_with("/arm/");
+      if (what == verb::publish) return of_arm || name == "/cmd" || name == "/odom";
+      return of_arm && what != verb::plain;
+    case guard:
+    case nobody: break;
+    }
+    return false;
+  }
+
+  // ---- who comes
+
+  struct visit {
+    std::string token;
+    std::string_view address;
+    std::string_view path;
+    std::optional<role> is; // nothing: it is not let in
+  };
+  visit some_visit() {
+    const bool local = random_.one_in(3);
+    const bool for_stop = random_.one_in(3);
+    const bool anonymous = for_stop && on_.options.access.anonymous_may_stop;
+    visit made{.token = {},
+               .address = local ? "127.0.0.1:50000" : "10.0.0.7:50000",
+               .path = for_stop ? rowe::service::stop_path : std::string_view{"/"},
+               .is = anonymous ? std::optional{nobody} : std::nullopt};
+    switch (random_.below(4)) {
+    case 0: // none
+      if (local && local_ != nobody) made.is = local_;
+      break;
+    case 1: made.token = "nobody-has-this-token"; break;
+    default:
+      const auto which = static_cast<role>(random_.below(names.size()));
+      made.token = token_of(names[which]);
+      made.is = which;
+    }
+    return made;
+  }
+  std::unique_ptr<harness::peer> link(std::string_view address, std::string_view path,
+                                      std::string_view token) {
+    return std::make_unique<harness::peer>(on_, rowe::service::side::server, address, path, "", token);
+  }
+  void come_or_not() {
+    const visit made = some_visit();
+    const std::uint32_t before = on_.core.peers();
+    guests_.push_back({link(made.address, made.path, made.token), made.is.value_or(nobody),
+                       made.path == rowe::service::stop_path});
+    cycle(1ms);
+    const bool in = on_.core.peers() > before;
+    say(made.token + " at " + std::string{made.path} + (in ? " is in" : " is not let in"));
+    if (in != made.is.has_value())
+      fail("admitted", "a peer with the token `" + made.token + "` from " + std::string{made.address} +
+                           " on " + std::string{made.path} + (in ? " is let in" : " is not let in"));
+    seen_.add(in ? (made.token.empty() || made.is == nobody ? flow_event::role_without_token
+                                                            : flow_event::role_by_token)
+                 : flow_event::role_not_admitted);
+    if (!in) guests_.pop_back();
+  }
+  guest& come(role who) {
+    guests_.push_back({link("10.0.0.7:50000", "/", token_of(names[who])), who});
+    cycle(1ms);
+    return guests_.back();
+  }
+
+  // ---- what they say
+
+  static std::string subscribe(std::string_view topic) {
+    return R"({"op":"subscribe","queue_length":16,"topic":")" + std::string{topic} + "\"}";
+  }
+  static std::string provide(std::string_view service) {
+    return R"({"op":"advertise_service","type":"a/B","service":")" + std::string{service} + "\"}";
+  }
+
+  std::string text_of(verb what, std::string_view name, std::int64_t number) {
+    const std::string n = std::to_string(number);
+    switch (what) {
+    case verb::subscribe: return subscribe(name);
+    case verb::publish:
+      return R"({"op":"publish","topic":")" + std::string{name} + R"(","msg":{"n":)" + n + "}}";
+    case verb::advertise:
+      return R"({"op":"advertise","type":"a/B","topic":")" + std::string{name} + "\"}";
+    case verb::call:
+      if (random_.one_in(2))
+        return R"({"message_id":)" + n + R"(,"service":")" + std::string{name} + R"(","n":)" + n + "}";
+      return R"({"op":"call_service","id":")" + n + R"(","service":")" + std::string{name} +
+             R"(","args":{"n":)" + n + "}}";
+    case verb::provide: return provide("/new" + std::string{name});
+    case verb::plain: return R"({"n":)" + n + "}";
+    }
+    return {};
+  }
+
+  void ask() {
+    guest& by = some_guest();
+    if (by.stop_only) return;
+    const auto what = static_cast<verb>(random_.below(6));
+    std::string_view name;
+    if (what == verb::call || what == verb::provide)
+      name = services[random_.below(std::size(services))];
+    else if (what != verb::plain)
+      name = topics[random_.below(std::size(topics))];
+    const bool allowed = may(by.is, what, what == verb::provide && by.is == arm ? "/new" : name);
+    const std::int64_t number = ++number_;
+    const std::string text = text_of(what, name, number);
+    const auto denied_before = on_.count(counter::denied);
+    say(name_of(by) + " says " + text);
+    by.link->say(text);
+    settle();
+    const bool was_denied = on_.count(counter::denied) != denied_before;
+    if (was_denied == allowed)
+      fail("denied", name_of(by) +
+                         (allowed ? " was denied: " : " was allowed: ") + text);
+    seen_.add(allowed ? flow_event::role_allowed : flow_event::role_denied);
+    const bool leaves_trace = what == verb::publish || what == verb::call || what == verb::plain;
+    if (leaves_trace && heard(number) != allowed)
+      fail("denied", name_of(by) +
+                         (allowed ? " said in vain: " : " was heard, though it had no right: ") + text);
+    if (what != verb::provide) return;
+    if (!allowed && provides(by, "/new" + std::string{name}))
+      fail("denied", "a peer without that right provides a service: " + text);
+  }
+  // Whether anybody heard the number since the last settle().
+  bool heard(std::int64_t number) const {
+    const std::string n = "\"n\":" + std::to_string(number) + "}";
+    const std::string with_more = "\"n\":" + std::to_string(number) + ",";
+    return std::any_of(heard_.begin(), heard_.end(), [&](const std::string& one) {
+      return one.find(n) != std::string::npos || one.find(with_more) != std::string::npos;
+    });
+  }
+  // Whether calls of the service reach this peer.
+  bool provides(guest& one, const std::string& service) {
+    watcher_->link->say(R"({"op":"call_service","id":"w","service":")" + service + R"(","args":{}})");
+    cycle(1ms);
+    cycle(1ms);
+    const auto asked = one.link->hear();
+    return std::any_of(asked.begin(), asked.end(), [&](const std::string& text) {
+      return text.find("call_service") != std::string::npos && text.find(service) != std::string::npos;
+    });
+  }
+
+  // ---- the stop
+
+  bool moves() {
+    const bool engaged = latch_->engaged(on_.now);
+    if (engaged) latch_->acknowledge(on_.now);
+    cycle(1ms);
+    return !engaged;
+  }
+  void stop() {
+    guest& by = some_guest();
+    say("a stop");
+    by.link->say(random_.one_in(2) ? R"({"op":"call_service","id":"s","service":"/rowe/stop"})"
+                                   : R"({"service":"/rowe/stop","message_id":1})");
+    settle();
+    if (moves()) fail("stop", "a peer that is let in said stop, and the loop moves");
+    seen_.add(flow_event::role_stopped);
+  }
+  std::string member_of_state(std::string_view name) {
+    (void)watcher_->link->hear();
+    watcher_->link->say(R"({"op":"call_service","service":"/rowe/stop/state"})");
+    cycle(1ms);
+    for (const std::string& one : watcher_->link->hear()) {
+      const auto values = rowe::json::find(rowe::json::root(one).raw, "values");
+      const auto found = values ? rowe::json::find(values->raw, name) : std::nullopt;
+      if (found) return std::string{found->raw};
+    }
+    return "0";
+  }
+  void reset() {
+    guest& by = random_.one_in(3) ? *watcher_ : some_guest();
+    if (by.stop_only || moves()) return;
+    (void)moves(); // it acknowledges
+    const std::string number = member_of_state("number");
+    by.link->say(R"({"op":"call_service","service":"/rowe/stop/reset","args":{"number":)" + number +
+                 R"(,"tick":)" + member_of_state("tick") + "}}");
+    cycle(1ms);
+    const bool let_go = moves();
+    say(name_of(by) + (let_go ? " let go" : " did not let go"));
+    if (let_go && by.is != supervisor) fail("reset", "a role that may not reset let the loop go");
+    seen_.add(let_go ? flow_event::role_reset : flow_event::role_not_reset);
+    settle();
+  }
+  // With a tick that is too old, so that it fails in any case: what counts is for which reason.
+  void lease() {
+    guest& by = random_.one_in(3) ? *watcher_ : some_guest();
+    if (by.stop_only) return;
+    const bool resigns = random_.one_in(2);
+    by.link->say(R"({"op":"call_service","id":"l","service":"/rowe/stop/lease",)"
+                 R"("args":{"guard":"panel","tick":1)" +
+                 std::string{resigns ? R"(,"resign":true)" : ""} + "}}");
+    settle();
+    const bool refused = std::any_of(heard_.begin(), heard_.end(), [](const std::string& one) {
+      return one.find(R"("refused":"role")") != std::string::npos;
+    });
+    const bool allowed = by.is == supervisor || (by.is == guard && !resigns);
+    if (refused == allowed)
+      fail("lease", name_of(by) + (resigns ? " ends a guard" : " guards") +
+                        (allowed ? ": refused" : ": allowed"));
+    seen_.add(allowed ? flow_event::role_guards : flow_event::role_guards_not);
+  }
+
+  // ---- steps
+
+  void act() override {
+    for (int i = 0; i < 4 && !broken(); ++i) {
+      switch (random_.below(12)) {
+      case 0: leave(); break;
+      case 1:
+      case 2:
+        if (guests_.size() < guests_max + 2) come_or_not();
+        break;
+      case 3: stop(); break;
+      case 4:
+      case 5: reset(); break;
+      case 6: lease(); break;
+      default: ask(); break;
+      }
+    }
+  }
+  guest& some_guest() {
+    return *std::next(guests_.begin(), static_cast<int>(random_.below(guests_.size())));
+  }
+  void leave() {
+    if (guests_.size() <= 2) return;
+    const auto which = std::next(guests_.begin(), 2 + static_cast<int>(random_.below(guests_.size() - 2)));
+    which->link->leave();
+    cycle(1ms);
+    guests_.erase(which);
+  }
+  // Until all that was said has arrived; the provider answers what it is asked.
+  void settle() {
+    heard_.clear();
+    for (int i = 0; i < 3; ++i) {
+      cycle(1ms);
+      while (const auto slot = on_.inbox.try_receive(on_.now)) {
+        heard_.emplace_back(on_.inbox.text(*slot));
+        (void)on_.inbox.release(*slot);
+      }
+      for (guest& one : guests_) {
+        for (const std::string& text : one.link->hear()) {
+          heard_.push_back(text);
+          answer(one, text);
+        }
+      }
+    }
+  }
+  void answer(guest& one, const std::string& text) {
+    const auto id = rowe::json::find(rowe::json::root(text).raw, "id");
+    const auto service = rowe::json::find(rowe::json::root(text).raw, "service");
+    const auto op = rowe::json::find(rowe::json::root(text).raw, "op");
+    if (!id || !service || !op || op->raw != "\"call_service\"") return;
+    one.link->say(R"({"op":"service_response","id":)" + std::string{id->raw} + R"(,"service":)" +
+                  std::string{service->raw} + R"(,"values":{},"result":true})");
+  }
+
+  role local_;
+  rowe::detail::queue_pair& loop_;
+  std::optional<rowe::stop_latch> latch_;
+  std::list<guest> guests_; // the first two stay
+  guest* watcher_ = nullptr;
+  std::int64_t number_ = 0;
+  std::vector<std::string> heard_;
+};
+
+} // namespace flow
