@@ -50,6 +50,7 @@ constexpr std::array idle_counts{0, 100, 1000};
 class echo_sink final : public service::transport_sink {
  public:
   explicit echo_sink(service::transport& sockets) : transport_{sockets} {}
+  service::admit_answer admit(const service::credentials&) const noexcept override { return {}; }
   void on_open(service::connection_id, const service::peer_info&) noexcept override { ++open; }
   void on_bytes(service::connection_id id, std::span<std::byte> bytes) noexcept override {
     (void)transport_.write(id, bytes); // 64 bytes to a reader that waits for them always fit

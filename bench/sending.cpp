@@ -232,6 +232,7 @@ class frames final : public service::transport_sink {
     while (!flood_->write(monotonic_clock::now())) poll();
   }
 
+  service::admit_answer admit(const service::credentials&) const noexcept override { return {}; }
   void on_open(service::connection_id id, const service::peer_info&) noexcept override {
     peer_ = id;
     open_ = true;

@@ -38,6 +38,7 @@ class frames_server final : public service::transport_sink {
  public:
   frames_server(service::transport& sockets, const peer_arguments& how) : transport_{sockets}, how_{how} {}
 
+  service::admit_answer admit(const service::credentials&) const noexcept override { return {}; }
   void on_open(connection_id id, const service::peer_info&) noexcept override {
     if (connections_.size() <= id.index) connections_.resize(id.index + 1);
     auto& made = connections_[id.index] = std::make_unique<connection>();

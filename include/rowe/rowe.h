@@ -241,8 +241,8 @@ enum rowe_event_kind {
   rowe_event_status_from_peer,
   rowe_event_limit,   // something did not fit; `remedy` names the limit
   rowe_event_warning, // the endpoint works, but not as promised
-  rowe_event_denied,  // a peer asked for something that its role does not allow
   rowe_event_stop,    // loops were stopped, or let go by a reset
+  rowe_event_denied,  // a peer asked for something that its role does not allow
 };
 
 // Texts end in '\0' and are cut at what fits.

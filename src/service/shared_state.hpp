@@ -126,9 +126,20 @@ class shared_state {
 
  private:
   static constexpr bool by_peers(event::kind what) noexcept {
-    return what == event::kind::peer_joined || what == event::kind::peer_left ||
-           what == event::kind::refused_handshake || what == event::kind::refused_request ||
-           what == event::kind::status_from_peer || what == event::kind::limit;
+    using kind = event::kind;
+    switch (what) {
+    case kind::peer_joined:
+    case kind::peer_left:
+    case kind::refused_handshake:
+    case kind::refused_request:
+    case kind::status_from_peer:
+    case kind::limit:
+    case kind::denied: return true;
+    case kind::cannot_connect:
+    case kind::warning:
+    case kind::stop: break;
+    }
+    return false;
   }
 
   static constexpr std::size_t address_words_count = 8;

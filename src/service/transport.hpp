@@ -103,7 +103,7 @@ struct http_answer {
 class transport_sink {
  public:
   // Whether a peer that shows this may become a connection. Asked before anything is done for it.
-  virtual admit_answer admit(const credentials&) const noexcept { return {}; }
+  virtual admit_answer admit(const credentials& shown) const noexcept = 0;
   virtual void on_open(connection_id connection, const peer_info& peer) noexcept = 0;
   // Bytes as they came; the span may be written to, and `tailroom_bytes` behind it may be read.
   // The core may call transport::write() and close() from here, for this connection and for others.

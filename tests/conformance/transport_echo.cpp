@@ -50,6 +50,7 @@ class echo final : public service::transport_sink {
   bool met_anyone() const noexcept { return met_anyone_; }
   bool has_peers() const noexcept { return count_ > 0; }
 
+  service::admit_answer admit(const service::credentials&) const noexcept override { return {}; }
   void on_open(service::connection_id id, const service::peer_info& info) noexcept override {
     peer& p = peers_[id.index];
     p = peer{};

@@ -14,6 +14,7 @@ namespace {
 
 class storm_sink final : public service::transport_sink {
  public:
+  service::admit_answer admit(const service::credentials&) const noexcept override { return {}; }
   void on_open(connection_id id, const service::peer_info&) noexcept override {
     EXPECT_TRUE(open_.emplace(key_of(id), id).second) << "opened twice";
     ++opened;

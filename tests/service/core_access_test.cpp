@@ -162,6 +162,22 @@ TEST_F(access, tells_who_was_denied_what) {
   EXPECT_EQ(events(), why + "\n");
 }
 
+TEST_F(access, leaves_room_for_other_events_however_much_is_denied) {
+  for (int i = 0; i < 2000; ++i) { // more peers come, are denied and go than there are places for events
+    peer& one = comes("observer");
+    (void)answer_to(one, R"({"op":"publish","topic":"/cmd_vel","msg":{}})");
+    one.leave();
+    on.cycle();
+    peers.clear();
+  }
+  EXPECT_GT(on.count(counter::events_lost), 0U);
+  const auto lost = on.count(counter::events_lost);
+  rowe::event own;
+  own.what_kind = rowe::event::kind::warning;
+  on.shared.post(own);
+  EXPECT_EQ(on.count(counter::events_lost), lost);
+}
+
 // A loop that can be stopped, and a supervisor who lets it go.
 struct stop_access : local_access {
   stop_access() {

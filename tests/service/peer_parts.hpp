@@ -25,6 +25,9 @@ using rowe::service::peer_index;
 // A transport reports to it that nobody has to know of.
 class no_sink final : public rowe::service::transport_sink {
  public:
+  rowe::service::admit_answer admit(const rowe::service::credentials&) const noexcept override {
+    return {};
+  }
   void on_open(connection_id, const rowe::service::peer_info&) noexcept override {}
   void on_bytes(connection_id, std::span<std::byte>) noexcept override {}
   void on_writable(connection_id) noexcept override {}
