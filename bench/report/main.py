@@ -58,6 +58,8 @@ def arguments():
         parser.error("--against compares builds, and --save and --compare are about runs: one at a time")
     if asked.save and not asked.save.parent.is_dir():
         parser.error(f"--save: {asked.save.parent} is no folder")
+    if asked.save and len(asked.compare) == 2:
+        parser.error("--save: two files are compared, so there is no run to save")
     if len(asked.compare) > 2:
         parser.error(f"--compare: {len(asked.compare)} files are given; it takes two at most")
     try:  # before anything runs
