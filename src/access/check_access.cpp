@@ -16,7 +16,6 @@ constexpr std::size_t patterns_max = 64;
 constexpr std::size_t pattern_bytes_max = 128;
 constexpr std::size_t stars_max = 4; // of one pattern: each multiplies the time of a comparison
 constexpr std::size_t name_bytes_max = 64;
-constexpr const char* built_in[] = {"observer", "driver", "supervisor", "peer"};
 
 std::string quoted(std::string_view text) { return '`' + std::string{text.substr(0, 80)} + '`'; }
 
@@ -63,26 +62,23 @@ std::string check_role(const role& one) {
   return {};
 }
 
-bool is_there(const access_options& options, std::string_view name) {
-  const auto has_name = [name](const role& one) { return one.name == name; };
-  return std::find(std::begin(built_in), std::end(built_in), name) != std::end(built_in) ||
-         std::any_of(options.roles.begin(), options.roles.end(), has_name);
-}
-
-std::string roles_there_are(const access_options& options) {
-  std::string list;
-  for (const char* const one : built_in) list += (list.empty() ? "" : ", ") + std::string{one};
-  for (const role& one : options.roles) list += ", " + one.name;
-  return list;
+// What is wrong with the name of a role; empty if there is one.
+std::string check_role_name(const access_options& options, std::string_view name) {
+  std::vector<role> all = access::built_in_roles();
+  all.insert(all.end(), options.roles.begin(), options.roles.end());
+  std::string there_are;
+  for (const role& one : all) {
+    if (one.name == name) return {};
+    there_are += (there_are.empty() ? "" : ", ") + one.name;
+  }
+  return "there is no role " + quoted(name) + "; there are " + there_are;
 }
 
 std::string check_identity(const access_options& options, const identity& one) {
   if (!is_name(one.name, "._-@"))
     return "identity " + quoted(one.name) + ": a name has 1 to 64 letters, digits and . _ - @";
-  if (!is_there(options, one.role)) {
-    return "identity " + quoted(one.name) + ": there is no role " + quoted(one.role) + "; there are " +
-           roles_there_are(options);
-  }
+  if (const std::string wrong = check_role_name(options, one.role); !wrong.empty())
+    return "identity " + quoted(one.name) + ": " + wrong;
   if (!access::hash_from_hex(one.token_sha256)) {
     return "identity " + quoted(one.name) + ": the hash of a token has 64 hexadecimal digits, this one has " +
            std::to_string(one.token_sha256.size()) + " bytes";
@@ -114,9 +110,9 @@ std::string check_access(const access_options& options) {
   for (const identity& one : options.identities) {
     if (std::string wrong = check_identity(options, one); !wrong.empty()) return wrong;
   }
-  if (!options.local_role.empty() && !is_there(options, options.local_role)) {
-    return "local_role: there is no role " + quoted(options.local_role) + "; there are " +
-           roles_there_are(options);
+  if (!options.local_role.empty()) {
+    if (const std::string wrong = check_role_name(options, options.local_role); !wrong.empty())
+      return "local_role: " + wrong;
   }
   for (auto one = options.identities.begin(); one != options.identities.end(); ++one) {
     const auto same = std::find_if(options.identities.begin(), one, [&](const identity& other) {

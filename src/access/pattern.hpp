@@ -4,13 +4,9 @@
 #include <cstddef>
 #include <string_view>
 
-namespace rowe::access {
+#include "wire/own_names.hpp"
 
-// Names and patterns mean the same with and without their first slash; a lone one stays.
-constexpr std::string_view without_first_slash(std::string_view name) noexcept {
-  if (name.size() > 1 && name.starts_with('/')) name.remove_prefix(1);
-  return name;
-}
+namespace rowe::access {
 
 // Whether the pattern describes the name: `*` stands for any text without a slash, `**` for any text. After a
 // mismatch the last `*` takes one byte more, and if it cannot, the last `**` does. What stands before the
@@ -22,8 +18,8 @@ constexpr bool matches(std::string_view pattern, std::string_view name) noexcept
     std::size_t behind = nowhere; // the star, in the pattern
     std::size_t takes_to = 0;     // in the name
   };
-  pattern = without_first_slash(pattern);
-  name = without_first_slash(name);
+  pattern = wire::without_slash(pattern); // names are the same with and without it
+  name = wire::without_slash(name);
   star one, any;
   std::size_t p = 0, n = 0;
   while (n < name.size() || p < pattern.size()) {

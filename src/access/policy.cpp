@@ -29,19 +29,28 @@ const std::vector<std::string>& patterns_of(const role& one, right what) noexcep
 
 std::string_view name_of(right which) noexcept { return right_names[static_cast<std::size_t>(which)]; }
 
+std::vector<role> built_in_roles() {
+  const std::vector<std::string> all{"**"};
+  return {{.name = "observer", .subscribe = all, .call = {"/rosapi/**"}},
+          {.name = "driver", .subscribe = all, .publish = all, .advertise = all, .call = all},
+          {.name = "supervisor",
+           .subscribe = all,
+           .publish = all,
+           .advertise = all,
+           .call = all,
+           .reset = true,
+           .guard = true},
+          {.name = "peer",
+           .subscribe = all,
+           .publish = all,
+           .advertise = all,
+           .call = all,
+           .provide = all}};
+}
+
 policy::policy(const access_options& options) : anonymous_may_stop_{options.anonymous_may_stop} {
   (void)hash_of("libcrypto sets itself up at its first hash, which must not be the service thread's");
-  const std::vector<std::string> all{"**"};
-  add({.name = "observer", .subscribe = all, .call = {"/rosapi/**"}});
-  add({.name = "driver", .subscribe = all, .publish = all, .advertise = all, .call = all});
-  add({.name = "supervisor",
-       .subscribe = all,
-       .publish = all,
-       .advertise = all,
-       .call = all,
-       .reset = true,
-       .guard = true});
-  add({.name = "peer", .subscribe = all, .publish = all, .advertise = all, .call = all, .provide = all});
+  for (const role& one : built_in_roles()) add(one);
   for (const role& one : options.roles) add(one);
   local_role_ = number_of(options.local_role);
   for (const identity& one : options.identities) {

@@ -32,6 +32,9 @@ struct subject {
   friend bool operator==(const subject&, const subject&) = default;
 };
 
+// The roles that are there without being asked for.
+std::vector<role> built_in_roles();
+
 class policy {
  public:
   // Nobody has to prove anything.

@@ -131,6 +131,8 @@ class judge {
  private:
   bool reject(std::uint16_t status, std::string_view what, std::string_view remedy,
               std::string_view value = {}, std::string_view remedy_value = {}) noexcept {
+    for (std::string_view* const quoted : {&value, &remedy_value})
+      if (may_have_token(header_, *quoted)) *quoted = "(not shown)";
     out_.rejection.set(status, what, remedy, value, remedy_value);
     return false;
   }
@@ -140,6 +142,7 @@ class judge {
 
   const handshake_policy& policy_;
   http_judgement& out_;
+  std::string_view header_;
   fields seen_;
 };
 
@@ -147,14 +150,15 @@ constexpr std::string_view check_the_client =
     "this port speaks HTTP/1.1 and WebSocket; check what connects to it";
 
 bool judge::read(std::string_view header) noexcept {
+  header_ = header;
   http_lines lines{header};
   const auto first = lines.request_line();
-  if (!first) return reject(400, diagnostic_of(lines.fault()), check_the_client, quotable(lines.last_line()));
+  if (!first) return reject(400, diagnostic_of(lines.fault()), check_the_client, lines.last_line());
   const std::size_t method_end = std::min(first->find(' '), first->size());
   const std::size_t target_end = first->find(' ', std::min(method_end + 1, first->size()));
   seen_.method = first->substr(0, method_end);
   if (target_end == std::string_view::npos || !is_token(seen_.method)) {
-    return reject(400, "the request line is malformed: %", check_the_client, quotable(*first));
+    return reject(400, "the request line is malformed: %", check_the_client, *first);
   }
   out_.target = first->substr(method_end + 1, target_end - method_end - 1);
   seen_.protocol = first->substr(target_end + 1);
@@ -162,7 +166,7 @@ bool judge::read(std::string_view header) noexcept {
     if (!take(*field)) return false;
   }
   if (lines.fault() == line_fault::none) return true;
-  return reject(400, diagnostic_of(lines.fault()), check_the_client, quotable(lines.last_line()));
+  return reject(400, diagnostic_of(lines.fault()), check_the_client, lines.last_line());
 }
 
 bool judge::take_once(field_value& member, const http_field& field) noexcept {
@@ -199,8 +203,7 @@ bool judge::take(const http_field& field) noexcept {
 
 // Subprotocols may be offered in several fields (RFC 6455 11.3.4), in the client's order of preference.
 bool judge::take_offer(std::string_view list) noexcept {
-  const bool shows_token = contains_ignoring_case(list, token_subprotocol); // then nothing of it is quoted
-  if (!shows_token) seen_.offered = list;
+  seen_.offered = list;
   while (!list.empty()) {
     const std::string_view name = next_element(list);
     if (name.empty()) continue;
@@ -209,8 +212,7 @@ bool judge::take_offer(std::string_view list) noexcept {
       continue;
     }
     if (!is_token(name))
-      return reject(400, "the subprotocol % is malformed", "offer names without blanks",
-                    shows_token ? std::string_view{} : name);
+      return reject(400, "the subprotocol % is malformed", "offer names without blanks", name);
     seen_.offers = true;
     const auto known = std::find(policy_.subprotocols.begin(), policy_.subprotocols.end(), name);
     if (out_.subprotocol.empty() && known != policy_.subprotocols.end()) out_.subprotocol = *known;
@@ -221,8 +223,7 @@ bool judge::take_offer(std::string_view list) noexcept {
 bool judge::judge_request_line() noexcept {
   out_.rejection.to_head = out_.head = seen_.method == "HEAD";
   if (!seen_.protocol.starts_with("HTTP/") || seen_.protocol.find_first_of(" \t") != std::string_view::npos) {
-    return reject(400, "the request line is malformed: it ends in %", check_the_client,
-                  out_.target.find('?') == std::string_view::npos ? seen_.protocol : std::string_view{});
+    return reject(400, "the request line is malformed: it ends in %", check_the_client, seen_.protocol);
   }
   if (seen_.protocol != "HTTP/1.1")
     return reject(505, "% is not spoken here", "use a client of HTTP/1.1", seen_.protocol);
@@ -232,9 +233,9 @@ bool judge::judge_request_line() noexcept {
   const auto is_visible = [](char c) { return c > 0x20 && c < 0x7f && c != '#'; };
   if (!out_.target.starts_with('/') || !std::all_of(out_.target.begin(), out_.target.end(), is_visible)) {
     return reject(400, "the request is not for a path: %", "ask for a path such as /",
-                  without_query(out_.target));
+                  out_.target);
   }
-  out_.path = without_query(out_.target);
+  out_.path = out_.target.substr(0, out_.target.find('?'));
   return true;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The handshake filter under arbitrary bytes. Input: one byte that chooses the policy, then the header. What
-// is required: the end of the header is found wherever the reads end; a rejection is printable, complete
-// and fits its buffer; what is accepted is a whole header, and written anew it is accepted with the same
-// meaning; only the hosts and origins that the policy names pass.
+// is required: the end of the header is found wherever the reads end; a rejection is printable, complete and
+// fits its buffer, and quotes no token; what is accepted is a whole header, and written anew it is accepted
+// with the same meaning; only the hosts and origins that the policy names pass.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -42,6 +42,25 @@ void check_rejection(const http_rejection& rejection) {
   require(end > 0, "an answer has a header");
   const std::string length = "Content-Length: " + std::to_string(answer.size() - end) + "\r\n";
   require(rejection.to_head || answer.find(length) != std::string_view::npos, "its length is stated");
+}
+
+// A rejection says the same whatever the token is.
+void check_secrets(std::string_view header, const http_rejection& rejection, const handshake_policy& policy) {
+  constexpr std::size_t changed = 8;
+  constexpr std::string_view marks[] = {"Authorization: Bearer ", "rowe.token.", "?token="};
+  for (const std::string_view mark : marks) {
+    const std::size_t at = header.find(mark);
+    if (at == std::string_view::npos) continue;
+    const std::string_view secret = header.substr(at + mark.size(), changed);
+    const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+    if (secret.size() < changed || !std::all_of(secret.begin(), secret.end(), is_letter)) continue;
+    std::string other{header};
+    other.replace(at + mark.size(), changed, "qqqqqqqq");
+    const http_judgement j = judge_request(other, policy);
+    if (j.outcome != http_outcome::rejected || j.rejection.status != rejection.status) continue;
+    require(j.rejection.what() == rejection.what() && j.rejection.remedy() == rejection.remedy(),
+            "a rejection quotes no token");
+  }
 }
 
 void check_acceptance(std::string_view header, const http_judgement& j, const handshake_policy& policy) {
@@ -84,6 +103,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const http_judgement j = judge_request(header, policy);
   if (j.outcome == http_outcome::rejected) {
     check_rejection(j.rejection);
+    check_secrets(header, j.rejection, policy);
   } else {
     check_acceptance(header, j, policy);
   }

@@ -322,6 +322,7 @@ TEST(judge_request, quotes_no_token_in_a_rejection) {
         upgrade({}, "GET /?token=ab " + secret + " HTTP/1.1"),
         upgrade({{"P", "Sec-WebSocket-Protocol: chat rowe.token." + secret}}),
         upgrade({{"P", "Sec-WebSocket-Protocol: Rowe.Token." + secret}}),
+        upgrade({{"A", "Authorization: Bearer\r\n " + secret}}),
         upgrade({}, "GET /?token=" + secret + " HTTP/1.0")}) {
     const http_judgement j = judge_request(request, policy_at(8080));
     EXPECT_EQ(j.outcome, http_outcome::rejected) << request;
