@@ -4,8 +4,9 @@
 // It may become longer. But while messages are held back, every round trip includes the queue that we keep at
 // the peer, and a bound that follows those round trips grows with its own queue. So if no round trip was as
 // short as the shortest for ten seconds of this, nothing is written until all is read. Then a lone ping
-// measures the round trip without a queue. If that says that a round trip which was short is long now, up to
-// two more are asked, because other load delays single answers.
+// measures the round trip without a queue. If its answer is a little late for a low round-trip time, up to
+// two more are asked, because other load delays single answers. They are asked too if the round trip was
+// short before, however late the answer is.
 //
 // Pure: no clock, no socket. For credit, which asks before it writes.
 #pragma once
@@ -22,6 +23,7 @@ class round_trip {
   static constexpr rt::duration low_below = std::chrono::milliseconds{2};
   static constexpr rt::duration window = std::chrono::seconds{10};
   static constexpr rt::duration first_window = std::chrono::seconds{1};
+  static constexpr rt::duration little_late_below = 5 * low_below;
   static constexpr std::uint8_t lone_pings_max = 3;
 
   bool known() const noexcept { return shortest_ != rt::for_ever; }
@@ -47,8 +49,7 @@ class round_trip {
       return;
     case phase::measuring:
       lone_shortest_ = std::min(lone_shortest_, took);
-      if (low() && lone_shortest_ >= low_below && ++lone_pings_ < lone_pings_max && !ROWE_MUTANT(lone_pings))
-        return;
+      if (may_be_delayed() && ++lone_pings_ < lone_pings_max && !ROWE_MUTANT(lone_pings)) return;
       now_ = phase::steady;
       if (!ROWE_MUTANT(longer_way)) shortest_ = lone_shortest_;
       break;
@@ -68,6 +69,10 @@ class round_trip {
     draining,  // nothing but what is urgent is written until a ping behind all of it is answered
     measuring, // nor until lone ones are
   };
+
+  bool may_be_delayed() const noexcept {
+    return lone_shortest_ >= low_below && (low() || lone_shortest_ < little_late_below);
+  }
 
   phase now_ = phase::steady;
   bool limited_ = false;        // in this window

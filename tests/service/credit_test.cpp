@@ -333,6 +333,16 @@ TEST_F(credit_test, believes_three_late_answers_of_a_low_rtt_peer_and_takes_the_
   EXPECT_FALSE(of.low_rtt());
 }
 
+TEST_F(credit_test, asks_again_where_a_round_trip_is_a_little_too_long_to_count_as_low) {
+  round(1024, 3ms); // other load, from the first ping on
+  drain(*this);
+  round(0, 4ms);
+  EXPECT_TRUE(of.settling());
+  round(0, 1ms);
+  EXPECT_FALSE(of.settling());
+  EXPECT_TRUE(of.low_rtt());
+}
+
 TEST_F(credit_test, asks_a_high_rtt_peer_once) {
   round(1024, 50ms);
   drain(*this);
