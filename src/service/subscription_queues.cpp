@@ -114,9 +114,11 @@ void subscription_queues::place_pending_latched(peer_index peer) noexcept {
 
 // ---- sender
 
-// The next message is due one period after this one was due; if that is long past, one period after now.
+// The next message is due one period after this one was due; if that is long past, one period after now. The
+// same holds if this one was ready before the peer asked for a longer period, and so is not due yet.
 void subscription_queues::begin_throttle(subscription& s) noexcept {
-  const bool in_step = state_.cycle.now - s.next_due < s.throttle;
+  const rt::duration late = state_.cycle.now - s.next_due;
+  const bool in_step = late >= rt::duration{0} && late < s.throttle;
   s.sent_at = in_step ? s.next_due : state_.cycle.now;
   s.next_due = rt::deadline_after(s.sent_at, s.throttle);
 }

@@ -64,6 +64,25 @@ TEST_F(throttling, takes_a_period_of_centuries_for_what_it_is) {
   EXPECT_EQ(run(browser, pair, 100), texts{message(1)});
 }
 
+TEST_F(throttling, counts_from_when_a_message_was_sent_that_was_ready_before_the_rate_changed) {
+  auto& pair = advertise_pose(on);
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":5,"queue_length":1})");
+  on.cycle();
+  EXPECT_EQ(run(browser, pair, 1).size(), 1U);
+  on.net.link_of(browser.id()).capacity_bytes = 0;
+  on.cycles(10);
+  EXPECT_TRUE(run(browser, pair, 2).empty()); // the first waits for room, the second is behind it
+  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":1000,"queue_length":1})");
+  on.cycle();
+  on.net.link_of(browser.id()).capacity_bytes = 1 << 20;
+  on.cycle();
+  EXPECT_FALSE(browser.hear().empty());
+  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  EXPECT_EQ(run(browser, pair, 5).size(), 5U);
+}
+
 TEST_F(throttling, merges_two_subscriptions_of_one_peer_into_one_copy) {
   auto& pair = advertise_pose(on);
   peer browser{on};
