@@ -75,6 +75,11 @@ wire::http_rejection header_timed_out() noexcept {
   return rejection_of(request_timeout, "the header of the request did not end in time", "send it at once");
 }
 
+wire::http_rejection speaks_tls() noexcept {
+  return rejection_of(0, "the client speaks TLS, and this port does not",
+                      "open http:// or ws:// in place of https:// or wss://");
+}
+
 wire::http_rejection no_descriptor() noexcept {
   return rejection_of(service_unavailable, "this process has no file descriptor left",
                       "raise its limit of open files (ulimit -n) or lower connections_max");

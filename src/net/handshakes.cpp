@@ -26,7 +26,8 @@ bool is_for_stop(const wire::http_judgement& request) noexcept {
 // the answer.
 void send_rejection(int fd, const wire::http_rejection& rejection) noexcept {
   char bytes[wire::http_rejection_bytes_max];
-  const std::string_view text = wire::write_rejection(bytes, rejection);
+  const std::string_view text =
+      rejection.status != 0 ? wire::write_rejection(bytes, rejection) : answer::tls_alert;
   (void)::send(fd, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT); // a peer that is gone needs none
 }
 
@@ -239,6 +240,7 @@ void handshakes::read_header(handshake& one, std::uint32_t events, transport_sin
   if (peeked < 0 && (errno == EAGAIN || errno == EINTR)) return;
   if (peeked <= 0) return leave(one);
   const std::string_view seen{text, static_cast<std::size_t>(peeked)};
+  if (seen.front() == answer::tls_handshake) return reject(one, answer::speaks_tls(), sink);
   const std::size_t end = wire::find_header_end(seen, one.scanned);
   if (end == 0) {
     if (seen.size() == limits_.header_bytes_max)

@@ -174,7 +174,7 @@ const bad_request bad_requests[] = {
        return text.replace(text.find("Version: 13"), 11, "Version: 8");
      },
      426},
-    {"no_http", [](std::uint16_t) { return std::string{"\x16\x03\x01 hello\n\n"}; }, 400},
+    {"no_http", [](std::uint16_t) { return std::string{"\x01\x03\x01 hello\n\n"}; }, 400},
     {"header_too_large",
      [](std::uint16_t p) { return request(p, "/", "Cookie: " + std::string(5000, 'c') + "\r\n"); }, 431},
     {"unknown_subprotocols",
@@ -235,6 +235,17 @@ TEST(handshake, cuts_a_header_that_does_not_end_in_time) {
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
   EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 408");
   ASSERT_EQ(drive.sink().rejections.size(), 1U);
+}
+
+TEST(handshake, answers_tls_with_its_alert_at_once_and_in_words) {
+  auto transport = listening();
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(client.send(std::string_view{"\x16\x03\x01", 3})); // the rest of the record never comes
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_EQ(client.text, (std::string{"\x15\x03\x01\x00\x02\x02\x28", 7}));
+  ASSERT_EQ(drive.sink().rejections.size(), 1U);
+  EXPECT_NE(drive.sink().rejections[0].what.find("speaks TLS"), std::string::npos);
 }
 
 TEST(handshake, closes_a_silent_socket_in_time_without_a_report) {
