@@ -294,13 +294,6 @@ class matrix(unittest.TestCase):
                             self.assertEqual(s.until_close()[1], 1002)
 
 
-def client_hello():
-    outgoing = ssl.MemoryBIO()
-    with contextlib.suppress(ssl.SSLWantReadError):
-        ssl.create_default_context().wrap_bio(ssl.MemoryBIO(), outgoing, server_hostname="x").do_handshake()
-    return outgoing.read()
-
-
 class timeouts(unittest.TestCase):
     def test_who_does_not_come_to_the_point_is_cut(self):
         """All at the same time, because it takes seconds by the clock. What is demanded is a lower end."""
@@ -323,12 +316,18 @@ class timeouts(unittest.TestCase):
                 for name, begun, answers, drip in (
                         ("nothing", b"", (None,), b""),
                         ("half a header", half, (408,), b""),
-                        ("a TLS client", client_hello(), (408, 400), b""),
                         ("a byte a second", b"", (408, None), upgrade(one.port)[:20]),
                         ("half a header, then a byte a second", half, (408, None), b"X-Loris: 1234567890")):
                     jobs.append((f"{kind}: {name}",
                                  lambda _, arguments=(one, begun, answers, drip): waits(*arguments)))
             programs.in_parallel(jobs, len(jobs))
+
+    def test_a_tls_client_is_answered_in_its_own_protocol(self):
+        for kind in ("echo", "hub"):
+            with self.subTest(kind), programs.server(kind) as one, one.dial() as s:
+                with self.assertRaises(ssl.SSLError) as caught:
+                    ssl.create_default_context().wrap_socket(s, server_hostname="x")
+                self.assertIn("HANDSHAKE_FAILURE", caught.exception.reason)
 
 
 if __name__ == "__main__":
