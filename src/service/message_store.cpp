@@ -95,7 +95,7 @@ bool message_store::take_outcome(outcome& into) noexcept {
   if (outcomes_.empty()) return false;
   const slot_id which = outcomes_.pop_front(tracked_);
   const tracking one = std::exchange(tracked_[which], {});
-  into = {.slot = which.value,
+  into = {.slot = {which.value},
           .sent = one.sent,
           .ended = one.ended,
           .evicted = one.evicted,
