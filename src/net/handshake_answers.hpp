@@ -28,10 +28,10 @@ wire::http_rejection no_place_for_stop() noexcept;
 wire::http_rejection not_admitted(const service::admit_answer& why) noexcept;
 wire::http_rejection header_too_large(std::uint32_t bytes_max) noexcept;
 wire::http_rejection header_timed_out() noexcept;
-// To one who speaks TLS. Its status is 0: the answer is tls_alert, since it reads no HTTP.
+// To one who speaks TLS. These words are for the event; their status is 0, because the answer is tls_alert.
 wire::http_rejection speaks_tls() noexcept;
 
-// The first byte of a TLS client's first record: its type, handshake (RFC 8446, 5.1). No HTTP begins so.
+// The content type of a TLS client's first record (RFC 8446, 5.1). No HTTP begins with this byte.
 inline constexpr char tls_handshake = 0x16;
 // A record with a fatal alert, handshake_failure, as TLS 1.0 to 1.3 write it (RFC 8446, 5.1 and 6). A browser
 // says at once that the site cannot provide a secure connection.

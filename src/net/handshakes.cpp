@@ -24,11 +24,13 @@ bool is_for_stop(const wire::http_judgement& request) noexcept {
 
 // Sends one small answer. Nothing was written to this socket before, so its buffer is empty, and larger than
 // the answer.
+void send_answer(int fd, std::string_view bytes) noexcept {
+  (void)::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT); // a peer that is gone needs none
+}
+
 void send_rejection(int fd, const wire::http_rejection& rejection) noexcept {
   char bytes[wire::http_rejection_bytes_max];
-  const std::string_view text =
-      rejection.status != 0 ? wire::write_rejection(bytes, rejection) : answer::tls_alert;
-  (void)::send(fd, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT); // a peer that is gone needs none
+  send_answer(fd, wire::write_rejection(bytes, rejection));
 }
 
 } // namespace
@@ -240,7 +242,7 @@ void handshakes::read_header(handshake& one, std::uint32_t events, transport_sin
   if (peeked < 0 && (errno == EAGAIN || errno == EINTR)) return;
   if (peeked <= 0) return leave(one);
   const std::string_view seen{text, static_cast<std::size_t>(peeked)};
-  if (seen.front() == answer::tls_handshake) return reject(one, answer::speaks_tls(), sink);
+  if (seen.front() == answer::tls_handshake) return reject_tls(one, sink);
   const std::size_t end = wire::find_header_end(seen, one.scanned);
   if (end == 0) {
     if (seen.size() == limits_.header_bytes_max)
@@ -344,9 +346,14 @@ void handshakes::starve(handshake& one, transport_sink& sink) noexcept {
 void handshakes::reject(handshake& one, const wire::http_rejection& rejection,
                         transport_sink& sink) noexcept {
   send_rejection(one.socket.get(), rejection);
-  const socket_address peer = one.peer;
   begin_close(one);
-  report(peer, rejection, sink);
+  report(one.peer, rejection, sink);
+}
+
+void handshakes::reject_tls(handshake& one, transport_sink& sink) noexcept {
+  send_answer(one.socket.get(), answer::tls_alert);
+  begin_close(one);
+  report(one.peer, answer::speaks_tls(), sink);
 }
 
 void handshakes::report(const socket_address& peer, const wire::http_rejection& rejection,

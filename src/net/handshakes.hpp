@@ -95,6 +95,7 @@ class handshakes {
   void reject(handshake& one, const wire::http_rejection& rejection, service::transport_sink& sink) noexcept;
   void report(const socket_address& peer, const wire::http_rejection& rejection,
               service::transport_sink& sink) noexcept;
+  void reject_tls(handshake& one, service::transport_sink& sink) noexcept;
   void reject_crowded(handshake& one, service::transport_sink& sink) noexcept;
   bool end_oldest_page() noexcept;
   bool too_many_from(const socket_address& peer) const noexcept;

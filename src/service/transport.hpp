@@ -76,7 +76,7 @@ enum class close_cause : std::uint8_t {
 // A handshake, or an attempt, that did not become a connection. `what` says what was wrong, with the value;
 // `remedy` says what to change.
 struct rejection {
-  std::uint16_t http_status = 0; // what was answered; 0 when the connection was closed without an answer
+  std::uint16_t http_status = 0; // what was answered; 0: nothing, or nothing in HTTP
   std::string_view peer;         // numeric address with port; empty where unknown
   std::string_view what;
   std::string_view remedy;
