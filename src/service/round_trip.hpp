@@ -71,7 +71,8 @@ class round_trip {
   };
 
   bool may_be_delayed() const noexcept {
-    return lone_shortest_ >= low_below && (low() || lone_shortest_ < little_late_below);
+    if (lone_shortest_ < low_below) return false;
+    return low() || (lone_shortest_ < little_late_below && !ROWE_MUTANT(little_late));
   }
 
   phase now_ = phase::steady;

@@ -118,7 +118,7 @@ void subscription_queues::place_pending_latched(peer_index peer) noexcept {
 // same holds if this one was ready before the peer asked for a longer period, and so is not due yet.
 void subscription_queues::begin_throttle(subscription& s) noexcept {
   const rt::duration late = state_.cycle.now - s.next_due;
-  const bool in_step = late >= rt::duration{0} && late < s.throttle;
+  const bool in_step = (late >= rt::duration{0} || ROWE_MUTANT(throttle_ahead)) && late < s.throttle;
   s.sent_at = in_step ? s.next_due : state_.cycle.now;
   s.next_due = rt::deadline_after(s.sent_at, s.throttle);
 }
@@ -189,7 +189,7 @@ bool subscription_queues::check() const noexcept {
     for (subscription_id s = state_.subscriptions.first_of(i); s; s = subscription_rows_[s].next_on_peer) {
       const subscription& one = subscription_rows_[s];
       const bool on_wheel = one.timed && one.next_due != rt::never; // one never due is not on the wheel
-      if (on_wheel != state_.due.armed(s)) return false;
+      if (on_wheel != state_.due.armed(s) || one.sent_at > state_.cycle.now) return false;
       ready += one.ready;
       latched_pending += one.latched_pending;
     }

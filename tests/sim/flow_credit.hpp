@@ -227,6 +227,7 @@ class credits final : public world {
            "after " + std::to_string(took_.size()) + " lone pings, of which the shortest was answered in " +
                std::to_string(shortest / 1us) + " us, the client counts as " + (low() ? "near" : "far"));
     if (was_low_ && !late && took_.size() > 1) seen_.add(flow_event::second_lone_ping);
+    if (!was_low_ && took_.size() > 1) seen_.add(flow_event::lone_pings_not_low);
     if (was_low_ && late && !is_far_) seen_.add(flow_event::late_lone_pings);
     took_.clear();
     looks_for_ = usual_ != 0 && way_known_ ? way() / tick : 0;

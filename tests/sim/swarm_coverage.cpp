@@ -202,6 +202,7 @@ std::string_view name_of(flow_event what) {
                                         "lone ping",
                                         "second lone ping",
                                         "lone pings, all late",
+                                        "lone pings, not low before",
                                         "read alone beyond quantum",
                                         "read alone, in parts",
                                         "read in turn",

@@ -112,6 +112,7 @@ enum class flow_event : std::uint8_t {
   lone_ping,          // measured the round trip
   second_lone_ping,   // did, after the first one was late
   late_lone_pings,    // all were: the peer counts as far
+  lone_pings_not_low, // several, though its round trip was not low before
   read_beyond,        // a lone peer: more than the quantum at once
   read_in_parts,      // likewise, and too much for one turn
   read_in_turn,       // several peers: each a quantum
@@ -130,7 +131,7 @@ enum class flow_event : std::uint8_t {
   role_guards, // may guard, or end the guard of another
   role_guards_not,
 };
-inline constexpr std::size_t flow_events = 28;
+inline constexpr std::size_t flow_events = 29;
 std::string_view name_of(flow_event what);
 
 class coverage {
