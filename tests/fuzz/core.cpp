@@ -160,7 +160,7 @@ class script_run {
       hear(*peers_.back());
     }
     peers_.back()->leave();
-    for (int i = 0; i < 30; ++i) { // a peer with a backlog is gone, and its calls end, when that was processed
+    for (int i = 0; i < 30; ++i) { // a peer is gone, and its calls end, when its backlog was processed
       while (const auto slot = on_.inbox.try_receive(on_.now)) on_.inbox.release(*slot);
       cycle(1ms);
     }
