@@ -4,13 +4,16 @@
 #include "json_steps.hpp"
 
 #include <array>
+#include <cstdlib>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "json_messages.hpp"
+#include "json/cbor.hpp"
 #include "json/encoder.hpp"
 #include "json/reader.hpp"
+#include "json/scanner.hpp"
 #include "json/writer.hpp"
 
 namespace steps {
@@ -27,6 +30,26 @@ void use(const T& value) {
 COUNTED encode_odometry(const json::encoder& by, const bench::odometry& o, std::span<char> buffer) {
   json::writer to{buffer};
   by.encode(&o, to);
+  use(to.text());
+}
+COUNTED encode_odometry_as_cbor(const json::encoder& by, const bench::odometry& o, std::span<char> buffer) {
+  json::writer to{buffer};
+  by.encode(&o, to);
+  use(to.text());
+}
+COUNTED encode_covariances(const json::encoder& by, const ros::odometry& o, std::span<char> buffer) {
+  json::writer to{buffer};
+  by.encode(&o, to);
+  use(to.text());
+}
+COUNTED encode_covariances_as_cbor(const json::encoder& by, const ros::odometry& o, std::span<char> buffer) {
+  json::writer to{buffer};
+  by.encode(&o, to);
+  use(to.text());
+}
+COUNTED write_text_as_cbor(std::string_view odometry, std::span<char> buffer) {
+  json::writer to{buffer};
+  json::cbor::write_json(odometry, to);
   use(to.text());
 }
 COUNTED write_small_call(const call& c, std::span<char> buffer) { use(bench::write_call(buffer, c)); }
@@ -47,17 +70,62 @@ COUNTED read_publish_envelope(json::reader& by, std::string_view text) {
     if (json::name_is(m, "msg")) use(m.what.raw);
   }
 }
+// A piece of a long text: of many small numbers, of numbers with a fraction, of a text; and of what takes the
+// most steps for its bytes.
+COUNTED scan_4k_of_map(json::scanner& by, std::string_view piece) { use(by.feed(piece)); }
+COUNTED scan_4k_of_points(json::scanner& by, std::string_view piece) { use(by.feed(piece)); }
+COUNTED scan_4k_of_image(json::scanner& by, std::string_view piece) { use(by.feed(piece)); }
+COUNTED scan_4k_of_brackets(json::scanner& by, std::string_view piece) { use(by.feed(piece)); }
+COUNTED scan_4k_of_escapes(json::scanner& by, std::string_view piece) { use(by.feed(piece)); }
 #undef COUNTED
 
 } // namespace steps
 
 namespace rowe::bench {
+namespace {
+
+// As often as it fits, and spaces.
+std::string repeated(std::string_view piece) {
+  constexpr std::size_t bytes = 4096;
+  std::string all;
+  while (all.size() + piece.size() <= bytes) all += piece;
+  all.resize(bytes, ' ');
+  return all;
+}
+
+// Each piece begins where a value may, or within a string, and ends so.
+void scan_pieces() {
+  json::scanner map, points, image, brackets, escapes;
+  for (json::scanner* const s : {&map, &points, &brackets}) s->feed("[");
+  for (json::scanner* const s : {&image, &escapes}) s->feed("\"");
+  const std::string cells = repeated("0,100,-1,"), floats = repeated("1.25,-0.0625,");
+  const std::string text = repeated("iVBORw0K"), nested = repeated("[{\"\":[]}],[],{}  ,"),
+                    pairs = repeated("\\ud83d\\ude00 \\n ");
+  for (int i = 0; i < 1000; ++i) {
+    steps::scan_4k_of_map(map, cells);
+    steps::scan_4k_of_points(points, floats);
+    steps::scan_4k_of_image(image, text);
+    steps::scan_4k_of_brackets(brackets, nested);
+    steps::scan_4k_of_escapes(escapes, pairs);
+  }
+  for (json::scanner* const s : {&map, &points, &image, &brackets, &escapes}) {
+    if (s->found().what != json::fault_kind::none) std::abort();
+  }
+}
+
+} // namespace
 
 void json_steps() {
+  scan_pieces();
   message_source source;
   const auto plain = source.odometries();
+  const auto full = source.odometries_with(covariances::sparse);
   const auto calls = source.calls();
   const json::encoder plain_encoder = json::encoder::compile(describe<odometry>()).value();
+  const json::encoder plain_cbor = json::encoder::compile(describe<odometry>(), json::encoding::cbor).value();
+  const json::encoder full_encoder = json::encoder::compile(describe<ros::odometry>()).value();
+  const json::encoder full_cbor =
+      json::encoder::compile(describe<ros::odometry>(), json::encoding::cbor).value();
   json::reader reader = json::reader::create(64 * 1024).value();
   static std::array<char, 16 * 1024> buffer;
   const auto padded = [](std::string_view text) {
@@ -66,6 +134,13 @@ void json_steps() {
   for (std::size_t i = 0; i < 1000; ++i) {
     const std::size_t k = i % messages;
     steps::encode_odometry(plain_encoder, plain[k], buffer);
+    steps::encode_odometry_as_cbor(plain_cbor, plain[k], buffer);
+    steps::encode_covariances(full_encoder, full[k], buffer);
+    steps::encode_covariances_as_cbor(full_cbor, full[k], buffer);
+    json::writer text{buffer};
+    plain_encoder.encode(&plain[k], text);
+    static std::array<char, 16 * 1024> binary;
+    steps::write_text_as_cbor(text.text(), binary);
     steps::write_small_call(calls[k], buffer);
     const std::string call = padded({buffer.data(), write_call(buffer, calls[k])});
     steps::read_small_call(reader, {call.data(), call.size() - json::reader::tailroom_bytes});

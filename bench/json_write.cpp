@@ -11,6 +11,7 @@
 //     nlohmann, json_c   a tree is built and printed, as their users do
 //   covariances_write/…  the same with two covariances of 36: 12 of the 85 doubles are not 0
 //   dense_write/…        the same, no double 0
+//   …/rowe_cbor         the same encoder's CBOR; `x_rowe` says how many times as fast as our JSON it is
 //   call_write/…         a small invocation: a service, two integers, an id
 // `x_json_c` says how many times as fast as json-c a contender is; `of_plain` is a ratio to rowe's
 // odometry_write.
@@ -283,6 +284,8 @@ struct field {
   std::vector<call> calls = source.calls();
   json::encoder plain_encoder = json::encoder::compile(describe<odometry>()).value();
   json::encoder full_encoder = json::encoder::compile(describe<ros::odometry>()).value();
+  json::encoder plain_cbor = json::encoder::compile(describe<odometry>(), json::encoding::cbor).value();
+  json::encoder full_cbor = json::encoder::compile(describe<ros::odometry>(), json::encoding::cbor).value();
   by_rapidjson rapidjson;
   std::array<char, 16 * 1024> buffer;
 
@@ -322,10 +325,16 @@ std::vector<way> ways() {
       {"odometry_write/copied",
        [](std::size_t i) { return write_straight(f.buffer.data(), f.plain[i], copied_digits); },
        {of_to_chars}}};
+  all.push_back({"odometry_write/rowe_cbor",
+                 [](std::size_t i) { return f.encode(f.plain_cbor, &f.plain[i]); },
+                 {{"x_rowe", "odometry_write/rowe", true}}});
   add_libraries(all, "odometry_write", f, f.plain);
   all.push_back({"covariances_write/rowe",
                  [](std::size_t i) { return f.encode(f.full_encoder, &f.sparse[i]); },
                  {of_plain, times_json_c("covariances_write")}});
+  all.push_back({"covariances_write/rowe_cbor",
+                 [](std::size_t i) { return f.encode(f.full_cbor, &f.sparse[i]); },
+                 {{"x_rowe", "covariances_write/rowe", true}}});
   add_libraries(all, "covariances_write", f, f.sparse);
   all.push_back({"dense_write/rowe",
                  [](std::size_t i) { return f.encode(f.full_encoder, &f.dense[i]); },

@@ -36,9 +36,8 @@ class sending_core {
         core_{*memory_.make<service::core>(
             memory_, service::core_options::from(options_, service::side::server, "robot"),
             service::shared_parts{pairs_, shared_, submissions_, inbox_},
-            service::core_seams{*transport_, random_, validator_,
-                                [](const service::http_request&) noexcept { return service::http_answer{}; },
-                                wire::protocols_of(options_.profile)},
+            service::core_seams{*transport_, random_, validator_, nullptr,
+                                wire::protocols_of(options_.profile), rights_},
             rt::monotonic_clock::now())} {}
 
   void cycle() { (void)core_.cycle(rt::monotonic_clock::now()); } // the next one comes at once
@@ -67,6 +66,8 @@ class sending_core {
 
  private:
   endpoint_options options_;
+  access::policy access_; // everyone may do everything
+  service::policy_handover<> rights_{access_};
   rt::arena memory_;
   detail::kernel_entropy random_;
   json::reader validator_ =

@@ -45,7 +45,7 @@
 #include <rowe/rowe.hpp>
 #include <rowe/rt/periodic.hpp>
 
-#include "stand.hpp"
+#include "stop_probe.hpp"
 
 namespace rowe::bench {
 namespace {
@@ -53,24 +53,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int flooders = 8;
-constexpr rt::duration probe_period = 2ms;
 
 int priority = 80;
 int seconds = 2;
-
-// A client's text frame, masked with zeros.
-std::string frame_of(const std::string& text) {
-  std::string frame{'\x81'};
-  if (text.size() < 126) {
-    frame += static_cast<char>(0x80 | text.size());
-  } else if (text.size() < 65536) {
-    frame += static_cast<char>(0x80 | 126);
-    frame += static_cast<char>(text.size() >> 8);
-    frame += static_cast<char>(text.size() & 0xff);
-  }
-  frame.append(4, '\0');
-  return frame + text;
-}
 
 std::string deepest() {
   std::string text = R"({"a":)";
@@ -155,41 +140,12 @@ class client {
   bool ok_ = false;
 };
 
-struct figures {
-  std::vector<double> trips;            // of all rounds
-  std::vector<double> woke_late;        // the probe, by its own core
-  std::vector<double> robot;            // the trips without that
-  std::vector<double> gaps;             // the witness's largest of each round
-  double longest_cycle = 0;             // of the robot's service thread
+struct figures : stop_figures {
   std::vector<double> taken_per_second; // messages, in each round
-  std::uint64_t asked = 0, answered = 0;
 };
 
-// What a thread sees of this core that only reads the clock, for half a second.
-double witness(int cpu) {
-  double largest = 0;
-  rt::thread{rt::thread_options{.name = "witness", .cpu = cpu, .priority = priority},
-             [&](const rt::grants&) {
-               const auto end = monotonic_clock::now() + 500ms;
-               auto last = monotonic_clock::now();
-               auto next_yield = last + 1150us;
-               while (last < end) {
-                 if (last >= next_yield) { // as the robot's thread does
-                   std::this_thread::sleep_for(100us);
-                   last = monotonic_clock::now();
-                   next_yield = last + 1150us;
-                 }
-                 const auto now = monotonic_clock::now();
-                 largest = std::max(largest, static_cast<double>((now - last).count()));
-                 last = now;
-               }
-             }}
-      .join();
-  return largest;
-}
-
 bool measure(const flood& with, int cpu, figures& into) {
-  into.gaps.push_back(witness(cpu));
+  into.gaps.push_back(witness(cpu, priority));
   endpoint_options options;
   options.idle_policy = idle::spin;
   options.service_cpu = cpu;
@@ -197,14 +153,9 @@ bool measure(const flood& with, int cpu, figures& into) {
   options.page = false;
   options.limits.messages_per_second_max = 0; // the flood is not cut
   options.stop.unguarded = true;
-  auto opened = endpoint::listen(0, options);
-  if (!opened) {
-    options.service_priority = 0; // SCHED_FIFO is not granted
-    opened = endpoint::listen(0, options);
-    if (!opened) return false;
-  }
+  auto opened = open_robot(options);
+  if (!opened) return false;
   endpoint robot = std::move(*opened);
-  auto latch = robot.stop_latch({.loop_timeout = 10s}).value();
 
   std::vector<std::unique_ptr<client>> peers;
   for (int i = 0; i < flooders && !with.message.empty(); ++i)
@@ -212,16 +163,7 @@ bool measure(const flood& with, int cpu, figures& into) {
   client probe{robot.port()};
   if (!probe.ok()) return false;
   probe.give_up_after_a_second();
-  const std::string stop = frame_of(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
-  std::thread first{[&] {
-    probe.send(stop);
-    (void)probe.hear(); // whether observed or not: from here on it stands
-  }};
-  for (int i = 0; i < 100; ++i) {
-    if (latch.engaged()) latch.acknowledge();
-    std::this_thread::sleep_for(1ms);
-  }
-  first.join();
+  const auto latch = make_stand(robot, probe);
 
   std::vector<rt::thread> senders;
   const std::string frame = frame_of(with.message);
@@ -232,32 +174,9 @@ bool measure(const flood& with, int cpu, figures& into) {
       while (peer->ok()) peer->send(batch);
     }));
   }
-  rt::thread prober{
-      rt::thread_options{.name = "probe", .cpu = there, .priority = 10}, [&](const rt::grants&) {
-        rt::time_point due = monotonic_clock::now() + 50ms;
-        const rt::time_point end = due + std::chrono::seconds{seconds};
-        rt::time_point heard = due;
-        for (; due < end; due += probe_period) {
-          std::this_thread::sleep_until(std::chrono::steady_clock::time_point{due.time_since_epoch()});
-          const auto woke = monotonic_clock::now();
-          const bool behind = heard > due; // the robot's answer before this one was late: that is charged
-          ++into.asked;
-          probe.send(stop);
-          const bool answered = probe.hear();
-          heard = monotonic_clock::now();
-          if (!answered) continue;
-          ++into.answered;
-          into.trips.push_back(nanoseconds(heard - due));
-          into.robot.push_back(nanoseconds(heard - (behind ? due : woke)));
-          if (!behind) into.woke_late.push_back(nanoseconds(woke - due));
-        }
-      }};
-  prober.join();
-  for (const rowe::count& one : robot.counts()) {
-    const auto value = static_cast<double>(one.value);
-    if (one.name == "cycle_ns_max") into.longest_cycle = std::max(into.longest_cycle, value);
-    if (one.name == "messages_in") into.taken_per_second.push_back(value / seconds);
-  }
+  call_stops(probe, std::chrono::seconds{seconds}, into);
+  into.cycles.push_back(count_of(robot, "cycle_ns_max"));
+  into.taken_per_second.push_back(count_of(robot, "messages_in") / seconds);
   for (auto& peer : peers) peer->shut();
   for (auto& sender : senders) sender.join();
   return true;
@@ -266,21 +185,8 @@ bool measure(const flood& with, int cpu, figures& into) {
 void report(const flood& with, figures& seen) {
   benchmark::RegisterBenchmark((std::string{"stop_under_flood/"} + with.name).c_str(),
                                [&seen](benchmark::State& state) {
-                                 for (auto _ : state)
-                                   state.SetIterationTime(quantile(seen.trips, 0.5) * 1e-9);
-                                 const auto us = [&](double q) { return quantile(seen.trips, q) / 1000; };
-                                 state.counters["p99_us"] = us(0.99);
-                                 state.counters["p99.9_us"] = us(0.999);
-                                 state.counters["max_us"] = us(1);
-                                 state.counters["witness_gap_us"] = quantile(seen.gaps, 1) / 1000;
-                                 state.counters["robot_p99.9_us"] = quantile(seen.robot, 0.999) / 1000;
-                                 state.counters["robot_max_us"] = quantile(seen.robot, 1) / 1000;
-                                 state.counters["cycle_max_us"] = seen.longest_cycle / 1000;
-                                 state.counters["woke_late_p99.9_us"] =
-                                     quantile(seen.woke_late, 0.999) / 1000;
+                                 add_stop_counters(seen, state);
                                  state.counters["taken_per_s"] = median(seen.taken_per_second);
-                                 state.counters["unanswered"] =
-                                     static_cast<double>(seen.asked - seen.answered);
                                })
       ->Iterations(1)
       ->UseManualTime()

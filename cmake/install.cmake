@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # What `cmake --install` puts where: headers, an archive for each target, what find_package and pkg-config
-# read, the program rowe. Nothing of it names a folder outside the prefix, so that the prefix can be moved.
+# read, the program rowe. Nothing of it names a folder outside the prefix, so that the prefix can be moved;
+# only systemd's unit has the program's path.
 #
 # Component rowe_rt is rowe::rt, usable alone; rowe_library, with it, is rowe::rowe and rowe::c; rowe_programs
-# needs neither.
+# needs neither, nor does rowe_ros1.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(rowe_package ${CMAKE_INSTALL_LIBDIR}/cmake/rowe)
@@ -27,6 +28,19 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INC
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT rowe_rt)
 if(TARGET rowe_cli)
   install(TARGETS rowe_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT rowe_programs)
+  # systemd looks there below /usr and /usr/local, whatever the folder of libraries is called. Only when it is
+  # installed is the prefix known; systemd's own path need not have it.
+  install(CODE "
+    get_filename_component(prefix \"\${CMAKE_INSTALL_PREFIX}\" ABSOLUTE)
+    get_filename_component(program \"${CMAKE_INSTALL_BINDIR}/rowe\" ABSOLUTE BASE_DIR \"\${prefix}\")
+    file(READ \"${PROJECT_SOURCE_DIR}/contrib/systemd/rowe@.service\" unit)
+    string(REPLACE \"ExecStart=rowe \" \"ExecStart=\${program} \" unit \"\${unit}\")
+    file(WRITE \"${rowe_made}/rowe@.service\" \"\${unit}\")" COMPONENT rowe_programs)
+  install(FILES ${rowe_made}/rowe@.service DESTINATION lib/systemd/system COMPONENT rowe_programs)
+endif()
+
+if(TARGET rowe_ros1) # what else is installed needs no ROS, so this is asked for by its name
+  install(TARGETS rowe_ros1 RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT rowe_ros1)
 endif()
 
 # find_package(rowe CONFIG)
@@ -49,7 +63,7 @@ cmake_path(APPEND rowe_libdir ${CMAKE_INSTALL_LIBDIR})
 set(rowe_includedir "\${prefix}")
 cmake_path(APPEND rowe_includedir ${CMAKE_INSTALL_INCLUDEDIR})
 string(REPLACE ">=" " >= " rowe_pc_requires
-               "${rowe_lws_wanted}, ${rowe_simdjson_wanted}, ${rowe_crypto_wanted}")
+               "${rowe_lws_wanted}, ${rowe_simdjson_wanted}, ${rowe_crypto_wanted}, ${rowe_tls_wanted}")
 get_target_property(rowe_cxx_libraries rowe_c INTERFACE_LINK_LIBRARIES)
 list(FILTER rowe_cxx_libraries EXCLUDE REGEX "[<:]")
 list(TRANSFORM rowe_cxx_libraries PREPEND "-l")

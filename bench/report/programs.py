@@ -43,6 +43,7 @@ programs = (
     program("arrivals", "Publish to arrival"),
     program("invoke", "Invoke"),
     program("sending", "Throughput, one peer"),
+    program("tls", "TLS"),
     program("expiry", "Expiry"),
     program("scale", "Scale"),
     program("idle_connections", "Idle connections"),
@@ -55,6 +56,8 @@ programs = (
                      "--messages=50"),
             takes_rounds=False),
     program("stop_under_flood", "The stop under a flood"),
+    program("stop_under_handshakes", "The stop under TLS handshakes"),
+    program("tls_load", "A thousand clients under TLS"),
     program("stop_on_silence", "The stop when a guard falls silent", kind="text", source="stop_on_silence",
             command=("bench/stop_on_silence", "{bin}/bench_stop_robot", "--runs", "5"), takes_rounds=False),
 )

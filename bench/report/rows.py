@@ -71,6 +71,9 @@ _hear = "messages of 300 B from one client, as a share of a raw socket's"
 _idle = "echo with 1000 idle connections, in echoes with none"
 _scale = "a message with many peers, topics, handles or calls, in one with one of them"
 _urgent = "urgent message behind a slow reader: default sockets' time in ours"
+_tls_echo = "echo under TLS, in times of OpenSSL's own SSL_read and SSL_write"
+_tls_send = "messages of 300 B a second to one client under TLS, as a share of OpenSSL's with full records"
+_shaken = "the stop's p99 while 100 TLS handshakes a second arrive, in the quiet one"
 
 targets = (
     target(_hand_over, "hand_over", "hand_over/rowe_ring", "of_raw", at_most(1.10), of="one by one"),
@@ -105,6 +108,18 @@ targets = (
            of="on a connection of its own, idle::poll",
            reason="The publish waits for the service thread's look (`poll_period`, 50 µs here), and the "
                   "reader handles two messages, 60 µs, before it finds it (`in_front`)."),
+    target(_shaken, "stop_under_handshakes", "stop_under_handshakes/handshakes/real_time", "p99_of_quiet",
+           at_most(1.5), of="service thread alone on a core, SCHED_FIFO"),
+    target(_shaken, "stop_under_handshakes", "stop_under_handshakes/mute/real_time", "p99_of_quiet",
+           at_most(1.5), of="the same, beside 250 mute clients"),
+    target(_shaken, "stop_under_handshakes", "stop_under_handshakes/handshakes/shipped", "p99_of_quiet",
+           at_most(1.5), of="as shipped"),
+    target(_tls_echo, "tls", "echo_64/rowe_1_3", "of_openssl", at_most(1.10), of="64 B, TLS 1.3"),
+    target(_tls_echo, "tls", "echo_512/rowe_1_3", "of_openssl", at_most(1.10), of="512 B, TLS 1.3"),
+    target(_tls_echo, "tls", "echo_64/rowe_1_2", "of_openssl", at_most(1.10), of="64 B, TLS 1.2"),
+    target(_tls_echo, "tls", "echo_512/rowe_1_2", "of_openssl", at_most(1.10), of="512 B, TLS 1.2"),
+    target(_tls_send, "tls", "send_300/rowe_1_3", "of_openssl", at_least(0.9), of="TLS 1.3"),
+    target(_tls_send, "tls", "send_300/rowe_1_2", "of_openssl", at_least(0.9), of="TLS 1.2"),
     target(_echo, "round_trip", "echo_64/rowe_busy", "of_raw", at_most(1.05),
            of="of raw sockets and one epoll, busy"),
     target(_echo, "round_trip", "echo_64/rowe_json_busy", "of_raw", at_most(1.08),

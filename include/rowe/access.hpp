@@ -14,27 +14,34 @@ namespace rowe {
 //
 // Everyone who is known may stop the robot, whatever the role says, and see the stop's state.
 struct role {
-  std::string name; // 1 to 64 bytes: letters, digits and . _ -
+  std::string name;                        // 1 to 64 bytes: letters, digits and . _ -
   std::vector<std::string> subscribe = {}; // each list: at most 64 patterns of 128 bytes and 4 stars
   std::vector<std::string> publish = {};
   std::vector<std::string> advertise = {}; // announce a topic, as clients of rosbridge do before they publish
   std::vector<std::string> call = {};
   std::vector<std::string> provide = {}; // a service
+  std::vector<std::string> set = {};     // parameters
   bool reset = false;                    // the stop
   bool guard = false;                    // hold a lease of the stop; to end that of others takes `reset`
 };
 
-// Someone who proves by a token who that is.
+// Someone who proves by a token, or by a certificate (tls_options::client_ca), who that is. Who shows both is
+// whoever the token belongs to.
 struct identity {
-  std::string name; // 1 to 64 bytes: letters, digits and . _ - @
-  std::string role; // the name of one
-  std::string token_sha256; // the token's hash, as 64 hexadecimal digits; the token itself is kept nowhere
-  bool token_in_url = false; // the token may also come as `?token=`, where logs of proxies may see it
+  std::string name;              // 1 to 64 bytes: letters, digits and . _ - @
+  std::string role;              // the name of one
+  std::string token_sha256 = {}; // the token's hash, as 64 hexadecimal digits; the token itself is kept
+                                 // nowhere. Empty: this identity has a certificate alone
+  bool token_in_url = false;     // the token may also come as `?token=`, where logs of proxies may see it
+  // The common name (CN) in the subject of the client's certificate, exactly: 1 to 64 bytes of printable
+  // ASCII. A subject with two common names is nobody's. Empty: no certificate is this identity's.
+  std::string certificate = {};
 };
 
 struct access_options {
-  // Besides `observer` (subscribes to everything, calls /rosapi/**), `driver` (also publishes and calls
-  // everything), `supervisor` (also resets and guards) and `peer` (also provides services: robots, bridges).
+  // Besides `observer` (subscribes to everything, calls /rosapi/**, /rowe/stats and /rowe/types), `driver`
+  // (also publishes and calls everything), `supervisor` (also sets parameters, resets and guards) and `peer`
+  // (a driver that also provides services: robots, bridges).
   // A role of one of these names replaces it. At most 64.
   std::vector<role> roles = {};
   // At most 1024. If there are none, nobody has to prove anything: whoever connects may do everything, except

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include <rowe/fixed_string.hpp>
 #include <rowe/rt/attributes.hpp>
 
 namespace rowe {
@@ -24,10 +25,14 @@ struct connection {
 // invocation, whoever can answer it.
 inline constexpr connection everyone{};
 
+// The name of an identity.
+using identity_name = fixed_string<64>;
+
 // What is known about a peer.
 struct peer {
   connection id;
-  std::string address; // numeric, with its port
+  std::string address;  // numeric, with its port
+  std::string identity; // the name of who proved by a token who it is (access.hpp); else empty
 };
 
 } // namespace rowe

@@ -18,6 +18,7 @@
 #include <rowe/lane.hpp>
 #include <rowe/message.hpp>
 #include <rowe/options.hpp>
+#include <rowe/parameter.hpp>
 #include <rowe/publisher.hpp>
 #include <rowe/received.hpp>
 #include <rowe/responder.hpp>
@@ -44,13 +45,15 @@ struct count {
 class endpoint {
  public:
   // Listens on `port` (0: any free one) and serves the page, rosbridge and WebSockets there. Errors:
-  // address_in_use, bad_address, bad_access, not_loopback, no_memory, no_thread, bad_argument (an option out
-  // of its range).
+  // address_in_use, bad_address, bad_access, bad_certificate, bad_web, not_loopback, no_memory, no_thread,
+  // bad_argument (an option out of its range).
   static result<endpoint> listen(std::uint16_t port, const endpoint_options& options = {});
+  // The same on `options.port`.
+  static result<endpoint> listen(const endpoint_options& options);
 
-  // Connects to `url`, "ws://HOST[:PORT][/PATH]", and again whenever the connection is lost, until closed.
-  // Returns at once; wait_peer() waits for the connection. Errors: bad_url, no_memory, no_thread,
-  // bad_argument.
+  // Connects to `url`, "ws://HOST[:PORT][/PATH]" or "wss://HOST[:PORT][/PATH]", and again whenever the
+  // connection is lost, until closed. Returns at once; wait_peer() waits for the connection. Errors: bad_url,
+  // bad_access (`token` or `token_file`), bad_certificate, no_memory, no_thread, bad_argument.
   static result<endpoint> connect(std::string_view url, const endpoint_options& options = {});
 
   endpoint(endpoint&&) noexcept;
@@ -81,6 +84,14 @@ class endpoint {
   // as serve(), but for service_taken and too_many_services.
   template <class Q, class A>
   result<caller<Q, A>> client(std::string_view name, const service_options& options = {});
+
+  // A parameter: a value that a loop reads, and that the program and peers may change while it runs, within
+  // `allowed`. It begins as `first`. "x" and "/x" are the same parameter. T: a bool, a number, an enum with
+  // listed names, or a fixed_string of up to 124 bytes. Peers see it from the service thread's next cycle on,
+  // until the handle is destroyed. Errors: bad_argument (a name that is empty or too long), reserved_topic (a
+  // name below /rowe/), out_of_range (`first` is not allowed), parameter_taken, too_many_parameters, closed.
+  template <parameter_type T>
+  result<rowe::parameter<T>> parameter(std::string_view name, const T& first, const range<T>& allowed = {});
 
   // A lane for plain messages, calls and replies. Errors: bad_argument, too_many_lanes, lane_memory, closed.
   result<lane> open_lane(const lane_options& options = {});
@@ -116,7 +127,8 @@ class endpoint {
 
   // Sends a message to `to`, or to every peer that takes plain messages, and waits until it was handed to the
   // kernel, for one peer at least. `ttl`: how long it may wait for a peer and behind others; 0 is now or
-  // never, negative for ever. Errors: expired, peer_lost, malformed, not_an_object, reserved_member.
+  // never, negative for ever. The peer is told what is left of it: the message gains a member `ttl_ms`, of up
+  // to 27 bytes, and must have none. Errors: expired, peer_lost, malformed, not_an_object, reserved_member.
   status send(body object, duration ttl, connection to = everyone);
   // Queues it and returns at once; what becomes of it is counted. Errors: peer_lost where it is known
   // already.
@@ -154,8 +166,22 @@ class endpoint {
   // closed.
   status wait_peer(duration timeout);
   std::uint32_t peers() const noexcept;
-  // The established connections at the moment, with the peers' addresses.
+  // The established connections at the moment, with the peers' addresses and the names of their identities.
   std::vector<peer> connections() const;
+  // The name of a peer's identity; empty if it has none, or is gone. Never waits, never allocates, no system
+  // call; any thread.
+  identity_name identity_of(connection of) const noexcept;
+
+  // ---- rights: see rowe/access.hpp
+
+  // Changes who may do what, while everything runs. When it returns, the new rights hold. Whoever has them
+  // still, or more, stays connected. A peer whose token is gone, or whose role has lost a right, is closed
+  // (code 1008, "token revoked" or "role changed"); if it guarded the robot, that stops. Waits for one cycle
+  // of the service thread. Errors: bad_access, and `why`, if given, is assigned what is wrong: as
+  // check_access() says, or that no identity is left though there were some, so everyone might do everything;
+  // misuse (the endpoint connects, so the rights are its server's), no_memory, closed. After an error nothing
+  // has changed.
+  status set_access(const access_options& access, std::string* why = nullptr);
 
   // The port listened on; 0 for an endpoint that connects.
   std::uint16_t port() const noexcept;
@@ -182,6 +208,7 @@ class endpoint {
  private:
   explicit endpoint(std::shared_ptr<detail::endpoint_state> state) noexcept;
   result<detail::pair_handle> open(const detail::pair_request& asked);
+  result<detail::parameter_handle> open(const detail::parameter_request& asked);
 
   std::shared_ptr<detail::endpoint_state> state_;
 };
@@ -214,6 +241,14 @@ result<caller<Q, A>> endpoint::client(std::string_view name, const service_optio
   auto handle = open(detail::client_request<Q, A>(name, options));
   if (!handle) return handle.error();
   return caller<Q, A>{std::move(*handle)};
+}
+
+template <parameter_type T>
+result<rowe::parameter<T>> endpoint::parameter(std::string_view name, const T& first,
+                                               const range<T>& allowed) {
+  auto handle = open(detail::parameter_request_of(name, first, allowed));
+  if (!handle) return handle.error();
+  return rowe::parameter<T>{std::move(*handle), first, allowed};
 }
 
 } // namespace rowe

@@ -40,9 +40,10 @@ struct event {
   };
 
   kind what_kind = kind::warning;
-  text<64> peer;    // its numeric address and port; empty where there is none
-  text<224> what;   // a diagnostic
-  text<192> remedy; // what to change; empty where nothing can be
+  text<64> peer;     // its numeric address and port; empty where there is none
+  text<64> identity; // as whom it came in; empty where it has no identity, or nobody knows
+  text<224> what;    // a diagnostic
+  text<192> remedy;  // what to change; empty where nothing can be
 };
 
 } // namespace rowe

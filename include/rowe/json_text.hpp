@@ -6,7 +6,7 @@ namespace rowe {
 
 // Means messages, requests and replies that are JSON text already: publisher<json_text>,
 // subscriber<json_text>, responder<json_text, json_text>, caller<json_text, json_text>. For tools, and for
-// programs that make or read JSON themselves.
+// programs that make JSON, or read it in place (rowe/json_value.hpp).
 struct json_text {};
 
 namespace detail {

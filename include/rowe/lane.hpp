@@ -39,10 +39,11 @@ class lane {
   // ---- sending
 
   // Queues a message to `to`, or to every peer that takes plain messages. While there is no such peer, the
-  // message waits until `ttl` is over: 0 is now or never, negative for ever. Counters say whether it was sent
-  // or expired; nobody is told. Errors: full (all slots of the option `depth` are taken; or `to` does not
-  // read, and its share of them is used up, see docs/limits.md), too_big (`text_bytes_max`, or a message that
-  // overflowed), peer_lost (`to` is gone). Never waits, never allocates, no system call.
+  // message waits until `ttl` is over: 0 is now or never, negative for ever. The peer is told what is left of
+  // it: the message gains a member `ttl_ms`, of up to 27 bytes, and must have none. Counters say whether it
+  // was sent or expired; nobody is told. Errors: full (all slots of the option `depth` are taken; or `to`
+  // does not read, and its share of them is used up, see docs/limits.md), too_big (`text_bytes_max`, or a
+  // message that overflowed), peer_lost (`to` is gone). Never waits, never allocates, no system call.
   ROWE_RT status try_send(body object, duration ttl, time_point now, connection to = everyone) noexcept {
     if (!pair_) return errc::misuse;
     return detail::post_to(*pair_, to, object,

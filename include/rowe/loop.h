@@ -65,7 +65,8 @@ struct rowe_lane* rowe_lane_open(const struct rowe_endpoint* endpoint,
 void rowe_lane_free(struct rowe_lane* lane); // NULL is fine
 
 // Queues a message for every peer, or for one. Without a peer it waits for one until `ttl_ms` is over; 0 is
-// now or never. Errors: full, too_big; peer_lost (`peer` is gone).
+// now or never, negative for ever. The peer is told what is left in a member `ttl_ms`, which the text must
+// not have. Errors: full, too_big; peer_lost (`peer` is gone).
 ROWE_RT int rowe_lane_try_send(struct rowe_lane* lane, const char* text, size_t bytes, long ttl_ms,
                                int64_t now_ns);
 ROWE_RT int rowe_lane_try_send_to(struct rowe_lane* lane, struct rowe_peer peer, const char* text,
@@ -119,7 +120,7 @@ struct rowe_subscriber;
 // Zeroes are the defaults; `bytes` as in rowe_options.
 struct rowe_topic_options {
   size_t bytes;            // sizeof(struct rowe_topic_options)
-  long ttl_ms;             // what is older is not sent; 0: no such limit
+  long ttl_ms;             // what is older is neither sent nor taken; 0: no such limit
   bool newest;             // keep only the newest message, not `depth` of them
   uint32_t depth;          // messages between the two threads, 1 to 4096; 0: as many of `text_bytes_max` as
                            // 64 KiB hold, but 16 to 64
@@ -149,8 +150,9 @@ struct rowe_subscriber* rowe_subscriber_open(const struct rowe_endpoint* endpoin
                                              const struct rowe_topic_options* options);
 void rowe_subscriber_free(struct rowe_subscriber* subscriber); // NULL is fine
 
-// Takes the oldest message, or the newest one; then older messages are released unread. Errors: empty; `into`
-// as in rowe_lane_try_receive().
+// Takes the oldest message whose time to live is not over, or the newest one; then older messages are
+// released unread. Reads the clock if a message has a time to live. Errors: empty; `into` as in
+// rowe_lane_try_receive().
 ROWE_RT int rowe_subscriber_try_take(struct rowe_subscriber* subscriber, struct rowe_view* into);
 ROWE_RT int rowe_subscriber_latest(struct rowe_subscriber* subscriber, struct rowe_view* into);
 
@@ -228,13 +230,14 @@ int rowe_reset_emergency_stop(const struct rowe_endpoint* endpoint,
 // bytes, without the '\0' that ends it; 0 if `buffer_bytes` are too few, or a type is none.
 ROWE_RT size_t rowe_write(char* buffer, size_t buffer_bytes, const char* key, ...);
 
-// A member of an object in text that has arrived. Errors: missing_member, wrong_type, out_of_range, misuse;
-// `into` and `buffer` are then left alone. too_long: a string and its '\0' need more than `buffer_bytes`;
-// buffer then holds "".
-ROWE_RT int rowe_read_int64(const char* text, size_t bytes, const char* key, int64_t* into);
-ROWE_RT int rowe_read_double(const char* text, size_t bytes, const char* key, double* into);
-ROWE_RT int rowe_read_boolean(const char* text, size_t bytes, const char* key, bool* into);
-ROWE_RT int rowe_read_string(const char* text, size_t bytes, const char* key, char* buffer,
+// What stands at `path` in text that has arrived: "a", "pose.x", "ranges[3]". Names with '.' or '[' are
+// written ['a.b']. Of members with the same name the first counts. Integers are exact; 3.0 is one. Errors:
+// missing_member, wrong_type, out_of_range, bad_argument (the path is wrong), misuse; `into` and `buffer` are
+// then left alone. too_long: a string and its '\0' need more than `buffer_bytes`; buffer then holds "".
+ROWE_RT int rowe_read_int64(const char* text, size_t bytes, const char* path, int64_t* into);
+ROWE_RT int rowe_read_double(const char* text, size_t bytes, const char* path, double* into);
+ROWE_RT int rowe_read_boolean(const char* text, size_t bytes, const char* path, bool* into);
+ROWE_RT int rowe_read_string(const char* text, size_t bytes, const char* path, char* buffer,
                              size_t buffer_bytes);
 
 #ifdef __cplusplus

@@ -8,6 +8,7 @@
 #include <rowe/connection.hpp>
 #include <rowe/detail/calls.hpp>
 #include <rowe/detail/queue_pair.hpp>
+#include <rowe/json_value.hpp>
 
 namespace rowe {
 
@@ -15,7 +16,10 @@ namespace rowe {
 // releases the slot, so destroy it on the thread of its handle, and before the handle. Until then its slot is
 // not free for what arrives. A view that outlives its handle keeps the handle's memory; if it also outlives
 // the endpoint, it keeps all of the endpoint's memory as long as the process runs.
-class message_view {
+//
+// Its text is read in place by get<T>("a.b[2]"), find(), as<T>(), members() and elements(): see
+// rowe/json_value.hpp.
+class message_view : public detail::reads_json<message_view> {
  public:
   ROWE_RT message_view(message_view&& from) noexcept
       : pair_{std::exchange(from.pair_, nullptr)}, end_{from.end_}, slot_{from.slot_} {}

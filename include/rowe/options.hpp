@@ -9,6 +9,7 @@
 #include <rowe/access.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/rt/clock.hpp>
+#include <rowe/tls.hpp>
 
 namespace rowe {
 
@@ -74,21 +75,41 @@ struct endpoint_options {
   bool answers_any = false;  // calls that no handle serves wait for receive() from the start, not only once
                              // it was called
 
+  // Encryption; see tls.hpp.
+  tls_options tls = {};
+
   // endpoint::listen only.
-  std::string address = "127.0.0.1";           // numeric; beyond loopback only with `insecure`
+  std::string address = "127.0.0.1";           // numeric; beyond loopback only with `tls` and with
+                                               // identities in `access`, or with `insecure`
+  std::uint16_t port = 8080;                   // where listen() is not given one; 0: any free one
   bool insecure = false;                       // nothing is encrypted; and without identities in `access`
                                                // whoever reaches the address may read and publish
   access_options access = {};                  // who may do what; see access.hpp
   bool page = true;                            // serve the page at /
+  std::string web = {}; // serve the files of this folder, in place of the page's where names are the same.
+                        // Whoever reaches the address may read them. listen() reads them into memory: 4096
+                        // files and 64 MiB at most, which limits::footprint_bytes() does not know
   std::vector<std::string> allow_origins = {}; // pages of these origins may connect, besides our own
   std::vector<std::string> allow_hosts = {};   // names this endpoint may be called by, besides localhost
 
   // endpoint::connect only. A failed attempt is repeated until the endpoint is closed: first after
   // `retry_min`, then after twice that time, and so on up to `retry_max`. Each time is shortened at random,
   // by up to a quarter.
+  std::string token = {}; // proves to the other side who we are. Over `ws` everyone on the way can read it
+  std::string token_file = {}; // or a file whose first line is the token, and that only its owner can read
+                               // (below $CREDENTIALS_DIRECTORY others may, too); connect() reads it
   duration retry_min = std::chrono::milliseconds{250};
   duration retry_max = std::chrono::seconds{5};
+
+  // The options that a file of TOML says (docs/config.md); what it does not say has its default. settings.hpp
+  // reads the environment and a command line, too. Errors: bad_config, where `why` says what is wrong and
+  // where, also of what listen() would refuse. Set-up.
+  static result<endpoint_options> from_file(const std::string& path, std::string* why = nullptr);
 };
+
+// What is wrong with the folder that the option `web` names, in words that name the file; empty: nothing.
+// Reads all of it. Set-up; waits for the disk; allocates.
+std::string check_web(const std::string& folder);
 
 // Which values are kept that were published and not yet taken.
 enum class keep : std::uint8_t {
@@ -100,7 +121,9 @@ enum class priority : std::uint8_t { urgent, normal, bulk };
 
 // endpoint::advertise and endpoint::subscribe.
 struct topic_options {
-  duration ttl = rt::for_ever; // a value older than this is not sent; more than `poll_period`
+  // advertise: a value older than this is neither sent nor taken, here and behind each hop (docs/wire.md);
+  // more than `poll_period`; 0: it is sent now or never.
+  duration ttl = rt::for_ever;
   rowe::keep keep = rowe::keep::all;
   std::uint32_t depth = 0; // values (keep::all) between this thread and the service thread; 1 to 4096; 0: as
                            // many as 64 KiB hold, but 16 to 64

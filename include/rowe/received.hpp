@@ -7,6 +7,7 @@
 
 #include <rowe/connection.hpp>
 #include <rowe/detail/queue_pair.hpp>
+#include <rowe/json_value.hpp>
 #include <rowe/options.hpp>
 
 namespace rowe {
@@ -14,7 +15,10 @@ namespace rowe {
 // A message, call or reply that endpoint::receive() or endpoint::invoke() returned. Move-only; keeps one of
 // the endpoint's `door_slots` until it is destroyed, on any thread; may outlive its endpoint. One thread at a
 // time. Its destructor does not refuse an unanswered call; call endpoint::refuse() for that.
-class received {
+//
+// Its text is read in place by get<T>("a.b[2]"), find(), as<T>(), members() and elements(): see
+// rowe/json_value.hpp.
+class received : public detail::reads_json<received> {
  public:
   received(received&& from) noexcept : state_{std::move(from.state_)}, slot_{from.slot_}, is_{from.is_} {}
   received& operator=(received&& from) noexcept {
@@ -30,6 +34,9 @@ class received {
   std::string_view operator*() const noexcept { return value(); }
   // From whom; no connection (false) if it came from this process itself, or is a reply.
   connection from() const noexcept { return {is_.peer.index, is_.peer.generation}; }
+  // The name of the identity that it is from; empty if that has none, or has left before this is asked. The
+  // text is a copy. Never allocates.
+  identity_name identity() const noexcept;
   // Whether it is a call: somebody waits for a reply (endpoint::reply).
   bool wants_reply() const noexcept { return is_.call.generation != 0; }
   // When its last byte was read from the socket; a reply: when it was handed out.

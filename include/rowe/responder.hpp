@@ -5,6 +5,7 @@
 //   if (auto request = mode.try_next(now)) (void)mode.reply(*request, apply(request->value()), now);
 #pragma once
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include <rowe/connection.hpp>
@@ -13,6 +14,7 @@
 #include <rowe/detail/responding.hpp>
 #include <rowe/detail/waiting.hpp>
 #include <rowe/json_text.hpp>
+#include <rowe/json_value.hpp>
 #include <rowe/result.hpp>
 #include <rowe/schema.hpp>
 
@@ -20,9 +22,12 @@ namespace rowe {
 
 // A call that waits for its answer. The slot of the answer is reserved, so answering cannot fail because
 // there is no slot. A request that is destroyed unanswered is refused. Move-only; destroy it on its
-// responder's thread, and before the responder.
+// responder's thread, and before the responder. A request of json_text has the functions of
+// rowe/json_value.hpp: get<T>("a.b[2]"), find(), as<T>(), members(), elements().
 template <class Q>
-class request : public detail::open_request {
+class request
+    : public detail::open_request,
+      public std::conditional_t<detail::is_text<Q>, detail::reads_json<request<Q>>, detail::reads_none> {
   using taken = typename detail::payload<Q>::taken;
 
  public:

@@ -32,11 +32,14 @@ namespace rowe {
   X(malformed, "the text is no valid JSON, or holds a number no double can (at byte %v)")                    \
   X(too_deep, "the JSON text nests deeper than %l levels")                                                   \
   X(bad_argument, "the argument %nis out of range: %v (limit %l)")                                           \
-  X(bad_url, "the URL must read ws://HOST[:PORT][/PATH]; this one does not from byte %v on")                 \
+  X(bad_url, "the URL must read ws[s]://HOST[:PORT][/PATH]; this one does not from byte %v on")              \
   X(bad_address, "the address cannot be listened on (errno %v)")                                             \
   X(address_in_use, "port %v is in use by another program")                                                  \
-  X(not_loopback, "listening beyond loopback needs the option `insecure`")                                   \
-  X(bad_access, "the option `access` is wrong; check_access() says how")                                     \
+  X(not_loopback, "listening beyond loopback needs the options `tls` and `access`, or `insecure`")           \
+  X(bad_access, "the option `access` or the token is wrong; check_access() says how of the former")         \
+  X(bad_certificate, "a file that the option `tls` names is wrong; check_tls() says how")                    \
+  X(bad_config, "the configuration is wrong (line %v of a file, or 0)")                                      \
+  X(bad_web, "the folder that the option `web` names cannot be served; check_web() says why")                \
   X(too_many_lanes, "%v handles are open; the limit `lanes_max` is %l")                                      \
   X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                        \
   X(lane_memory, "%v bytes of handle memory are needed, %l of %w are left: raise `lane_bytes`")              \
@@ -51,6 +54,8 @@ namespace rowe {
   X(refused, "the service answered with an error")                                                           \
   X(too_many_calls, "%v calls are in flight; the limit is %l")                                               \
   X(too_many_services, "%v services exist; the limit `services_max` is %l")                                  \
+  X(parameter_taken, "a parameter of that name exists already")                                              \
+  X(too_many_parameters, "%v parameters exist; the limit `parameters_max` is %l")                            \
   X(service_taken, "the service is provided already")                                                        \
   X(not_an_object, "a message must be one JSON object")                                                      \
   X(reserved_member, "op, message_id and in_reply_to are no members of a user's message (at byte %v)")       \
@@ -75,11 +80,11 @@ enum class errc : std::uint8_t {
   X(message_time_max) X(stats_period) X(retry_min) X(retry_max) X(inbound_ttl) X(call_timeout) X(profile) X(ttl) X(period)   \
   X(depth) X(inbox_depth) X(calls) X(name) X(type) X(port) X(connections_max)                                \
   X(connections_per_address_max) X(handshakes_max) X(handshake_bytes)                                        \
-  X(message_bytes_max) X(fragments_max) X(depth_max) X(messages_per_second_max)                              \
+  X(message_bytes_max) X(long_message_bytes_max) X(long_slots) X(fragments_max) X(depth_max) X(messages_per_second_max)                              \
   X(refusals_per_second_max) X(topics_max) X(topic_bytes_max)                                                \
   X(subscriptions_max) X(subscriptions_per_connection_max) X(advertisements_per_connection_max)              \
   X(small_slots) X(small_slot_bytes) X(large_slots) X(queue_depth_max) X(queued_max) X(latched_bytes) X(services_max) \
-  X(calls_max) X(calls_per_connection_max) X(door_slots) X(door_slot_bytes) X(lanes_max) X(lane_bytes)       \
+  X(calls_max) X(calls_per_connection_max) X(parameters_max) X(door_slots) X(door_slot_bytes) X(lanes_max) X(lane_bytes)       \
   X(events_max) X(lease) X(tick) X(service_timeout) X(observe_timeout) X(loop_timeout)
 // clang-format on
 
@@ -147,7 +152,7 @@ inline std::string_view error::name() const noexcept {
 inline std::string_view error::message(std::span<char> buffer) const noexcept {
   std::string_view pattern = detail::error_descriptions[static_cast<std::size_t>(code)].pattern;
   if (code == errc::bad_url && value == 0)
-    pattern = "missing ws://: the URL must read ws://HOST[:PORT][/PATH]";
+    pattern = "missing ws://: the URL must read ws[s]://HOST[:PORT][/PATH]";
   char* at = buffer.data();
   char* const end = at + buffer.size();
   const auto put = [&](std::string_view words) { at += words.copy(at, static_cast<std::size_t>(end - at)); };

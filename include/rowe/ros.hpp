@@ -4,7 +4,8 @@
 //
 // ROS 1 and ROS 2 spell headers differently in JSON: stamps are {secs, nsecs} beside a seq, or {sec, nanosec}
 // without one. The namespace decides what is published: rowe::ros writes as ROS 1, rowe::ros2 as ROS 2. A
-// subscriber of either reads both shapes. Types without a header are the same in both.
+// subscriber of either reads both shapes, and Foxglove's {sec, nsec}. Types without a header are the same in
+// both.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -62,7 +62,12 @@ extern "C" {
   X(34, too_long)          /* the text does not fit its place */                                             \
   X(35, misuse)            /* a use that the function's comment forbids */                                   \
   X(36, too_many_latches)                                                                                    \
-  X(37, bad_access)        /* C cannot set roles yet */
+  X(37, bad_access)        /* roles that make no sense: of a file, bad_config */                             \
+  X(38, bad_certificate)   /* a file that [tls] names is wrong */                                            \
+  X(39, bad_config)        /* a file that makes no sense; the text says where */                             \
+  X(40, bad_web)           /* a folder that cannot be served: of a file, bad_config */                       \
+  X(41, parameter_taken)   /* a parameter of that name exists */                                             \
+  X(42, too_many_parameters)
 // clang-format on
 
 enum rowe_error {
@@ -123,7 +128,7 @@ struct rowe_options {
   int service_priority;       // its SCHED_FIFO priority; 0: an ordinary thread
   long inbound_ttl_ms;        // what arrived and was not received or answered in this time ends; 0: never
   uint32_t connections_max;   // peers at a time, the last two for the stop alone; 0: 40
-  uint32_t message_bytes_max; // the longest message a peer may send; 0: 60 KiB
+  uint32_t message_bytes_max; // the longest message a peer may send, but for long ones of topics; 0: 60 KiB
   uint32_t door_slots;        // messages under way each way; 0: 32
   uint32_t door_slot_bytes;   // the longest message of this program, as text; 0: 4096
   size_t lane_bytes;          // memory of the handles of rowe/loop.h; 0: 1280 KiB
@@ -141,6 +146,11 @@ struct rowe_options {
 // rowe_endpoint_free().
 struct rowe_endpoint* rowe_open_local_endpoint(int port);
 struct rowe_endpoint* rowe_open_local_endpoint_with(int port, const struct rowe_options* options);
+
+// Listens as a file of TOML says (docs/config.md), which also has roles and identities. What it does not say
+// is as with zeroes in struct rowe_options. Errors: bad_config, with the first mistake, its file and line in
+// rowe_last_error_text(); address_in_use, bad_address, no_memory, no_thread. End with rowe_endpoint_free().
+struct rowe_endpoint* rowe_open_configured_endpoint(const char* path);
 
 // Connects to `host` (a name or an address) and `port` (1 to 65535), and again whenever the connection is
 // lost. Returns at once: messages that are sent earlier wait for the connection. Errors: bad_url,
@@ -171,7 +181,9 @@ void rowe_endpoint_free(struct rowe_endpoint* endpoint);
 // ---- Messages
 
 // Sends `object`, a JSON object, to every peer, and waits until it was sent or discarded. If there is no
-// peer, it waits `ttl_ms` for one; with 0 it is sent now or never. Errors: expired (it was discarded),
+// peer, it waits `ttl_ms` for one; with 0 it is sent now or never, with a negative number it waits for ever.
+// The peer is told what is left in a member `ttl_ms`, which the object must not have; Hop's programs are not
+// told. Errors: expired (it was discarded),
 // closed, full, too_big, not_an_object, reserved_member.
 int rowe_send(const struct rowe_endpoint* endpoint, const struct rowe_object* object, long ttl_ms);
 
@@ -248,9 +260,10 @@ enum rowe_event_kind {
 // Texts end in '\0' and are cut at what fits.
 struct rowe_event {
   enum rowe_event_kind kind;
-  char peer[65];    // its address and port; "" where there is none
-  char what[225];   // a diagnostic
-  char remedy[193]; // what to change; "" where nothing can be
+  char peer[65];     // its address and port; "" where there is none
+  char what[225];    // a diagnostic
+  char remedy[193];  // what to change; "" where nothing can be
+  char identity[65]; // as whom the peer came in; "" where it has no identity, or nobody knows
 };
 
 // The oldest event that was not taken yet. Never waits. Errors: empty.

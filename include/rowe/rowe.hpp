@@ -7,6 +7,8 @@
 #include <rowe/emergency_stop.hpp>
 #include <rowe/endpoint.hpp>
 #include <rowe/event.hpp>
+#include <rowe/json_error.hpp>
+#include <rowe/json_value.hpp>
 #include <rowe/lane.hpp>
 #include <rowe/message.hpp>
 #include <rowe/message_view.hpp>
@@ -17,4 +19,6 @@
 #include <rowe/result.hpp>
 #include <rowe/rt/periodic.hpp>
 #include <rowe/schema.hpp>
+#include <rowe/settings.hpp>
 #include <rowe/subscriber.hpp>
+#include <rowe/types.hpp>

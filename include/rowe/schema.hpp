@@ -14,13 +14,28 @@
 //                rowe::field<&scan::seq>.or_default(),               // a text may leave it out
 //                rowe::field<&scan::serial>.as_string(),             // "9007199254740993": beyond 2^53
 //                rowe::field<&scan::angle>.decimals(4),              // fixed precision: shorter, faster
+//                rowe::field<&scan::mode>.by_name(),                 // "mapping", see below
+//                rowe::field<&scan::age>.as_seconds(),               // 0.0125, of std::chrono::nanoseconds
 //                rowe::counted<&scan::ranges, &scan::range_count>    // the first `range_count` elements
 //               >{}.type("sensor_msgs/LaserScan")                    // the type's name for ROS and others
 //
-// A member may be a bool, an integer, a float or a double, an enum (written as its number), a type with a
+// A member may be a bool, an integer, a float or a double, an enum (written as its number), a
+// std::chrono::duration or time_point (written as its count(): the number of its own units), a type with a
 // schema of its own, a std::array or C array of these, a rowe::bounded_array, a rowe::fixed_string, or a
 // std::optional (left out of the text while empty; null inside an array). Anything else does not compile, and
 // the message says why.
+//
+// The names of an enum's values are listed once, beside the enum. Members that are by_name() are written with
+// them, and all descriptions of the type (rowe/types.hpp) have them:
+//
+//   enum class scan_mode : std::uint8_t { off, mapping, locating };
+//   template <> inline constexpr auto rowe::names<scan_mode> =                   // at global scope
+//       rowe::enumerators<scan_mode::off, scan_mode::mapping,
+//                         rowe::enumerator<scan_mode::locating, "localizing">>{}; // renamed
+//
+// A member that is by_name() is read from a name, or from the number of one: nothing else gets into it from
+// outside, so a loop that handles all names handles all messages. A value without a name is written as its
+// number, so it is seen; whoever reads by name refuses it.
 //
 // Everything here is evaluated at compile time. At run time there is describe<T>(), a constant table, of the
 // same type for all T. The library works with that.
@@ -53,6 +68,19 @@ enum class value_kind : std::uint8_t {
 
 struct schema_description;
 
+// A value of an enum, with its name.
+struct enumerator_description {
+  std::string_view name;
+  std::int64_t value = 0; // of an unsigned one of 64 bits: its bits
+};
+
+// What 1 stands for in a duration or a time: numerator / denominator seconds. 0 / 0: it is no time.
+struct unit_description {
+  std::int64_t numerator = 0;
+  std::int64_t denominator = 0;
+  bool since_1970 = false; // a time of std::chrono::system_clock
+};
+
 // A type of value: its kind, and how to reach what is inside. Functions take the address of such a value;
 // they touch only the value, and never allocate or wait. Those that change the value always exist, whatever
 // schema_description::decodable says, except emplace.
@@ -76,6 +104,9 @@ struct value_description {
   // optional: makes an element of default value and returns its address. Null if there is no such value.
   void* (*emplace)(void* optional) noexcept = nullptr;
   void (*reset)(void* optional) noexcept = nullptr; // optional: to nothing
+
+  std::span<const enumerator_description> enumerators{}; // integers: of an enum, if its names are listed
+  unit_description unit{};                               // numbers: of a duration or a time
 };
 
 // A member of a struct.
@@ -95,6 +126,9 @@ struct member_description {
   // counted: sets the counting member, to at most count_limit; null where it is constant.
   void (*set_count)(void* object, std::size_t count) noexcept = nullptr;
   std::size_t count_limit = 0; // counted: what the array holds and the counting member can say
+
+  bool by_name = false;    // an enum's names are written instead of its numbers
+  bool as_seconds = false; // integers of a unit of 10^-n seconds are written in seconds, with a point
 };
 
 // A struct.
@@ -116,6 +150,7 @@ struct schema_description {
 namespace detail {
 
 struct no_schema {};
+struct no_names {};
 
 // A string literal as a template argument.
 template <std::size_t N>
@@ -166,20 +201,39 @@ struct field_spec {
   bool quoted = false;
   int digits = -1;
   bool may_miss = false;
+  bool named = false;
+  bool seconds = false;
 
   // An integer is written in quotes, because a browser rounds numbers beyond 2^53.
-  consteval field_spec as_string() const noexcept { return {true, digits, may_miss}; }
+  consteval field_spec as_string() const noexcept { return with(&field_spec::quoted, true); }
   // Numbers are rounded to `count` digits (0 to 9) behind the point; trailing zeros are not written. Numbers
   // too large for that (|x| x 10^count >= 2^53) keep the digits they need.
-  consteval field_spec decimals(int count) const noexcept { return {quoted, count, may_miss}; }
+  consteval field_spec decimals(int count) const noexcept { return with(&field_spec::digits, count); }
   // A text that is read may leave the member out; then it is as in T{}.
-  consteval field_spec or_default() const noexcept { return {quoted, digits, true}; }
+  consteval field_spec or_default() const noexcept { return with(&field_spec::may_miss, true); }
+  // An enum is written by its names, which rowe::names lists.
+  consteval field_spec by_name() const noexcept { return with(&field_spec::named, true); }
+  // A duration or a time is written in seconds, exactly: 1.5 for 1500 ms. Its unit is 1, 10^-1 ... 10^-9
+  // seconds, and its count an integer. What is read is rounded to that unit; beyond its range it is refused.
+  consteval field_spec as_seconds() const noexcept { return with(&field_spec::seconds, true); }
+
+ private:
+  template <class Value>
+  consteval field_spec with(Value field_spec::*which, Value value) const noexcept {
+    field_spec changed = *this;
+    changed.*which = value;
+    return changed;
+  }
 };
 
 template <class T>
 inline constexpr bool is_field_spec = false;
 template <auto Member, auto Name, auto Other, auto Count>
 inline constexpr bool is_field_spec<field_spec<Member, Name, Other, Count>> = true;
+
+// A value of an enum with its name, as rowe::enumerator makes it.
+template <auto Value, auto Name>
+struct enumerator_spec {};
 
 } // namespace detail
 
@@ -202,6 +256,19 @@ struct fields {
   // Names the type as others know it: "nav_msgs/Odometry". `name` must outlive the program (a literal).
   consteval fields type(std::string_view name) const noexcept { return {name}; }
 };
+
+// A value of an enum with another name.
+template <auto Value, detail::name_literal Name>
+inline constexpr detail::enumerator_spec<Value, Name> enumerator{};
+
+// The values of an enum that have names, in the order in which descriptions list them: enumerators, or what
+// rowe::enumerator makes of them.
+template <auto... Values>
+struct enumerators {};
+
+// The names of an enum: specialise it, at global scope, beside the enum.
+template <class Enum>
+inline constexpr detail::no_names names{};
 
 // A type's schema: specialise it, at global scope, for each type that is published, subscribed or served.
 template <class T>

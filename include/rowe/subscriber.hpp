@@ -2,6 +2,7 @@
 // Subscribers: from endpoint::subscribe<T>(), for one thread.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 
 #include <rowe/detail/payload.hpp>
@@ -27,32 +28,21 @@ class subscriber {
   subscriber() noexcept = default; // empty: every call says errc::misuse
   explicit subscriber(detail::pair_handle pair) noexcept : pair_{std::move(pair)} {}
 
-  // Takes the oldest value that has arrived; with keep::newest, which texts do not have, the newest one, if
-  // it was not taken yet. Errors: empty (there is none), closed (the endpoint is, and nothing is left),
-  // misuse (an empty handle). Never waits, never allocates, no system call.
-  ROWE_RT result<view> try_take() noexcept {
-    if (!pair_) return errc::misuse;
-    const bool over = detail::closed(*pair_); // before looking: what came before it closed is still there
-    detail::consumer_end& end = pair_->user.in;
-    if (keeps_newest()) {
-      if constexpr (!detail::is_text<T>) {
-        const auto found = end.newest->begin_read();
-        if (found.state == rt::freshness::fresh) return view{*pair_, end, found.slot | view::of_window};
-      }
-    } else if (const auto slot = end.ring->try_pop()) {
-      return view{*pair_, end, *slot};
-    }
-    return over ? errc::closed : errc::empty;
-  }
+  // Takes the oldest value that has arrived and whose time to live is not over; with keep::newest, which
+  // texts do not have, the newest one, if it was not taken yet. A value has a time to live if its publisher
+  // gave it one (topic_options::ttl); that of a peer counts from the last hop on. Errors: empty (there is
+  // none), closed (the endpoint is, and nothing is left), misuse (an empty handle). Never waits, never
+  // allocates, no system call; at most as many steps as `depth`. Without `now` it reads the clock, if a value
+  // has a time to live.
+  ROWE_RT result<view> try_take(time_point now) noexcept { return take_at(&now); }
+  ROWE_RT result<view> try_take() noexcept { return take_at(nullptr); }
 
-  // The newest value. Older values that were not taken are released unread. Errors as try_take(). Never
-  // waits, never allocates, no system call; at most `depth` steps.
-  ROWE_RT result<view> latest() noexcept {
-    result<view> newest = try_take();
-    if (!newest || keeps_newest()) return newest;
-    for (std::size_t left = pair_->user.in.ring->pending_at_least(); left > 0; --left) newest = try_take();
-    return newest;
-  }
+  // The newest value. Older values that were not taken are released unread. Otherwise as try_take().
+  ROWE_RT result<view> latest(time_point now) noexcept { return take_newest_at(&now); }
+  ROWE_RT result<view> latest() noexcept { return take_newest_at(nullptr); }
+
+  // How many values arrived here, and were out of date when they would have been taken.
+  ROWE_RT std::uint64_t expired() const noexcept { return pair_ ? pair_->expired_here.get() : 0; }
 
   // Waits for the next value at most `timeout` (negative: for ever). Errors: as try_take(), but timed_out in
   // place of empty. Not for real-time loops: sleeps in the kernel.
@@ -61,6 +51,35 @@ class subscriber {
   }
 
  private:
+  // nullptr: now.
+  result<view> take_at(const time_point* at) noexcept {
+    if (!pair_) return errc::misuse;
+    const bool over = detail::closed(*pair_); // before looking: what came before it closed is still there
+    detail::consumer_end& end = pair_->user.in;
+    if (keeps_newest()) {
+      if constexpr (!detail::is_text<T>) {
+        const auto found = end.newest->begin_read();
+        if (found.state == rt::freshness::fresh &&
+            (!detail::has_time_to_live(*pair_, found.slot) || !detail::drops_expired(*pair_, found.slot, at)))
+          return view{*pair_, end, found.slot | view::of_window};
+      }
+    } else if (auto slot = end.ring->try_pop()) {
+      if (detail::has_time_to_live(*pair_, *slot)) [[unlikely]]
+        slot = detail::first_in_time(*pair_, *slot, at);
+      if (slot) return view{*pair_, end, *slot};
+    }
+    return over ? errc::closed : errc::empty;
+  }
+
+  result<view> take_newest_at(const time_point* at) noexcept {
+    result<view> newest = take_at(at);
+    if (!newest || keeps_newest()) return newest;
+    for (std::size_t left = pair_->user.in.ring->pending_at_least(); left > 0; --left) {
+      if (result<view> next = take_at(at)) newest = std::move(next);
+    }
+    return newest;
+  }
+
   bool keeps_newest() const noexcept {
     if constexpr (detail::is_text<T>) {
       return false; // see subscribe_request()

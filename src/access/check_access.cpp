@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <rowe/access.hpp>
+#include "access/check_access.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdio>
+#include <utility>
 
 #include "access/token.hpp"
 
@@ -25,6 +26,19 @@ bool is_name(std::string_view text, std::string_view also) {
            also.find(c) != std::string_view::npos;
   };
   return !text.empty() && text.size() <= name_bytes_max && std::all_of(text.begin(), text.end(), good);
+}
+
+// Or empty: none.
+bool is_common_name(std::string_view text) {
+  const auto good = [](char c) { return c >= 0x20 && c < 0x7f; };
+  return text.size() <= access::common_name_bytes_max && std::all_of(text.begin(), text.end(), good);
+}
+
+// What two identities have in common that only one may have; empty: nothing.
+std::string_view shared_proof(const identity& one, const identity& other) {
+  const auto hash = access::hash_from_hex(one.token_sha256);
+  if (hash && hash == access::hash_from_hex(other.token_sha256)) return "token";
+  return !one.certificate.empty() && one.certificate == other.certificate ? "certificate" : "";
 }
 
 std::string check_count(std::string_view what, std::size_t count, std::size_t most) {
@@ -54,9 +68,12 @@ std::string check_patterns(const role& of, std::string_view right, const std::ve
 std::string check_role(const role& one) {
   if (!is_name(one.name, "._-"))
     return "role " + quoted(one.name) + ": a name has 1 to 64 letters, digits and . _ -";
-  for (const auto& [right, patterns] : {std::pair{"subscribe", &one.subscribe}, {"publish", &one.publish},
-                                        {"advertise", &one.advertise}, {"call", &one.call},
-                                        {"provide", &one.provide}}) {
+  for (const auto& [right, patterns] : {std::pair{"subscribe", &one.subscribe},
+                                        {"publish", &one.publish},
+                                        {"advertise", &one.advertise},
+                                        {"call", &one.call},
+                                        {"provide", &one.provide},
+                                        {"set", &one.set}}) {
     if (std::string wrong = check_patterns(one, right, *patterns); !wrong.empty()) return wrong;
   }
   return {};
@@ -79,54 +96,90 @@ std::string check_identity(const access_options& options, const identity& one) {
     return "identity " + quoted(one.name) + ": a name has 1 to 64 letters, digits and . _ - @";
   if (const std::string wrong = check_role_name(options, one.role); !wrong.empty())
     return "identity " + quoted(one.name) + ": " + wrong;
-  if (!access::hash_from_hex(one.token_sha256)) {
+  if (!is_common_name(one.certificate))
+    return "identity " + quoted(one.name) +
+           ": `certificate` is the common name of a certificate, 1 to 64 bytes of printable ASCII, not " +
+           quoted(one.certificate);
+  if (one.token_sha256.empty() && one.token_in_url)
+    return "identity " + quoted(one.name) + ": token_in_url without a token";
+  const bool has_certificate_alone = one.token_sha256.empty() && !one.certificate.empty();
+  if (!has_certificate_alone && !access::hash_from_hex(one.token_sha256)) {
     return "identity " + quoted(one.name) + ": the hash of a token has 64 hexadecimal digits, this one has " +
            std::to_string(one.token_sha256.size()) + " bytes";
   }
   return {};
 }
 
-template <class List>
-std::string check_twice(std::string_view what, const List& list) {
-  for (auto one = list.begin(); one != list.end(); ++one) {
-    if (std::any_of(list.begin(), one, [&](const auto& other) { return other.name == one->name; }))
-      return std::string{what} + " " + quoted(one->name) + " is there twice";
+// Collects what is wrong; of one role or identity the first only.
+class fault_list {
+ public:
+  using place = access::fault::place;
+
+  // Empty: nothing is wrong.
+  void add(place where, std::size_t index, std::string text) {
+    const auto is_there = [&](const access::fault& f) { return f.where == where && f.index == index; };
+    if (!text.empty() && std::none_of(found_.begin(), found_.end(), is_there))
+      found_.push_back({where, index, std::move(text)});
   }
-  return {};
+  std::vector<access::fault> take() { return std::move(found_); }
+
+ private:
+  std::vector<access::fault> found_;
+};
+
+template <class List>
+void check_twice(fault_list& to, access::fault::place where, std::string_view what, const List& list) {
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const auto here = list.begin() + static_cast<std::ptrdiff_t>(i);
+    if (std::any_of(list.begin(), here, [&](const auto& other) { return other.name == here->name; }))
+      to.add(where, i, std::string{what} + " " + quoted(here->name) + " is there twice");
+  }
+}
+
+// Which identity before this one has the same proof.
+std::string check_proof(const std::vector<identity>& all, std::size_t index) {
+  const identity& one = all[index];
+  const auto here = all.begin() + static_cast<std::ptrdiff_t>(index);
+  const auto same = std::find_if(all.begin(), here,
+                                 [&](const identity& other) { return !shared_proof(other, one).empty(); });
+  if (same == here) return {};
+  return "identities " + quoted(same->name) + " and " + quoted(one.name) + " have one " +
+         std::string{shared_proof(*same, one)};
 }
 
 } // namespace
 
+std::vector<access::fault> access::faults_of(const access_options& options) {
+  using place = fault::place;
+  const auto& [roles, identities, local_role, anonymous_may_stop] = options;
+  // The counts first: what follows compares each with each.
+  if (std::string wrong = check_count("roles", roles.size(), roles_max); !wrong.empty())
+    return {{.text = std::move(wrong)}};
+  if (std::string wrong = check_count("identities", identities.size(), identities_max); !wrong.empty())
+    return {{.text = std::move(wrong)}};
+  fault_list found;
+  check_twice(found, place::role, "role", roles);
+  check_twice(found, place::identity, "identity", identities);
+  for (std::size_t i = 0; i < roles.size(); ++i) found.add(place::role, i, check_role(roles[i]));
+  for (std::size_t i = 0; i < identities.size(); ++i)
+    found.add(place::identity, i, check_identity(options, identities[i]));
+  if (!local_role.empty()) {
+    if (const std::string wrong = check_role_name(options, local_role); !wrong.empty())
+      found.add(place::local_role, 0, "local_role: " + wrong);
+  }
+  for (std::size_t i = 0; i < identities.size(); ++i)
+    found.add(place::identity, i, check_proof(identities, i));
+  if (identities.empty() && (!roles.empty() || !local_role.empty() || anonymous_may_stop)) {
+    found.add(place::options, 0,
+              "there is no identity, so everyone may do everything: roles, local_role and anonymous_may_stop "
+              "mean nothing");
+  }
+  return found.take();
+}
+
 std::string check_access(const access_options& options) {
-  for (std::string wrong :
-       {check_count("roles", options.roles.size(), roles_max), check_twice("role", options.roles),
-        check_count("identities", options.identities.size(), identities_max),
-        check_twice("identity", options.identities)}) {
-    if (!wrong.empty()) return wrong;
-  }
-  for (const role& one : options.roles) {
-    if (std::string wrong = check_role(one); !wrong.empty()) return wrong;
-  }
-  for (const identity& one : options.identities) {
-    if (std::string wrong = check_identity(options, one); !wrong.empty()) return wrong;
-  }
-  if (!options.local_role.empty()) {
-    if (const std::string wrong = check_role_name(options, options.local_role); !wrong.empty())
-      return "local_role: " + wrong;
-  }
-  for (auto one = options.identities.begin(); one != options.identities.end(); ++one) {
-    const auto same = std::find_if(options.identities.begin(), one, [&](const identity& other) {
-      return access::hash_from_hex(other.token_sha256) == access::hash_from_hex(one->token_sha256);
-    });
-    if (same != one)
-      return "identities " + quoted(same->name) + " and " + quoted(one->name) + " have one token";
-  }
-  const bool needs_tokens =
-      !options.roles.empty() || !options.local_role.empty() || options.anonymous_may_stop;
-  if (options.identities.empty() && needs_tokens)
-    return "there is no identity, so everyone may do everything: roles, local_role and anonymous_may_stop "
-           "mean nothing";
-  return {};
+  std::vector<access::fault> found = access::faults_of(options);
+  return found.empty() ? std::string{} : std::move(found.front().text);
 }
 
 std::string hash_token(std::string_view token) {

@@ -13,7 +13,7 @@ namespace rowe::access {
 namespace {
 
 constexpr std::string_view right_names[] = {"subscribe", "publish", "advertise", "call",
-                                            "provide",   "reset",   "guard"};
+                                            "provide",   "set",     "reset",     "guard"};
 
 const std::vector<std::string>& patterns_of(const role& one, right what) noexcept {
   switch (what) {
@@ -21,6 +21,7 @@ const std::vector<std::string>& patterns_of(const role& one, right what) noexcep
   case right::advertise: return one.advertise;
   case right::call: return one.call;
   case right::provide: return one.provide;
+  case right::set: return one.set;
   default: return one.subscribe;
   }
 }
@@ -31,21 +32,17 @@ std::string_view name_of(right which) noexcept { return right_names[static_cast<
 
 std::vector<role> built_in_roles() {
   const std::vector<std::string> all{"**"};
-  return {{.name = "observer", .subscribe = all, .call = {"/rosapi/**"}},
+  return {{.name = "observer", .subscribe = all, .call = {"/rosapi/**", "/rowe/stats", "/rowe/types"}},
           {.name = "driver", .subscribe = all, .publish = all, .advertise = all, .call = all},
           {.name = "supervisor",
            .subscribe = all,
            .publish = all,
            .advertise = all,
            .call = all,
+           .set = all,
            .reset = true,
            .guard = true},
-          {.name = "peer",
-           .subscribe = all,
-           .publish = all,
-           .advertise = all,
-           .call = all,
-           .provide = all}};
+          {.name = "peer", .subscribe = all, .publish = all, .advertise = all, .call = all, .provide = all}};
 }
 
 policy::policy(const access_options& options) : anonymous_may_stop_{options.anonymous_may_stop} {
@@ -55,10 +52,78 @@ policy::policy(const access_options& options) : anonymous_may_stop_{options.anon
   for (const role& one : options.roles) add(one);
   local_role_ = number_of(options.local_role);
   for (const identity& one : options.identities) {
-    identities_.push_back({one.name, hash_from_hex(one.token_sha256).value_or(token_hash{}),
-                           number_of(one.role), one.token_in_url});
+    identities_.push_back(
+        {one.name, hash_from_hex(one.token_sha256), one.certificate, number_of(one.role), one.token_in_url});
   }
 }
+
+// ---- the place of another policy
+
+policy::policy(const access_options& options, const policy& before) : policy{options} {
+  version_ = before.version_ + 1;
+  for (const identity_entry& one : before.identities_) of_identities_.push_back(successor_of(before, one));
+  of_local_ = successor_of_local(before);
+  of_anonymous_ = successor_of_anonymous(before);
+}
+
+successor policy::succeed(const subject& before) const noexcept {
+  if (before.identity != nobody)
+    return before.identity < of_identities_.size() ? of_identities_[before.identity] : successor{};
+  return before.role != nobody ? of_local_ : of_anonymous_;
+}
+
+// Whether whoever showed the proofs of `before` can still show those of `now`.
+bool policy::keeps_proofs(const identity_entry& before, const identity_entry& now) noexcept {
+  const bool same_token = !before.hash || (now.hash && equal(*before.hash, *now.hash));
+  return same_token && (before.certificate.empty() || before.certificate == now.certificate);
+}
+
+// An identity is a name and its proofs: a token, a certificate, or both. If the name or a proof is replaced,
+// it is another identity.
+successor policy::successor_of(const policy& before, const identity_entry& one) const noexcept {
+  if (!in_use()) return {successor::fate::grown, anonymous()};
+  const auto is_same = [&one](const identity_entry& other) {
+    return other.name == one.name && keeps_proofs(one, other);
+  };
+  const auto found = std::find_if(identities_.begin(), identities_.end(), is_same);
+  if (found == identities_.end()) return {};
+  const subject who{found->role, static_cast<identity_number>(found - identities_.begin()), version_};
+  if (one.in_url && !found->in_url) return {successor::fate::changed, who}; // it may have come by a URL
+  return {compare(before.roles_[one.role], found->role), who};
+}
+
+successor policy::successor_of_local(const policy& before) const noexcept {
+  if (before.local_role_ == nobody) return {};
+  if (!in_use()) return {successor::fate::grown, anonymous()};
+  if (local_role_ == nobody) return {};
+  return {compare(before.roles_[before.local_role_], local_role_), local()};
+}
+
+// Who has no role: where nobody has to prove anything that is everyone, else who may only stop.
+successor policy::successor_of_anonymous(const policy& before) const noexcept {
+  const bool stays = before.in_use() ? !in_use() || anonymous_may_stop_ : !in_use();
+  return stays ? successor{successor::fate::kept, anonymous()} : successor{};
+}
+
+// Whether the first role has at least the rights of the second, as far as their texts say so.
+bool policy::covers(const role_entry& all, const role_entry& of) noexcept {
+  if ((of.reset && !all.reset) || (of.guard && !all.guard)) return false;
+  for (std::size_t r = 0; r < named_rights; ++r) {
+    if ((all.everywhere >> r & 1) != 0) continue;
+    const auto has = [&have = all.patterns[r]](const std::string& pattern) {
+      return std::find(have.begin(), have.end(), pattern) != have.end();
+    };
+    if (!std::all_of(of.patterns[r].begin(), of.patterns[r].end(), has)) return false;
+  }
+  return true;
+}
+
+successor::fate policy::compare(const role_entry& before, role_number now) const noexcept {
+  if (!covers(roles_[now], before)) return successor::fate::changed;
+  return covers(before, roles_[now]) ? successor::fate::kept : successor::fate::grown;
+}
+
+// ---- rights
 
 void policy::add(const role& one) {
   role_entry entry{.name = one.name, .patterns = {}, .everywhere = 0, .reset = one.reset, .guard = one.guard};
@@ -95,6 +160,21 @@ bool policy::allows(role_number role, right what, std::string_view name) const n
                      [name](const std::string& pattern) { return matches(pattern, name); });
 }
 
+bool policy::everywhere(role_number role, right what) const noexcept {
+  const auto index = static_cast<std::size_t>(what);
+  return role < roles_.size() && index < named_rights && (roles_[role].everywhere >> index & 1) != 0;
+}
+
+bool policy::names(role_number role, right what, std::string_view name) const noexcept {
+  if (everywhere(role, what)) return true;
+  const auto index = static_cast<std::size_t>(what);
+  if (role >= roles_.size() || index >= named_rights) return false;
+  const auto& patterns = roles_[role].patterns[index];
+  return std::any_of(patterns.begin(), patterns.end(), [name](const std::string& pattern) {
+    return wire::without_slash(pattern) == wire::without_slash(name);
+  });
+}
+
 std::optional<subject> policy::find(std::string_view token, bool from_url) const noexcept {
   if (!is_token(token)) return std::nullopt;
   const auto hash = hash_of(token);
@@ -102,10 +182,19 @@ std::optional<subject> policy::find(std::string_view token, bool from_url) const
   std::optional<subject> found;
   for (std::size_t i = 0; i < identities_.size(); ++i) { // all of them, whichever it is
     const identity_entry& one = identities_[i];
-    if (equal(one.hash, *hash) && (one.in_url || !from_url))
-      found = subject{one.role, static_cast<identity_number>(i)};
+    if (one.hash && equal(*one.hash, *hash) && (one.in_url || !from_url))
+      found = subject{one.role, static_cast<identity_number>(i), version_};
   }
   return found;
+}
+
+// The name is no secret: no time is hidden.
+std::optional<subject> policy::find_certificate(std::string_view common_name) const noexcept {
+  if (common_name.empty()) return std::nullopt;
+  const auto is_it = [common_name](const identity_entry& one) { return one.certificate == common_name; };
+  const auto found = std::find_if(identities_.begin(), identities_.end(), is_it);
+  if (found == identities_.end()) return std::nullopt;
+  return subject{found->role, static_cast<identity_number>(found - identities_.begin()), version_};
 }
 
 std::size_t policy::patterns(role_number role, right what) const noexcept {

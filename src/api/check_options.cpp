@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "service/limit_table.hpp"
+#include "config/keys.hpp"
 #include "service/names.hpp"
 #include "service/stop_rules.hpp"
 
@@ -24,13 +24,6 @@ status in_range(argument which, T value, T least, T most) noexcept {
 
 status in_range(argument which, duration value, duration least, duration most) noexcept {
   return in_range(which, value.count(), least.count(), most.count());
-}
-
-status check_limits(const limits& l) noexcept {
-  for (const service::limit_row& row : service::limit_table) {
-    if (const status ok = in_range(row.which, row.of(l), row.least, row.most); !ok) return ok;
-  }
-  return in_range(argument::small_slot_bytes, l.small_slot_bytes, 0U, l.message_bytes_max);
 }
 
 status check_topic(const pair_request& asked, const endpoint_options& options) noexcept {
@@ -57,30 +50,27 @@ status check_service(const pair_request& asked, const endpoint_options& options)
 
 } // namespace
 
-status check_options(const endpoint_options& o) noexcept {
-  using namespace std::chrono_literals;
-  constexpr duration long_time = 24h;
-  for (const status& one : {
-           check_limits(o.limits),
-           in_range(argument::idle_policy, static_cast<int>(o.idle_policy), 0, static_cast<int>(idle::phase)),
-           in_range(argument::poll_period, o.poll_period, 50us, 10ms),
-           in_range(argument::service_priority, o.service_priority, 0, 99),
-           in_range(argument::service_cpu, o.service_cpu, -1, 4095),
-           in_range(argument::ping_period, o.ping_period, 10ms, long_time),
-           in_range(argument::silence_max, o.silence_max, o.ping_period, long_time),
-           in_range(argument::message_time_max, o.message_time_max, 10ms, long_time),
-           in_range(argument::stats_period, o.stats_period, 100ms, long_time),
-           in_range(argument::retry_min, o.retry_min, 1ms, long_time),
-           in_range(argument::retry_max, o.retry_max, o.retry_min, long_time),
-           in_range(argument::inbound_ttl, o.inbound_ttl, 1ms, rt::for_ever),
-           in_range(argument::call_timeout, o.call_timeout, 1ms, rt::for_ever),
-           in_range(argument::lease, o.stop.lease, 20ms, 60s),
-           in_range(argument::tick, o.stop.tick, 1ms, o.stop.lease / 2),
-           in_range(argument::service_timeout, o.stop.service_timeout, 2ms, 10s),
-           in_range(argument::observe_timeout, o.stop.observe_timeout, 1ms, 10s),
-           in_range(argument::profile, static_cast<int>(o.profile), 0,
-                    static_cast<int>(peer_profile::hop_2014)),
-       }) {
+status check_values(const endpoint_options& options) noexcept {
+  for (const config::key<configuration>& one : config::keys()) {
+    if (one.number == nullptr) continue;
+    const status ok = in_range(one.which, one.number(options), one.what.least, one.what.most);
+    if (!ok) return ok;
+  }
+  return {};
+}
+
+std::array<status, 4> check_relations(const endpoint_options& o) noexcept {
+  return {
+      in_range(argument::small_slot_bytes, o.limits.small_slot_bytes, 0U, o.limits.message_bytes_max),
+      in_range(argument::silence_max, o.silence_max, o.ping_period, rt::for_ever),
+      in_range(argument::retry_max, o.retry_max, o.retry_min, rt::for_ever),
+      in_range(argument::tick, o.stop.tick, duration::zero(), o.stop.lease / 2),
+  };
+}
+
+status check_options(const endpoint_options& options) noexcept {
+  if (const status ok = check_values(options); !ok) return ok;
+  for (const status& one : check_relations(options)) {
     if (!one) return one;
   }
   return {};

@@ -4,6 +4,8 @@
 //
 // Every function here: pure, any thread, never waits, never allocates.
 #pragma once
+#include <array>
+
 #include <rowe/detail/pair_request.hpp>
 #include <rowe/options.hpp>
 #include <rowe/result.hpp>
@@ -12,6 +14,10 @@ namespace rowe::detail {
 
 // Errors: bad_argument.
 status check_options(const endpoint_options& options) noexcept;
+
+// Its parts: the first value that is out of its own range, and each of those that another one bounds.
+status check_values(const endpoint_options& options) noexcept;
+std::array<status, 4> check_relations(const endpoint_options& options) noexcept;
 
 // Checks a request against the options of its endpoint, which are checked already. Errors: bad_argument,
 // reserved_topic.

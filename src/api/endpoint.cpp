@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "api/check_connect.hpp"
+#include "api/check_listen.hpp"
 #include "api/endpoint_state.hpp"
 #include "api/url.hpp"
 #include "net/socket_transport.hpp"
@@ -43,16 +45,17 @@ result<endpoint> with_memory(Open&& open) {
 
 result<endpoint> endpoint::listen(std::uint16_t port, const endpoint_options& options) {
   return with_memory([&]() -> result<endpoint> {
-    if (!check_access(options.access).empty()) return errc::bad_access;
+    if (const status ok = detail::check_listen(options); !ok) return ok.error();
     const auto origins = views_of(options.allow_origins);
     const auto hosts = views_of(options.allow_hosts);
     auto sockets = net::socket_transport::listen({.address = options.address,
                                                   .port = port,
-                                                  .insecure = options.insecure,
+                                                  .insecure = detail::may_be_reached(options),
                                                   .allow_origins = origins,
                                                   .allow_hosts = hosts,
                                                   .subprotocols = wire::protocols_of(options.profile).accepts,
                                                   .lenient_handshake = is_hop(options.profile),
+                                                  .tls = options.tls,
                                                   .limits = socket_limits_of(options)});
     if (!sockets) return sockets.error();
     auto bound = std::move(sockets).value();
@@ -63,14 +66,21 @@ result<endpoint> endpoint::listen(std::uint16_t port, const endpoint_options& op
   });
 }
 
+result<endpoint> endpoint::listen(const endpoint_options& options) { return listen(options.port, options); }
+
 result<endpoint> endpoint::connect(std::string_view url, const endpoint_options& options) {
   return with_memory([&]() -> result<endpoint> {
     const auto parts = split_url(url);
     if (!parts) return parts.error();
+    const auto token = detail::token_to_show(options);
+    if (!token) return token.error();
     auto sockets = net::socket_transport::connect({.host = parts->host,
                                                    .port = parts->port,
                                                    .path = parts->path,
                                                    .subprotocols = wire::protocols_of(options.profile).offers,
+                                                   .token = *token,
+                                                   .secure = parts->secure,
+                                                   .tls = options.tls,
                                                    .limits = socket_limits_of(options)});
     if (!sockets) return sockets.error();
     auto state = detail::endpoint_state::open(options, service::side::client, std::move(sockets).value(), 0);
@@ -100,6 +110,12 @@ result<detail::pair_handle> endpoint::open(const detail::pair_request& asked) {
   return detail::pair_handle{state_, **pair};
 }
 
+result<detail::parameter_handle> endpoint::open(const detail::parameter_request& asked) {
+  auto cell = state_->open_parameter(asked);
+  if (!cell) return cell.error();
+  return detail::parameter_handle{state_, **cell};
+}
+
 result<lane> endpoint::open_lane(const lane_options& options) {
   auto handle = open(detail::talk_request(options));
   if (!handle) return handle.error();
@@ -112,9 +128,22 @@ result<rowe::stop_latch> endpoint::stop_latch(const latch_options& options) {
   return rowe::stop_latch{std::move(*handle)};
 }
 
+status endpoint::set_access(const access_options& access, std::string* why) {
+  std::string wrong = check_access(access);
+  status done = errc::bad_access;
+  try {
+    if (wrong.empty()) done = state_->set_access(access, wrong);
+  } catch (const std::bad_alloc&) {
+    return errc::no_memory;
+  }
+  if (why != nullptr && !wrong.empty()) *why = std::move(wrong);
+  return done;
+}
+
 status endpoint::wait_peer(duration timeout) { return state_->wait_peer(timeout); }
 std::uint32_t endpoint::peers() const noexcept { return state_->peers(); }
 std::vector<peer> endpoint::connections() const { return state_->connections(); }
+identity_name endpoint::identity_of(connection of) const noexcept { return state_->identity_of(of); }
 std::uint16_t endpoint::port() const noexcept { return state_->port(); }
 int endpoint::wake_descriptor() const noexcept { return state_->wake_descriptor(); }
 std::optional<event> endpoint::try_event() noexcept { return state_->try_event(); }

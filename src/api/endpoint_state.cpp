@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <new>
 #include <optional>
 #include <utility>
 
@@ -29,8 +30,6 @@ std::string host_name() {
   return name.data();
 }
 
-service::http_answer no_page(const service::http_request&) noexcept { return {}; }
-
 } // namespace
 
 void kernel_entropy::fill(std::span<std::byte> bytes) noexcept {
@@ -52,6 +51,8 @@ result<std::shared_ptr<endpoint_state>> endpoint_state::open(const endpoint_opti
                                                              std::uint16_t port) {
   if (const status ok = check_options(options); !ok) return ok.error();
   auto state = std::make_shared<endpoint_state>(options, std::move(sockets), port);
+  const bool has_site = ours == service::side::server && !options.web.empty();
+  if (has_site && !state->site_.load(options.web).empty()) return errc::bad_web;
   if (const status ok = state->start(ours); !ok) return ok.error();
   return state;
 }
@@ -59,9 +60,10 @@ result<std::shared_ptr<endpoint_state>> endpoint_state::open(const endpoint_opti
 endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<service::transport> sockets,
                                std::uint16_t port)
     : options_{options},
-      access_{options.access},
+      access_{std::make_unique<const access::policy>(options.access)},
       port_{port},
       name_{options.name.empty() ? host_name() : options.name},
+      site_{options.page ? page::answer : page::login_alone},
       transport_{std::move(sockets)} {}
 
 // All handles are gone, and so is the service thread. If views are left, by mistake, the memory stays mapped,
@@ -75,9 +77,12 @@ endpoint_state::~endpoint_state() {
 }
 
 status endpoint_state::start(service::side ours) {
+  ours_ = ours;
   const service::memory_plan plan = service::plan_memory(options_.limits);
   memory_ = rt::arena{plan.arena(), rt::page_lock::attempted};
   if (!memory_) return error{errc::no_memory, static_cast<std::int64_t>(plan.arena()), memory_.map_errno()};
+  if (plan.chunks != 0) chunk_pool_.reset(new (std::nothrow) std::byte[plan.chunks]); // not touched here
+  if (plan.chunks != 0 && !chunk_pool_) return error{errc::no_memory, static_cast<std::int64_t>(plan.chunks)};
   auto validator = json::reader::create(options_.limits.message_bytes_max, options_.limits.depth_max);
   if (!validator) return validator.error();
   validator_.emplace(std::move(validator).value());
@@ -90,12 +95,17 @@ status endpoint_state::start(service::side ours) {
   inbox_ = memory_.make<service::shared_inbox>(memory_, options_.limits);
   stops_.emplace(shared_->stops, *submissions_, *transport_, options_.stop.observe_timeout);
   waker_ = memory_.make<rt::waker<>>(rt::eventfd_signal{transport_->wake_descriptor()});
-  core_ = memory_.make<service::core>(memory_, service::core_options::from(options_, ours, name_),
-                                      service::shared_parts{pairs_, *shared_, *submissions_, *inbox_},
-                                      service::core_seams{*transport_, random_, *validator_,
-                                                          options_.page ? page::answer : no_page,
-                                                          wire::protocols_of(options_.profile), &access_},
-                                      rt::monotonic_clock::now());
+  auto chosen = service::core_options::from(options_, ours, name_);
+  chosen.wall_offset_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                              std::chrono::system_clock::now().time_since_epoch())
+                              .count() -
+                          rt::nanoseconds_of(rt::monotonic_clock::now());
+  core_ = memory_.make<service::core>(
+      memory_, chosen, service::shared_parts{pairs_, *shared_, *submissions_, *inbox_},
+      service::core_seams{*transport_, random_, *validator_, &site_, wire::protocols_of(options_.profile),
+                          rights_, rt::monotonic_clock::now,
+                          {chunk_pool_.get(), plan.chunks}},
+      rt::monotonic_clock::now());
   if (!rt::clock_is_cheap()) {
     event warning;
     warning.what_kind = event::kind::warning;
@@ -202,6 +212,7 @@ result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
   pair_codecs& kept = codecs_[index];
   kept = std::move(codecs).value();
   built.encoder = kept.encoder ? &*kept.encoder : nullptr;
+  built.other_encoders = kept.others();
   built.decoder = kept.decoder ? &*kept.decoder : nullptr;
   built.waker = handles_wake() ? waker_ : nullptr;
 
@@ -220,6 +231,24 @@ void endpoint_state::close_pair(queue_pair& gone) noexcept {
   transport_->wake();
 }
 
+// ---- rights
+
+status endpoint_state::set_access(const access_options& access, std::string& wrong) {
+  const std::lock_guard set_up{set_up_};
+  if (closed_) return errc::closed;
+  if (ours_ == service::side::client) return errc::misuse;
+  if (access_->in_use() && access.identities.empty()) {
+    wrong = "no identity is left, so everyone might do everything: keep one, or close the endpoint";
+    return errc::bad_access;
+  }
+  auto next = std::make_unique<const access::policy>(access, *access_);
+  rights_.offer(*next);
+  transport_->wake();
+  rights_.wait_taken();
+  access_ = std::move(next); // nobody looks at the old one any more
+  return {};
+}
+
 // ---- closing
 
 status endpoint_state::close(duration drain) noexcept {
@@ -234,6 +263,7 @@ status endpoint_state::close(duration drain) noexcept {
   thread_.join();
   stops_->end();
   submissions_->finish();
+  shared_->parameters.end();
   for (queue_pair& one : pairs_) {
     one.audience.close();
     count_left(one);

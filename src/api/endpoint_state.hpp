@@ -15,7 +15,9 @@
 
 #include "api/local_stops.hpp"
 #include "api/pair_memory.hpp"
+#include "page/site.hpp"
 #include "service/core.hpp"
+#include "service/policy_handover.hpp"
 #include "service/service_loop.hpp"
 #include "service/shared_inbox.hpp"
 #include "service/shared_state.hpp"
@@ -35,6 +37,7 @@ class kernel_entropy final : public service::entropy {
 class endpoint_state {
  public:
   // Takes all memory and starts the service thread. Errors: no_memory, no_thread, bad_argument.
+  // Errors: those of check_options(), bad_web, no_memory, no_thread.
   static result<std::shared_ptr<endpoint_state>> open(const endpoint_options& options, service::side ours,
                                                       std::unique_ptr<service::transport> sockets,
                                                       std::uint16_t port);
@@ -47,15 +50,20 @@ class endpoint_state {
 
   result<queue_pair*> open_pair(const pair_request& asked);
   void close_pair(queue_pair& gone) noexcept;
+  result<parameter_cell*> open_parameter(const parameter_request& asked);
+  void close_parameter(parameter_cell& gone) noexcept;
   // Has the service thread look at queue pairs and submissions now. Any thread.
   void wake_service() noexcept { transport_->wake(); }
 
+  // The options are right: check_access(). `wrong` is assigned why they cannot replace those before.
+  status set_access(const access_options& access, std::string& wrong);
   status close(duration drain) noexcept;
   status wait_peer(duration timeout) noexcept;
   std::optional<event> try_event() noexcept;
   std::vector<count> counts() const;
   std::uint32_t peers() const noexcept { return shared_->peers(); }
   std::vector<peer> connections() const { return shared_->connections(); }
+  identity_name identity_of(const connection& of) const noexcept { return shared_->identity_of(of); }
   // Whether a connection has ended since it was named. Any thread.
   bool gone(peer_ref whom) const noexcept;
   // Whether a connection that is there takes messages: it does not while its share of parked messages is used
@@ -79,10 +87,13 @@ class endpoint_state {
   std::span<std::byte> find_pair_memory(std::size_t bytes) const noexcept;
 
   const endpoint_options options_;
-  const access::policy access_;
+  std::unique_ptr<const access::policy> access_; // the newest
+  service::policy_handover<> rights_{*access_};
   const std::uint16_t port_;
   std::string name_;
+  page::site site_;
   rt::arena memory_;
+  std::unique_ptr<std::byte[]> chunk_pool_; // for long messages
   kernel_entropy random_;
   std::unique_ptr<service::transport> transport_;
   std::optional<json::reader> validator_;
@@ -100,10 +111,11 @@ class endpoint_state {
   rt::thread thread_;
   rt::grants granted_;
 
-  std::mutex set_up_;      // queue pairs, closing
+  std::mutex set_up_;      // queue pairs, rights, closing
   std::mutex events_;      // the consumer end of the ring of events
   std::mutex peer_waiter_; // peers_changed has one waiter
   bool closed_ = false;
+  service::side ours_ = service::side::server;
 };
 
 } // namespace rowe::detail

@@ -67,6 +67,10 @@ submission_header message_to(connection to, duration ttl) noexcept {
 
 } // namespace
 
+identity_name received::identity() const noexcept {
+  return state_ != nullptr ? state_->identity_of(from()) : identity_name{};
+}
+
 received::~received() {
   if (!state_) return;
   if (is_.reply) {

@@ -9,6 +9,8 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/slab.hpp>
 
+#include "json/times.hpp"
+
 namespace rowe::detail {
 namespace {
 
@@ -140,7 +142,10 @@ void build_pair(queue_pair& built, const pair_request& asked,
   built.room_asked.store(0, std::memory_order_relaxed); // relaxed: `offered` publishes it
   built.name_bytes = copy_text(asked.name, built.name_text);
   built.type_bytes = copy_text(asked.type, built.type_text);
+  built.encoded = asked.encoded;
+  built.decoded = asked.decoded;
   built.encoder = nullptr;
+  built.other_encoders = nullptr;
   built.decoder = nullptr;
   built.granted = nullptr;
   built.loop_timeout = asked.loop_timeout;
@@ -172,6 +177,20 @@ result<pair_codecs> pair_codecs::compile(const pair_request& asked) {
     auto encoder = json::encoder::compile(*asked.encoded);
     if (!encoder) return encoder.error();
     made.encoder.emplace(std::move(encoder).value());
+    if (asked.kind == pair_kind::publish_value) {
+      made.other.emplace();
+      if (json::holds_time(*asked.encoded)) {
+        auto timed = json::encoder::compile(*asked.encoded, json::encoding::sec_nsec);
+        if (!timed) return timed.error();
+        made.other->sec_nsec.emplace(std::move(timed).value());
+      }
+      if (auto cbor = json::encoder::compile(*asked.encoded, json::encoding::cbor); cbor)
+        made.other->cbor.emplace(std::move(cbor).value());
+      else
+        return cbor.error();
+      if (auto ros1 = json::encoder::compile(*asked.encoded, json::encoding::ros1); ros1)
+        made.other->ros1.emplace(std::move(ros1).value());
+    }
   }
   if (asked.decoded != nullptr) {
     auto decoder =

@@ -35,10 +35,17 @@ void build_pair(queue_pair& built, const pair_request& asked,
 // The compiled schemas of a queue pair. Outlive it.
 struct pair_codecs {
   std::optional<json::encoder> encoder;
+  std::optional<json::other_encoders> other; // of publishers
   std::optional<json::decoder> decoder;
 
   // Allocates. Errors: bad_argument (a schema that nests too deep, or is too large), no_memory.
   static result<pair_codecs> compile(const pair_request& asked);
+
+  // For the queue pair; null: it publishes no values. Valid until this is moved.
+  const json::other_encoders* others() noexcept {
+    if (other) other->json = &*encoder;
+    return other ? &*other : nullptr;
+  }
 };
 
 } // namespace rowe::detail

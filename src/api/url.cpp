@@ -6,7 +6,9 @@
 namespace rowe {
 namespace {
 
-constexpr std::string_view scheme = "ws://";
+constexpr std::string_view plain = "ws://";
+constexpr std::string_view secure = "wss://";
+constexpr std::uint16_t secure_port = 443;
 
 } // namespace
 
@@ -14,9 +16,11 @@ result<url_parts> split_url(std::string_view url) noexcept {
   const auto wrong_at = [&](std::string_view rest) {
     return error{errc::bad_url, static_cast<std::int64_t>(url.size() - rest.size())};
   };
-  if (!url.starts_with(scheme)) return wrong_at(url);
-  std::string_view rest = url.substr(scheme.size());
   url_parts parts;
+  parts.secure = url.starts_with(secure);
+  if (!parts.secure && !url.starts_with(plain)) return wrong_at(url);
+  if (parts.secure) parts.port = secure_port;
+  std::string_view rest = url.substr(parts.secure ? secure.size() : plain.size());
   if (rest.starts_with('[')) {
     const auto end = rest.find(']');
     if (end == std::string_view::npos) return wrong_at(rest);

@@ -7,10 +7,11 @@
 
 namespace rowe {
 
-// The parts of ws://HOST[:PORT][/PATH]; views into the text.
+// The parts of ws://HOST[:PORT][/PATH] or wss://HOST[:PORT][/PATH]; views into the text.
 struct url_parts {
-  std::string_view host; // IPv6 without its brackets
-  std::uint16_t port = 80;
+  std::string_view host;       // IPv6 without its brackets
+  std::uint16_t port = 80;     // wss: 443
+  bool secure = false;         // wss
   std::string_view path = "/"; // with its query
 };
 

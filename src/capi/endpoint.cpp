@@ -8,6 +8,8 @@
 #include <string_view>
 #include <utility>
 
+#include <rowe/settings.hpp>
+
 #include "capi/error.hpp"
 #include "capi/object.hpp"
 #include "capi/options.hpp"
@@ -175,6 +177,20 @@ struct rowe_endpoint* rowe_open_local_endpoint_with(int port, const struct rowe_
   });
 }
 
+struct rowe_endpoint* rowe_open_configured_endpoint(const char* path) {
+  return pointer_with_memory([&]() -> rowe_endpoint* {
+    if (path == nullptr) return no(errc::misuse);
+    const auto as_of_zeroes = options_of(nullptr);
+    if (!as_of_zeroes) return no(as_of_zeroes.error());
+    rowe::settings chosen{{.endpoint = *as_of_zeroes, .serve = {}}};
+    std::string why;
+    rowe::status right = chosen.read_file(path, &why);
+    if (right) right = chosen.check(&why);
+    if (!right) return no(right.error(), std::string_view{why}.substr(0, why.find('\n')));
+    return shown(rowe::endpoint::listen(chosen.values().endpoint));
+  });
+}
+
 struct rowe_endpoint* rowe_open_remote_endpoint(const char* host, int port) {
   return rowe_open_remote_endpoint_with(host, port, nullptr);
 }
@@ -303,6 +319,7 @@ int rowe_try_event(const struct rowe_endpoint* endpoint, struct rowe_event* into
   copy_text(what->peer, into->peer);
   copy_text(what->what, into->what);
   copy_text(what->remedy, into->remedy);
+  copy_text(what->identity, into->identity);
   return rowe_ok;
 }
 

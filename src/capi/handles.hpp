@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // C's names of the handles of loops: each is its C++ twin.
 #pragma once
+#include <array>
+#include <cstdint>
+#include <variant>
+
 #include <rowe/lane.hpp>
 #include <rowe/loop.h>
+#include <rowe/parameter.h>
+#include <rowe/parameter.hpp>
 #include <rowe/publisher.hpp>
 #include <rowe/stop_latch.hpp>
 #include <rowe/subscriber.hpp>
@@ -18,4 +24,11 @@ struct rowe_stop_latch {
 };
 struct rowe_subscriber {
   rowe::subscriber<rowe::json_text> inside;
+};
+struct rowe_parameter {
+  using text = rowe::fixed_string<rowe::detail::parameter_text_bytes_max>;
+  std::variant<rowe::parameter<bool>, rowe::parameter<std::int64_t>, rowe::parameter<double>,
+               rowe::parameter<text>>
+      inside;
+  std::array<char, text::capacity() + 1> read{}; // the text that was read last
 };

@@ -7,8 +7,9 @@
 #include <span>
 #include <string_view>
 
+#include <rowe/json_value.hpp>
+
 #include "capi/error.hpp"
-#include "json/reader.hpp"
 #include "json/writer.hpp"
 
 using namespace rowe;
@@ -44,23 +45,18 @@ bool write_members(json::writer& to, const char* key, std::va_list& from) noexce
   return true;
 }
 
-// The member's value, looked for from the start of the text.
-result<json::value> member_of(const char* text, std::size_t bytes, const char* key) noexcept {
-  if (text == nullptr || key == nullptr) return errc::misuse;
-  const json::value object = json::root({text, bytes});
-  if (object.type != json::kind::object) return errc::wrong_type;
-  const auto member = json::find(object.raw, key);
-  if (!member) return errc::missing_member;
-  return *member;
+// In C the text is what the caller says it is, so nothing relies on it being JSON.
+json_value value_of(const char* text, std::size_t bytes) noexcept {
+  return detail::json_access::value_of({text, bytes});
 }
 
-// Hands the member to `read`, which returns a number of enum rowe_error.
-template <class Read>
-int read_member(const char* text, std::size_t bytes, const char* key, const void* into,
-                Read&& read) noexcept {
-  if (into == nullptr) return rowe_error_misuse;
-  const auto member = member_of(text, bytes, key);
-  return member ? read(*member) : capi::number_of(member.code());
+template <class T>
+int read_at(const char* text, std::size_t bytes, const char* path, T* into) noexcept {
+  if (text == nullptr || path == nullptr || into == nullptr) return rowe_error_misuse;
+  const auto read = value_of(text, bytes).get<T>(path);
+  if (!read) return capi::number_of(read.code());
+  *into = *read;
+  return rowe_ok;
 }
 
 } // namespace
@@ -79,46 +75,28 @@ size_t rowe_write(char* buffer, size_t buffer_bytes, const char* key, ...) {
   return bytes;
 }
 
-int rowe_read_int64(const char* text, size_t bytes, const char* key, int64_t* into) {
-  return read_member(text, bytes, key, into, [&](const json::value& v) -> int {
-    const bool whole = v.type == json::kind::number && v.raw.find_first_of(".eE") == std::string_view::npos;
-    if (!whole) return rowe_error_wrong_type;
-    const auto number = json::to_integer(v);
-    if (!number) return rowe_error_out_of_range;
-    *into = *number;
-    return rowe_ok;
-  });
+int rowe_read_int64(const char* text, size_t bytes, const char* path, int64_t* into) {
+  return read_at(text, bytes, path, into);
 }
 
-int rowe_read_double(const char* text, size_t bytes, const char* key, double* into) {
-  return read_member(text, bytes, key, into, [&](const json::value& v) -> int {
-    const auto number = json::to_double(v);
-    if (!number) return rowe_error_wrong_type;
-    *into = *number;
-    return rowe_ok;
-  });
+int rowe_read_double(const char* text, size_t bytes, const char* path, double* into) {
+  return read_at(text, bytes, path, into);
 }
 
-int rowe_read_boolean(const char* text, size_t bytes, const char* key, bool* into) {
-  return read_member(text, bytes, key, into, [&](const json::value& v) -> int {
-    const auto truth = json::to_boolean(v);
-    if (!truth) return rowe_error_wrong_type;
-    *into = *truth;
-    return rowe_ok;
-  });
+int rowe_read_boolean(const char* text, size_t bytes, const char* path, bool* into) {
+  return read_at(text, bytes, path, into);
 }
 
-int rowe_read_string(const char* text, size_t bytes, const char* key, char* buffer, size_t buffer_bytes) {
-  return read_member(text, bytes, key, buffer, [&](const json::value& v) -> int {
-    if (v.type != json::kind::string) return rowe_error_wrong_type;
-    if (buffer_bytes == 0) return rowe_error_too_long;
-    const auto plain = json::to_string(v, {buffer, buffer_bytes - 1});
-    if (!plain || plain->size() >= buffer_bytes) {
-      buffer[0] = '\0'; // a part of it may stand there
-      return rowe_error_too_long;
-    }
-    if (plain->data() != buffer) plain->copy(buffer, plain->size());
-    buffer[plain->size()] = '\0';
-    return rowe_ok;
-  });
+int rowe_read_string(const char* text, size_t bytes, const char* path, char* buffer, size_t buffer_bytes) {
+  if (text == nullptr || path == nullptr || buffer == nullptr) return rowe_error_misuse;
+  const std::size_t room = buffer_bytes == 0 ? 0 : buffer_bytes - 1;
+  const auto read = value_of(text, bytes).get<std::string_view>(path, std::span<char>{buffer, room});
+  if (!read && read.code() != errc::too_long) return capi::number_of(read.code());
+  if (!read || read->size() >= buffer_bytes) {
+    if (buffer_bytes != 0) buffer[0] = '\0'; // a part of it may stand there
+    return rowe_error_too_long;
+  }
+  if (read->data() != buffer) read->copy(buffer, read->size());
+  buffer[read->size()] = '\0';
+  return rowe_ok;
 }

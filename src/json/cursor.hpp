@@ -4,6 +4,7 @@
 // first and moves forward, so on any other text it stays inside and ends.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -170,6 +171,18 @@ inline std::size_t take_escape(const char*& at, const char* end, std::span<char,
   if (low < 0xdc00 || low > 0xdfff) return write_utf8(into.data(), replacement);
   at += 6;
   return write_utf8(into.data(), 0x10000 + ((unit - 0xd800) << 10 | (low - 0xdc00)));
+}
+
+// How many bytes the text between the quotes means.
+inline std::size_t unescaped_bytes(std::string_view escaped) noexcept {
+  std::size_t bytes = 0;
+  const char* at = escaped.data();
+  const char* const end = at + escaped.size();
+  while (at != end) {
+    std::array<char, 4> character;
+    bytes += *at == '\\' ? take_escape(at, end, character) : (++at, 1);
+  }
+  return bytes;
 }
 
 } // namespace rowe::json

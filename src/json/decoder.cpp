@@ -13,43 +13,11 @@
 #include "decoder_program.hpp"
 #include "numbers.hpp"
 #include "reader.hpp"
+#include "stored.hpp"
+#include "times.hpp"
 
 namespace rowe::json {
 namespace {
-
-template <class T>
-void store(char* at, T x) noexcept {
-  std::memcpy(at, &x, sizeof x);
-}
-
-template <class Integer>
-bool store_if_it_fits(char* at, const whole_number& n) noexcept {
-  if (n.negative && n.magnitude != 0) {
-    if constexpr (std::numeric_limits<Integer>::is_signed) {
-      const auto limit = std::uint64_t{1} << std::numeric_limits<Integer>::digits; // of the least
-      if (n.magnitude > limit) return false;
-      store(at, static_cast<Integer>(-n.magnitude));
-      return true;
-    }
-    return false;
-  }
-  if (n.magnitude > static_cast<std::uint64_t>(std::numeric_limits<Integer>::max())) return false;
-  store(at, static_cast<Integer>(n.magnitude));
-  return true;
-}
-
-bool store_if_it_fits(char* at, value_kind kind, const whole_number& n) noexcept {
-  switch (kind) {
-  case value_kind::int8: return store_if_it_fits<std::int8_t>(at, n);
-  case value_kind::int16: return store_if_it_fits<std::int16_t>(at, n);
-  case value_kind::int32: return store_if_it_fits<std::int32_t>(at, n);
-  case value_kind::int64: return store_if_it_fits<std::int64_t>(at, n);
-  case value_kind::uint8: return store_if_it_fits<std::uint8_t>(at, n);
-  case value_kind::uint16: return store_if_it_fits<std::uint16_t>(at, n);
-  case value_kind::uint32: return store_if_it_fits<std::uint32_t>(at, n);
-  default: return store_if_it_fits<std::uint64_t>(at, n);
-  }
-}
 
 bool begins_number(char c) noexcept { return c == '-' || (c >= '0' && c <= '9'); }
 
@@ -60,17 +28,6 @@ const char* skip_value(const char* at, const char* end) noexcept {
   case '"': return skip_string(at, end);
   default: return skip_scalar(at, end);
   }
-}
-
-std::size_t unescaped_bytes(std::string_view escaped) noexcept {
-  std::size_t bytes = 0;
-  const char* at = escaped.data();
-  const char* const end = at + escaped.size();
-  while (at != end) {
-    std::array<char, 4> character;
-    bytes += *at == '\\' ? take_escape(at, end, character) : (++at, 1);
-  }
-  return bytes;
 }
 
 } // namespace
@@ -298,11 +255,17 @@ class decoder::run {
   }
 
   const char* integer(const step& s, char* into, const char* at) noexcept {
+    if (s.object != nullptr) [[unlikely]]
+      return named(s, into, at);
+    return number(s, into, at);
+  }
+
+  const char* number(const step& s, char* into, const char* at) noexcept {
     whole_number n;
     const char* end = nullptr;
     if (begins_number(*at)) [[likely]] {
       const decimal d = read_decimal(at, end_);
-      n = to_whole(d);
+      n = s.decimals < 0 ? to_whole(d) : to_units(d, s.decimals);
       end = d.end;
     } else if (*at == '"' && s.as_string) {
       const char* const quote = find_quote(at + 1, end_);
@@ -310,6 +273,11 @@ class decoder::run {
       if (!quoted) return wrong_type(at);
       n = *quoted;
       end = behind(quote, 1);
+    } else if (*at == '{' && s.time_decimals >= 0) {
+      end = skip_container(at, end_);
+      const std::optional<whole_number> time = read_sec_nsec(between(at, end), s.time_decimals);
+      if (!time) return wrong_type(at);
+      n = *time;
     } else {
       return wrong_type(at);
     }
@@ -317,6 +285,28 @@ class decoder::run {
     if (n.what == whole_number::form::too_large || !store_if_it_fits(into, s.what, n)) {
       return fail_at(errc::out_of_range, at);
     }
+    return end;
+  }
+
+  // A value of an enum: its name, or its number if that has a name.
+  [[gnu::noinline]] const char* named(const step& s, char* into, const char* at) noexcept {
+    if (*at == '"') {
+      const char* const quote = find_quote(at + 1, end_);
+      const member* const found = find(*s.object, between(at + 1, quote));
+      if (found == nullptr) return fail_at(errc::out_of_range, at);
+      store_integer(into, s.what, found->value.count);
+      return behind(quote, 1);
+    }
+    char scratch[8];
+    const char* const end = number(s, scratch, at);
+    if (end == nullptr) return nullptr;
+    const auto value = static_cast<std::uint64_t>(load_integer(scratch, s.what));
+    const member* const last = s.object->members + s.object->count;
+    const member* const found =
+        std::lower_bound(s.object->members, last, value,
+                         [](const member& one, std::uint64_t v) { return one.value.count < v; });
+    if (found == last || found->value.count != value) return fail_at(errc::out_of_range, at);
+    store_integer(into, s.what, value);
     return end;
   }
 

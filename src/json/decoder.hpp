@@ -8,8 +8,11 @@
 // What is read, and as what:
 //   bool                  true, false
 //   integers, enums       a number that is whole, however it is written (3, 3.0, 3e0: browsers write 1e21),
-//                         exact to the last digit; with as_string also its decimal digits in quotes
-//   double, float         any number, rounded once; -0 keeps its sign; null is NaN. A number beyond the
+//                         exact to the last digit; with as_string also its decimal digits in quotes; by_name
+//                         a name of the enum, or the number of one
+//   durations, times      as_seconds a number, rounded to the unit (half a unit away from 0); else as
+//   integers double, float         any number, rounded once; -0 keeps its sign; null is NaN. A number beyond
+//   the
 //                         largest float does not fit one
 //   fixed_string          a string
 //   struct                an object. Its members may come in any order; those that the schema does not know
@@ -41,7 +44,7 @@ class decoder {
   // How deep objects, arrays and optionals may nest in a schema, and how large a struct may be.
   static constexpr std::size_t depth_max = encoder::depth_max;
   static constexpr std::size_t bytes_limit = encoder::bytes_limit;
-  // How many members an object may have.
+  // How many members an object, and how many names an enum may have.
   static constexpr std::size_t members_max = 1024;
 
   // What members are that a text leaves out. Refused: an error, except those that the schema marks
@@ -49,8 +52,8 @@ class decoder {
   enum class missing : std::uint8_t { refused, filled };
 
   // Flattens `schema`; the decoder keeps only its functions. Allocates; for set-up. Errors: bad_argument if
-  // it nests deeper than depth_max, an object has more than members_max members, the struct is larger than
-  // bytes_limit, or it is not decodable (value 0; see schema_description); no_memory.
+  // it nests deeper than depth_max, an object has more than members_max members or an enum as many names, the
+  // struct is larger than bytes_limit, or it is not decodable (value 0; see schema_description); no_memory.
   [[nodiscard]] static result<decoder> compile(const schema_description& schema,
                                                missing what = missing::refused);
 
@@ -69,7 +72,8 @@ class decoder {
   //                     inside of it, then the next
   //   duplicate_member  also where one of the two has escapes in its name; value: the byte of the second
   //   wrong_type        also of a number with a fraction for an integer; value: the byte where it begins
-  //   out_of_range      the integer or float cannot hold the number; value: the byte where it begins
+  //   out_of_range      the integer or float cannot hold the number, or the enum has no such name or value;
+  //                     value: the byte where it begins
   //   too_long          value: the string's bytes or the array's elements; limit: what its member holds.
   //                     Of an array of fixed size, which it should be exactly, value may be less than limit;
   //                     of one that is counted together with another, limit may be that one's length
@@ -91,10 +95,16 @@ class decoder {
 
     // E.g. `the member "linear.y" is missing; a number is wanted`, `the member "path[2].x" must be a number;
     // it is "far"`. Long names and values are shortened. Cut where `buffer` ends, never within a character.
-    std::string_view text(std::span<char> buffer) const noexcept;
+    std::string_view text(std::span<char> buffer) const noexcept { return write(buffer, piece::all); }
+    // Its pieces, written in the same way. Found: the value, if one is there that is wrong.
+    std::string_view path(std::span<char> buffer) const noexcept { return write(buffer, piece::path); }
+    std::string_view wanted(std::span<char> buffer) const noexcept { return write(buffer, piece::wanted); }
+    std::string_view found(std::span<char> buffer) const noexcept { return write(buffer, piece::found); }
 
    private:
     friend class decoder;
+    enum class piece : std::uint8_t { all, path, wanted, found };
+    std::string_view write(std::span<char> buffer, piece asked) const noexcept;
     struct part {
       const member* named; // null: an element
       std::size_t element;

@@ -2,21 +2,40 @@
 // Compiles a schema into what the decoder runs, at set-up. As the encoder's compiler, it walks the schema
 // twice with the same code: once to count, once to write into memory of exactly that size.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <new>
 
+#include <rowe/detail/schema.hpp>
+
 #include "decoder_program.hpp"
 #include "sample.hpp"
+#include "times.hpp"
 
 namespace rowe::json {
 namespace {
+
+// The form that a member gives to the numbers in it.
+struct form {
+  bool as_string = false;
+  bool by_name = false;
+  bool as_seconds = false;
+};
 
 // Does JSON write the name unchanged? UTF-8 is unchanged. A name that a writer escapes without need is found
 // by its escapes.
 bool is_plain(std::string_view name) noexcept {
   return std::none_of(name.begin(), name.end(),
                       [](char c) { return static_cast<std::uint8_t>(c) < ' ' || c == '"' || c == '\\'; });
+}
+
+// By what other names a member is read: the one that its schema gives it, and, in an object of a time's
+// shape, the one that programs of Foxglove's protocol give it. Empty: none.
+std::array<std::string_view, 2> other_names(const schema_description& of,
+                                            const member_description& m) noexcept {
+  const std::string_view its = is_time(of) ? sec_or_nsec(m.name) : std::string_view{};
+  return {m.other_name, its == m.name || its == m.other_name ? std::string_view{} : its};
 }
 
 } // namespace
@@ -62,20 +81,11 @@ class decoder::compiler {
     if (count > members_max) fail(count, members_max);
     if (!failed_) return nullptr;
 
-    const auto others = std::count_if(schema.members.begin(), schema.members.end(),
-                                      [](const auto& one) { return !one.other_name.empty(); });
-    const std::size_t names = count + static_cast<std::size_t>(others);
-    const std::size_t slots = std::bit_ceil(2 * names + 1);
-    shape* const s = take(shapes(), shape_count_, 1);
-    member* const members = take(this->members(), member_count_, names);
-    std::uint16_t* const table = take(this->slots(), slot_count_, slots);
-    if (s != nullptr) {
-      s->members = members;
-      s->count = static_cast<std::uint32_t>(count);
-      s->names = static_cast<std::uint32_t>(names);
-      s->slots = table;
-      s->slot_mask = static_cast<std::uint32_t>(slots - 1);
+    std::size_t names = count;
+    for (const member_description& d : schema.members) {
+      for (const std::string_view one : other_names(schema, d)) names += one.empty() ? 0U : 1U;
     }
+    const auto [s, members, table] = new_shape(count, names);
     std::size_t other = count;
     for (std::size_t i = 0; i < count; ++i) {
       const member_description& d = schema.members[i];
@@ -88,20 +98,65 @@ class decoder::compiler {
       m.shares_count = std::any_of(schema.members.begin(), schema.members.end(), [&](const auto& another) {
         return &another != &d && another.count != nullptr && another.count == d.count;
       });
-      member same = m;
-      if (!d.other_name.empty()) name(same, d.other_name);
-      if (s == nullptr) continue;
-      members[i] = m;
-      if (m.plain) enter(*s, table, i);
-      if (!d.other_name.empty()) {
+      if (s != nullptr) {
+        members[i] = m;
+        if (m.plain) enter(*s, table, i);
+      }
+      for (const std::string_view one : other_names(schema, d)) {
+        if (one.empty()) continue;
+        member same = m;
+        name(same, one);
+        if (s == nullptr) continue;
         members[other] = same;
         if (same.plain) enter(*s, table, other);
         ++other;
       }
+      if (s == nullptr) continue;
       const bool may_miss = m.keeps_default || d.type->kind == value_kind::optional;
       if (!may_miss) s->required[i / 64] |= std::uint64_t{1} << i % 64;
     }
     return s;
+  }
+
+  // The names of an enum are looked up as those of members are. They are sorted by the values, to find those,
+  // too, in a few steps.
+  const shape* names_of(const value_description& d) noexcept {
+    const std::size_t count = d.enumerators.size();
+    if (count > members_max) fail(count, members_max);
+    if (!failed_) return nullptr;
+    const auto [s, members, table] = new_shape(count, count);
+    for (std::size_t i = 0; i < count; ++i) {
+      member m;
+      name(m, d.enumerators[i].name);
+      m.value.count = static_cast<std::size_t>(d.enumerators[i].value);
+      if (s != nullptr) members[i] = m;
+    }
+    if (s == nullptr) return nullptr;
+    std::sort(members, members + count,
+              [](const member& a, const member& b) { return a.value.count < b.value.count; });
+    for (std::size_t i = 0; i < count; ++i) {
+      if (members[i].plain) enter(*s, table, i);
+    }
+    return s;
+  }
+
+  struct shape_memory {
+    shape* itself;
+    member* members;
+    std::uint16_t* table;
+  };
+  shape_memory new_shape(std::size_t count, std::size_t names) noexcept {
+    const std::size_t slots = std::bit_ceil(2 * names + 1);
+    const shape_memory m{take(shapes(), shape_count_, 1), take(members(), member_count_, names),
+                         take(this->slots(), slot_count_, slots)};
+    if (m.itself != nullptr) {
+      m.itself->members = m.members;
+      m.itself->count = static_cast<std::uint32_t>(count);
+      m.itself->names = static_cast<std::uint32_t>(names);
+      m.itself->slots = m.table;
+      m.itself->slot_mask = static_cast<std::uint32_t>(slots - 1);
+    }
+    return m;
   }
 
   void name(member& m, std::string_view text) noexcept {
@@ -129,7 +184,7 @@ class decoder::compiler {
   step member_value(const schema_description& owner, const member_description& m, const char* at,
                     std::size_t depth) noexcept {
     const void* const where = m.address(at);
-    step s = value(*m.type, where, at, m.as_string, depth);
+    step s = value(*m.type, where, at, {m.as_string, m.by_name, m.as_seconds}, depth);
     if (m.count != nullptr) {
       s.all_of_it = false;
       s.count = m.count_limit;
@@ -147,7 +202,7 @@ class decoder::compiler {
   }
 
   // `where` is the value, `from` what its offset is counted from.
-  step value(const value_description& d, const void* where, const char* from, bool as_string,
+  step value(const value_description& d, const void* where, const char* from, form how,
              std::size_t depth) noexcept {
     step s;
     if (!failed_) return s;
@@ -162,26 +217,30 @@ class decoder::compiler {
       s.count = d.count_max;
       s.elements_offset = offset_of(d.elements(where), from);
       s.stride = static_cast<std::uint32_t>(d.element->bytes);
-      s.element = element(*d.element, as_string, depth + 1);
+      s.element = element(*d.element, how, depth + 1);
       break;
     case value_kind::optional:
       if (!may_nest(depth + 1)) break;
       s.emplace = d.emplace;
       s.reset = d.reset;
-      s.element = element(*d.element, as_string, depth + 1);
+      s.element = element(*d.element, how, depth + 1);
       break;
     case value_kind::text:
       s.count = d.count_max;
       s.resize_text = d.resize_text;
       break;
-    default: s.as_string = as_string;
+    default:
+      s.as_string = how.as_string;
+      if (how.by_name) s.object = names_of(d);
+      if (is_time(d)) s.time_decimals = static_cast<std::int8_t>(rowe::detail::decimals_of(d.unit));
+      if (how.as_seconds) s.decimals = static_cast<std::int8_t>(rowe::detail::decimals_of(d.unit));
     }
     return s;
   }
 
-  const step* element(const value_description& d, bool as_string, std::size_t depth) noexcept {
+  const step* element(const value_description& d, form how, std::size_t depth) noexcept {
     step* const buffer = take(elements(), element_count_, 1);
-    const step s = value(d, base_, base_, as_string, depth);
+    const step s = value(d, base_, base_, how, depth);
     if (buffer != nullptr) *buffer = s;
     return buffer;
   }

@@ -6,42 +6,14 @@
 
 #include "cursor.hpp"
 #include "decoder_program.hpp"
-#include "utf8.hpp"
+#include "names_listed.hpp"
+#include "words.hpp"
 
 namespace rowe::json {
 namespace {
 
 constexpr std::size_t path_bytes_max = 128;
 constexpr std::size_t value_bytes_max = 48;
-
-// Puts pieces one behind the other; what does not fit is cut between characters.
-class words {
- public:
-  explicit words(std::span<char> buffer) noexcept : buffer_{buffer} {}
-
-  words& add(std::string_view piece) noexcept {
-    const std::size_t left = cut_ ? 0 : buffer_.size() - used_;
-    used_ += utf8_prefix(piece, left).copy(buffer_.data() + used_, left);
-    cut_ = cut_ || piece.size() > left;
-    return *this;
-  }
-  template <std::integral Number>
-  words& add(Number number) noexcept {
-    char digits[20];
-    const char* const last = std::to_chars(digits, digits + sizeof digits, number).ptr;
-    return add({digits, static_cast<std::size_t>(last - digits)});
-  }
-  words& add_shortened(std::string_view piece, std::size_t bytes_max) noexcept {
-    if (piece.size() <= bytes_max) return add(piece);
-    return add(utf8_prefix(piece, bytes_max)).add("...");
-  }
-  std::string_view text() const noexcept { return {buffer_.data(), used_}; }
-
- private:
-  std::span<char> buffer_;
-  std::size_t used_ = 0;
-  bool cut_ = false;
-};
 
 template <class Integer>
 words& add_integer(words& to) noexcept {
@@ -53,16 +25,23 @@ words& add_integer(words& to) noexcept {
 
 } // namespace
 
-std::string_view decoder::diagnosis::text(std::span<char> buffer) const noexcept {
+std::string_view decoder::diagnosis::write(std::span<char> buffer, piece asked) const noexcept {
   words to{buffer};
   const auto add_elements = [&](const step& s) {
     to.add(s.all_of_it ? "an array of " : "an array of at most ").add(s.count);
     to.add(s.count == 1 ? " element" : " elements");
   };
-  const auto add_wanted = [&](const step& wanted) {
-    const step* s = &wanted;
-    while (s->what == value_kind::optional) s = s->element;
-    switch (s->what) {
+  const auto add_seconds = [&](const step& s) {
+    const auto index = static_cast<int>(s.what) - static_cast<int>(value_kind::int8);
+    const bool has_sign = s.what <= value_kind::int64;
+    const int bits = 8 << index % 4;
+    std::uint64_t most = std::numeric_limits<std::uint64_t>::max() >> (64 - bits + has_sign);
+    for (int i = 0; i < s.decimals; ++i) most /= 10;
+    to.add("a number of seconds from ").add(has_sign ? "-" : "").add(has_sign ? most : 0);
+    to.add(" to ").add(most);
+  };
+  const auto add_kind = [&](const step& s) {
+    switch (s.what) {
     case value_kind::boolean: to.add("true or false"); break;
     case value_kind::int8: add_integer<std::int8_t>(to); break;
     case value_kind::int16: add_integer<std::int16_t>(to); break;
@@ -76,10 +55,22 @@ std::string_view decoder::diagnosis::text(std::span<char> buffer) const noexcept
       to.add(why_.code == errc::out_of_range ? "a number of single precision" : "a number");
       break;
     case value_kind::float64: to.add("a number"); break;
-    case value_kind::text: to.add("a string of at most ").add(s->count).add(" bytes"); break;
+    case value_kind::text: to.add("a string of at most ").add(s.count).add(" bytes"); break;
     case value_kind::object: to.add("an object"); break;
-    case value_kind::array: add_elements(*s); break;
+    case value_kind::array: add_elements(s); break;
     case value_kind::optional: break;
+    }
+  };
+  const auto add_wanted = [&](const step& wanted) {
+    const step* s = &wanted;
+    while (s->what == value_kind::optional) s = s->element;
+    if (s->object != nullptr && s->what != value_kind::object) {
+      add_names(to, s->object->count, value_bytes_max,
+                [&](std::size_t i) { return s->object->members[i].view(); });
+    } else if (s->decimals >= 0) {
+      add_seconds(*s);
+    } else {
+      add_kind(*s);
     }
     if (s != &wanted) to.add(" or null");
   };
@@ -96,7 +87,17 @@ std::string_view decoder::diagnosis::text(std::span<char> buffer) const noexcept
     to.add_shortened(between(found_, last), value_bytes_max);
   };
 
+  if (asked == piece::found) {
+    const bool is_wrong = why_.code == errc::wrong_type || why_.code == errc::out_of_range || parts_ == 0;
+    if (is_wrong) add_found();
+    return to.text();
+  }
+  if (asked == piece::wanted && parts_ != 0) {
+    add_wanted(*wanted_);
+    return to.text();
+  }
   if (parts_ == 0) {
+    if (asked != piece::all) return to.add(asked == piece::wanted ? "an object" : "").text();
     to.add("a JSON object is wanted; it is ");
     add_found();
     return to.text();
@@ -111,6 +112,7 @@ std::string_view decoder::diagnosis::text(std::span<char> buffer) const noexcept
       path.add(i + 1 == parts_ ? "" : ".").add_shortened(p.named->view(), path_bytes_max);
     }
   }
+  if (asked == piece::path) return to.add(path.text()).text();
   to.add("the member \"").add_shortened(path.text(), path_bytes_max).add("\" ");
   switch (why_.code) {
   case errc::missing_member:

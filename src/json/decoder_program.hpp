@@ -14,15 +14,18 @@ namespace rowe::json {
 
 struct decoder::step {
   value_kind what{};
-  bool as_string = false; // an integer: may stand in quotes
+  bool as_string = false;    // an integer: may stand in quotes
+  std::int8_t decimals = -1; // an integer: so many digits behind the point of seconds; -1: as it is
+  std::int8_t time_decimals =
+      -1;                 // a time since 1970, which may be {"sec","nsec"}: those of its unit; -1: none
   bool unused = false;    // a counting member, which its array sets: read, and forgotten
   bool all_of_it = false; // an array of exactly `count` elements
   std::uint32_t offset = 0;
   std::uint32_t elements_offset = 0; // array: of its first element
   std::uint32_t stride = 0;          // array: from element to element
-  std::size_t count = 0;             // array, text: what it holds
+  std::size_t count = 0;             // array, text: what it holds; the member of a name: its value's bits
   const step* element = nullptr;     // array, optional
-  const shape* object = nullptr;     // object
+  const shape* object = nullptr;     // object; an integer by name: members that are named as the values are
   bool (*resize)(void* array, std::size_t count) noexcept = nullptr;
   void (*set_count)(void* object, std::size_t count) noexcept = nullptr; // counted array
   std::size_t (*count_of)(const void* object) noexcept = nullptr;        // the same

@@ -338,4 +338,23 @@ char* write_fixed(char* at, double x, int decimals) noexcept {
   return at + decimals;
 }
 
+char* write_seconds(char* at, std::int64_t count, bool is_signed, int decimals) noexcept {
+  auto units = static_cast<std::uint64_t>(count);
+  if (count < 0 && is_signed) {
+    *at++ = '-';
+    units = 0 - units;
+  }
+  std::uint64_t second = 1;
+  for (int i = 0; i < decimals; ++i) second *= 10;
+  at = write_unsigned(at, units / second);
+  std::uint64_t rest = units % second;
+  if (rest == 0) return at;
+  *at++ = '.';
+  for (; rest != 0; rest %= second) {
+    second /= 10;
+    *at++ = static_cast<char>('0' + rest / second);
+  }
+  return at;
+}
+
 } // namespace rowe::json

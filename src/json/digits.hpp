@@ -35,7 +35,19 @@ ROWE_RT char* write_float(char* at, float x) noexcept;
 // finite.
 ROWE_RT char* write_fixed(char* at, double x, int decimals) noexcept;
 
+inline constexpr char hex_digits[] = "0123456789abcdef";
+// Writes all 64 bits as 16 hexadecimal digits, and touches no more.
+inline constexpr std::size_t hex_text_bytes = 16;
+constexpr char* write_hex(char* at, std::uint64_t x) noexcept {
+  for (int shift = 60; shift >= 0; shift -= 4) *at++ = hex_digits[x >> shift & 15U];
+  return at;
+}
+
 ROWE_RT char* write_unsigned(char* at, std::uint64_t x) noexcept;
 ROWE_RT char* write_signed(char* at, std::int64_t x) noexcept;
+
+// Writes a count of 10^-decimals seconds in seconds, exactly: with the digits behind the point up to the last
+// that is not 0. `decimals` is 0 to decimals_max. Not signed: the count has 64 bits without a sign.
+ROWE_RT char* write_seconds(char* at, std::int64_t count, bool is_signed, int decimals) noexcept;
 
 } // namespace rowe::json

@@ -9,16 +9,11 @@
 
 #include "digits.hpp"
 #include "encoder_program.hpp"
+#include "stored.hpp"
+#include "times.hpp"
 
 namespace rowe::json {
 namespace {
-
-template <class T>
-T load(const char* at) noexcept {
-  T x;
-  std::memcpy(&x, at, sizeof x);
-  return x;
-}
 
 char* write_text(char* at, std::string_view text) noexcept { return std::copy(text.begin(), text.end(), at); }
 
@@ -29,7 +24,7 @@ char* write_text(char* at, std::string_view text) noexcept { return std::copy(te
 class encoder::run {
  public:
   run(const encoder& program, writer& into) noexcept
-      : literals_{program.literals_.get()}, into_{into}, end_{into.end_} {}
+      : names_{program.names_.get()}, literals_{program.literals_.get()}, into_{into}, end_{into.end_} {}
 
   // Runs the steps from `first` to `last` on the object at `base`.
   char* steps(const step* first, const step* last, const char* base, char* at) noexcept {
@@ -65,14 +60,8 @@ class encoder::run {
     return copy({literals_ + s.literal, s.literal_bytes}, at);
   }
 
-  // There must be space for whole chunks. Most literals are one chunk.
   char* copy_literal(const step& s, char* at) const noexcept {
-    const char* const from = literals_ + s.literal;
-    std::memcpy(at, from, literal_chunk_bytes);
-    for (std::size_t i = literal_chunk_bytes; i < s.literal_bytes; i += literal_chunk_bytes) {
-      std::memcpy(at + i, from + i, literal_chunk_bytes);
-    }
-    return at + s.literal_bytes;
+    return copy_chunks(literals_ + s.literal, s.literal_bytes, at);
   }
 
   char* value(const step& s, const char* base, char* at) noexcept {
@@ -80,6 +69,7 @@ class encoder::run {
     case operation::nothing: return at;
     case operation::comma: return at[-1] == '{' ? at : copy(",", at); // no value ends in an opening brace
     case operation::text: return text(s.text_of(base + s.argument), at);
+    case operation::named: return named(s, base, at);
     case operation::scalars: return array(s, base, at);
     case operation::repeat: return repeat(s, base, at);
     case operation::perhaps: return perhaps(s, base, at);
@@ -168,11 +158,28 @@ class encoder::run {
     case operation::rounded_float64: return or_null(at, write_fixed(at, load<double>(from), s.decimals));
     default: break;
     }
+    if (what == operation::seconds)
+      return write_seconds(at, load_integer(from, static_cast<value_kind>(s.plain)),
+                           s.plain != operation::uint64, s.decimals);
+    if (what == operation::sec_nsec)
+      return write_sec_nsec(at, load_integer(from, static_cast<value_kind>(s.plain)),
+                            s.plain != operation::uint64, s.decimals);
     // An integer as a string.
     *at++ = '"';
-    at = write_scalar(at, s, s.quoted, from);
+    at = write_scalar(at, s, s.plain, from);
     *at++ = '"';
     return at;
+  }
+
+  // A value without a name is written as its number.
+  char* named(const step& s, const char* base, char* at) noexcept {
+    const char* const from = base + s.offset;
+    const std::int64_t value = load_integer(from, static_cast<value_kind>(s.plain));
+    const name* const end = names_ + s.argument + s.count;
+    const name* const found = std::lower_bound(names_ + s.argument, end, value,
+                                               [](const name& one, std::int64_t v) { return one.value < v; });
+    if (found == end || found->value != value) return scalar(s, s.plain, from, at);
+    return copy({literals_ + found->literal, found->literal_bytes}, at);
   }
 
   // `end` is the end of a number's text, or null if JSON has no text for it.
@@ -183,6 +190,7 @@ class encoder::run {
     return write_text(at, "null");
   }
 
+  const name* const names_;
   const char* const literals_;
   writer& into_;
   char* const end_;
@@ -194,6 +202,7 @@ encoder& encoder::operator=(encoder&&) noexcept = default;
 encoder::~encoder() = default;
 
 void encoder::encode(const void* object, writer& into) const noexcept {
+  if (!is_text(into_)) return encode_binary(object, into);
   into.place_comma();
   into.comma_ = false; // the program's literals bring their own
   char* at = nullptr;

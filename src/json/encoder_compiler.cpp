@@ -2,10 +2,16 @@
 // Compiles a schema into a program, at set-up. The compiler walks the schema twice with the same code: once
 // to count, once to write into memory of exactly that size. Literals grow until a value must be written. So
 // brackets, names and commas of nested objects become one piece.
+#include <algorithm>
+#include <array>
 #include <cstring>
 #include <limits>
 #include <new>
 
+#include <rowe/detail/schema.hpp>
+
+#include "binary.hpp"
+#include "cbor.hpp"
 #include "digits.hpp"
 #include "encoder_program.hpp"
 #include "sample.hpp"
@@ -21,7 +27,8 @@ static_assert(encoder::bytes_limit <= std::numeric_limits<std::uint32_t>::max())
 
 bool is_scalar(value_kind k) noexcept { return k <= value_kind::float64; }
 
-std::size_t scalar_bytes_max(operation what) noexcept {
+std::size_t scalar_bytes_max(encoding into, operation what) noexcept {
+  if (!is_text(into)) return binary_scalar_bytes_max;
   switch (what) {
   case operation::boolean: return 5;
   case operation::float32: return float_text_bytes_max;
@@ -29,17 +36,21 @@ std::size_t scalar_bytes_max(operation what) noexcept {
   case operation::rounded_float32:
   case operation::rounded_float64: return double_text_bytes_max;
   case operation::in_quotes: return integer_text_bytes_max + 2;
+  case operation::seconds: return integer_text_bytes_max + 2; // with "0."
+  case operation::sec_nsec: return sec_nsec_bytes_max;
   default: return integer_text_bytes_max;
   }
 }
 
-// Bytes of one escaped byte, at most: \u001f.
+// Bytes that a byte of a text may need: escaped, \u001f; or replaced because it is no UTF-8.
 constexpr std::size_t escaped_bytes_max = 6;
 
 // The form that a member gives to the numbers in it.
 struct form {
   bool as_string = false;
   int decimals = -1;
+  bool by_name = false;
+  bool as_seconds = false;
 };
 
 } // namespace
@@ -48,17 +59,18 @@ class encoder::compiler {
  public:
   // Only counts if there is nothing to write to. `base` is the sample. The offsets of every body are counted
   // from it, because an element is never larger or more aligned than the whole.
-  compiler(const char* base, step* program, char* literals) noexcept
-      : base_{base}, program_{program}, literals_{literals} {}
+  compiler(encoding into, const char* base, step* program, name* names, char* literals) noexcept
+      : into_{into}, base_{base}, program_{program}, names_{names}, literals_{literals} {}
 
   status compile(const schema_description& schema) noexcept {
     object(schema, base_, 0);
     flush();
-    if (program_ != nullptr) count_doubles();
+    if (program_ != nullptr && is_text(into_)) count_doubles();
     return failed_;
   }
 
   std::size_t step_count() const noexcept { return step_count_; }
+  std::size_t name_count() const noexcept { return name_count_; }
   std::size_t literal_bytes() const noexcept { return literal_end_; }
   std::size_t text_bytes_max() const noexcept { return text_bytes_max_; }
 
@@ -99,16 +111,36 @@ class encoder::compiler {
     literal_end_ += text.size();
   }
 
-  void add_name(std::string_view name) noexcept {
-    const std::size_t bytes_max = name.size() * escaped_bytes_max + 2;
+  template <class Write>
+  void add_bytes(std::size_t bytes_max, Write write) noexcept {
+    std::array<char, cbor::head_bytes_max> unused;
+    char* const to = literals_ == nullptr ? unused.data() : literals_ + literal_end_;
+    literal_end_ += literals_ == nullptr ? bytes_max : static_cast<std::size_t>(write(to) - to);
+  }
+  void add_head(cbor::major kind, std::uint64_t n) noexcept {
+    add_bytes(cbor::head_bytes_max, [&](char* at) { return cbor::write_head(at, kind, n); });
+  }
+
+  void add_text(std::string_view text) noexcept {
+    if (is_text(into_)) return add_quoted(text);
+    add_bytes(binary_text_bytes_max(text.size()), [&](char* at) { return write_text(into_, at, text); });
+  }
+
+  void add_quoted(std::string_view text) noexcept {
+    const std::size_t bytes_max = text.size() * escaped_bytes_max + 2;
     if (literals_ == nullptr) {
       literal_end_ += bytes_max;
     } else {
       writer w{{literals_ + literal_end_, bytes_max}};
-      w.string(name);
+      w.string(text);
       literal_end_ += w.bytes();
     }
-    add(":");
+  }
+
+  void add_name(std::string_view name) noexcept {
+    if (into_ == encoding::ros1) return; // the order says which member it is
+    add_text(name);
+    if (is_text(into_)) add(":");
   }
 
   // Takes the literal that has grown since the last step, and leaves `bytes_max` for the value.
@@ -153,11 +185,13 @@ class encoder::compiler {
 
   void object(const schema_description& schema, const char* at, std::size_t depth) noexcept {
     if (!may_nest(depth)) return;
-    add("{");
+    begin_object(schema);
+    const bool is_timed = into_ == encoding::sec_nsec && is_time(schema);
     bool some_written = false; // whatever the object holds
     bool first = true;
     for (const member_description& m : schema.members) {
       const auto begin_member = [&] {
+        if (!is_text(into_)) return add_name(m.name);
         if (some_written) {
           add(",");
         } else if (!first) {
@@ -165,10 +199,10 @@ class encoder::compiler {
           comma.what = operation::comma;
           emit(comma, 1);
         }
-        add_name(m.name);
+        add_name(is_timed ? sec_or_nsec(m.name) : m.name);
       };
       const void* const where = m.address(at);
-      const form how{m.as_string, m.decimals};
+      const form how{m.as_string, m.decimals, m.by_name, m.as_seconds};
       if (m.type->kind == value_kind::optional) {
         optional(*m.type, where, how, depth, false, begin_member);
       } else {
@@ -182,7 +216,23 @@ class encoder::compiler {
       }
       first = false;
     }
-    add("}");
+    end_object(schema);
+  }
+
+  // In CBOR, an object whose members may be missing says where it ends, not how many there are.
+  static bool is_counted(const schema_description& schema) noexcept {
+    return std::none_of(schema.members.begin(), schema.members.end(),
+                        [](const auto& m) { return m.type->kind == value_kind::optional; });
+  }
+  void begin_object(const schema_description& schema) noexcept {
+    if (is_text(into_)) return add("{");
+    if (into_ == encoding::ros1) return;
+    if (is_counted(schema)) return add_head(cbor::major::map, schema.members.size());
+    add({&cbor::open_map, 1});
+  }
+  void end_object(const schema_description& schema) noexcept {
+    if (is_text(into_)) return add("}");
+    if (into_ == encoding::cbor && !is_counted(schema)) add({&cbor::close, 1});
   }
 
   void value(const value_description& d, const void* where, form how, std::size_t depth) noexcept {
@@ -199,23 +249,53 @@ class encoder::compiler {
       s.what = operation::text;
       s.argument = s.offset;
       s.text_of = d.text;
-      emit(s, d.count_max * escaped_bytes_max + 2);
+      emit(s, d.count_max * escaped_bytes_max + cbor::head_bytes_max);
       return;
     }
-    s.what = scalar(d.kind, how, s);
-    emit(s, scalar_bytes_max(s.what));
+    if (how.by_name) return named(d, s);
+    s.what = scalar(d, how, s);
+    emit(s, scalar_bytes_max(into_, s.what));
   }
 
   // The operation that writes a scalar in the form asked for; what it needs to know goes into the step.
-  static operation scalar(value_kind kind, form how, step& s) noexcept {
-    const auto plain = static_cast<operation>(kind);
-    if (how.as_string) {
-      s.quoted = plain;
-      return operation::in_quotes;
+  operation scalar(const value_description& d, form how, step& s) const noexcept {
+    s.plain = static_cast<operation>(d.kind);
+    const bool is_timed = into_ == encoding::sec_nsec && is_time(d);
+    if (how.as_string && !is_timed) return operation::in_quotes;
+    if (how.as_seconds || is_timed) {
+      s.decimals = static_cast<std::int8_t>(rowe::detail::decimals_of(d.unit));
+      return is_timed ? operation::sec_nsec : operation::seconds;
     }
-    if (how.decimals < 0) return plain;
+    if (how.decimals < 0) return s.plain;
     s.decimals = static_cast<std::int8_t>(how.decimals);
-    return kind == value_kind::float32 ? operation::rounded_float32 : operation::rounded_float64;
+    return d.kind == value_kind::float32 ? operation::rounded_float32 : operation::rounded_float64;
+  }
+
+  // The literals of the names stand behind that of the step, which they are no part of.
+  void named(const value_description& d, step s) noexcept {
+    s.what = operation::named;
+    s.plain = static_cast<operation>(d.kind);
+    s.argument = static_cast<std::uint32_t>(name_count_);
+    s.count = static_cast<std::uint32_t>(d.enumerators.size());
+    (void)emit(s, 0);
+    std::size_t bytes_max = std::max(integer_text_bytes_max, binary_scalar_bytes_max);
+    for (const enumerator_description& e : d.enumerators) {
+      add_text(e.name);
+      const std::size_t bytes = literal_end_ - literal_begin_;
+      if (names_ != nullptr) {
+        names_[name_count_] = {e.value, static_cast<std::uint32_t>(literal_begin_),
+                               static_cast<std::uint32_t>(bytes)};
+      }
+      ++name_count_;
+      literal_begin_ = literal_end_;
+      bytes_max = std::max(bytes_max, bytes);
+    }
+    text_bytes_max_ += bytes_max;
+    if (text_bytes_max_ > bytes_limit) fail(text_bytes_max_, bytes_limit);
+    if (names_ != nullptr) {
+      std::sort(names_ + s.argument, names_ + name_count_,
+                [](const name& a, const name& b) { return a.value < b.value; });
+    }
   }
 
   // `count_of`, when given, takes the object that the array is a member of.
@@ -223,22 +303,34 @@ class encoder::compiler {
              std::size_t (*count_of)(const void*) noexcept, const char* owner) noexcept {
     if (!may_nest(depth + 1)) return;
     const value_description& element = *d.element;
-    add("[");
+    if (into_ == encoding::ros1 && element.kind == value_kind::array) return fail(depth + 1, 1);
+    if (is_text(into_)) add("[");
     step s;
     s.offset = offset_of(d.elements(where));
     s.count = static_cast<std::uint32_t>(d.count_max);
     s.stride = static_cast<std::uint32_t>(element.bytes);
     s.count_of = count_of != nullptr ? count_of : d.count;
     s.argument = count_of != nullptr ? offset_of(owner) : offset_of(where);
-    if (is_scalar(element.kind)) {
+    if (is_scalar(element.kind) && !how.by_name) {
       s.what = operation::scalars;
-      s.element = scalar(element.kind, how, s);
-      emit(s, d.count_max * (scalar_bytes_max(s.element) + 1));
+      s.element = scalar(element, how, s);
+      add_count(s, s.element);
+      emit(s, d.count_max * (scalar_bytes_max(into_, s.element) + 1) + cbor::array_head_bytes_max);
     } else {
       s.what = operation::repeat;
+      add_count(s, operation::nothing);
       emit_with_body(s, d.count_max, [&] { value(element, base_, how, depth + 1); });
     }
-    add("]");
+    if (is_text(into_)) add("]");
+  }
+
+  // How many elements follow. Where that is constant it belongs to the literal, and in ROS it is not said.
+  void add_count(const step& s, operation element) noexcept {
+    if (s.count_of != nullptr) {
+      text_bytes_max_ += cbor::array_head_bytes_max; // the step writes it
+    } else if (into_ == encoding::cbor) {
+      add_bytes(cbor::array_head_bytes_max, [&](char* at) { return write_array_head(at, element, s.count); });
+    }
   }
 
   // `begin` writes what stands before the value only if there is one: a member's name.
@@ -246,6 +338,7 @@ class encoder::compiler {
   void optional(const value_description& d, const void* where, form how, std::size_t depth, bool else_null,
                 Begin begin) noexcept {
     if (!may_nest(depth + 1)) return;
+    if (into_ == encoding::ros1) return fail(1, 0);
     constexpr std::size_t null_bytes = 4;
     step s;
     s.what = operation::perhaps;
@@ -259,17 +352,20 @@ class encoder::compiler {
     text_bytes_max_ += null_bytes;
   }
 
+  const encoding into_;
   const char* const base_;
   step* const program_;
+  name* const names_;
   char* const literals_;
   std::size_t step_count_ = 0;
+  std::size_t name_count_ = 0;
   std::size_t literal_begin_ = 0; // of the literal that grows
   std::size_t literal_end_ = 0;
   std::size_t text_bytes_max_ = 0;
   status failed_;
 };
 
-result<encoder> encoder::compile(const schema_description& schema) {
+result<encoder> encoder::compile(const schema_description& schema, encoding into) {
   const auto no_memory = [](std::size_t bytes) {
     return error{errc::no_memory, static_cast<std::int64_t>(bytes), 0};
   };
@@ -280,17 +376,20 @@ result<encoder> encoder::compile(const schema_description& schema) {
   const sample object{schema};
   if (object.at() == nullptr) return no_memory(schema.bytes);
 
-  compiler counter{object.at(), nullptr, nullptr};
+  compiler counter{into, object.at(), nullptr, nullptr, nullptr};
   if (const status s = counter.compile(schema); !s) return s.error();
   const std::size_t literal_bytes = counter.literal_bytes() + literal_chunk_bytes;
 
   encoder e;
+  e.into_ = into;
   e.program_.reset(new (std::nothrow) step[counter.step_count()]);
+  e.names_.reset(new (std::nothrow) name[counter.name_count()]);
   e.literals_.reset(new (std::nothrow) char[literal_bytes]{});
-  if (e.program_ == nullptr || e.literals_ == nullptr) {
-    return no_memory(counter.step_count() * sizeof(step) + literal_bytes);
+  if (e.program_ == nullptr || e.names_ == nullptr || e.literals_ == nullptr) {
+    return no_memory(counter.step_count() * sizeof(step) + counter.name_count() * sizeof(name) +
+                     literal_bytes);
   }
-  compiler c{object.at(), e.program_.get(), e.literals_.get()};
+  compiler c{into, object.at(), e.program_.get(), e.names_.get(), e.literals_.get()};
   if (const status s = c.compile(schema); !s) return s.error();
   e.step_count_ = c.step_count();
   e.bytes_max_ = c.text_bytes_max();

@@ -112,6 +112,24 @@ bool to_real(const decimal& d, float& into) noexcept {
   return true;
 }
 
+whole_number to_units(const decimal& d, int decimals) noexcept {
+  std::string_view mantissa = d.text().substr(d.negative);
+  mantissa = mantissa.substr(0, mantissa.find_first_of("eE"));
+  std::int64_t exponent = d.exponent + decimals; // of the last digit
+  bool up = false;
+  for (; exponent < 0 && !mantissa.empty(); mantissa.remove_suffix(1)) {
+    if (mantissa.back() == '.') continue;
+    up = mantissa.back() >= '5';
+    ++exponent;
+  }
+  if (exponent < 0) return {.what = whole_number::form::whole, .negative = d.negative, .magnitude = 0};
+  whole_number n = whole_from_digits(mantissa, exponent, d.negative);
+  if (__builtin_add_overflow(n.magnitude, std::uint64_t{up}, &n.magnitude)) {
+    n.what = whole_number::form::too_large;
+  }
+  return n;
+}
+
 std::optional<whole_number> read_quoted_whole(std::string_view escaped) noexcept {
   whole_number n;
   std::size_t characters = 0; // behind the sign

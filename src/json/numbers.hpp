@@ -48,6 +48,8 @@ struct whole_number {
 
 // 3, 3.0, 30e-1 and 0.3e1 are the same. too_large: the magnitude is beyond 64 bits.
 whole_number to_whole(const decimal& d) noexcept;
+// How many units of 10^-decimals the number is, rounded; half a unit away from 0. Never a fraction.
+whole_number to_units(const decimal& d, int decimals) noexcept;
 // Reads an integer that is written as a string: the text between the quotes, still escaped. It must be an
 // integer in JSON, without fraction and exponent; else nothing.
 std::optional<whole_number> read_quoted_whole(std::string_view escaped) noexcept;

@@ -35,10 +35,9 @@ std::string_view escape(char c, std::span<char, 6> scratch) noexcept {
   case '\t': return "\\t";
   default: break;
   }
-  constexpr std::string_view hex = "0123456789abcdef";
   std::memcpy(scratch.data(), "\\u00", 4);
-  scratch[4] = hex[static_cast<std::uint8_t>(c) >> 4];
-  scratch[5] = hex[static_cast<std::uint8_t>(c) & 15];
+  scratch[4] = hex_digits[static_cast<std::uint8_t>(c) >> 4];
+  scratch[5] = hex_digits[static_cast<std::uint8_t>(c) & 15];
   return {scratch.data(), scratch.size()};
 }
 

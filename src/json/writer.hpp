@@ -48,6 +48,15 @@ class writer {
     comma_ = false;
   }
 
+  // The same for a name that is escaped already.
+  ROWE_RT void key_raw(std::string_view escaped) noexcept {
+    place_comma();
+    put('"');
+    append(escaped);
+    append("\":");
+    comma_ = false;
+  }
+
   // A string value: quoted, and escaped where JSON demands it ('"', '\\', control characters). Each maximal
   // piece of `utf8` that is not UTF-8 is written as U+FFFD.
   ROWE_RT [[gnu::always_inline]] void string(std::string_view utf8) noexcept {
@@ -86,6 +95,13 @@ class writer {
     std::memcpy(at_, text.data(), text.size());
     at_ += text.size();
   }
+
+  // For formats that are not JSON: changes a byte that was written, which stands at `index`.
+  ROWE_RT void replace(std::size_t index, char byte) noexcept {
+    if (!overflowed_) begin_[index] = byte;
+  }
+  // What is to be written cannot be: as if it did not fit.
+  ROWE_RT void fail() noexcept { overflow(); }
 
   // True once something did not fit. Nothing is written from then on; bytes() and text() are meaningless.
   ROWE_RT bool overflowed() const noexcept { return overflowed_; }

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "net/socket_options.hpp"
+#include "net/tls/terminator.hpp"
 #include "wire/http_fields.hpp"
 
 namespace rowe::net {
@@ -92,7 +93,8 @@ const char* fault_of(std::string_view header) noexcept {
 
 const char* remedy_of(std::uint16_t status) noexcept {
   switch (status) {
-  case 401:
+  case 400: return "check the path; if the port speaks TLS, connect to wss://";
+  case 401: return "show a token that it knows: --token-file FILE or $ROWE_TOKEN (client.token_file)";
   case 403: return "the other side must allow this host";
   case 404: return "check the path";
   case 503: return "the other side has no room; try again later";
@@ -118,6 +120,7 @@ client_attempt::client_attempt(const connect_options& options, poll_set& polled,
       scratch_{scratch} {
   const bool brackets = host_.find(':') != std::string::npos;
   authority_ = (brackets ? '[' + host_ + ']' : host_) + ':' + std::to_string(port_);
+  if (!options.token.empty()) authorization_.append("Bearer ").append(options.token);
   for (const std::string_view one : options.subprotocols) {
     if (!subprotocols_.empty()) subprotocols_ += ',';
     subprotocols_ += one;
@@ -203,15 +206,14 @@ void client_attempt::next_address(rt::time_point now, transport_sink& sink) noex
                                .port = port_,
                                .host = authority_.c_str(),
                                .path = path_.c_str(),
-                               .subprotocols = subprotocols_.empty() ? nullptr : subprotocols_.c_str()}))
+                               .subprotocols = subprotocols_.empty() ? nullptr : subprotocols_.c_str(),
+                               .authorization = authorization_}))
       continue;
     socket_.reset(::fcntl(watch_.duplicate, F_DUPFD_CLOEXEC, 0));
     if (++generation_ == 0) generation_ = 1;
     if (!socket_ || !polled_.add(socket_.get(), EPOLLOUT, {source::attempt, 0, generation_})) {
       socket_.reset();
-      drop_socket();
-      return fail(sink, 0, "this process has no file descriptor left",
-                  "raise its limit of open files (ulimit -n)");
+      return fail_for_descriptors(sink);
     }
     now_ = phase::connecting;
     address_deadline_ = rt::deadline_after(now, (deadline_ - now) / left);
@@ -232,16 +234,49 @@ void client_attempt::on_connected(rt::time_point now, transport_sink& sink) noex
     if (next_ < found_.count) return next_address(now, sink);
     return fail_by_error(sink, code);
   }
+  if (terminator_ && !place_) return secure(sink);
   lws_.drive(watch_);
-  if (!watch_.wsi)
-    return fail(
-        sink, 0,
-        diagnostic{"%s: the request could not be sent (%s)", authority_.c_str(), watch_.diagnostic.data()},
-        "check that a WebSocket server is at this host and port");
+  if (!watch_.wsi) {
+    const bool said = watch_.diagnostic.front() != '\0';
+    return fail(sink, 0,
+                diagnostic{"%s: the request could not be sent (%s)", authority_.c_str(),
+                           said ? watch_.diagnostic.data() : "the connection ended"},
+                "check that a WebSocket server is at this host and port");
+  }
   if (!watch_.asked) return; // connected, but not written yet
   now_ = phase::waiting;
   scanned_ = 0;
   polled_.modify(socket_.get(), EPOLLIN | EPOLLRDHUP | EPOLLET, {source::attempt, 0, generation_});
+}
+
+// ---- TLS. libwebsockets sees nothing of it: it writes its request into a local socket.
+
+void client_attempt::secure(transport_sink& sink) noexcept {
+  polled_.remove(socket_.get());
+  now_ = phase::securing;
+  if (!terminator_->connect(std::move(socket_), generation_))
+    fail(sink, 0, "too many TLS handshakes are under way", "try again");
+}
+
+void client_attempt::on_secured(tls::place_id place, descriptor plain, transport_sink& sink) noexcept {
+  if (now_ != phase::securing || place.generation != generation_) return terminator_->drop(place);
+  place_ = place;
+  socket_ = std::move(plain);
+  if (::dup3(socket_.get(), watch_.duplicate, O_CLOEXEC) != watch_.duplicate ||
+      !polled_.add(socket_.get(), EPOLLOUT, {source::attempt, 0, generation_})) {
+    socket_.reset();
+    return fail_for_descriptors(sink);
+  }
+  now_ = phase::connecting; // it is writable, and so libwebsockets goes on
+}
+
+void client_attempt::on_not_secured(tls::place_id place, const wire::http_rejection& why,
+                                    transport_sink& sink) noexcept {
+  const bool ours = now_ == phase::securing || place_;
+  if (!ours || place.generation != generation_) return;
+  const std::string_view what = why.what();
+  fail(sink, 0, diagnostic{"%s: %.*s", authority_.c_str(), static_cast<int>(what.size()), what.data()},
+       why.remedy());
 }
 
 void client_attempt::read_answer(std::uint32_t events, transport_sink& sink) noexcept {
@@ -289,7 +324,10 @@ void client_attempt::finish(std::string_view header, transport_sink& sink) noexc
         sink, *status,
         diagnostic{"%s answered the upgrade wrongly (%s)", authority_.c_str(), watch_.diagnostic.data()},
         remedy_of(0));
-  const service::connection_id id = connections_.open(std::move(socket_), peer_);
+  const service::connection_id id = place_ ? connections_.open(place_, peer_, established::purpose::any)
+                                           : connections_.open(std::move(socket_), peer_);
+  place_ = {}; // it is the connection's now
+  drop_socket();
   now_ = phase::idle;
   ++counters_.opened;
   char address[address_text_bytes_max];
@@ -308,12 +346,18 @@ void client_attempt::time_out(rt::time_point now, transport_sink& sink) noexcept
   if (now_ == phase::connecting)
     return fail(sink, 0, diagnostic{"no connection to %s within %g s", authority_.c_str(), seconds},
                 "check the network, the address and firewalls");
+  if (now_ == phase::securing)
+    return fail(sink, 0,
+                diagnostic{"the TLS handshake with %s did not end within %g s", authority_.c_str(), seconds},
+                "check that this port speaks TLS; else connect to ws://");
   fail(sink, 0, diagnostic{"%s did not answer the upgrade within %g s", authority_.c_str(), seconds},
        remedy_of(0));
 }
 
 void client_attempt::drop_socket() noexcept {
   lws_.let_go(watch_);
+  if (place_ || now_ == phase::securing) terminator_->drop({0, generation_});
+  place_ = {};
   if (!socket_) return;
   polled_.remove(socket_.get());
   socket_.reset();
@@ -326,6 +370,10 @@ void client_attempt::fail(transport_sink& sink, std::uint16_t status, std::strin
   drop_socket();
   now_ = phase::idle;
   sink.on_rejected({.http_status = status, .peer = peer, .what = what, .remedy = remedy});
+}
+
+void client_attempt::fail_for_descriptors(transport_sink& sink) noexcept {
+  fail(sink, 0, "this process has no file descriptor left", "raise its limit of open files (ulimit -n)");
 }
 
 void client_attempt::fail_by_error(transport_sink& sink, int code) noexcept {

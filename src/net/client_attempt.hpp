@@ -23,9 +23,14 @@
 #include "net/poll_set.hpp"
 #include "net/resolver.hpp"
 #include "net/socket_transport.hpp"
+#include "net/tls/arrival.hpp"
 #include "service/transport.hpp"
 
 namespace rowe::net {
+
+namespace tls {
+class terminator;
+}
 
 class client_attempt {
  public:
@@ -38,6 +43,13 @@ class client_attempt {
   ~client_attempt();
   client_attempt(const client_attempt&) = delete;
   client_attempt& operator=(const client_attempt&) = delete;
+
+  // Set-up: makes the attempts by TLS.
+  void use(tls::terminator& secure) noexcept { terminator_ = &secure; }
+  // The TLS handshake is done: what is read and written in plain.
+  void on_secured(tls::place_id place, descriptor plain, service::transport_sink& sink) noexcept;
+  void on_not_secured(tls::place_id place, const wire::http_rejection& why,
+                      service::transport_sink& sink) noexcept;
 
   // The addresses to try from now on; the name is not looked up any more.
   void use(const resolved_host& addresses) noexcept;
@@ -54,13 +66,21 @@ class client_attempt {
   rt::time_point next_deadline() const noexcept;
 
  private:
-  enum class phase : std::uint8_t { idle, resolving, connecting, waiting };
+  enum class phase : std::uint8_t {
+    idle,
+    resolving,
+    connecting,
+    securing, // the TLS handshake is under way
+    waiting,
+  };
 
   client_attempt(const connect_options& options, poll_set& polled, lws_host& host, established& connections,
                  socket_counters& counters, std::span<std::byte> scratch);
   void begin(rt::time_point now, service::transport_sink& sink) noexcept;
   void resolve(rt::time_point now, service::transport_sink& sink) noexcept;
   void next_address(rt::time_point now, service::transport_sink& sink) noexcept;
+  void secure(service::transport_sink& sink) noexcept;
+  void fail_for_descriptors(service::transport_sink& sink) noexcept;
   void on_connected(rt::time_point now, service::transport_sink& sink) noexcept;
   void read_answer(std::uint32_t events, service::transport_sink& sink) noexcept;
   void finish(std::string_view header, service::transport_sink& sink) noexcept;
@@ -76,12 +96,14 @@ class client_attempt {
   const std::string path_;
   std::string authority_;    // host and port, for the Host header and for diagnostics
   std::string subprotocols_; // a list with commas
+  std::string authorization_;
   poll_set& polled_;
   lws_host& lws_;
   established& connections_;
   socket_counters& counters_;
   std::span<std::byte> scratch_;
-  std::unique_ptr<resolver> resolver_; // none where the host is numeric
+  tls::terminator* terminator_ = nullptr; // under TLS
+  std::unique_ptr<resolver> resolver_;    // none where the host is numeric
 
   bool asked_ = false;
   phase now_ = phase::idle;
@@ -90,7 +112,8 @@ class client_attempt {
   resolved_host found_;
   std::size_t next_ = 0; // index into found_
   socket_address peer_;
-  descriptor socket_; // our duplicate
+  descriptor socket_;   // our duplicate; under TLS, once secured, a local one
+  tls::place_id place_; // where the terminator has the session, once secured
   lws_watch watch_;
   std::uint32_t generation_ = 0;
   std::uint32_t scanned_ = 0;

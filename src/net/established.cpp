@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "net/socket_options.hpp"
+#include "net/tls/terminator.hpp"
 
 namespace rowe::net {
 
@@ -39,15 +40,6 @@ constexpr std::size_t segment_bytes_max(std::uint32_t buffer_bytes) noexcept {
   return buffer_bytes == 0 ? SIZE_MAX : std::size_t{buffer_bytes} + buffer_bytes / 5;
 }
 
-bool would_block(int code) noexcept { return code == EAGAIN || code == EWOULDBLOCK || code == EINTR; }
-
-// Also true if the kernel has no memory for buffers: then, too, the socket becomes writable later.
-bool has_no_room(int code) noexcept { return would_block(code) || code == ENOBUFS || code == ENOMEM; }
-
-ssize_t send_now(int fd, std::span<const std::byte> bytes) noexcept {
-  return ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-}
-
 close_cause cause_of(int code) noexcept {
   return code == ETIMEDOUT ? close_cause::timed_out : close_cause::reset;
 }
@@ -58,26 +50,28 @@ established::established(const socket_limits& limits, poll_set& polled)
     : limits_{limits},
       polled_{polled},
       connections_(limits.connections_max),
-      stop_visits_(limits.connections_max),
+      stop_visits_{limits.connections_max},
       refused_{limits.write_timeout},
       closing_{limits.close_timeout} {
   free_.reserve(limits.connections_max);
   ended_.reserve(limits.connections_max);
+  held_.reserve(limits.connections_max);
+  taken_.reserve(limits.connections_max);
   for (std::uint32_t index = limits.connections_max; index-- > 0;) free_.push_back(index);
 }
 
 established::~established() {
   for (connection& one : connections_)
-    if (one.socket) drop_socket(one);
+    if (is_in_use(one)) drop_socket(one);
 }
 
 std::uint32_t established::count_from(const socket_address& source) const noexcept {
   return static_cast<std::uint32_t>(
       std::count_if(connections_.begin(), connections_.end(),
-                    [&](const auto& one) { return one.socket && same_source(one.peer, source); }));
+                    [&](const auto& one) { return is_in_use(one) && same_source(one.peer, source); }));
 }
 
-connection_id established::open(descriptor socket, const socket_address& peer, purpose why) noexcept {
+established::connection& established::take_place(const socket_address& peer, purpose why) noexcept {
   const std::uint32_t index = free_.back();
   free_.pop_back();
   connection& one = connections_[index];
@@ -87,102 +81,99 @@ connection_id established::open(descriptor socket, const socket_address& peer, p
   if (why == purpose::any) {
     ++ordinary_;
   } else {
-    one.stop_visit = begin_visit(peer);
+    one.stop_visit = stop_visits_.begin(peer, now_);
   }
-  one.socket = std::move(socket);
   one.peer = peer;
   one.now = phase::open;
   one.reading = true;
-  one.refused = one.broken = false;
-  prepare_for_frames(one.socket.get(), limits_);
+  one.refused = one.broken = one.held = false;
   one.buffer_bytes = limits_.send_buffer_bytes;
   one.unsent_bytes = limits_.unsent_bytes_max;
   one.segment_bytes = segment_bytes_max(one.buffer_bytes);
+  return one;
+}
+
+connection_id established::open(descriptor socket, const socket_address& peer, purpose why) noexcept {
+  connection& one = take_place(peer, why);
+  one.bytes = stream{std::move(socket)};
+  prepare_for_frames(one.bytes.get(), limits_);
   watch(one);
   return id_of(one);
 }
 
-// ---- reserved places for the stop
+// ---- connections under TLS
 
-// On loopback, each connection is a visit of its own, unless it comes back after a pause.
-bool established::goes_on(const visit& one) const noexcept {
-  if (one.connections != 0) return !is_loopback(one.source);
-  return now_ - one.left_at < stop_place_kept_for;
+connection_id established::open(tls::place_id place, const socket_address& peer, purpose why) noexcept {
+  connection& one = take_place(peer, why);
+  if (!sessions_->ask_session(place, id_of(one))) end(one, close_cause::reset);
+  return id_of(one);
 }
 
-std::uint32_t established::begin_visit(const socket_address& source) noexcept {
-  auto found = std::find_if(stop_visits_.begin(), stop_visits_.end(), [&](const visit& one) {
-    return same_source(one.source, source) && goes_on(one);
-  });
-  if (found == stop_visits_.end()) {
-    // Takes the visit that ended longest ago. There are as many visits as connections, so one has ended.
-    found = std::min_element(stop_visits_.begin(), stop_visits_.end(), [](const visit& a, const visit& b) {
-      return std::pair{a.connections != 0, a.left_at} < std::pair{b.connections != 0, b.left_at};
-    });
-    *found = {.source = source, .since = now_};
+void established::attach(connection_id id, std::unique_ptr<tls::session> secure,
+                         transport_sink& sink) noexcept {
+  connection* const one = find(id);
+  if (one == nullptr || one->bytes) { // it was closed meanwhile
+    if (secure) sessions_->destroy(std::move(secure));
+    return;
   }
-  ++found->connections;
-  return static_cast<std::uint32_t>(found - stop_visits_.begin());
+  if (!secure) return finish(*one, close_cause::reset, sink);
+  one->bytes = stream{std::move(secure)};
+  const int fd = one->bytes.get();
+  prepare_for_frames(fd, limits_);
+  if (one->buffer_bytes != limits_.send_buffer_bytes) { // the core has asked for it already
+    net::limit_send_buffer(fd, one->buffer_bytes);
+    limit_unsent(fd, one->unsent_bytes);
+  }
+  const bool waits = std::exchange(one->refused, !one->bytes.flush()); // the answer to its upgrade
+  if (!polled_.add(fd, events_of(*one), {source::connection, id.index, id.generation}))
+    return finish(*one, close_cause::reset, sink);
+  if (one->refused) refused_.arm(*one, now_);
+  if (one->bytes.holds_input()) hold(*one);
+  if (waits && !one->refused) sink.on_writable(id);
 }
 
-// A peer that comes to stop gets a place while any is free, a reserved one too. Then another peer on the path
-// is displaced: the oldest one, unless the sink says that it has just stopped the robot.
-//
-// A crowd of peers must keep nobody out. So one source, except loopback, has only one of the reserved places.
-// When it comes again, or beyond connections_per_address_max, its own connection is displaced. A connection
-// of another source is displaced only when that source has had its place for stop_place_kept_for. The time is
-// counted for the source, so closing and coming back does not begin it anew.
-bool established::make_room_for_stop(const socket_address& peer, transport_sink& sink) noexcept {
-  const auto of_its_own = [&](const connection& one) { return same_source(one.peer, peer); };
-  const auto held_long = [&](const connection& one) {
-    return now_ - stop_visits_[one.stop_visit].since >= stop_place_kept_for;
-  };
-  report_ended(sink);
-  const bool instead = !is_loopback(peer) &&
-                       (free_.size() <= kept_for_stop(limits_.connections_max) ||
-                        count_from(peer) >= limits_.connections_per_address_max) &&
-                       std::any_of(connections_.begin(), connections_.end(), [&](const connection& one) {
-                         return one.socket && one.why == purpose::stop && of_its_own(one);
-                       });
-  if (!instead && !free_.empty()) return true;
-  return displace_oldest(sink, of_its_own) || (!instead && displace_oldest(sink, held_long));
+void established::hold(connection& one) noexcept {
+  if (!one.reading || std::exchange(one.held, true)) return;
+  held_.push_back(id_of(one).index);
 }
 
-template <class Wanted>
-bool established::displace_oldest(transport_sink& sink, Wanted&& wanted) noexcept {
-  connection* oldest = nullptr;
-  for (connection& one : connections_) {
-    if (!one.socket || one.why != purpose::stop || !wanted(one)) continue;
-    if (oldest != nullptr && one.opened_at >= oldest->opened_at) continue;
-    if (sink.may_displace(id_of(one))) oldest = &one;
-  }
-  if (oldest == nullptr) return false;
-  sink.displace(id_of(*oldest));
-  if (oldest->socket) { // unread bytes would make this a reset, which may overtake the close frame
-    (void)discard_input(oldest->socket.get());
-    end(*oldest, close_cause::asked);
-  }
-  report_ended(sink);
-  return true;
+std::span<const socket_event> established::take_held() noexcept {
+  taken_.clear();
+  for (const std::uint32_t index : held_)
+    taken_.push_back({{source::connection, index, connections_[index].generation}, EPOLLIN});
+  held_.clear();
+  return taken_;
+}
+
+std::size_t established::read_held(const socket_event& taken, std::span<std::byte> buffer,
+                                   transport_sink& sink) noexcept {
+  connection* const one = find({taken.token.index, taken.token.generation});
+  if (one == nullptr) return 0;
+  one->held = false;
+  return on_event(taken, buffer, sink);
 }
 
 established::connection* established::find(connection_id id) noexcept {
   if (id.index >= connections_.size()) return nullptr;
   connection& one = connections_[id.index];
-  const bool alive = one.now == phase::open || one.now == phase::closing;
-  return alive && one.generation == id.generation ? &one : nullptr;
+  return is_in_use(one) && one.generation == id.generation ? &one : nullptr;
 }
 
 connection_id established::id_of(const connection& one) const noexcept {
   return {static_cast<std::uint32_t>(&one - connections_.data()), one.generation};
 }
 
-void established::watch(connection& one) noexcept {
+std::uint32_t established::events_of(const connection& one) const noexcept {
   std::uint32_t events = 0;
   if (one.reading || one.now == phase::closing) events |= EPOLLIN;
   if (one.refused) events |= EPOLLOUT;
+  return events;
+}
+
+void established::watch(connection& one) noexcept {
   const connection_id id = id_of(one);
-  polled_.modify(one.socket.get(), events, {source::connection, id.index, id.generation});
+  if (one.bytes)
+    polled_.modify(one.bytes.get(), events_of(one), {source::connection, id.index, id.generation});
 }
 
 std::size_t established::on_event(const socket_event& event, std::span<std::byte> buffer,
@@ -191,33 +182,42 @@ std::size_t established::on_event(const socket_event& event, std::span<std::byte
   connection* one = find(id);
   if (!one) return 0; // ended earlier in this batch
   if (one->now == phase::closing) {
-    discard(*one, sink);
+    go_on_closing(*one, event.events, sink);
     return 0;
   }
   const bool broken = (event.events & (EPOLLERR | EPOLLHUP)) != 0;
   if (broken && !one->reading) {
     // The bytes that it left are lost: the core does not want them now, and there is no later.
-    finish(*one, cause_of(socket_error(one->socket.get())), sink);
+    finish(*one, cause_of(socket_error(one->bytes.get())), sink);
     return 0;
   }
   std::size_t bytes = 0;
-  if (broken || (one->reading && (event.events & EPOLLIN))) {
+  const bool readable = broken || (one->reading && (event.events & EPOLLIN));
+  if (readable && !one->held) { // else it comes later in this turn
     const std::size_t wanted = std::min(buffer.size(), sink.wanted_bytes(id));
-    if (wanted != 0) bytes = read(*one, buffer.first(wanted), sink); // inbound before outbound
+    if (wanted != 0) {
+      bytes = read(*one, buffer.first(wanted), sink); // inbound before outbound
+    } else if (one->bytes.holds_input()) {
+      hold(*one);
+    }
   }
   one = find(id); // the sink may have closed it
-  if (one && one->refused && (event.events & EPOLLOUT)) {
-    one->refused = false;
-    one->disarm();
-    watch(*one);
-    sink.on_writable(id);
-  }
+  if (one && one->refused && (event.events & EPOLLOUT)) let_write(*one, sink);
   return bytes;
 }
 
+void established::let_write(connection& one, transport_sink& sink) noexcept {
+  if (!one.bytes.flush()) return; // what breaks it comes as an event, too
+  one.refused = false;
+  one.disarm();
+  watch(one);
+  sink.on_writable(id_of(one));
+}
+
 std::size_t established::read(connection& one, std::span<std::byte> buffer, transport_sink& sink) noexcept {
-  const ssize_t bytes = ::recv(one.socket.get(), buffer.data(), buffer.size(), MSG_DONTWAIT);
+  const ssize_t bytes = one.bytes.receive(buffer, now_);
   if (bytes > 0) {
+    if (one.bytes.holds_input()) hold(one);
     sink.on_bytes(id_of(one), buffer.first(static_cast<std::size_t>(bytes)));
     return static_cast<std::size_t>(bytes);
   }
@@ -229,48 +229,45 @@ std::size_t established::read(connection& one, std::span<std::byte> buffer, tran
   return 0;
 }
 
-void established::discard(connection& one, transport_sink& sink) noexcept {
-  const ssize_t bytes = discard_input(one.socket.get());
+void established::go_on_closing(connection& one, std::uint32_t events, transport_sink& sink) noexcept {
+  if (one.refused && (events & EPOLLOUT) && one.bytes.flush()) {
+    one.refused = false;
+    watch(one);
+    if (!one.bytes.finish()) return finish(one, close_cause::asked, sink);
+  }
+  const ssize_t bytes = discard_input(one.bytes.get());
   if (bytes == 0 || (bytes < 0 && !would_block(errno))) finish(one, close_cause::asked, sink);
 }
 
 std::size_t established::write(connection_id id, std::span<const std::byte> bytes) noexcept {
   connection* one = find(id);
   if (!one || one->now != phase::open || one->refused) return 0;
-  std::size_t taken = 0;
-  while (taken < bytes.size()) {
-    const auto segment = bytes.subspan(taken, std::min(bytes.size() - taken, one->segment_bytes));
-    const ssize_t sent = send_now(one->socket.get(), segment);
-    if (sent < 0) {
-      // A broken connection may still have bytes of its peer; its event reads them to the end.
-      if (!has_no_room(errno)) {
-        one->broken = true;
-        one->cause = cause_of(errno);
-      }
-      return refuse(*one, taken);
-    }
-    taken += static_cast<std::size_t>(sent);
-    if (static_cast<std::size_t>(sent) < segment.size()) return refuse(*one, taken);
+  const stream::sent sent = one->bytes ? one->bytes.send(bytes, one->segment_bytes) : stream::sent{};
+  if (sent.broken != 0) { // its peer may have left bytes; its event reads them to the end
+    one->broken = true;
+    one->cause = cause_of(sent.broken);
   }
-  return taken;
+  if (sent.taken == bytes.size() && sent.broken == 0 && !one->bytes.holds_output()) return sent.taken;
+  return refuse(*one, sent.taken);
 }
 
 // Makes the send buffer large enough during this call. What is in the buffer stays there afterwards.
 std::size_t established::write_rest(connection_id id, std::span<const std::byte> rest) noexcept {
   connection* one = find(id);
-  if (!one || one->now != phase::open || one->broken) return 0;
-  const int fd = one->socket.get();
+  if (!one || one->now != phase::open || one->broken || !one->bytes) return 0;
+  const int fd = one->bytes.get();
   widen_send_buffer(fd, rest.size());
-  const ssize_t sent = send_now(fd, rest);
+  const stream::sent sent = one->bytes.send(rest, SIZE_MAX);
   limit_unsent(fd, one->unsent_bytes);
   net::limit_send_buffer(fd, one->buffer_bytes);
-  one->unacknowledged = unacknowledged_bytes(fd);       // more than before: that is no standstill
-  return sent < 0 ? 0 : static_cast<std::size_t>(sent); // what broke is seen by its event
+  one->unacknowledged = unacknowledged_bytes(fd); // more than before: that is no standstill
+  return sent.taken;                              // what broke is seen by its event
 }
 
 std::size_t established::refuse(connection& one, std::size_t taken) noexcept {
   one.refused = true;
-  one.unacknowledged = unacknowledged_bytes(one.socket.get());
+  if (!one.bytes) return taken;
+  one.unacknowledged = unacknowledged_bytes(one.bytes.get());
   watch(one);
   refused_.arm(one, now_);
   return taken;
@@ -279,15 +276,15 @@ std::size_t established::refuse(connection& one, std::size_t taken) noexcept {
 void established::close(connection_id id, close_how how) noexcept {
   connection* one = find(id);
   if (!one) return;
+  if (!one->bytes) return end(*one, close_cause::asked);
   if (how == close_how::aborted) {
-    reset_on_close(one->socket.get());
+    reset_on_close(one->bytes.get());
     return end(*one, close_cause::asked);
   }
   if (one->now == phase::closing) return;
-  if (::shutdown(one->socket.get(), SHUT_WR) != 0)
-    return end(*one, close_cause::asked); // the peer was faster
+  if (!one->bytes.finish()) return end(*one, close_cause::asked); // the peer was faster
   one->now = phase::closing;
-  one->refused = false;
+  one->refused = one->bytes.holds_output();
   watch(*one);
   closing_.arm(*one, now_);
 }
@@ -298,9 +295,10 @@ void established::limit_send_buffer(connection_id id, std::size_t bytes) noexcep
   const auto limited = static_cast<std::uint32_t>(std::min(bytes, send_buffer_max));
   one->buffer_bytes = limited != 0 ? limited : limits_.send_buffer_bytes;
   one->unsent_bytes = std::max(limited, limits_.unsent_bytes_max);
-  net::limit_send_buffer(one->socket.get(), one->buffer_bytes);
-  limit_unsent(one->socket.get(), one->unsent_bytes);
   one->segment_bytes = segment_bytes_max(one->buffer_bytes);
+  if (!one->bytes) return;
+  net::limit_send_buffer(one->bytes.get(), one->buffer_bytes);
+  limit_unsent(one->bytes.get(), one->unsent_bytes);
 }
 
 void established::read_enabled(connection_id id, bool enabled) noexcept {
@@ -308,23 +306,24 @@ void established::read_enabled(connection_id id, bool enabled) noexcept {
   if (!one || one->reading == enabled) return;
   one->reading = enabled;
   watch(*one);
+  if (one->bytes.holds_input()) hold(*one);
 }
 
 void established::expire(transport_sink& sink) noexcept {
   while (deadline_node* node = refused_.take_due(now_)) {
     auto& one = static_cast<connection&>(*node);
-    const int unacknowledged = unacknowledged_bytes(one.socket.get());
+    const int unacknowledged = unacknowledged_bytes(one.bytes.get());
     if (unacknowledged < one.unacknowledged) { // slow is not dead
       one.unacknowledged = unacknowledged;
       refused_.arm(one, now_);
       continue;
     }
-    reset_on_close(one.socket.get());
+    reset_on_close(one.bytes.get());
     finish(one, close_cause::timed_out, sink);
   }
   while (deadline_node* node = closing_.take_due(now_)) {
     auto& one = static_cast<connection&>(*node);
-    reset_on_close(one.socket.get());
+    reset_on_close(one.bytes.get());
     finish(one, close_cause::asked, sink);
   }
 }
@@ -335,8 +334,10 @@ rt::time_point established::next_deadline() const noexcept {
 
 void established::drop_socket(connection& one) noexcept {
   one.disarm();
-  polled_.remove(one.socket.get());
-  one.socket.reset();
+  if (std::exchange(one.held, false)) std::erase(held_, id_of(one).index);
+  if (!one.bytes) return;
+  polled_.remove(one.bytes.get());
+  if (auto secure = one.bytes.close()) sessions_->destroy(std::move(secure));
 }
 
 // Ends a connection outside poll(), where nothing may be reported.
@@ -360,9 +361,7 @@ void established::free_place(connection& one) noexcept {
   if (one.why == purpose::any) {
     --ordinary_;
   } else {
-    visit& ended = stop_visits_[one.stop_visit];
-    --ended.connections;
-    ended.left_at = now_;
+    stop_visits_.end(one.stop_visit, now_);
   }
   free_.push_back(id_of(one).index);
 }

@@ -8,6 +8,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -18,13 +19,22 @@
 #include "net/descriptor.hpp"
 #include "net/poll_set.hpp"
 #include "net/socket_transport.hpp"
+#include "net/stop_visits.hpp"
+#include "net/stream.hpp"
+#include "net/tls/arrival.hpp"
 #include "service/transport.hpp"
 
 namespace rowe::net {
 
+namespace tls {
+class terminator;
+}
+
 class established {
  public:
   established(const socket_limits& limits, poll_set& polled);
+  // Set-up: who gives TLS sessions and takes them back.
+  void use(tls::terminator& sessions) noexcept { sessions_ = &sessions; }
   ~established();
   established(const established&) = delete;
   established& operator=(const established&) = delete;
@@ -45,12 +55,26 @@ class established {
   // make_room_for_stop().
   service::connection_id open(descriptor socket, const socket_address& peer,
                               purpose why = purpose::any) noexcept;
+  // The same for a connection under TLS, whose session the terminator has at that place. Until it comes,
+  // nothing can be read or written, and the peer has no answer to its upgrade.
+  service::connection_id open(tls::place_id place, const socket_address& peer, purpose why) noexcept;
+  // The session, or null if it has ended.
+  void attach(service::connection_id id, std::unique_ptr<tls::session> secure,
+              service::transport_sink& sink) noexcept;
 
   // Begins a turn. Deadlines that are set until the next turn count from this time.
   void begin_turn(rt::time_point now) noexcept { now_ = now; }
   // Reports the connections that ended outside poll(): by close(), or because a write failed.
   void report_ended(service::transport_sink& sink) noexcept;
   bool has_ended() const noexcept { return !ended_.empty(); }
+
+  // Connections that have something to read of which the kernel knows nothing, as events for read_held().
+  // Each turn takes them before it handles the poll_set's events, and reads them afterwards. So each
+  // connection is read once in a turn. Valid until the next call.
+  std::span<const socket_event> take_held() noexcept;
+  std::size_t read_held(const socket_event& taken, std::span<std::byte> buffer,
+                        service::transport_sink& sink) noexcept;
+  bool holds_input() const noexcept { return !held_.empty(); }
 
   // Handles one event of the poll_set. Reads at most `buffer`, behind which transport_sink::tailroom_bytes
   // are readable. Returns how many bytes were read.
@@ -75,13 +99,14 @@ class established {
     ended,   // the socket is gone, on_close is not reported yet
   };
   struct connection : deadline_node {
-    descriptor socket;
+    stream bytes; // none: its session is on the way
     socket_address peer;
     std::uint32_t generation = 0;
     phase now = phase::free;
     purpose why = purpose::any;
     bool reading = true;
     bool refused = false;
+    bool held = false;              // it is in `held_`
     bool broken = false;            // a write failed for `cause`; there may still be something to read
     int unacknowledged = 0;         // bytes, when it was
     std::size_t segment_bytes = 0;  // of one call, at most
@@ -89,38 +114,39 @@ class established {
     std::uint32_t unsent_bytes = 0; // TCP_NOTSENT_LOWAT
     service::close_cause cause = service::close_cause::asked;
     rt::time_point opened_at{};   // purpose::stop, as is this:
-    std::uint32_t stop_visit = 0; // index
-  };
-  // A visit: a source is here to stop, in any places, with pauses shorter than stop_place_kept_for.
-  struct visit {
-    socket_address source;
-    std::uint32_t connections = 0;
-    rt::time_point since{};
-    rt::time_point left_at{};
+    std::uint32_t stop_visit = 0; // number
   };
 
+  connection& take_place(const socket_address& peer, purpose why) noexcept;
+  bool is_in_use(const connection& one) const noexcept {
+    return one.now == phase::open || one.now == phase::closing;
+  }
+  std::uint32_t events_of(const connection& one) const noexcept;
+  void hold(connection& one) noexcept;
+  void let_write(connection& one, service::transport_sink& sink) noexcept;
+  void go_on_closing(connection& one, std::uint32_t events, service::transport_sink& sink) noexcept;
   connection* find(service::connection_id id) noexcept;
   service::connection_id id_of(const connection& one) const noexcept;
   void watch(connection& one) noexcept;
   std::size_t read(connection& one, std::span<std::byte> buffer, service::transport_sink& sink) noexcept;
-  void discard(connection& one, service::transport_sink& sink) noexcept;
   std::size_t refuse(connection& one, std::size_t taken) noexcept;
   void drop_socket(connection& one) noexcept;
   void end(connection& one, service::close_cause cause) noexcept;
   void finish(connection& one, service::close_cause cause, service::transport_sink& sink) noexcept;
   void free_place(connection& one) noexcept;
-  bool goes_on(const visit& one) const noexcept;
-  std::uint32_t begin_visit(const socket_address& source) noexcept;
   template <class Wanted>
   bool displace_oldest(service::transport_sink& sink, Wanted&& wanted) noexcept;
 
   const socket_limits limits_;
   poll_set& polled_;
+  tls::terminator* sessions_ = nullptr;
   std::vector<connection> connections_;
-  std::uint32_t ordinary_ = 0;       // of those in use: not for the stop alone
-  std::vector<visit> stop_visits_;   // those that ended longest ago are forgotten
+  std::uint32_t ordinary_ = 0; // of those in use: not for the stop alone
+  stop_visits stop_visits_;
   std::vector<std::uint32_t> free_;  // indices
   std::vector<std::uint32_t> ended_; // indices, in the order of ending
+  std::vector<std::uint32_t> held_;  // indices
+  std::vector<socket_event> taken_;  // what take_held() has returned
   deadline_list refused_;
   deadline_list closing_;
   rt::time_point now_{};

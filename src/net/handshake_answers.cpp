@@ -7,6 +7,7 @@
 namespace rowe::net::answer {
 namespace {
 
+constexpr std::uint16_t bad_request = 400;
 constexpr std::uint16_t request_timeout = 408;
 constexpr std::uint16_t header_fields_too_large = 431;
 constexpr std::uint16_t internal_error = 500;
@@ -44,6 +45,11 @@ wire::http_rejection too_many_pages(std::uint32_t pages_max) noexcept {
                       "try again in a moment, or raise handshakes_max", decimal{pages_max}.text());
 }
 
+wire::http_rejection too_many_waiting(std::uint32_t waiting_max) noexcept {
+  return rejection_of(service_unavailable, "% pages wait for what they show, which is the limit",
+                      "try again in a moment, or raise handshakes_max", decimal{waiting_max}.text());
+}
+
 wire::http_rejection too_many_connections(std::uint32_t ordinary_max) noexcept {
   return rejection_of(service_unavailable, "all % connections are taken",
                       "close another one, or raise connections_max; to stop, connect to /rowe/stop",
@@ -62,8 +68,18 @@ wire::http_rejection no_place_for_stop() noexcept {
                       "try again within a second");
 }
 
-wire::http_rejection not_admitted(const service::admit_answer& why) noexcept {
-  return rejection_of(why.status, why.what, why.remedy);
+wire::http_rejection not_admitted(const service::admit_answer& why,
+                                  const wire::http_judgement& request) noexcept {
+  wire::http_rejection rejection = rejection_of(why.status, why.what, why.remedy, why.value);
+  rejection.to_head = request.head;
+  rejection.to_form = request.outcome == wire::http_outcome::form;
+  return rejection;
+}
+
+wire::http_rejection too_many_wrong_tokens() noexcept {
+  return rejection_of(service::rejection::slowed,
+                      "nobody here has this token, and this address has shown many such",
+                      "ask whoever runs this endpoint for one");
 }
 
 wire::http_rejection header_too_large(std::uint32_t bytes_max) noexcept {
@@ -78,6 +94,19 @@ wire::http_rejection header_timed_out() noexcept {
 wire::http_rejection speaks_tls() noexcept {
   return rejection_of(0, "the client speaks TLS, and this port does not",
                       "open http:// or ws:// in place of https:// or wss://");
+}
+
+wire::http_rejection speaks_no_tls() noexcept {
+  return rejection_of(bad_request, "this port speaks TLS, and the client does not",
+                      "open https:// or wss:// in place of http:// or ws://");
+}
+
+wire::http_rejection tls_failed(std::string_view reason, std::string_view remedy) noexcept {
+  return rejection_of(0, "the TLS handshake failed: %", remedy, reason);
+}
+
+wire::http_rejection tls_timed_out() noexcept {
+  return rejection_of(0, "the TLS handshake did not end in time", "check the network between the two");
 }
 
 wire::http_rejection no_descriptor() noexcept {

@@ -10,6 +10,7 @@
 
 #include "service/transport.hpp"
 #include "wire/http_answer.hpp"
+#include "wire/http_request.hpp"
 
 namespace rowe::net::answer {
 
@@ -19,17 +20,25 @@ wire::http_rejection too_many_handshakes(std::uint32_t handshakes_max) noexcept;
 // To one whose place is given to a newer one.
 wire::http_rejection evicted() noexcept;
 wire::http_rejection too_many_pages(std::uint32_t pages_max) noexcept;
+wire::http_rejection too_many_waiting(std::uint32_t waiting_max) noexcept;
 wire::http_rejection too_many_connections(std::uint32_t ordinary_max) noexcept;
 wire::http_rejection too_many_from_one_address(std::uint32_t connections_max) noexcept;
 wire::http_rejection no_place_for_stop() noexcept;
 
 // ---- the request
 
-wire::http_rejection not_admitted(const service::admit_answer& why) noexcept;
+wire::http_rejection not_admitted(const service::admit_answer& why,
+                                  const wire::http_judgement& request) noexcept;
+wire::http_rejection too_many_wrong_tokens() noexcept;
 wire::http_rejection header_too_large(std::uint32_t bytes_max) noexcept;
 wire::http_rejection header_timed_out() noexcept;
 // To one who speaks TLS. These words are for the event; their status is 0, because the answer is tls_alert.
 wire::http_rejection speaks_tls() noexcept;
+// To one who does not speak TLS on a port that does.
+wire::http_rejection speaks_no_tls() noexcept;
+// These two are for the event only: there is nothing to put words into.
+wire::http_rejection tls_failed(std::string_view reason, std::string_view remedy) noexcept;
+wire::http_rejection tls_timed_out() noexcept;
 
 // The content type of a TLS client's first record (RFC 8446, 5.1). No HTTP begins with this byte.
 inline constexpr char tls_handshake = 0x16;

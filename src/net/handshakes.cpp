@@ -10,7 +10,9 @@
 #include <utility>
 
 #include "net/handshake_answers.hpp"
+#include "net/send_answer.hpp"
 #include "net/socket_options.hpp"
+#include "wire/http_login.hpp"
 
 namespace rowe::net {
 
@@ -18,19 +20,10 @@ using service::transport_sink;
 
 namespace {
 
+constexpr std::uint16_t unauthorized = 401; // the token is not known
+
 bool is_for_stop(const wire::http_judgement& request) noexcept {
   return request.outcome == wire::http_outcome::upgrade && request.path == service::stop_path;
-}
-
-// Sends one small answer. Nothing was written to this socket before, so its buffer is empty, and larger than
-// the answer.
-void send_answer(int fd, std::string_view bytes) noexcept {
-  (void)::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT); // a peer that is gone needs none
-}
-
-void send_rejection(int fd, const wire::http_rejection& rejection) noexcept {
-  char bytes[wire::http_rejection_bytes_max];
-  send_answer(fd, wire::write_rejection(bytes, rejection));
 }
 
 } // namespace
@@ -47,6 +40,7 @@ handshakes::handshakes(const socket_limits& limits, const wire::handshake_policy
       scratch_{scratch},
       handshakes_(limits.handshakes_max),
       header_{limits.header_timeout},
+      waiting_{service::page_wait_max},
       page_{limits.page_timeout},
       closing_{limits.close_timeout} {
   ready_.reserve(limits.handshakes_max);
@@ -55,86 +49,6 @@ handshakes::handshakes(const socket_limits& limits, const wire::handshake_policy
 handshakes::~handshakes() {
   for (handshake& one : handshakes_)
     if (one.now != phase::free) leave(one);
-}
-
-// ---- places
-
-handshakes::handshake* handshakes::free_or_closing() noexcept {
-  const auto found = std::find_if(handshakes_.begin(), handshakes_.end(),
-                                  [](const handshake& one) { return one.now == phase::free; });
-  if (found != handshakes_.end()) return &*found;
-  auto* closing = static_cast<handshake*>(closing_.oldest());
-  if (closing) leave(*closing);
-  return closing;
-}
-
-// True if its request is not complete, as far as we know.
-bool handshakes::may_be_evicted(const handshake& one) const noexcept {
-  return one.now == phase::header && one.turn != turn_ && (one.events == 0 || one.looked_at);
-}
-
-// The oldest `wanted` socket whose request is not complete, as far as we know; nullptr if there is none.
-// Sockets without unread bytes come first, because unread bytes may complete a request.
-template <class Wanted>
-handshakes::handshake* handshakes::oldest_unfinished(Wanted&& wanted) noexcept {
-  const auto handshake_of = [](deadline_node& node) -> handshake& { return static_cast<handshake&>(node); };
-  auto* found = header_.oldest_of([&](deadline_node& node) {
-    const handshake& one = handshake_of(node);
-    return one.events == 0 && may_be_evicted(one) && wanted(one);
-  });
-  if (found == nullptr) {
-    found = header_.oldest_of([&](deadline_node& node) {
-      const handshake& one = handshake_of(node);
-      return may_be_evicted(one) && wanted(one);
-    });
-  }
-  return found != nullptr ? &handshake_of(*found) : nullptr;
-}
-
-// A free place; else the place of the socket that has been closing longest, because its answer is sent; else
-// the place of the oldest socket whose request is not complete. A source that has used up its limit gets only
-// the places for the stop in addition; for a third it displaces no other source.
-handshakes::handshake* handshakes::place(const socket_address& peer, bool crowded) noexcept {
-  const auto is_such = [&](const handshake& one) {
-    return one.now == phase::header && one.crowded && same_source(one.peer, peer);
-  };
-  handshake* one = nullptr;
-  if (crowded && std::count_if(handshakes_.begin(), handshakes_.end(), is_such) >=
-                     static_cast<std::ptrdiff_t>(kept_for_stop(limits_.handshakes_max))) {
-    one = oldest_unfinished(is_such);
-    if (one == nullptr) return nullptr;
-  } else {
-    one = free_or_closing();
-    if (one == nullptr) one = oldest_unfinished([](const handshake&) { return true; });
-  }
-  if (one != nullptr && one->now != phase::free) evict(*one);
-  return one;
-}
-
-bool handshakes::must_wait() const noexcept {
-  bool any_header = false;
-  for (const handshake& one : handshakes_) {
-    if (one.now == phase::free || one.now == phase::closing || may_be_evicted(one)) return false;
-    any_header = any_header || one.now == phase::header;
-  }
-  return any_header; // it will be looked at, or known to be silent, in a turn to come
-}
-
-void handshakes::evict(handshake& one) noexcept {
-  ++counters_.handshakes_evicted;
-  if (one.scanned != 0) { // who has said nothing expects nothing
-    send_rejection(one.socket.get(), answer::evicted());
-  }
-  leave(one);
-}
-
-bool handshakes::too_many_from(const socket_address& peer) const noexcept {
-  if (is_loopback(peer)) return false;
-  const auto waiting = std::count_if(handshakes_.begin(), handshakes_.end(), [&](const handshake& one) {
-    return one.now != phase::free && one.now != phase::closing && same_source(one.peer, peer);
-  });
-  return connections_.count_from(peer) + static_cast<std::uint32_t>(waiting) >=
-         limits_.connections_per_address_max;
 }
 
 void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept {
@@ -146,13 +60,15 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
     // There is no place for an orderly end, so a reset may destroy this answer.
     ++counters_.handshakes_cut;
     const auto rejection = answer::too_many_handshakes(limits_.handshakes_max);
-    send_rejection(accepted.socket.get(), rejection);
+    send_answer(accepted.socket.get(), rejection);
     ::shutdown(accepted.socket.get(), SHUT_WR);
     return report(accepted.peer, rejection, sink);
   }
   if (++one->generation == 0) one->generation = 1;
   one->socket = std::move(accepted.socket);
   one->peer = accepted.peer;
+  one->place = accepted.place;
+  one->shown = accepted.shown;
   one->watch = {};
   one->scanned = 0;
   one->events = 0;
@@ -166,15 +82,24 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
     return one->socket.reset(); // the kernel is out of memory for watches
   one->now = phase::header;
   header_.arm(*one, now_);
-  if (beyond) reject_crowded(*one, sink);
+  if (beyond) reject(*one, answer::too_many_from_one_address(limits_.connections_per_address_max), sink);
+}
+
+service::credentials handshakes::shown_by(const handshake& one, const wire::http_judgement& request,
+                                          std::span<char> address) noexcept {
+  return {.address = write_address(address, one.peer),
+          .path = request.path,
+          .token = request.token,
+          .in_url = request.token_in_url,
+          .certificate = one.shown.name()};
 }
 
 // ---- phases
 
 // Moves on to `page` or `closing`.
 void handshakes::enter(handshake& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept {
-  if (one.now == phase::page) --pages_;
-  if (next == phase::page) ++pages_;
+  if (is_page(one.now)) --pages_;
+  if (is_page(next)) ++pages_;
   unqueue(one);
   one.now = next;
   deadlines.arm(one, now_);
@@ -184,7 +109,7 @@ void handshakes::enter(handshake& one, phase next, deadline_list& deadlines, std
 
 // Frees the place. The socket is closed unless a connection has taken it.
 void handshakes::leave(handshake& one) noexcept {
-  if (one.now == phase::page) --pages_;
+  if (is_page(one.now)) --pages_;
   host_.let_go(one.watch);
   unqueue(one);
   one.disarm();
@@ -208,11 +133,13 @@ void handshakes::on_event(const socket_event& event) noexcept {
     if (one.events == 0) ready_.push_back(event.token.index);
     one.events |= event.events;
     return;
+  case phase::waiting:
+    if (event.events & (EPOLLERR | EPOLLHUP)) leave(one);
+    return;
   case phase::page:
     if (event.events & (EPOLLERR | EPOLLHUP)) return leave(one);
     if (std::exchange(page_was_driven_, true)) return; // level triggered: the next turn hears of it again
-    host_.drive(one.watch);
-    if (!one.watch.wsi) begin_close(one);
+    drive_page(one);
     return;
   case phase::closing:
     const ssize_t bytes = discard_input(one.socket.get());
@@ -221,7 +148,19 @@ void handshakes::on_event(const socket_event& event) noexcept {
   }
 }
 
+// A page may be long: the time is for each 64 KiB of it.
+void handshakes::drive_page(handshake& one) noexcept {
+  constexpr std::size_t timed_bytes = std::size_t{64} << 10;
+  host_.drive(one.watch);
+  if (!one.watch.wsi) return begin_close(one);
+  if (one.page_left < one.watch.rest.size() + timed_bytes) return;
+  one.page_left = one.watch.rest.size();
+  page_.arm(one, now_);
+}
+
+// In every other turn pages that wait come first: whoever asks again and again keeps none of them waiting.
 void handshakes::step(transport_sink& sink) noexcept {
+  if ((turn_ % 2 == 0 || ready_.empty()) && answer_waiting(sink)) return;
   if (ready_.empty()) return;
   handshake& one = handshakes_[ready_.front()];
   const std::uint32_t events = one.events;
@@ -243,7 +182,7 @@ void handshakes::read_header(handshake& one, std::uint32_t events, transport_sin
   if (peeked <= 0) return leave(one);
   const std::string_view seen{text, static_cast<std::size_t>(peeked)};
   if (seen.front() == answer::tls_handshake) return reject_tls(one, sink);
-  const std::size_t end = wire::find_header_end(seen, one.scanned);
+  const std::size_t end = wire::find_request_end(seen, one.scanned);
   if (end == 0) {
     if (seen.size() == limits_.header_bytes_max)
       return reject(one, answer::header_too_large(limits_.header_bytes_max), sink);
@@ -256,11 +195,12 @@ void handshakes::read_header(handshake& one, std::uint32_t events, transport_sin
   if (taken != static_cast<ssize_t>(end)) return leave(one); // reset in between
   const wire::http_judgement judgement = wire::judge_request(seen.substr(0, end), policy_);
   if (one.crowded && judgement.outcome != wire::http_outcome::rejected && !is_for_stop(judgement))
-    return reject_crowded(one, sink);
+    return reject(one, answer::too_many_from_one_address(limits_.connections_per_address_max), sink);
   switch (judgement.outcome) {
   case wire::http_outcome::rejected: return reject(one, judgement.rejection, sink);
   case wire::http_outcome::page: return serve(one, judgement, sink);
   case wire::http_outcome::upgrade: return upgrade(one, judgement, sink);
+  case wire::http_outcome::form: return answer_form(one, judgement, sink);
   }
 }
 
@@ -268,7 +208,7 @@ void handshakes::read_header(handshake& one, std::uint32_t events, transport_sin
 // we answer ourselves. So of what a stranger wrote it parses only a host, a key and an ETag, and all of them
 // were checked.
 void handshakes::hand_over(handshake& one, const wire::http_judgement& request,
-                           transport_sink* sink) noexcept {
+                           const service::http_answer* answer) noexcept {
   char text[wire::http_clean_bytes_max];
   descriptor duplicate{::fcntl(one.socket.get(), F_DUPFD_CLOEXEC, 0)};
   wire::http_judgement pathless = request;
@@ -276,30 +216,65 @@ void handshakes::hand_over(handshake& one, const wire::http_judgement& request,
   const std::string_view clean = wire::write_clean_request(text, pathless);
   if (!duplicate || clean.empty()) return;
   one.watch.judgement = &request;
-  one.watch.sink = sink;
+  one.watch.answer = answer;
   host_.adopt(one.watch, std::move(duplicate), clean);
   one.watch.judgement = nullptr;
-  one.watch.sink = nullptr;
+  one.watch.answer = nullptr;
+}
+
+std::uint32_t handshakes::pages_max() const noexcept {
+  return limits_.handshakes_max - kept_for_stop(limits_.handshakes_max);
 }
 
 void handshakes::serve(handshake& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
-  const std::uint32_t pages_max = limits_.handshakes_max - kept_for_stop(limits_.handshakes_max);
-  if (pages_ >= pages_max) return reject(one, answer::too_many_pages(pages_max), sink);
-  hand_over(one, request, &sink);
+  if (pages_ >= pages_max()) return reject(one, answer::too_many_pages(pages_max()), sink);
+  char address[address_text_bytes_max];
+  const service::admit_answer allowed = sink.may_read(shown_by(one, request, address));
+  if (allowed.status != 0) return refuse(one, allowed, request, sink);
+  const service::http_answer answer = sink.on_http({.path = request.path,
+                                                    .if_none_match = request.if_none_match,
+                                                    .accepts_gzip = request.accepts_gzip,
+                                                    .who = allowed.who});
+  if (answer.later) return await(one, answer.awaited, request.head, sink);
+  write_page(one, request, answer, sink);
+}
+
+void handshakes::write_page(handshake& one, const wire::http_judgement& request,
+                            const service::http_answer& answer, transport_sink& sink) noexcept {
+  do {
+    hand_over(one, request, &answer);
+  } while (one.watch.starved && one.watch.in_pieces && end_oldest_page()); // one read quickly is written
+  one.page_left = one.watch.rest.size();
   if (one.watch.wsi) return enter(one, phase::page, page_, EPOLLOUT);
   if (one.watch.answered) return begin_close(one);
   if (one.watch.duplicate < 0) return reject(one, answer::no_descriptor(), sink);
   if (one.watch.starved) return starve(one, sink);
+  if (has_gone(one.socket.get())) return leave(one);
   reject(one, answer::page_not_written(), sink);
+}
+
+// libwebsockets sees nothing of it.
+void handshakes::answer_form(handshake& one, const wire::http_judgement& form,
+                             transport_sink& sink) noexcept {
+  char typed[wire::form_bytes_max];
+  char address[address_text_bytes_max];
+  wire::http_judgement shown = form;
+  if (form.path == wire::login_path) {
+    shown.token = wire::token_of_form(typed, form.form);
+    service::credentials by = shown_by(one, shown, address);
+    by.typed_in = true;
+    const service::admit_answer known = sink.may_read(by);
+    if (known.status != 0) return refuse(one, known, shown, sink);
+  }
+  char text[wire::login_answer_bytes_max];
+  send_answer(one.socket.get(), wire::write_login_answer(text, form, shown.token, policy_));
+  begin_close(one);
 }
 
 void handshakes::upgrade(handshake& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
   char address[address_text_bytes_max];
-  const service::admit_answer admitted = sink.admit({.address = write_address(address, one.peer),
-                                                  .path = request.path,
-                                                  .token = request.token,
-                                                  .in_url = request.token_in_url});
-  if (admitted.status != 0) return reject(one, answer::not_admitted(admitted), sink);
+  const service::admit_answer admitted = sink.admit(shown_by(one, request, address));
+  if (admitted.status != 0) return refuse(one, admitted, request, sink);
   const bool for_stop = is_for_stop(request);
   if (for_stop && !connections_.make_room_for_stop(one.peer, sink))
     return reject(one, answer::no_place_for_stop(), sink);
@@ -312,8 +287,9 @@ void handshakes::upgrade(handshake& one, const wire::http_judgement& request, tr
   if (one.watch.starved) return starve(one, sink);
   if (!one.watch.established) return reject(one, answer::upgrade_not_answered(), sink);
   const socket_address peer = one.peer;
-  const service::connection_id id = connections_.open(
-      std::move(one.socket), peer, for_stop ? established::purpose::stop : established::purpose::any);
+  const auto why = for_stop ? established::purpose::stop : established::purpose::any;
+  const service::connection_id id = one.place ? connections_.open(one.place, peer, why)
+                                              : connections_.open(std::move(one.socket), peer, why);
   leave(one);
   ++counters_.opened;
   sink.on_open(id, {.ours = service::side::server,
@@ -325,8 +301,17 @@ void handshakes::upgrade(handshake& one, const wire::http_judgement& request, tr
 
 // ---- rejections
 
-void handshakes::reject_crowded(handshake& one, transport_sink& sink) noexcept {
-  reject(one, answer::too_many_from_one_address(limits_.connections_per_address_max), sink);
+// A slow answer waits without a place.
+void handshakes::refuse(handshake& one, const service::admit_answer& why, const wire::http_judgement& request,
+                        transport_sink& sink) noexcept {
+  const bool by_token = why.status == unauthorized && !request.token.empty();
+  if (!by_token || !tries_.note_wrong(one.peer, now_))
+    return reject(one, answer::not_admitted(why, request), sink);
+  ++counters_.handshakes_slowed;
+  report(one.peer, answer::too_many_wrong_tokens(), sink);
+  polled_.remove(one.socket.get());
+  tries_.answer_late(std::move(one.socket), now_);
+  leave(one);
 }
 
 bool handshakes::end_oldest_page() noexcept {
@@ -345,7 +330,7 @@ void handshakes::starve(handshake& one, transport_sink& sink) noexcept {
 
 void handshakes::reject(handshake& one, const wire::http_rejection& rejection,
                         transport_sink& sink) noexcept {
-  send_rejection(one.socket.get(), rejection);
+  send_answer(one.socket.get(), rejection);
   begin_close(one);
   report(one.peer, rejection, sink);
 }
@@ -368,6 +353,7 @@ void handshakes::report(const socket_address& peer, const wire::http_rejection& 
 // ---- deadlines
 
 void handshakes::expire(transport_sink& sink) noexcept {
+  tries_.expire(now_);
   while (deadline_node* node = header_.take_due(now_)) {
     auto& one = static_cast<handshake&>(*node);
     // Browsers open sockets in advance and send nothing on them. That is no failed handshake.
@@ -385,7 +371,7 @@ void handshakes::expire(transport_sink& sink) noexcept {
 }
 
 rt::time_point handshakes::next_deadline() const noexcept {
-  return std::min({header_.next(), page_.next(), closing_.next()});
+  return std::min({header_.next(), waiting_.next(), page_.next(), closing_.next(), tries_.next()});
 }
 
 } // namespace rowe::net

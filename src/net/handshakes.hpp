@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Accepted sockets that are not connections yet, or never will be. Each waits for its request's header; then
-// it is served a page, upgraded, or rejected with a text. Service thread; never allocates itself
-// (libwebsockets does, for a page or an upgrade).
+// it is served a page, upgraded, logged in (wire/http_login.hpp), or rejected with a text. Service thread;
+// never allocates itself (libwebsockets does, for a page or an upgrade).
 //
 // The header is peeked at in the kernel (MSG_PEEK) until it is complete. Then exactly the header is taken
 // out: the bytes behind it belong to the connection, and libwebsockets must not see them. So no socket needs
@@ -32,6 +32,7 @@
 #include "net/lws_host.hpp"
 #include "net/poll_set.hpp"
 #include "net/socket_transport.hpp"
+#include "net/token_tries.hpp"
 #include "service/transport.hpp"
 #include "wire/http_request.hpp"
 
@@ -54,20 +55,31 @@ class handshakes {
   }
   void begin(accepted_socket accepted, service::transport_sink& sink) noexcept;
   void on_event(const socket_event& event) noexcept;
-  // Looks at one of the headers that are ready. Called once a turn.
+  // Looks at one of the headers that are ready, or answers one of the pages that wait. Called once a turn.
   void step(service::transport_sink& sink) noexcept;
-  bool has_ready() const noexcept { return !ready_.empty(); }
+  bool has_ready() const noexcept { return !ready_.empty() || look_again_; }
   // True while there is no place for a newcomer, but will be.
   bool must_wait() const noexcept;
   void expire(service::transport_sink& sink) noexcept;
   rt::time_point next_deadline() const noexcept;
 
  private:
-  enum class phase : std::uint8_t { free, header, page, closing };
+  enum class phase : std::uint8_t {
+    free,
+    header,
+    waiting, // a page, for what it shows (waiting_pages.cpp)
+    page,
+    closing,
+  };
   struct handshake : deadline_node {
     descriptor socket;
     socket_address peer;
+    tls::place_id place; // under TLS
+    tls::client_certificate shown;
     lws_watch watch;
+    service::awaited_page awaited; // waiting
+    bool to_head = false;          // likewise: it was asked for by HEAD
+    std::size_t page_left = 0;     // of a page in pieces, when its time was last set
     std::uint32_t generation = 0;
     std::uint32_t scanned = 0; // bytes of the header seen without its end
     std::uint32_t events = 0;  // that wait for step(); not 0 while it is in `ready_`
@@ -77,6 +89,9 @@ class handshakes {
     bool crowded = false;   // its source has all it may have, so it may only stop
   };
 
+  static bool is_page(phase now) noexcept { return now == phase::waiting || now == phase::page; }
+  static service::credentials shown_by(const handshake& one, const wire::http_judgement& request,
+                                       std::span<char> address) noexcept;
   handshake* free_or_closing() noexcept;
   bool may_be_evicted(const handshake& one) const noexcept;
   template <class Wanted>
@@ -89,14 +104,24 @@ class handshakes {
   void begin_close(handshake& one) noexcept;
   void read_header(handshake& one, std::uint32_t events, service::transport_sink& sink) noexcept;
   void serve(handshake& one, const wire::http_judgement& request, service::transport_sink& sink) noexcept;
+  void answer_form(handshake& one, const wire::http_judgement& form, service::transport_sink& sink) noexcept;
   void upgrade(handshake& one, const wire::http_judgement& request, service::transport_sink& sink) noexcept;
-  void hand_over(handshake& one, const wire::http_judgement& request, service::transport_sink* sink) noexcept;
+  void write_page(handshake& one, const wire::http_judgement& request, const service::http_answer& answer,
+                  service::transport_sink& sink) noexcept;
+  void await(handshake& one, const service::awaited_page& page, bool head,
+             service::transport_sink& sink) noexcept;
+  std::uint32_t pages_max() const noexcept;
+  bool answer_waiting(service::transport_sink& sink) noexcept;
+  void hand_over(handshake& one, const wire::http_judgement& request,
+                 const service::http_answer* answer) noexcept;
   void starve(handshake& one, service::transport_sink& sink) noexcept;
   void reject(handshake& one, const wire::http_rejection& rejection, service::transport_sink& sink) noexcept;
   void report(const socket_address& peer, const wire::http_rejection& rejection,
               service::transport_sink& sink) noexcept;
+  void refuse(handshake& one, const service::admit_answer& why, const wire::http_judgement& request,
+              service::transport_sink& sink) noexcept;
   void reject_tls(handshake& one, service::transport_sink& sink) noexcept;
-  void reject_crowded(handshake& one, service::transport_sink& sink) noexcept;
+  void drive_page(handshake& one) noexcept;
   bool end_oldest_page() noexcept;
   bool too_many_from(const socket_address& peer) const noexcept;
 
@@ -109,10 +134,14 @@ class handshakes {
   std::span<std::byte> scratch_;
   std::vector<handshake> handshakes_;
   std::vector<std::uint32_t> ready_; // a queue of indices
-  std::uint32_t pages_ = 0;          // under way
+  token_tries tries_;
+  std::uint32_t pages_ = 0;     // under way, or waiting
+  std::uint64_t came_seen_ = 0; // transport_sink::awaited_came() when all that wait were asked about
+  bool look_again_ = false;     // there may be an answer for another page that waits
   std::uint64_t turn_ = 0;
   bool page_was_driven_ = false;
   deadline_list header_;
+  deadline_list waiting_;
   deadline_list page_;
   deadline_list closing_;
   rt::time_point now_{};

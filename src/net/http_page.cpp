@@ -3,7 +3,10 @@
 
 #include <libwebsockets.h>
 
+#include <algorithm>
+#include <charconv>
 #include <cstddef>
+#include <utility>
 
 namespace rowe::net {
 
@@ -44,6 +47,15 @@ class header_writer {
   bool good_ = false;
 };
 
+std::string_view security_policy_of(service::page_kind kind) noexcept {
+  switch (kind) {
+  case service::page_kind::form: return form_security_policy;
+  case service::page_kind::users: return users_security_policy;
+  case service::page_kind::own: break;
+  }
+  return content_security_policy;
+}
+
 std::string_view without_weakness(std::string_view tag) noexcept {
   return tag.starts_with("W/") ? tag.substr(2) : tag;
 }
@@ -68,7 +80,19 @@ bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcep
   return false;
 }
 
-bool write_page(lws* wsi, const wire::http_judgement& request, const service::http_answer& answer) noexcept {
+bool write_rest(lws* wsi, std::span<const std::byte>& rest) noexcept {
+  const std::span<const std::byte> piece = rest.first(std::min(rest.size(), page_piece_bytes));
+  rest = rest.subspan(piece.size());
+  // libwebsockets writes into the LWS_PRE bytes before a payload only for frames and HTTP/2, so it only reads
+  // this one.
+  auto* const bytes = reinterpret_cast<unsigned char*>(const_cast<std::byte*>(piece.data()));
+  if (lws_write(wsi, bytes, piece.size(), rest.empty() ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < 0)
+    return false;
+  return rest.empty() || lws_callback_on_writable(wsi) >= 0;
+}
+
+bool write_page(lws* wsi, const wire::http_judgement& request, const service::http_answer& answer,
+                std::span<const std::byte>& rest) noexcept {
   const bool unchanged = answer.status == 200 && etag_matches(request.if_none_match, answer.etag);
   header_writer headers{wsi, unchanged ? not_modified : answer.status};
   if (!unchanged) {
@@ -77,19 +101,23 @@ bool write_page(lws* wsi, const wire::http_judgement& request, const service::ht
     headers.add_length(answer.body.size());
   }
   headers.add("etag:", answer.etag);
-  headers.add("vary:", "accept-encoding");
+  if (!answer.etag.empty()) headers.add("vary:", "accept-encoding"); // what has a version may be compressed
   headers.add("cache-control:", answer.cache_control);
-  headers.add("content-security-policy:", content_security_policy);
+  char age[20];
+  if (answer.age_ms >= 0)
+    headers.add("rowe-age-ms:", {age, std::to_chars(age, age + sizeof age, answer.age_ms).ptr});
+  headers.add("content-security-policy:", security_policy_of(answer.kind));
   headers.add("x-content-type-options:", "nosniff");
-  headers.add("referrer-policy:", "no-referrer");
+  headers.add("referrer-policy:", answer.kind == service::page_kind::form ? "same-origin" : "no-referrer");
   headers.add("connection:", "close");
   if (!headers.send()) return false;
   if (unchanged || request.head || answer.body.empty()) return true;
 
-  // libwebsockets writes into the LWS_PRE bytes before a payload only for frames and HTTP/2, so it only reads
-  // this one.
-  auto* body = reinterpret_cast<unsigned char*>(const_cast<std::byte*>(answer.body.data()));
-  return lws_write(wsi, body, answer.body.size(), LWS_WRITE_HTTP_FINAL) >= 0;
+  rest = answer.body;
+  if (answer.lasts) return write_rest(wsi, rest);
+  auto* const body =
+      reinterpret_cast<unsigned char*>(const_cast<std::byte*>(rest.data())); // read only, as in write_rest()
+  return lws_write(wsi, body, std::exchange(rest, {}).size(), LWS_WRITE_HTTP_FINAL) >= 0;
 }
 
 } // namespace rowe::net

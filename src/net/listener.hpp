@@ -11,12 +11,15 @@
 #include "net/descriptor.hpp"
 #include "net/poll_set.hpp"
 #include "net/socket_transport.hpp"
+#include "net/tls/arrival.hpp"
 
 namespace rowe::net {
 
 struct accepted_socket {
   descriptor socket; // non-blocking, close-on-exec
   socket_address peer;
+  tls::place_id place{}; // under TLS: where its session is; the socket is local then, and plain
+  tls::client_certificate shown{};
 };
 
 class listener {

@@ -60,21 +60,37 @@ class sigpipe_guard {
   struct sigaction before_ {};
 };
 
-// libwebsockets keeps a copy of what the socket does not take at once: at most the whole body.
+// libwebsockets keeps a copy of what the socket does not take at once: at most the whole body, or one piece.
 bool has_room_for(const fixed_heap& heap, const service::http_answer& answer) noexcept {
-  return heap.has_room_for(answer.body.size() + handshake_bytes_needed);
+  const std::size_t at_once = answer.lasts ? page_piece_bytes : answer.body.size();
+  return heap.has_room_for(std::min(at_once, answer.body.size()) + handshake_bytes_needed);
 }
 
+constexpr int close_once_sent = -1; // one request a connection
+
 int serve_page(lws* wsi, lws_watch& watch, const fixed_heap& heap) noexcept {
-  constexpr int close_once_sent = -1; // one request a connection
-  if (!watch.judgement || !watch.sink) return close_once_sent;
-  const service::http_answer answer = watch.sink->on_http({.path = watch.judgement->path,
-                                                           .if_none_match = watch.judgement->if_none_match,
-                                                           .accepts_gzip = watch.judgement->accepts_gzip});
+  if (!watch.judgement || !watch.answer) return close_once_sent;
+  const service::http_answer& answer = *watch.answer;
+  watch.in_pieces = answer.lasts;
   watch.starved = !has_room_for(heap, answer);
   if (watch.starved) return 0; // adopt() lets go; closing would shut down the socket on which we refuse
-  watch.answered = write_page(wsi, *watch.judgement, answer);
-  return close_once_sent;
+  watch.answered = write_page(wsi, *watch.judgement, answer, watch.rest);
+  if (!watch.answered || watch.rest.empty()) return close_once_sent;
+  lws_set_timeout(wsi, NO_PENDING_TIMEOUT, 0); // the time is ours to measure
+  return 0;
+}
+
+int serve_rest(lws* wsi, lws_watch& watch) noexcept {
+  return write_rest(wsi, watch.rest) && !watch.rest.empty() ? 0 : close_once_sent;
+}
+
+// 0, or -1 if it does not fit behind `*end`, where `bytes` are left.
+int add_authorization(lws* wsi, std::string_view value, unsigned char** end, std::size_t bytes) noexcept {
+  if (value.empty()) return 0;
+  const auto* const text = reinterpret_cast<const unsigned char*>(value.data());
+  const int failed = lws_add_http_header_by_token(wsi, WSI_TOKEN_HTTP_AUTHORIZATION, text,
+                                                  static_cast<int>(value.size()), end, *end + bytes);
+  return failed != 0 ? -1 : 0;
 }
 
 int on_event(lws* wsi, lws_callback_reasons reason, lws_watch& watch, const fixed_heap& heap, void* in,
@@ -88,9 +104,12 @@ int on_event(lws* wsi, lws_callback_reasons reason, lws_watch& watch, const fixe
   case LWS_CALLBACK_RAW_ADOPT:
   case LWS_CALLBACK_RAW_RX: return -1; // what CONNECT would lead to; likewise
   case LWS_CALLBACK_HTTP: return serve_page(wsi, watch, heap);
+  case LWS_CALLBACK_HTTP_WRITEABLE: return serve_rest(wsi, watch);
   case LWS_CALLBACK_ESTABLISHED:
   case LWS_CALLBACK_CLIENT_ESTABLISHED: watch.established = true; return 0;
-  case LWS_CALLBACK_CLIENT_APPEND_HANDSHAKE_HEADER: watch.asked = true; return 0;
+  case LWS_CALLBACK_CLIENT_APPEND_HANDSHAKE_HEADER:
+    watch.asked = true;
+    return add_authorization(wsi, watch.authorization, static_cast<unsigned char**>(in), bytes);
   case LWS_CALLBACK_CLIENT_FILTER_PRE_ESTABLISH: {
     const int copied = lws_hdr_copy(wsi, watch.subprotocol.data(), static_cast<int>(watch.subprotocol.size()),
                                     WSI_TOKEN_PROTOCOL);
@@ -222,6 +241,7 @@ bool lws_host::connect(lws_watch& watch, const lws_client_target& target) noexce
   info.ssl_connection = LCCSCF_HTTP_NO_FOLLOW_REDIRECT;
   info.retry_and_idle_policy = &no_liveness;
   info.opaque_user_data = &watch;
+  watch.authorization = target.authorization;
   watch.wsi = lws_client_connect_via_info(&info);
   if (!watch.wsi) return false;
   watch.duplicate = lws_get_socket_fd(watch.wsi);

@@ -35,18 +35,21 @@ namespace rowe::net {
 
 // What we know of a socket while libwebsockets has its duplicate. It must not move until `wsi` is nullptr.
 struct lws_watch {
-  lws* wsi = nullptr;       // nullptr again once it is destroyed
-  int duplicate = -1;       // the number libwebsockets knows
-  bool established = false; // the upgrade is done
-  bool answered = false;    // server: a page was written, at least into libwebsockets' buffer
-  bool asked = false;       // client: our request is on its way
-  bool starved = false;     // server: there was no memory left for it
+  lws* wsi = nullptr;                // nullptr again once it is destroyed
+  int duplicate = -1;                // the number libwebsockets knows
+  bool established = false;          // the upgrade is done
+  bool answered = false;             // server: a page was written, at least into libwebsockets' buffer
+  bool asked = false;                // client: our request is on its way
+  bool starved = false;              // server: there was no memory left for it
+  bool in_pieces = false;            // server: the page that was asked for is written in pieces
+  std::span<const std::byte> rest{}; // server: of a page that is written in pieces, what is not written yet
 
   // Server: what to answer; valid while adopt() runs.
   const wire::http_judgement* judgement = nullptr;
-  service::transport_sink* sink = nullptr;
+  const service::http_answer* answer = nullptr; // none: an upgrade
 
-  // Client: the subprotocol the other side chose; why libwebsockets gave up.
+  // Client: what to send; the subprotocol the other side chose; why libwebsockets gave up.
+  std::string_view authorization{};
   std::array<char, 64> subprotocol{};
   std::array<char, 96> diagnostic{};
 };
@@ -57,6 +60,7 @@ struct lws_client_target {
   const char* host = nullptr; // for the Host header
   const char* path = nullptr;
   const char* subprotocols = nullptr; // a list with commas, or nullptr
+  std::string_view authorization{};   // the value of that header, or empty. Outlives the attempt
 };
 
 enum class lws_role : std::uint8_t { server, client };

@@ -17,7 +17,8 @@ policy_owner::policy_owner(const listen_options& options, const socket_address& 
   for (const std::string_view one : options.subprotocols) texts_.emplace_back(one);
   const std::size_t subprotocols = texts_.size() - origins;
   for (const std::string_view one : options.allow_hosts) texts_.emplace_back(one);
-  if (options.insecure) add_own_names();
+  policy_.secure = !options.tls.certificate.empty();
+  if (options.insecure || policy_.secure) add_own_names();
 
   views_.assign(texts_.begin(), texts_.end());
   const std::span<const std::string_view> all{views_};

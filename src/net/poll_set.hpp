@@ -25,7 +25,16 @@
 
 namespace rowe::net {
 
-enum class source : std::uint8_t { listener, waker, timer, handshake, connection, attempt };
+enum class source : std::uint8_t {
+  listener,
+  waker,
+  timer,
+  handshake,
+  connection,
+  attempt,
+  tls,  // a socket whose TLS handshake is under way, or that is a relay
+  pair, // the relay's other socket
+};
 
 struct event_token {
   source from = source::waker;

@@ -9,11 +9,11 @@
 
 #include <atomic>
 #include <cerrno>
-#include <csignal>
 #include <string>
 #include <utility>
 
 #include "net/descriptor.hpp"
+#include "net/helper_thread.hpp"
 
 namespace rowe::net {
 
@@ -66,25 +66,13 @@ result<std::unique_ptr<resolver>> resolver::open(std::string_view host, std::uin
   if (!state->waker) return error{errc::no_memory};
 
   std::unique_ptr<resolver> made{new resolver{state}};
-  pthread_attr_t attributes;
-  ::pthread_attr_init(&attributes);
-  // The thread that makes it may be real-time; the helper must not be.
-  ::pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
-  ::pthread_attr_setschedpolicy(&attributes, SCHED_OTHER);
-  sigset_t all;
-  sigset_t before;
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_SETMASK, &all, &before);
   auto helpers = std::make_unique<std::shared_ptr<shared>>(std::move(state));
-  const int failure = ::pthread_create(&made->helper_, &attributes, &resolver::help, helpers.get());
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  ::pthread_attr_destroy(&attributes);
+  const int failure = start_helper(made->helper_, "rowe-resolver", &resolver::help, helpers.get());
   if (failure != 0) {
     made->shared_.reset(); // there is no helper to end
     return error{errc::no_thread, failure};
   }
-  (void)helpers.release();                                    // the helper's
-  (void)::pthread_setname_np(made->helper_, "rowe-resolver"); // a debugging aid
+  (void)helpers.release(); // the helper's
   return made;
 }
 

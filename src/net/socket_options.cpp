@@ -6,6 +6,7 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/ioctl.h>
+#include <poll.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -93,6 +94,11 @@ int socket_error(int fd) noexcept {
   socklen_t bytes = sizeof code;
   (void)::getsockopt(fd, SOL_SOCKET, SO_ERROR, &code, &bytes); // fails for no socket of ours
   return code;
+}
+
+bool has_gone(int fd) noexcept {
+  pollfd one{.fd = fd, .events = 0, .revents = 0};
+  return ::poll(&one, 1, 0) == 1 && (one.revents & (POLLERR | POLLHUP)) != 0;
 }
 
 void reset_on_close(int fd) noexcept {

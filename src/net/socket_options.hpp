@@ -2,6 +2,7 @@
 // What a TCP socket is asked besides reading and writing. Each is one system call or two that do not wait. A
 // failure on a socket that is gone is ignored; the next read or write reports it.
 #pragma once
+#include <cerrno>
 #include <cstdint>
 
 #include <sys/types.h>
@@ -9,6 +10,11 @@
 #include "net/socket_transport.hpp"
 
 namespace rowe::net {
+
+// Whether the errno of a read or write means that it may succeed later.
+inline bool would_block(int code) noexcept { return code == EAGAIN || code == EWOULDBLOCK || code == EINTR; }
+// The same for a write, which the kernel also refuses for want of memory for its buffers.
+inline bool has_no_room(int code) noexcept { return would_block(code) || code == ENOBUFS || code == ENOMEM; }
 
 // TCP_NODELAY, which libwebsockets does not set on sockets it is handed.
 void send_at_once(int fd) noexcept;
@@ -31,6 +37,9 @@ int unacknowledged_bytes(int fd) noexcept;
 
 // The pending error (SO_ERROR). Reading it clears it.
 int socket_error(int fd) noexcept;
+
+// Whether both directions are closed: nothing that is written arrives any more.
+bool has_gone(int fd) noexcept;
 
 // close() will send a reset and drop what is unsent.
 void reset_on_close(int fd) noexcept;

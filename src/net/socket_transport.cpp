@@ -7,6 +7,7 @@
 #include <climits>
 #include <new>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,7 @@
 #include "net/policy_owner.hpp"
 #include "net/poll_set.hpp"
 #include "net/read_pace.hpp"
+#include "net/tls/terminator.hpp"
 
 namespace rowe::net {
 
@@ -29,6 +31,7 @@ namespace {
 
 // Few, because a stop waits behind what one turn does for strangers.
 constexpr int accepts_per_turn = 4;
+constexpr int news_per_turn = 4; // the same, of the terminator
 // libwebsockets' timers and deferred work. Nothing here depends on them: sockets are driven by our epoll.
 constexpr rt::duration lws_turn_period = std::chrono::milliseconds{250};
 
@@ -93,14 +96,15 @@ class epoll_transport final : public socket_transport {
   void connect() noexcept override {
     if (attempt_) attempt_->ask();
   }
-  std::uint16_t port() const noexcept override { return listener_ ? port_of(listener_->address()) : 0; }
+  std::uint16_t port() const noexcept override { return port_; }
   service::transport_memory memory() const noexcept override {
     const fixed_heap& heap = lws_->heap();
     return {.bytes_used = heap.bytes_used(),
             .bytes_peak = heap.bytes_peak(),
             .allocations = heap.allocations(),
             .refusals = heap.refusals() + counters_.handshakes_starved,
-            .evictions = counters_.handshakes_evicted};
+            .evictions = counters_.handshakes_evicted + (terminator_ ? terminator_->evictions() : 0),
+            .tls = terminator_ ? &terminator_->counters() : nullptr};
   }
   const socket_counters& counters() const noexcept override { return counters_; }
 
@@ -109,7 +113,11 @@ class epoll_transport final : public socket_transport {
   static result<std::unique_ptr<epoll_transport>> prepare(const socket_limits& limits, lws_role role,
                                                           std::span<const std::string_view> subprotocols);
 
-  void serve_alone(const socket_event& event, transport_sink& sink) noexcept;
+  status secure(const tls_options& files, std::string remote, std::optional<listener> from);
+  template <class Read>
+  void serve(Read&& read) noexcept;
+  void take_news(transport_sink& sink) noexcept;
+  void tell_pause(transport_sink& sink) noexcept;
   void serve_connections(std::span<const socket_event> events, transport_sink& sink) noexcept;
   void serve_others(std::span<const socket_event> events, transport_sink& sink) noexcept;
   void accept_some(transport_sink& sink) noexcept;
@@ -121,14 +129,17 @@ class epoll_transport final : public socket_transport {
   std::vector<std::byte> buffer_; // one for all connections: bytes are handed on before the next are read
   poll_set polled_;
   read_pace pace_;
+  bool alone_ = false; // one connection at most is readable in this turn
   descriptor waker_;
   std::unique_ptr<lws_host> lws_;
+  std::unique_ptr<tls::terminator> terminator_; // under TLS. It outlives the connections
   established connections_;
   rt::time_point now_{};
   rt::time_point lws_turn_{};
 
   // A server has these,
-  std::optional<listener> listener_;
+  std::uint16_t port_ = 0;
+  std::optional<listener> listener_; // without TLS; else the terminator has it
   bool pause_is_told_ = false;
   std::unique_ptr<policy_owner> policy_;
   std::unique_ptr<handshakes> handshakes_;
@@ -168,12 +179,17 @@ result<std::unique_ptr<socket_transport>> epoll_transport::open(const listen_opt
   auto made = prepare(options.limits, lws_role::server, options.subprotocols);
   if (!made) return made.error();
   epoll_transport& one = **made;
-  one.listener_ = std::move(*bound);
-  one.policy_ = std::make_unique<policy_owner>(options, one.listener_->address());
+  one.port_ = port_of(bound->address());
+  one.policy_ = std::make_unique<policy_owner>(options, bound->address());
   one.handshakes_ =
       std::make_unique<handshakes>(one.limits_, one.policy_->policy(), one.polled_, *one.lws_,
                                    one.connections_, one.counters_, std::span<std::byte>{one.buffer_});
-  if (!one.listener_->join(one.polled_)) return errc::no_memory;
+  if (options.tls.certificate.empty()) {
+    one.listener_ = std::move(*bound);
+    if (!one.listener_->join(one.polled_)) return errc::no_memory;
+  } else if (const status secured = one.secure(options.tls, {}, std::move(*bound)); !secured) {
+    return secured.error();
+  }
   return std::unique_ptr<socket_transport>{std::move(*made)};
 }
 
@@ -186,7 +202,22 @@ result<std::unique_ptr<socket_transport>> epoll_transport::open(const connect_op
                                       std::span<std::byte>{one.buffer_}, one.waker_.get());
   if (!attempt) return attempt.error();
   one.attempt_ = std::move(*attempt);
+  if (options.secure) {
+    if (const status secured = one.secure(options.tls, std::string{options.host}, {}); !secured)
+      return secured.error();
+    one.attempt_->use(*one.terminator_);
+  }
   return std::unique_ptr<socket_transport>{std::move(*made)};
+}
+
+status epoll_transport::secure(const tls_options& files, std::string remote, std::optional<listener> from) {
+  auto made = tls::terminator::open(
+      {.limits = limits_, .files = files, .remote = std::move(remote), .waker = waker_.get()},
+      std::move(from));
+  if (!made) return made.error();
+  terminator_ = std::move(*made);
+  connections_.use(*terminator_);
+  return {};
 }
 
 void epoll_transport::poll(rt::time_point now, transport_sink& sink) noexcept {
@@ -199,6 +230,7 @@ void epoll_transport::poll(rt::time_point now, transport_sink& sink) noexcept {
   const std::span<const socket_event> events = polled_.take();
   serve_connections(events, sink); // before strangers
   serve_others(events, sink);
+  if (terminator_) take_news(sink);
   if (handshakes_) handshakes_->step(sink);
 
   connections_.expire(sink);
@@ -218,24 +250,30 @@ rt::time_point epoll_transport::next_lws_turn() const noexcept {
 }
 
 void epoll_transport::serve_connections(std::span<const socket_event> events, transport_sink& sink) noexcept {
+  const std::span<const socket_event> held = connections_.take_held();
   const auto readable = std::count_if(events.begin(), events.end(), [](const socket_event& one) {
     return one.token.from == source::connection && (one.events & EPOLLIN);
   });
-  const std::span buffer{buffer_};
+  alone_ = static_cast<std::size_t>(readable) + held.size() <= 1;
   for (const socket_event& event : events) {
     if (event.token.from != source::connection) continue;
-    if (readable > 1) {
-      (void)connections_.on_event(event, buffer.first(limits_.read_quantum_bytes), sink); // not measured
-    } else {
-      serve_alone(event, sink);
-    }
+    serve([&](std::span<std::byte> buffer) { return connections_.on_event(event, buffer, sink); });
   }
+  for (const socket_event& event : held)
+    serve([&](std::span<std::byte> buffer) { return connections_.read_held(event, buffer, sink); });
 }
 
-void epoll_transport::serve_alone(const socket_event& event, transport_sink& sink) noexcept {
+// Lets one connection be read, and measures how long that takes where the connection is alone.
+template <class Read>
+void epoll_transport::serve(Read&& read) noexcept {
+  const std::span buffer{buffer_};
+  if (!alone_) {
+    (void)read(buffer.first(limits_.read_quantum_bytes));
+    return;
+  }
   const bool measured = pace_.measures();
   const rt::time_point begin = measured ? rt::monotonic_clock::now() : now_;
-  const std::size_t bytes = connections_.on_event(event, std::span{buffer_}.first(pace_.bytes()), sink);
+  const std::size_t bytes = read(buffer.first(pace_.bytes()));
   if (bytes != 0) pace_.note(bytes, measured ? rt::monotonic_clock::now() - begin : rt::duration{0});
 }
 
@@ -248,7 +286,9 @@ void epoll_transport::serve_others(std::span<const socket_event> events, transpo
     case source::attempt: attempt_->on_event(event, now_, sink); break;
     case source::connection: // served already
     case source::waker:      // its whole purpose was to end the wait
-    case source::timer: break;
+    case source::timer:
+    case source::tls: // the terminator's own, as is this
+    case source::pair: break;
     }
   }
   if (somebody_waits) accept_some(sink); // last: who has sent a request keeps its place
@@ -265,23 +305,67 @@ void epoll_transport::accept_some(transport_sink& sink) noexcept {
   }
   if (!listener_->paused()) return;
   ++counters_.accept_pauses;
-  if (std::exchange(pause_is_told_, true)) return; // once, until somebody is accepted again
+  if (!std::exchange(pause_is_told_, true)) tell_pause(sink); // once, until somebody is accepted again
+}
+
+void epoll_transport::tell_pause(transport_sink& sink) noexcept {
   sink.on_rejected({.http_status = 0,
                     .peer = {},
                     .what = "nobody can be accepted: this process has no file descriptor or memory left",
                     .remedy = "raise its limit of open files (ulimit -n) or lower connections_max"});
 }
 
+// Of the terminator: peers behind their handshake, and sessions.
+void epoll_transport::take_news(transport_sink& sink) noexcept {
+  for (int i = 0; i < news_per_turn; ++i) {
+    const auto news = terminator_->next();
+    if (!news) return;
+    switch (news->what) {
+    case tls::arrival::kind::newcomer:
+      if (attempt_) {
+        attempt_->on_secured(news->place, descriptor{news->socket}, sink);
+        break;
+      }
+      ++counters_.accepted;
+      handshakes_->begin({descriptor{news->socket}, news->peer, news->place, news->shown}, sink);
+      break;
+    case tls::arrival::kind::session:
+      connections_.attach(news->connection, std::unique_ptr<tls::session>{news->taken}, sink);
+      break;
+    case tls::arrival::kind::rejected: {
+      if (attempt_ && news->place) {
+        attempt_->on_not_secured(news->place, news->rejection, sink);
+        break;
+      }
+      char address[address_text_bytes_max];
+      sink.on_rejected({.http_status = news->rejection.status,
+                        .peer = write_address(address, news->peer),
+                        .what = news->rejection.what(),
+                        .remedy = news->rejection.remedy()});
+      break;
+    }
+    case tls::arrival::kind::warning:
+      sink.on_warning(news->rejection.what(), news->rejection.remedy());
+      break;
+    case tls::arrival::kind::paused:
+      ++counters_.accept_pauses;
+      tell_pause(sink);
+    }
+  }
+}
+
 rt::time_point epoll_transport::next_deadline() const noexcept {
   rt::time_point next = std::min(connections_.next_deadline(), next_lws_turn());
-  if (handshakes_) next = std::min({next, handshakes_->next_deadline(), listener_->next_deadline()});
+  if (handshakes_) next = std::min(next, handshakes_->next_deadline());
+  if (listener_) next = std::min(next, listener_->next_deadline());
   if (attempt_) next = std::min(next, attempt_->next_deadline());
   return next;
 }
 
 void epoll_transport::wait(rt::time_point now, rt::time_point until) noexcept {
-  const bool work = connections_.has_ended() || (handshakes_ && handshakes_->has_ready()) ||
-                    (attempt_ && attempt_->asked());
+  const bool work = connections_.has_ended() || connections_.holds_input() ||
+                    (handshakes_ && handshakes_->has_ready()) || (attempt_ && attempt_->asked()) ||
+                    (terminator_ && terminator_->has_news());
   if (work) return; // for poll()
   const rt::time_point end = std::min(until, next_deadline());
   if (end <= now) return;

@@ -11,7 +11,8 @@
 // Process-wide effects, all at set-up: libwebsockets' log is silenced (its level is global); SIGPIPE's
 // disposition is saved and restored around the creation of its context, so no other thread should change it
 // meanwhile. The limit of open files is left alone: libwebsockets' tables are sized by `handshakes_max`, not
-// by that limit. Needed are connections_max + 2 × handshakes_max + 10 descriptors.
+// by that limit. Needed are connections_max + 2 × handshakes_max + 10 descriptors; under TLS, two for each
+// handshake and 5 more.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -21,6 +22,7 @@
 
 #include <rowe/result.hpp>
 #include <rowe/rt/clock.hpp>
+#include <rowe/tls.hpp>
 
 #include "service/transport.hpp"
 
@@ -57,7 +59,7 @@ struct socket_limits {
   std::uint32_t unsent_bytes_max = 16384;
 
   rt::duration header_timeout = std::chrono::seconds{5};  // accepted until the request's header is whole
-  rt::duration page_timeout = std::chrono::seconds{10};   // a page written whole
+  rt::duration page_timeout = std::chrono::seconds{10};   // each 64 KiB of a page
   rt::duration connect_timeout = std::chrono::seconds{5}; // client: one attempt, resolving the name included
   rt::duration write_timeout = std::chrono::seconds{1};   // a write refused, and nothing acknowledged since
   rt::duration close_timeout = service::close_time_max;   // waiting for the peer's end of a flushed close
@@ -70,18 +72,20 @@ struct socket_limits {
 struct listen_options {
   std::string_view address = "127.0.0.1"; // numeric, IPv4 or IPv6; an IPv6 address never takes IPv4 as well
   std::uint16_t port = 0;                 // 0: any free one, see port()
-  // Allows addresses beyond loopback. There is neither encryption nor a password: everybody who reaches the
-  // port may speak.
+  // Allows addresses beyond loopback: everybody who reaches them may speak, or is asked who that is.
   bool insecure = false;
   // Origins besides our own from which pages may connect, as browsers write them: "http://lab.example:8000".
   std::span<const std::string_view> allow_origins{};
-  // Names under which we are reached besides localhost, 127.0.0.1 and [::1]. With `insecure` the host's name
-  // and the addresses it has at that moment are added. "*" allows every name, and with it DNS rebinding.
+  // Names under which we are reached besides localhost, 127.0.0.1 and [::1]. With `insecure` or TLS the
+  // host's name and the addresses it has at that moment are added. "*" allows every name, and with it DNS
+  // rebinding.
   std::span<const std::string_view> allow_hosts{};
   // The WebSocket subprotocols we speak. None offered: none chosen; offered and none known: refused.
   std::span<const std::string_view> subprotocols{};
   // For Hop's clients: see wire::handshake_policy::lenient.
   bool lenient_handshake = false;
+  // With a certificate: the port speaks TLS alone.
+  tls_options tls{};
   socket_limits limits{};
 };
 
@@ -91,6 +95,9 @@ struct connect_options {
   std::string_view path = "/"; // with its query; begins with "/"; ≤ 1024 bytes
   // Offered in this order. A server that answers without one is accepted, and the connection has none.
   std::span<const std::string_view> subprotocols{};
+  std::string_view token{}; // goes with the request (RFC 6750, 2.1); empty: none
+  bool secure = false;      // TLS; with `tls`
+  tls_options tls{};
   socket_limits limits{};
 };
 
@@ -104,6 +111,7 @@ struct socket_counters {
   std::uint64_t accept_pauses = 0;      // the process ran out of descriptors or memory
   std::uint64_t handshakes_cut = 0;     // refused on the spot because no place was left, nor to be had
   std::uint64_t handshakes_evicted = 0; // ended before their request was whole: a newer one needed the place
+  std::uint64_t handshakes_slowed = 0;  // wrong tokens that are answered late
   std::uint64_t handshakes_starved = 0; // refused because `handshake_bytes` were used up
 };
 
@@ -115,6 +123,7 @@ class socket_transport : public service::transport {
   //   address_in_use  value: the port
   //   bad_address     value: errno; EINVAL for a text that is not a numeric address
   //   bad_argument    a limit out of its range; value: what was given, limit: the bound it broke
+  //   bad_certificate a file that `tls` names is wrong; check_tls() says how
   //   no_memory       value: the bytes that could not be had, 0 where unknown
   static result<std::unique_ptr<socket_transport>> listen(const listen_options& options) noexcept;
 

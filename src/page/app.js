@@ -14,6 +14,7 @@ import { loss_table, rate_table, real_time_words, write } from "./stats.js";
 import { stop } from "./stop.js";
 import { stop_panel } from "./stop_panel.js";
 import { fixed, latch, losses, metres, states, text, thinned } from "./text.js";
+import { is_known, token } from "./token.js";
 
 const default_topic = "/odom";
 const stats_topic = "/rowe/stats";
@@ -28,6 +29,8 @@ const looks_max = 64;          // … and not more of them than this
 
 const element = (id) => document.getElementById(id);
 const still = matchMedia("(prefers-reduced-motion: reduce)");
+
+const who = new token(sessionStorage, location, history); // first: it takes its part of the address
 
 const seen = {
   topic: topic_of_hash() ?? default_topic,
@@ -46,12 +49,13 @@ const view = new path_view(element("path"), text, still.matches);
 const rates = new rate_table(element("rates"));
 const lost = [new loss_table(element("losses"), losses), new loss_table(element("thinned"), thinned)];
 const protocol = location.protocol === "https:" ? "wss:" : "ws:";
-const robot = new link(`${protocol}//${location.host}/`, { opened, received });
+const robot = new link(`${protocol}//${location.host}/`, { opened, received, refused },
+  () => who.subprotocols);
 // Where places are kept for the stop.
 const kept = new kept_link(`${protocol}//${location.host}/rowe/stop`, robot, {
   opened: () => robot.state !== "open" && brake.opened(),
   received: (message) => brake.received(message),
-});
+}, () => who.subprotocols);
 const brake = new stop(robot, `page-${Math.random().toString(36).slice(2, 6)}`, kept);
 const panel = new stop_panel(brake);
 
@@ -70,11 +74,31 @@ function subscribe(topic, id, throttle_rate) {
 }
 
 function opened() {
+  element("who").hidden = true;
   seen.looking = null;
   seen.stats_at = null;
   brake.opened();
   subscribe(stats_topic, "stats", 100);
   subscribe(seen.topic, "pose", throttle_ms);
+}
+
+// The robot may want a token, or another one. The links go on, without one.
+async function refused() {
+  const shown = who.value;
+  if (await is_known(who) !== false || robot.state === "open" || who.value !== shown) return;
+  // Without a token they are refused again: what was said of the one before still holds.
+  if (shown || element("who").hidden)
+    element("who_says").textContent = shown ? text.token_unknown : text.token_wanted;
+  who.forget();
+  element("who").hidden = false;
+}
+
+function introduce(event) {
+  event.preventDefault();
+  who.set(element("token").value);
+  element("token").value = "";
+  robot.turn(true);
+  kept.turn(true);
 }
 
 function received(message) {
@@ -257,7 +281,11 @@ for (const each of document.querySelectorAll("[data-text]")) each.textContent = 
 for (const each of document.querySelectorAll("[data-label]")) each.ariaLabel = text[each.dataset.label];
 element("follow").onclick = element("path").onclick = toggle_follow;
 element("topic").onchange = (event) => (location.hash = encodeURI(event.target.value));
-addEventListener("hashchange", () => select(topic_of_hash() ?? default_topic));
+element("who").onsubmit = introduce;
+addEventListener("hashchange", () => {
+  if (who.take_fragment()) robot.turn(true);
+  else select(topic_of_hash() ?? default_topic);
+});
 addEventListener("online", () => robot.turn(true));
 document.addEventListener("visibilitychange", () => document.hidden ? brake.hide() : robot.turn(true));
 addEventListener("pagehide", () => brake.hide());

@@ -24,8 +24,10 @@ export const since_ms = (then) => Math.max(0, performance.now() - then.monotonic
 export const retry_ms = (attempt) => Math.min(retry_ms_max, retry_ms_min * 2 ** Math.min(attempt, 16));
 
 export class link {
-  // `events`: opened() after each successful connect, received(message) for each JSON object with an op.
-  constructor(url, events) {
+  // `events`: opened() after each successful connect, received(message) for each JSON object with an op,
+  // refused() after an attempt that failed. `subprotocols()`: what the next attempt offers.
+  constructor(url, events, subprotocols = () => []) {
+    this.subprotocols = subprotocols;
     this.url = url;
     this.events = events;
     this.attempt = 0;
@@ -67,7 +69,7 @@ export class link {
   }
 
   #connect() {
-    const socket = new WebSocket(this.url);
+    const socket = new WebSocket(this.url, this.subprotocols());
     this.socket = socket;
     this.state = this.attempt === 0 ? "connecting" : "retrying";
     this.since = moment();
@@ -79,7 +81,9 @@ export class link {
     socket.onmessage = (event) => this.#receive(event.data);
     socket.onclose = (event) => {
       if (event?.code === try_later) this.attempt = Math.max(this.attempt, try_later_attempt);
+      const refused = this.state !== "open";
       this.#lost();
+      if (refused) this.events.refused?.();
     };
   }
 
@@ -110,8 +114,8 @@ export class link {
 // A connection to places that are kept for one purpose: there only while the first one, which does all, is
 // not. That is refused, or lost, or late.
 export class kept_link {
-  constructor(url, first, events) {
-    Object.assign(this, { url, first, events, link: null, missed: moment() });
+  constructor(url, first, events, subprotocols = () => []) {
+    Object.assign(this, { url, first, events, subprotocols, link: null, missed: moment() });
   }
 
   get state() { return this.link?.state ?? "disconnected"; }
@@ -130,7 +134,7 @@ export class kept_link {
     } else if (this.link) {
       this.link.turn(hurry);
     } else if (first.state === "disconnected" || since_ms(this.missed) >= late_ms) {
-      this.link = new link(this.url, this.events);
+      this.link = new link(this.url, this.events, this.subprotocols);
     }
   }
 }

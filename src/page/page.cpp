@@ -8,9 +8,12 @@
 #include <span>
 #include <string_view>
 
+#include "wire/http_login.hpp"
+
 // The file's name with _ for its dot, as CMakeLists.txt has it; where it is served; what it is.
 #define ROWE_PAGE_ASSETS(X)                                                                                  \
   X(index_html, "/", html)                                                                                   \
+  X(login_html, "/rowe/login", html)                                                                         \
   X(style_css, "/style.css", css)                                                                            \
   X(app_js, "/app.js", javascript)                                                                           \
   X(link_js, "/link.js", javascript)                                                                         \
@@ -20,6 +23,7 @@
   X(stop_js, "/stop.js", javascript)                                                                         \
   X(stop_panel_js, "/stop_panel.js", javascript)                                                             \
   X(text_js, "/text.js", javascript)                                                                         \
+  X(token_js, "/token.js", javascript)                                                                       \
   X(favicon_svg, "/favicon.svg", svg)
 
 extern "C" {
@@ -79,18 +83,28 @@ service::http_answer serve(const asset& found, bool gzip) noexcept {
   answer.content_type = found.type;
   if (gzip) answer.content_encoding = "gzip";
   answer.etag = {chosen.etag, etag_chars};
+  answer.lasts = true;
   answer.body = {chosen.begin, chosen.end};
+  if (found.path == wire::login_path) answer.kind = service::page_kind::form;
   return answer;
 }
 
 } // namespace
 
+// Below /rowe the page is found as well, where no file of a user can stand in its place.
 service::http_answer answer(const service::http_request& request) noexcept {
+  constexpr std::string_view own = "/rowe";
+  const std::string_view below = request.path.starts_with("/rowe/") ? request.path.substr(own.size()) : "";
   for (const asset& each : assets) {
-    if (each.path == request.path) return serve(each, request.accepts_gzip);
+    if (each.path == request.path || each.path == below) return serve(each, request.accepts_gzip);
   }
-  if (request.path == "/healthz") return plain(200, "ok");
-  return plain(404, "There is nothing here. The page is at /, a sign of life at /healthz.\n");
+  return plain(404, "There is nothing here. The page is at /, a sign of life at /healthz, the counts at "
+                    "/metrics and /api/v1/stats.\n");
+}
+
+service::http_answer login_alone(const service::http_request& request) noexcept {
+  constexpr std::string_view style = "/rowe/style.css"; // of the form, too
+  return request.path == wire::login_path || request.path == style ? answer(request) : service::http_answer{};
 }
 
 } // namespace rowe::page

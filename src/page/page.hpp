@@ -11,8 +11,10 @@
 
 namespace rowe::page {
 
-// The answer to a GET of `request.path`: a file of the page; /healthz, which is "ok"; or 404 with a sentence.
+// The answer to a GET of `request.path`: a file of the page, or 404 with a sentence.
 // Service thread, or any other: a pure function. Never waits, never allocates.
 service::http_answer answer(const service::http_request& request) noexcept;
+// The same without the page: one can log in all the same.
+service::http_answer login_alone(const service::http_request& request) noexcept;
 
 } // namespace rowe::page

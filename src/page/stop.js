@@ -76,7 +76,7 @@ export class stop {
   // A guard that is gone keeps the robot stopped until somebody says that it is not to be waited for.
   dismiss(guard) {
     this.#call("/rowe/stop/lease", { guard, tick: this.state?.tick ?? 0, resign: true }, ({ refused }) => {
-      this.refused = refused ? `lease_${refused}` : null;
+      this.refused = refused ? `${refused === "role" ? "dismiss" : "lease"}_${refused}` : null;
     });
   }
 

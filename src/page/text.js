@@ -97,14 +97,18 @@ export const causes = {
   service: (name) => `its loop ${name} heard nothing from the service thread`,
 };
 
+// Behind a right that is missing: the robot does not say whether it has roles.
+const own_machine = " (a robot without roles: only from its own machine)";
+
 // What the robot did not do, and why.
 export const refusals = {
   reset_number: "not reset: it was stopped once more meanwhile",
   reset_tick: "not reset: too late, or stopped again meanwhile; try again",
-  reset_role: "not reset: that takes the robot's own machine, its page there or rowe reset",
+  reset_role: "not reset: your role has no right to reset" + own_machine,
   reset_guards: "not reset: a guard is missing",
   reset_loops: "not reset: a loop has not acknowledged the stop, or does not run",
-  lease_role: "not guarding: that takes the robot's own machine",
+  lease_role: "not guarding: your role has no right to guard" + own_machine,
+  dismiss_role: "not forgotten: that takes the right to reset, which your role does not have" + own_machine,
   lease_guards: "not guarding: it has as many guards as it can have",
   lease_name: "not guarding: another guard has this name",
   lease_tick: "not guarding: the request was too late, try again",
@@ -143,6 +147,11 @@ export const text = {
   dismiss: (name) => `forget ${name}`,
   reset: "Hold 2 s to reset",
   reset_hold: "keep holding",
+
+  token_label: "Token",
+  token_wanted: "This robot wants to know who you are: open the link of its set-up, or type a token.",
+  token_unknown: "This robot does not know this token, or not any more. Type another one.",
+  token_send: "Connect",
 
   path_label: "The path driven, seen from above. The numbers beside it say where it ends.",
   topic_label: "topic shown",
@@ -185,6 +194,7 @@ export const losses = {
   outbox_full: "dropped, slow peer",
   evicted: "dropped to make room",
   no_slot: "no slot free",
+  no_chunks: "no room, long message",
   not_latched: "not kept for late ones",
   inbox_full: "dropped, slow subscriber",
   lost_with_peer: "gone with its peer",

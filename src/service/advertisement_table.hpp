@@ -17,8 +17,9 @@ namespace rowe::service {
 
 struct advertisement {
   topic_id topic{};
-  bool latched = false;                // what this peer publishes there is kept for late subscribers
-  std::uint32_t tag = wire::no_number; // the peer's number for it
+  std::int64_t lifespan_ns = wire::unlimited; // of each message
+  bool latched = false;                       // what this peer publishes there is kept for late subscribers
+  std::uint32_t tag = wire::no_number;        // the peer's number for it
 };
 
 class advertisement_table {

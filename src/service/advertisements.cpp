@@ -54,6 +54,7 @@ void advertisements::advertise(connection& c, const wire::request& asked) noexce
   }
   if (known != nullptr) {
     known->latched = known->latched || asked.latch;
+    if (asked.lifespan_ns > 0) known->lifespan_ns = asked.lifespan_ns;
     return topic_places_.let_go(topic);
   }
   if (advertisement_table_.full(peer)) {
@@ -61,12 +62,19 @@ void advertisements::advertise(connection& c, const wire::request& asked) noexce
     return refusals_.refuse_limit(c, asked.id_raw, "topics advertised by one peer",
                                   advertisement_table_.places(), "advertisements_per_connection_max");
   }
-  advertisement_table_.add(peer, {.topic = topic, .latched = asked.latch, .tag = asked.tag});
+  advertisement_table_.add(
+      peer, {.topic = topic, .lifespan_ns = asked.lifespan_ns, .latched = asked.latch, .tag = asked.tag});
 }
 
 void advertisements::unadvertise(connection& c, const wire::request& asked) noexcept {
-  if (!withdraw({c.id.index}, state_.topics.find(asked.topic)))
-    refusals_.refuse(c, asked.id_raw, "unadvertise: this peer does not advertise the topic");
+  if (withdraw({c.id.index}, state_.topics.find(asked.topic))) return;
+  state_.cycle.work_bytes +=
+      state_.rights.policy().patterns(c.who.role, access::right::advertise) * pattern_work_bytes;
+  if (state_.rights.allow(c, access::right::advertise, asked.topic))
+    return refusals_.refuse(c, asked.id_raw, "unadvertise: this peer does not advertise the topic");
+  // It was told that it may not advertise. Counted all the same, and too many may close it.
+  state_.counts.add(counter::refused_requests);
+  (void)refusals_.within_rate(c);
 }
 
 bool advertisements::withdraw(peer_index peer, topic_id topic) noexcept {

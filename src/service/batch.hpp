@@ -10,9 +10,12 @@
 #include <cstring>
 #include <span>
 
+#include <rowe/rt/clock.hpp>
+
 #include "service/message_queue.hpp"
 #include "service/service_limits.hpp"
 #include "wire/mask.hpp"
+#include "wire/request.hpp"
 
 namespace rowe::service {
 
@@ -29,7 +32,9 @@ struct batch_piece {
   std::uint32_t bytes = 0;
   wire::mask_key key{};
   origin is = origin::message;
-  bool own_head = false; // message, partial: as subscription::own_head
+  bool own_head = false; // message, partial: it is sent with a head of its own, not the slot's shared text
+  std::uint16_t fragment = 0; // message, partial: bytes of the payload in this frame of a long message
+  std::int64_t ttl_ns = wire::unlimited; // message: what is left of its time to live, if the peer is told
 };
 
 struct batch {
@@ -70,7 +75,9 @@ struct batch {
   std::size_t count = 0;
   std::size_t credit = 0;        // the peer's credit at the priority that is being gathered
   bool more = false;             // something was left out that another batch may take at once
+  bool in_fragments = false;     // it has, or waits for, a fragment of a long message
   bool out_of_credit = false;    // something was left out until the peer has read more
+  rt::time_point clock_read{};   // for times to live: when the first of them was asked for
   std::span<batch_piece> pieces; // the first `count` are used
 
  private:

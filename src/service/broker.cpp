@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/broker.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include <rowe/detail/mutation_points.hpp>
@@ -17,7 +18,7 @@ namespace rowe::service {
 
 // Whether anybody takes a message of this topic now. Counts why not.
 bool broker::is_wanted_now(const topic& on) noexcept {
-  if (on.inboxes.head) return true;
+  if (on.inboxes.head || on.asked) return true;
   if (!on.subscriptions.head) {
     state_.counts.add(counter::no_peer);
     return false;
@@ -34,59 +35,142 @@ bool broker::is_wanted_now(const topic& on) noexcept {
 void broker::keep_latched(topic& on, slot_id slot, latch_owner owner) noexcept {
   if (owner.who == latch_owner::kind::peer && on.last.owner.who == latch_owner::kind::handle) return;
   const std::span<const char> body = message_store_.slots().body(slot);
-  if (!state_.latches.store(on.last, {body.data(), body.size()}, owner, message_store_.slots().expires(slot)))
+  const rt::time_point over = message_store_.slots().lifetime(slot).ttl_over();
+  if (!state_.latches.store(on.last, {body.data(), body.size()}, owner, over))
     return state_.counts.add(counter::not_latched);
   on.last.published = message_store_.slots().published(slot);
 }
 
-void broker::relay(connection& c, const wire::request& asked) noexcept {
+void broker::publish_whole(topic_id index, const whole_source& of, latch_owner latches,
+                           const wire::body& text, const published_by& who) noexcept {
+  topic& on = state_.topics.at(index);
+  const bool keeps = latches.who != latch_owner::kind::nobody;
+  const bool wants_json = of.value.others == nullptr || on.of_types != on.subscriptions.count || keeps ||
+                          on.inboxes.head || on.asked;
+  if (!wants_json) return subscription_queues_.fan_out(index, {}, of);
+  const auto write = [&](json::writer& out) { text.write(out); };
+  const slot_id slot = outbox_.compose_message(index, of.published, of.expires, write);
+  if (slot) {
+    on.bytes = message_store_.slots().body(slot).size();
+    if (keeps) keep_latched(on, slot, latches);
+  }
+  subscription_queues_.fan_out(index, slot, of); // what is too long as JSON may fit
+  if (!slot) return;
+  const std::span<const char> body = message_store_.slots().body(slot);
+  deliver(on, body, of.expires, who);
+  if (on.asked) state_.last_values.keep(on.asked, {body.data(), body.size()}, of.published, of.expires);
+  message_store_.release(slot);
+}
+
+// ---- long values
+
+void broker::publish_long(topic_id index, rt::time_point published, rt::time_point expires,
+                          latch_owner latches, text_id value, const published_by& who) noexcept {
+  topic& on = state_.topics.at(index);
+  topic_rates::note(on, published);
+  if (expires < state_.cycle.now) return state_.counts.add(counter::expired);
+  const bool keeps = latches.who != latch_owner::kind::nobody;
+  if (!keeps && !is_wanted_now(on)) return;
+  on.bytes = state_.chunks.bytes(value);
+  if (keeps && (latches.who != latch_owner::kind::peer || on.last.owner.who != latch_owner::kind::handle)) {
+    const auto lifetime = message_lifetime::of_topic(expires, state_.cycle.now);
+    if (state_.latches.store_long(on.last, value, latches, lifetime.ttl_over())) {
+      on.last.published = published;
+    } else {
+      state_.counts.add(counter::not_latched);
+    }
+  }
+  if (on.subscriptions.head) {
+    if (const slot_id slot = long_outbox_.compose(index, published, expires, value)) {
+      subscription_queues_.fan_out(index, slot);
+      message_store_.release(slot);
+    }
+  }
+  for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
+    deliver_long_to(i, value, expires, who);
+  if (on.asked) state_.last_values.note_long(on.asked, state_.chunks.bytes(value));
+}
+
+void broker::deliver_long_to(pair_index pair, text_id value, rt::time_point over,
+                             const published_by& who) noexcept {
+  const bool always = over == state_.cycle.now; // as in deliver_to()
+  const status done = long_deliveries_.begin(pair,
+                                             {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
+                                              .expires_ns = rt::nanoseconds_of(always ? rt::never : over),
+                                              .peer = who.peer},
+                                             value);
+  if (done) return;
+  if (done.code() == errc::full) return state_.counts.add(counter::inbox_full);
+  tell_too_big(pair, done.error(), who);
+}
+
+// ---- relay
+
+void broker::relay(connection& c, const wire::request& asked, text_id body) noexcept {
   if (is_own_name(asked.topic) && c.ours == side::server)
     return refusals_.refuse(c, asked.id_raw, "publish: topics below /rowe/ are the endpoint's own");
   const topic_id index = state_.topics.find(asked.topic);
   if (!index) return state_.counts.add(counter::no_peer); // nobody has asked for it
+  const advertisement* const mine =
+      c.ours == side::server ? advertisement_table_.find({c.id.index}, index) : nullptr;
+  rt::time_point over =
+      ROWE_MUTANT(ttl_relayed) ? rt::never : rt::deadline_after(c.said_at, rt::duration{asked.ttl_ns});
+  if (mine != nullptr && mine->lifespan_ns > 0)
+    over = std::min(over, rt::deadline_after(c.said_at, rt::duration{mine->lifespan_ns}));
+  if (over <= state_.cycle.now) return state_.counts.add(counter::expired); // it is over here
   const published_by who{.peer = {c.id.index, c.id.generation}, .id_raw = asked.id_raw};
   if (state_.options.relay && c.ours == side::server) {
-    const advertisement* const mine = advertisement_table_.find({c.id.index}, index);
     const bool latches = asked.latch || (mine != nullptr && mine->latched) || ROWE_MUTANT(latch_of_others);
     const auto keeper = latches ? latch_owner{latch_owner::kind::peer, c.id.index} : latch_owner{};
+    if (body) return publish_long(index, state_.cycle.now, over, keeper, body, who);
     return publish(
-        index, state_.cycle.now, rt::never, keeper, [&](json::writer& into) { into.raw(asked.body_raw); },
-        who);
+        index, state_.cycle.now, over, keeper, [&](json::writer& into) { into.raw(asked.body_raw); }, who);
   }
   topic& on = state_.topics.at(index);
   topic_rates::note(on, state_.cycle.now);
-  on.bytes = asked.body_raw.size();
+  on.bytes = body ? state_.chunks.bytes(body) : asked.body_raw.size();
   if (!on.inboxes.head) return state_.counts.add(counter::no_peer);
-  deliver(on, asked.body_raw, who);
+  if (!body) return deliver(on, asked.body_raw, over, who);
+  for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
+    deliver_long_to(i, body, over, who);
 }
 
 void broker::deliver_latched(pair_index pair) noexcept {
-  const slot_id last = subscription_queues_.compose_latched(state_.pair_rows[pair].topic);
+  const topic_id index = state_.pair_rows[pair].topic;
+  if (const latched_value& kept = state_.topics.at(index).last;
+      kept.chunks && kept.expires > state_.cycle.now)
+    return deliver_long_to(pair, kept.chunks, kept.expires, {});
+  const slot_id last = subscription_queues_.compose_latched(index);
   if (!last) return;
-  deliver_to(pair, message_store_.slots().body(last), {});
+  deliver_to(pair, message_store_.slots().body(last), message_store_.slots().lifetime(last).ttl_over(), {});
   message_store_.release(last);
 }
 
-void broker::deliver_to(pair_index pair, std::span<const char> body, const published_by& who) noexcept {
+void broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_point over,
+                        const published_by& who) noexcept {
+  // One that is sent now or never came in time, and has no time to live behind that.
+  const bool always = over == state_.cycle.now || ROWE_MUTANT(ttl_at_handle);
   json::decoder::diagnosis why;
-  const status done = local_delivery_.deliver(
-      pair,
-      {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
-       .expires_ns = rt::nanoseconds_of(state_.options.inbound_expiry(state_.cycle.now)),
-       .peer = who.peer},
-      {body.data(), body.size()}, why);
+  const status done = local_delivery_.deliver(pair,
+                                              {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
+                                               .expires_ns = rt::nanoseconds_of(always ? rt::never : over),
+                                               .peer = who.peer},
+                                              {body.data(), body.size()}, why);
   if (done) return;
   if (done.code() == errc::full) return state_.counts.add(counter::inbox_full);
   std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
-  if (done.code() == errc::too_big) {
-    state_.counts.add(counter::too_big);
-    wire::text_out text{buffer};
-    text.add("the message has ").add(done.error().value).add(" bytes, its subscriber takes ");
-    text.add(done.error().limit).add(": raise the option `text_bytes_max`");
-    return tell_undecodable(pair, who, text.text());
-  }
+  if (done.code() == errc::too_big) return tell_too_big(pair, done.error(), who);
   state_.counts.add(counter::undecodable);
   tell_undecodable(pair, who, why.text(buffer));
+}
+
+void broker::tell_too_big(pair_index pair, const error& why, const published_by& who) noexcept {
+  state_.counts.add(counter::too_big);
+  std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
+  wire::text_out text{buffer};
+  text.add("the message has ").add(why.value).add(" bytes, its subscriber takes ").add(why.limit);
+  if (state_.pairs[pair].decoder == nullptr) text.add(": raise the option `text_bytes_max`");
+  tell_undecodable(pair, who, text.text());
 }
 
 // A handle that subscribed cannot decode a message: two programs disagree about the type. A status tells the
@@ -112,7 +196,8 @@ void broker::tell_undecodable(pair_index pair, const published_by& who, std::str
   state_.events.report(by_peer ? event::kind::refused_request : event::kind::warning,
                        c != nullptr ? c->peer() : std::string_view{},
                        json::utf8_prefix(text.text(), event_text_bytes_max),
-                       "publish what the subscriber's type says, or set its option `fill_missing`");
+                       "publish what the subscriber's type says, or set its option `fill_missing`",
+                       c != nullptr ? c->identity.view() : std::string_view{});
 }
 
 } // namespace rowe::service

@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/checked_text.hpp"
 #include "wire/object_form.hpp"
 #include "json/writer.hpp"
@@ -26,6 +28,7 @@ call_completion::call_completion(rt::arena& memory, const needs& parts) noexcept
       message_store_{parts.message_store},
       slots_{parts.message_store.slots()},
       outbox_{parts.outbox},
+      goals_{{.state = parts.state, .outbox = parts.outbox, .refusals = parts.refusals}},
       refusals_{parts.refusals},
       direct_messages_{parts.direct_messages},
       local_delivery_{parts.local_delivery},
@@ -102,12 +105,9 @@ status call_completion::refuse(const call_endpoint& callee, detail::call_ref whi
 }
 
 void call_completion::take_reply(connection& c, const wire::request& said) noexcept {
-  const auto meant = state_.calls.read_id(said.id_raw);
-  if (!meant) return add(counter::replies_foreign);
-  call* const found = state_.calls.find(*meant);
-  if (found == nullptr) return add(counter::replies_late);
-  if (!found->callee.is(c.id)) return add(counter::replies_foreign);
-  const call_index call{meant->index};
+  const call_index call = goals_.find_answered(c, said.id_raw, said.what == wire::verb::goal_result);
+  if (!call) return;
+  if (said.what == wire::verb::goal_result) state_.calls.at(call).goal_status = said.goal_status;
   if (!said.failed) return complete(call, said.body_raw.empty() ? std::string_view{"{}"} : said.body_raw);
   std::array<char, wire::no_service_bytes_max> buffer;
   const std::string_view diagnostic = diagnostic_of(said.body_raw, buffer);
@@ -123,7 +123,7 @@ result<slot_id> call_completion::finish(call_index index, const wire::body& valu
                                         rt::time_point expires) noexcept {
   const call ended = state_.calls.at(index);
   if (ended.caller.who != call_endpoint::kind::peer) {
-    const slot_id slot = outbox_.compose(rt::never, [&](json::writer& into) { value.write(into); });
+    const slot_id slot = outbox_.compose(message_lifetime{}, [&](json::writer& into) { value.write(into); });
     if (!slot) return errc::full;
     const auto given = finish_with(index, {slots_.text(slot).data(), slots_.text(slot).size()});
     message_store_.release(slot);
@@ -136,7 +136,7 @@ result<slot_id> call_completion::finish(call_index index, const wire::body& valu
     return gone_as();
   }
   const wire::codec& codec = state_.seams.protocols.of(ended.caller.speaks);
-  const wire::call_origin asked{.service = state_.calls.service(index), .id_raw = state_.calls.id_raw(index)};
+  const wire::call_origin asked = state_.calls.origin(index);
   const slot_id slot = outbox_.reply(
       {c->id.index}, [&](json::writer& into) { return codec.write_reply(into, asked, value); }, expires);
   if (!slot) return errc::full;
@@ -153,7 +153,7 @@ result<slot_id> call_completion::finish_with(call_index index, std::string_view 
                              state_.pairs[ended.caller.pair()].kind == detail::pair_kind::talk;
   if (reads_objects && !json::is_object(text)) {
     const slot_id slot =
-        outbox_.compose(rt::never, [&](json::writer& into) { wire::write_result(into, text); });
+        outbox_.compose(message_lifetime{}, [&](json::writer& into) { wire::write_result(into, text); });
     if (!slot) return errc::full;
     close(index);
     complete(ended.caller, ended.own, {}, {slots_.text(slot).data(), slots_.text(slot).size()});
@@ -176,6 +176,7 @@ void call_completion::fail_for_room(call_index index) noexcept {
 
 void call_completion::time_out(call_index index) noexcept {
   add(counter::calls_timed_out);
+  goals_.abandon(index);
   fail(index, {errc::timed_out, 0, state_.calls.at(index).timeout.count()});
 }
 
@@ -196,9 +197,22 @@ void call_completion::fail(call_index index, const error& why, std::string_view 
   add(counter::calls_refused);
   connection* const c = state_.peers.find(ended.caller.connection());
   if (c != nullptr && c->open()) {
-    refusals_.fail_call(*c, ended.caller.speaks,
-                        {.service = state_.calls.service(index), .id_raw = state_.calls.id_raw(index)},
+    refusals_.fail_call(*c, ended.caller.speaks, state_.calls.origin(index),
                         {.code = why.name(), .text = diagnostic});
+  }
+  close(index);
+}
+
+void call_completion::deny(call_index index, std::string_view diagnostic) noexcept {
+  const call& ended = state_.calls.at(index);
+  connection* const c = state_.peers.find(ended.caller.connection());
+  if (c != nullptr && c->open()) {
+    wire::request asked;
+    asked.what = wire::verb::call;
+    asked.codec = ended.caller.speaks;
+    asked.service = state_.calls.service(index);
+    asked.id_raw = state_.calls.id_raw(index);
+    refusals_.deny(*c, asked, diagnostic);
   }
   close(index);
 }
@@ -216,8 +230,9 @@ void call_completion::forget(connection_id peer) noexcept {
     const call& one = state_.calls.at(i);
     if (!one.open) continue;
     if (one.caller.is(peer)) {
+      goals_.abandon(i);
       close(i);
-    } else if (one.callee.is(peer)) {
+    } else if (one.callee.is(peer) && !(ROWE_MUTANT(goal_lost) && state_.calls.is_goal(i))) {
       if (!state_.cycle.closing) add(counter::calls_lost);
       fail(i, {gone_as()});
     }

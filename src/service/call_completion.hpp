@@ -15,6 +15,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/call_goals.hpp"
 #include "service/core_state.hpp"
 #include "service/direct_messages.hpp"
 #include "service/local_delivery.hpp"
@@ -60,6 +61,9 @@ class call_completion {
     if (unarmed_count_ != 0) arm_all_open();
   }
 
+  // What only goals of actions have.
+  call_goals& goals() noexcept { return goals_; }
+
   // ---- replies
 
   // A handle or a thread answers a call that was given to it and has not ended. `waits` is told when the
@@ -68,11 +72,16 @@ class call_completion {
   // try again.
   status answer(const call_endpoint& callee, detail::call_ref which, const local_reply& with) noexcept;
   status refuse(const call_endpoint& callee, detail::call_ref which, std::string_view why) noexcept;
-  // A peer answers.
+  // A peer answers a call or a goal.
   void take_reply(connection& c, const wire::request& said) noexcept;
   // The endpoint itself answers, and does not try again: a reply that finds no room is lost.
   void complete(call_index call, std::string_view text) noexcept {
     end_without_room(call, finish_with(call, text));
+  }
+  // The same with a text that was composed in a slot, which is released.
+  void complete(call_index call, slot_id text) noexcept {
+    complete(call, {slots_.text(text).data(), slots_.text(text).size()});
+    message_store_.release(text);
   }
 
   // ---- failures
@@ -80,6 +89,8 @@ class call_completion {
   // The call fails; the caller is told the code and the diagnostic.
   void fail(call_index call, const error& why, std::string_view diagnostic = {}) noexcept;
   void fail_for_room(call_index call) noexcept;
+  // A peer's call fails because its role has no right to what it asks for.
+  void deny(call_index call, std::string_view diagnostic) noexcept;
   void time_out(call_index call) noexcept;
   // A peer has left: its own calls need no answer, and the calls that it was to answer fail.
   void forget(connection_id peer) noexcept;
@@ -108,6 +119,7 @@ class call_completion {
   message_store& message_store_;
   slot_pool& slots_;
   outbox& outbox_;
+  call_goals goals_;
   refusals& refusals_;
   direct_messages& direct_messages_;
   local_delivery& local_delivery_;

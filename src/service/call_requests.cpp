@@ -34,9 +34,13 @@ void call_requests::send(call_index index, const connection* to, const wire::cod
   call& open = state_.calls.at(index);
   std::array<char, call_table::our_id_bytes_max> buffer;
   const std::string_view id = state_.calls.write_id(buffer, index, state_.peers.opened());
-  const auto write = [&](json::writer& into) { return in.write_call(into, asked.service, id, asked.what); };
+  const auto write = [&](json::writer& into) {
+    if (!asked.goal) return in.write_call(into, asked.service, id, asked.what);
+    return in.write_goal(into, {asked.service, asked.type, id, asked.what, open.wants_feedback});
+  };
   const bool stops = asked.of_stop == stop_verb::stop;
-  const slot_id slot = outbox_.compose(rt::never, write, stops ? slot_use::stop : slot_use::ordinary);
+  const slot_id slot =
+      outbox_.compose(message_lifetime{}, write, stops ? slot_use::stop : slot_use::ordinary);
   if (!slot) return call_completion_.fail(index, {errc::full});
   open.callee = to != nullptr ? call_endpoint::of(to->id, in.id())
                               : call_endpoint{.who = call_endpoint::kind::nobody, .speaks = in.id()};
@@ -71,7 +75,7 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
         local_delivery_.deliver(pair, header, what.text.empty() ? std::string_view{"{}"} : what.text, fault);
   } else {
     const slot_id slot =
-        outbox_.compose(rt::never, [&](json::writer& into) { wire::write_args(into, what); });
+        outbox_.compose(message_lifetime{}, [&](json::writer& into) { wire::write_args(into, what); });
     if (!slot) return call_completion_.fail(index, {errc::full});
     done = local_delivery_.deliver(pair, header, text_at(slots_, slot), fault);
     if (!done && decodes) fault_text = fault.text(buffer);
@@ -104,7 +108,7 @@ void call_requests::hand_to_receiver(call_index index, const call_request& asked
   } else {
     std::array<char, call_table::our_id_bytes_max> buffer;
     const std::string_view id = state_.calls.write_id(buffer, index, state_.peers.opened());
-    const slot_id slot = outbox_.compose(rt::never, [&](json::writer& into) {
+    const slot_id slot = outbox_.compose(message_lifetime{}, [&](json::writer& into) {
       wire::write_delivered_call(into, asked.service, what.text, id);
     });
     if (!slot) return call_completion_.fail(index, {errc::full});
@@ -126,7 +130,7 @@ void call_requests::hand_to_stop(call_index index, const call_request& asked) no
   const stop_asker asker{.who = state_.calls.at(index).caller, .call = state_.calls.ref(index)};
   if (what.is != form::value) return stop_service_.carry_out(asked.of_stop, asker, what.text);
   const slot_id slot = outbox_.compose(
-      rt::never, [&](json::writer& into) { wire::write_args(into, what); }, slot_use::stop);
+      message_lifetime{}, [&](json::writer& into) { wire::write_args(into, what); }, slot_use::stop);
   if (!slot) return stop_service_.carry_out(asked.of_stop, asker, {}); // still a stop, without its arguments
   stop_service_.carry_out(asked.of_stop, asker, text_at(slots_, slot));
   message_store_.release(slot);

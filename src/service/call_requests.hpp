@@ -24,6 +24,8 @@ struct call_request {
   std::string_view service; // empty: only the text names it
   wire::call_args what;
   stop_verb of_stop = stop_verb::none;
+  bool goal = false;       // of an action,
+  std::string_view type{}; // which has this type
 };
 
 class call_requests {

@@ -7,6 +7,7 @@
 
 #include "service/checked_text.hpp"
 #include "service/service_limits.hpp"
+#include "wire/text_out.hpp"
 
 namespace rowe::service {
 namespace {
@@ -28,10 +29,9 @@ call_router::call_router(const needs& parts) noexcept
 
 // ---- calls of peers
 
-rt::time_point call_router::time_limit(std::int64_t time_ns) const noexcept {
+rt::time_point call_router::time_limit(rt::time_point since, std::int64_t time_ns) const noexcept {
   const rt::duration asked = time_ns < 0 ? state_.options.call_timeout : rt::duration{time_ns};
-  return std::min(rt::deadline_after(state_.cycle.now, asked),
-                  rt::deadline_after(state_.cycle.now, state_.options.inbound_ttl));
+  return std::min(rt::deadline_after(since, asked), rt::deadline_after(since, state_.options.inbound_ttl));
 }
 
 // Answers even beyond the rate of refusals: the caller waits for an answer.
@@ -41,8 +41,51 @@ void call_router::refuse(connection& c, const wire::request& asked, cause by, st
   refusals_.report(c, event::kind::refused_request, why, {});
   if (by == cause::peer) (void)refusals_.within_rate(c); // may close it
   if (!c.open()) return;
-  refusals_.fail_call(c, asked.codec, {.service = asked.service, .id_raw = asked.id_raw},
-                      {.code = code, .text = why});
+  refusals_.fail_call(c, asked.codec, wire::origin_of(asked), {.code = code, .text = why});
+}
+
+// Whether the peer may not call now, or not with this id; then it was told why.
+inline bool call_router::refuses_more(connection& c, const wire::request& asked) noexcept {
+  if (!state_.calls.admits({c.id.index})) {
+    std::array<char, busy_text_bytes_max> why;
+    const limits& bounds = state_.bounds();
+    const int bytes =
+        std::snprintf(why.data(), why.size(),
+                      "too many calls are in flight (limits calls_per_connection_max %u, calls_max %u)",
+                      bounds.calls_per_connection_max, bounds.calls_max);
+    refuse(c, asked, cause::busy, "busy", {why.data(), static_cast<std::size_t>(bytes)});
+    return true;
+  }
+  if (asked.id_raw.empty() || !state_.calls.find_asked(c.id, asked.id_raw)) return false;
+  refuse(c, asked, cause::peer, "duplicate_id", "a call with this id is not answered yet");
+  return true;
+}
+
+// Only peers provide actions.
+void call_router::take_goal(connection& c, const wire::request& asked) noexcept {
+  if (refuses_more(c, asked)) return;
+  const service_index found = service_directory_.find(asked.service, offer::action);
+  const connection* const provider = found ? state_.peers.find(service_directory_.at(found).peer) : nullptr;
+  if (provider == nullptr || !provider->open() || !state_.options.relay) {
+    std::array<char, detail::diagnostic_bytes_max> buffer;
+    wire::text_out why{buffer};
+    why.add("Action ").add(asked.service.substr(0, name_bytes_shown)).add(" does not exist");
+    return refuse(c, asked, cause::peer, error{errc::no_service}.name(), why.text());
+  }
+  const rt::time_point until =
+      asked.ttl_ns < 0 ? rt::never : rt::deadline_after(c.said_at, rt::duration{asked.ttl_ns});
+  const call_index index =
+      call_completion_.open(call_endpoint::of(c.id, asked.codec), asked.id_raw, asked.service, until);
+  if (!index) return refuse(c, asked, cause::busy, "busy", "all calls_max calls are in flight");
+  call& goal = state_.calls.at(index);
+  goal.goal_status = 0;
+  goal.goal_epoch = state_.peers.opened();
+  goal.wants_feedback = asked.feedback;
+  call_requests_.send(index, provider, state_.seams.protocols.of(service_directory_.at(found).speaks),
+                      {.service = service_directory_.name(found),
+                       .what = {.is = asked.form, .text = asked.body_raw},
+                       .goal = true,
+                       .type = service_directory_.type(found)});
 }
 
 bool call_router::take_call(connection& c, const wire::request& asked) noexcept {
@@ -53,17 +96,7 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
   const stop_verb of_stop = stop_gate::find(asked.service, {});
   if (c.stop_only && !stop_gate::is_for_stop_peers(of_stop))
     return refuse(cause::peer, "refused", stop_only_diagnostic);
-  if (!state_.calls.admits({c.id.index})) {
-    std::array<char, busy_text_bytes_max> why;
-    const limits& bounds = state_.bounds();
-    const int bytes =
-        std::snprintf(why.data(), why.size(),
-                      "too many calls are in flight (limits calls_per_connection_max %u, calls_max %u)",
-                      bounds.calls_per_connection_max, bounds.calls_max);
-    return refuse(cause::busy, "busy", {why.data(), static_cast<std::size_t>(bytes)});
-  }
-  if (!asked.id_raw.empty() && state_.calls.find_asked(c.id, asked.id_raw))
-    return refuse(cause::peer, "duplicate_id", "a call with this id is not answered yet");
+  if (refuses_more(c, asked)) return true;
   if (goes_to_receiver(asked.service, of_stop)) {
     switch (receiver_.admit({c.id.index})) {
     case admission::now: break;
@@ -74,7 +107,7 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
     }
   }
   const call_index index = call_completion_.open(call_endpoint::of(c.id, asked.codec), asked.id_raw,
-                                                 asked.service, time_limit(asked.ttl_ns));
+                                                 asked.service, time_limit(c.said_at, asked.ttl_ns));
   if (!index) return refuse(cause::busy, "busy", "all calls_max calls are in flight");
   route(index, {asked.service, {.is = asked.form, .text = asked.body_raw}, of_stop}, {});
   return true;

@@ -53,7 +53,15 @@ class call_router {
   // Takes a call of a peer that is within its rate and not for the stop. False: the receiver has no room now,
   // but it takes messages; the call was not taken.
   bool take_call(connection& c, const wire::request& asked) noexcept;
-  // Takes a peer's answer to a call that was given to it.
+  // Takes a goal of a peer that is within its rate.
+  void take_goal(connection& c, const wire::request& asked) noexcept;
+  void cancel_goal(connection& c, const wire::request& asked) noexcept {
+    call_completion_.goals().cancel(c, asked);
+  }
+  void take_feedback(const connection& c, const wire::request& said) noexcept {
+    call_completion_.goals().take_feedback(c, said);
+  }
+  // Takes a peer's answer to a call or a goal that was given to it.
   void take_reply(connection& c, const wire::request& said) noexcept { call_completion_.take_reply(c, said); }
   void start(const call_start& asked) noexcept;
 
@@ -62,8 +70,9 @@ class call_router {
   enum class cause : std::uint8_t { peer, busy };
   void refuse(connection& c, const wire::request& asked, cause by, std::string_view code,
               std::string_view why) noexcept;
+  bool refuses_more(connection& c, const wire::request& asked) noexcept;
   void add(counter which) noexcept { state_.counts.add(which); }
-  rt::time_point time_limit(std::int64_t time_ns) const noexcept;
+  rt::time_point time_limit(rt::time_point since, std::int64_t time_ns) const noexcept;
   bool goes_to_receiver(std::string_view service, stop_verb of_stop) const noexcept;
   result<std::string_view> service_of(const call_start& asked, std::span<char> buffer) noexcept;
   void route(call_index call, const call_request& asked, detail::peer_ref to) noexcept;

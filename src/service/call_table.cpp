@@ -7,7 +7,10 @@
 #include <charconv>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/names.hpp"
+#include "json/digits.hpp"
 
 namespace rowe::service {
 namespace {
@@ -96,7 +99,8 @@ void call_table::close(call_index index) noexcept {
 call* call_table::find(detail::call_ref ref) noexcept {
   if (ref.index >= calls_.size()) return nullptr;
   call& found = calls_[{ref.index}];
-  return found.open && found.generation == ref.generation ? &found : nullptr;
+  const bool same = found.generation == ref.generation || ROWE_MUTANT(goal_late);
+  return found.open && same ? &found : nullptr;
 }
 
 call_index& call_table::bucket(connection_id by, std::string_view id_raw) const noexcept {
@@ -112,9 +116,8 @@ call_index call_table::find_asked(connection_id by, std::string_view id) const n
 
 std::string_view call_table::write_id(std::span<char, our_id_bytes_max> into, call_index index,
                                       std::uint32_t epoch) const noexcept {
-  constexpr char digits[] = "0123456789abcdef";
-  char* at = into.data();
-  for (std::size_t i = 0; i < nonce_digits; ++i) *at++ = digits[nonce_ >> (60 - 4 * i) & 15U];
+  static_assert(nonce_digits == json::hex_text_bytes);
+  char* at = json::write_hex(into.data(), nonce_);
   char* const end = into.data() + into.size(); // 16 digits and three numbers of at most 10, with their dots
   for (const std::uint32_t number : {epoch, index.value, calls_[index].generation}) {
     *at++ = '.';

@@ -23,6 +23,7 @@
 #include "service/shares.hpp"
 #include "service/slot_pool.hpp"
 #include "service/transport.hpp"
+#include "wire/codec.hpp"
 #include "wire/request.hpp"
 
 namespace rowe::service {
@@ -58,6 +59,10 @@ struct call {
   std::uint32_t generation = 1;
   call_index next{}; // in the free list; of a peer's call: in its bucket
   bool open = false;
+  std::int8_t goal_status = wire::call_origin::no_goal; // of an action's goal: what its provider said of it
+  std::uint32_t goal_epoch = 0;                         // with which its provider was told its id
+  bool wants_feedback = false;
+  bool cancelled = false;
   call_endpoint caller{};
   call_endpoint callee{};
   detail::call_ref own{}; // if the caller is a handle: the place in its own table
@@ -102,6 +107,13 @@ class call_table {
   std::string_view id_raw(call_index index) const noexcept { return {texts(index), calls_[index].id_bytes}; }
   std::string_view service(call_index index) const noexcept {
     return {texts(index) + call_id_bytes_max, calls_[index].service_bytes};
+  }
+
+  bool is_goal(call_index index) const noexcept {
+    return calls_[index].goal_status != wire::call_origin::no_goal;
+  }
+  wire::call_origin origin(call_index index) const noexcept {
+    return {.service = service(index), .id_raw = id_raw(index), .goal_status = calls_[index].goal_status};
   }
 
   // The id of a call of ours, without quotes.

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include <rowe/connection.hpp>
 #include <rowe/detail/mutation_points.hpp>
 #include <rowe/rt/clock.hpp>
 
@@ -28,6 +29,13 @@ inline constexpr std::string_view no_binary_diagnostic = "binary messages have n
 // The close reason of a peer that lost a list which it needs.
 inline constexpr std::string_view unread_diagnostic = "the peer does not read which topics there are";
 
+// What a peer is told for which messages were dropped. Lists of problems are kept by their words, so no
+// number is in it that changes.
+inline constexpr std::string_view losses_diagnostic =
+    "messages for this client were dropped, because it reads more slowly than they come: subscribe to less, "
+    "or "
+    "publish less often (/rowe/stats counts them, as outbox_full and evicted)";
+
 // Whether a peer is on this machine, by its address.
 constexpr bool is_loopback(std::string_view address) noexcept {
   return address.starts_with("127.") || address.starts_with("[::1]");
@@ -46,15 +54,19 @@ struct connection {
   bool stop_only = false;      // it came on stop_path: see core.cpp
   bool local = false;          // on this machine
   access::subject who{};       // its role, if there are roles
+  identity_name identity;      // as whom it came in; kept when rights change
   bool takes_messages = false; // plain messages may be sent to it
   wire::codec_id spoke_last{}; // the codec to answer in, if a message does not tell
   rate_limit messages;         // limits what it says
+  rt::time_point said_at{};    // when it was read last; all that was read then may wait, or be parked
   std::uint64_t messages_in = 0;
   std::uint64_t messages_out = 0;
 
   rt::time_point opened_at{};
   rt::time_point heard_at{};
   rt::time_point unheard_until{}; // when we last did not read it
+  rt::time_point losses_next{};   // when it may be told again that messages for it were dropped,
+  std::uint32_t losses_told = 0;  // and of how many it was told: peer_queues::dropped
   std::uint16_t closes_as = 0;    // close code; to_close
   std::string_view close_reason;  // or empty; the text outlives the peer
 
@@ -83,6 +95,8 @@ struct connection {
     return true;
   }
 
+  // For people: its identity's name; without one its address.
+  std::string_view name() const noexcept { return identity.empty() ? peer() : identity.view(); }
   std::string_view peer() const noexcept { return {address.data(), address_bytes}; }
   bool open() const noexcept { return state == phase::open; }
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <utility>
 
 #include <rowe/detail/mutation_points.hpp>
 
@@ -34,9 +35,14 @@ inline void core::notify_room() noexcept {
 // ---- the cycle
 
 rt::time_point core::cycle(rt::time_point now) noexcept {
-  state_.cycle.now = now;
+  const rt::time_point before = std::exchange(state_.cycle.now, now);
   (void)call_requests_.take_awaited(); // of the last cycle
+  if (state_.rights.renew()) { // before anything is read, so nothing is judged by rights that are gone
+    revocation_.judge_all();
+    close_marked();
+  }
   ingress_.begin_cycle();
+  came_before_ = awaited_came();
   state_.seams.transport.poll(now, *this);
   direct_messages_.take_outcomes();
   stop_service_.update();
@@ -46,14 +52,20 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   direct_messages_.place_pending();
   if (call_requests_.awaited()) publish_predictor_.asked(state_.cycle.now);
   direct_messages_.parking().begin_cycle();
-  retried_at_ = ingress_.room_changes();
+  // Who begins to wait in this cycle is retried in the next one.
+  if (waits_for_room()) retried_at_ = ingress_.room_changes();
   handle_registry_.scan();
+  if (long_deliveries_.any()) [[unlikely]] {
+    long_deliveries_.advance();
+    handle_submissions_.note_more_left();
+  }
   if (state_.peers.wants_close()) close_marked();
   thread_submissions_.take();
   notify_room();
   expire();
-  topic_rates_.mark_if_due();
+  if (topic_rates_.mark_if_due()) own_pages_.end_period(now - before, now);
   stop_state_feed_.show();
+  parameters_feed_.show();
   listings_.tell_changes();
   if (state_.peers.wants_close()) close_marked();
   sender_.flush_all();
@@ -63,7 +75,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   direct_messages_.take_outcomes();
   arm_what_stays();
   state_.counts.raise_to(counter::queued_max, outbox_.entries().in_use());
-  show_transport_memory();
+  show(state_.seams.transport.memory(), state_.counts);
   return next_cycle();
 }
 
@@ -83,25 +95,15 @@ rt::time_point core::write_answer(rt::time_point now) noexcept {
   return next_cycle();
 }
 
-inline rt::time_point core::next_cycle() const noexcept {
+inline rt::time_point core::next_cycle() noexcept {
   // More than one cycle's budget was waiting: the next cycle is needed at once.
   if (handle_submissions_.more_left() || thread_submissions_.more_left() || outbox_.scheduled() != 0 ||
-      ingress_.waits())
+      ingress_.waits() || awaited_came() != came_before_)
     return state_.cycle.now;
-  if (state_.peers.wants_close()) return state_.cycle.now; // writing evicted what a peer must not lose
-  const bool waits = thread_submissions_.waits() || handle_submissions_.waits(); // for room
-  if (waits && ingress_.room_changes() != retried_at_) return state_.cycle.now;
-  return std::min(
-      {state_.due.next_wake(), stop_service_.next_update(), stop_state_feed_.due(), listings_.due()});
-}
-
-inline void core::show_transport_memory() noexcept {
-  const transport_memory now = state_.seams.transport.memory();
-  state_.counts.set(counter::handshake_bytes_used, now.bytes_used);
-  state_.counts.set(counter::handshake_bytes_peak, now.bytes_peak);
-  state_.counts.set(counter::handshake_allocations, now.allocations);
-  state_.counts.set(counter::handshakes_starved, now.refusals);
-  state_.counts.set(counter::handshakes_evicted, now.evictions);
+  if (state_.peers.closes_in_next_cycle()) return state_.cycle.now;
+  if (waits_for_room() && ingress_.room_changes() != retried_at_) return state_.cycle.now;
+  return std::min({state_.due.next_wake(), stop_service_.next_update(), stop_state_feed_.due(),
+                   listings_.due(), parameters_feed_.due()});
 }
 
 void core::record_cycle(rt::duration took) noexcept {
@@ -116,6 +118,7 @@ void core::expire() noexcept {
     switch (what) {
     case timer::slot: message_store_.expire({index}); break;
     case timer::subscription: subscription_queues_.throttle_over({index}); break;
+    case timer::deadline: subscriptions_.check_deadline({index}); break;
     case timer::peer: liveness_.check({index}); break;
     case timer::call: call_completion_.time_out({index}); break;
     case timer::statistics: statistics_feed_.publish(); break;
@@ -129,7 +132,7 @@ void core::expire() noexcept {
 
 bool core::drained() const noexcept {
   return outbox_.drained() && direct_messages_.pending() == 0 && thread_submissions_.drained() &&
-         !sender_.partial().any() && handle_submissions_.drained();
+         !sender_.partial().any() && !long_deliveries_.any() && handle_submissions_.drained();
 }
 
 void core::close_all(rt::time_point now) noexcept {
@@ -137,6 +140,7 @@ void core::close_all(rt::time_point now) noexcept {
   state_.cycle.closing = true;
   stop_service_.stop_all();
   state_.due.disarm(timer::reconnect);
+  state_.last_values.end_waits();
   direct_messages_.close();
   handle_submissions_.retry_all(); // parked messages end as well
   thread_submissions_.retry();
@@ -154,6 +158,11 @@ void core::stop_loops(rt::time_point now) noexcept {
 
 void core::handle(peer_index from, const wire::frame_step& step) noexcept {
   connection& c = state_.peers[from];
+  if (step.in_pieces) [[unlikely]] {
+    dispatcher_.dispatch_piece(from, step);
+    if (state_.peers.wants_close()) close_marked();
+    return;
+  }
   switch (step.event) {
   case wire::frame_event::text: dispatcher_.dispatch(from, step.payload, false); break;
   case wire::frame_event::binary:
@@ -176,12 +185,13 @@ void core::handle(peer_index from, const wire::frame_step& step) noexcept {
     state_.counts.add(counter::violations);
     close(c, step.close_code, step.reason);
     break;
+  case wire::frame_event::piece:
   case wire::frame_event::need_more: break;
   }
   if (state_.peers.wants_close()) close_marked();
 }
 
-void core::handle_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
+void core::handle_again(peer_index from, std::span<std::byte> message, bool binary) noexcept {
   dispatcher_.dispatch_again(from, message, binary);
   if (state_.peers.wants_close()) close_marked();
 }
@@ -208,29 +218,32 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   c.spoke_last = c.protocol->first.id();
   c.heard_at = c.opened_at = state_.cycle.now;
   c.local = is_loopback(peer.address);
-  c.who = peer.who;
+  const bool outdated = c.ours == side::server && state_.rights.outdated(peer.who);
+  c.who = outdated ? access::subject{} : peer.who;
+  (void)c.identity.assign(state_.rights.policy().identity_name(c.who.identity)); // it fits: check_access()
   c.stop_only = peer.ours == side::server && peer.path == stop_path;
   c.address_bytes = std::min(peer.address.size(), c.address.size());
   peer.address.copy(c.address.data(), c.address_bytes);
   ingress_.open({id.index});
   state_.counts.add(counter::peers_joined);
-  state_.events.report(event::kind::peer_joined, c.peer(), "connected");
+  state_.events.report_of(c.identity, event::kind::peer_joined, c.peer(), "connected");
   outbox_.open({id.index});
   if (c.ours == side::server) c.messages = rate_limit{state_.bounds().messages_per_second_max};
   refusals_.open({id.index});
   sender_.open({id.index});
   liveness_.open({id.index});
-  state_.shared.set_connection(id.index, id.generation, c.peer());
+  state_.shared.set_connection(id.index, id.generation, c.peer(), c.identity);
   stop_service_.open({id.index});
   stop_state_feed_.open({id.index});
-  if (c.ours == side::client && !state_.cycle.closing) handle_registry_.announce_all(c);
+  const bool stays = !state_.cycle.closing && !outdated;
+  if (c.ours == side::client && stays) handle_registry_.announce_all(c);
   c.takes_messages = !c.stop_only && (c.ours == side::client || state_.options.messages_unasked ||
                                       c.protocol->can.takes_messages);
-  if (c.takes_messages && !state_.cycle.closing) direct_messages_.deliver_pending({id.index});
+  if (c.takes_messages && stays) direct_messages_.deliver_pending({id.index});
   state_.peers.add();
   state_.shared.set_peers(state_.peers.count()); // last: a thread that waits for a peer may publish at once
-  if (c.protocol->can.listing && c.ours == side::server && !c.stop_only && !state_.cycle.closing)
-    listings_.greet(c);
+  if (c.protocol->can.listing && c.ours == side::server && !c.stop_only && stays) listings_.greet(c);
+  if (outdated) close(c, wire::close_code::try_again_later, "the rights have just changed: connect again");
   if (state_.cycle.closing) close(c, wire::close_code::going_away, "the endpoint is closing");
 }
 
@@ -240,8 +253,8 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
   if (cause == close_cause::timed_out) state_.counts.add(counter::stalled_peers);
   constexpr std::string_view words[] = {"closed", "the peer closed the stream", "the connection was reset",
                                         "the peer does not read"};
-  state_.events.report(event::kind::peer_left, c->peer(),
-                       c->close_reason.empty() ? words[static_cast<std::size_t>(cause)] : c->close_reason);
+  state_.events.report_of(c->identity, event::kind::peer_left, c->peer(),
+                          c->close_reason.empty() ? words[static_cast<std::size_t>(cause)] : c->close_reason);
   forget(*c);
   direct_messages_.take_outcomes();
   state_.shared.set_connection(id.index, 0, {});
@@ -258,7 +271,7 @@ void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
   connection* const c = find(id);
   if (c == nullptr) return;
   state_.counts.add(counter::bytes_in, bytes.size());
-  c->heard_at = state_.cycle.now;
+  c->heard_at = c->said_at = state_.cycle.now;
   attempts_failed_ = 0; // a server that sends something is alive
   ingress_.receive({id.index}, bytes);
 }
@@ -278,11 +291,11 @@ void core::forget(connection& c) noexcept {
   sender_.forget({c.id.index});
   receiver_.forget({c.id.index});
   outbox_.forget({c.id.index});
-  subscriptions_.forget({c.id.index});
-  advertisements_.forget({c.id.index});
+  registrations_.forget({c.id.index});
   listings_.forget({c.id.index});
   state_.due.disarm(peer_index{c.id.index});
   ingress_.forget({c.id.index});
+  long_ingress_.forget({c.id.index});
   ++state_.cycle.places_freed;
   direct_messages_.forget({c.id.index});
   c.state = connection::phase::free;
@@ -299,12 +312,7 @@ void core::close(connection& c, std::uint16_t code, std::string_view reason) noe
 
 // See peer_table::close_later().
 void core::close_marked() noexcept {
-  state_.peers.closed_all();
-  for (connection& c : state_.peers) {
-    if (c.state != connection::phase::to_close) continue;
-    c.state = connection::phase::open;
-    close(c, c.closes_as, c.close_reason);
-  }
+  while (connection* const c = state_.peers.take_marked()) close(*c, c->closes_as, c->close_reason);
 }
 
 // Closes at once: the peer loses what it has read only partly.
@@ -320,10 +328,15 @@ void core::cut(connection& c, std::string_view reason) noexcept {
 void core::on_rejected(const rejection& reason) noexcept {
   if (state_.options.ours == side::server) {
     state_.counts.add(counter::refused_handshakes);
+    if (reason.http_status == rejection::slowed) state_.counts.add(counter::slowed_handshakes);
     return state_.events.report(event::kind::refused_handshake, reason.peer, reason.what, reason.remedy);
   }
   state_.events.report(event::kind::cannot_connect, reason.peer, reason.what, reason.remedy);
   reconnect_later();
+}
+
+void core::on_warning(std::string_view what, std::string_view remedy) noexcept {
+  state_.events.report(event::kind::warning, {}, what, remedy);
 }
 
 // Exponential back-off. Each wait is shortened by up to a quarter at random, so that the clients of a
@@ -357,9 +370,5 @@ void core::displace(connection_id id) noexcept {
   state_.counts.add(counter::stop_peers_displaced);
   close(*c, wire::close_code::try_again_later, "the next one needs this place for the stop");
 }
-
-// ---- pages
-
-http_answer core::on_http(const http_request& request) noexcept { return state_.seams.page(request); }
 
 } // namespace rowe::service

@@ -87,7 +87,7 @@ class core final : public transport_sink, private frame_handler, private core_pa
   void on_writable(connection_id id) noexcept override;
   void on_close(connection_id id, close_cause cause) noexcept override;
   void on_rejected(const rejection& reason) noexcept override;
-  http_answer on_http(const http_request& request) noexcept override;
+  http_answer on_http(const http_request& request) noexcept override { return own_pages_.answer(request); }
   bool may_displace(connection_id id) const noexcept override;
   void displace(connection_id id) noexcept override;
 
@@ -95,24 +95,29 @@ class core final : public transport_sink, private frame_handler, private core_pa
   bool check() const noexcept { return inconsistency().empty(); }
   using core_parts::inconsistency; // which structure is not consistent; empty: all are
   std::uint32_t slots_in_use() const noexcept { return message_store_.slots().in_use(); }
+  std::uint32_t chunks_in_use() const noexcept { return state_.chunks.chunks() - state_.chunks.free(); }
 
  private:
-  admit_answer admit(const credentials& shown) const noexcept override; // transport_sink
+  // transport_sink
+  admit_answer admit(const credentials& shown) const noexcept override;
+  admit_answer may_read(const credentials& shown) noexcept override { return own_pages_.may_read(shown); }
+  std::uint64_t awaited_came() const noexcept override { return state_.last_values.came(); }
+  void on_warning(std::string_view what, std::string_view remedy) noexcept override;
 
   // frame_handler
   void handle(peer_index from, const wire::frame_step& step) noexcept override;
-  void handle_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept override;
+  void handle_again(peer_index from, std::span<std::byte> message, bool binary) noexcept override;
   bool stop_in_use() const noexcept override { return stop_rules_.in_use(); }
   bool is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept override {
     return dispatcher_.is_stop(from, message, binary);
   }
 
   // the cycle
-  rt::time_point next_cycle() const noexcept;
+  rt::time_point next_cycle() noexcept;
   void expire() noexcept;
   void arm_what_stays() noexcept;
   void notify_room() noexcept;
-  void show_transport_memory() noexcept;
+  bool waits_for_room() const noexcept { return thread_submissions_.waits() || handle_submissions_.waits(); }
 
   // connections
   connection* find(connection_id id) const noexcept { return state_.peers.find(id); }
@@ -123,7 +128,8 @@ class core final : public transport_sink, private frame_handler, private core_pa
   void forget(connection& c) noexcept;
   void reconnect_later() noexcept;
 
-  std::uint64_t retried_at_ = 0; // ingress::room_changes() when what is parked was tried last
+  std::uint64_t retried_at_ = 0;  // ingress::room_changes() when what is parked was tried last
+  std::uint64_t came_before_ = 0; // awaited_came() when the transport was polled last
   std::uint32_t attempts_failed_ = 0;
 };
 

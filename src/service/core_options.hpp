@@ -10,6 +10,7 @@
 #include <rowe/options.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/policy_handover.hpp"
 #include "service/transport.hpp"
 #include "wire/protocols.hpp"
 #include "json/reader.hpp"
@@ -45,6 +46,7 @@ struct core_options {
   rt::duration retry_min;
   rt::duration retry_max;
   stop_options stop;
+  std::int64_t wall_offset_ns = 0; // from the endpoint's clock to the time since 1970
 
   // When a peer's message expires: after its own time to live, unless that is negative, or after ours,
   // whichever is earlier.
@@ -77,9 +79,12 @@ struct core_seams {
   class transport& transport;
   entropy& random;
   json::reader& validator;
-  http_answer (*page)(const http_request&) noexcept; // what is served over HTTP
+  const page_source* pages; // nullptr: none
   const wire::protocol_set& protocols;
-  const access::policy* access = nullptr; // null: nobody has to prove who it is
+  policy_handover<>& access; // who may do what
+  // The time now, which is later than the cycle's. None: time stands still during a cycle.
+  rt::time_point (*clock)() noexcept = nullptr;
+  std::span<std::byte> chunk_pool = {}; // for long messages (chunk_store.hpp); empty: there are none
 };
 
 } // namespace rowe::service

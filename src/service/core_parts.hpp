@@ -21,16 +21,29 @@
 #include "service/direct_messages.hpp"
 #include "service/dispatcher.hpp"
 #include "service/endpoint_services.hpp"
+#include "service/graph_services.hpp"
 #include "service/handle_registry.hpp"
 #include "service/handle_submissions.hpp"
 #include "service/ingress.hpp"
 #include "service/listings.hpp"
 #include "service/liveness.hpp"
 #include "service/local_delivery.hpp"
+#include "service/long_deliveries.hpp"
+#include "service/long_ingress.hpp"
+#include "service/long_outbox.hpp"
+#include "service/long_publications.hpp"
+#include "service/metrics_report.hpp"
 #include "service/outbox.hpp"
+#include "service/own_pages.hpp"
+#include "service/parameter_requests.hpp"
+#include "service/parameter_services.hpp"
+#include "service/parameters.hpp"
+#include "service/parameters_feed.hpp"
 #include "service/publish_predictor.hpp"
 #include "service/receiver.hpp"
 #include "service/refusals.hpp"
+#include "service/registrations.hpp"
+#include "service/revocation.hpp"
 #include "service/sender.hpp"
 #include "service/service_directory.hpp"
 #include "service/service_providers.hpp"
@@ -43,8 +56,11 @@
 #include "service/subscriptions.hpp"
 #include "service/thread_submissions.hpp"
 #include "service/topic_handles.hpp"
+#include "service/topic_pages.hpp"
 #include "service/topic_places.hpp"
 #include "service/topic_rates.hpp"
+#include "service/type_services.hpp"
+#include "service/value_publisher.hpp"
 
 namespace rowe::service {
 
@@ -52,8 +68,7 @@ class core_parts {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
 
-  // `with_threads` is shared with other threads. Everything else belongs to the service thread. `memory` must
-  // have footprint_bytes() left; time begins at `start`.
+  // `with_threads` is shared with other threads. `memory` has footprint_bytes() left; time begins at `start`.
   core_parts(rt::arena& memory, const core_options& options, const shared_parts& with_threads,
              const core_seams& seams, frame_handler& handler, rt::time_point start) noexcept;
 
@@ -67,13 +82,18 @@ class core_parts {
   topic_rates topic_rates_;
   message_store message_store_;
   outbox outbox_;
+  long_outbox long_outbox_;
   subscription_queues subscription_queues_;
   sender sender_;
   refusals refusals_;
   access_control access_control_;
+  parameters parameters_;
+  parameter_requests parameter_requests_;
   local_delivery local_delivery_;
+  long_deliveries long_deliveries_;
   receiver receiver_;
   ingress ingress_;
+  long_ingress long_ingress_;
   direct_messages direct_messages_;
   liveness liveness_;
   call_completion call_completion_;
@@ -91,12 +111,23 @@ class core_parts {
   stop_rules stop_rules_;
   stop_service stop_service_;
   statistics_report statistics_report_;
+  metrics_report metrics_report_;
+  topic_pages topic_pages_;
+  own_pages own_pages_;
   statistics_feed statistics_feed_;
+  parameters_feed parameters_feed_;
+  parameter_services parameter_services_;
+  graph_services graph_services_;
+  type_services type_services_;
   endpoint_services endpoint_services_;
   call_requests call_requests_;
   call_router call_router_;
   listings listings_;
+  registrations registrations_;
+  revocation revocation_;
   stop_state_feed stop_state_feed_;
+  value_publisher value_publisher_;
+  long_publications long_publications_;
   handle_submissions handle_submissions_;
   thread_submissions thread_submissions_;
   handle_registry handle_registry_;

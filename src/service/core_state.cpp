@@ -5,7 +5,8 @@ namespace rowe::service {
 
 std::size_t core_state::footprint_bytes(const limits& bounds) noexcept {
   return timers::footprint_bytes(bounds) + peer_table::footprint_bytes(bounds) +
-         latch_store::footprint_bytes(bounds) + topic_table::footprint_bytes(bounds) +
+         chunk_store::footprint_bytes(bounds) + latch_store::footprint_bytes(bounds) +
+         last_value_store::footprint_bytes(bounds) + topic_table::footprint_bytes(bounds) +
          subscription_table::footprint_bytes(bounds) + rt::arena::bytes_for<pair_row>(bounds.lanes_max) +
          call_table::footprint_bytes(bounds);
 }
@@ -17,9 +18,12 @@ core_state::core_state(rt::arena& memory, const core_options& chosen, const shar
       shared{with_threads.shared},
       counts{shared.counts},
       events{cycle, shared},
+      chunks{memory, outside.chunk_pool, options.bounds},
       due{memory, options.bounds, start},
       peers{memory, options.bounds},
-      latches{memory, options.bounds},
+      latches{memory, chunks, options.bounds},
+      last_values{memory, chunks, options.bounds},
+      rights{outside.access},
       topics{memory, options.bounds, outside.protocols.envelope},
       subscriptions{memory, options.bounds, topics},
       pairs{with_threads.pairs},

@@ -3,6 +3,7 @@
 // and what lies outside the core. It decides nothing and calls no part. Service thread only, except the queue
 // pairs and the members that are references.
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -12,13 +13,16 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/call_table.hpp"
+#include "service/chunk_store.hpp"
 #include "service/core_options.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/event_log.hpp"
 #include "service/ids.hpp"
+#include "service/last_value_store.hpp"
 #include "service/latch_store.hpp"
 #include "service/pair_table.hpp"
+#include "service/peer_rights.hpp"
 #include "service/peer_table.hpp"
 #include "service/shared_inbox.hpp"
 #include "service/shared_state.hpp"
@@ -50,14 +54,24 @@ struct core_state {
     return options.ours == side::client ? 1 : options.bounds.connections_max;
   }
 
+  // The time now, where the cycle's is too old. Reads the clock.
+  rt::time_point clock() const noexcept {
+    return seams.clock == nullptr ? cycle.now : std::max(cycle.now, seams.clock());
+  }
+
   const core_options options;
+  // Another one each time an endpoint is opened, so that peers can tell a restart from a reconnect.
+  std::uint64_t epoch = 0;
   cycle_state cycle;
   shared_state& shared;
   counters& counts;
   event_log events;
+  chunk_store chunks;
   timers due;
   peer_table peers;
   latch_store latches;
+  last_value_store last_values;
+  peer_rights rights;
   topic_table topics;
   subscription_table subscriptions;
   const rows<pair_index, detail::queue_pair> pairs;

@@ -19,6 +19,7 @@ namespace rowe::service {
   X(outbox_full, loss, "dropped, the oldest or beyond its share: the peer does not read fast enough")        \
   X(evicted, loss, "dropped as the oldest of the peer that held most: all places of a pool were taken")      \
   X(no_slot, loss, "dropped: all slots for encoded messages were taken")                                     \
+  X(no_chunks, loss, "long messages dropped: all chunks for their texts, or the sender's share, were taken") \
   X(too_big, loss, "dropped: larger than the slot it should go into")                                        \
   X(malformed, loss, "not valid JSON, or not the object a message must be")                                  \
   X(inbox_full, loss, "dropped: the subscriber in this process does not take fast enough")                   \
@@ -29,6 +30,7 @@ namespace rowe::service {
   X(no_peer, chosen, "nobody listened")                                                                      \
   X(replaced, chosen, "a newer value took its place")                                                        \
   X(throttled, chosen, "within the throttle_rate a peer asked for")                                          \
+  X(deadlines_missed, flow, "periods in which a subscription with a deadline got no message")                \
   X(messages_in, flow, "messages received")                                                                  \
   X(messages_out, flow, "messages written, counted per peer")                                                \
   X(bytes_in, flow, "bytes received")                                                                        \
@@ -50,6 +52,7 @@ namespace rowe::service {
   X(refused_handshakes, refusal, "connections refused before they were established")                         \
   X(handshakes_starved, refusal, "handshakes and pages for which handshake_bytes had no room")               \
   X(handshakes_evicted, refusal, "handshakes and pages under way whose place a newer one needed")            \
+  X(slowed_handshakes, refusal, "wrong tokens answered late: many had come from the same address")           \
   X(stop_peers_displaced, refusal, "connections on /rowe/stop whose place the next one needed")              \
   X(over_rate, refusal, "messages of peers beyond messages_per_second_max, dropped but for stops")           \
   X(refusals_unsaid, refusal, "refusals beyond refusals_per_second_max, not answered")                       \
@@ -57,6 +60,7 @@ namespace rowe::service {
   X(not_latched, loss, "last values of latched topics for which latched_bytes had no room")                  \
   X(refused_requests, refusal, "requests answered with a status error")                                      \
   X(denied, refusal, "requests that the role of their peer does not allow")                                  \
+  X(revoked_peers, refusal, "connections closed because their token or a right was taken away")              \
   X(violations, refusal, "connections closed because they broke the WebSocket protocol")                     \
   X(silent_peers, refusal, "connections closed because nothing was heard from them")                         \
   X(unfinished_messages, refusal, "connections closed because a message was not finished in time")           \
@@ -70,7 +74,22 @@ namespace rowe::service {
   X(phase_watched_ns, own, "idle::phase: how long it was awake for values to come")                          \
   X(handshake_bytes_used, own, "of handshake_bytes, now")                                                    \
   X(handshake_bytes_peak, own, "of handshake_bytes, at most")                                                \
-  X(handshake_allocations, own, "taken from handshake_bytes; none while peers are only connected")
+  X(handshake_allocations, own, "taken from handshake_bytes; none while peers are only connected")           \
+  X(tls_handshakes, flow, "TLS handshakes that were done")                                                   \
+  X(tls_failed_plain, refusal, "TLS handshakes that failed: the client did not speak TLS")                   \
+  X(tls_failed_silent, refusal, "TLS handshakes that failed: the client said nothing in time")               \
+  X(tls_failed_timeout, refusal, "TLS handshakes that failed: they were not done in time")                   \
+  X(tls_failed_lost, refusal, "TLS handshakes that failed: the peer left")                                   \
+  X(tls_failed_certificate, refusal, "TLS handshakes that failed: one of the two refused a certificate")     \
+  X(tls_failed_protocol, refusal, "TLS handshakes that failed: nothing in common, or not what TLS allows")   \
+  X(tls_failed_evicted, refusal, "TLS handshakes that failed: a newer one needed the place")                 \
+  X(tls_failed_resources, refusal, "TLS handshakes that failed: no memory was left for them")                \
+  X(tls_cuts, refusal, "TLS connections that ended without close_notify, by the peer or on the way")         \
+  X(tls_key_floods, refusal, "TLS connections closed because their peer asked for new keys too often")       \
+  X(tls_alerts, refusal, "TLS connections that ended by an alert: a record was wrong, say")                  \
+  X(tls_reloads, own, "new certificates that were taken")                                                    \
+  X(tls_reload_faults, own, "new certificates that were not taken: a file is wrong")                         \
+  X(tls_certificate_end, own, "when the certificate ends, in seconds since 1970; 0: there is none")
 
 enum class counter_group : std::uint8_t { loss, chosen, flow, refusal, own };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/direct_messages.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
@@ -45,16 +46,15 @@ bool direct_messages::post(const direct_message& m) noexcept {
 // Whether a message may be sent now. It is parked while none of its peers has room, so that its sender finds
 // the handle full and loses nothing. It also stays behind messages that are pending already. One of several
 // peers that does not read must not hold up the others.
-inline bool direct_messages::has_room_for(const direct_message& m) noexcept {
+inline bool direct_messages::has_room_for(const direct_message& m, slot_class of) noexcept {
   if (m.to.generation != 0) {
     const peer_index to{m.to.index};
-    return has_room(to, m.priority) &&
-           trackers_.has_share(to, outbox_.of(to).backpressured(), slots_.class_for(m.text.size()));
+    return has_room(to, m.priority) && trackers_.has_share(to, outbox_.of(to).backpressured(), of);
   }
   bool any = false;
   for (const peer_index i : state_.peers.ids()) {
     if (!state_.peers[i].open() || !state_.peers[i].takes_messages) continue;
-    if (pending() == 0 && !parking_.any_for(i) && has_room(i, m.priority)) return true;
+    if (pending() == 0 && !parking_.any_for(i) && has_room_to_share(i, m.priority, of, 0)) return true;
     any = true;
   }
   // Messages that are pending until a peer comes leave a quarter of the slots free.
@@ -70,27 +70,35 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
   };
   if (state_.cycle.closing) return fails(errc::closed, counter::lost_at_close);
   // `only_now` means the cycle that takes the message, however long it was queued before.
-  const rt::time_point expires = m.only_now ? state_.cycle.now : m.expires;
-  if (expires < state_.cycle.now) return fails(errc::expired, counter::expired);
+  const message_lifetime lifetime =
+      m.only_now ? message_lifetime{state_.cycle.now} : message_lifetime::with_ttl(m.expires);
+  const bool timed = lifetime.carries_ttl;
+  if (lifetime.expires < state_.cycle.now) return fails(errc::expired, counter::expired);
   if (m.to.generation != 0) {
     const connection* const to = state_.peers.find({m.to.index, m.to.generation});
     if (to == nullptr || !to->open()) return fails(errc::peer_lost, counter::lost_with_peer);
   }
-  if (m.text.size() > message_store_.text_bytes_max()) {
-    return fails(error{errc::too_big, static_cast<std::int64_t>(m.text.size()),
-                       static_cast<std::int64_t>(message_store_.text_bytes_max())},
-                 counter::too_big);
+  // With its time to live it must still fit into what a peer with our limits takes.
+  const std::size_t bytes_max =
+      timed ? std::min<std::size_t>(message_store_.text_bytes_max(), state_.bounds().message_bytes_max) -
+                  wire::ttl_text_bytes_max - 1
+            : message_store_.text_bytes_max();
+  if (m.text.size() > bytes_max) {
+    return fails(
+        error{errc::too_big, static_cast<std::int64_t>(m.text.size()), static_cast<std::int64_t>(bytes_max)},
+        counter::too_big);
   }
-  if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
   const slot_class of = slots_.class_for(m.text.size());
+  if (!has_room_for(m, of)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
   // Topics and answers may hold the slots beyond this; those can be evicted for it.
   if (trackers_.slots_left(of) == 0) return m.only_now ? fails(errc::expired, counter::no_slot) : false;
   // The text is checked last, because parked messages come here in every cycle.
-  if (const status fine = check_object_text(state_.seams.validator, m.text); !fine)
+  if (const status fine = check_object_text(state_.seams.validator, m.text, timed); !fine)
     return fails(fine, fine.code() == errc::too_big ? counter::too_big : counter::malformed);
   if (slots_.free_for_all(of) == 0 && !outbox_.evict_for(of))
     return m.only_now ? fails(errc::expired, counter::no_slot) : false;
-  const slot_id slot = outbox_.compose(expires, [&](json::writer& into) { into.append(m.text); });
+  const std::string_view text = timed ? json::root(m.text).raw : m.text; // it begins with the brace
+  const slot_id slot = outbox_.compose(lifetime, [&](json::writer& into) { into.append(text); });
   assert(slot);
   begin(slot, {.priority = m.priority, .everyone = m.to.generation == 0, .sender = m.sender, .own = m.own});
   if (m.to.generation != 0) {
@@ -100,12 +108,10 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
       if (!state_.peers[i].open() || !state_.peers[i].takes_messages) continue;
       if (parking_.any_for(i)) {
         add(counter::outbox_full); // it would overtake a message parked for that peer
+      } else if (has_room_to_share(i, m.priority, of, 1)) {
+        (void)queue_to(i, slot); // there is room
       } else {
-        if (has_room(i, m.priority)) {
-          (void)queue_to(i, slot); // has_room() said so
-        } else {
-          add(counter::outbox_full);
-        }
+        add(counter::outbox_full);
       }
     }
   }
@@ -139,9 +145,15 @@ inline void direct_messages::end_queueing(slot_id slot) noexcept {
 
 status direct_messages::send_request(slot_id slot, peer_index to, detail::call_ref call,
                                      bool stops) noexcept {
+  // One that is pending until a peer comes may keep its slot for long: as messages, such requests leave some.
+  const slot_class of = slots_.class_of(slot);
+  const bool has_slot = to || stops || trackers_.slots_left(of) != 0;
   begin(slot, {.everyone = !to, .request_of = call});
-  const bool may =
-      !to || stops || trackers_.has_share(to, outbox_.of(to).backpressured(), slots_.class_of(slot));
+  if (!has_slot) {
+    add(counter::no_slot);
+    return errc::full;
+  }
+  const bool may = !to || stops || trackers_.has_share(to, outbox_.of(to).backpressured(), of);
   if (to && may && !has_room(to, trackers_.at(slot).priority)) {
     add(counter::outbox_full);
     return errc::full;

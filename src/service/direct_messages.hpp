@@ -101,7 +101,11 @@ class direct_messages {
     take_outcomes();
     return has;
   }
-  bool has_room_for(const direct_message& m) noexcept;
+  // Likewise, for a message to everyone. `own`: how many slots it has already.
+  bool has_room_to_share(peer_index to, priority at, slot_class of, std::uint32_t own) noexcept {
+    return has_room(to, at) && (!outbox_.of(to).backpressured() || trackers_.may_share(of, own));
+  }
+  bool has_room_for(const direct_message& m, slot_class of) noexcept;
   void begin(slot_id slot, const tracker& as) noexcept;
   bool queue_to(peer_index to, slot_id slot) noexcept;
   void end_queueing(slot_id slot) noexcept;

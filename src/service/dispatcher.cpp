@@ -2,6 +2,7 @@
 #include "service/dispatcher.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cstdio>
 #include <utility>
 
@@ -34,13 +35,19 @@ std::string_view diagnostic_of(const error& why, std::string_view text, std::spa
   return why.message(buffer);
 }
 
-constexpr std::string_view long_list_diagnostic =
-    "the message lists more requests than subscriptions or advertisements of one peer are allowed";
-
-bool is_for_servers(wire::verb what) noexcept {
-  using wire::verb;
-  return what != verb::publish && what != verb::status && what != verb::call && what != verb::reply;
+// The text as its sender gave it to a rowe endpoint, which put the time to live in front. So a program may
+// send on what it received. The valid text lies in the message, where a brace is written.
+std::string_view without_ttl(std::string_view text, std::span<std::byte> message) noexcept {
+  if (!text.starts_with(R"({"ttl_ms":)")) return text;
+  const std::size_t at = text.find_first_of(",}"); // behind a number, so in no string
+  assert(at != std::string_view::npos);
+  text.remove_prefix(text[at] == '}' ? at - 1 : at);
+  message[static_cast<std::size_t>(text.data() - text_of(message).data())] = std::byte{'{'};
+  return text;
 }
+
+constexpr std::string_view long_list_diagnostic =
+    "the message lists too many requests, or is too long for so many: use several messages";
 
 } // namespace
 
@@ -54,34 +61,48 @@ dispatcher::dispatcher(rt::arena& memory, const needs& parts) noexcept
       access_control_{parts.access_control},
       receiver_{parts.receiver},
       ingress_{parts.ingress},
+      long_ingress_{parts.long_ingress},
       direct_messages_{parts.direct_messages},
       broker_{parts.broker},
-      subscriptions_{parts.subscriptions},
-      advertisements_{parts.advertisements},
-      service_providers_{parts.service_providers},
       listings_{parts.listings},
+      registrations_{parts.registrations},
       call_router_{parts.call_router},
       stop_service_{parts.stop_service},
       scratch_{memory.carve<char>(scratch_bytes(state_.bounds()))} {}
 
 // ---- messages
 
-void dispatcher::dispatch(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
+void dispatcher::dispatch(peer_index from, std::span<std::byte> message, bool binary) noexcept {
   connection& c = state_.peers[from];
-  excess_ = !c.messages.take(state_.cycle.now);
-  state_.counts.add(counter::messages_in);
-  ++c.messages_in;
+  begin(c);
   read(c, message, binary);
   if (std::exchange(excess_, false)) refusals_.note_excess(c);
 }
 
-void dispatcher::dispatch_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
+void dispatcher::dispatch_again(peer_index from, std::span<std::byte> message, bool binary) noexcept {
   heard_before_ = true;
   read(state_.peers[from], message, binary);
   heard_before_ = false;
 }
 
-inline void dispatcher::read_text(connection& c, std::span<const std::byte> payload) noexcept {
+void dispatcher::dispatch_piece(peer_index from, const wire::frame_step& step) noexcept {
+  long_ingress_.take(from, step);
+  if (step.event == wire::frame_event::piece) return;
+  connection& c = state_.peers[from];
+  const bool binary = step.event == wire::frame_event::binary;
+  if (binary && !c.protocol->can.binary) {
+    long_ingress_.forget(from);
+    state_.counts.add(counter::refused_requests);
+    return state_.peers.close_later(c, no_binary_diagnostic, wire::close_code::unsupported_data);
+  }
+  const long_arrival arrival = long_ingress_.end(from);
+  begin(c);
+  read_long(c, arrival, binary);
+  if (std::exchange(excess_, false)) refusals_.note_excess(c);
+  if (arrival.body) state_.chunks.release(arrival.body);
+}
+
+inline void dispatcher::read_text(connection& c, std::span<std::byte> payload) noexcept {
   const std::string_view text = text_of(payload);
   if (const status valid = state_.seams.validator.validate(text); !valid) {
     state_.counts.add(counter::malformed);
@@ -89,30 +110,30 @@ inline void dispatcher::read_text(connection& c, std::span<const std::byte> payl
     return refuse_malformed(c, text, valid.error());
   }
   json::document known = state_.seams.validator.last(); // its members are noted until the next validation
-  // No list is longer than what one peer may hold of anything that is listed.
-  const limits& bounds = state_.bounds();
+  const limits& bounds = state_.bounds(); // no list is longer than what a peer may hold of what is listed
   std::uint32_t left =
       std::max(bounds.subscriptions_per_connection_max, bounds.advertisements_per_connection_max);
+  std::size_t bytes_left = 4 * bounds.message_bytes_max; // for each, the text is read again
   for (std::uint32_t from = 0;;) {
     wire::request asked;
     wire::diagnostic why;
     diagnostic_buffer diagnostic;
     const wire::decoded read = c.protocol->reads.decode(known, decode_buffers(diagnostic, from), asked, why);
-    take(c, read, asked, known, why);
+    take(c, read, asked, known, why, payload);
     from = asked.next;
     if (from == 0 || !c.open()) return;
     if (!heard_before_ && !c.messages.take(state_.cycle.now)) excess_ = true; // each counts as a message
     state_.cycle.work_bytes += read_work_bytes;                               // likewise
-    if (--left == 0) {
-      if (!drops_excess())
-        refusals_.refuse(c, asked.codec, {}, {.code = "refused", .text = long_list_diagnostic});
-      return;
+    if (--left == 0 || text.size() > bytes_left) {
+      if (drops_excess()) return;
+      return refusals_.refuse(c, asked.codec, {}, {.code = "refused", .text = long_list_diagnostic});
     }
+    bytes_left -= text.size();
     known = json::document{text}; // what was noted may be gone
   }
 }
 
-void dispatcher::read_binary(connection& c, std::span<const std::byte> message) noexcept {
+void dispatcher::read_binary(connection& c, std::span<std::byte> message) noexcept {
   wire::request asked;
   wire::diagnostic why;
   diagnostic_buffer diagnostic;
@@ -131,12 +152,45 @@ void dispatcher::read_binary(connection& c, std::span<const std::byte> message) 
       why = {.code = "not_an_object", .text = "the body must be a JSON object"};
     }
   }
-  take(c, read, asked, body, why);
+  take(c, read, asked, body, why, message);
+}
+
+// Only messages of topics may be long. A long stop is a stop.
+void dispatcher::read_long(connection& c, const long_arrival& message, bool binary) noexcept {
+  diagnostic_buffer diagnostic;
+  const std::string_view text = text_of(message.envelope);
+  if (message.is != long_arrival::verdict::fine) {
+    if (message.is == long_arrival::verdict::malformed) state_.counts.add(counter::malformed);
+    if (drops_excess() || (ROWE_MUTANT(long_told) && message.is == long_arrival::verdict::no_room)) return;
+    return refusals_.refuse(c, c.protocol->reads.guess(text, c.spoke_last), {},
+                            message.refusal(state_.bounds(), diagnostic));
+  }
+  json::document known;
+  if (!binary && state_.seams.validator.validate(text)) known = state_.seams.validator.last(); // it is valid
+  wire::request asked;
+  wire::diagnostic why;
+  const wire::decode_buffers buffers = decode_buffers(diagnostic, 0);
+  wire::decoded read = binary ? c.protocol->reads.decode_binary(message.envelope, buffers, asked, why)
+                              : c.protocol->reads.decode(known, buffers, asked, why);
+  c.spoke_last = asked.codec;
+  if (read == wire::decoded::malformed) state_.counts.add(counter::malformed);
+  const stop_verb of_stop = ROWE_MUTANT(long_stop) ? stop_verb::none : find_stop(c, read, asked, known, why);
+  if (of_stop != stop_verb::none) return carry_out_stop(c, read, asked, known, of_stop);
+  if (drops_excess()) return;
+  if (read != wire::decoded::request) return refusals_.refuse(c, asked, why);
+  if (asked.what == wire::verb::publish && asked.body_raw.data() == text.data() + message.stand_in_at) {
+    if (access_control_.permits(c, asked)) broker_.relay(c, asked, message.body);
+    return;
+  }
+  state_.counts.add(counter::too_big);
+  const long_arrival other{.is = long_arrival::verdict::unsupported};
+  refusals_.refuse(c, asked.codec, asked.id_raw, other.refusal(state_.bounds(), diagnostic));
 }
 
 // Takes one request of a message. `known`: the part of the message that is JSON.
 inline void dispatcher::take(connection& c, wire::decoded read, wire::request& asked,
-                             const json::document& known, const wire::diagnostic& why) noexcept {
+                             const json::document& known, const wire::diagnostic& why,
+                             std::span<std::byte> message) noexcept {
   c.spoke_last = asked.codec;
   if (read == wire::decoded::malformed) state_.counts.add(counter::malformed);
   // A peer that uses the codec of plain messages also takes them.
@@ -148,7 +202,7 @@ inline void dispatcher::take(connection& c, wire::decoded read, wire::request& a
   const stop_verb of_stop = find_stop(c, read, asked, known, refused);
   if (of_stop != stop_verb::none) carry_out_stop(c, read, asked, known, of_stop);
   if (read == wire::decoded::request) {
-    if (of_stop == stop_verb::none) carry_out(c, asked, known, refused);
+    if (of_stop == stop_verb::none) carry_out(c, asked, known, refused, message);
   } else if (!drops_excess()) {
     refusals_.refuse(c, asked, refused);
   }
@@ -159,10 +213,11 @@ inline void dispatcher::take(connection& c, wire::decoded read, wire::request& a
 inline stop_verb dispatcher::find_stop(const connection& c, wire::decoded& read, wire::request& asked,
                                        const json::document& known, wire::diagnostic& refused) noexcept {
   if (asked.by_number) {
-    const std::string_view unknown = listings_.put_names(c, asked);
-    if (!unknown.empty() && read == wire::decoded::request) {
+    const unknown_number unknown = listings_.put_names(c, asked);
+    if (!unknown.why.empty() && read == wire::decoded::request) {
       read = wire::decoded::refused;
-      refused = {.code = "unknown_number", .text = unknown};
+      wire::text_out text{unknown_text_};
+      refused = {.code = "unknown_number", .text = text.add(unknown.why).add(unknown.number).text()};
     }
   }
   // A peer on stop_path is never called, so a message of it that looks like an answer is a plain message.
@@ -191,33 +246,41 @@ void dispatcher::refuse_malformed(connection& c, std::string_view text, const er
 
 // `unknown`: the diagnostic if nobody here carries out the request.
 inline void dispatcher::carry_out(connection& c, const wire::request& asked, const json::document& text,
-                                  const wire::diagnostic& unknown) noexcept {
+                                  const wire::diagnostic& unknown, std::span<std::byte> message) noexcept {
   using wire::verb;
-  if (asked.what == verb::message) return take_message(c, asked, text);
-  if (c.ours == side::client && is_for_servers(asked.what)) {
-    // A server may ask nothing else of its clients. Other requests are counted, and not answered: the two
-    // ends might refuse each other's refusals for ever.
+  if (asked.what == verb::message) return take_message(c, asked, text, message);
+  // A server may ask nothing else. It is counted, and not answered: two ends might refuse refusals for ever.
+  if (c.ours == side::client && is_for_servers(asked.what))
     return state_.counts.add(counter::refused_requests);
-  }
   if (asked.what == verb::call && !heard_before_) state_.counts.add(counter::calls_in);
   if (drops_excess()) return;
   if (c.stop_only && !stop_gate::is_for_stop_peers(asked))
     return refusals_.refuse(c, asked.codec, asked.id_raw, {.code = "refused", .text = stop_only_diagnostic});
   if (!access_control_.permits(c, asked)) return;
   switch (asked.what) {
-  case verb::subscribe: return subscriptions_.subscribe(c, asked);
-  case verb::unsubscribe: return subscriptions_.unsubscribe(c, asked);
-  case verb::advertise: return advertisements_.advertise(c, asked);
-  case verb::unadvertise: return advertisements_.unadvertise(c, asked);
   case verb::publish: return broker_.relay(c, asked);
   case verb::call:
     if (!call_router_.take_call(c, asked)) ingress_.park({c.id.index});
     return;
+  case verb::send_goal: state_.counts.add(counter::calls_in); return call_router_.take_goal(c, asked);
+  case verb::cancel_goal: return call_router_.cancel_goal(c, asked);
+  case verb::goal_feedback: return call_router_.take_feedback(c, asked);
+  case verb::goal_result:
   case verb::reply: return call_router_.take_reply(c, asked);
-  case verb::advertise_service: return service_providers_.advertise(c, asked);
-  case verb::unadvertise_service: return service_providers_.unadvertise(c, asked);
   case verb::status: return take_status(c, asked);
   case verb::set_level: refusals_.set_level({c.id.index}, asked.level); return;
+  case verb::subscribe:
+  case verb::unsubscribe:
+  case verb::advertise:
+  case verb::unadvertise:
+  case verb::advertise_service:
+  case verb::unadvertise_service:
+  case verb::advertise_action:
+  case verb::unadvertise_action:
+  case verb::get_parameters:
+  case verb::set_parameters:
+  case verb::subscribe_parameters:
+  case verb::unsubscribe_parameters: return registrations_.carry_out(c, asked);
   case verb::message:
   case verb::unsupported:
   case verb::unknown: break;
@@ -228,12 +291,13 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
 void dispatcher::take_status(connection& c, const wire::request& asked) noexcept {
   if (!refusals_.admits_event({c.id.index})) return state_.counts.add(counter::events_lost);
   const auto plain = json::to_string(json::root(asked.body_raw), scratch_);
-  state_.events.report(event::kind::status_from_peer, c.peer(), plain.value_or(asked.body_raw));
+  state_.events.report(event::kind::status_from_peer, c.peer(), plain.value_or(asked.body_raw), {},
+                       c.identity);
 }
 
 // A plain message: it goes to the receiver.
-inline void dispatcher::take_message(connection& c, const wire::request& asked,
-                                     const json::document& text) noexcept {
+inline void dispatcher::take_message(connection& c, const wire::request& asked, const json::document& text,
+                                     std::span<std::byte> message) noexcept {
   if (drops_excess()) return;
   if (c.stop_only)
     return refusals_.refuse(c, asked.codec, {}, {.code = "refused", .text = stop_only_diagnostic});
@@ -245,11 +309,11 @@ inline void dispatcher::take_message(connection& c, const wire::request& asked,
   }
   // Its status is not needed: a message that is too long is counted there.
   (void)receiver_.deliver(
-      {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
-       .expires_ns = rt::nanoseconds_of(state_.options.inbound_expiry(state_.cycle.now, asked.ttl_ns)),
+      {.stamped_ns = rt::nanoseconds_of(c.said_at),
+       .expires_ns = rt::nanoseconds_of(state_.options.inbound_expiry(c.said_at, asked.ttl_ns)),
        .what = detail::entry::message,
        .peer = {c.id.index, c.id.generation}},
-      text.text);
+      without_ttl(text.text, message));
 }
 
 bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
@@ -262,9 +326,8 @@ bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bo
   wire::diagnostic why;
   diagnostic_buffer diagnostic;
   const wire::decode_buffers buffers = decode_buffers(diagnostic, 0);
-  const wire::message_decoder& reads = c.protocol->reads;
-  wire::decoded read =
-      binary ? reads.decode_binary(message, buffers, asked, why) : reads.decode(known, buffers, asked, why);
+  wire::decoded read = binary ? c.protocol->reads.decode_binary(message, buffers, asked, why)
+                              : c.protocol->reads.decode(known, buffers, asked, why);
   return find_stop(c, read, asked, known, why) == stop_verb::stop;
 }
 

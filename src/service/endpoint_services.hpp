@@ -7,13 +7,15 @@
 
 #include <rowe/detail/queue_pair.hpp>
 
-#include "service/advertisement_table.hpp"
 #include "service/call_completion.hpp"
 #include "service/core_state.hpp"
+#include "service/graph_services.hpp"
 #include "service/outbox.hpp"
+#include "service/parameter_services.hpp"
 #include "service/service_directory.hpp"
 #include "service/statistics_report.hpp"
 #include "service/stop_rules.hpp"
+#include "service/type_services.hpp"
 #include "wire/request.hpp"
 #include "json/writer.hpp"
 
@@ -25,11 +27,12 @@ class endpoint_services {
     core_state& state;
     const class service_directory& service_directory;
     const class stop_rules& stop_rules;
-    class message_store& message_store;
     class outbox& outbox;
     class call_completion& call_completion;
     class statistics_report& statistics_report;
-    const class advertisement_table& advertisement_table;
+    const class graph_services& graph_services;
+    class parameter_services& parameter_services;
+    class type_services& type_services;
   };
   explicit endpoint_services(const needs& parts) noexcept;
 
@@ -39,17 +42,15 @@ class endpoint_services {
   void answer(call_index call, std::string_view service, const wire::call_args& what) noexcept;
 
  private:
-  // Writes the name of this endpoint, and the addresses of peers that advertise.
-  void write_publishers(json::writer& into, topic_id topic) noexcept;
-
   core_state& state_;
   const service_directory& service_directory_;
   const stop_rules& stop_rules_;
-  message_store& message_store_;
   outbox& outbox_;
   call_completion& call_completion_;
   statistics_report& statistics_report_;
-  const advertisement_table& advertisement_table_;
+  const graph_services& graph_services_;
+  parameter_services& parameter_services_;
+  type_services& type_services_;
 };
 
 } // namespace rowe::service

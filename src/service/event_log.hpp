@@ -2,6 +2,7 @@
 // Posts events to the ring that threads of this process read. Service thread only; nothing waits or
 // allocates.
 #pragma once
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include "service/rate_limit.hpp"
 #include "service/service_limits.hpp"
 #include "service/shared_state.hpp"
+#include "wire/text_out.hpp"
 
 namespace rowe::service {
 
@@ -21,17 +23,27 @@ class event_log {
 
   // An event that finds no place in the ring is counted as lost, and so are too many events about peers that
   // come and go.
-  void report(event::kind kind, std::string_view peer, std::string_view what,
-              std::string_view remedy = {}) noexcept {
+  void report(event::kind kind, std::string_view peer, std::string_view what, std::string_view remedy = {},
+              std::string_view identity = {}) noexcept {
     const bool of_coming = kind == event::kind::peer_joined || kind == event::kind::peer_left ||
                            kind == event::kind::refused_handshake;
     if (of_coming && !comings_.take(cycle_.now)) return shared_.counts.add(counter::events_lost);
     event happened;
     happened.what_kind = kind;
     happened.peer = peer;
+    happened.identity = identity;
     happened.what = what;
     happened.remedy = remedy;
     shared_.post(happened);
+  }
+
+  // The same, of somebody who has an identity, or none.
+  void report_of(std::string_view identity, event::kind kind, std::string_view peer,
+                 std::string_view what) noexcept {
+    std::array<char, event_text_bytes_max> buffer;
+    wire::text_out text{buffer};
+    if (!identity.empty()) text.add(identity).add(": ");
+    report(kind, peer, text.add(what).text(), {}, identity);
   }
 
  private:

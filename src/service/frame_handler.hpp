@@ -15,7 +15,7 @@ class frame_handler {
   // A whole message, a control frame, or a violation of the protocol.
   virtual void handle(peer_index from, const wire::frame_step& step) noexcept = 0;
   // A message that was parked.
-  virtual void handle_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept = 0;
+  virtual void handle_again(peer_index from, std::span<std::byte> message, bool binary) noexcept = 0;
   // Whether there is something that can be stopped.
   virtual bool stop_in_use() const noexcept = 0;
   // Whether handle() would carry out a stop. Nothing is done.

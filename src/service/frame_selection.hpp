@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which frames are written to a peer next, and how many: the rest of a partial frame, then urgent frames,
 // then messages by their priority, as far as the batch and the peer's credit take them. The subscriptions of
-// one priority take turns. Service thread only; nothing waits or allocates.
+// one priority take turns. In the middle of a long message, its next fragment is the only message. Service
+// thread only; nothing waits or allocates.
 #pragma once
 #include <cstddef>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/batch.hpp"
 #include "service/core_state.hpp"
+#include "service/counters.hpp"
 #include "service/mask_keys.hpp"
 #include "service/message_frames.hpp"
 #include "service/message_store.hpp"
@@ -36,8 +40,10 @@ class frame_selection {
     const class message_frames& message_frames;
   };
   explicit frame_selection(const needs& parts) noexcept
-      : subscription_rows_{parts.state.subscriptions.all()},
+      : state_{parts.state},
+        subscription_rows_{parts.state.subscriptions.all()},
         message_store_{parts.message_store},
+        slots_{parts.message_store.slots()},
         outbox_{parts.outbox},
         mask_keys_{parts.mask_keys},
         urgent_frames_{parts.urgent_frames},
@@ -46,22 +52,28 @@ class frame_selection {
 
   // Adds what is written first: a partial frame, then urgent frames. False: no message may follow.
   bool add_urgent(const recipient& to, batch& into) noexcept {
-    return add_partial(to, into) && urgent_frames_.gather(to.index, to.peer.open(), into);
+    return add_partial(to, into) &&
+           urgent_frames_.gather(to.index, to.peer.open(), partial_frames_.of(to.index), into);
   }
   // Then messages, by their priority.
   void add_messages(const recipient& to, batch& into) noexcept;
   // Adds the rest of a partial frame. Nothing may go before it. False: nothing may follow, either.
   bool add_partial(const recipient& to, batch& into) noexcept {
-    const partial_frame& frame = partial_frames_.of(to.index);
-    return !frame || add_rest(to, frame, into);
+    partial_frame& frame = partial_frames_.of(to.index);
+    return !frame.mid_frame() || add_rest(to, frame, into);
   }
 
  private:
-  bool add_rest(const recipient& to, const partial_frame& frame, batch& into) noexcept;
+  bool add_rest(const recipient& to, partial_frame& frame, batch& into) noexcept;
+  void add_next_fragment(const recipient& to, partial_frame& frame, batch& into) noexcept;
+  bool begin_long(const recipient& to, batch& into, const batch_piece& piece) noexcept;
+  void drop_older(queue& from, rt::duration lifespan) noexcept;
   bool add_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept;
 
+  core_state& state_;
   const rows<subscription_id, subscription> subscription_rows_;
   message_store& message_store_;
+  const slot_pool& slots_;
   outbox& outbox_;
   mask_keys& mask_keys_;
   urgent_frames& urgent_frames_;
@@ -71,6 +83,8 @@ class frame_selection {
 
 inline void frame_selection::add_messages(const recipient& to, batch& into) noexcept {
   peer_queues& from = to.queues;
+  if (partial_frame& long_one = partial_frames_.of(to.index); long_one.is_long()) [[unlikely]]
+    return add_next_fragment(to, long_one, into);
   // A server must know of a topic before anything is published on it.
   const priority replies_at = to.peer.ours == side::client ? priority::urgent : priority::normal;
   for (std::size_t p = 0; p < from.ready.size(); ++p) {
@@ -85,11 +99,23 @@ inline void frame_selection::add_messages(const recipient& to, batch& into) noex
   }
 }
 
-inline bool frame_selection::add_rest(const recipient& to, const partial_frame& frame, batch& into) noexcept {
+inline bool frame_selection::add_rest(const recipient& to, partial_frame& frame, batch& into) noexcept {
   const batch_piece piece{
       .slot = frame.slot, .key = frame.key, .is = batch_piece::origin::partial, .own_head = frame.own_head};
+  if (frame.is_long()) [[unlikely]]
+    return message_frames_.add_fragment(to.masked, frame, into, piece);
   if (frame.own_head) return message_frames_.add_headed(to.masked, frame.written, into, piece, frame.head);
   return message_frames_.add_shared(to.masked, frame.written, into, piece);
+}
+
+// Drops messages from the front that were published longer ago.
+inline void frame_selection::drop_older(queue& from, rt::duration lifespan) noexcept {
+  for (; !from.empty(); outbox_.drop_expired(from)) {
+    const slot_ref front = outbox_.entries().at(from.entries.head);
+    if (rt::deadline_after(slots_.published(front.index), lifespan) >= state_.cycle.now) return;
+    state_.counts.add(counter::expired);
+    outbox_.drop_front(from);
+  }
 }
 
 // Gathers as much of a queue as the batch takes; one message, if the subscription is throttled. False: the
@@ -98,8 +124,12 @@ inline bool frame_selection::add_rest(const recipient& to, const partial_frame& 
 inline bool frame_selection::add_queue(const recipient& to, queue& from, subscription_id of,
                                        batch& into) noexcept {
   outbox_.drop_expired(from);
+  if (of && subscription_rows_[of].lifespan_ns != wire::unlimited) [[unlikely]]
+    drop_older(from, rt::duration{subscription_rows_[of].lifespan_ns});
   const bool one = of && subscription_rows_[of].throttle > rt::duration{0};
   const bool own_head = of && subscription_rows_[of].own_head;
+  const wire::capabilities& can = to.peer.protocol->can;
+  const bool tells_ttl = of ? can.ttl_in_topics || ROWE_MUTANT(ttl_to_all) : can.ttl_in_messages;
   const queue_entries& entries = outbox_.entries();
   for (entry_id at = from.entries.head; at; at = entries.after(at)) {
     const slot_ref slot = entries.at(at);
@@ -110,11 +140,22 @@ inline bool frame_selection::add_queue(const recipient& to, queue& from, subscri
                       .subscription = of,
                       .slot = slot.index,
                       .is = batch_piece::origin::message,
-                      .own_head = own_head};
+                      .own_head = own_head && !slots_.whole(slot.index)};
+    if (tells_ttl && slots_.lifetime(slot.index).carries_ttl) [[unlikely]] {
+      const rt::duration left = message_frames_.left_of(slot.index, into);
+      if (left < wire::ttl_unit) {
+        into.more = true; // it is over, but not yet in this cycle: the next one drops it
+        return false;
+      }
+      piece.own_head = true;
+      piece.ttl_ns = left.count();
+    }
     if (to.masked) piece.key = mask_keys_.next();
+    if (slots_.chunked(slot.index)) [[unlikely]]
+      return begin_long(to, into, piece);
     const bool fits =
-        own_head ? message_frames_.add_headed(to.masked, 0, into, piece, message_frames_.head_of(piece))
-                 : message_frames_.add_shared(to.masked, 0, into, piece);
+        piece.own_head ? message_frames_.add_headed(to.masked, 0, into, piece, message_frames_.head_of(piece))
+                       : message_frames_.add_shared(to.masked, 0, into, piece);
     if (!fits) {
       into.more = true;
       return false;

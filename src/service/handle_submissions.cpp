@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "service/service_limits.hpp"
-#include "json/encoder.hpp"
 
 namespace rowe::service {
 namespace {
@@ -25,17 +24,20 @@ handle_submissions::handle_submissions(const needs& parts) noexcept
       local_delivery_{parts.local_delivery},
       receiver_{parts.receiver},
       direct_messages_{parts.direct_messages},
-      broker_{parts.broker},
+      value_publisher_{parts.value_publisher},
       topic_handles_{parts.topic_handles},
       call_completion_{parts.call_completion},
       call_router_{parts.call_router},
-      publish_predictor_{parts.publish_predictor} {}
+      publish_predictor_{parts.publish_predictor},
+      long_publications_{parts.long_publications} {}
 
 void handle_submissions::take(pair_index pair) noexcept {
   detail::queue_pair& queues = state_.pairs[pair];
   if (detail::is_latch(queues.kind)) return;            // stop_service looks at it
   if (state_.options.handles_wake) queues.epoch.mark(); // before looking
   if (!state_.pair_rows[pair].topic) return take_entries(pair);
+  if (state_.pair_rows[pair].long_texts) [[unlikely]]
+    return take_long(pair);
   if (sender_.round_open()) return; // the sender comes first; scheduled peers call for the next cycle
   if (queues.service.out.newest != nullptr) {
     take_newest(pair);
@@ -49,26 +51,17 @@ void handle_submissions::take(pair_index pair) noexcept {
 inline void handle_submissions::take_newest(pair_index pair) noexcept {
   const auto found = state_.pairs[pair].service.out.newest->begin_read();
   if (found.state != rt::freshness::fresh) return;
-  pair_row& row = state_.pair_rows[pair];
-  const std::uint64_t passed_over = found.sequence - row.sequence - 1;
-  row.sequence = found.sequence;
-  state_.topics.at(row.topic).messages += passed_over;
-  state_.counts.add(counter::replaced, passed_over);
-  publish(pair, pair_slot{found.slot});
+  value_publisher_.note_newest(pair, found.sequence);
+  value_publisher_.publish(pair, pair_slot{found.slot});
 }
 
 // A server must get every value. A value that finds no room in the queue to the server stays with the handle,
 // and when its slots run out the publisher is told `full`.
 inline void handle_submissions::take_values(pair_index pair) noexcept {
   const detail::consumer_end& end = state_.pairs[pair].service.out;
-  std::size_t budget = values_per_cycle;
-  if (const queue* const towards =
-          state_.options.ours == side::client ? topic_handles_.queue_to_server(pair) : nullptr) {
-    const std::uint32_t depth = state_.bounds().queue_depth_max;
-    budget = std::min<std::size_t>(budget, depth - std::min(towards->count, depth));
-  }
+  const std::size_t budget = std::min<std::size_t>(values_per_cycle, topic_handles_.room_to_server(pair));
   const auto take = [&](std::uint32_t slot) {
-    publish(pair, pair_slot{slot});
+    value_publisher_.publish(pair, pair_slot{slot});
     end.free_ring->release(slot);
   };
   const std::size_t taken = end.ring->drain(take, budget);
@@ -79,24 +72,13 @@ inline void handle_submissions::take_values(pair_index pair) noexcept {
   if (budget < values_per_cycle && taken == budget && end.ring->pending_at_least() != 0) waits_ = true;
 }
 
-void handle_submissions::publish(pair_index pair, pair_slot slot) noexcept {
-  const detail::queue_pair& queues = state_.pairs[pair];
-  const detail::value_header& header = *queues.service.out.slots.header(slot.value);
-  const std::byte* const value = queues.service.out.slots.value(slot.value);
-  const rt::time_point published = time_of(header.stamped_ns);
-  const rt::time_point expires = state_.cycle.expiry_of(published, time_of(header.expires_ns));
-  const topic_id topic = state_.pair_rows[pair].topic;
-  const latch_owner latches =
-      queues.latched ? latch_owner{latch_owner::kind::handle, pair.value} : latch_owner{};
-  publish_predictor_.saw(pair, published);
-  if (queues.kind == detail::pair_kind::publish_value) {
-    return broker_.publish(topic, published, expires, latches,
-                           [&](json::writer& into) { queues.encoder->encode(value, into); });
+void handle_submissions::take_long(pair_index pair) noexcept {
+  long_publications_.take(pair);
+  if (long_publications_.has_begun(pair)) {
+    more_left_ = true;
+  } else if (state_.pairs[pair].service.out.newest == nullptr && has_new(pair)) {
+    (topic_handles_.room_to_server(pair) != 0 ? more_left_ : waits_) = true;
   }
-  const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
-  if (!state_.seams.validator.validate(text) || !json::is_object(text))
-    return state_.counts.add(counter::malformed);
-  broker_.publish(topic, published, expires, latches, [&](json::writer& into) { into.raw(text); });
 }
 
 // ---- messages, requests, replies
@@ -235,7 +217,7 @@ bool handle_submissions::has_unsent(pair_index pair) noexcept {
   pair_row& row = state_.pair_rows[pair];
   const detail::queue_pair& queues = state_.pairs[pair];
   if (!row.attached || detail::subscribes(queues.kind)) return false;
-  if (row.parked_first) return true;
+  if (row.parked_first || long_publications_.has_begun(pair)) return true;
   if (queues.service.out.ring != nullptr && queues.service.out.ring->pending_at_least() != 0) return true;
   const queue* const towards =
       detail::publishes(queues.kind) ? topic_handles_.queue_to_server(pair) : nullptr;
@@ -245,6 +227,7 @@ bool handle_submissions::has_unsent(pair_index pair) noexcept {
 }
 
 bool handle_submissions::drained() const noexcept {
+  if (long_publications_.any()) return false;
   for (const pair_index i : state_.pairs.ids()) {
     if (!state_.pair_rows[i].attached) continue;
     const detail::queue_pair& queues = state_.pairs[i];

@@ -11,16 +11,17 @@
 #include <rowe/detail/queue_pair.hpp>
 #include <rowe/rt/clock.hpp>
 
-#include "service/broker.hpp"
 #include "service/call_completion.hpp"
 #include "service/call_router.hpp"
 #include "service/core_state.hpp"
 #include "service/direct_messages.hpp"
 #include "service/local_delivery.hpp"
+#include "service/long_publications.hpp"
 #include "service/publish_predictor.hpp"
 #include "service/receiver.hpp"
 #include "service/sender.hpp"
 #include "service/topic_handles.hpp"
+#include "service/value_publisher.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {
@@ -33,11 +34,12 @@ class handle_submissions {
     class local_delivery& local_delivery;
     class receiver& receiver;
     class direct_messages& direct_messages;
-    class broker& broker;
+    class value_publisher& value_publisher;
     class topic_handles& topic_handles;
     class call_completion& call_completion;
     class call_router& call_router;
     class publish_predictor& publish_predictor;
+    class long_publications& long_publications;
   };
   explicit handle_submissions(const needs& parts) noexcept;
 
@@ -66,6 +68,7 @@ class handle_submissions {
   // Something stays with a handle until there is room for it.
   bool waits() const noexcept { return waits_; }
   void note_waits() noexcept { waits_ = true; }
+  void note_more_left() noexcept { more_left_ = true; }
   // Nothing is parked or still to be taken.
   bool drained() const noexcept;
 
@@ -73,7 +76,7 @@ class handle_submissions {
   void retry(pair_index pair) noexcept;
   void take_values(pair_index pair) noexcept;
   void take_newest(pair_index pair) noexcept;
-  void publish(pair_index pair, pair_slot slot) noexcept;
+  void take_long(pair_index pair) noexcept;
   void take_entries(pair_index pair) noexcept;
   std::size_t take_new_entries(pair_index pair) noexcept;
   bool take_entry(pair_index pair, pair_slot slot, bool parked) noexcept;
@@ -85,11 +88,12 @@ class handle_submissions {
   local_delivery& local_delivery_;
   receiver& receiver_;
   direct_messages& direct_messages_;
-  broker& broker_;
+  value_publisher& value_publisher_;
   topic_handles& topic_handles_;
   call_completion& call_completion_;
   call_router& call_router_;
   publish_predictor& publish_predictor_;
+  long_publications& long_publications_;
   bool some_ask_room_ = false; // a handle sleeps until there is room
   bool more_left_ = false;
   bool waits_ = false;

@@ -31,6 +31,11 @@ using loop_index = id<struct loop_tag>;              // of the loops of stop_rul
 using call_index = id<struct call_tag>;              // of call_table
 using service_index = id<struct service_tag>;        // of service_directory
 using block_id = id<struct block_tag>;               // of latch_store
+using deadline_id = id<struct deadline_tag>;         // that of a subscription, with its number
+using parameter_id = id<struct parameter_tag>;       // of parameters
+using last_value_id = id<struct last_value_tag>;     // of last_value_store
+using chunk_id = id<struct chunk_tag>;               // of chunk_store
+using text_id = id<struct text_tag>;                 // of its texts
 
 // A table: rows of type T that only an Id indexes. Does not own them. Safe to copy.
 template <class Id, class T>

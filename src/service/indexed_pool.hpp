@@ -45,6 +45,7 @@ class indexed_pool {
 
   bool empty() const noexcept { return !head_; } // nothing is free
   std::uint32_t free() const noexcept { return free_; }
+  std::uint32_t size() const noexcept { return end_row_ - first_row_; }
   std::uint32_t in_use() const noexcept { return end_row_ - first_row_ - free_; }
 
   // True when as many rows of the range are free as are counted, and `may_be_free(row)` holds for each. For

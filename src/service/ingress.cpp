@@ -53,6 +53,7 @@ void ingress::open(peer_index peer) noexcept {
   of = fresh;
   of.parser.reset(state_.peers[peer].ours == side::server ? wire::role::server : wire::role::client,
                   {.message_bytes_max = state_.bounds().message_bytes_max,
+                   .long_bytes_max = state_.peers[peer].stop_only ? 0 : state_.chunks.text_bytes_max(),
                    .fragments_max = state_.bounds().fragments_max,
                    .unmasked_accepted = state_.peers[peer].protocol->can.unmasked_accepted},
                   of.assembly.first(state_.bounds().message_bytes_max));
@@ -184,6 +185,10 @@ inline std::size_t ingress::read_one(peer_index peer) noexcept {
     of.message_began_at = rt::never;
   } else if (of.message_began_at == rt::never) {
     of.message_began_at = state_.cycle.now;
+    of.timed = 0;
+  } else if (step.in_pieces && (of.timed += step.payload.size()) >= timed_bytes) {
+    of.message_began_at = state_.cycle.now; // it has as much time for the next ones
+    of.timed = 0;
   }
   return work_of(ROWE_MUTANT(fragment_work) ? 1 : step.frames, step.payload.size() + state_.cycle.work_bytes);
 }

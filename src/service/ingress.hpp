@@ -81,12 +81,13 @@ class ingress {
     std::span<std::byte> staging;  // capacity for what is read while other peers have their turn,
     std::span<std::byte> backlog;  // and the part of it that is not carried out yet
     // The parked message, before the backlog. Null: none is parked.
-    const std::byte* parked_text = nullptr;
+    std::byte* parked_text = nullptr;
     std::uint32_t parked_bytes = 0;
     bool parked_binary = false;
     bool in_ring = false;      // in backlog_ or parked_
     bool left_backlog = false; // the last read that was large was not carried out in one turn
     rt::time_point message_began_at = rt::never;
+    std::size_t timed = 0; // bytes of a long message since then
 
     bool parked() const noexcept { return parked_text != nullptr; }
   };
@@ -110,8 +111,8 @@ class ingress {
   rows<peer_index, input> inputs_;
   index_ring<peer_index> backlog_;
   index_ring<peer_index> parked_;
-  std::uint64_t unparked_at_ = 0;           // changes() when parked messages were tried last
-  std::span<const std::byte> current_text_; // the message that is being carried out
+  std::uint64_t unparked_at_ = 0;     // changes() when parked messages were tried last
+  std::span<std::byte> current_text_; // the message that is being carried out
   bool current_binary_ = false;
   std::span<const std::byte> lent_; // all that was read with it, if that is in the transport's memory
   std::uint32_t stops_ahead_ = 0;   // how many in this cycle

@@ -10,14 +10,16 @@ namespace rowe::service {
 
 std::size_t latch_store::footprint_bytes(const limits& bounds) noexcept {
   return rt::arena::bytes_for<latch_block>(block_count(bounds)) +
-         rt::arena::bytes_for<std::uint32_t>(bounds.connections_max);
+         2 * rt::arena::bytes_for<std::uint32_t>(bounds.connections_max);
 }
 
-latch_store::latch_store(rt::arena& memory, const limits& bounds) noexcept
-    : blocks_{memory.carve<latch_block>(block_count(bounds))},
+latch_store::latch_store(rt::arena& memory, chunk_store& chunks, const limits& bounds) noexcept
+    : chunks_{chunks},
+      blocks_{memory.carve<latch_block>(block_count(bounds))},
       free_{blocks_},
       held_{memory.carve<std::uint32_t>(bounds.connections_max)},
-      claims_{blocks() / 2, bounds.connections_max} {}
+      claims_{blocks() / 2, bounds.connections_max},
+      long_held_{memory.carve<std::uint32_t>(bounds.connections_max)} {}
 
 bool latch_store::store(latched_value& into, std::string_view body, latch_owner owner,
                         rt::time_point expires) noexcept {
@@ -44,8 +46,43 @@ bool latch_store::store(latched_value& into, std::string_view body, latch_owner 
   return true;
 }
 
+// Of what peers have left, one may take no more than it leaves.
+bool latch_store::store_long(latched_value& into, text_id value, latch_owner owner,
+                             rt::time_point expires) noexcept {
+  const bool of_peer = owner.who == latch_owner::kind::peer;
+  if (!of_peer || into.owner == owner) clear(into);
+  const std::uint32_t needed = chunks_.chunks_of(value);
+  const std::uint32_t share = reserve_of(chunks_.chunks());
+  if (of_peer) {
+    std::uint32_t& held = long_held_[{owner.index}];
+    const std::uint32_t left = left_of(share, long_of_peers_);
+    if (needed > left || held + needed > left - needed + 1) return false;
+    held += needed;
+    long_of_peers_ += needed;
+  } else {
+    if (needed > left_of(share, long_of_handles_)) return false;
+    long_of_handles_ += needed;
+  }
+  clear(into);
+  chunks_.retain(value);
+  into.chunks = value;
+  into.blocks = needed;
+  into.bytes = static_cast<std::uint32_t>(chunks_.bytes(value));
+  into.owner = owner;
+  into.expires = expires;
+  return true;
+}
+
 void latch_store::clear(latched_value& what) noexcept {
   if (what.empty()) return;
+  if (what.chunks) {
+    const bool of_peer = what.owner.who == latch_owner::kind::peer;
+    if (of_peer) long_held_[{what.owner.index}] -= what.blocks;
+    (of_peer ? long_of_peers_ : long_of_handles_) -= what.blocks;
+    chunks_.release(what.chunks);
+    what = {};
+    return;
+  }
   if (what.owner.who == latch_owner::kind::peer) {
     assert(held_[{what.owner.index}] >= what.blocks && of_peers_ >= what.blocks);
     claims_.give_back(held_[{what.owner.index}], what.blocks);

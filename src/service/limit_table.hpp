@@ -44,6 +44,8 @@ inline constexpr std::array limit_table{
     limit_between<&limits::depth_max>(argument::depth_max, 1, 1024),
     limit_between<&limits::messages_per_second_max>(argument::messages_per_second_max, 0, 1'000'000'000),
     limit_between<&limits::refusals_per_second_max>(argument::refusals_per_second_max, 0, 1'000'000'000),
+    limit_between<&limits::long_message_bytes_max>(argument::long_message_bytes_max, 0, 1U << 26),
+    limit_between<&limits::long_slots>(argument::long_slots, 4, 1024),
     limit_between<&limits::topics_max>(argument::topics_max, 3, many),
     limit_between<&limits::topic_bytes_max>(argument::topic_bytes_max, 16, 255), // queue_pair::name_bytes_max
     limit_between<&limits::subscriptions_max>(argument::subscriptions_max, 1, many),
@@ -60,6 +62,7 @@ inline constexpr std::array limit_table{
     limit_between<&limits::services_max>(argument::services_max, 1, 65536),
     limit_between<&limits::calls_max>(argument::calls_max, 1, 65536),
     limit_between<&limits::calls_per_connection_max>(argument::calls_per_connection_max, 1, 65536),
+    limit_between<&limits::parameters_max>(argument::parameters_max, 0, 65536),
     limit_between<&limits::door_slots>(argument::door_slots, 1, 4096),
     limit_between<&limits::door_slot_bytes>(argument::door_slot_bytes, 128, 1U << 26),
     limit_between<&limits::lanes_max>(argument::lanes_max, 1, 1024),

@@ -7,6 +7,7 @@
 
 #include "wire/own_names.hpp"
 
+#include "service/names.hpp"
 #include "service/service_limits.hpp"
 #include "service/shares.hpp"
 #include "service/stop_gate.hpp"
@@ -23,16 +24,16 @@ constexpr std::array own_services{wire::stop_name,          wire::stop_reset_nam
                                   wire::list_services_name, wire::topic_type_name, wire::publishers_name,
                                   wire::service_type_name};
 static_assert(own_services.size() < first_service_number);
+static_assert(own_services[wire::stop_service_number - 1] == wire::stop_name);
 // The peer was told nothing yet.
 constexpr std::uint64_t never_told = UINT64_MAX;
-// The length of a text in JSON, with its escapes.
-std::size_t bytes_in_json(std::string_view text) noexcept {
-  std::size_t bytes = 0;
-  for (const char c : text) bytes += c == '"' || c == '\\' ? 2 : static_cast<unsigned char>(c) < ' ' ? 6 : 1;
-  return bytes;
-}
-std::size_t bytes_of(const listed& one) noexcept {
-  return listed_bytes + bytes_in_json(one.name) + bytes_in_json(one.type);
+// Of one that was added. A schema that is too long for any message is not told.
+std::size_t bytes_of(listed& one, const wire::codec& codec, std::size_t bytes_max) noexcept {
+  const std::size_t bytes = listed_bytes + bytes_in_json(one.name) + bytes_in_json(one.type);
+  const std::size_t with_schemas = bytes + codec.schema_bytes(one);
+  if (with_schemas <= bytes_max) return with_schemas;
+  one.schema = one.request = nullptr;
+  return bytes + codec.schema_bytes(one);
 }
 
 } // namespace
@@ -47,7 +48,8 @@ listings::listings(rt::arena& memory, const needs& parts) noexcept
       stop_topic_{state_.topics.find(wire::stop_state_name)},
       readers_{memory.carve<reader>(state_.bounds().connections_max)},
       told_{memory.carve<std::uint32_t>(std::size_t{state_.bounds().connections_max} *
-                                        rows_of_peer(state_.bounds()))} {
+                                        rows_of_peer(state_.bounds()))},
+      unseen_{memory.carve<std::uint32_t>(words_for(told_.size()))} {
   std::fill(told_.begin(), told_.end(), no_number);
 }
 
@@ -56,7 +58,10 @@ listings::listings(rt::arena& memory, const needs& parts) noexcept
 listed listings::topic_in(topic_id row) const noexcept {
   const topic& t = state_.topics.at(row);
   if (t.holders == 0 || (row == stop_topic_ && !stop_rules_.in_use())) return {};
-  return {.number = t.channel, .name = state_.topics.name(row), .type = state_.topics.type(row)};
+  return {.number = t.channel,
+          .name = state_.topics.name(row),
+          .type = state_.topics.type(row),
+          .schema = t.schema};
 }
 
 // The endpoint's own services come first, by their numbers, then those in the directory.
@@ -66,10 +71,14 @@ listed listings::service_in(std::uint32_t row) const noexcept {
     return name.empty() ? listed{} : listed{.number = row, .name = name};
   }
   const service_index index{row - first_service_number};
-  if (!service_directory_.in_use(index)) return {};
-  return {.number = service_directory_.at(index).number,
+  if (!service_directory_.is_service(index)) return {};
+  const service_entry& entry = service_directory_.at(index);
+  const detail::queue_pair* by = entry.pair ? &state_.pairs[entry.pair] : nullptr;
+  return {.number = entry.number,
           .name = service_directory_.name(index),
-          .type = service_directory_.type(index)};
+          .type = service_directory_.type(index),
+          .schema = by != nullptr ? by->encoded : nullptr,
+          .request = by != nullptr ? by->decoded : nullptr};
 }
 
 std::string_view listings::service_numbered(std::uint32_t number) const noexcept {
@@ -91,12 +100,14 @@ topic_id listings::topic_subscribed(peer_index peer, std::uint32_t tag) const no
   return {};
 }
 
-// Replaces the numbers in a request by names. Returns why a number is unknown, or an empty text.
-std::string_view listings::put_names(const connection& c, wire::request& asked) const noexcept {
-  constexpr std::string_view unknown = "nothing here has this number";
+unknown_number listings::put_names(const connection& c, wire::request& asked) const noexcept {
+  const auto unknown = [](std::uint32_t number) -> unknown_number {
+    return {"nothing here has the number ", number};
+  };
   if (asked.service_number != no_number) {
     asked.service = service_numbered(asked.service_number);
-    return asked.service.empty() ? unknown : std::string_view{};
+    const bool may = state_.rights.calls(c, asked.service); // else it is not told even the name
+    return may && !asked.service.empty() ? unknown_number{} : unknown(asked.service_number);
   }
   topic_id topic{};
   if (asked.channel == no_number) {
@@ -105,13 +116,30 @@ std::string_view listings::put_names(const connection& c, wire::request& asked) 
     topic = advertisement_table_.find_tag({c.id.index}, asked.channel);
   } else {
     topic = state_.topics.find_channel(asked.channel);
+    if (topic && !state_.rights.sees(c, state_.topics.name(topic))) topic = {};
   }
-  if (!topic) return unknown;
+  if (!topic) return unknown(asked.channel == no_number ? asked.tag : asked.channel);
   asked.topic = state_.topics.name(topic);
   if (asked.what != wire::verb::subscribe) return {};
   const topic_id other = topic_subscribed({c.id.index}, asked.tag);
-  return !other || other == topic ? std::string_view{}
-                                  : "subscribe: this peer gave the number to another topic";
+  if (!other || other == topic) return {};
+  return {"subscribe: this peer gave to another topic the number ", asked.tag};
+}
+
+// ---- what a peer may not see
+
+bool listings::is_unseen(const std::uint32_t& number) const noexcept {
+  const auto place = static_cast<std::size_t>(&number - told_.data());
+  return (unseen_[place / 32] >> place % 32 & 1) != 0;
+}
+void listings::set_unseen(const std::uint32_t& number, bool to) noexcept {
+  const auto place = static_cast<std::size_t>(&number - told_.data());
+  const std::uint32_t bit = std::uint32_t{1} << place % 32;
+  unseen_[place / 32] = to ? unseen_[place / 32] | bit : unseen_[place / 32] & ~bit;
+}
+void listings::forget_unseen(std::uint32_t& number) noexcept {
+  set_unseen(number, false);
+  number = no_number;
 }
 
 // ---- readers
@@ -165,9 +193,16 @@ bool listings::tell(connection& c, bool topics, bool added) noexcept {
   for (std::uint32_t row = 0; row < its.size(); ++row) {
     const listed now = topics ? topic_in({row}) : service_in(row);
     if (its[row] == now.number) continue;
-    const listed one = added ? now : listed{.number = its[row]};
+    if (is_unseen(its[row])) forget_unseen(its[row]); // the peer was not told that it came
+    if (now.number != no_number && its[row] == no_number && !sees(c, now, topics)) {
+      its[row] = now.number;
+      set_unseen(its[row], true);
+      continue;
+    }
+    listed one = added ? now : listed{.number = its[row]};
     if (one.number == no_number) continue;
-    const std::size_t bytes = bytes_of(one);
+    const std::size_t bytes =
+        added ? bytes_of(one, c.protocol->topics, state_.bounds().message_bytes_max) : listed_bytes;
     if (next.count == next.which.size() || next.bytes + bytes > part_bytes_max(peer)) {
       if (!send(c, next)) return false;
     }
@@ -192,7 +227,9 @@ void listings::greet(connection& c) noexcept {
   const peer_index peer{c.id.index};
   readers_[peer] = {.reads = true, .told_at = never_told};
   ++readers_count_;
-  const auto write = [&](json::writer& into) { return c.protocol->topics.write_hello(into, name_); };
+  const auto write = [&](json::writer& into) {
+    return c.protocol->topics.write_hello(into, {.name = name_, .epoch = state_.epoch});
+  };
   if (!outbox_.reply(peer, write, rt::never, true)) state_.peers.close_later(c, unread_diagnostic);
   tell(c);
 }
@@ -200,8 +237,22 @@ void listings::greet(connection& c) noexcept {
 void listings::forget(peer_index peer) noexcept {
   if (!std::exchange(readers_[peer].reads, false)) return;
   const std::span<std::uint32_t> its = told(peer);
-  std::fill(its.begin(), its.end(), no_number);
+  for (std::uint32_t& number : its) {
+    if (is_unseen(number)) set_unseen(number, false);
+    number = no_number;
+  }
   if (--readers_count_ == 0) due_ = rt::never;
+}
+
+void listings::tell_again(peer_index peer) noexcept {
+  if (!readers_[peer].reads) return;
+  for (std::uint32_t& number : told(peer))
+    if (is_unseen(number)) forget_unseen(number);
+  readers_[peer].told_at = never_told;
+}
+
+bool listings::sees(const connection& c, const listed& one, bool topic) const noexcept {
+  return topic ? state_.rights.sees(c, one.name) : state_.rights.calls(c, one.name);
 }
 
 void listings::tell_readers() noexcept {

@@ -17,6 +17,7 @@ void liveness::check(peer_index peer) noexcept {
   if (!c.open()) return;
   check_later(peer);
   refusals_.report_missed(c);
+  if (c.protocol->can.losses) tell_losses(c);
   if (c.unheard) ++state_.cycle.places_freed; // a receiver may have become absent meanwhile
   const rt::time_point began = ingress_.unfinished_since(peer);
   if (began != rt::never && state_.cycle.now - began > state_.options.message_time_max) {
@@ -25,6 +26,16 @@ void liveness::check(peer_index peer) noexcept {
   }
   if (!c.protocol->can.control_frames) return; // it answers no pings
   c.unheard ? check_unread(c) : check_silent(c);
+}
+
+// Always in the same words, because its programs keep a list of what they are told, by the words. Not while
+// it has other answers to read.
+void liveness::tell_losses(connection& c) noexcept {
+  const peer_queues& its = outbox_.of({c.id.index});
+  if (its.dropped == c.losses_told || !its.replies.empty() || state_.cycle.now < c.losses_next) return;
+  c.losses_told = its.dropped;
+  c.losses_next = state_.cycle.now + losses_period;
+  refusals_.send_status(c, {}, losses_diagnostic, wire::severity::warning);
 }
 
 // We do not read it, so its silence means nothing. But it must know that we are alive.

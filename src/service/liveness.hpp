@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether peers are alive and read. A silent peer is pinged. A peer is closed if it stays silent, does not
-// answer pings, or does not finish a message that it began. Each peer is checked every half a second. Service
-// thread only; nothing waits or allocates.
+// answer pings, or does not finish a message that it began. Each peer is checked every half a second, and
+// told then if messages for it were dropped. Service thread only; nothing waits or allocates.
 #pragma once
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/timer_wheel.hpp>
@@ -37,6 +37,7 @@ class liveness {
 
  private:
   void check_later(peer_index peer) noexcept;
+  void tell_losses(connection& c) noexcept;
   void check_unread(connection& c) noexcept;
   void check_silent(connection& c) noexcept;
 

@@ -67,16 +67,9 @@ status local_delivery::deliver(pair_index index, const detail::value_header& hea
     return error{errc::too_big, static_cast<std::int64_t>(body.size()),
                  static_cast<std::int64_t>(end.slots.bytes_max)};
   }
-  std::uint32_t slot = 0;
-  if (end.newest != nullptr) {
-    slot = end.newest->begin_write();
-  } else if (state_.pair_rows[index].spare) {
-    slot = std::exchange(state_.pair_rows[index].spare, {}).value;
-  } else if (const auto free = end.free_ring->try_take()) {
-    slot = *free;
-  } else {
-    return errc::full;
-  }
+  const auto taken = take_slot(index);
+  if (!taken) return errc::full;
+  const std::uint32_t slot = *taken;
   std::byte* const value = end.slots.value(slot);
   std::size_t bytes = body.size();
   if (queues.decoder != nullptr) {
@@ -88,14 +81,9 @@ status local_delivery::deliver(pair_index index, const detail::value_header& hea
   } else {
     std::memcpy(value, body.data(), bytes);
   }
-  *end.slots.header(slot) = header;
-  end.slots.header(slot)->bytes = static_cast<std::uint32_t>(bytes);
-  if (end.newest != nullptr) {
-    end.newest->end_write(slot);
-    queues.arrival.notify();
-  } else if (end.ring->try_push(slot)) { // there is a place for every slot
-    queues.arrival.notify();
-  }
+  detail::value_header whole = header;
+  whole.bytes = static_cast<std::uint32_t>(bytes);
+  hand_over(index, slot, whole);
   return {};
 }
 

@@ -3,6 +3,8 @@
 // sends to the handles and threads that began them. Service thread only; nothing waits or allocates. A user
 // thread that sleeps is woken, which enters the kernel.
 #pragma once
+#include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include <rowe/detail/queue_pair.hpp>
@@ -22,6 +24,11 @@ class local_delivery {
   status deliver(pair_index pair, const detail::value_header& header, std::string_view body,
                  json::decoder::diagnosis& why) noexcept;
 
+  // The two ends of a delivery whose value somebody else writes: takes a slot of the inbox of a handle for
+  // texts, and hands it over. None: the inbox is full, or such a delivery is under way.
+  std::optional<std::uint32_t> take_slot(pair_index pair) noexcept;
+  void hand_over(pair_index pair, std::uint32_t slot, const detail::value_header& header) noexcept;
+
   // Ends a call, or a send that waits. `whom` began it: a handle, which knows it as `own`; a thread that
   // submitted it; or nobody. With an error, `text` is the diagnostic.
   void complete(const call_endpoint& whom, detail::call_ref own, const status& outcome,
@@ -37,5 +44,29 @@ class local_delivery {
 
   core_state& state_;
 };
+
+// ---- inline definitions
+
+inline std::optional<std::uint32_t> local_delivery::take_slot(pair_index index) noexcept {
+  const detail::producer_end& end = state_.pairs[index].service.in;
+  pair_row& row = state_.pair_rows[index];
+  if (row.busy) return std::nullopt;
+  if (end.newest != nullptr) return end.newest->begin_write();
+  if (row.spare) return std::exchange(row.spare, {}).value;
+  return end.free_ring->try_take();
+}
+
+inline void local_delivery::hand_over(pair_index index, std::uint32_t slot,
+                                      const detail::value_header& header) noexcept {
+  detail::queue_pair& queues = state_.pairs[index];
+  const detail::producer_end& end = queues.service.in;
+  *end.slots.header(slot) = header;
+  if (end.newest != nullptr) {
+    end.newest->end_write(slot);
+    queues.arrival.notify();
+  } else if (end.ring->try_push(slot)) { // there is a place for every slot
+    queues.arrival.notify();
+  }
+}
 
 } // namespace rowe::service

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an endpoint's memory is for: one arena, and the transport's share. It is a sum in which every line
-// names its holder. limits::footprint_bytes() is this sum.
+// What an endpoint's memory is for: one arena, the transport's share, and the chunks of long messages. Every
+// line names its holder. limits::footprint_bytes() is the sum of all but the chunks.
 #pragma once
 #include <cstddef>
 
@@ -16,11 +16,14 @@ struct memory_plan {
   std::size_t pairs;       // the queue pairs' shared words
   std::size_t pair_memory; // their rings, windows and slots
   std::size_t handshakes;  // for those under way; the transport takes it
+  std::size_t tls;         // of the heap, as peers come; nothing without TLS
+
+  std::size_t chunks; // of the heap, for long messages: not locked, and touched only as it is used
 
   std::size_t arena() const noexcept { return core + shared + threads + waker + pairs + pair_memory; }
-  std::size_t total() const noexcept { return arena() + handshakes; }
+  std::size_t total() const noexcept { return arena() + handshakes + tls; }
 };
 
-memory_plan plan_memory(const limits& bounds) noexcept;
+memory_plan plan_memory(const limits& bounds, transport_security with = transport_security::none) noexcept;
 
 } // namespace rowe::service

@@ -5,11 +5,22 @@
 #include <array>
 #include <cstring>
 #include <optional>
+#include <string_view>
 
 #include "wire/mask.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::service {
+namespace {
+
+// Whether a JSON object, which begins with its brace, has no members.
+bool has_no_members(std::span<const char> object) noexcept {
+  const std::string_view inside = std::string_view{object.data(), object.size()}.substr(1);
+  const std::size_t first = inside.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && inside[first] == '}';
+}
+
+} // namespace
 
 bool message_frames::add_shared(bool masked, std::size_t skip, batch& into,
                                 const batch_piece& of) const noexcept {
@@ -36,11 +47,91 @@ bool message_frames::add_shared(bool masked, std::size_t skip, batch& into,
   return true;
 }
 
+// ---- long messages
+
+std::size_t message_frames::payload_bytes(const partial_frame& of) const noexcept {
+  const std::size_t body = state_.chunks.bytes(slots_.chunks(of.slot));
+  if (!of.own_head) return slots_.text(of.slot).size() + body;
+  return of.head.size + body + (of.head.from == 0 ? 0 : slots_.text(of.slot).size() - of.head.from);
+}
+
+bool message_frames::add_fragment(bool masked, partial_frame& of, batch& into,
+                                  const batch_piece& piece) const noexcept {
+  const auto bytes = of.fragment != 0
+                         ? of.fragment
+                         : static_cast<std::uint16_t>(std::min(long_fragment_bytes, of.payload - of.done));
+  const auto what = of.done != 0  ? wire::opcode::continuation
+                    : of.own_head ? opcode_of(of.head.as)
+                                  : wire::opcode::text;
+  std::array<std::byte, wire::frame_header_bytes_max> header;
+  const std::size_t header_bytes =
+      wire::write_frame_header(header.data(), what, bytes, masked ? std::optional{piece.key} : std::nullopt);
+  if (of.done + bytes != of.payload) header[0] = wire::not_final(header[0]);
+  const std::size_t left = header_bytes + bytes - of.written;
+  if (!into.fits(left)) return false;
+  batch_piece as = piece;
+  as.fragment = bytes;
+  std::byte* at = into.place(left, as);
+  std::size_t skip = of.written;
+  if (skip < header_bytes) {
+    std::memcpy(at, header.data() + skip, header_bytes - skip);
+    at += header_bytes - skip;
+    skip = header_bytes;
+  }
+  const std::span<std::byte> payload{at, bytes - (skip - header_bytes)};
+  copy_payload(of, of.done + skip - header_bytes, payload);
+  if (masked) (void)wire::mask(payload, piece.key, skip - header_bytes);
+  return true;
+}
+
+// Copies the bytes of the payload from `at` on: of the head, of the envelope in front of the body, of the
+// body, and of the envelope behind it.
+void message_frames::copy_payload(partial_frame& of, std::size_t at,
+                                  std::span<std::byte> into) const noexcept {
+  const std::span<const char> text = slots_.text(of.slot);
+  const std::size_t body_at = slots_.chunks_at(of.slot);
+  const bool alone = of.own_head && of.head.from == 0;
+  const auto head = std::span{of.head.bytes}.first(of.own_head ? of.head.size : 0U);
+  const auto before = std::as_bytes(alone ? std::span<const char>{} : text.first(body_at))
+                          .subspan(of.own_head && !alone ? of.head.from : 0U);
+  const auto behind = std::as_bytes(alone ? std::span<const char>{} : text.subspan(body_at));
+  const text_id body = slots_.chunks(of.slot);
+  const auto take = [&](std::size_t part_bytes, auto&& copy) {
+    if (at < part_bytes && !into.empty()) {
+      const auto here = into.first(std::min(part_bytes - at, into.size()));
+      copy(here);
+      into = into.subspan(here.size());
+      at = 0;
+    } else {
+      at -= std::min(at, part_bytes);
+    }
+  };
+  const auto take_span = [&](std::span<const std::byte> part) {
+    take(part.size(), [&](std::span<std::byte> to) { std::memcpy(to.data(), part.data() + at, to.size()); });
+  };
+  take_span(head);
+  take_span(before);
+  take(state_.chunks.bytes(body), [&](std::span<std::byte> to) {
+    (void)state_.chunks.read(body, at, of.place); // the socket may not take all of it: never behind that
+    chunk_store::place from = of.place;
+    state_.chunks.copy(body, at, ROWE_MUTANT(long_place) ? of.place : from, to);
+  });
+  take_span(behind);
+}
+
+// ---- heads
+
 wire::message_head message_frames::head_of(const batch_piece& of) const noexcept {
+  const wire::protocol_set& protocols = state_.seams.protocols;
+  if (!of.subscription)
+    return protocols.messages.head_of({.empty = has_no_members(slots_.text(of.slot)), .ttl_ns = of.ttl_ns});
   const subscription& to = subscription_rows_[of.subscription];
-  return protocols_.of(to.codec).head_of({.tag = to.tag,
-                                          .published_ns = rt::nanoseconds_of(slots_.published(of.slot)),
-                                          .unslashed = to.unslashed});
+  const std::int64_t published_ns = rt::nanoseconds_of(slots_.published(of.slot));
+  return protocols.of(to.codec).head_of({.tag = to.tag,
+                                         .published_ns = published_ns,
+                                         .wall_ns = published_ns + state_.options.wall_offset_ns,
+                                         .unslashed = to.unslashed,
+                                         .ttl_ns = of.ttl_ns});
 }
 
 bool message_frames::add_headed(bool masked, std::size_t skip, batch& into, const batch_piece& of,

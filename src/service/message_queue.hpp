@@ -48,7 +48,8 @@ class queue_entries {
       : entries_{memory.carve<queue_entry>(bounds.queued_max)},
         free_{entries_},
         held_{memory.carve<held>(owner_count(bounds))},
-        first_large_{slot_pool::first_large(bounds)} {}
+        first_large_{slot_pool::first_large(bounds)},
+        first_chunked_{slot_pool::first_chunked(bounds)} {}
 
   static std::uint32_t owner_of(peer_index peer, queued_as what) noexcept {
     return 2 * peer.value + static_cast<std::uint32_t>(what);
@@ -84,7 +85,7 @@ class queue_entries {
 
   // How many entries of one size class the queues of a connection hold. Some of their slots may have expired.
   std::uint32_t held_by(peer_index peer, queued_as what, slot_class of) const noexcept {
-    return held_[owner_of(peer, what)].of[static_cast<std::size_t>(of)];
+    return held_[owner_of(peer, what)].of[index_of(of)];
   }
   // Which connection loses an entry: the one found last, while it holds more than `share` entries that may be
   // evicted; else the one that holds most. Among equals it is the last one for which `rather(peer_index)` is
@@ -92,7 +93,7 @@ class queue_entries {
   // all. None: nobody holds any.
   template <class Rather>
   peer_index longest(std::optional<slot_class> of, std::uint32_t share, Rather&& rather) noexcept {
-    if (evictable(longest_, of) > std::max(share, 1U)) return longest_;
+    if (longest_ && evictable(longest_, of) > std::max(share, 1U)) return longest_;
     peer_index found{};
     std::uint32_t most = 1;
     for (peer_index i{0}; i.value < held_.size() / 2; ++i.value) {
@@ -103,6 +104,10 @@ class queue_entries {
     }
     if (found) longest_ = found;
     return found;
+  }
+  // The connection has ended. Whoever gets its place next was not found.
+  void forget(peer_index peer) noexcept {
+    if (longest_ == peer) longest_ = {};
   }
   // Looks at every connection.
   bool any_evictable() const noexcept {
@@ -118,22 +123,25 @@ class queue_entries {
 
  private:
   struct held {
-    std::array<std::uint32_t, 2> of{}; // by size class
+    by_class<std::uint32_t> of{};
   };
   static std::size_t owner_count(const limits& bounds) noexcept {
     return 2 * std::size_t{bounds.connections_max};
   }
   std::uint32_t evictable(peer_index peer, std::optional<slot_class> of) const noexcept {
     const auto& here = held_[owner_of(peer, queued_as::evictable)].of;
-    return of ? here[static_cast<std::size_t>(*of)] : here[0] + here[1];
+    return of ? here[index_of(*of)] : here[0] + here[1] + here[2];
   }
-  std::size_t class_of(slot_ref slot) const noexcept { return slot.index.value >= first_large_; }
+  std::size_t class_of(slot_ref slot) const noexcept {
+    return (slot.index.value >= first_large_ ? 1U : 0U) + (slot.index.value >= first_chunked_ ? 1U : 0U);
+  }
 
   rows<entry_id, queue_entry> entries_;
   indexed_pool<entry_id, queue_entry, &queue_entry::next> free_;
   std::span<held> held_;
   const std::uint32_t first_large_;
-  peer_index longest_{0}; // the peer that was found last
+  const std::uint32_t first_chunked_;
+  peer_index longest_{}; // the peer that was found last
   std::uint64_t popped_ = 0;
 };
 

@@ -25,22 +25,33 @@ message_store::message_store(rt::arena& memory, core_state& state) noexcept
     : state_{state},
       text_bytes_max_{
           std::min(state.seams.protocols.message_bytes_max, slot_pool::large_bytes(state.bounds()))},
-      slots_{memory, state_.bounds()},
+      slots_{memory, state_.chunks, state_.bounds()},
       unarmed_{memory.carve<slot_id>(slot_pool::count(state_.bounds()))},
       tracked_{memory.carve<tracking>(slot_pool::count(state_.bounds()))} {}
 
-// Writes the frame header before the text. The wheel is armed at the end of the cycle, if the message is
-// still there then.
-void message_store::finalize(slot_id slot, std::size_t bytes, rt::time_point expires, bool binary) noexcept {
-  slots_.finish(slot, bytes, expires, binary);
-  state_.cycle.work_bytes += bytes;
-  (void)wire::write_frame_header_before(reinterpret_cast<std::byte*>(slots_.text(slot).data()),
-                                        binary ? wire::opcode::binary : wire::opcode::text,
-                                        bytes); // its start follows from `bytes`
+inline void message_store::watch_expiry(slot_id slot, rt::time_point expires) noexcept {
   if (expires == rt::never) return;
   if (expires == state_.cycle.now) expires_this_cycle_ = true;
   if (unarmed_count_ == unarmed_.size()) return state_.due.arm(slot, over_at(expires));
   unarmed_[unarmed_count_++] = slot;
+}
+
+// Writes the frame header before the text. The wheel is armed at the end of the cycle, if the message is
+// still there then.
+void message_store::finalize(slot_id slot, std::size_t bytes, const message_lifetime& lifetime,
+                             bool binary) noexcept {
+  slots_.finish(slot, bytes, lifetime, binary);
+  state_.cycle.work_bytes += bytes;
+  (void)wire::write_frame_header_before(reinterpret_cast<std::byte*>(slots_.text(slot).data()),
+                                        binary ? wire::opcode::binary : wire::opcode::text,
+                                        bytes); // its start follows from `bytes`
+  watch_expiry(slot, lifetime.expires);
+}
+
+void message_store::finalize_chunked(slot_id slot, std::size_t bytes,
+                                     const message_lifetime& lifetime) noexcept {
+  slots_.finish(slot, bytes, lifetime);
+  watch_expiry(slot, lifetime.expires);
 }
 
 void message_store::arm_all_unwritten() noexcept {

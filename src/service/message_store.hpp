@@ -9,6 +9,7 @@
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -50,25 +51,43 @@ class message_store {
   // no slot is free, or none is large enough. When a class has no free slot, `make_room(slot_class)` may free
   // one. A message of the stop may take the reserved slot, and nothing is evicted for it.
   template <class WriteText, class MakeRoom>
-  slot_id compose(rt::time_point expires, WriteText&& write_text, slot_use what,
+  slot_id compose(const message_lifetime& lifetime, WriteText&& write_text, slot_use what,
                   MakeRoom&& make_room) noexcept {
     counter why = counter::no_slot;
     for (const slot_class size : {slot_class::small, slot_class::large}) {
       if (slots_.free_for_all(size) == 0 && what == slot_use::ordinary) make_room(size);
-      const auto slot = slots_.take(slots_.bytes_of(size), what);
+      const slot_id slot = slots_.take(size, what);
       if (!slot) continue;
-      json::writer text{slots_.buffer(*slot)};
+      json::writer text{slots_.buffer(slot, size)};
       const bool binary = writes_binary(write_text, text);
       if (!text.overflowed() && text.bytes() <= text_bytes_max_) {
         if (text.nonfinite() != 0) state_.counts.add(counter::nonfinite, text.nonfinite());
-        finalize(*slot, text.bytes(), expires, binary);
-        return *slot;
+        finalize(slot, text.bytes(), lifetime, binary);
+        return slot;
       }
-      release(*slot);
+      release(slot);
       if (size == slot_class::large) why = counter::too_big;
     }
     state_.counts.add(why);
     return {};
+  }
+
+  // Composes the envelope of a long message whose body is `body`, which its slot refers to from then on.
+  // `write(json::writer&)` returns where in the envelope the body goes. None, counted: no slot is free.
+  template <class Write>
+  slot_id compose_chunked(text_id body, const message_lifetime& lifetime, rt::time_point published,
+                          Write&& write) noexcept {
+    const slot_id slot = slots_.take_chunked(body);
+    if (!slot) {
+      state_.counts.add(counter::no_slot);
+      return {};
+    }
+    json::writer text{slots_.buffer(slot, slot_class::chunked)};
+    const std::size_t at = write(text);
+    assert(!text.overflowed()); // a slot has room for every envelope
+    finalize_chunked(slot, text.bytes(), lifetime);
+    slots_.mark_chunks(slot, at, published);
+    return slot;
   }
 
   void release(slot_id slot) noexcept {
@@ -146,7 +165,9 @@ class message_store {
       return write_text(into) == wire::message_kind::binary;
     }
   }
-  void finalize(slot_id slot, std::size_t bytes, rt::time_point expires, bool binary) noexcept;
+  void watch_expiry(slot_id slot, rt::time_point expires) noexcept;
+  void finalize_chunked(slot_id slot, std::size_t bytes, const message_lifetime& lifetime) noexcept;
+  void finalize(slot_id slot, std::size_t bytes, const message_lifetime& lifetime, bool binary) noexcept;
   tracking& note(slot_id slot) noexcept {
     tracking& one = tracked_[slot];
     if (!std::exchange(one.listed, true)) outcomes_.push_back(tracked_, {slot});

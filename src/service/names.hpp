@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // The spellings of one name. ROS resolves "odom" to "/odom", and ROS 2 writes "geometry_msgs/msg/Twist" where
-// ROS 1 writes "geometry_msgs/Twist". Both spellings name the same thing. Pure functions.
+// ROS 1 writes "geometry_msgs/Twist". Both spellings name the same thing. Also how long one is in JSON. Pure
+// functions.
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
 #include "wire/own_names.hpp"
 
 namespace rowe::service {
+
+// The length of a text in JSON, with its escapes.
+constexpr std::size_t bytes_in_json(std::string_view text) noexcept {
+  std::size_t bytes = 0;
+  for (const char c : text) bytes += c == '"' || c == '\\' ? 2 : static_cast<unsigned char>(c) < ' ' ? 6 : 1;
+  return bytes;
+}
 
 // FNV-1a, 64 bits (Fowler, Noll, Vo): short names, no key, no allocation.
 constexpr std::uint64_t hash_of(std::string_view text) noexcept {

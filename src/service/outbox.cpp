@@ -75,6 +75,7 @@ void outbox::drop_all(queue& from, counter as) noexcept {
 void outbox::forget(peer_index peer) noexcept {
   drop_all(queues_[peer].replies, counter::lost_with_peer);
   for (queue& direct : queues_[peer].direct) drop_all(direct, counter::lost_with_peer);
+  entries_.forget(peer);
 }
 
 // Evicts messages of the peer that holds most, until a slot is free ("longest queue drop": Suter, Lakshman,
@@ -99,8 +100,7 @@ peer_index outbox::holds_most(std::optional<slot_class> of) noexcept {
 
 // As evict_for(), for an entry of a queue.
 void outbox::evict_entry() noexcept {
-  const peer_index most = holds_most(std::nullopt);
-  if (most) evict(most, std::nullopt);
+  if (const peer_index most = holds_most(std::nullopt)) evict(most, std::nullopt);
 }
 
 // Evicts the oldest message of the peer's longest queue. Queues whose front is a slot of the class come
@@ -131,6 +131,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   if (slots_.needed(oldest.index)) state_.peers.close_later(state_.peers[from], unread_diagnostic);
   drop_front(*longest);
   if (!topic) return;
+  ++its.dropped;
   // Other subscribers lose this message, too, if they are backpressured or hold more than an equal share.
   // They usually queue the same slots, and a slot is free only when no queue has it.
   const slot_class size = slots_.class_of(oldest.index);
@@ -139,11 +140,10 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
        i = subscriptions_[i].next_on_topic) {
     subscription& same = subscriptions_[i];
     const bool reads = !queues_[same.peer].backpressured();
-    const auto may_lose_it = [&] {
-      return !reads || entries_.held_by(same.peer, queued_as::evictable, size) > share;
-    };
-    if (same.pending.empty() || entries_.front(same.pending) != oldest || !may_lose_it()) continue;
+    if (same.pending.empty() || entries_.front(same.pending) != oldest) continue;
+    if (reads && entries_.held_by(same.peer, queued_as::evictable, size) <= share) continue;
     state_.counts.add(reads ? counter::evicted : counter::outbox_full);
+    ++queues_[same.peer].dropped;
     drop_front(same.pending);
   }
 }
@@ -154,7 +154,7 @@ bool outbox::check() const noexcept {
   std::uint32_t left = entries_.in_use();
   std::uint64_t queued = 0;
   std::uint32_t scheduled = 0;
-  std::array<std::array<std::uint32_t, 2>, 2> held{}; // of one peer: by kind of queue, and by size class
+  std::array<by_class<std::uint32_t>, 2> held{}; // of one peer: by kind of queue
   const auto fits = [&](const queue& one) {
     std::uint32_t length = 0;
     entry_id last{};
@@ -164,15 +164,14 @@ bool outbox::check() const noexcept {
       if (slots_.alive(slot)) queued += weight(slot.index);
       --left;
       ++length;
-      ++held[one.owner % 2][static_cast<std::size_t>(slots_.class_of(slot.index))];
+      ++held[one.owner % 2][index_of(slots_.class_of(slot.index))];
     }
     return length == one.count && one.entries.tail == last;
   };
   const auto charged = [&](peer_index peer) {
     for (const queued_as what : {queued_as::evictable, queued_as::direct_message}) {
-      for (const slot_class size : {slot_class::small, slot_class::large}) {
-        if (entries_.held_by(peer, what, size) !=
-            held[static_cast<std::size_t>(what)][static_cast<std::size_t>(size)])
+      for (const slot_class size : {slot_class::small, slot_class::large, slot_class::chunked}) {
+        if (entries_.held_by(peer, what, size) != held[static_cast<std::size_t>(what)][index_of(size)])
           return false;
       }
     }

@@ -38,10 +38,10 @@ class outbox {
 
   // As message_store::compose(). The peer that holds most makes room.
   template <class WriteText>
-  slot_id compose(rt::time_point expires, WriteText&& write_text,
+  slot_id compose(const message_lifetime& lifetime, WriteText&& write_text,
                   slot_use what = slot_use::ordinary) noexcept {
     const auto make_room = [this](slot_class of) { (void)evict_for(of); }; // compose() looks again
-    return message_store_.compose(expires, write_text, what, make_room);
+    return message_store_.compose(lifetime, write_text, what, make_room);
   }
   // The same for a topic's message; `write_body(json::writer&)` writes its body.
   template <class WriteBody>
@@ -162,7 +162,7 @@ template <class WriteText>
 slot_id outbox::reply(peer_index to, WriteText&& write_text, rt::time_point expires, bool needed) noexcept {
   if (!state_.peers[to].open()) return {};
   const bool has_place = has_place_for_reply(to);
-  const slot_id slot = has_place ? compose(expires, write_text) : slot_id{};
+  const slot_id slot = has_place ? compose(message_lifetime{expires}, write_text) : slot_id{};
   if (!has_place) state_.counts.add(counter::outbox_full);
   if (!slot) return {};
   if (enqueue(queues_[to].replies, slot)) {
@@ -180,12 +180,12 @@ slot_id outbox::compose_message(topic_id topic, rt::time_point published, rt::ti
                                 WriteBody&& write_body) noexcept {
   std::size_t body_at = 0;
   std::size_t body_bytes = 0;
-  const slot_id slot = compose(expires, [&](json::writer& text) {
-    text.append(state_.topics.head(topic));
-    body_at = text.bytes();
-    write_body(text);
-    body_bytes = text.bytes() - body_at;
-    for (const char& c : state_.topics.tail()) text.append({&c, 1}); // usually one character
+  const slot_id slot = compose(message_lifetime::of_topic(expires, state_.cycle.now), [&](json::writer& out) {
+    out.append(state_.topics.head(topic));
+    body_at = out.bytes();
+    write_body(out);
+    body_bytes = out.bytes() - body_at;
+    for (const char& c : state_.topics.tail()) out.append({&c, 1}); // usually one character
   });
   if (slot) slots_.mark_body(slot, body_at, body_bytes, published);
   return slot;

@@ -13,6 +13,8 @@ namespace rowe::service {
 
 struct pair_row {
   bool attached = false;
+  bool busy = false;       // a long value is being copied into its inbox, so it gets no other one
+  bool long_texts = false; // it may publish long texts
   topic_id topic{};
   pair_index next_inbox{};
   std::uint64_t sequence = 0;    // of the newest value taken from a window

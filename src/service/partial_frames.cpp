@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/check_sum.hpp"
 #include "service/service_limits.hpp"
 
@@ -26,6 +28,16 @@ void partial_frames::begin(peer_index peer, const partial_frame& frame) noexcept
   slots_.begin(frame.slot);
   frames_[peer] = frame;
   frames_[peer].since = state_.cycle.now;
+}
+
+bool partial_frames::advance(peer_index peer, std::size_t bytes, bool ends_frame) noexcept {
+  partial_frame& frame = frames_[peer];
+  frame.written += bytes;
+  if (!ends_frame || !frame.is_long()) return ends_frame;
+  frame.done += std::exchange(frame.fragment, 0);
+  frame.written = 0;
+  frame.since = state_.cycle.now; // it has as much time for the next fragment
+  return frame.done == frame.payload;
 }
 
 void partial_frames::end(peer_index peer) noexcept {
@@ -52,7 +64,9 @@ bool partial_frames::is_worth_handing_over(peer_index peer) const noexcept {
 }
 
 rt::time_point partial_frames::due_of(const partial_frame& frame) noexcept {
-  const auto bytes = static_cast<std::int64_t>(slots_.text(frame.slot).size());
+  const bool in_fragments = frame.is_long() && !ROWE_MUTANT(long_stall);
+  const auto bytes =
+      static_cast<std::int64_t>(in_fragments ? long_fragment_bytes : slots_.message_bytes(frame.slot));
   const rt::duration for_bytes = rt::duration{std::chrono::seconds{bytes}} / partial_bytes_per_second;
   return frame.since + partial_time_min + for_bytes;
 }

@@ -2,7 +2,11 @@
 // Partial frames: messages of which a socket has taken only the first bytes. Such a frame keeps its slot
 // until its last byte is written, and a peer that does not read never takes that byte. So only some slots of
 // each size may be partial at once. A peer that has to wait begins when one of those frames is done, or is
-// cut because it takes too long while a peer waits. Service thread only; nothing waits or allocates.
+// cut because it takes too long while a peer waits.
+//
+// A long message goes as several frames, the fragments of RFC 6455 5.4. It counts as partial until its last
+// byte is written, but control frames may go between its fragments. Service thread only; nothing waits or
+// allocates.
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -29,8 +33,22 @@ struct partial_frame {
   bool own_head = false;     // the peer's codec writes its own head:
   wire::message_head head{}; // that head
   rt::time_point since{};
+  // Of a long message; `written` is then of its present fragment.
+  std::size_t payload = 0;    // its bytes: all,
+  std::size_t done = 0;       // those in the fragments before that,
+  std::uint16_t fragment = 0; // and those in that one; 0: none was begun
+  chunk_store::place place{}; // of what was read last, in the chunks
 
   explicit operator bool() const noexcept { return static_cast<bool>(slot); }
+  // The bytes of a frame have been written, but not all.
+  bool mid_frame() const noexcept { return written != 0; }
+  // It is a long message. In its middle no other message may be begun.
+  bool is_long() const noexcept { return payload != 0; }
+  // Of a long message: the frame that goes next.
+  void begin_fragment(std::uint16_t bytes, const wire::mask_key& with) noexcept {
+    fragment = bytes;
+    key = with;
+  }
 };
 
 class partial_frames {
@@ -59,6 +77,8 @@ class partial_frames {
   }
   // A socket has taken the first bytes. The reference of the message goes with them.
   void begin(peer_index peer, const partial_frame& frame) noexcept;
+  // More bytes of it are written; they end its frame or not. True if the whole message is written.
+  bool advance(peer_index peer, std::size_t bytes, bool ends_frame) noexcept;
   // The last byte is written, or the peer has left.
   void end(peer_index peer) noexcept;
   // Whether the transport should keep the rest of the frame itself. That costs system calls. It is worth them

@@ -19,6 +19,7 @@ struct peer_queues {
   std::array<queue, 3> direct; // messages to it, by priority
   std::array<ready_list, 3> ready;
   std::uint32_t latched_pending = 0; // how many subscriptions still wait for their latched value
+  std::uint32_t dropped = 0;         // messages of its topics so far, for which it read too slowly
   bool scheduled = false;            // it has something to write, and is in the ring of such peers
   bool blocked = false;              // the transport has no room; on_writable() comes
   bool out_of_credit = false;        // its credit is used up, but for urgent frames; a pong comes

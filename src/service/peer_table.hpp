@@ -2,6 +2,7 @@
 // The connected peers, by the index that the transport gives them. Service thread only; nothing waits or
 // allocates.
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -11,6 +12,7 @@
 
 #include "service/connection.hpp"
 #include "service/ids.hpp"
+#include "service/service_limits.hpp"
 
 namespace rowe::service {
 
@@ -36,7 +38,7 @@ class peer_table {
   }
 
   // Parts do not close peers. A part calls this with the close reason, and from then on the peer counts as
-  // closed. The core closes it when the part has returned.
+  // closed. The core closes it when the part has returned, or, if many are to be closed, in a later cycle.
   void close_later(connection& c, std::string_view why,
                    std::uint16_t code = wire::close_code::policy) noexcept {
     if (!c.open()) return; // it is closed for what came first
@@ -44,9 +46,29 @@ class peer_table {
     c.close_reason = why;
     c.closes_as = code;
     wants_close_ = true;
+    marked_from_ = std::min(marked_from_, c.id.index);
   }
   bool wants_close() const noexcept { return wants_close_; }
-  void closed_all() noexcept { wants_close_ = false; }
+  // The next one to close. Null: there is none, or so many were closed that the others wait for a cycle.
+  connection* take_marked() noexcept {
+    if (!wants_close_ || closes_left_ == 0) return nullptr;
+    for (; marked_from_ < rows_.size(); ++marked_from_) {
+      connection& c = rows_[{marked_from_}];
+      if (c.state != connection::phase::to_close) continue;
+      c.state = connection::phase::open;
+      --closes_left_;
+      return &c;
+    }
+    wants_close_ = false;
+    closes_left_ = closes_per_cycle;
+    return nullptr;
+  }
+  // At the end of a cycle: whether the next one is to close some.
+  bool closes_in_next_cycle() noexcept {
+    if (!wants_close_) return false;
+    closes_left_ = closes_per_cycle;
+    return true;
+  }
 
   // A client's server, if it is connected; else null.
   connection* server() const noexcept {
@@ -78,6 +100,8 @@ class peer_table {
   std::uint32_t count_ = 0;
   std::uint32_t opened_ = 0;
   bool wants_close_ = false;
+  std::uint32_t marked_from_ = 0; // none before it is marked
+  std::uint32_t closes_left_ = closes_per_cycle;
 };
 
 } // namespace rowe::service

@@ -48,9 +48,8 @@ void refusals::refuse(connection& c, wire::codec_id in, std::string_view id_raw,
 
 void refusals::refuse(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept {
   if (!asked.by_number || asked.what != wire::verb::call) return refuse(c, asked.codec, asked.id_raw, why);
-  if (!admits(c, event::kind::refused_request, why.text, {})) return;
-  add(counter::calls_refused);
-  fail_call(c, asked.codec, {.service = asked.service, .id_raw = asked.id_raw}, why);
+  report(c, event::kind::refused_request, why.text, {});
+  answer_call(c, asked, why);
 }
 
 void refusals::refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept {
@@ -90,22 +89,36 @@ void refusals::refuse_for(connection& c, std::string_view id_raw, wire::text_out
 void refusals::deny(connection& c, const wire::request& asked, std::string_view why) noexcept {
   add(counter::denied);
   const wire::diagnostic denied{.code = "denied", .text = why};
-  if (asked.what != wire::verb::call) {
+  if (asked.what != wire::verb::call && asked.what != wire::verb::send_goal) {
     if (admits(c, event::kind::denied, why, {})) answer(c, asked.codec, asked.id_raw, denied);
     return;
   }
-  add(counter::calls_refused);
   report(c, event::kind::denied, why, {});
-  (void)within_rate(c); // may close it; else it is answered, because it waits
-  if (c.open()) fail_call(c, asked.codec, {.service = asked.service, .id_raw = asked.id_raw}, denied);
+  answer_call(c, asked, denied);
 }
 
-void refusals::warn(connection& c, std::string_view id_raw, std::string_view why) noexcept {
-  if (admits(c, event::kind::refused_request, why, {})) send_status(c, id_raw, why);
+void refusals::refuse_unknown(connection& c, const wire::request& asked) noexcept {
+  std::array<char, wire::no_service_bytes_max> buffer;
+  answer_call(
+      c, asked,
+      {.code = error{errc::no_service}.name(), .text = wire::no_service_diagnostic(asked.service, buffer)});
 }
 
-void refusals::send_status(connection& c, std::string_view id_raw, std::string_view why) noexcept {
-  say(c, c.protocol->topics.id(), id_raw, {.code = "refused", .text = why});
+void refusals::warn(connection& c, std::string_view id_raw, std::string_view why,
+                    wire::severity how) noexcept {
+  if (admits(c, event::kind::refused_request, why, {})) send_status(c, id_raw, why, how);
+}
+
+void refusals::send_status(connection& c, std::string_view id_raw, std::string_view why,
+                           wire::severity how) noexcept {
+  say(c, c.protocol->topics.id(), id_raw, {.code = "refused", .text = why}, how);
+}
+
+// The rate may close the connection. Else the call is answered even beyond it, because its caller waits.
+void refusals::answer_call(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept {
+  add(counter::calls_refused);
+  (void)within_rate(c);
+  if (c.open()) fail_call(c, asked.codec, wire::origin_of(asked), why);
 }
 
 void refusals::fail_call(connection& c, wire::codec_id in, const wire::call_origin& call,
@@ -122,12 +135,14 @@ void refusals::answer(connection& c, wire::codec_id in, std::string_view id_raw,
   say(c, in, id_raw, why);
 }
 
-void refusals::say(connection& c, wire::codec_id in, std::string_view id_raw,
-                   const wire::diagnostic& why) noexcept {
+void refusals::say(connection& c, wire::codec_id in, std::string_view id_raw, const wire::diagnostic& why,
+                   wire::severity how) noexcept {
   std::array<char, wire::error_bytes_max> buffer;
   json::writer text{buffer};
   const auto kind = state_.seams.protocols.of(in).write_error(
-      text, {.to_server = c.ours == side::client, .level = rows_[{c.id.index}].level, .id_raw = id_raw}, why);
+      text,
+      {.to_server = c.ours == side::client, .level = rows_[{c.id.index}].level, .how = how, .id_raw = id_raw},
+      why);
   outbox_.reply_written({c.id.index}, text, kind);
 }
 
@@ -151,7 +166,7 @@ bool refusals::within_rate(connection& c) noexcept {
 void refusals::report(connection& c, event::kind kind, std::string_view why,
                       std::string_view remedy) noexcept {
   if (admits_event({c.id.index})) {
-    state_.events.report(kind, c.peer(), why, remedy);
+    state_.events.report(kind, c.peer(), why, remedy, c.identity);
   } else {
     ++rows_[{c.id.index}].unreported;
   }
@@ -163,8 +178,8 @@ void refusals::report_missed(connection& c) noexcept {
   std::array<char, missed_text_bytes_max> text;
   const int bytes = std::snprintf(text.data(), text.size(), "%u more requests were refused",
                                   std::exchange(of.unreported, 0));
-  state_.events.report(event::kind::refused_request, c.peer(),
-                       {text.data(), static_cast<std::size_t>(bytes)});
+  state_.events.report(event::kind::refused_request, c.peer(), {text.data(), static_cast<std::size_t>(bytes)},
+                       {}, c.identity);
 }
 
 void refusals::note_excess(connection& c) noexcept { close_if_flooding(c, c.messages, too_many_messages_); }

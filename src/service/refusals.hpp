@@ -51,7 +51,8 @@ class refusals {
   // either happens too often.
   void refuse(connection& c, wire::codec_id in, std::string_view id_raw,
               const wire::diagnostic& why) noexcept;
-  // The same. A call by number is answered as a call, even if it was not decoded: its caller waits.
+  // The same. A call by number is answered as a call, even if it was not decoded, and however often: its
+  // caller waits.
   void refuse(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept;
   // Refuses a request about topics or services.
   void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
@@ -61,10 +62,14 @@ class refusals {
   void refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept;
   // The peer's role does not allow the request (access_control). Counted and reported as a denial.
   void deny(connection& c, const wire::request& asked, std::string_view why) noexcept;
+  // The peer calls a service that nobody provides here. Counted as a refused call.
+  void refuse_unknown(connection& c, const wire::request& asked) noexcept;
   // Warns a peer that what it got is not what it expects. Sent and counted as a refusal.
-  void warn(connection& c, std::string_view id_raw, std::string_view why) noexcept;
+  void warn(connection& c, std::string_view id_raw, std::string_view why,
+            wire::severity how = wire::severity::error) noexcept;
   // The same, without the limit on how often.
-  void send_status(connection& c, std::string_view id_raw, std::string_view why) noexcept;
+  void send_status(connection& c, std::string_view id_raw, std::string_view why,
+                   wire::severity how = wire::severity::error) noexcept;
   // A call of the peer has failed. Always answered; if there is no room the answer is lost, and counted.
   void fail_call(connection& c, wire::codec_id in, const wire::call_origin& call,
                  const wire::diagnostic& why) noexcept;
@@ -85,17 +90,19 @@ class refusals {
  private:
   // Of one peer.
   struct row {
-    rate_limit refused;                           // limits its refusals,
-    rate_limit reports;                           // and the events about them
-    std::uint32_t unreported = 0;                 // since the last event
-    wire::severity level = wire::severity::error; // what it wants to be told
+    rate_limit refused;                             // limits its refusals,
+    rate_limit reports;                             // and the events about them
+    std::uint32_t unreported = 0;                   // since the last event
+    wire::severity level = wire::severity::warning; // what it wants to be told
   };
 
   void add(counter which) noexcept { state_.counts.add(which); }
+  void answer_call(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept;
   bool admits(connection& c, event::kind kind, std::string_view why, std::string_view remedy) noexcept;
   void answer(connection& c, wire::codec_id in, std::string_view id_raw,
               const wire::diagnostic& why) noexcept;
-  void say(connection& c, wire::codec_id in, std::string_view id_raw, const wire::diagnostic& why) noexcept;
+  void say(connection& c, wire::codec_id in, std::string_view id_raw, const wire::diagnostic& why,
+           wire::severity how = wire::severity::error) noexcept;
   void refuse_for(connection& c, std::string_view id_raw, wire::text_out& why,
                   std::string_view option) noexcept;
   void close_if_flooding(connection& c, const rate_limit& rate, std::string_view why) noexcept;

@@ -11,8 +11,9 @@ namespace {
 
 // A batch has capacity for the largest message, with all headers that may precede it.
 std::size_t buffer_bytes(const limits& bounds) noexcept {
-  return std::max(batch_bytes_max, slot_pool::large_bytes(bounds) + wire::frame_header_bytes_max +
-                                       sizeof(control_frames) + sizeof(stop_frames));
+  return std::max(batch_bytes_max, slot_pool::large_bytes(bounds) + sizeof(wire::message_head::bytes) +
+                                       wire::frame_header_bytes_max + sizeof(control_frames) +
+                                       sizeof(stop_frames));
 }
 
 } // namespace
@@ -112,6 +113,7 @@ void sender::flush(peer_index peer) noexcept {
   // pong, for room in the transport, or for the end of a partial frame. That schedules the peer again.
   const bool scheduled = std::exchange(queues.scheduled, true);
   bool more = true;
+  unsigned fragments = 0; // of long messages
   for (unsigned round = 0; more && round < batches_per_cycle && !queues.blocked; ++round) {
     if (queues.latched_pending != 0)
       subscription_queues_.place_pending_latched(peer); // first, since it may evict
@@ -123,6 +125,7 @@ void sender::flush(peer_index peer) noexcept {
     const bool may_begin_now = waited && !queues.waits_to_begin; // its own partial frame has ended
     const bool more_latched = queues.latched_pending != 0 && !next.out_of_credit && !queues.waits_to_begin;
     more = next.more || more_latched || may_begin_now;
+    if (next.in_fragments && ++fragments == long_fragments_per_turn) break;
   }
   queues.scheduled = scheduled;
   if (more) outbox_.schedule(peer);
@@ -165,13 +168,7 @@ inline void sender::commit(const recipient& to, batch& sent, std::size_t taken) 
     switch (piece.is) {
     case batch_piece::origin::stop: urgent_.commit_stop(to.index, part); break;
     case batch_piece::origin::control: urgent_.commit_control(to.index, part); break;
-    case batch_piece::origin::partial:
-      partial_.of(to.index).written += part;
-      if (!whole) break;
-      count_message_out(to.peer);
-      message_store_.note_sent(partial_.of(to.index).slot);
-      partial_.end(to.index);
-      break;
+    case batch_piece::origin::partial: commit_partial(to, piece, part); break;
     case batch_piece::origin::message:
       if (part != 0) commit_message(to, piece, part);
     }
@@ -184,6 +181,8 @@ inline void sender::commit(const recipient& to, batch& sent, std::size_t taken) 
 inline void sender::commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept {
   outbox_.take_front(*piece.from, piece.slot);
   if (piece.subscription) subscription_queues_.mark_served(piece.subscription);
+  if (piece.fragment != 0) [[unlikely]]
+    return commit_first_fragment(to, piece, part);
   if (part == piece.bytes) {
     count_message_out(to.peer);
     return message_store_.delivered(piece.slot);
@@ -191,6 +190,25 @@ inline void sender::commit_message(const recipient& to, const batch_piece& piece
   partial_frame rest{.slot = piece.slot, .written = part, .key = piece.key, .own_head = piece.own_head};
   if (piece.own_head) rest.head = frames_.head_of(piece);
   partial_.begin(to.index, rest);
+}
+
+void sender::commit_partial(const recipient& to, const batch_piece& piece, std::size_t part) noexcept {
+  partial_frame& frame = partial_.of(to.index);
+  if (piece.fragment != 0) frame.begin_fragment(piece.fragment, piece.key);
+  if (!partial_.advance(to.index, part, part == piece.bytes)) return;
+  count_message_out(to.peer);
+  message_store_.note_sent(frame.slot);
+  partial_.end(to.index);
+}
+
+// The first fragment of a long message, or a part of it.
+void sender::commit_first_fragment(const recipient& to, const batch_piece& piece, std::size_t part) noexcept {
+  partial_frame begun{.slot = piece.slot, .own_head = piece.own_head};
+  if (piece.own_head) begun.head = frames_.head_of(piece);
+  begun.payload = frames_.payload_bytes(begun);
+  begun.begin_fragment(piece.fragment, piece.key);
+  partial_.begin(to.index, begun);
+  commit_partial(to, piece, part);
 }
 
 void sender::count_message_out(connection& peer) noexcept {
@@ -216,7 +234,7 @@ void sender::send_control(peer_index peer, wire::opcode what, std::span<const st
 }
 
 void sender::send_close(peer_index peer, std::uint16_t code, std::string_view reason) noexcept {
-  if (partial_.of(peer) || !urgent_.add_close(peer, code, reason)) return;
+  if (partial_.of(peer).mid_frame() || !urgent_.add_close(peer, code, reason)) return;
   outbox_.schedule(peer);
   flush(peer);
 }
@@ -242,9 +260,11 @@ bool sender::check() const noexcept {
   for (const peer_index i : state_.peers.ids()) {
     const peer_queues& queues = outbox_.of(i);
     if (!state_.peers[i].open() || queues.scheduled || queues.blocked) continue;
+    const bool needs_pong = queues.out_of_credit && urgent_.waits_for_pong(i);
+    if (partial_.of(i).is_long() && needs_pong && !partial_.of(i).mid_frame()) continue;
     if (partial_.of(i) || urgent_.any(i)) return false;
     const bool others_end = queues.waits_to_begin && partial_.wakes_who_waits();
-    if ((queues.out_of_credit && urgent_.waits_for_pong(i)) || others_end) continue;
+    if (needs_pong || others_end) continue;
     if (subscription_queues_.any_due(i)) return false;
   }
   return group_.count() == 0 && partial_.check() && turn_left_ <= outbox_.scheduled();

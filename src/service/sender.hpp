@@ -96,6 +96,8 @@ class sender {
   void settle(const recipient& to, batch& sent, std::size_t taken) noexcept;
   void commit(const recipient& to, batch& sent, std::size_t taken) noexcept;
   void commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept;
+  void commit_partial(const recipient& to, const batch_piece& piece, std::size_t part) noexcept;
+  void commit_first_fragment(const recipient& to, const batch_piece& piece, std::size_t part) noexcept;
   void hand_over_rest(const recipient& to) noexcept;
 
   core_state& state_;

@@ -25,10 +25,12 @@ service_directory::service_directory(rt::arena& memory, const limits& bounds) no
       name_bytes_max_{bounds.topic_bytes_max} {}
 
 // A handful of services: a walk over their hashes is as quick as a table.
-service_index service_directory::find(std::string_view wanted) const noexcept {
+service_index service_directory::find(std::string_view wanted, offer what) const noexcept {
   const std::uint64_t hash = hash_of_service(wanted);
   for (const service_index i : ids()) {
-    if (entries_[i].hash == hash && without_slash(name(i)) == without_slash(wanted)) return i;
+    if (entries_[i].hash == hash && entries_[i].what == what &&
+        without_slash(name(i)) == without_slash(wanted))
+      return i;
   }
   return {};
 }
@@ -41,15 +43,16 @@ service_index service_directory::find_number(std::uint32_t number) const noexcep
 }
 
 service_directory::added service_directory::add(std::string_view name, std::string_view type, pair_index pair,
-                                                connection_id peer) noexcept {
+                                                connection_id peer, offer what) noexcept {
   assert(name.size() <= name_bytes_max_ && type.size() <= name_bytes_max_);
-  if (find(name)) return {{}, refusal::taken};
+  if (find(name, what)) return {{}, refusal::taken};
   const auto free =
       std::find_if(entries_.begin(), entries_.end(), [](const service_entry& e) { return e.hash == 0; });
   if (free == entries_.end()) return {{}, refusal::no_room};
   *free = {.hash = hash_of_service(name),
            .pair = pair,
            .peer = peer,
+           .what = what,
            .number = next_number_++,
            .name_bytes = static_cast<std::uint16_t>(name.size()),
            .type_bytes = static_cast<std::uint16_t>(type.size())};

@@ -17,11 +17,15 @@
 
 namespace rowe::service {
 
+// Actions are listed beside services, and their names are other names.
+enum class offer : std::uint8_t { service, action };
+
 struct service_entry {
   std::uint64_t hash = 0; // 0: free
   pair_index pair{};
-  connection_id peer{};     // where there is no pair,
-  wire::codec_id speaks{};  // and how it is asked
+  connection_id peer{};    // where there is no pair,
+  wire::codec_id speaks{}; // and how it is asked
+  offer what = offer::service;
   std::uint32_t number = 0; // that no other one gets, for codecs that have those
   std::uint16_t name_bytes = 0;
   std::uint16_t type_bytes = 0;
@@ -33,7 +37,7 @@ class service_directory {
   service_directory(rt::arena& memory, const limits& bounds) noexcept;
 
   // none: nobody provides it.
-  service_index find(std::string_view name) const noexcept;
+  service_index find(std::string_view name, offer what = offer::service) const noexcept;
 
   enum class refusal : std::uint8_t { none, taken, no_room };
   struct added {
@@ -42,7 +46,8 @@ class service_directory {
   };
   // `taken` is also the answer if the same provider offers it again. Names and types have at most
   // topic_bytes_max bytes.
-  added add(std::string_view name, std::string_view type, pair_index pair, connection_id peer) noexcept;
+  added add(std::string_view name, std::string_view type, pair_index pair, connection_id peer,
+            offer what = offer::service) noexcept;
   void remove(service_index index) noexcept;
 
   service_entry& at(service_index index) noexcept { return entries_[index]; }
@@ -59,6 +64,9 @@ class service_directory {
   // All places, for a walk; those in use have a hash.
   auto ids() const noexcept { return entries_.ids(); }
   bool in_use(service_index index) const noexcept { return entries_[index].hash != 0; }
+  bool is_service(service_index index) const noexcept {
+    return in_use(index) && entries_[index].what == offer::service;
+  }
   std::uint32_t count() const noexcept { return count_; }
   std::uint32_t of_peers() const noexcept { return of_peers_; }
 

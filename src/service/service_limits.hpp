@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include <rowe/detail/calls.hpp>
+#include <rowe/detail/parameter_cell.hpp>
 #include <rowe/detail/waiting.hpp>
 #include <rowe/event.hpp>
 #include <rowe/rt/clock.hpp>
@@ -63,6 +64,8 @@ inline constexpr std::size_t listed_bytes = 128;
 // The work of looking at one place that a peer holds for a topic.
 inline constexpr std::size_t held_topic_work_bytes = 4;
 static_assert(held_topic_work_bytes < push_work);
+// Peers that are marked to be closed and are closed in one cycle. Each costs a call of the transport.
+inline constexpr std::uint32_t closes_per_cycle = 16;
 
 // ---- pools
 
@@ -79,6 +82,15 @@ inline constexpr std::uint32_t first_service_number = 64;
 inline constexpr std::size_t latch_block_bytes_max = 1020;
 static_assert(latch_block_bytes_max + sizeof(block_id) == 1024);
 
+// ---- pages
+
+// Topics whose last values are kept for HTTP, and for how long after somebody asked for one.
+inline constexpr std::uint32_t asked_topics_max = 32;
+inline constexpr rt::duration asked_topic_kept_for = std::chrono::seconds{60};
+static_assert(page_wait_max < asked_topic_kept_for);
+// The memory for them, in the longest messages that there may be.
+inline constexpr std::uint32_t last_values_messages = 2;
+
 // ---- reading
 
 // The bytes of one read of a peer while others are readable too, and the tailroom behind them.
@@ -88,6 +100,21 @@ inline constexpr std::size_t staging_bytes =
 inline constexpr std::size_t stop_look_bytes = 160;
 inline constexpr std::size_t stop_frame_bytes_max = transport_sink::read_bytes_in_turn;
 static_assert(stop_look_bytes < stop_frame_bytes_max && stop_frame_bytes_max < staging_bytes);
+
+// A piece of a long message is scanned byte by byte, which takes so many times as long as reading a message
+// does: two pieces are a cycle's work, some 50 us.
+inline constexpr std::size_t long_work_times = 12;
+// A message that is not complete is safe from newcomers until its peer has used as much as it takes in this
+// time.
+inline constexpr std::uint64_t long_grace_ms = 500;
+// What a peer has used for long messages is half forgotten in this time.
+inline constexpr std::uint64_t long_use_half_ms = 8000;
+// A long message has message_time_max for each so many of its bytes.
+inline constexpr std::size_t timed_bytes = 64 * 1024;
+// Bytes of a long text of this process that are checked in one cycle.
+inline constexpr std::size_t long_scan_bytes = 8 * 1024;
+// Bytes that are copied into the inboxes of handles in one cycle, of long messages.
+inline constexpr std::size_t long_copy_bytes = 64 * 1024;
 
 // What a JSON parser may read behind a text, and what is kept free for that behind each text.
 static_assert(transport_sink::tailroom_bytes >= json::reader::tailroom_bytes &&
@@ -105,12 +132,30 @@ static_assert(our_call_id_bytes_max <= call_id_bytes_max);
 inline constexpr std::size_t subscribe_requests_max = 4;
 static_assert(subscribe_requests_max <= UINT8_MAX);
 
+// ---- TLS
+
+// Bytes of the heap, all told, with what malloc adds. tests/counts/tls_memory_test.cpp measures them.
+// A connection: its session, and OpenSSL's part with a buffer for a record in each direction.
+inline constexpr std::size_t tls_connection_bytes = std::size_t{88} << 10;
+// A handshake that is under way, at most: OpenSSL takes a hello of 128 KiB, into a buffer a third larger.
+inline constexpr std::size_t tls_handshake_bytes = std::size_t{264} << 10;
+// A place for one, from the start: a header, and what the two threads tell each other about it.
+inline constexpr std::size_t tls_place_bytes = std::size_t{8} << 10;
+// What an endpoint has once: the certificates.
+inline constexpr std::size_t tls_bytes = std::size_t{64} << 10;
+
 // ---- writing
 
 // A batch ends with the frame that reaches this, or before one for which there is no room. A little less than
 // a segment of TCP can be (65 483 bytes on loopback): a longer batch leaves a tiny segment behind it.
 inline constexpr std::size_t batch_bytes_max = 60 * 1024;
 inline constexpr std::size_t batch_pieces_max = 256;
+// How much of a long message one of its frames has. Control frames go between them, and other peers have
+// their turns after so many.
+inline constexpr std::size_t long_fragment_bytes = 32 * 1024;
+inline constexpr unsigned long_fragments_per_turn = 2;
+static_assert(long_fragment_bytes <= UINT16_MAX);
+static_assert(long_fragment_bytes + wire::frame_header_bytes_max <= batch_bytes_max);
 // One peer takes a cycle's writing at most.
 static_assert(batches_per_cycle * (1 + batch_bytes_max / write_work_bytes) <= write_work_per_cycle);
 static_assert(batch_bytes_max < 65'483);
@@ -128,6 +173,9 @@ inline constexpr std::size_t escaped_bytes_max = 6;
 inline constexpr std::uint32_t replies_max = 64;
 inline constexpr std::uint32_t replies_max_backpressured = 16;
 static_assert(replies_max_backpressured < replies_max);
+// Feedback of actions is queued while fewer replies wait than this.
+inline constexpr std::uint32_t feedback_queued_max = 8;
+static_assert(feedback_queued_max < replies_max_backpressured);
 
 // Events about refusals to one peer at once; then one a second.
 inline constexpr std::uint32_t refusal_events_burst = 8;
@@ -153,6 +201,27 @@ inline constexpr std::uint32_t report_topics_one_in = 8;
 inline constexpr std::uint32_t report_connections_one_in = 2;
 static_assert(report_topics_one_in > 2 && report_connections_one_in >= 2); // together less than all
 
+// ---- deadlines
+
+// A subscription's deadline that is shorter is watched as if it were this long, so that each costs little.
+inline constexpr rt::duration deadline_min = std::chrono::milliseconds{100};
+
+// ---- parameters
+
+// The topic /rowe/parameters is published this often at most.
+inline constexpr rt::duration parameters_period = std::chrono::milliseconds{20};
+// The text of a value, with its quotes and escapes, is not longer than this.
+inline constexpr std::size_t parameter_json_bytes_max =
+    escaped_bytes_max * detail::parameter_text_bytes_max + 2;
+// Peers that are told in one cycle what has changed, each by a message of its own.
+inline constexpr unsigned parameter_tells_per_cycle = 4;
+// What a message says of a parameter besides its name and its value, at most; and around all of them, besides
+// the id.
+inline constexpr std::size_t told_parameter_bytes = 48;
+inline constexpr std::size_t parameters_envelope_bytes = 64;
+// The work of finding a parameter by its name.
+inline constexpr std::size_t parameter_work_bytes = 256;
+
 // ---- diagnostics and events, in bytes
 
 // Handles keep no longer diagnostic of a failed call than a peer is sent.
@@ -172,6 +241,8 @@ inline constexpr std::size_t verb_bytes_shown = 24;
 inline constexpr std::size_t topic_bytes_shown = 96;
 inline constexpr std::size_t type_bytes_shown = 96;
 inline constexpr std::size_t diagnosis_bytes_shown = 320;
+inline constexpr std::size_t parameter_value_bytes_shown = 48;
+inline constexpr std::size_t parameter_name_bytes_shown = 24; // of an enum's value
 static_assert(name_bytes_shown + 64 <= detail::diagnostic_bytes_max);
 static_assert(topic_bytes_shown + 2 * type_bytes_shown + 64 <= wire::refusal::text_bytes_max);
 // An event has less space.
@@ -187,6 +258,7 @@ static_assert(verb_bytes_shown + topic_bytes_shown + 192 <= share_text_bytes_max
 inline constexpr std::size_t remedy_bytes_max = 128;
 static_assert(std::is_same_v<decltype(event::remedy), event::text<192>> && remedy_bytes_max <= 192);
 inline constexpr std::size_t missed_text_bytes_max = 64;
+inline constexpr std::size_t unknown_text_bytes_max = 96;
 // Who has no right to what. Names of roles and identities have 64 bytes at most.
 inline constexpr std::size_t denied_name_bytes_shown = 56;
 static_assert(2 * 64 + denied_name_bytes_shown + 38 <= event_text_bytes_max);
@@ -223,6 +295,8 @@ inline constexpr int stop_ticks_for_others = 10;
 
 // After this time without a take, a receiver is absent: messages that find no room are dropped.
 inline constexpr rt::duration receiver_absent_after = std::chrono::seconds{8};
+// How often a peer is told at most that messages for it were dropped.
+inline constexpr rt::duration losses_period = std::chrono::seconds{10};
 // How often an event reports messages of a topic that handles cannot decode.
 inline constexpr rt::duration undecodable_period = std::chrono::seconds{1};
 
@@ -253,6 +327,12 @@ inline constexpr rt::duration talking_rest = std::chrono::milliseconds{10};
 // The longest sleep otherwise: sockets and set-up wake the thread.
 inline constexpr rt::duration idle_rest = std::chrono::milliseconds{250};
 static_assert(talking_rest < detail::word_late_max && talking_rest < idle_rest);
+// The longest time between the beginnings of two cycles that is no fault. If there was a longer one, /healthz
+// says so for a while: short enough that whoever asks every 10 s does not hear of it three times.
+inline constexpr rt::duration cycle_gap_max = std::chrono::milliseconds{1250};
+inline constexpr rt::duration unhealthy_after_gap = std::chrono::seconds{10};
+static_assert(4 * idle_rest < cycle_gap_max && cycle_gap_max < unhealthy_after_gap);
+static_assert(rates_period <= cycle_gap_max); // so a cycle behind a long gap ends a period of the rates
 // The sleeps while a loop has yet to acknowledge a stop: short at first.
 inline constexpr rt::duration acknowledgment_rest_min = std::chrono::microseconds{50};
 inline constexpr rt::duration acknowledgment_rest_max = std::chrono::milliseconds{1};

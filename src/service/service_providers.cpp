@@ -11,6 +11,16 @@
 #include "service/service_limits.hpp"
 
 namespace rowe::service {
+namespace {
+
+bool of_action(const wire::request& asked) noexcept {
+  return asked.what == wire::verb::advertise_action || asked.what == wire::verb::unadvertise_action;
+}
+offer kind_of(const wire::request& asked) noexcept {
+  return of_action(asked) ? offer::action : offer::service;
+}
+
+} // namespace
 
 service_providers::service_providers(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
@@ -20,14 +30,20 @@ service_providers::service_providers(rt::arena& memory, const needs& parts) noex
       claims_{services_of_peers(state_.bounds()), state_.claimants()} {}
 
 void service_providers::advertise(connection& c, const wire::request& asked) noexcept {
-  if (is_own_name(asked.service))
+  if (is_own_name(asked.service)) {
     return refusals_.refuse(c, asked.id_raw,
-                            "advertise_service: services below /rowe/ are the endpoint's own");
-  if (const service_index found = service_directory_.find(asked.service)) {
+                            of_action(asked)
+                                ? "advertise_action: names below /rowe/ are the endpoint's own"
+                                : "advertise_service: services below /rowe/ are the endpoint's own");
+  }
+  if (const service_index found = service_directory_.find(asked.service, kind_of(asked))) {
     if (provides(c.id, found)) return; // clients that reconnect say it again
     std::array<char, detail::diagnostic_bytes_max> buffer;
     wire::text_out why{buffer};
-    why.add("advertise_service: ").add(asked.service.substr(0, name_bytes_shown)).add(" is provided already");
+    why.add(asked.verb_text)
+        .add(": ")
+        .add(asked.service.substr(0, name_bytes_shown))
+        .add(" is provided already");
     return refusals_.refuse(c, asked.id_raw, why.text());
   }
   const std::uint32_t share = services_of_peers(state_.bounds());
@@ -35,7 +51,8 @@ void service_providers::advertise(connection& c, const wire::request& asked) noe
   std::uint32_t& held = provided_[{c.id.index}];
   const bool may = claims_.may_take(held, left) || ROWE_MUTANT(made_up_services);
   const service_index added =
-      may ? service_directory_.add(asked.service, asked.type, {}, c.id).index : service_index{};
+      may ? service_directory_.add(asked.service, asked.type, {}, c.id, kind_of(asked)).index
+          : service_index{};
   if (!added) {
     return refusals_.refuse_share(c, asked,
                                   {.what = "services",
@@ -50,9 +67,12 @@ void service_providers::advertise(connection& c, const wire::request& asked) noe
 }
 
 void service_providers::unadvertise(connection& c, const wire::request& asked) noexcept {
-  const service_index found = service_directory_.find(asked.service);
-  if (!found || !provides(c.id, found))
-    return refusals_.refuse(c, asked.id_raw, "unadvertise_service: this peer does not provide the service");
+  const service_index found = service_directory_.find(asked.service, kind_of(asked));
+  if (!found || !provides(c.id, found)) {
+    return refusals_.refuse(c, asked.id_raw,
+                            of_action(asked) ? "unadvertise_action: this peer does not provide the action"
+                                             : "unadvertise_service: this peer does not provide the service");
+  }
   remove(found);
 }
 

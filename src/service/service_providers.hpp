@@ -29,7 +29,7 @@ class service_providers {
   }
   service_providers(rt::arena& memory, const needs& parts) noexcept;
 
-  // A request of a peer; a refused peer is told why.
+  // A request of a peer, about a service or an action; a refused peer is told why.
   void advertise(connection& c, const wire::request& asked) noexcept;
   void unadvertise(connection& c, const wire::request& asked) noexcept;
   // From now on a handle provides the service of a peer, which is told. The peer's open calls go on.

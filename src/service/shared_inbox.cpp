@@ -54,7 +54,7 @@ bool shared_inbox::pop(std::uint32_t& slot) noexcept {
 
 bool shared_inbox::pop_unexpired(std::uint32_t& slot, rt::time_point now) noexcept {
   while (pop(slot)) {
-    if (slots_[slot].header.expires >= now) return true;
+    if (slots_[slot].header.expires > now) return true;
     drop(slot);
   }
   return false;
@@ -159,7 +159,7 @@ void shared_inbox::drop_expired(rt::time_point now) noexcept {
        head != tail_.load(std::memory_order_relaxed);) { // relaxed: this thread's own
     // relaxed: this thread's own
     const std::uint32_t slot = places_[head & (places_.size() - 1)].load(std::memory_order_relaxed);
-    if (slots_[slot].header.expires >= now) return;
+    if (slots_[slot].header.expires > now) return;
     // acq_rel, acquire: as in pop()
     if (!head_.compare_exchange_weak(head, head + 1, std::memory_order_acq_rel, std::memory_order_acquire))
       continue;

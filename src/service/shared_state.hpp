@@ -3,7 +3,7 @@
 // events.
 //
 // Each place for a connection has a generation, 0 while nobody is there, and the peer's address. The service
-// thread stores 0, then the address, then the new generation. A reader loads the generation, the address, and
+// thread stores 0, then the texts, then the new generation. A reader loads the generation, the address, and
 // the generation again. Every word of an address is stored with release and loaded with acquire. So a reader
 // that saw a word of a newer address sees at the second look that the generation has changed. No generation
 // is used twice, so an address between two equal ones is whole.
@@ -29,6 +29,7 @@
 
 #include "service/counters.hpp"
 #include "service/local_stop.hpp"
+#include "service/parameter_table.hpp"
 
 namespace rowe::service {
 
@@ -41,12 +42,14 @@ class shared_state {
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<events::entry>(events::places_for(bounds.events_max)) +
            2 * rt::arena::bytes_for<generation_word>(bounds.connections_max) +
-           rt::arena::bytes_for<address_words>(bounds.connections_max);
+           rt::arena::bytes_for<peer_words>(bounds.connections_max) +
+           parameter_table::footprint_bytes(bounds);
   }
   shared_state(rt::arena& memory, const limits& bounds) noexcept
-      : generations_{memory.carve<generation_word>(bounds.connections_max)},
+      : parameters{memory, bounds},
+        generations_{memory.carve<generation_word>(bounds.connections_max)},
         takers_{memory.carve<generation_word>(bounds.connections_max)},
-        addresses_{memory.carve<address_words>(bounds.connections_max)},
+        addresses_{memory.carve<peer_words>(bounds.connections_max)},
         events_{memory.carve<events::entry>(events::places_for(bounds.events_max))},
         writer_{events_.take_producer()},
         reader_{events_.take_consumer()} {}
@@ -62,17 +65,20 @@ class shared_state {
     peers_.store(count, std::memory_order_release);
     peers_changed.notify();
   }
-  // Says who is at a place. Before another peer comes, it must be nobody, generation 0. An address is cut at
-  // 63 bytes.
-  void set_connection(std::uint32_t index, std::uint32_t generation, std::string_view peer) noexcept {
+  // Says who is at a place, and by which identity, if any. Before another peer comes, it must be nobody,
+  // generation 0. An address is cut at 63 bytes.
+  void set_connection(std::uint32_t index, std::uint32_t generation, std::string_view peer,
+                      std::string_view identity = {}) noexcept {
     // release: pairs with the acquires of the words in read_connection(): whoever reads a new word then also
     // reads this 0, or a newer generation
     generations_[index].store(0, std::memory_order_release);
     set_taking(index, generation);
     if (generation == 0) return;
-    std::array<std::uint64_t, address_words_count> words{};
-    std::memcpy(words.data(), peer.data(), std::min(peer.size(), address_bytes_max));
-    for (std::size_t i = 0; i < address_words_count; ++i) {
+    std::array<std::uint64_t, peer_words_count> words{};
+    auto* const bytes = reinterpret_cast<char*>(words.data());
+    (void)peer.copy(bytes, address_bytes_max);
+    (void)identity.copy(bytes + address_words_count * sizeof(std::uint64_t), identity_bytes_max);
+    for (std::size_t i = 0; i < peer_words_count; ++i) {
       // release: pairs with the acquire of the word in read_connection()
       addresses_[index].words[i].store(words[i], std::memory_order_release);
     }
@@ -109,6 +115,13 @@ class shared_state {
   // Handles read these to see whether a peer takes messages: it does not while its share of parked messages
   // is used up.
   std::span<const generation_word> takers() const noexcept { return takers_; }
+  // The name of the identity of a connection; empty if it has none, or is gone.
+  identity_name identity_of(const rowe::connection& of) const noexcept {
+    identity_name name;
+    const auto text = read_texts(of.index);
+    if (text && text->generation == of.generation) (void)name.assign(text->identity()); // it fits
+    return name;
+  }
   // The connections now. It has each connection that existed during all of the call, and perhaps some that
   // did not.
   std::vector<peer> connections() const {
@@ -122,6 +135,7 @@ class shared_state {
   counters counts;
   detail::permit_word<> permit; // of the stop; withdrawn as long as nothing is granted
   local_stop<> stops;           // asked for by threads of this process
+  parameter_table parameters;
   rt::notification<> peers_changed;
 
  private:
@@ -144,28 +158,47 @@ class shared_state {
 
   static constexpr std::size_t address_words_count = 8;
   static constexpr std::size_t address_bytes_max = address_words_count * sizeof(std::uint64_t) - 1; // and a 0
-  struct address_words {
-    std::array<rt::std_atomics::variable<std::uint64_t>, address_words_count> words{};
+  static constexpr std::size_t identity_words_count = 9;
+  static constexpr std::size_t identity_bytes_max = identity_words_count * sizeof(std::uint64_t) - 1;
+  static_assert(identity_bytes_max >= identity_name::capacity());
+  static constexpr std::size_t peer_words_count = address_words_count + identity_words_count;
+  struct peer_words {
+    std::array<rt::std_atomics::variable<std::uint64_t>, peer_words_count> words{};
+  };
+  struct peer_texts {
+    std::uint32_t generation = 0;
+    std::array<char, peer_words_count * sizeof(std::uint64_t)> bytes;
+    const char* address() const noexcept { return bytes.data(); }
+    const char* identity() const noexcept {
+      return bytes.data() + address_words_count * sizeof(std::uint64_t);
+    }
   };
 
   std::optional<peer> read_connection(std::uint32_t index) const {
+    const auto texts = read_texts(index);
+    if (!texts) return std::nullopt;
+    return peer{{index, texts->generation}, texts->address(), texts->identity()};
+  }
+  std::optional<peer_texts> read_texts(std::uint32_t index) const noexcept {
+    if (index >= generations_.size()) return std::nullopt;
     // acquire: pairs with the last release in set_connection()
     const std::uint32_t before = generations_[index].load(std::memory_order_acquire);
     if (before == 0) return std::nullopt;
-    std::array<char, address_bytes_max + 1> text;
-    for (std::size_t i = 0; i < address_words_count; ++i) {
+    peer_texts texts;
+    for (std::size_t i = 0; i < peer_words_count; ++i) {
       // acquire: pairs with the release of the word in set_connection()
       const std::uint64_t word = addresses_[index].words[i].load(std::memory_order_acquire);
-      std::memcpy(text.data() + i * sizeof word, &word, sizeof word);
+      std::memcpy(texts.bytes.data() + i * sizeof word, &word, sizeof word);
     }
     // relaxed: behind the acquires, so not older than the 0 that went before any newer word they saw
     if (generations_[index].load(std::memory_order_relaxed) != before) return std::nullopt;
-    return peer{{index, before}, text.data()};
+    texts.generation = before;
+    return texts;
   }
 
   std::span<generation_word> generations_;
   std::span<generation_word> takers_;
-  std::span<address_words> addresses_;
+  std::span<peer_words> addresses_;
   events events_;
   events::producer* writer_;
   events::consumer* reader_;

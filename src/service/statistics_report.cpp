@@ -2,12 +2,14 @@
 #include "service/statistics_report.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/limit_table.hpp"
 #include "service/listed_topics.hpp"
 #include "service/service_limits.hpp"
+#include "json/digits.hpp"
 
 namespace rowe::service {
 namespace {
@@ -41,14 +43,15 @@ statistics_report::statistics_report(const needs& parts) noexcept
 
 void statistics_report::write_for_topic(json::writer& into) noexcept {
   into.begin_object();
-  write_state(into, false);
+  write_state(into, false, nullptr);
   into.end_object();
 }
 
-void statistics_report::write_for_service(json::writer& into) noexcept {
+void statistics_report::write_for_service(json::writer& into, const reader* by) noexcept {
+  if (by != nullptr && state_.rights.sees_everything(by->who)) by = nullptr;
   into.begin_object();
-  write_state(into, true);
-  write_connections(into);
+  write_state(into, true, by);
+  write_connections(into, by);
   into.key("counters");
   into.begin_object();
   for (std::size_t i = 0; i < counter_descriptions.size(); ++i) {
@@ -66,13 +69,13 @@ void statistics_report::write_for_service(json::writer& into) noexcept {
   into.end_object();
 }
 
-void statistics_report::write_connections(json::writer& into) noexcept {
+void statistics_report::write_connections(json::writer& into, const reader* by) noexcept {
   into.key("connections");
   into.begin_array();
   std::uint32_t left_out = 0;
   const std::size_t begin = into.bytes();
   for (const connection& c : state_.peers) {
-    if (!c.open()) continue;
+    if (!c.open() || (by != nullptr && by->peer != &c)) continue;
     if (into.bytes() - begin > connections_bytes_max(state_.bounds())) {
       ++left_out;
       continue;
@@ -87,6 +90,14 @@ void statistics_report::write_connections(json::writer& into) noexcept {
     into.begin_object();
     into.key("address");
     into.string(c.peer());
+    if (!c.identity.empty()) {
+      into.key("identity");
+      into.string(c.identity);
+    }
+    if (state_.rights.apply_to(c)) {
+      into.key("identity_role");
+      into.string(state_.rights.policy().role_name(c.who.role));
+    }
     into.key("role");
     into.string(c.ours == side::client ? "server" : "client"); // what the peer is
     into.key("dialect");
@@ -117,9 +128,13 @@ void statistics_report::write_connections(json::writer& into) noexcept {
   into.number(left_out);
 }
 
-void statistics_report::write_state(json::writer& into, bool of_service) noexcept {
+void statistics_report::write_state(json::writer& into, bool of_service, const reader* by) noexcept {
   into.key("name");
   into.string(name());
+  into.key("epoch");
+  std::array<char, json::hex_text_bytes> digits;
+  json::write_hex(digits.data(), state_.epoch);
+  into.string({digits.data(), digits.size()});
   into.key("uptime_s");
   into.number(rounded(seconds(state_.cycle.now - opened_at_)));
   into.key("peers");
@@ -133,13 +148,13 @@ void statistics_report::write_state(json::writer& into, bool of_service) noexcep
   into.key("locked");
   into.boolean(memory_locked_);
   into.end_object();
-  write_topics(into, of_service);
+  write_topics(into, of_service, by);
   write_losses(into);
   into.key("cycle_us_max");
   into.number(rounded(static_cast<double>(state_.counts.read(counter::cycle_ns_max)) / 1000));
 }
 
-void statistics_report::write_topics(json::writer& into, bool of_service) noexcept {
+void statistics_report::write_topics(json::writer& into, bool of_service, const reader* by) noexcept {
   const listed_topics listed{state_.topics, stop_rules_};
   const rt::time_point since = of_service ? topic_rates_.marks_began() : topic_rates_.period_began();
   const double over = seconds(std::max<rt::duration>(state_.cycle.now - since, std::chrono::milliseconds{1}));
@@ -150,7 +165,7 @@ void statistics_report::write_topics(json::writer& into, bool of_service) noexce
   std::uint32_t left_out = 0;
   const std::size_t begin = into.bytes();
   for (const topic_id i : state_.topics.topic_ids()) {
-    if (!listed(i)) continue;
+    if (!listed(i) || (by != nullptr && !state_.rights.sees(by->who, state_.topics.name(i)))) continue;
     if (state_.topics.of_peers(i) && into.bytes() - begin > peers_topics_bytes_max(state_.bounds())) {
       ++left_out;
       continue;

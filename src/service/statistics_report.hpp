@@ -22,6 +22,8 @@ namespace rowe::service {
 
 class statistics_report {
  public:
+  static constexpr std::size_t name_bytes_max = 64; // of the endpoint's; a longer one is cut
+
   struct needs {
     const core_state& state;
     const class stop_rules& stop_rules;
@@ -38,20 +40,27 @@ class statistics_report {
   std::string_view name() const noexcept { return {name_.data(), name_bytes_}; }
 
   void write_for_topic(json::writer& into) noexcept;
+  // Who reads a report.
+  struct reader {
+    access::subject who{};
+    const connection* peer = nullptr; // none: it asks over HTTP
+  };
   // The same members, and those that are too long to be published ten times a second.
-  void write_for_service(json::writer& into) noexcept;
+  // `by` may not see all topics: it gets those that its role may subscribe to, and of the connections its
+  // own. Null: this process, which sees everything.
+  void write_for_service(json::writer& into, const reader* by) noexcept;
 
  private:
-  void write_state(json::writer& into, bool of_service) noexcept;
-  void write_topics(json::writer& into, bool of_service) noexcept;
+  void write_state(json::writer& into, bool of_service, const reader* by) noexcept;
+  void write_topics(json::writer& into, bool of_service, const reader* by) noexcept;
   void write_losses(json::writer& into) noexcept;
-  void write_connections(json::writer& into) noexcept;
+  void write_connections(json::writer& into, const reader* by) noexcept;
 
   const core_state& state_;
   const stop_rules& stop_rules_;
   const outbox& outbox_;
   const topic_rates& topic_rates_;
-  std::array<char, 64> name_{};
+  std::array<char, name_bytes_max> name_{};
   std::size_t name_bytes_;
   rt::time_point opened_at_;
   rt::grants granted_;

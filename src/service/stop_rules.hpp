@@ -35,7 +35,7 @@ class stop_rules {
   static constexpr std::size_t guards_max = 8;
   static constexpr std::size_t loops_max = 8;
   static constexpr std::size_t name_bytes_max = 31;   // of a guard or a loop
-  static constexpr std::size_t source_bytes_max = 63; // of who stopped; a longer one is cut
+  static constexpr std::size_t source_bytes_max = 64; // of who stopped; a longer one is cut
   static constexpr std::uint32_t no_loop = UINT32_MAX;
   // How old a tick may be that comes with a reset.
   static constexpr rt::duration reset_tick_age_max = std::chrono::seconds{2};
@@ -81,6 +81,7 @@ class stop_rules {
   std::uint64_t number() const noexcept { return number_; }
   latch_number latch() const noexcept { return latch_; }
   std::string_view source() const noexcept { return {source_.data(), source_bytes_}; }
+  stop_cause cause() const noexcept { return cause_; }
   std::string_view cause_name() const noexcept; // empty when running
   // Raised whenever something that peers are shown changes, except ticks and ages.
   std::uint64_t version() const noexcept { return version_; }
@@ -128,8 +129,7 @@ class stop_rules {
   rt::time_point last_look(const loop& l) const noexcept;
   // Stops if a guard or a loop has failed. True if one has.
   bool find_trouble(rt::time_point now) noexcept;
-  // Until when loops may move, as of `now`.
-  rt::time_point run_until(rt::time_point now) const noexcept;
+  rt::time_point run_until(rt::time_point now) const noexcept; // until when loops may move
 
   const stop_options options_;
   const rt::time_point start_;

@@ -77,10 +77,12 @@ void stop_service::stop_all() noexcept {
 // ---- requests
 
 void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::string_view args) noexcept {
-  const connection* const c = peer_of(asker.who);
+  connection* const c = peer_of(asker.who);
   const std::uint64_t key = c != nullptr ? stop_key_of(c->id) : stop_key_of_this_process;
   const bool from_here = asker.who.who != call_endpoint::kind::peer;
+  auto needed = access::right::reset;
   const auto may = [&](access::right what) {
+    needed = what;
     return from_here || (c != nullptr && access_control_.may(*c, what));
   };
   std::array<char, stop_member_bytes_max> buffer; // of one at a time
@@ -95,12 +97,11 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
   switch_.update();
   answer_acknowledged();
   auto refused = stop_rules::refusal::none;
+  const stop_switch::asker by = c != nullptr ? stop_switch::asker{c} : stop_switch::asker{};
   switch (which) {
   case stop_verb::stop: {
-    const std::string_view source = text_of("source");
-    const std::string_view here = c != nullptr ? c->peer() : std::string_view{"this process"};
     if (c != nullptr && stop_rules_.running()) rows_[{c->id.index}].stopped_at = state_.cycle.now;
-    switch_.request(source.empty() ? here : source, key);
+    switch_.request(by, text_of("source"), key);
     break;
   }
   case stop_verb::reset:
@@ -120,11 +121,12 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
   case stop_verb::state:
   case stop_verb::none: break;
   }
-  switch_.show(which == stop_verb::stop ? text_of("reason") : ""); // before anything else
+  switch_.show(which == stop_verb::stop ? text_of("reason") : "", by); // before anything else
   if (refused != stop_rules::refusal::none) switch_.count_refusal();
+  if (refused == stop_rules::refusal::role && c != nullptr) access_control_.report_denial(*c, needed);
   if (asker.silent) return;
   if (which == stop_verb::stop) return await_loops(asker);
-  answer(which, asker, state_.cycle.now, refused);
+  answer(which, asker, {.accepted = state_.cycle.now, .refused = refused, .needed = needed});
 }
 
 // ---- answers
@@ -136,7 +138,7 @@ void stop_service::await_loops(const stop_asker& asker) noexcept {
   row* const of_peer = c != nullptr ? &rows_[{c->id.index}] : nullptr;
   const bool has_enough = of_peer != nullptr && of_peer->awaited == stops_awaited_per_peer;
   if (stop_rules_.observed() != rt::never || waiting_ == waiters_.size() || has_enough)
-    return answer(stop_verb::stop, asker, state_.cycle.now, stop_rules::refusal::none);
+    return answer(stop_verb::stop, asker, {.accepted = state_.cycle.now});
   waiter& last = waiters_[(first_waiter_ + waiting_++) % waiters_.size()];
   last = {.who = asker.who,
           .call = asker.call,
@@ -158,12 +160,11 @@ void stop_service::answer_acknowledged() noexcept {
     if (const connection* const c = peer_of(first.who)) --rows_[{c->id.index}].awaited;
     answer(stop_verb::stop,
            {.who = first.who, .id_raw = {first.id.data(), first.id_bytes}, .call = first.call},
-           first.accepted, stop_rules::refusal::none);
+           {.accepted = first.accepted});
   }
 }
 
-void stop_service::write_answer(json::writer& into, stop_verb which, rt::time_point accepted,
-                                stop_rules::refusal refused) noexcept {
+void stop_service::write_answer(json::writer& into, stop_verb which, const decision& made) noexcept {
   if (which == stop_verb::state) return stop_rules_.write_state(into, state_.cycle.now);
   into.begin_object();
   into.key("state");
@@ -174,7 +175,7 @@ void stop_service::write_answer(json::writer& into, stop_verb which, rt::time_po
   case stop_verb::stop:
     write_text(into, "cause", stop_rules_.cause_name());
     write_text(into, "source", stop_rules_.source());
-    write_time(into, "accepted_ns", accepted);
+    write_time(into, "accepted_ns", made.accepted);
     write_time(into, "observed_ns", stop_rules_.observed());
     break;
   case stop_verb::lease:
@@ -183,16 +184,18 @@ void stop_service::write_answer(json::writer& into, stop_verb which, rt::time_po
     into.key("tick");
     into.number(stop_rules_.tick(state_.cycle.now));
     [[fallthrough]];
-  default: write_text(into, "refused", stop_rules::name_of(refused)); break;
+  default:
+    write_text(into, "refused", stop_rules::name_of(made.refused));
+    if (made.refused == stop_rules::refusal::role) write_text(into, "right", access::name_of(made.needed));
+    break;
   }
   into.end_object();
 }
 
-void stop_service::answer(stop_verb which, const stop_asker& asker, rt::time_point accepted,
-                          stop_rules::refusal refused) noexcept {
+void stop_service::answer(stop_verb which, const stop_asker& asker, const decision& made) noexcept {
   std::array<char, stop_answer_bytes_max> buffer;
   json::writer text{buffer};
-  const auto body = [&](json::writer& into) { write_answer(into, which, accepted, refused); };
+  const auto body = [&](json::writer& into) { write_answer(into, which, made); };
   if (asker.who.who != call_endpoint::kind::peer) {
     body(text);
     if (state_.calls.find(asker.call) == nullptr) return; // the call ended before

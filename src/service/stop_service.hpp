@@ -102,6 +102,12 @@ class stop_service {
     rt::time_point stopped_at{}; // when it last stopped a robot that was free to move
     std::uint8_t awaited = 0;    // how many of its stops the loops have not acknowledged
   };
+  // What became of a request.
+  struct decision {
+    rt::time_point accepted{};
+    stop_rules::refusal refused = stop_rules::refusal::none;
+    access::right needed = access::right::reset; // refused for want of it: role
+  };
   // How many stops may wait for the loops: one for each peer, and some of this process.
   static std::size_t waiters_of(const limits& bounds) noexcept {
     return bounds.connections_max + stops_awaited_of_process;
@@ -113,10 +119,8 @@ class stop_service {
   void look() noexcept;
   void await_loops(const stop_asker& asker) noexcept;
   void answer_acknowledged() noexcept;
-  void answer(stop_verb which, const stop_asker& asker, rt::time_point accepted,
-              stop_rules::refusal refused) noexcept;
-  void write_answer(json::writer& into, stop_verb which, rt::time_point accepted,
-                    stop_rules::refusal refused) noexcept;
+  void answer(stop_verb which, const stop_asker& asker, const decision& made) noexcept;
+  void write_answer(json::writer& into, stop_verb which, const decision& made) noexcept;
 
   core_state& state_;
   sender& sender_;

@@ -75,11 +75,27 @@ void stop_state_feed::write(message& state) noexcept {
 }
 
 void stop_state_feed::send(const subscription& to, const message& state) noexcept {
+  if (to.whole && state.bytes != 0) {
+    std::array<char, stop_buffer_bytes> whole;
+    json::writer out{whole};
+    const auto name = state_.topics.name(topic_).substr(to.unslashed ? 1 : 0);
+    const wire::topic_message what{.topic = name,
+                                   .wall_ns =
+                                       rt::nanoseconds_of(state_.cycle.now) + state_.options.wall_offset_ns,
+                                   .text = {state.body().data(), state.body().size()}};
+    const auto kind = state_.seams.protocols.of(to.codec).write_message(out, what);
+    if (!out.overflowed()) return sender_.add_stop_state(to.peer, {whole.data(), out.bytes()}, kind);
+  }
+  // One that would be too long is sent as it is: the state matters more than its form.
   if (!to.own_head || state.bytes == 0)
     return sender_.add_stop_state(to.peer, state.whole(), wire::message_kind::text);
   // The same message with another head, for peers that do not get the shared text.
-  const wire::message_head head = state_.seams.protocols.of(to.codec).head_of(
-      {.tag = to.tag, .published_ns = rt::nanoseconds_of(state_.cycle.now), .unslashed = to.unslashed});
+  const std::int64_t now_ns = rt::nanoseconds_of(state_.cycle.now);
+  const wire::message_head head =
+      state_.seams.protocols.of(to.codec).head_of({.tag = to.tag,
+                                                   .published_ns = now_ns,
+                                                   .wall_ns = now_ns + state_.options.wall_offset_ns,
+                                                   .unslashed = to.unslashed});
   const std::span<const char> rest = head.from == 0 ? state.body() : state.whole().subspan(head.from);
   std::array<char, stop_answer_bytes_max + sizeof(wire::message_head::bytes)> buffer;
   std::memcpy(buffer.data(), head.bytes.data(), head.size);
@@ -112,7 +128,7 @@ void stop_state_feed::show_handles(message& state, bool changed) noexcept {
   if (changed || state_.cycle.now - delivered_at_ >= period) {
     delivered_at_ = state_.cycle.now;
     write(state);
-    broker_.deliver(state_.topics.at(topic_), state.body());
+    broker_.deliver(state_.topics.at(topic_), state.body(), rt::never, {});
   }
   due_ = std::min(due_, delivered_at_ + period);
 }

@@ -10,11 +10,22 @@
 #include "service/core_state.hpp"
 #include "service/service_limits.hpp"
 #include "service/stop_rules.hpp"
+#include "wire/text_out.hpp"
 
 namespace rowe::service {
 
 class stop_switch {
  public:
+  // Who asks: this process, or a peer.
+  struct asker {
+    std::string_view name = "this process";
+    std::string_view identity{};
+    bool is_peer = false;
+
+    asker() noexcept = default;
+    explicit asker(const connection* c) noexcept : name{c->name()}, identity{c->identity}, is_peer{true} {}
+  };
+
   stop_switch(core_state& state, stop_rules& rules) noexcept : state_{state}, stop_rules_{rules} {}
 
   const stop_rules& rules() const noexcept { return stop_rules_; }
@@ -28,19 +39,30 @@ class stop_switch {
     state_.counts.add(counter::stops);
     stop_rules_.request(source, key, state_.cycle.now);
   }
+  // Somebody of this process, or a peer, asks for a stop, and says who it is. A peer may call itself what it
+  // likes. So where the endpoint has identities, its own word stands behind its identity, or its address.
+  void request(const asker& by, std::string_view said, std::uint64_t key) noexcept {
+    if (said.empty()) return request(by.name, key);
+    if (!by.is_peer || !state_.rights.policy().in_use()) return request(said, key);
+    std::array<char, identity_name::capacity() + 3 + stop_member_bytes_max> buffer;
+    wire::text_out text{buffer};
+    request(text.add(by.name).add(" (").add(said).add(")").text(), key);
+  }
   // How often a stop was asked for, repeats included.
   std::uint64_t requests() const noexcept { return requests_; }
   // Shows what the rules say now: to the loops, and to the log if it has changed.
-  void show(std::string_view reason = {}) noexcept {
+  // `by` is who asked for a stop or a reset.
+  void show() noexcept { show({}, {}); }
+  void show(std::string_view reason, const asker& by) noexcept {
     stop_rules_.write_permit(state_.shared.permit);
-    if (stop_rules_.running() != reported_running_) report(reason);
+    if (stop_rules_.running() != reported_running_) report(reason, by);
   }
   // Shows it to the loops only: a loop or a peer has come or gone, and the next show() tells the log.
   void write_permit() noexcept { stop_rules_.write_permit(state_.shared.permit); }
   void count_refusal() noexcept { state_.counts.add(counter::stop_refusals); }
 
  private:
-  void report(std::string_view reason) noexcept {
+  void report(std::string_view reason, const asker& by) noexcept {
     reported_running_ = stop_rules_.running();
     std::array<char, event_text_bytes_max> text;
     auto put = [at = std::size_t{0}, &text](std::string_view piece) mutable {
@@ -50,7 +72,10 @@ class stop_switch {
     (void)put(stop_rules_.running() ? "reset: loops may move" : "stopped: ");
     if (!stop_rules_.running()) (void)put(stop_rules_.cause_name());
     if (!reason.empty()) (void)put(", ");
-    state_.events.report(event::kind::stop, stop_rules_.source(), put(reason));
+    // Nobody asked for a stop of another cause.
+    const bool asked = stop_rules_.running() || stop_rules_.cause() == stop_cause::request;
+    state_.events.report(event::kind::stop, stop_rules_.running() ? by.name : stop_rules_.source(),
+                         put(reason), {}, asked ? by.identity : std::string_view{});
   }
 
   core_state& state_;

@@ -2,6 +2,7 @@
 #include "service/subscription_queues.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <utility>
 
@@ -13,8 +14,10 @@ namespace rowe::service {
 
 slot_id subscription_queues::compose_latched(topic_id topic_index) noexcept {
   topic& on = state_.topics.at(topic_index);
-  if (!on.last.empty() && on.last.expires < state_.cycle.now) state_.latches.clear(on.last);
+  if (!on.last.empty() && on.last.expires <= state_.cycle.now) state_.latches.clear(on.last);
   if (on.last.empty()) return {};
+  if (on.last.chunks)
+    return long_outbox_.compose(topic_index, on.last.published, on.last.expires, on.last.chunks);
   return outbox_.compose_message(topic_index, on.last.published, on.last.expires,
                                  [&](json::writer& into) { state_.latches.write(on.last, into); });
 }
@@ -24,6 +27,64 @@ void subscription_queues::fan_out(topic_id topic_index, slot_id slot) noexcept {
   for (subscription_id i = on.subscriptions.head; i; i = subscription_rows_[i].next_on_topic) {
     if (accepts(subscription_rows_[i])) push(i, slot);
   }
+}
+
+void subscription_queues::fan_out(topic_id topic_index, slot_id slot, const whole_source& of) noexcept {
+  struct made {
+    slot_id slot{};
+    bool tried = false;
+  };
+  std::array<std::array<made, 2>, wire::codecs_max> all; // by codec, and by whether the name has its slash
+  const topic& on = state_.topics.at(topic_index);
+  for (subscription_id i = on.subscriptions.head; i; i = subscription_rows_[i].next_on_topic) {
+    const subscription& s = subscription_rows_[i];
+    if (!accepts(s)) continue;
+    if (!s.whole) {
+      if (slot) push(i, slot);
+      continue;
+    }
+    made& its = all[static_cast<std::size_t>(s.codec)][s.unslashed];
+    if (!std::exchange(its.tried, true)) its.slot = compose_whole(s, slot, of);
+    if (its.slot) push(i, its.slot);
+  }
+  for (const auto& of_codec : all) {
+    for (const made& one : of_codec) {
+      if (one.slot) message_store_.release(one.slot);
+    }
+  }
+}
+
+// The codec of a peer that asked for this writes a message of its own. It is not told times to live: what a
+// socket has not taken when it is over is dropped, as any other.
+slot_id subscription_queues::compose_whole(const subscription& to, slot_id text,
+                                           const whole_source& of) noexcept {
+  const wire::codec& codec = state_.seams.protocols.of(to.codec);
+  std::string_view name = state_.topics.name(to.topic);
+  if (to.unslashed && name.starts_with('/')) name.remove_prefix(1);
+  wire::topic_message what{.topic = name,
+                           .wall_ns = rt::nanoseconds_of(of.published) + state_.options.wall_offset_ns,
+                           .text = {},
+                           .value = {},
+                           .schema = state_.topics.at(to.topic).schema};
+  if (of.value.others != nullptr && codec.writes_types()) {
+    what.value = of.value;
+  } else if (text) {
+    const auto body = message_store_.slots().body(text);
+    what.text = {body.data(), body.size()};
+  } else {
+    return {};
+  }
+  const auto lifetime = message_lifetime::of_topic(of.expires, state_.cycle.now);
+  const slot_id slot = outbox_.compose(message_lifetime{lifetime.expires},
+                                       [&](json::writer& out) { return codec.write_message(out, what); });
+  if (!slot) return {};
+  slot_pool& slots = message_store_.slots();
+  if (codec.heads_whole())
+    slots.mark_body(slot, 0, slots.text(slot).size(), of.published);
+  else
+    slots.mark_whole(slot, of.published);
+  if (!text) state_.topics.at(to.topic).bytes = slots.text(slot).size();
+  return slot;
 }
 
 // A value within the throttle period after the last one is discarded, unless the peer asked for a queue.
@@ -39,9 +100,14 @@ inline void subscription_queues::push(subscription_id index, slot_id slot) noexc
   if (s.latched_pending) place_latched(s);
   outbox_.drop_expired(s.pending);
   if (s.pending.count >= s.depth) trim(s, s.depth - 1);
-  if (!outbox_.enqueue(s.pending, slot)) return add(counter::outbox_full);
+  if (!outbox_.enqueue(s.pending, slot)) return note_full(s);
   message_store_.slots().retain(slot);
   make_ready(index);
+}
+
+void subscription_queues::note_full(const subscription& s) noexcept {
+  add(counter::outbox_full);
+  ++outbox_.of(s.peer).dropped;
 }
 
 // Drops the oldest messages of a subscription until it holds `most`.
@@ -50,7 +116,10 @@ void subscription_queues::trim(subscription& s, std::uint32_t most) noexcept {
        ROWE_MUTANT(depth) ? void() : outbox_.drop_expired(s.pending)) {
     // The counter says why: the peer wants only the newest, or fewer, or it does not read fast enough.
     const bool chosen = s.throttle > rt::duration{0} && !outbox_.of(s.peer).backpressured();
-    add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);
+    if (s.merges || s.discards || chosen)
+      add(chosen && !s.merges && !s.discards ? counter::throttled : counter::replaced);
+    else
+      note_full(s);
     outbox_.drop_front(s.pending);
   }
 }
@@ -58,11 +127,20 @@ void subscription_queues::trim(subscription& s, std::uint32_t most) noexcept {
 void subscription_queues::merge_requests(subscription_id index) noexcept {
   subscription& s = subscription_rows_[index];
   state_.subscriptions.merge(s, state_.bounds().queue_depth_max);
+  if (s.request_count > 1 || (s.request_count == 1 && s.requests[0].codec != s.codec)) merge_codecs(s);
   if (!ROWE_MUTANT(depth)) trim(s, s.depth);
   if (ROWE_MUTANT(throttle)) return;
   s.next_due = s.sent_at == rt::time_point{} ? s.sent_at : rt::deadline_after(s.sent_at, s.throttle);
   if (std::exchange(s.timed, false)) state_.due.disarm(index);
   make_ready(index);
+}
+
+// Of the codecs that a peer asked for, the one with the highest number.
+void subscription_queues::merge_codecs(subscription& s) noexcept {
+  wire::codec_id codec = s.requests[0].codec;
+  for (std::uint8_t i = 1; i < s.request_count; ++i) codec = std::max(codec, s.requests[i].codec);
+  if (codec != s.codec)
+    state_.subscriptions.set_form(s, state_.seams.protocols.of(codec), s.tag, s.unslashed);
 }
 
 void subscription_queues::schedule_latched(subscription_id index) noexcept {
@@ -95,11 +173,17 @@ inline void subscription_queues::put_on_ready_list(subscription_id index, subscr
 void subscription_queues::place_latched(subscription& s) noexcept {
   s.latched_pending = false;
   --outbox_.of(s.peer).latched_pending;
-  const slot_id slot = compose_latched(s.topic);
+  slot_id slot = compose_latched(s.topic);
   if (!slot) return;
+  if (s.whole && !message_store_.slots().chunked(slot)) {
+    const topic& on = state_.topics.at(s.topic);
+    const slot_id text = std::exchange(slot, compose_whole(s, slot, {on.last.published, on.last.expires}));
+    message_store_.release(text);
+    if (!slot) return;
+  }
   trim(s, s.depth - 1);
   if (outbox_.enqueue(s.pending, slot)) return; // the queue has the reference now
-  add(counter::outbox_full);
+  note_full(s);
   message_store_.release(slot);
 }
 

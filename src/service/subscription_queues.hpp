@@ -11,10 +11,18 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/core_state.hpp"
+#include "service/long_outbox.hpp"
 #include "service/message_store.hpp"
 #include "service/outbox.hpp"
 
 namespace rowe::service {
+
+// What messages are composed of that a codec writes whole: a value of a struct, or the text of its slot.
+struct whole_source {
+  rt::time_point published;
+  rt::time_point expires;
+  wire::typed_value value{};
+};
 
 class subscription_queues {
  public:
@@ -22,15 +30,20 @@ class subscription_queues {
     core_state& state;
     class message_store& message_store;
     class outbox& outbox;
+    class long_outbox& long_outbox;
   };
   explicit subscription_queues(const needs& parts) noexcept
       : state_{parts.state},
         message_store_{parts.message_store},
         outbox_{parts.outbox},
+        long_outbox_{parts.long_outbox},
         subscription_rows_{parts.state.subscriptions.all()} {}
 
   // Queues a message for everyone who subscribes to the topic. The caller keeps its reference.
   void fan_out(topic_id topic, slot_id slot) noexcept;
+  // The same where some subscribers' codecs write whole messages: each such message is composed once, for the
+  // first who takes it. `slot` may be none where no other codec needs it.
+  void fan_out(topic_id topic, slot_id slot, const whole_source& of) noexcept;
   // The latched value of a topic. None: the topic has none, or no slot is free, which is counted.
   slot_id compose_latched(topic_id topic) noexcept;
   // The topic of a new subscription has a latched value: the subscription must get it.
@@ -66,8 +79,11 @@ class subscription_queues {
   void add(counter which) noexcept { state_.counts.add(which); }
   bool accepts(const subscription& s) noexcept;
   void push(subscription_id subscription, slot_id slot) noexcept;
+  void note_full(const subscription& s) noexcept;
   void trim(subscription& s, std::uint32_t most) noexcept;
+  void merge_codecs(subscription& s) noexcept;
   void place_latched(subscription& s) noexcept;
+  slot_id compose_whole(const subscription& to, slot_id text, const whole_source& of) noexcept;
   // Makes it ready if it has something to write, and is not ready yet.
   void make_ready(subscription_id index) noexcept {
     subscription& s = subscription_rows_[index];
@@ -79,6 +95,7 @@ class subscription_queues {
   core_state& state_;
   message_store& message_store_;
   outbox& outbox_;
+  long_outbox& long_outbox_;
   const rows<subscription_id, subscription> subscription_rows_;
 };
 

@@ -53,6 +53,7 @@ void subscription_table::remove(subscription_id index) noexcept {
   assert(gone.pending.empty() && !gone.ready && !gone.timed);
   of_peers_[gone.peer].list.erase(rows_, index);
   --of_peers_[gone.peer].count;
+  if (gone.whole) count_form(gone, -1);
   topics_.at(gone.topic).subscriptions.erase(rows_, index);
   gone = subscription{};
   free_.give_back(index);
@@ -82,6 +83,13 @@ bool subscription_table::check() const noexcept {
     const topic& one = topics_.at(i);
     if (!one.subscriptions.check(rows_, [i](const subscription& s) { return s.topic == i; })) return false;
     on_topics += one.subscriptions.count;
+    std::uint32_t whole = 0;
+    std::uint32_t of_types = 0;
+    for (subscription_id s = one.subscriptions.head; s; s = rows_[s].next_on_topic) {
+      whole += rows_[s].whole;
+      of_types += rows_[s].of_types;
+    }
+    if (whole != one.whole || of_types != one.of_types) return false;
   }
   std::uint32_t of_peers = 0;
   for (const peer_index i : of_peers_.ids()) {

@@ -38,11 +38,15 @@ class subscription_table {
   // The caller lets the topic go.
   void remove(subscription_id index) noexcept;
   // Sets how the messages of a subscription are written.
-  void set_form(subscription& of, wire::codec_id codec, std::uint32_t tag, bool unslashed) noexcept {
-    of.codec = codec;
+  void set_form(subscription& of, const wire::codec& codec, std::uint32_t tag, bool unslashed) noexcept {
+    if (of.whole) count_form(of, -1);
+    of.codec = codec.id();
     of.tag = tag;
     of.unslashed = unslashed;
-    of.own_head = unslashed || codec != topics_.envelope().id();
+    of.own_head = unslashed || codec.id() != topics_.envelope().id();
+    of.whole = codec.writes_whole();
+    of.of_types = codec.writes_types();
+    if (of.whole) count_form(of, 1);
   }
   // Merges the requests of a subscription: the smallest throttle and the smallest queue count.
   void merge(subscription& of, std::uint32_t depth_max) noexcept;
@@ -54,6 +58,11 @@ class subscription_table {
     index_queue<subscription_id, subscription, &subscription::next_on_peer> list;
     std::uint32_t count = 0;
   };
+
+  void count_form(const subscription& of, int change) noexcept {
+    topics_.at(of.topic).whole += static_cast<std::uint32_t>(change);
+    if (of.of_types) topics_.at(of.topic).of_types += static_cast<std::uint32_t>(change);
+  }
 
   topic_table& topics_;
   rows<subscription_id, subscription> rows_;

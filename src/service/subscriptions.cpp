@@ -3,20 +3,25 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "service/names.hpp"
 #include "service/service_limits.hpp"
+#include "wire/own_names.hpp"
 #include "wire/refusal.hpp"
 #include "wire/text_out.hpp"
+#include "json/encoder.hpp"
+#include "json/times.hpp"
 
 namespace rowe::service {
 namespace {
 
-subscribe_request request_of(const wire::request& asked, std::uint64_t id) noexcept {
+subscribe_request request_of(const wire::request& asked, wire::codec_id codec, std::uint64_t id) noexcept {
   return {.id_hash = id,
           .throttle = std::chrono::milliseconds{asked.throttle_ms},
           .queue_length =
-              static_cast<std::uint32_t>(std::clamp<std::int64_t>(asked.queue_length, 0, UINT32_MAX))};
+              static_cast<std::uint32_t>(std::clamp<std::int64_t>(asked.queue_length, 0, UINT32_MAX)),
+          .codec = codec};
 }
 
 // The index of the request with this id, or the index behind the last one.
@@ -59,15 +64,83 @@ void subscriptions::subscribe(connection& c, const wire::request& asked) noexcep
                             "subscribe: one peer may hold 4 subscriptions to a topic, by their ids");
   }
   if (place == s.request_count) ++s.request_count;
-  s.requests[place] = request_of(asked, id);
+  s.requests[place] = request_of(asked, codec_for(topic, asked), id);
   subscription_queues_.merge_requests(index);
   audiences_.update(topic);
   topic_rates_.begin_for(topic);
+  if (asked.lifespan_ns > 0) s.lifespan_ns = asked.lifespan_ns;
+  if (asked.deadline_ns > 0) watch_deadline(index, asked.deadline_ns);
+  if (s.whole) [[unlikely]]
+    warn_without_type(c, asked.id_raw, s);
   s.type_hash = hash_of_type(asked.type);
   if (fresh && !state_.topics.at(topic).last.empty()) subscription_queues_.schedule_latched(index);
   const std::string_view type = state_.topics.type(topic);
   if (!type.empty() && !asked.type.empty() && !same_type(asked.type, type))
     tell_other_type(c, asked.id_raw, topic, asked.type);
+}
+
+// The codec of the messages that the peer is sent. If the topic's type becomes another one, the topic gets
+// another number, and whoever knows it by the old one subscribes anew.
+wire::codec_id subscriptions::codec_for(topic_id topic, const wire::request& asked) const noexcept {
+  const wire::codec_id codec = asked.messages_in == wire::same_codec ? asked.codec : asked.messages_in;
+  const wire::codec_id of_times = state_.seams.protocols.of(codec).of_times();
+  if (of_times == wire::same_codec) return codec;
+  const schema_description* const schema = state_.topics.at(topic).schema;
+  return schema != nullptr && json::holds_time(*schema) ? of_times : codec;
+}
+
+// ---- deadlines
+
+// The state of the stop comes by itself, however often it must.
+void subscriptions::watch_deadline(subscription_id index, std::int64_t deadline_ns) noexcept {
+  subscription& s = state_.subscriptions.at(index);
+  if (state_.topics.name(s.topic) == wire::stop_state_name) return;
+  s.deadline_ns = std::max<std::int64_t>(deadline_ns, deadline_min.count());
+  s.watched_at = state_.cycle.now;
+  s.missed = false;
+  state_.due.arm(deadline_id{index.value}, rt::deadline_after(s.watched_at, rt::duration{s.deadline_ns}));
+}
+
+// Each period without a message is counted. The peer is told of the first one, and of the next one after a
+// message has come.
+void subscriptions::check_deadline(subscription_id index) noexcept {
+  subscription& s = state_.subscriptions.at(index);
+  const rt::duration period{s.deadline_ns};
+  const rt::time_point came = state_.topics.at(s.topic).newest_at;
+  if (came > s.watched_at) {
+    s.watched_at = came;
+    s.missed = false;
+  }
+  const rt::time_point over = rt::deadline_after(s.watched_at, period);
+  if (state_.cycle.now < over) return state_.due.arm(deadline_id{index.value}, over);
+  state_.counts.add(counter::deadlines_missed);
+  s.watched_at = state_.cycle.now;
+  state_.due.arm(deadline_id{index.value}, rt::deadline_after(s.watched_at, period));
+  connection& c = state_.peers[s.peer];
+  if (std::exchange(s.missed, true) || !c.open() || !c.may_be_told(s.topic, state_.cycle.now)) return;
+  std::array<char, wire::refusal::text_bytes_max> buffer;
+  wire::text_out why{buffer};
+  why.add("subscribe ").add_shortened(state_.topics.name(s.topic), topic_bytes_shown);
+  why.add(": no message came within its deadline of ");
+  why.add(std::chrono::duration_cast<std::chrono::milliseconds>(period).count()).add(" ms");
+  refusals_.warn(c, {}, why.text(), wire::severity::warning);
+}
+
+// The codec that it asked for can write structs only in the form that it asked for, and none is published.
+void subscriptions::warn_without_type(connection& c, std::string_view id_raw,
+                                      const subscription& s) noexcept {
+  const std::string_view lacks = state_.seams.protocols.of(s.codec).lacks_without_type();
+  if (lacks.empty()) return;
+  for (const pair_index pair : state_.pairs.ids()) {
+    const detail::queue_pair& one = state_.pairs[pair];
+    if (state_.pair_rows[pair].attached && state_.pair_rows[pair].topic == s.topic &&
+        one.other_encoders != nullptr && one.other_encoders->ros1)
+      return;
+  }
+  std::array<char, wire::refusal::text_bytes_max> buffer;
+  wire::text_out why{buffer};
+  why.add("subscribe ").add_shortened(state_.topics.name(s.topic), topic_bytes_shown).add(": ").add(lacks);
+  refusals_.warn(c, id_raw, why.text(), wire::severity::warning);
 }
 
 // Adds a subscription. None: the peer may not have one more, and is told so.
@@ -95,8 +168,8 @@ subscription_id subscriptions::add(connection& c, const wire::request& asked, to
                             .option = "subscriptions_max"});
   } else {
     claims_.take(held);
-    state_.subscriptions.set_form(state_.subscriptions.at(index), asked.codec, asked.tag,
-                                  !has_slash(asked.topic));
+    state_.subscriptions.set_form(state_.subscriptions.at(index), state_.seams.protocols.of(asked.codec),
+                                  asked.tag, !has_slash(asked.topic));
   }
   return index;
 }
@@ -123,6 +196,7 @@ void subscriptions::unsubscribe(connection& c, const wire::request& asked) noexc
 
 void subscriptions::remove(peer_index peer, subscription_id index) noexcept {
   const topic_id topic = state_.subscriptions.at(index).topic;
+  state_.due.disarm(deadline_id{index.value});
   subscription_queues_.drop(index);
   std::uint32_t held = state_.subscriptions.count_of(peer);
   state_.subscriptions.remove(index);
@@ -140,15 +214,18 @@ void subscriptions::merge_requests(topic_id topic) noexcept {
 void subscriptions::subscribe_server(connection& c, topic_id topic, bool unslashed) noexcept {
   std::uint32_t held = state_.subscriptions.count_of({c.id.index});
   subscription_id index = state_.subscriptions.find(topic, {c.id.index});
-  if (!index) {
+  const bool fresh = !index;
+  if (fresh) {
     index = state_.subscriptions.add(topic, {c.id.index});
     if (!index) return state_.counts.add(counter::no_slot);
     claims_.take(held);
-    state_.subscriptions.set_form(state_.subscriptions.at(index), c.protocol->topics.id(), wire::no_number,
+    state_.subscriptions.set_form(state_.subscriptions.at(index), c.protocol->topics, wire::no_number,
                                   unslashed);
   }
   subscription_queues_.merge_requests(index);
   audiences_.update(topic);
+  // A server keeps nothing of a connection that is gone.
+  if (fresh && !state_.topics.at(topic).last.empty()) subscription_queues_.schedule_latched(index);
 }
 
 void subscriptions::unsubscribe_server(connection& c, topic_id topic) noexcept {

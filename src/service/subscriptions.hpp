@@ -34,9 +34,11 @@ class subscriptions {
 
   // Requests of peers; a peer is told what is refused.
   void subscribe(connection& c, const wire::request& asked) noexcept;
+  // The timer of a subscription's deadline is due.
+  void check_deadline(subscription_id subscription) noexcept;
   void unsubscribe(connection& c, const wire::request& asked) noexcept;
 
-  // In a client: a handle begins to publish, or ends.
+  // In a client: a handle begins to publish, or ends. A server is told the latched value when it begins.
   void subscribe_server(connection& c, topic_id topic, bool unslashed) noexcept;
   void unsubscribe_server(connection& c, topic_id topic) noexcept;
   // A handle of this process has set the topic's `keep`.
@@ -51,6 +53,9 @@ class subscriptions {
 
  private:
   subscription_id add(connection& c, const wire::request& asked, topic_id topic) noexcept;
+  wire::codec_id codec_for(topic_id topic, const wire::request& asked) const noexcept;
+  void watch_deadline(subscription_id subscription, std::int64_t deadline_ns) noexcept;
+  void warn_without_type(connection& c, std::string_view id_raw, const subscription& s) noexcept;
   void remove(peer_index peer, subscription_id index) noexcept;
   void tell_other_type(connection& c, std::string_view id_raw, topic_id topic,
                        std::string_view asked) noexcept;

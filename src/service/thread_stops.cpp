@@ -19,8 +19,8 @@ void thread_stops::carry_out_stop() noexcept {
   const bool with_reason = std::exchange(stops_done_, asked_.stops) != asked_.stops;
   const std::string_view source = with_reason ? asked_.source.view() : std::string_view{};
   stop_switch_.request(source.empty() ? "this process" : source, stop_key_of_this_process);
-  stop_switch_.show(with_reason ? asked_.reason.view() : std::string_view{}); // before anything else
-  if (stops_done_ == answered_.stops) return;                                 // nobody waits
+  stop_switch_.show(with_reason ? asked_.reason.view() : std::string_view{}, {}); // before anything else
+  if (stops_done_ == answered_.stops) return;                                     // nobody waits
   stop_number_ = stop_switch_.rules().number();
   waited_for_until_ = state_.cycle.now + state_.options.stop.observe_timeout;
   waits_since_ = state_.cycle.now;

@@ -18,7 +18,16 @@
 namespace rowe::service {
 
 // The kind of a timer.
-enum class timer : std::uint8_t { slot, subscription, peer, call, statistics, reconnect, partial_frames };
+enum class timer : std::uint8_t {
+  slot,
+  subscription,
+  deadline, // of a subscription
+  peer,
+  call,
+  statistics,
+  reconnect,
+  partial_frames
+};
 
 class timers {
  public:
@@ -31,6 +40,7 @@ class timers {
   // Arms a timer, or moves one that is armed already.
   void arm(slot_id which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
   void arm(subscription_id which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
+  void arm(deadline_id which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
   void arm(peer_index which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
   void arm(call_index which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
   void arm(timer which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
@@ -38,6 +48,7 @@ class timers {
   // Disarms a timer. Does nothing if it is not armed.
   void disarm(slot_id which) noexcept { wheel_.cancel(node_of(which)); }
   void disarm(subscription_id which) noexcept { wheel_.cancel(node_of(which)); }
+  void disarm(deadline_id which) noexcept { wheel_.cancel(node_of(which)); }
   void disarm(peer_index which) noexcept { wheel_.cancel(node_of(which)); }
   void disarm(call_index which) noexcept { wheel_.cancel(node_of(which)); }
   void disarm(timer which) noexcept { wheel_.cancel(node_of(which)); }
@@ -56,6 +67,7 @@ class timers {
     if (node >= first_.single) return due{static_cast<timer>(first_single + (node - first_.single)), 0};
     if (node >= first_.call) return due{timer::call, node - first_.call};
     if (node >= first_.peer) return due{timer::peer, node - first_.peer};
+    if (node >= first_.deadline) return due{timer::deadline, node - first_.deadline};
     if (node >= first_.subscription) return due{timer::subscription, node - first_.subscription};
     return due{timer::slot, node};
   }
@@ -71,11 +83,13 @@ class timers {
   struct first_nodes {
     explicit first_nodes(const limits& bounds) noexcept
         : subscription{static_cast<std::uint32_t>(slot_pool::count(bounds))},
-          peer{subscription + bounds.subscriptions_max},
+          deadline{subscription + bounds.subscriptions_max},
+          peer{deadline + bounds.subscriptions_max},
           call{peer + bounds.connections_max},
           single{call + bounds.calls_max},
           count{single + singles} {}
     std::uint32_t subscription;
+    std::uint32_t deadline;
     std::uint32_t peer;
     std::uint32_t call;
     std::uint32_t single;
@@ -84,6 +98,7 @@ class timers {
 
   std::uint32_t node_of(slot_id which) const noexcept { return which.value; }
   std::uint32_t node_of(subscription_id which) const noexcept { return first_.subscription + which.value; }
+  std::uint32_t node_of(deadline_id which) const noexcept { return first_.deadline + which.value; }
   std::uint32_t node_of(peer_index which) const noexcept { return first_.peer + which.value; }
   std::uint32_t node_of(call_index which) const noexcept { return first_.call + which.value; }
   std::uint32_t node_of(timer which) const noexcept {

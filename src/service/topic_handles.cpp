@@ -36,6 +36,7 @@ status topic_handles::attach(pair_index pair) noexcept {
     (reads ? on.asked_unslashed : on.offered_unslashed) = !has_slash(queues.name());
   row.attached = true;
   row.topic = topic_index;
+  state_.topics.set_schema(topic_index, schema_of(topic_index));
   if (reads) {
     on.inboxes.push_front(state_.pair_rows, pair);
     topic_rates_.begin_for(topic_index);
@@ -58,6 +59,8 @@ topic_id topic_handles::hold_topic(std::string_view name) noexcept {
 
 void topic_handles::begin_publishing(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
+  state_.pair_rows[pair].long_texts = queues.kind == detail::pair_kind::publish_text &&
+                                      queues.service.out.slots.bytes_max > state_.bounds().message_bytes_max;
   topic& on = state_.topics.at(state_.pair_rows[pair].topic);
   on.keep = queues.keep;
   on.priority = queues.priority;
@@ -80,6 +83,7 @@ void topic_handles::detach(pair_index pair) noexcept {
   audiences_.leave(pair);
   publish_predictor_.end(pair);
   row = {.generation = row.generation};
+  state_.topics.set_schema(topic, schema_of(topic));
   topic_places_.forget_latched(topic, {latch_owner::kind::handle, pair.value});
   audiences_.update(topic);
   topic_places_.let_go_own(topic);
@@ -107,6 +111,25 @@ bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
   return false;
 }
 
+// What the publisher that came first says of the topic's messages; else what a subscriber expects.
+const schema_description* topic_handles::schema_of(topic_id topic) const noexcept {
+  const schema_description* found = nullptr;
+  std::uint64_t order = 0;
+  bool published = false;
+  for (const pair_index i : state_.pairs.ids()) {
+    const pair_row& row = state_.pair_rows[i];
+    if (!row.attached || row.topic != topic) continue;
+    const bool publishes = detail::publishes(state_.pairs[i].kind);
+    const schema_description* its = publishes ? state_.pairs[i].encoded : state_.pairs[i].decoded;
+    if (its == nullptr) continue;
+    if (found != nullptr && (published != publishes ? published : order < row.order)) continue;
+    found = its;
+    order = row.order;
+    published = publishes;
+  }
+  return found;
+}
+
 // ---- budget
 
 // Messages that are written together cost one system call. But no message may be lost because it was taken
@@ -116,7 +139,7 @@ bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
 std::size_t topic_handles::ample_budget(pair_index pair, std::size_t taken) const noexcept {
   const topic& on = state_.topics.at(state_.pair_rows[pair].topic);
   const slot_pool& slots = message_store_.slots();
-  if (on.inboxes.head || on.bytes > slots.small_bytes() / 2) return 0;
+  if (on.inboxes.head || on.bytes > slots.bytes_of(slot_class::small) / 2) return 0;
   const std::size_t halves = 2 * std::max<std::size_t>(audiences_.listened(), 1);
   std::size_t more = std::min<std::size_t>(values_per_cycle_ample, slots.count() / halves);
   more = std::min<std::size_t>(more, (state_.bounds().queued_max - outbox_.entries().in_use()) /

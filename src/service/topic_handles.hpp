@@ -3,7 +3,9 @@
 // client, tells the server of them. Service thread only; nothing waits or allocates. A user thread that
 // sleeps is woken, which enters the kernel.
 #pragma once
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <string_view>
 
 #include <rowe/detail/queue_pair.hpp>
@@ -55,6 +57,13 @@ class topic_handles {
   void announce(connection& c, pair_index pair, bool begins) noexcept;
   // The queue to the server for the values of this handle; null: there is none.
   queue* queue_to_server(pair_index pair) noexcept;
+  // How many values the queue to the server takes now; a server has none, and no limit.
+  std::size_t room_to_server(pair_index pair) noexcept {
+    const queue* const towards = state_.options.ours == side::client ? queue_to_server(pair) : nullptr;
+    if (towards == nullptr) return SIZE_MAX;
+    const std::uint32_t depth = state_.bounds().queue_depth_max;
+    return depth - std::min(towards->count, depth);
+  }
   // How many values of its topic may be taken from a handle besides the usual `taken`.
   std::size_t ample_budget(pair_index pair, std::size_t taken) const noexcept;
 
@@ -64,6 +73,7 @@ class topic_handles {
   bool has_other(topic_id topic, bool that_reads) const noexcept;
   bool speaks_for_all(pair_index pair, bool begins) const noexcept;
   void report_conflict(topic_id topic, const detail::queue_pair& asked) noexcept;
+  const schema_description* schema_of(topic_id topic) const noexcept;
   void begin_publishing(pair_index pair) noexcept;
 
   core_state& state_;

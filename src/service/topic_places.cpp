@@ -76,19 +76,26 @@ bool topic_places::check(std::uint64_t own_held) const noexcept {
          s = state_.subscriptions.at(s).next_on_peer)
       held += weight(state_.subscriptions.at(s).topic);
     const bool free = state_.peers[peer].state == connection::phase::free;
-    if (free && (!advertisement_table_.of(peer).empty() || state_.latches.held_by(peer) != 0)) return false;
+    const bool keeps = state_.latches.held_by(peer) != 0 || state_.latches.chunks_held_by(peer) != 0;
+    if (free && (!advertisement_table_.of(peer).empty() || keeps)) return false;
   }
   std::uint64_t holders = 0;
   std::uint64_t own_holders = 0;
   std::uint32_t blocks = 0;
+  std::uint32_t chunks = 0;
+  std::uint32_t asked = 0;
   for (const topic_id i : state_.topics.topic_ids()) {
     const topic& t = state_.topics.at(i);
     holders += weight(i) * t.holders;
     own_holders += weight(i) * t.own_holders;
-    blocks += t.last.blocks;
-    if (t.holders == 0 && !t.last.empty()) return false;
+    (t.last.chunks ? chunks : blocks) += t.last.blocks;
+    if (t.holders == 0 && (!t.last.empty() || t.asked)) return false;
+    if (t.asked && state_.last_values.topic_of(t.asked) != i) return false;
+    asked += static_cast<bool>(t.asked);
   }
-  return holders == held + own_held && own_holders == own_held && blocks == state_.latches.in_use();
+  return holders == held + own_held && own_holders == own_held && blocks == state_.latches.in_use() &&
+         chunks == state_.latches.chunks_in_use() && asked == state_.last_values.in_use() &&
+         state_.last_values.check();
 }
 
 } // namespace rowe::service

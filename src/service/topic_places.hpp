@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // How many topics a peer may hold. Each peer takes at most its share of the places (shares.hpp). A topic that
-// a handle of this process holds costs a peer nothing. When the last holder leaves, the latched value is
-// cleared. Service thread only; nothing waits or allocates.
+// a handle of this process holds costs a peer nothing. When the last holder leaves, what is kept of its
+// values is cleared. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
+#include <utility>
 
 #include <rowe/limits.hpp>
 
@@ -55,7 +56,10 @@ class topic_places {
     return state_.subscriptions.find(topic, peer) || advertisement_table_.find(peer, topic) != nullptr;
   }
   void clear_of_last(topic_id topic) noexcept {
-    if (state_.topics.at(topic).holders == 1) state_.latches.clear(state_.topics.at(topic).last);
+    struct topic& on = state_.topics.at(topic);
+    if (on.holders != 1) return;
+    state_.latches.clear(on.last);
+    state_.last_values.remove(std::exchange(on.asked, {}));
   }
 
   core_state& state_;

@@ -39,9 +39,11 @@ class topic_rates {
   topic_id statistics_topic() const noexcept { return statistics_topic_; }
 
   // The service may be called at any time, whether or not somebody listens to the topic. Its rates cover the
-  // last one to two seconds: a full period, and the current one.
-  void mark_if_due() noexcept {
-    if (state_.cycle.now - marked_[0] >= rates_period) mark();
+  // last one to two seconds: a full period, and the current one. True if one has ended.
+  bool mark_if_due() noexcept {
+    if (state_.cycle.now - marked_[0] < rates_period) return false;
+    mark();
+    return true;
   }
   rt::time_point marks_began() const noexcept { return marked_[1]; }
 

@@ -24,6 +24,7 @@ struct subscribe_request {
   std::uint64_t id_hash = 0;
   rt::duration throttle{0};
   std::uint32_t queue_length = 0; // 0: not stated
+  wire::codec_id codec{};         // of the messages
 };
 
 struct subscription {
@@ -45,12 +46,18 @@ struct subscription {
   bool merges = false;          // a newer value takes the place of an older one
   bool latched_pending = false; // the latched value is still to be queued, before newer values
   bool discards = false;        // a value within the throttle period is dropped, not queued
+  bool whole = false;           // its codec writes whole messages;
+  bool of_types = false;        // and needs no JSON of structs
   wire::codec_id codec{};
   std::uint8_t request_count = 0;
   std::uint32_t tag = wire::no_number; // the peer's number for the subscription
   rt::duration throttle{0};
   rt::time_point sent_at{}; // the throttle counts from here; zero: nothing was sent
   rt::time_point next_due{};
+  std::int64_t lifespan_ns = wire::unlimited; // a message that was published longer ago is not written
+  std::int64_t deadline_ns = wire::unlimited; // the most time between two messages, watched
+  rt::time_point watched_at{};                // since when; or, behind a miss, when that was
+  bool missed = false;                        // and the peer was told
   std::array<subscribe_request, subscribe_requests_max> requests;
 };
 
@@ -63,7 +70,10 @@ struct topic {
   std::uint32_t charged_in = 0;  // the count of topic_places::claims_now() in which its place was charged
   index_list<subscription_id, subscription, &subscription::next_on_topic, &subscription::previous_on_topic>
       subscriptions;
+  std::uint32_t whole = 0;    // subscriptions to which the same word of theirs applies
+  std::uint32_t of_types = 0; // likewise
   index_queue<pair_index, pair_row, &pair_row::next_inbox> inboxes; // handles of this process that subscribe
+  const schema_description* schema = nullptr; // of a typed handle of this process; null: there is none
   std::uint32_t audience_changes = 0;                               // how often a subscriber came or went
   std::uint16_t name_bytes = 0;
   std::uint16_t type_bytes = 0;
@@ -74,9 +84,10 @@ struct topic {
   // wrote it.
   bool asked_unslashed = false;
   bool offered_unslashed = false;
-  latched_value last; // for late subscribers
+  latched_value last;    // for late subscribers
+  last_value_id asked{}; // for who asks over HTTP, where somebody did lately
 
-  bool has_audience() const noexcept { return !subscriptions.empty() || !inboxes.empty(); }
+  bool has_audience() const noexcept { return !subscriptions.empty() || !inboxes.empty() || asked; }
 
   // For /rowe/stats.
   std::uint64_t messages = 0;

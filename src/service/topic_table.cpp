@@ -108,6 +108,16 @@ void topic_table::replace_type(topic_id index, std::string_view wanted) noexcept
   ++changes_;
 }
 
+// Nobody was told of a topic that its first holder is about to describe.
+void topic_table::set_schema(topic_id index, const schema_description* schema) noexcept {
+  topic& its = topics_[index];
+  if (its.schema == schema) return;
+  its.schema = schema;
+  if (its.holders <= 1) return;
+  its.channel = ++channels_;
+  ++changes_;
+}
+
 void topic_table::hold_as_own(topic_id index) noexcept {
   hold(index);
   if (topics_[index].own_holders++ == 0) ++own_topics_;

@@ -44,6 +44,9 @@ class topic_table {
   bool set_type(topic_id index, std::string_view type) noexcept;
   // For a handle of this process: its type replaces another one.
   void replace_type(topic_id index, std::string_view type) noexcept;
+  // The schema of its messages, or null. As with another type, peers that know the topic by number learn of
+  // it anew.
+  void set_schema(topic_id index, const schema_description* schema) noexcept;
   // The text in front of the body of each message of the topic, and the text behind it. The head is encoded
   // once, with the slash.
   std::string_view head(topic_id index) const noexcept;
@@ -61,7 +64,6 @@ class topic_table {
   // How often a topic was added or removed.
   std::uint64_t changes() const noexcept { return changes_; }
   // All rows, for a walk; those in use have holders.
-  std::uint32_t topic_places() const noexcept { return topics_.size(); }
   auto topic_ids() const noexcept { return topics_.ids(); }
 
   bool check() const noexcept;

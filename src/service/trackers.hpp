@@ -74,6 +74,12 @@ class trackers {
     if (!backpressured || held < claims_[which].claim()) return claims_[which].may_take(held, slots_left(of));
     return held + 1 + slots_max_[which] / 2 <= slots_left(of); // that half includes what is kept for claims
   }
+  // Whether backpressured peers may have one more message to everyone. Each keeps its slot until the slowest
+  // peer has it, and peers that came one after the other keep different ones. So all backpressured peers
+  // together leave one half of the slots to the others. `own`: how many slots the message has already.
+  bool may_share(slot_class of, std::uint32_t own) const noexcept {
+    return slots_left(of) + own > slots_max_[static_cast<std::size_t>(of)] / 2;
+  }
   // Charges a peer for a message that goes to it alone.
   void charge(slot_id slot, peer_index peer) noexcept {
     const std::size_t which = slot.value >= first_large_;

@@ -8,8 +8,9 @@
 // connection that is gone do nothing.
 //
 // It carries the byte stream *after* the upgrade handshake: WebSocket frames, which the core reads and writes
-// itself. The transport does the handshake, HTTP and, later, TLS.
+// itself. The transport does the handshake, HTTP and TLS.
 #pragma once
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -17,8 +18,10 @@
 #include <string_view>
 
 #include <rowe/rt/clock.hpp>
+#include <rowe/rt/counter.hpp>
 
 #include "access/policy.hpp"
+#include "service/counters.hpp"
 
 namespace rowe::service {
 
@@ -51,10 +54,13 @@ struct peer_info {
 
 // What a peer shows before it is connected. The texts are valid during the call.
 struct credentials {
-  std::string_view address; // numeric, with port
-  std::string_view path;    // of the request, query removed
-  std::string_view token;   // empty: none
-  bool in_url = false;      // the token
+  std::string_view address;       // numeric, with port
+  std::string_view path;          // of the request, query removed
+  std::string_view token;         // empty: none
+  bool in_url = false;            // the token
+  std::string_view certificate{}; // the common name of its certificate, which is verified; empty: none
+  // The token was typed into the form of the log-in: may_read() says whether it is somebody's.
+  bool typed_in = false;
 };
 
 // The answer to it.
@@ -63,6 +69,7 @@ struct admit_answer {
   std::uint16_t status = 0; // of HTTP, if the peer is rejected; 0: it is admitted
   std::string_view what{};  // for the rejection; static texts, as is the next
   std::string_view remedy{};
+  std::string_view value{}; // stands for the % in them; valid until the next call
 };
 
 // Why a connection ended, as far as the transport knows.
@@ -76,16 +83,39 @@ enum class close_cause : std::uint8_t {
 // A handshake, or an attempt, that did not become a connection. `what` says what was wrong, with the value;
 // `remedy` says what to change.
 struct rejection {
+  // A wrong token after many of the same source: it is answered late.
+  static constexpr std::uint16_t slowed = 429;
   std::uint16_t http_status = 0; // what was answered; 0: nothing, or nothing in HTTP
   std::string_view peer;         // numeric address with port; empty where unknown
   std::string_view what;
   std::string_view remedy;
 };
 
+// A page that waits for what it shows. What the numbers mean is the core's; `who` is as in the request.
+struct awaited_page {
+  std::uint32_t topic = 0;
+  std::uint32_t channel = 0;
+  access::subject who{};
+};
+// So long at most.
+inline constexpr rt::duration page_wait_max = std::chrono::seconds{2};
+
 struct http_request {
   std::string_view path;          // query removed
   std::string_view if_none_match; // empty when absent
   bool accepts_gzip = false;
+  access::subject who{}; // as transport_sink::may_read() said
+  // The answer to this page was to come later: everything else here is empty. `last`: it has waited for
+  // page_wait_max, and is answered now.
+  const awaited_page* awaited = nullptr;
+  bool last = false;
+};
+
+// What a page may do in a browser depends on whose it is.
+enum class page_kind : std::uint8_t {
+  own,
+  form,  // an own one with a form, which it sends to its own server
+  users, // of the folder that the option `web` names
 };
 
 // The texts of an answer must stay valid until it is written: they are static assets, or memory of the core
@@ -96,7 +126,22 @@ struct http_answer {
   std::string_view content_encoding; // empty or "gzip"
   std::string_view etag;             // quoted, or empty
   std::string_view cache_control = "no-cache";
+  page_kind kind = page_kind::own;
+  bool lasts = false; // the body is valid as long as the transport is open, so it may be written in pieces
+  bool later = false; // there is no answer yet: on_http() is to be asked again, about `awaited`
+  awaited_page awaited{};   // later
+  std::int64_t age_ms = -1; // of the value in the body; -1: it has none
   std::span<const std::byte> body;
+};
+
+// What is served over HTTP besides the endpoint's own pages.
+class page_source {
+ public:
+  // The answer to a GET of `request.path`. Service thread; never waits, never allocates.
+  virtual http_answer answer(const http_request& request) const noexcept = 0;
+
+ protected:
+  ~page_source() = default;
 };
 
 // What a transport reports. Implemented by the core; called only inside transport::poll().
@@ -104,6 +149,8 @@ class transport_sink {
  public:
   // Whether a peer that shows this may become a connection. Asked before anything is done for it.
   virtual admit_answer admit(const credentials& shown) const noexcept = 0;
+  // The same for the page of a path. Asked before on_http().
+  virtual admit_answer may_read(const credentials&) noexcept { return {}; }
   virtual void on_open(connection_id connection, const peer_info& peer) noexcept = 0;
   // Bytes as they came; the span may be written to, and `tailroom_bytes` behind it may be read.
   // The core may call transport::write() and close() from here, for this connection and for others.
@@ -116,7 +163,14 @@ class transport_sink {
   virtual void on_close(connection_id connection, close_cause cause) noexcept = 0;
   // A handshake was rejected (as server), or an attempt to connect failed (as client).
   virtual void on_rejected(const rejection& reason) noexcept = 0;
+  // Something that nobody connecting is to blame for: a certificate that ends soon, say.
+  virtual void on_warning(std::string_view what, std::string_view remedy) noexcept {
+    (void)what, (void)remedy;
+  }
   virtual http_answer on_http(const http_request& request) noexcept = 0;
+  // How often something has come that a page waited for. After a change on_http() may have an answer for one
+  // that waits.
+  virtual std::uint64_t awaited_came() const noexcept { return 0; }
   // A new peer on stop_path finds no place. Whether this connection, which is on stop_path too, may be closed
   // for it.
   virtual bool may_displace(connection_id) const noexcept { return false; }
@@ -143,11 +197,43 @@ enum class close_how : std::uint8_t {
 // What a transport uses for handshakes and pages: memory, and places.
 struct transport_memory {
   std::uint64_t bytes_used = 0;
-  std::uint64_t bytes_peak = 0;  // the most it has used
-  std::uint64_t allocations = 0; // none while peers are only connected
-  std::uint64_t refusals = 0;    // handshakes or pages for which there was none
-  std::uint64_t evictions = 0;   // handshakes that did not end and lost their place to a newer one
+  std::uint64_t bytes_peak = 0;            // the most it has used
+  std::uint64_t allocations = 0;           // none while peers are only connected
+  std::uint64_t refusals = 0;              // handshakes or pages for which there was none
+  std::uint64_t evictions = 0;             // handshakes that did not end and lost their place to a newer one
+  const class tls_counters* tls = nullptr; // null: no TLS
 };
+
+// What a transport counts of TLS: tls_handshakes, and the counters behind it. One thread of the transport's
+// writes them; any thread reads them.
+class tls_counters {
+ public:
+  static constexpr counter first = counter::tls_handshakes;
+  static constexpr counter last = counter::tls_certificate_end;
+
+  void add(counter which) noexcept { counts_[place_of(which)].add(); }
+  void set(counter which, std::uint64_t value) noexcept { counts_[place_of(which)].set(value); }
+  std::uint64_t read(counter which) const noexcept { return counts_[place_of(which)].get(); }
+
+ private:
+  static constexpr std::size_t place_of(counter which) noexcept {
+    return static_cast<std::size_t>(which) - static_cast<std::size_t>(first);
+  }
+  std::array<rt::counter, static_cast<std::size_t>(last) - static_cast<std::size_t>(first) + 1> counts_{};
+};
+
+// Counts what the transport has used. Service thread; once a cycle.
+inline void show(const transport_memory& now, counters& in) noexcept {
+  in.set(counter::handshake_bytes_used, now.bytes_used);
+  in.set(counter::handshake_bytes_peak, now.bytes_peak);
+  in.set(counter::handshake_allocations, now.allocations);
+  in.set(counter::handshakes_starved, now.refusals);
+  in.set(counter::handshakes_evicted, now.evictions);
+  if (now.tls == nullptr) return;
+  for (auto i = static_cast<std::size_t>(tls_counters::first);
+       i <= static_cast<std::size_t>(tls_counters::last); ++i)
+    in.set(static_cast<counter>(i), now.tls->read(static_cast<counter>(i)));
+}
 
 class transport {
  public:

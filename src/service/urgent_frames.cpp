@@ -61,7 +61,7 @@ bool urgent_frames::add_stop_state(peer_index peer, std::span<const char> text, 
 
 // ---- writing
 
-bool urgent_frames::gather(peer_index peer, bool open, batch& into) noexcept {
+bool urgent_frames::gather(peer_index peer, bool open, const partial_frame& behind, batch& into) noexcept {
   output& to = outputs_[peer];
   // A partial frame goes on before any other.
   const bool stop_first = to.stop.begun();
@@ -70,7 +70,8 @@ bool urgent_frames::gather(peer_index peer, bool open, batch& into) noexcept {
   if (open && to.credit.wants_ping(state_.cycle.now) && !gather_ping(peer, into.bytes)) into.more = true;
   if (!to.control.rest().empty()) into.add(to.control.rest(), {.is = batch_piece::origin::control});
   if (!open) return false;
-  if (!stop_first && !to.stop.rest().empty()) into.add(to.stop.rest(), {.is = batch_piece::origin::stop});
+  if (!stop_first && !to.stop.rest().empty() && !behind.is_long())
+    into.add(to.stop.rest(), {.is = batch_piece::origin::stop});
   return true;
 }
 

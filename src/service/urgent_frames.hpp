@@ -19,6 +19,7 @@
 #include "service/credit.hpp"
 #include "service/mask_keys.hpp"
 #include "service/outbox.hpp"
+#include "service/partial_frames.hpp"
 #include "service/stop_frames.hpp"
 #include "service/transport.hpp"
 #include "wire/websocket.hpp"
@@ -53,8 +54,9 @@ class urgent_frames {
 
   // ---- writing
 
-  // Gathers them, after a partial frame and before messages. False: no message may follow.
-  bool gather(peer_index peer, bool open, batch& into) noexcept;
+  // Gathers them, after a partial frame and before messages; behind a fragment of a long message only control
+  // frames. False: no message may follow.
+  bool gather(peer_index peer, bool open, const partial_frame& behind, batch& into) noexcept;
   void commit_control(peer_index peer, std::size_t taken) noexcept {
     outputs_[peer].control.written += taken;
   }

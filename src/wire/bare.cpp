@@ -5,6 +5,7 @@
 #include <array>
 
 #include "wire/members.hpp"
+#include "wire/time_to_live.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::wire::bare {
@@ -31,25 +32,6 @@ std::optional<refusal> read_id(reserved which, const found_members& found, std::
                    .limit = static_cast<std::int64_t>(bytes_max)};
   }
   into = v.raw;
-  return std::nullopt;
-}
-
-std::optional<refusal> read_ttl(const found_members& found, std::int64_t& into) noexcept {
-  if (!found.given(ttl_ms)) return std::nullopt;
-  const json::value& v = found.values[ttl_ms];
-  const auto milliseconds = json::to_double(v);
-  if (!milliseconds) {
-    return refusal{.what = refusal::kind::wrong_type,
-                   .member = names[ttl_ms],
-                   .value = v.raw,
-                   .expected = "a number of milliseconds"};
-  }
-  if (*milliseconds < 0) {
-    return refusal{.what = refusal::kind::negative, .member = names[ttl_ms], .value = v.raw};
-  }
-  constexpr double bound = 9.2e18; // a little below what 64 bits hold: 291 years
-  const double ns = *milliseconds * 1e6;
-  into = ns < bound ? static_cast<std::int64_t>(ns + 0.5) : unlimited;
   return std::nullopt;
 }
 
@@ -117,7 +99,9 @@ std::optional<refusal> decode(const json::document& validated_text, std::span<ch
   if (out.what == verb::call) out.id_raw = asked; // for the answer
   if (const auto twice = refuse_twice(found, std::array{message_id, in_reply_to, ttl_ms})) return twice;
   if (wrong) return wrong;
-  if (const auto bad = read_ttl(found, out.ttl_ns)) return bad;
+  if (found.given(ttl_ms)) {
+    if (const auto bad = read_ttl(found.values[ttl_ms], out.ttl_ns)) return bad;
+  }
   if (out.what == verb::call) {
     if (const auto twice = refuse_twice(found, std::array{service})) return twice;
     if (const auto bad = read_service(found, limits.name_bytes_max, scratch, out.service)) return bad;

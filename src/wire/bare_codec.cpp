@@ -2,8 +2,19 @@
 #include "wire/bare_codec.hpp"
 
 #include "wire/bare.hpp"
+#include "wire/time_to_live.hpp"
 
 namespace rowe::wire {
+
+message_head bare_codec::head_of(const delivery& to) const noexcept {
+  message_head head{.size = 1, .from = 1};
+  static_assert(sizeof head.bytes >= ttl_text_bytes_max + 2);
+  head.bytes[0] = std::byte{'{'};
+  if (to.ttl_ns == unlimited) return head;
+  head.size += static_cast<std::uint8_t>(write_ttl(std::span{head.bytes}.subspan(1), to.ttl_ns));
+  if (!to.empty) head.bytes[head.size++] = std::byte{','};
+  return head;
+}
 
 message_kind bare_codec::write_call(json::writer& out, std::string_view service, std::string_view id,
                                     const call_args& args) const noexcept {

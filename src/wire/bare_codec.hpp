@@ -11,6 +11,9 @@ class bare_codec final : public codec {
   constexpr explicit bare_codec(codec_id id) noexcept
       : codec{{.id = id, .name = "bare", .fails_as_refusal = true}} {}
 
+  // Of a plain message. Its shared text must begin with the brace.
+  message_head head_of(const delivery& to) const noexcept override;
+
   message_kind write_call(json::writer& out, std::string_view service, std::string_view id,
                           const call_args& args) const noexcept override;
   message_kind write_reply(json::writer& out, const call_origin& call,

@@ -5,7 +5,8 @@
 // service. Service thread only; nothing waits or allocates.
 //
 // A topic's message is written once, between the head and the tail of one codec's envelope. Peers that use
-// this codec are sent exactly these bytes.
+// this codec are sent exactly these bytes. A codec whose bodies are not JSON writes whole messages instead,
+// once for all peers that use it.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -18,9 +19,14 @@
 #include "wire/websocket.hpp"
 #include "json/writer.hpp"
 
+namespace rowe {
+struct schema_description;
+} // namespace rowe
+
 namespace rowe::json {
+struct other_encoders;
 struct document;
-}
+} // namespace rowe::json
 
 namespace rowe::wire {
 
@@ -62,6 +68,9 @@ class message_decoder {
                                 diagnostic&) const noexcept {
     return decoded::unsupported;
   }
+  // Where the body, which is JSON, begins in a binary message with this first byte, if such a message may be
+  // longer than others; 0: it may not.
+  virtual std::size_t body_begins(std::byte) const noexcept { return 0; }
   // The codec in which to answer a text that is no JSON: the one whose members are visible in the text, or
   // else the one that the peer used last.
   virtual codec_id guess(std::string_view text, codec_id spoke_last) const noexcept = 0;
@@ -81,6 +90,12 @@ enum class message_kind : std::uint8_t { none, text, binary };
 constexpr opcode opcode_of(message_kind kind) noexcept {
   return kind == message_kind::binary ? opcode::binary : opcode::text;
 }
+
+// A value of a struct, and what encodes it.
+struct typed_value {
+  const std::byte* at = nullptr;
+  const json::other_encoders* others = nullptr;
+};
 
 // One JSON value: a text, or a function that writes it in place. Refers to either; owns nothing.
 class body {
@@ -106,14 +121,34 @@ class body {
 
 // The call that a reply or a refusal answers.
 struct call_origin {
-  std::string_view service; // as its caller named it
-  std::string_view id_raw;  // as it stood in the call
+  std::string_view service;          // as its caller named it
+  std::string_view id_raw;           // as it stood in the call
+  std::int8_t goal_status = no_goal; // of an action's goal: a GoalStatus of ROS
+
+  static constexpr std::int8_t no_goal = -1;
+  bool is_goal() const noexcept { return goal_status != no_goal; }
+};
+// The origin of a refused call or goal.
+inline call_origin origin_of(const request& asked) noexcept {
+  return {.service = asked.service,
+          .id_raw = asked.id_raw,
+          .goal_status = asked.what == verb::send_goal ? std::int8_t{0} : call_origin::no_goal};
+}
+
+// What an action's provider is asked to do.
+struct goal_order {
+  std::string_view action;
+  std::string_view type; // empty: none
+  std::string_view id;   // ours
+  const call_args& args;
+  bool feedback = false; // is wanted
 };
 
 // The peer that is sent an error which is no answer to a call.
 struct error_context {
   bool to_server = false;           // else to a client
   severity level = severity::error; // that its peer wants to hear of
+  severity how = severity::error;   // of this one
   std::string_view id_raw{};        // of the request; empty: none
 };
 
@@ -125,17 +160,29 @@ struct announcement {
   bool begins = true; // else it is taken back
 };
 
-// One delivery of a topic's message.
+// One delivery of a topic's message, or of a plain message.
 struct delivery {
-  std::uint32_t tag = no_number; // of the subscription
-  std::int64_t published_ns = 0; // of the endpoint's clock
-  bool unslashed = false;        // the peer calls the topic by its name without the slash
+  std::uint32_t tag = no_number;   // of the subscription
+  std::int64_t published_ns = 0;   // of the endpoint's clock
+  std::int64_t wall_ns = 0;        // the same, since 1970
+  bool unslashed = false;          // the peer calls the topic by its name without the slash
+  bool empty = false;              // a plain message: the object has no members
+  std::int64_t ttl_ns = unlimited; // what is left of its time to live; unlimited: nothing is said of it
 };
 
-// How a topic's message is sent to a peer that cannot get the shared text: first these bytes, then either the
-// body alone, or the shared text from `from` on.
+// One message of a topic, for a codec that writes it whole: of a struct, or else its JSON.
+struct topic_message {
+  std::string_view topic;   // as its peers call it
+  std::int64_t wall_ns = 0; // when it was published, since 1970
+  std::string_view text{};  // empty where there is a value
+  typed_value value{};
+  const schema_description* schema = nullptr; // of the topic; null: nobody said
+};
+
+// How a message is sent to a peer that cannot get the shared text: first these bytes, then either the body
+// alone, or the shared text from `from` on.
 struct message_head {
-  std::array<std::byte, 32> bytes{};
+  std::array<std::byte, 64> bytes{};
   std::uint8_t size = 0;
   std::uint8_t from = 0; // 0: the body alone
   message_kind as = message_kind::text;
@@ -146,6 +193,22 @@ struct listed {
   std::uint32_t number = no_number;
   std::string_view name{};
   std::string_view type{}; // empty: none
+  // Of the topic's messages, or of the service's answers; null: nobody said.
+  const schema_description* schema = nullptr;
+  const schema_description* request = nullptr; // of the service's requests; likewise
+};
+
+// Who a server is. Its epoch is another one each time that it is opened.
+struct greeting {
+  std::string_view name;
+  std::uint64_t epoch = 0;
+};
+
+// A parameter with its value.
+struct told_parameter {
+  std::string_view name;
+  std::string_view json; // empty: there is no such parameter, or not any more
+  bool is_real = false;  // its type is a double or a float
 };
 
 // Bytes of an announcement, and of an error; no codec needs more.
@@ -154,6 +217,8 @@ inline constexpr std::size_t error_bytes_max = 6 * refusal::text_bytes_max + 512
 // Bytes that suffice for the head of a topic with a name of so many bytes.
 constexpr std::size_t topic_head_bytes_max(std::size_t name_bytes) noexcept { return 34 + 6 * name_bytes; }
 
+inline constexpr std::size_t codecs_max = 8; // of an endpoint
+
 class codec {
  public:
   struct traits {
@@ -161,16 +226,37 @@ class codec {
     std::string_view name;
     // A failed call is answered by the same kind of message as a refused request, and counted as one.
     bool fails_as_refusal;
+    // Bodies of topics' messages are not the shared JSON: write_message() writes them, and there is no
+    // envelope.
+    bool writes_whole = false;
+    // Then: it writes bodies alone, behind a head for each peer.
+    bool heads_whole = false;
+    // Then: of a struct that has encoders of its own, no JSON is needed.
+    bool writes_types = false;
+    // The codec for messages of types that hold a time, if that is another one.
+    codec_id of_times = same_codec;
   };
   constexpr codec_id id() const noexcept { return traits_.id; }
   constexpr std::string_view name() const noexcept { return traits_.name; }
   constexpr bool fails_as_refusal() const noexcept { return traits_.fails_as_refusal; }
+  constexpr bool writes_whole() const noexcept { return traits_.writes_whole; }
+  constexpr bool heads_whole() const noexcept { return traits_.heads_whole; }
+  constexpr bool writes_types() const noexcept { return traits_.writes_types; }
+  constexpr codec_id of_times() const noexcept { return traits_.of_times; }
 
   // The envelope around the messages of a topic, of a codec that has one for all who speak it.
   virtual void write_topic_head(json::writer&, std::string_view) const noexcept {}
   virtual std::string_view topic_tail() const noexcept { return {}; }
   // The head for a delivery that cannot use the shared text.
   virtual message_head head_of(const delivery&) const noexcept { return {}; }
+
+  // Where it writes whole messages.
+  virtual message_kind write_message(json::writer&, const topic_message&) const noexcept {
+    return message_kind::none;
+  }
+  // Why a subscriber gets these messages in another form than it asked for, where no struct is published;
+  // empty: it does not.
+  virtual std::string_view lacks_without_type() const noexcept { return {}; }
 
   // Writes a call of a peer's service, with an id of ours.
   virtual message_kind write_call(json::writer& out, std::string_view service, std::string_view id,
@@ -182,6 +268,19 @@ class codec {
   // Whether a reply that failed, with this diagnostic, says that nobody provides the service.
   virtual bool means_no_service(const request& failed, std::string_view diagnostic,
                                 std::string_view service) const noexcept = 0;
+
+  // Of actions: a goal for its provider, its cancellation, and an answer in between for who sent the goal.
+  // The last answer is a reply or a failure.
+  virtual message_kind write_goal(json::writer&, const goal_order&) const noexcept {
+    return message_kind::none;
+  }
+  virtual message_kind write_cancel(json::writer&, std::string_view /*action*/,
+                                    std::string_view /*id*/) const noexcept {
+    return message_kind::none;
+  }
+  virtual message_kind write_feedback(json::writer&, const call_origin&, const body&) const noexcept {
+    return message_kind::none;
+  }
 
   // Writes an error, or nothing if this peer does not want to be told.
   virtual message_kind write_error(json::writer& out, const error_context& to,
@@ -201,7 +300,7 @@ class codec {
   // As a server: what a client is told without a request, if its protocol has listings. First it is told who
   // we are, then which topics and services were added, and the numbers of those that were removed. A topic
   // that gets a type is removed, and added under another number.
-  virtual message_kind write_hello(json::writer&, std::string_view) const noexcept {
+  virtual message_kind write_hello(json::writer&, const greeting&) const noexcept {
     return message_kind::none;
   }
   virtual message_kind write_topics(json::writer&, std::span<const listed>, bool) const noexcept {
@@ -210,6 +309,13 @@ class codec {
   virtual message_kind write_services(json::writer&, std::span<const listed>, bool) const noexcept {
     return message_kind::none;
   }
+  // The values of parameters, where its protocol has requests for them: a head with the id of the request
+  // that is answered (empty: none), then one after the other, and an end.
+  virtual void begin_parameters(json::writer&, std::string_view) const noexcept {}
+  virtual void add_parameter(json::writer&, const told_parameter&) const noexcept {}
+  virtual message_kind end_parameters(json::writer&) const noexcept { return message_kind::none; }
+  // How many bytes the schemas of one that was added take at most.
+  virtual std::size_t schema_bytes(const listed&) const noexcept { return 0; }
 
  protected:
   constexpr explicit codec(const traits& its) noexcept : traits_{its} {}

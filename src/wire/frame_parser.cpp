@@ -111,26 +111,38 @@ auto frame_parser::begin_frame() noexcept -> std::optional<protocol_error> {
   payload_done_ = 0;
   if (is_control(frame_.what)) return std::nullopt;
   if (frame_.what == opcode::continuation) {
-    if (fragments_ >= limits_.fragments_max) return too_many_frames();
+    if (fragments_ >= fragments_max()) return too_many_frames();
     ++fragments_;
   } else {
     message_ = frame_.what;
     message_bytes_ = 0;
+    in_pieces_ = false;
+    gathered_ = handed_ = 0;
     fragments_ = 1;
   }
-  if (frame_.payload_bytes > limits_.message_bytes_max - message_bytes_) {
-    return too_big();
+  const std::uint64_t most = std::max(limits_.message_bytes_max, limits_.long_bytes_max);
+  if (frame_.payload_bytes > most - message_bytes_) return too_big();
+  if (!in_pieces_ && frame_.payload_bytes > limits_.message_bytes_max - message_bytes_) {
+    in_pieces_ = true;
+    gathered_ = static_cast<std::size_t>(message_bytes_);
   }
   return std::nullopt;
+}
+
+// A long message may have as many frames for each message_bytes_max of its bytes.
+std::uint32_t frame_parser::fragments_max() const noexcept {
+  const std::uint64_t times = in_pieces_ ? 1 + message_bytes_ / limits_.message_bytes_max : 1;
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(times * limits_.fragments_max, UINT32_MAX));
 }
 
 auto frame_parser::too_big() noexcept -> protocol_error {
   char* const text = reinterpret_cast<char*>(control_.data());
   const int bytes = std::snprintf(
       text, close_reason_bytes_max,
-      "a message of %llu bytes%s exceeds the limit message_bytes_max of %zu: send less, or raise it",
+      "a message of %llu bytes%s exceeds the limit %s of %zu: send less, or raise it",
       static_cast<unsigned long long>(message_bytes_ + frame_.payload_bytes), frame_.final ? "" : " or more",
-      limits_.message_bytes_max);
+      limits_.long_bytes_max > limits_.message_bytes_max ? "long_message_bytes_max" : "message_bytes_max",
+      std::max(limits_.message_bytes_max, limits_.long_bytes_max));
   return {close_code::too_big, {text, written(bytes)}};
 }
 
@@ -139,7 +151,7 @@ auto frame_parser::too_many_frames() noexcept -> protocol_error {
   const int bytes = std::snprintf(
       text, close_reason_bytes_max,
       "a message in %u frames or more exceeds the limit fragments_max of %u: send fewer, or raise it",
-      fragments_ + 1, limits_.fragments_max);
+      fragments_ + 1, fragments_max());
   return {close_code::policy, {text, written(bytes)}};
 }
 
@@ -201,6 +213,8 @@ frame_step frame_parser::take_control(std::span<std::byte> rest) noexcept {
 }
 
 frame_step frame_parser::take_data(std::span<std::byte> rest) noexcept {
+  if (in_pieces_) [[unlikely]]
+    return take_piece(rest);
   if (payload_done_ == 0 && !in_message_ && frame_.final && rest.size() >= frame_.payload_bytes) {
     const std::span<std::byte> payload = rest.first(static_cast<std::size_t>(frame_.payload_bytes));
     const bool ascii = mask(payload, frame_.key);
@@ -209,16 +223,51 @@ frame_step frame_parser::take_data(std::span<std::byte> rest) noexcept {
   }
   const auto taken =
       static_cast<std::size_t>(std::min<std::uint64_t>(frame_.payload_bytes - payload_done_, rest.size()));
-  const std::span<std::byte> piece = assembly_.subspan(message_bytes_, taken);
+  const std::span<std::byte> piece = assembly_.subspan(static_cast<std::size_t>(message_bytes_), taken);
   (void)mask_copy(piece, rest.first(taken), frame_.key, static_cast<std::size_t>(payload_done_));
   if (message_ == opcode::text && !text_.feed(piece)) return violate(not_utf8);
   message_bytes_ += taken;
   payload_done_ += taken;
   if (payload_done_ < frame_.payload_bytes) return {.consumed = taken};
-  if (frame_.final) return end_message(assembly_.first(message_bytes_), taken);
+  if (frame_.final) return end_message(assembly_.first(static_cast<std::size_t>(message_bytes_)), taken);
   in_frame_ = false;
   in_message_ = true;
   return {.consumed = taken};
+}
+
+// Of a long message: what was gathered of it so far, or what is there of its frame, unmasked where it is.
+frame_step frame_parser::take_piece(std::span<std::byte> rest) noexcept {
+  frame_step step{.event = frame_event::piece, .in_pieces = true, .message = message_};
+  step.known_bytes = message_bytes_ + frame_.payload_bytes - payload_done_;
+  if (handed_ != gathered_) {
+    step.payload = assembly_.subspan(handed_, std::min(gathered_ - handed_, piece_bytes_max));
+    handed_ += step.payload.size();
+    return step;
+  }
+  const std::uint64_t left = frame_.payload_bytes - payload_done_;
+  step.consumed =
+      static_cast<std::size_t>(std::min<std::uint64_t>(left, std::min(rest.size(), piece_bytes_max)));
+  step.payload = rest.first(step.consumed);
+  const bool ascii = mask(step.payload, frame_.key, static_cast<std::size_t>(payload_done_));
+  const bool in_character = !text_.complete();
+  if (message_ == opcode::text && (!ascii || in_character) && !text_.feed(step.payload))
+    return violate(not_utf8);
+  message_bytes_ += step.consumed;
+  payload_done_ += step.consumed;
+  if (step.consumed < left) {
+    if (step.consumed == 0) step.event = frame_event::need_more;
+    return step;
+  }
+  if (frame_.final) {
+    const std::uint64_t known = step.known_bytes;
+    step = end_message(step.payload, step.consumed);
+    step.in_pieces = true;
+    step.known_bytes = known;
+    return step;
+  }
+  in_frame_ = false;
+  in_message_ = true;
+  return step;
 }
 
 frame_step frame_parser::end_message(std::span<std::byte> message, std::size_t consumed) noexcept {
@@ -330,18 +379,22 @@ frame_parser frame_parser::anew() const noexcept {
 }
 
 bool frame_parser::check() const noexcept {
+  if (handed_ > gathered_ || gathered_ > limits_.message_bytes_max) return false;
   if (ended_) return true;
   if (header_have_ >= header_.size() || (in_frame_ && header_have_ > 0)) return false;
-  if (limits_.message_bytes_max > assembly_.size() || message_bytes_ > limits_.message_bytes_max)
+  const std::uint64_t most = std::max(limits_.message_bytes_max, limits_.long_bytes_max);
+  if (limits_.message_bytes_max > assembly_.size() ||
+      message_bytes_ > (in_pieces_ ? most : limits_.message_bytes_max))
     return false;
-  if (in_message_ && (fragments_ == 0 || fragments_ > std::max(limits_.fragments_max, 1U))) return false;
+  if (in_message_ && (fragments_ == 0 || fragments_ > std::max(fragments_max(), 1U))) return false;
   const bool in_text = message_ == opcode::text && (in_message_ || (in_frame_ && !is_control(frame_.what)));
   if (!in_text && !text_.complete()) return false; // or the next text would begin inside a character
   if (!in_frame_) return true;
   if (is_control(frame_.what))
     return frame_.payload_bytes <= control_bytes_max && payload_done_ < frame_.payload_bytes;
   return payload_done_ < frame_.payload_bytes &&
-         frame_.payload_bytes - payload_done_ <= limits_.message_bytes_max - message_bytes_;
+         frame_.payload_bytes - payload_done_ <=
+             (in_pieces_ ? most : limits_.message_bytes_max) - message_bytes_;
 }
 
 } // namespace rowe::wire

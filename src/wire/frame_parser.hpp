@@ -6,7 +6,8 @@
 // events, however it was cut into reads; tests and a fuzzer check that.
 //
 // A payload may be in two places. A message that is one frame and came in one read, the usual case, is
-// unmasked where it is and not copied. Everything else is gathered in the caller's assembly buffer.
+// unmasked where it is and not copied. Everything else is gathered in the caller's assembly buffer. A message
+// that is too long for it is not gathered: it is handed over in pieces, as they come.
 //
 // Every function here: one thread, never waits, never allocates; time is linear in the bytes given.
 #pragma once
@@ -24,8 +25,9 @@
 namespace rowe::wire {
 enum class frame_event : std::uint8_t {
   need_more, // all bytes are consumed and nothing is complete
-  text,      // a whole message, valid UTF-8
-  binary,    // a whole message
+  text,      // a whole message, valid UTF-8; or the last piece of a long one
+  binary,    // a whole message, or the last piece of a long one
+  piece,     // of a long message, not the last
   ping,
   pong,
   close,     // the peer closes; nothing follows
@@ -33,15 +35,20 @@ enum class frame_event : std::uint8_t {
 };
 
 struct frame_limits {
-  std::size_t message_bytes_max = 0; // longer messages: violation 1009, before anything is copied
-  std::uint32_t fragments_max = 0;   // messages in more frames: violation 1008
-  bool unmasked_accepted = false;    // as a server; RFC 6455 5.1 forbids it, the Hop of 2014 needs it
+  std::size_t message_bytes_max = 0; // of a message that is handed over whole
+  std::size_t long_bytes_max = 0;  // longer messages: violation 1009, before anything is copied; those up to
+                                   // here are handed over in pieces
+  std::uint32_t fragments_max = 0; // messages in more frames: violation 1008
+  bool unmasked_accepted = false;  // as a server; RFC 6455 5.1 forbids it, the Hop of 2014 needs it
 };
 
 struct frame_step {
   frame_event event = frame_event::need_more;
   std::size_t consumed = 0;       // from the front of what was given
   std::size_t frames = 1;         // that were looked at for it; fragments are several
+  bool in_pieces = false;         // piece, text, binary: the payload is a piece of a long message
+  opcode message = opcode::text;  // piece: what the message is
+  std::uint64_t known_bytes = 0;  // in_pieces: of the message, as far as its frames have said
   std::span<std::byte> payload{}; // unmasked; of a close: the body as it came, code included
   std::uint16_t close_code = 0;   // close: the peer's (1005 when it gave none); violation: the one to send
   std::string_view reason{};      // close: the peer's, valid UTF-8; violation: the diagnostic to send, which
@@ -60,6 +67,8 @@ class frame_parser {
 
   // A step looks at no more fragments. So one peer's message in many pieces delays nobody for long.
   static constexpr std::size_t frames_in_step_max = 32;
+  // No piece of a long message is longer.
+  static constexpr std::size_t piece_bytes_max = 4096;
 
   // Consumes bytes from the front of `bytes`, which may be written to, until one event, until all are
   // consumed, or until it has looked at frames_in_step_max fragments. The caller calls again with the rest.
@@ -75,7 +84,10 @@ class frame_parser {
   // True while a frame or a fragmented message has begun and is not complete. For the deadline of a message.
   bool mid_message() const noexcept;
   // How many bytes of it are in the assembly buffer.
-  std::size_t assembled_bytes() const noexcept { return in_frame_ || in_message_ ? message_bytes_ : 0; }
+  std::size_t assembled_bytes() const noexcept {
+    if (in_pieces_) return handed_ != gathered_ ? gathered_ : 0;
+    return in_frame_ || in_message_ ? static_cast<std::size_t>(message_bytes_) : 0;
+  }
 
   // Says where the frame that has begun ends in `bytes`, which come next (0: none has begun), and whether a
   // fragmented message is open after it. Nothing if its header does not end in `bytes`, or nothing is read
@@ -116,6 +128,8 @@ class frame_parser {
   frame_step take_pieces(std::span<std::byte> bytes) noexcept;
   frame_step take_control(std::span<std::byte> rest) noexcept;
   frame_step take_data(std::span<std::byte> rest) noexcept;
+  frame_step take_piece(std::span<std::byte> rest) noexcept;
+  std::uint32_t fragments_max() const noexcept;
   frame_step end_message(std::span<std::byte> message, std::size_t consumed) noexcept;
   frame_step read_close(std::span<std::byte> body) noexcept;
   frame_step violate(protocol_error what) noexcept;
@@ -129,9 +143,12 @@ class frame_parser {
   bool in_frame_ = false;   // the header in frame_ is complete, its payload is not
   bool in_message_ = false; // a fragmented message is open
   opcode message_ = opcode::text;
-  std::uint32_t fragments_ = 0;    // frames of the open message so far
-  std::size_t message_bytes_ = 0;  // of them in the assembly buffer
-  std::uint64_t payload_done_ = 0; // bytes of the frame's payload taken so far
+  std::uint32_t fragments_ = 0;     // frames of the open message so far
+  std::uint64_t message_bytes_ = 0; // of the message so far: in the assembly buffer, unless
+  bool in_pieces_ = false;          // it is long, and its pieces are handed over:
+  std::size_t gathered_ = 0;        // first what was in the assembly buffer when it proved to be long,
+  std::size_t handed_ = 0;          // of which so much was handed over
+  std::uint64_t payload_done_ = 0;  // bytes of the frame's payload taken so far
   header frame_;
   utf8_check text_;
   std::uint8_t header_have_ = 0; // bytes in header_

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/http_answer.hpp"
 
+#include "wire/http_login.hpp"
 #include "wire/text_out.hpp"
 
 namespace rowe::wire {
@@ -14,6 +15,10 @@ std::string_view phrase_of(std::uint16_t status) noexcept {
   case 404: return "Not Found";
   case 405: return "Method Not Allowed";
   case 408: return "Request Timeout";
+  case 409: return "Conflict";
+  case 411: return "Length Required";
+  case 413: return "Content Too Large";
+  case 415: return "Unsupported Media Type";
   case 426: return "Upgrade Required";
   case 429: return "Too Many Requests";
   case 431: return "Request Header Fields Too Large";
@@ -38,6 +43,31 @@ std::uint8_t fill(std::span<char> into, std::string_view text, std::string_view 
   return static_cast<std::uint8_t>(bytes);
 }
 
+// What stands around the two texts, and between them.
+struct frame {
+  std::string_view headers;
+  std::string_view begin;
+  std::string_view between;
+  std::string_view link; // behind it: the path of the form
+  std::string_view end;
+};
+constexpr frame of_text{"Content-Type: text/plain; charset=utf-8\r\n", "", "\n", "", "\n"};
+constexpr frame of_page{"Content-Type: text/html; charset=utf-8\r\n"
+                        "Content-Security-Policy: default-src 'none'; style-src 'self'\r\n",
+                        "<!doctype html><html lang=\"en\"><title>Log in</title>"
+                        "<meta name=\"viewport\" content=\"width=device-width\">"
+                        "<link rel=\"stylesheet\" href=\"/style.css\"><body class=\"login\"><main><h1>",
+                        "</h1><p>", "</p><p><a href=\"", "\">Log in</a></p></main>\n"};
+
+// No text becomes markup.
+void add_plain(text_out& to, std::string_view text, bool in_page) noexcept {
+  for (std::size_t at = 0; in_page && (at = text.find_first_of("<&")) != text.npos;) {
+    to.add(text.substr(0, at)).add("?");
+    text.remove_prefix(at + 1);
+  }
+  to.add(text);
+}
+
 } // namespace
 
 void http_rejection::set(std::uint16_t http_status, std::string_view what, std::string_view remedy,
@@ -52,14 +82,25 @@ std::string_view write_rejection(std::span<char> out, const http_rejection& reje
   const std::string_view remedy = rejection.remedy();
   text_out answer{out};
   answer.add("HTTP/1.1 ").add(rejection.status).add(" ").add(phrase_of(rejection.status)).add("\r\n");
-  answer.add("Content-Type: text/plain; charset=utf-8\r\nContent-Length: ");
-  answer.add(static_cast<std::int64_t>(what.size() + remedy.size() + 2));
+  const bool page = rejection.to_form;
+  const frame& around = page ? of_page : of_text;
+  const std::string_view path = page ? login_path : std::string_view{};
+  const std::size_t bytes = around.begin.size() + what.size() + around.between.size() + remedy.size() +
+                            around.link.size() + path.size() + around.end.size();
+  answer.add(around.headers).add("Content-Length: ").add(static_cast<std::int64_t>(bytes));
   answer.add("\r\nConnection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n");
   if (rejection.status == 401) answer.add("WWW-Authenticate: Bearer\r\n");
   if (rejection.status == 405) answer.add("Allow: GET, HEAD\r\n");
   if (rejection.status == 426) answer.add("Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n");
+  if (rejection.status == 429) answer.add("Retry-After: 1\r\n");
   answer.add("\r\n");
-  if (!rejection.to_head) answer.add(what).add("\n").add(remedy).add("\n");
+  if (!rejection.to_head) {
+    answer.add(around.begin);
+    add_plain(answer, what, page);
+    answer.add(around.between);
+    add_plain(answer, remedy, page);
+    answer.add(around.link).add(path).add(around.end);
+  }
   return answer.cut() ? std::string_view{} : answer.text();
 }
 

@@ -15,13 +15,14 @@
 namespace rowe::wire {
 
 // Bytes that always suffice for write_rejection().
-inline constexpr std::size_t http_rejection_bytes_max = 1024;
+inline constexpr std::size_t http_rejection_bytes_max = 1280;
 
 // Why a request was rejected. The texts are printable ASCII whatever the peer sent, and quote it shortened.
 class http_rejection {
  public:
   std::uint16_t status = 0; // HTTP
   bool to_head = false;     // the request was HEAD: the answer has no body
+  bool to_form = false;     // somebody logs in: the answer is a page, which leads back to the form
 
   std::string_view what() const noexcept { return {what_.data(), what_bytes_}; }       // names the value
   std::string_view remedy() const noexcept { return {remedy_.data(), remedy_bytes_}; } // what to change
@@ -38,7 +39,7 @@ class http_rejection {
   std::uint8_t remedy_bytes_ = 0;
 };
 
-// Writes the complete HTTP/1.1 answer (Connection: close, a text body with what and remedy) and returns it.
+// Writes the complete HTTP/1.1 answer (Connection: close, a body with what and remedy) and returns it.
 // Returns an empty text if `out` is too small.
 std::string_view write_rejection(std::span<char> out, const http_rejection& rejection) noexcept;
 

@@ -5,6 +5,8 @@
 #include <optional>
 
 #include "wire/http_fields.hpp"
+#include "wire/http_login.hpp"
+#include "wire/http_names.hpp"
 #include "wire/http_token.hpp"
 #include "wire/text_out.hpp"
 
@@ -20,71 +22,15 @@ struct field_value {
 struct fields {
   std::string_view method;
   std::string_view protocol;
-  field_value host, origin, upgrade, key, version, content_length, transfer_encoding, authorization;
+  field_value host, origin, upgrade, key, version, authorization;
+  field_value content_length, content_type, transfer_encoding;
+  cookie_reader cookies;
   bool connection_upgrade = false; // Connection says Upgrade
   bool offers = false;             // a subprotocol was offered
   std::string_view offered;        // the last of them, for the diagnostic
   std::string_view offered_token;
   unsigned if_none_match_count = 0;
 };
-
-struct authority {
-  std::string_view host; // an IPv6 address with its brackets
-  std::optional<std::uint16_t> port;
-};
-
-// Reads `host`, `host:port` or `[address]:port`; nothing if the text is none of them.
-std::optional<authority> to_authority(std::string_view text) noexcept {
-  const bool bracketed = text.starts_with('[');
-  const std::size_t closing = text.find(']');
-  if (bracketed && closing == std::string_view::npos) return std::nullopt;
-  const std::size_t host_end = bracketed ? closing + 1 : std::min(text.find(':'), text.size());
-  authority out{.host = text.substr(0, host_end), .port = std::nullopt};
-  constexpr std::string_view never_in_a_host = "/?#@\\\" \t,";
-  if (out.host.empty() || out.host.find_first_of(never_in_a_host) != std::string_view::npos)
-    return std::nullopt;
-  if (host_end == text.size()) return out;
-  const auto port = text[host_end] == ':' ? to_number(text.substr(host_end + 1)) : std::nullopt;
-  if (!port || *port == 0 || *port > 65535) return std::nullopt;
-  out.port = static_cast<std::uint16_t>(*port);
-  return out;
-}
-
-// Whether this is one of our names. A name without a port means our port.
-bool is_ours(const authority& asked, const handshake_policy& policy) noexcept {
-  constexpr std::string_view loopback[] = {"localhost", "127.0.0.1", "[::1]"};
-  const bool at_our_port = !asked.port || *asked.port == policy.port;
-  for (const std::string_view name : loopback) {
-    if (at_our_port && equal_ignoring_case(asked.host, name)) return true;
-  }
-  return std::any_of(policy.hosts.begin(), policy.hosts.end(), [&](std::string_view entry) {
-    const auto listed = to_authority(entry);
-    return listed && equal_ignoring_case(asked.host, listed->host) &&
-           (listed->port ? asked.port == listed->port : at_our_port);
-  });
-}
-
-// Whether `origin` is our own page's: one of our names at our port, or the name in the request's Host.
-bool is_own_origin(std::string_view origin, std::string_view host, const handshake_policy& policy) noexcept {
-  const std::size_t separator = origin.find("://");
-  if (separator == std::string_view::npos) return false;
-  const std::string_view scheme = origin.substr(0, separator);
-  const bool encrypted = equal_ignoring_case(scheme, "https");
-  if (!encrypted && !equal_ignoring_case(scheme, "http")) return false;
-  const std::string_view rest = origin.substr(separator + 3);
-  auto page = to_authority(rest);
-  if (!page) return false;
-  if (equal_ignoring_case(rest, host)) return true;
-  if (!page->port) page->port = encrypted ? 443 : 80;
-  return is_ours(*page, policy);
-}
-
-bool is_listed_origin(std::string_view origin, const handshake_policy& policy) noexcept {
-  return std::any_of(policy.origins.begin(), policy.origins.end(), [origin](std::string_view entry) {
-    if (entry.ends_with('/')) entry.remove_suffix(1);
-    return equal_ignoring_case(entry, origin);
-  });
-}
 
 bool is_base64_digit(char c) noexcept {
   return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '+' || c == '/';
@@ -122,11 +68,14 @@ class judge {
   bool judge_host() noexcept;
   bool judge_origin() noexcept;
   bool judge_body() noexcept;
+  bool is_form() const noexcept { return seen_.method == "POST"; }
+  bool judge_form(std::string_view form) noexcept;
+  bool judge_form_origin() noexcept;
   bool wants_upgrade() const noexcept {
     return seen_.upgrade.given || seen_.key.given || seen_.version.given;
   }
   bool judge_upgrade() noexcept;
-  void take_token() noexcept;
+  bool take_token() noexcept;
 
  private:
   bool reject(std::uint16_t status, std::string_view what, std::string_view remedy,
@@ -183,6 +132,7 @@ bool judge::take(const http_field& field) noexcept {
   if (is("sec-websocket-key")) return take_once(seen_.key, field);
   if (is("sec-websocket-version")) return take_once(seen_.version, field);
   if (is("content-length")) return take_once(seen_.content_length, field);
+  if (is("content-type")) return take_once(seen_.content_type, field);
   if (is("transfer-encoding")) return take_once(seen_.transfer_encoding, field);
   if (is("authorization")) return take_once(seen_.authorization, field);
   if (is("sec-websocket-protocol")) return take_offer(field.value);
@@ -190,9 +140,11 @@ bool judge::take(const http_field& field) noexcept {
     for (std::string_view list = field.value; !list.empty();) {
       if (equal_ignoring_case(next_element(list), "upgrade")) seen_.connection_upgrade = true;
     }
+  } else if (is("cookie")) {
+    seen_.cookies.take(field.value, policy_);
   } else if (is("accept-encoding")) {
     for (std::string_view list = field.value; !list.empty();) {
-      if (says_gzip(next_element(list))) out_.accepts_gzip = true;
+      if (says_gzip(next_element(list))) out_.accepts_gzip = !policy_.secure;
     }
   } else if (is("if-none-match")) {
     // two of them: neither counts, and the whole page is sent
@@ -208,6 +160,8 @@ bool judge::take_offer(std::string_view list) noexcept {
     const std::string_view name = next_element(list);
     if (name.empty()) continue;
     if (name.starts_with(token_subprotocol)) { // no offer
+      if (!seen_.offered_token.empty())
+        return reject(400, "two tokens are offered as subprotocols", "offer one");
       seen_.offered_token = name.substr(token_subprotocol.size());
       continue;
     }
@@ -227,15 +181,15 @@ bool judge::judge_request_line() noexcept {
   }
   if (seen_.protocol != "HTTP/1.1")
     return reject(505, "% is not spoken here", "use a client of HTTP/1.1", seen_.protocol);
-  if (seen_.method != "GET" && seen_.method != "HEAD") {
+  out_.path = out_.target.substr(0, out_.target.find('?'));
+  const bool posts_form = is_form() && (out_.path == login_path || out_.path == logout_path);
+  if (seen_.method != "GET" && seen_.method != "HEAD" && !posts_form) {
     return reject(405, "the method % is not offered here", "use GET", seen_.method);
   }
   const auto is_visible = [](char c) { return c > 0x20 && c < 0x7f && c != '#'; };
   if (!out_.target.starts_with('/') || !std::all_of(out_.target.begin(), out_.target.end(), is_visible)) {
-    return reject(400, "the request is not for a path: %", "ask for a path such as /",
-                  out_.target);
+    return reject(400, "the request is not for a path: %", "ask for a path such as /", out_.target);
   }
-  out_.path = out_.target.substr(0, out_.target.find('?'));
   return true;
 }
 
@@ -273,8 +227,46 @@ bool judge::judge_body() noexcept {
   return true;
 }
 
+// Whoever sends a form says where it stands: every browser does. Else a page from elsewhere could log
+// somebody in, as somebody else.
+bool judge::judge_form_origin() noexcept {
+  if (!seen_.origin.given)
+    return reject(403, "the Origin header is missing, which every browser sends with a form",
+                  "without a browser, send the token in the header Authorization");
+  out_.secure_cookie = policy_.secure || begins_with_https(out_.origin);
+  if (!out_.secure_cookie && !is_loopback_origin(out_.origin))
+    return reject(403, "a token from % could be read on the way",
+                  "give this endpoint a certificate, or log in on its own machine", out_.origin);
+  return true;
+}
+
+bool judge::judge_form(std::string_view form) noexcept {
+  if (!judge_form_origin()) return false;
+  if (seen_.transfer_encoding.given)
+    return reject(411, "a form is not taken with Transfer-Encoding %", "send its Content-Length",
+                  seen_.transfer_encoding.text);
+  if (!seen_.content_length.given) return reject(411, "the Content-Length of the form is missing", "send it");
+  const auto length = to_number(seen_.content_length.text);
+  if (!length)
+    return reject(400, "the Content-Length is no number: %", "send the bytes of the form",
+                  seen_.content_length.text);
+  if (*length > form_bytes_max) {
+    static_assert(form_bytes_max == 512);
+    return reject(413, "a form of % bytes is too long", "send 512 bytes at most", seen_.content_length.text);
+  }
+  if (form.size() != *length)
+    return reject(400, "the form is not as long as its Content-Length says: %", "send all of it",
+                  seen_.content_length.text);
+  const std::string_view type = seen_.content_type.text;
+  if (*length > 0 && !equal_ignoring_case(trimmed(type.substr(0, type.find(';'))), form_type))
+    return reject(415, "a form of the type % is not taken", "send application/x-www-form-urlencoded", type);
+  out_.form = form;
+  return true;
+}
+
 bool judge::judge_upgrade() noexcept {
-  if (out_.head) return reject(405, "a WebSocket handshake cannot be a HEAD request", "use GET");
+  if (seen_.method != "GET")
+    return reject(405, "a WebSocket handshake cannot be a % request", "use GET", seen_.method);
   if (!seen_.upgrade.given) return reject(426, "the Upgrade header is missing", "send Upgrade: websocket");
   if (!equal_ignoring_case(seen_.upgrade.text, "websocket")) {
     return reject(400, "an upgrade to % is not offered here", "ask for websocket, or leave Upgrade out",
@@ -306,7 +298,9 @@ bool judge::judge_upgrade() noexcept {
 }
 
 // Other schemes than Bearer are for proxies, or for nobody: they are ignored.
-void judge::take_token() noexcept {
+bool judge::take_token() noexcept {
+  const auto in_query = token_in_query(out_.target);
+  if (!in_query) return reject(400, "two tokens are in the URL", "send one");
   constexpr std::string_view scheme = "bearer ";
   const std::string_view said = seen_.authorization.text;
   if (equal_ignoring_case(said.substr(0, scheme.size()), scheme)) {
@@ -314,9 +308,12 @@ void judge::take_token() noexcept {
   } else if (!seen_.offered_token.empty()) {
     out_.token = seen_.offered_token;
   } else {
-    out_.token = token_in_query(out_.target);
+    out_.token = *in_query;
     out_.token_in_url = !out_.token.empty();
   }
+  // Last: a browser shows it unasked.
+  if (out_.token.empty()) out_.token = seen_.cookies.token();
+  return true;
 }
 
 } // namespace
@@ -332,17 +329,23 @@ std::size_t find_header_end(std::string_view bytes, std::size_t scanned) noexcep
   return 0;
 }
 
-http_judgement judge_request(std::string_view header, const handshake_policy& policy) noexcept {
-  if (header.size() > http_header_bytes_max) return header_too_large();
+http_judgement judge_request(std::string_view request, const handshake_policy& policy) noexcept {
+  if (request.size() > http_header_bytes_max) return header_too_large();
   http_judgement out;
   judge steps{policy, out};
-  const bool right = steps.read(header) && steps.judge_request_line() && steps.judge_host() &&
-                     steps.judge_origin() && steps.judge_body() &&
-                     (!steps.wants_upgrade() || steps.judge_upgrade());
+  const std::size_t end = may_have_form(request) ? find_header_end(request) : 0;
+  const std::string_view header = end == 0 ? request : request.substr(0, end);
+  const bool right =
+      steps.read(header) && steps.judge_request_line() && steps.judge_host() && steps.judge_origin() &&
+      (steps.is_form() ? steps.judge_form(request.substr(header.size())) : steps.judge_body()) &&
+      (!steps.wants_upgrade() || steps.judge_upgrade()) && (steps.is_form() || steps.take_token());
   if (!right) return out;
+  if (steps.is_form()) {
+    out.outcome = http_outcome::form;
+    return out;
+  }
   if (steps.wants_upgrade()) {
     out.outcome = http_outcome::upgrade;
-    steps.take_token();
     out.accepts_gzip = false;
     out.if_none_match = {};
   } else {
@@ -378,7 +381,8 @@ std::string_view write_clean_request(std::span<char> out, const http_judgement& 
       request.add("If-None-Match: ").add(judgement.if_none_match).add("\r\n");
   }
   request.add("\r\n");
-  return request.cut() || judgement.outcome == http_outcome::rejected ? std::string_view{} : request.text();
+  const bool none = judgement.outcome == http_outcome::rejected || judgement.outcome == http_outcome::form;
+  return request.cut() || none ? std::string_view{} : request.text();
 }
 
 } // namespace rowe::wire

@@ -35,6 +35,9 @@ std::size_t find_header_end(std::string_view bytes, std::size_t scanned = 0) noe
 // judgements refer.
 struct handshake_policy {
   std::uint16_t port = 0; // the one we listen on
+  // It speaks TLS alone. So our own pages are https, and nothing is compressed: the length of a compressed
+  // answer would say something of what is in it (BREACH).
+  bool secure = false;
   // Our names besides localhost, 127.0.0.1 and [::1]. `robot.local` is accepted with our port or without one,
   // `robot.local:9000` only with that port (a forwarded one).
   std::span<const std::string_view> hosts{};
@@ -54,6 +57,7 @@ struct handshake_policy {
 enum class http_outcome : std::uint8_t {
   page,    // GET or HEAD of a path
   upgrade, // a WebSocket handshake that is right in every point
+  form,    // POST of login_path or logout_path (http_login.hpp)
   rejected,
 };
 
@@ -61,7 +65,7 @@ enum class http_outcome : std::uint8_t {
 struct http_judgement {
   http_outcome outcome = http_outcome::rejected;
   bool head = false;         // page: HEAD, not GET
-  bool accepts_gzip = false; // page
+  bool accepts_gzip = false; // page; never where the policy is `secure`
   std::string_view target;   // as it stands in the request line
   std::string_view path;     // the same without the query
   std::string_view host;
@@ -69,24 +73,27 @@ struct http_judgement {
   std::string_view if_none_match; // page; empty when absent
   std::string_view key;           // upgrade
   std::string_view subprotocol;   // upgrade: the first one offered that we speak, or empty
-  std::string_view token;         // upgrade: what the client proves by who it is; empty: nothing
+  std::string_view token;         // what the client proves by who it is; empty: nothing
   bool token_in_url = false;
-  http_rejection rejection;       // rejected
+  std::string_view form;      // form: what was typed in, as it was sent
+  bool secure_cookie = false; // form: a cookie goes back over TLS alone
+  http_rejection rejection;   // rejected
 };
 
 // A browser cannot set headers, so its token may be an offered subprotocol that begins with this.
 inline constexpr std::string_view token_subprotocol = "rowe.token.";
 
-// Judges a complete header, with its empty line. A text longer than http_header_bytes_max is refused with
+// Judges a complete header, with its empty line, and the form behind it where there is one
+// (find_request_end()). A text longer than http_header_bytes_max is refused with
 // 431. So a reader whose buffer of that size is full, without an end, passes one byte more, or calls
 // header_too_large(). A token is taken from `Authorization: Bearer`, else from an offered subprotocol, else
-// from `?token=`. Whose it is, is not judged, and no rejection quotes it.
-http_judgement judge_request(std::string_view header, const handshake_policy& policy) noexcept;
+// from `?token=`, else from our cookie. Whose it is, is not judged, and no rejection quotes it.
+http_judgement judge_request(std::string_view request, const handshake_policy& policy) noexcept;
 http_judgement header_too_large() noexcept;
 
 // Writes the request anew, only with what was judged, and returns it; empty if `out` is too small. It has
 // Host; for an upgrade, the handshake with the chosen subprotocol; for a page, If-None-Match and
-// Accept-Encoding.
+// Accept-Encoding. Empty, too, for a form, which no library sees.
 std::string_view write_clean_request(std::span<char> out, const http_judgement& judgement) noexcept;
 
 } // namespace rowe::wire

@@ -60,6 +60,7 @@ inline decoded json_decoder::decode_rosbridge(const json::document& text, const 
                                               request& into, diagnostic& why) const noexcept {
   const auto wrong = rosbridge::decode(text, buffers.scratch, buffers.limits, into);
   into.codec = rosbridge_;
+  into.messages_in = encodings_[into.encoding];
   if (wrong || into.what >= verb::unsupported)
     why = diagnose(wrong ? *wrong : rosbridge::refuse_op(into), buffers);
   if (wrong) return decoded::refused;

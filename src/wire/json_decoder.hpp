@@ -2,13 +2,18 @@
 // Reads text messages of the two JSON formats. Each message decides for itself: an object with a string
 // member `op` is rosbridge's, everything else is bare.
 #pragma once
+#include <array>
+
 #include "wire/codec.hpp"
 
 namespace rowe::wire {
 
 class json_decoder final : public message_decoder {
  public:
-  constexpr json_decoder(codec_id bare, codec_id rosbridge) noexcept : bare_{bare}, rosbridge_{rosbridge} {}
+  // The codecs of rosbridge's encodings of messages, by rosbridge_encoding.
+  using encodings = std::array<codec_id, 4>;
+  constexpr json_decoder(codec_id bare, const encodings& rosbridge) noexcept
+      : bare_{bare}, rosbridge_{rosbridge[0]}, encodings_{rosbridge} {}
 
   decoded decode(const json::document& text, const decode_buffers& buffers, request& into,
                  diagnostic& why) const noexcept override;
@@ -23,6 +28,7 @@ class json_decoder final : public message_decoder {
 
   codec_id bare_;
   codec_id rosbridge_;
+  encodings encodings_;
 };
 
 } // namespace rowe::wire

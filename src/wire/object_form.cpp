@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "wire/members.hpp"
+#include "wire/time_to_live.hpp"
 #include "json/encoder.hpp"
 #include "json/reader.hpp"
 #include "json/splice.hpp"
@@ -22,10 +23,11 @@ bool has_delivered_names(std::string_view object) noexcept {
 
 } // namespace
 
-std::optional<std::size_t> find_reserved(std::string_view validated_text) noexcept {
+std::optional<std::size_t> find_reserved(std::string_view validated_text, bool with_ttl) noexcept {
   json::object_walk walk{validated_text};
   for (json::member m; walk.next(m);) {
-    if (json::name_is(m, "op") || json::name_is(m, "message_id") || json::name_is(m, "in_reply_to")) {
+    if (json::name_is(m, "op") || json::name_is(m, "message_id") || json::name_is(m, "in_reply_to") ||
+        (with_ttl && json::name_is(m, ttl_member))) {
       return static_cast<std::size_t>(m.name_raw.data() - validated_text.data()) - 1;
     }
   }

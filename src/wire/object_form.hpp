@@ -15,9 +15,10 @@
 
 namespace rowe::wire {
 
-// Finds a member of the endpoint at the top level of a user's text (escapes are understood). Returns the
-// index of its name's opening quote; nothing if there is none, or the text is no object.
-std::optional<std::size_t> find_reserved(std::string_view validated_text) noexcept;
+// Finds a member of the endpoint at the top level of a user's text (escapes are understood). `ttl_ms` is one
+// where the endpoint writes it. Returns the index of its name's opening quote; nothing if there is none, or
+// the text is no object.
+std::optional<std::size_t> find_reserved(std::string_view validated_text, bool with_ttl = false) noexcept;
 
 // Writes the arguments alone, as one JSON value. Of an object, these are the members that neither belong to
 // the endpoint nor name the service.

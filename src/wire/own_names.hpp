@@ -2,15 +2,29 @@
 // The endpoint's own names, for all codecs: the topics that it publishes and the services that it answers.
 // Also the two spellings of any name: ROS resolves "odom" to "/odom". Pure functions.
 #pragma once
+#include <cstdint>
 #include <string_view>
 
 namespace rowe::wire {
 
-inline constexpr std::string_view stats_name = "/rowe/stats"; // a topic and a service
+inline constexpr std::string_view stats_name = "/rowe/stats";           // a topic and a service
+inline constexpr std::string_view parameters_name = "/rowe/parameters"; // a topic
+inline constexpr std::string_view limit_parameters = "/rowe/limits/";   // parameters are below these
+inline constexpr std::string_view counter_parameters = "/rowe/counters/";
 inline constexpr std::string_view stop_name = "/rowe/stop"; // a service, and a topic on which a message stops
+inline constexpr std::uint32_t stop_service_number = 1;     // where a codec numbers services
 inline constexpr std::string_view stop_reset_name = "/rowe/stop/reset";
 inline constexpr std::string_view stop_lease_name = "/rowe/stop/lease";
 inline constexpr std::string_view stop_state_name = "/rowe/stop/state"; // a topic and a service
+
+inline constexpr std::string_view types_name = "/rowe/types"; // a service
+
+// Paths of HTTP that the endpoint answers itself, as it does those below /rowe/.
+inline constexpr std::string_view metrics_path = "/metrics";
+inline constexpr std::string_view health_path = "/healthz";
+inline constexpr std::string_view api_prefix = "/api/v1/";
+inline constexpr std::string_view stats_path = "/api/v1/stats";
+inline constexpr std::string_view topics_prefix = "/api/v1/topics/"; // behind it a topic, percent-encoded
 
 // Services that ROS's clients call on their server.
 inline constexpr std::string_view list_topics_name = "/rosapi/topics";
@@ -18,6 +32,24 @@ inline constexpr std::string_view list_services_name = "/rosapi/services";
 inline constexpr std::string_view topic_type_name = "/rosapi/topic_type";
 inline constexpr std::string_view publishers_name = "/rosapi/publishers";
 inline constexpr std::string_view service_type_name = "/rosapi/service_type";
+inline constexpr std::string_view nodes_name = "/rosapi/nodes";
+inline constexpr std::string_view node_details_name = "/rosapi/node_details";
+inline constexpr std::string_view topics_for_type_name = "/rosapi/topics_for_type";
+inline constexpr std::string_view services_for_type_name = "/rosapi/services_for_type";
+inline constexpr std::string_view subscribers_name = "/rosapi/subscribers";
+inline constexpr std::string_view service_providers_name = "/rosapi/service_providers";
+inline constexpr std::string_view service_node_name = "/rosapi/service_node";
+inline constexpr std::string_view action_servers_name = "/rosapi/action_servers";
+inline constexpr std::string_view topics_and_raw_types_name = "/rosapi/topics_and_raw_types";
+inline constexpr std::string_view get_time_name = "/rosapi/get_time";
+inline constexpr std::string_view message_details_name = "/rosapi/message_details";
+inline constexpr std::string_view request_details_name = "/rosapi/service_request_details";
+inline constexpr std::string_view response_details_name = "/rosapi/service_response_details";
+inline constexpr std::string_view get_param_names_name = "/rosapi/get_param_names";
+inline constexpr std::string_view get_param_name = "/rosapi/get_param";
+inline constexpr std::string_view set_param_name = "/rosapi/set_param";
+inline constexpr std::string_view has_param_name = "/rosapi/has_param";
+inline constexpr std::string_view delete_param_name = "/rosapi/delete_param";
 
 // For topics and services: "/odom" and "odom" are the same name, "//odom" is another one, and a lone "/"
 // stays as it is.

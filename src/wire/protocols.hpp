@@ -20,7 +20,10 @@ struct capabilities {
   bool topics = true;          // a server is told which topics and services this process wants and offers
   bool takes_messages = false; // plain messages, before it said one itself
   bool binary = false;         // binary messages have a meaning
+  bool losses = false;         // it is told that messages for it were dropped
   bool listing = false;        // a client is told at once who we are, and which topics and services there are
+  bool ttl_in_messages = true; // plain messages tell it what is left of their time to live;
+  bool ttl_in_topics = false;  // so do those of topics, which rosbridge has not
   bool state_as_message = false; // it knows no topics: the stop's state is a plain message, unasked
 };
 

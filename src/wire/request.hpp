@@ -16,6 +16,9 @@ namespace rowe::wire {
 // The number of a codec in its protocol_set. A request is answered in the codec in which it came.
 enum class codec_id : std::uint8_t {};
 
+// The answer to a request has the codec of the request; the messages of a subscription may have another.
+inline constexpr codec_id same_codec{0xff};
+
 enum class verb : std::uint8_t {
   message, // to whoever receives
   publish,
@@ -27,11 +30,26 @@ enum class verb : std::uint8_t {
   reply,
   advertise_service,
   unadvertise_service,
+  advertise_action,
+  unadvertise_action,
+  send_goal, // a call with answers in between
+  cancel_goal,
+  goal_feedback, // one of those answers
+  goal_result,   // the last one
   status,
   set_level,
+  get_parameters, // without a call; so the three below
+  set_parameters,
+  subscribe_parameters, // to their changes
+  unsubscribe_parameters,
   unsupported, // the format has it, rowe does not
   unknown,
 };
+
+// Whether only clients ask for this.
+constexpr bool is_for_servers(verb what) noexcept {
+  return what != verb::publish && what != verb::status && what != verb::call && what != verb::reply;
+}
 
 // For a status, and for set_level: what is at least as severe is reported.
 enum class severity : std::uint8_t { none, error, warning, info };
@@ -63,21 +81,27 @@ struct call_args {
 struct request {
   verb what = verb::unknown;
   codec_id codec{};
+  codec_id messages_in = same_codec;            // subscribe: the codec of the topic's messages
+  std::uint8_t encoding = 0;                    // subscribe: which of its format's encodings of messages
   call_args::form form = call_args::form::args; // object: body_raw is the whole message
   bool failed = false;                          // reply: a refusal
   bool latch = false;                           // advertise, publish, subscribe
   bool has_queue_length = false;                // subscribe
   bool keep_all = false;                        // subscribe, advertise: so much history
   bool by_number = false;                       // numbers stand in place of names, see below
+  bool feedback = false;                        // send_goal: the answers in between are wanted
+  std::int8_t goal_status = 0;                  // goal_result: a GoalStatus of ROS, 0 to 127
   severity level = severity::info;              // status, set_level
   std::string_view verb_text;                   // as the format calls it
-  std::string_view id_raw;              // as it stood there, to be echoed; reply: the call's. Empty: none
-  std::string_view topic;               // unescaped, never empty where the verb needs it
-  std::string_view service;             // likewise
-  std::string_view type;                // unescaped; empty: none given
-  std::string_view body_raw;            // JSON: message, arguments, value, or what a status says; empty: none
+  std::string_view id_raw;  // as it stood there, to be echoed; reply: the call's. Empty: none
+  std::string_view topic;   // unescaped, never empty where the verb needs it
+  std::string_view service; // or action, likewise
+  std::string_view type;    // unescaped; empty: none given
+  // JSON: message, arguments, value, or what a status says. Empty: none. Of parameters, a list of names, or
+  // of objects with a `name` and perhaps a `value`; an empty list of names is all of them.
+  std::string_view body_raw;
   std::string_view code;                // reply that failed: a word for programs; empty: none
-  std::int64_t ttl_ns = unlimited;      // message, call: its time to live
+  std::int64_t ttl_ns = unlimited;      // message, publish, call: its time to live
   std::int64_t throttle_ms = 0;         // subscribe: 0 to milliseconds_max
   std::int64_t queue_length = 0;        // subscribe: 0 or more; 0: not stated
   std::int64_t queue_size = 100;        // advertise: 0 or more

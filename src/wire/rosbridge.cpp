@@ -8,7 +8,9 @@
 #include <limits>
 
 #include "wire/members.hpp"
+#include "wire/rosbridge_operations.hpp"
 #include "wire/rosbridge_values.hpp"
+#include "wire/time_to_live.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::wire::rosbridge {
@@ -18,11 +20,6 @@ constexpr std::size_t op_bytes_max = 64;
 static_assert(scratch_bytes({.name_bytes_max = 0, .id_bytes_max = 0}) >= op_bytes_max);
 
 constexpr std::int64_t any_count = std::numeric_limits<std::int64_t>::max();
-
-// The known members. Those that rowe does not read are among them, because they must not occur twice either.
-constexpr word_table member_names{
-    "op", "id", "topic", "msg", "type", "level", "throttle_rate", "queue_length", "fragment_size", "latch",
-    "queue_size", "qos", "service", "action", "args", "values", "result", "compression", "timeout"};
 
 // A known member, written as its name; another name does not compile.
 struct member_name {
@@ -38,37 +35,6 @@ enum policy : std::size_t { history, depth, reliability, durability, deadline, l
 constexpr word_table policy_names{"history", "depth", "reliability", "durability", "deadline", "lifespan"};
 constexpr std::array<std::string_view, 6> policy_paths = {"qos.history",    "qos.depth",    "qos.reliability",
                                                           "qos.durability", "qos.deadline", "qos.lifespan"};
-
-struct operation {
-  std::string_view text;
-  verb what;
-};
-constexpr operation operations[] = {{"publish", verb::publish},
-                                    {"subscribe", verb::subscribe},
-                                    {"unsubscribe", verb::unsubscribe},
-                                    {"advertise", verb::advertise},
-                                    {"unadvertise", verb::unadvertise},
-                                    {"status", verb::status},
-                                    {"set_level", verb::set_level},
-                                    {"call_service", verb::call},
-                                    {"service_response", verb::reply},
-                                    {"advertise_service", verb::advertise_service},
-                                    {"unadvertise_service", verb::unadvertise_service},
-                                    {"advertise_action", verb::unsupported},
-                                    {"unadvertise_action", verb::unsupported},
-                                    {"send_action_goal", verb::unsupported},
-                                    {"cancel_action_goal", verb::unsupported},
-                                    {"action_feedback", verb::unsupported},
-                                    {"action_result", verb::unsupported},
-                                    {"action_status", verb::unsupported},
-                                    {"fragment", verb::unsupported},
-                                    {"png", verb::unsupported},
-                                    {"auth", verb::unsupported}};
-constexpr word_table<std::size(operations)> operation_names{[] {
-  std::array<std::string_view, std::size(operations)> names;
-  for (std::size_t i = 0; i < names.size(); ++i) names[i] = operations[i].text;
-  return names;
-}()};
 
 // One text being decoded. Each step returns false when it refused; then refusal_ says why.
 class decoding {
@@ -97,16 +63,24 @@ class decoding {
   bool take_advertise() noexcept;
   bool take_call_service() noexcept;
   bool take_service_response() noexcept;
+  bool take_goal() noexcept;
+  bool take_goal_result() noexcept;
 
   bool need(member_name which) noexcept;
   bool take_topic() noexcept { return take_name("topic", out_.topic); }
   bool take_service() noexcept { return take_name("service", out_.service); }
   bool take_name(member_name which, std::string_view& into) noexcept;
+  bool take_action() noexcept { return take_name("action", out_.service); }
+  bool take_values() noexcept;
+  bool need_id() noexcept {
+    return !out_.id_raw.empty() || accept(refusal{.what = refusal::kind::missing, .member = "id"});
+  }
   bool take_called_service() noexcept;
   bool take_id_of_service(std::string_view escaped) noexcept;
   bool take_args() noexcept;
   bool take_timeout() noexcept;
-  bool take_type() noexcept;
+  bool take_ttl() noexcept { return !given("ttl_ms") || accept(read_ttl(value("ttl_ms"), out_.ttl_ns)); }
+  bool take_type(member_name which) noexcept;
   bool take_count(member_name which, std::int64_t most, std::int64_t& into) noexcept;
   bool take_boolean(member_name which, bool& into) noexcept;
   bool take_level() noexcept;
@@ -188,9 +162,19 @@ bool decoding::take_members() noexcept {
   case verb::set_level: return take_level();
   case verb::call: return take_call_service();
   case verb::reply: return take_service_response();
-  case verb::advertise_service: return take_service() && take_type();
+  case verb::advertise_service: return take_service() && take_type("type");
   case verb::unadvertise_service: return take_service();
+  case verb::advertise_action: return take_action() && take_type("type");
+  case verb::unadvertise_action: return take_action();
+  case verb::send_goal: return take_goal();
+  case verb::cancel_goal: return take_action() && need_id();
+  case verb::goal_feedback: return take_action() && take_values();
+  case verb::goal_result: return take_goal_result();
   case verb::message:
+  case verb::get_parameters:
+  case verb::set_parameters:
+  case verb::subscribe_parameters:
+  case verb::unsubscribe_parameters:
   case verb::unsupported:
   case verb::unknown: return true;
   }
@@ -204,7 +188,7 @@ bool decoding::take_publish() noexcept {
   const json::value& v = value("msg");
   if (v.type != json::kind::object) return accept(wrong_type("msg", v, "an object"));
   out_.body_raw = v.raw;
-  return take_boolean("latch", out_.latch);
+  return take_boolean("latch", out_.latch) && take_ttl();
 }
 
 bool decoding::take_status() noexcept {
@@ -217,12 +201,13 @@ bool decoding::take_status() noexcept {
 
 bool decoding::take_subscribe() noexcept {
   out_.has_queue_length = given("queue_length");
-  return take_topic() && take_type() && take_count("throttle_rate", milliseconds_max, out_.throttle_ms) &&
+  return take_topic() && take_type("type") &&
+         take_count("throttle_rate", milliseconds_max, out_.throttle_ms) &&
          take_count("queue_length", any_count, out_.queue_length) && take_transfer() && take_qos();
 }
 
 bool decoding::take_advertise() noexcept {
-  return take_topic() && take_type() && take_boolean("latch", out_.latch) &&
+  return take_topic() && take_type("type") && take_boolean("latch", out_.latch) &&
          take_count("queue_size", any_count, out_.queue_size) && take_qos();
 }
 
@@ -236,6 +221,28 @@ bool decoding::take_service_response() noexcept {
   out_.failed = !succeeded;
   if (given("values")) out_.body_raw = value("values").raw;
   return true;
+}
+
+bool decoding::take_goal() noexcept {
+  return take_action() && take_type("action_type") && take_args() &&
+         take_boolean("feedback", out_.feedback) && take_timeout() && take_transfer();
+}
+
+bool decoding::take_values() noexcept {
+  if (!need("values")) return false;
+  out_.body_raw = value("values").raw;
+  return true;
+}
+
+bool decoding::take_goal_result() noexcept {
+  bool succeeded = true;
+  std::int64_t goal_status = 0;
+  const bool good = take_action() && take_boolean("result", succeeded) &&
+                    take_count("status", std::numeric_limits<std::int8_t>::max(), goal_status);
+  out_.failed = !succeeded;
+  out_.goal_status = static_cast<std::int8_t>(goal_status);
+  if (given("values")) out_.body_raw = value("values").raw;
+  return good;
 }
 
 // The members.
@@ -287,9 +294,9 @@ bool decoding::take_timeout() noexcept {
   return !given("timeout") || accept(read_timeout("timeout", value("timeout"), out_.ttl_ns));
 }
 
-bool decoding::take_type() noexcept {
+bool decoding::take_type(member_name which) noexcept {
   const std::size_t most = limits_.name_bytes_max;
-  return !given("type") || accept(read_name("type", value("type"), most, carve(most), out_.type));
+  return !given(which) || accept(read_name(which.text(), value(which), most, carve(most), out_.type));
 }
 
 bool decoding::take_count(member_name which, std::int64_t most, std::int64_t& into) noexcept {
@@ -314,16 +321,21 @@ bool decoding::take_level() noexcept {
   return good;
 }
 
-// How the answers are sent: whole and unchanged, whatever is asked for.
+// How topics' messages are sent. Answers to calls are JSON, as those of the reference server.
 bool decoding::take_transfer() noexcept {
   std::int64_t fragment_size = 0; // checked and not used
   if (!take_count("fragment_size", any_count, fragment_size)) return false;
   if (!given("compression")) return true;
   const json::value& v = value("compression");
   if (v.type != json::kind::string) return accept(wrong_type("compression", v, "a string"));
-  if (is_word(v, "none")) return true;
-  return accept(refusal{
-      .what = refusal::kind::not_offered, .member = "compression", .value = v.raw, .expected = R"("none")"});
+  static constexpr std::array<std::string_view, 4> words{"none", "png", "cbor", "cbor-raw"};
+  std::size_t word = 0;
+  const bool known = !read_word("compression", v, words, {}, word);
+  if (known) out_.encoding = static_cast<std::uint8_t>(word);
+  return known || accept(refusal{.what = refusal::kind::not_offered,
+                                 .member = "compression",
+                                 .value = v.raw,
+                                 .expected = R"("none", "png", "cbor", "cbor-raw")"});
 }
 
 // Quality of service: rowe takes what it can do, and checks the rest.
@@ -366,18 +378,6 @@ bool decoding::take_qos() noexcept {
 }
 
 } // namespace
-
-bool names_operation(std::string_view text) noexcept {
-  std::size_t from = 0;
-  for (bool first = true; const auto value = behind_name(text, R"("op")", from); first = false) {
-    const std::size_t name = text.find('"');
-    if (first && text.substr(name).starts_with(R"("op")") && value->starts_with('"')) return true;
-    if (!value->starts_with('"')) continue;
-    const std::string_view word = value->substr(1, value->find('"', 1) - 1);
-    if (word.size() + 1 < value->size() && operation_names.find(word) != operation_names.size()) return true;
-  }
-  return false;
-}
 
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out) noexcept {

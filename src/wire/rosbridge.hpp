@@ -40,13 +40,18 @@ constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
 //
 // Decided: null is a wrong type, but a null id means that there is none; both as in the reference server.
 // `fragment_size` is checked and then ignored: a peer that asks for fragments must take whole messages as
-// well. `compression` other than "none" is refused. `type` is optional everywhere. A publish without `msg` is
-// refused (the reference server publishes defaults, which only it knows).
+// well. `compression` is an encoding of topics' messages, and has no effect on a call, as in the reference
+// server. `type` is optional everywhere. A publish without `msg` is refused (the reference server publishes
+// defaults, which only it knows).
 //
 // Services: "/add#7" is the name "/add" and, if the call has no `id`, the id "7" (old clients write this; an
 // `id` takes precedence). A `timeout` of 0 means that there is none, as for the reference server, and so does
 // one that 64 bits cannot hold. A service_response without `result` succeeded. Its `values` are not looked
 // into, even if it failed and they should be a string.
+//
+// Actions: a goal has no end of its own, as for the reference server, unless it has a `timeout`, which is
+// read as that of a call. Cancelling needs the goal's id; an answer without one is read, as one of a service
+// is. A result's `status` is a GoalStatus of ROS (0 to 127), and 0 where it is left out.
 //
 // `fragment` is unsupported in both directions. The reference server sends fragments only to clients that
 // asked for a `fragment_size`, which rowe never does. And its fragments cannot be trusted: every id is 0, and
@@ -124,5 +129,16 @@ void write_call_service_tail(json::writer& out) noexcept;
 void write_service_response_head(json::writer& out, std::string_view service, std::string_view id_raw,
                                  bool result) noexcept;
 void write_service_response_tail(json::writer& out) noexcept;
+
+// An action's goal for its provider, as a call: head, arguments, tail of a call. `id` is ours.
+//   {"op":"send_action_goal","id":"ID","action":"/dock","action_type":"a/Dock","feedback":true,"args":  ... }
+void write_goal_head(json::writer& out, std::string_view action, std::string_view type, std::string_view id,
+                     bool feedback) noexcept;
+void write_cancel_goal(json::writer& out, std::string_view action, std::string_view id) noexcept;
+// What the provider answers, for who sent the goal: head, one value, tail of a service_response. `id_raw` as
+// above. A result that failed has a string, unless its provider said something else.
+void write_feedback_head(json::writer& out, std::string_view action, std::string_view id_raw) noexcept;
+void write_action_result_head(json::writer& out, std::string_view action, std::string_view id_raw,
+                              int goal_status, bool result) noexcept;
 
 } // namespace rowe::wire::rosbridge

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/rosbridge_codec.hpp"
 
-#include <algorithm>
+#include <cstring>
 
 #include "wire/object_form.hpp"
 #include "wire/rosbridge.hpp"
+#include "wire/time_to_live.hpp"
 
 namespace rowe::wire {
 namespace {
@@ -12,6 +13,12 @@ namespace {
 static_assert(rosbridge::publish_head_bytes_max(0) <= topic_head_bytes_max(0) &&
               rosbridge::publish_head_bytes_max(255) <= topic_head_bytes_max(255));
 static_assert(rosbridge::request_bytes_max({.name_bytes_max = 255}) <= announcement_bytes_max);
+
+void write_answer_head(json::writer& out, const call_origin& call, bool result) noexcept {
+  call.is_goal()
+      ? rosbridge::write_action_result_head(out, call.service, call.id_raw, call.goal_status, result)
+      : rosbridge::write_service_response_head(out, call.service, call.id_raw, result);
+}
 
 } // namespace
 
@@ -21,14 +28,25 @@ void rosbridge_codec::write_topic_head(json::writer& out, std::string_view topic
 
 std::string_view rosbridge_codec::topic_tail() const noexcept { return rosbridge::publish_tail; }
 
-// The name is sent without its slash, which is one byte.
+// The name may be sent without its slash, which is one byte. The time to live goes behind the operation.
 message_head rosbridge_codec::head_of(const delivery& to) const noexcept {
   constexpr std::string_view begins = rosbridge::publish_begins;
+  constexpr std::string_view topic = R"("topic":")";
+  static_assert(begins.ends_with(topic));
   message_head head;
-  static_assert(begins.size() <= sizeof head.bytes);
-  head.size = begins.size();
+  static_assert(begins.size() + ttl_text_bytes_max + 1 <= sizeof head.bytes);
+  const auto add = [&](std::string_view text) {
+    std::memcpy(head.bytes.data() + head.size, text.data(), text.size());
+    head.size += static_cast<std::uint8_t>(text.size());
+  };
+  add(begins.substr(0, begins.size() - topic.size()));
+  if (to.ttl_ns != unlimited) {
+    const auto room = std::span{head.bytes}.subspan(head.size);
+    head.size += static_cast<std::uint8_t>(write_ttl(room, to.ttl_ns));
+    add(",");
+  }
+  add(topic);
   head.from = static_cast<std::uint8_t>(begins.size() + (to.unslashed ? 1 : 0));
-  std::transform(begins.begin(), begins.end(), head.bytes.begin(), [](char c) { return std::byte(c); });
   return head;
 }
 
@@ -42,7 +60,7 @@ message_kind rosbridge_codec::write_call(json::writer& out, std::string_view ser
 
 message_kind rosbridge_codec::write_reply(json::writer& out, const call_origin& call,
                                           const body& value) const noexcept {
-  rosbridge::write_service_response_head(out, call.service, call.id_raw, true);
+  write_answer_head(out, call, true);
   value.write(out);
   rosbridge::write_service_response_tail(out);
   return message_kind::text;
@@ -50,7 +68,7 @@ message_kind rosbridge_codec::write_reply(json::writer& out, const call_origin& 
 
 message_kind rosbridge_codec::write_failure(json::writer& out, const call_origin& call,
                                             const diagnostic& why) const noexcept {
-  rosbridge::write_service_response_head(out, call.service, call.id_raw, false);
+  write_answer_head(out, call, false);
   out.string(why.text);
   rosbridge::write_service_response_tail(out);
   return message_kind::text;
@@ -61,10 +79,31 @@ bool rosbridge_codec::means_no_service(const request&, std::string_view diagnost
   return says_no_service(diagnostic, service);
 }
 
+message_kind rosbridge_codec::write_goal(json::writer& out, const goal_order& what) const noexcept {
+  rosbridge::write_goal_head(out, what.action, what.type, what.id, what.feedback);
+  write_args(out, what.args);
+  rosbridge::write_call_service_tail(out);
+  return message_kind::text;
+}
+
+message_kind rosbridge_codec::write_cancel(json::writer& out, std::string_view action,
+                                           std::string_view id) const noexcept {
+  rosbridge::write_cancel_goal(out, action, id);
+  return message_kind::text;
+}
+
+message_kind rosbridge_codec::write_feedback(json::writer& out, const call_origin& call,
+                                             const body& value) const noexcept {
+  rosbridge::write_feedback_head(out, call.service, call.id_raw);
+  value.write(out);
+  rosbridge::write_service_response_tail(out);
+  return message_kind::text;
+}
+
 message_kind rosbridge_codec::write_error(json::writer& out, const error_context& to,
                                           const diagnostic& why) const noexcept {
-  if (to.to_server || to.level == severity::none) return message_kind::none;
-  rosbridge::write_status(out, severity::error, to.id_raw, why.text);
+  if (to.to_server || to.how > to.level) return message_kind::none;
+  rosbridge::write_status(out, to.how, to.id_raw, why.text);
   return message_kind::text;
 }
 

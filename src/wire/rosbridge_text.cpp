@@ -30,6 +30,18 @@ bool begin_request(json::writer& into, std::string_view op_text, std::string_vie
   return true;
 }
 
+// `{"op":"service_response","id":ID,"service":"/add"`, the object left open.
+void begin_answer(json::writer& into, std::string_view op_text, std::string_view member,
+                  std::string_view name, std::string_view id_raw) noexcept {
+  begin_text(into, op_text);
+  if (!id_raw.empty()) {
+    into.key("id");
+    into.raw(id_raw);
+  }
+  into.key(member);
+  into.string(name);
+}
+
 // A request that names a topic and no more.
 void write_topic_request(json::writer& out, std::string_view op_text, std::string_view id_verb,
                          std::string_view topic, std::uint64_t number) noexcept {
@@ -149,13 +161,7 @@ void write_call_service_tail(json::writer& out) noexcept { out.end_object(); }
 
 void write_service_response_head(json::writer& out, std::string_view service, std::string_view id_raw,
                                  bool result) noexcept {
-  begin_text(out, "service_response");
-  if (!id_raw.empty()) {
-    out.key("id");
-    out.raw(id_raw);
-  }
-  out.key("service");
-  out.string(service);
+  begin_answer(out, "service_response", "service", service, id_raw);
   out.key("result");
   out.boolean(result);
   out.key("values");
@@ -163,13 +169,60 @@ void write_service_response_head(json::writer& out, std::string_view service, st
 
 void write_service_response_tail(json::writer& out) noexcept { out.end_object(); }
 
+// Actions.
+
+void write_goal_head(json::writer& out, std::string_view action, std::string_view type, std::string_view id,
+                     bool feedback) noexcept {
+  begin_text(out, "send_action_goal");
+  out.key("id");
+  out.string(id);
+  out.key("action");
+  out.string(action);
+  if (!type.empty()) {
+    out.key("action_type");
+    out.string(type);
+  }
+  out.key("feedback");
+  out.boolean(feedback);
+  out.key("args");
+}
+
+void write_cancel_goal(json::writer& out, std::string_view action, std::string_view id) noexcept {
+  begin_text(out, "cancel_action_goal");
+  out.key("id");
+  out.string(id);
+  out.key("action");
+  out.string(action);
+  out.end_object();
+}
+
+void write_feedback_head(json::writer& out, std::string_view action, std::string_view id_raw) noexcept {
+  begin_answer(out, "action_feedback", "action", action, id_raw);
+  out.key("values");
+}
+
+void write_action_result_head(json::writer& out, std::string_view action, std::string_view id_raw,
+                              int goal_status, bool result) noexcept {
+  begin_answer(out, "action_result", "action", action, id_raw);
+  out.key("status");
+  out.number(std::int64_t{goal_status});
+  out.key("result");
+  out.boolean(result);
+  out.key("values");
+}
+
 refusal refuse_op(const request& asked) noexcept {
   const bool known = asked.what == verb::unsupported;
+  if (asked.verb_text == "png")
+    return {.what = refusal::kind::unsupported_op,
+            .value = asked.verb_text,
+            .expected = R"("compression":"png" for what is subscribed to; send what the PNG holds as text)"};
   return {.what = known ? refusal::kind::unsupported_op : refusal::kind::unknown_op,
           .value = asked.verb_text,
           .expected =
               "subscribe, unsubscribe, advertise, unadvertise, publish, call_service, service_response, "
-              "advertise_service, unadvertise_service and set_level"};
+              "advertise_service, unadvertise_service, advertise_action, unadvertise_action, "
+              "send_action_goal, cancel_action_goal, action_feedback, action_result and set_level"};
 }
 
 } // namespace rowe::wire::rosbridge

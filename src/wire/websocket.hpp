@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // WebSocket frames (RFC 6455), in both roles: what they consist of, how they are written, and a first look at
-// complete ones. A frame that we write is never fragmented. Its header is written in front of a payload that
-// is in memory already, and a client masks the payload itself. What a peer sends is read by frame_parser.hpp,
-// which checks all of it. Nothing is checked here.
+// complete ones. A frame's header is written in front of a payload that is in memory already, and a client
+// masks the payload itself. What a peer sends is read by frame_parser.hpp, which checks all of it. Nothing is
+// checked here.
 //
 // Every function here: pure, any thread, never waits, never allocates.
 #pragma once
@@ -56,6 +56,9 @@ constexpr std::size_t frame_header_bytes(std::uint64_t payload_bytes, role ours)
 // the header says that the payload is masked; the caller masks it.
 std::size_t write_frame_header(std::byte* out, opcode what, std::uint64_t payload_bytes,
                                std::optional<mask_key> key = std::nullopt) noexcept;
+
+// Changes the first byte of a frame: its message goes on in the next one.
+constexpr std::byte not_final(std::byte first) noexcept { return first & std::byte{0x7f}; }
 
 // The same, ending where `payload` begins; frame_headroom_bytes in front of it must be writable. Returns
 // where the frame starts.

@@ -16,7 +16,8 @@ TEST(check_access, accepts_what_is_right) {
   EXPECT_EQ(check_access({}), "");
   EXPECT_EQ(check_access({.roles = {{.name = "arm", .publish = {"/arm/*"}}},
                           .identities = {{"arm-1", "arm", hash},
-                                         {"a@b", "observer", hash_token("another-token-of-some-length")}},
+                                         {"a@b", "observer", hash_token("another-token-of-some-length")},
+                                         {.name = "eve", .role = "driver", .certificate = "Eve, Dr."}},
                           .local_role = "supervisor",
                           .anonymous_may_stop = true}),
             "");
@@ -33,8 +34,8 @@ TEST(check_access, names_the_value_and_what_is_allowed) {
        "role `arm`, publish: the pattern `" + std::string(80, 'a') + "` has 129 bytes; it may have 128"},
       {{.roles = {{.name = "arm", .provide = std::vector<std::string>(65, "a")}}},
        "role `arm`, provide: 65 patterns: there may be 64"},
-      {{.identities = {{"", "driver", hash}}},
-       "identity ``: a name has 1 to 64 letters, digits and . _ - @"},
+      {{.roles = {{.name = "arm", .set = {""}}}}, "role `arm`, set: a pattern is empty"},
+      {{.identities = {{"", "driver", hash}}}, "identity ``: a name has 1 to 64 letters, digits and . _ - @"},
       {{.identities = {{"bob", "pilot", hash}}},
        "identity `bob`: there is no role `pilot`; there are observer, driver, supervisor, peer"},
       {{.identities = {{"bob", "driver", "12ab"}}},
@@ -52,6 +53,20 @@ TEST(check_access, names_the_value_and_what_is_allowed) {
        "role `arm`, call: the pattern `*a*a*a*a*` has 5 stars; it may have 4"},
       {{.identities = {{"bob", "driver", hash}, {"eve", "peer", hash}}},
        "identities `bob` and `eve` have one token"},
+      {{.identities = {{"bob", "driver", ""}}},
+       "identity `bob`: the hash of a token has 64 hexadecimal digits, this one has 0 bytes"},
+      {{.identities = {{.name = "bob", .role = "driver", .token_in_url = true, .certificate = "bob"}}},
+       "identity `bob`: token_in_url without a token"},
+      {{.identities = {{.name = "bob", .role = "driver", .certificate = "b\xc3\xb6"}}},
+       "identity `bob`: `certificate` is the common name of a certificate, 1 to 64 bytes of printable ASCII, "
+       "not `b\xc3\xb6`"},
+      {{.identities = {{.name = "bob", .role = "driver", .certificate = std::string(65, 'b')}}},
+       "identity `bob`: `certificate` is the common name of a certificate, 1 to 64 bytes of printable ASCII, "
+       "not `" +
+           std::string(65, 'b') + "`"},
+      {{.identities = {{.name = "bob", .role = "driver", .certificate = "b"},
+                       {.name = "eve", .role = "driver", .token_sha256 = hash, .certificate = "b"}}},
+       "identities `bob` and `eve` have one certificate"},
   };
   for (const auto& [options, expected] : cases) EXPECT_EQ(check_access(options), expected);
   access_options many;

@@ -6,9 +6,12 @@
 #include <random>
 #include <string>
 
+#include "meaning.hpp"
+
 namespace pattern_test {
 namespace {
 
+using access_meaning::means;
 using rowe::access::matches;
 
 TEST(pattern, without_a_star_stands_for_itself) {
@@ -44,24 +47,6 @@ TEST(pattern, with_two_stars_crosses_slashes) {
   EXPECT_FALSE(matches("/**/odom", "/a/b/odometry"));
   EXPECT_TRUE(matches("/**/a*b/**", "/x/y/acb/z"));
   EXPECT_FALSE(matches("/**/a*b/**", "/x/y/ac/b/z"));
-}
-
-// What the pattern means, written as it is said.
-bool means(std::string_view pattern, std::string_view name) {
-  if (pattern.empty()) return name.empty();
-  if (pattern.starts_with("**")) {
-    for (std::size_t taken = 0; taken <= name.size(); ++taken)
-      if (means(pattern.substr(2), name.substr(taken))) return true;
-    return false;
-  }
-  if (pattern.front() == '*') {
-    for (std::size_t taken = 0; taken <= name.size(); ++taken) {
-      if (means(pattern.substr(1), name.substr(taken))) return true;
-      if (taken < name.size() && name[taken] == '/') return false;
-    }
-    return false;
-  }
-  return !name.empty() && pattern.front() == name.front() && means(pattern.substr(1), name.substr(1));
 }
 
 TEST(pattern, matches_what_its_meaning_says_whatever_it_is) {

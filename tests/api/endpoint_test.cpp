@@ -488,9 +488,9 @@ TEST(endpoint_errors, name_what_is_wrong_with_a_url) {
   EXPECT_EQ(endpoint::connect("http://robot").code(), errc::bad_url);
   EXPECT_EQ(endpoint::connect("ws://robot:99999").code(), errc::bad_url);
   EXPECT_EQ(endpoint::connect("127.0.0.1:8080").error().message(),
-            "missing ws://: the URL must read ws://HOST[:PORT][/PATH]");
+            "missing ws://: the URL must read ws[s]://HOST[:PORT][/PATH]");
   EXPECT_EQ(endpoint::connect("ws://robot:99999").error().message(),
-            "the URL must read ws://HOST[:PORT][/PATH]; this one does not from byte 11 on");
+            "the URL must read ws[s]://HOST[:PORT][/PATH]; this one does not from byte 11 on");
 }
 
 TEST(endpoint_errors, name_memory_that_cannot_be_had) {

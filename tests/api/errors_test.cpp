@@ -156,6 +156,17 @@ error bad_access() {
   options.access.local_role = "pilot";
   return of(rowe::endpoint::listen(0, options));
 }
+error bad_certificate() {
+  auto options = quick();
+  options.tls.certificate = "/nowhere/certificate.pem";
+  return of(rowe::endpoint::listen(0, options));
+}
+error bad_web() {
+  auto options = quick();
+  options.web = "/nowhere";
+  return of(rowe::endpoint::listen(0, options));
+}
+error bad_config() { return of(rowe::endpoint_options::from_file("/dev/null/rowe.toml")); }
 error too_many_lanes() {
   auto endpoint = with([](rowe::limits& l) { l.lanes_max = 1; });
   const auto first = endpoint.open_lane().value();
@@ -233,6 +244,16 @@ error too_many_latches() {
     if (!one) return of(one);
     latches.push_back(std::move(*one));
   }
+}
+error parameter_taken() {
+  auto endpoint = alone();
+  const auto first = endpoint.parameter<bool>("/x", true).value();
+  return of(endpoint.parameter<int>("x", 1));
+}
+error too_many_parameters() {
+  auto endpoint = with([](rowe::limits& l) { l.parameters_max = 1; });
+  const auto first = endpoint.parameter<bool>("/x", true).value();
+  return of(endpoint.parameter<bool>("/y", true));
 }
 error service_taken() {
   auto endpoint = alone();

@@ -5,12 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
 #include <rowe/ros.hpp>
 #include <rowe/rowe.hpp>
+
+#include "variable.hpp"
 
 namespace limits_test {
 namespace {
@@ -109,7 +110,7 @@ TEST(limits_by_name, say_what_is_wrong_and_change_nothing) {
   EXPECT_EQ(why, "calls_max is out of range: 0 (1 to 65536)");
   EXPECT_EQ(bounds.set("calls_max", "65537").error(),
             (rowe::error{errc::bad_argument, 65537, 65536, rowe::argument::calls_max}));
-  for (const std::string_view none : {"", "x", "1x", "-1", " 1", "1.5", "0x10"}) {
+  for (const std::string_view none : {"", "x", "1x", " 1", "1.5", "0x10"}) {
     EXPECT_EQ(bounds.set("calls_max", none, &why).code(), errc::bad_argument);
     EXPECT_EQ(why, "calls_max needs a whole number, not \"" + std::string{none} + "\" (1 to 65536)");
   }
@@ -118,21 +119,9 @@ TEST(limits_by_name, say_what_is_wrong_and_change_nothing) {
   EXPECT_EQ(bounds.calls_max, limits{}.calls_max);
 }
 
-// One variable, as long as the object lives.
-class variable {
- public:
-  variable(const char* name, const char* value) : name_{name} { ::setenv(name, value, 1); }
-  variable(const variable&) = delete;
-  variable& operator=(const variable&) = delete;
-  ~variable() { ::unsetenv(name_); }
-
- private:
-  const char* name_;
-};
-
 TEST(limits_by_name, come_from_the_environment_where_that_is_asked_for) {
-  const variable topics{"ROWE_LIMIT_TOPICS_MAX", "256"};
-  const variable lanes{"ROWE_LIMIT_LANE_BYTES", "3000000"};
+  const variable topics{"ROWE_LIMITS_TOPICS_MAX", "256"};
+  const variable lanes{"ROWE_LIMITS_LANE_BYTES", "3000000"};
   limits few;
   few.calls_max = 7;
   const auto made = few.with_environment();
@@ -146,13 +135,13 @@ TEST(limits_by_name, come_from_the_environment_where_that_is_asked_for) {
 TEST(limits_by_name, name_the_variable_that_is_wrong) {
   std::string why;
   {
-    const variable calls{"ROWE_LIMIT_CALLS_MAX", "many"};
+    const variable calls{"ROWE_LIMITS_CALLS_MAX", "many"};
     EXPECT_EQ(limits{}.with_environment(&why).code(), errc::bad_argument);
-    EXPECT_EQ(why, "ROWE_LIMIT_CALLS_MAX needs a whole number, not \"many\" (1 to 65536)");
+    EXPECT_EQ(why, "ROWE_LIMITS_CALLS_MAX needs a whole number, not \"many\" (1 to 65536)");
   }
-  const variable unknown{"ROWE_LIMIT_TOPICS", "5"};
+  const variable unknown{"ROWE_LIMITS_TOPICS", "5"};
   EXPECT_EQ(limits{}.with_environment(&why).code(), errc::bad_argument);
-  EXPECT_TRUE(why.starts_with("there is no limit ROWE_LIMIT_TOPICS; ")) << why;
+  EXPECT_TRUE(why.starts_with("there is no variable ROWE_LIMITS_TOPICS; there are ROWE_LIMITS_CONN")) << why;
 }
 
 } // namespace

@@ -21,6 +21,16 @@ TEST(split_url, has_a_port_and_a_path_for_those_that_name_none) {
   EXPECT_EQ(parts->path, "/");
 }
 
+TEST(split_url, knows_tls_by_its_scheme) {
+  const auto parts = rowe::split_url("wss://robot.local/x");
+  ASSERT_TRUE(parts);
+  EXPECT_TRUE(parts->secure);
+  EXPECT_EQ(parts->port, 443);
+  EXPECT_EQ(rowe::split_url("wss://robot.local:8443")->port, 8443);
+  EXPECT_FALSE(rowe::split_url("ws://robot.local")->secure);
+  EXPECT_EQ(rowe::split_url("wss://").error().value, 6);
+}
+
 TEST(split_url, knows_addresses_of_ipv6_by_their_brackets) {
   const auto parts = rowe::split_url("ws://[::1]:8080/");
   ASSERT_TRUE(parts);
@@ -33,7 +43,7 @@ TEST(split_url, refuses_everything_else_and_says_where_it_goes_wrong) {
     const char* url;
     int at;
   } const wrong[] = {
-      {"", 0},         {"http://a", 0},  {"wss://a", 0},   {"ws://", 5},        {"ws://:80", 5},
+      {"", 0},         {"http://a", 0},  {"wsss://a", 0},  {"ws://", 5},        {"ws://:80", 5},
       {"ws://a:", 7},  {"ws://a:x", 7},  {"ws://a:0", 7},  {"ws://a:70000", 7}, {"ws://[::1", 5},
       {"ws://a?q", 6}, {"ws://a/#f", 6}, {"ws://u@h/", 8}, {"ws://a:80x", 9}};
   for (const auto& [url, at] : wrong) {

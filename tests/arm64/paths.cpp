@@ -165,8 +165,9 @@ std::uint32_t publish(rowe::publisher<pose>& to, const pose& value, rowe::time_p
   return static_cast<std::uint32_t>(to.publish(value, now).code());
 }
 // Whether it is closed; then the window's read, or a pop, after which the slot is released (in two places:
-// as the view that is destroyed, and as the one that was moved from).
-// expects: ldar ldar ldar stlr ldar ldar stlr stlr
+// as the view that is destroyed, and as the one that was moved from). Where values have times to live, the
+// time, and pops and releases of those whose is over.
+// expects: 7*ldar 5*stlr 2*call:clock_gettime
 std::uint32_t take(rowe::subscriber<pose>& from, pose& value) {
   auto taken = from.try_take();
   if (taken) value = taken->value();

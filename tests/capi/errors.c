@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every error that a C program can meet, provoked; and what is told of it.
+#define _POSIX_C_SOURCE 200809L
 #include "pair.h"
 
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <rowe/loop.h>
+#include <rowe/parameter.h>
 
 static bool met[256];
 
@@ -59,6 +63,31 @@ static void errors_of_opening(void) {
   struct rowe_endpoint* const old = rowe_open_local_endpoint_with(0, &of_the_past);
   CHECK(old != NULL);
   rowe_endpoint_free(old);
+}
+
+// A file of this text, as rowe_open_configured_endpoint() takes it.
+static struct rowe_endpoint* configured(const char* text) {
+  char path[] = "/tmp/rowe_errors_XXXXXX";
+  const int file = mkstemp(path);
+  CHECK(file >= 0);
+  CHECK(write(file, text, strlen(text)) == (ssize_t)strlen(text));
+  close(file);
+  struct rowe_endpoint* const opened = rowe_open_configured_endpoint(path);
+  unlink(path);
+  return opened;
+}
+
+static void errors_of_files(void) {
+  MEET_NULL(rowe_open_configured_endpoint("/nowhere/rowe.toml"), rowe_error_bad_config);
+  MEET_NULL(rowe_open_configured_endpoint(NULL), rowe_error_misuse);
+  MEET_NULL(configured("[endpoint]\nport = 70000\nprot = 1\n"), rowe_error_bad_config);
+  CHECK(strstr(rowe_last_error_text(), ":2: endpoint.port is out of range: 70000 (0 to 65535)") != NULL);
+  CHECK(strstr(rowe_last_error_text(), "prot") == NULL); // the first mistake only
+  MEET_NULL(configured("[endpoint]\naddress = \"0.0.0.0\"\n"), rowe_error_bad_config);
+  struct rowe_endpoint* const opened = configured("[endpoint]\nport = 0\nname = \"from a file\"\n");
+  CHECK(opened != NULL);
+  CHECK(rowe_endpoint_port(opened) != 0);
+  rowe_endpoint_free(opened);
 }
 
 static void errors_of_handles(void) {
@@ -195,13 +224,31 @@ static void errors_of_values(void) {
   rowe_object_free(large);
 }
 
+static void errors_of_parameters(void) {
+  struct rowe_endpoint* const on = rowe_open_local_endpoint(0);
+  struct rowe_parameter* all[33] = {NULL};
+  int opened = 0;
+  for (; opened < 32; ++opened) {
+    char name[16];
+    snprintf(name, sizeof name, "/p%d", opened);
+    all[opened] = rowe_parameter_bool(on, name, true);
+    CHECK(all[opened] != NULL);
+  }
+  MEET_NULL(rowe_parameter_bool(on, "p0", true), rowe_error_parameter_taken);
+  MEET_NULL(rowe_parameter_bool(on, "/more", true), rowe_error_too_many_parameters);
+  MEET_NULL(rowe_parameter_integer(on, "/rowe/x", 1, 0, 2), rowe_error_reserved_topic);
+  MEET_NULL(rowe_parameter_integer(on, "/x", 3, 0, 2), rowe_error_out_of_range);
+  while (opened > 0) rowe_parameter_free(all[--opened]);
+  rowe_endpoint_free(on);
+}
+
 // Those a C program cannot meet: its endpoints have as many topics as handles and offer no services; memory
 // and threads run out where the machine says so.
 static bool out_of_reach(int code) {
   return code == rowe_error_too_many_topics || code == rowe_error_too_many_services ||
          code == rowe_error_service_taken || code == rowe_error_bad_access ||
-         code == rowe_error_no_memory || code == rowe_error_no_thread ||
-         code == rowe_error_no_service || code == rowe_error_no_peer;
+         code == rowe_error_bad_certificate || code == rowe_error_bad_web || code == rowe_error_no_memory ||
+         code == rowe_error_no_thread || code == rowe_error_no_service || code == rowe_error_no_peer;
 }
 
 static void each_error_has_its_diagnostic(void) {
@@ -247,6 +294,8 @@ static void each_thread_has_its_own_last_error(void) {
 int main(void) {
   CHECK_EQUAL(rowe_abi_version(), ROWE_ABI_VERSION);
   errors_of_opening();
+  errors_of_parameters();
+  errors_of_files();
   errors_of_handles();
   errors_of_loops();
   errors_of_messages_and_calls();

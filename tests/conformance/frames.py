@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames of RFC 6455, built as wrongly as one likes and read as strictly as one can."""
 import os
+import ssl
 import struct
 
 CONTINUATION, TEXT, BINARY, CLOSE, PING, PONG = 0, 1, 2, 8, 9, 10
@@ -173,7 +174,7 @@ class stream:
         """Waits for the end of the stream; nothing may come before it."""
         try:
             rest = bytes(self.buffer) or self.socket.recv(4096)
-        except ConnectionResetError:
+        except (ConnectionResetError, ssl.SSLError):
             return
         if rest:
             raise wrong(f"5.5.1: {rest[:40]} came after the Close frame")

@@ -49,8 +49,8 @@ good_requests = {
     "Host in capitals": lambda p: upgrade(p, Host=f"LOCALHOST:{p}"),
     "Host without port": lambda p: upgrade(p, Host="127.0.0.1"),
     "Host of IPv6": lambda p: upgrade(p, Host=f"[::1]:{p}"),
-    "the own Origin": lambda p: upgrade(p, Origin=f"http://127.0.0.1:{p}"),
-    "the own Origin by another name": lambda p: upgrade(p, Origin=f"http://localhost:{p}"),
+    "the own Origin": lambda p: upgrade(p, Origin=f"{programs.HTTP}://127.0.0.1:{p}"),
+    "the own Origin by another name": lambda p: upgrade(p, Origin=f"{programs.HTTP}://localhost:{p}"),
 }
 
 # name -> (status, request given the port).
@@ -322,6 +322,7 @@ class timeouts(unittest.TestCase):
                                  lambda _, arguments=(one, begun, answers, drip): waits(*arguments)))
             programs.in_parallel(jobs, len(jobs))
 
+    @unittest.skipIf(programs.TLS, "it is about a port that does not speak TLS")
     def test_a_tls_client_is_answered_in_its_own_protocol(self):
         for kind in ("echo", "hub"):
             with self.subTest(kind), programs.server(kind) as one, one.dial() as s:

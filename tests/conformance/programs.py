@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The programs under test, their handshakes, and a watchdog over all of it."""
+import atexit
 import base64
 import contextlib
 import faulthandler
@@ -9,10 +10,13 @@ import os
 import queue
 import re
 import select
+import shutil
 import signal
 import socket
+import ssl
 import struct
 import subprocess
+import tempfile
 import threading
 import time
 import traceback
@@ -25,6 +29,21 @@ timeout = 60.0  # seconds a socket or a program may take; far above what anythin
 GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
 
 running = set()  # processes that must not outlive this one
+
+
+def made_certificates():
+    """A folder with ca.pem, certificate.pem and key.pem, where connections are to be by TLS; else None."""
+    maker = os.environ.get("ROWE_MAKE_CERTIFICATES")
+    if not maker:
+        return None
+    folder = tempfile.mkdtemp(prefix="rowe-certificates-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    subprocess.run([maker, folder], check=True)
+    return folder
+
+
+TLS = made_certificates()
+WS, HTTP = ("wss", "https") if TLS else ("ws", "http")
 
 
 def give_up():
@@ -65,6 +84,8 @@ class program:
 
     def __init__(self, *command):
         environment = {key: value for key, value in os.environ.items() if key != "ROWE_URL"}
+        if TLS:
+            environment["ROWE_CA"] = f"{TLS}/ca.pem"
         self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                         stderr=subprocess.PIPE, env=environment)
         running.add(self.process)
@@ -120,12 +141,25 @@ class program:
             raise AssertionError(f"exit code {code}: " + "\n".join(self.errors))
 
 
+def secured(s):
+    """The socket behind a TLS handshake with a server of ours."""
+    context = ssl.create_default_context(cafile=f"{TLS}/ca.pem")
+    return context.wrap_socket(s, server_hostname="127.0.0.1")
+
+
+def half_close(s):
+    """Ends our direction. Python's TLS would forget the other one, so under TLS this is a cut."""
+    socket.socket.shutdown(s, socket.SHUT_WR)
+
+
 class server(program):
     """`transport_echo --port` or `rowe serve`, ready for connections."""
 
     def __init__(self, kind, *options):
         self.kind = kind
         command = [ECHO, "--port", "0"] if kind == "echo" else [ROWE, "serve", "--port", "0"]
+        if TLS and "--port" in command:
+            command += ["--certificate", f"{TLS}/certificate.pem", "--key", f"{TLS}/key.pem"]
         super().__init__(*command, *options)
         self.port = int(re.search(r"(?:port |127\.0\.0\.1:)(\d+)", self.line())[1])
 
@@ -133,16 +167,16 @@ class server(program):
         """A bare TCP connection to it."""
         s = socket.create_connection(("127.0.0.1", self.port), timeout=timeout)
         s.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        return s
+        return secured(s) if TLS else s
 
-    def connect(self, behind=b"", target="/"):
-        """A connection behind its handshake; `behind` goes out with the request."""
+    def connect(self, behind=b"", target="/", fields=()):
+        """A connection behind its handshake; `behind` goes out with the request; `fields` are more of it."""
         s = self.dial()
-        s.sendall(upgrade(self.port, target=target) + behind)
-        status, fields, rest = read_answer(s)
-        if status != 101 or fields.get("sec-websocket-accept") != accept_of(KEY):
+        s.sendall(upgrade(self.port, *fields, target=target) + behind)
+        status, answered, rest = read_answer(s)
+        if status != 101 or answered.get("sec-websocket-accept") != accept_of(KEY):
             s.close()
-            raise frames.wrong(f"4.2.2: answered {status} {fields}")
+            raise frames.wrong(f"4.2.2: answered {status} {answered}")
         return frames.stream(s, peer_masks=False, begin=rest)
 
 
@@ -208,13 +242,17 @@ class listener:
         self.socket = socket.create_server(("127.0.0.1", 0))
         self.socket.settimeout(timeout)
         self.port = self.socket.getsockname()[1]
-        self.url = f"ws://127.0.0.1:{self.port}/"
+        self.url = f"{WS}://127.0.0.1:{self.port}/"
 
     def accept(self):
         """The next client and its request, as lines."""
         s, _ = self.socket.accept()
         s.settimeout(timeout)
         s.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if TLS:
+            context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+            context.load_cert_chain(f"{TLS}/certificate.pem", f"{TLS}/key.pem")
+            s = context.wrap_socket(s, server_side=True)
         request, rest = read_header(s)
         if rest:
             raise frames.wrong("4.1: the client did not wait for the answer")

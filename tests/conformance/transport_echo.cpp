@@ -7,6 +7,8 @@
 //                                                                            with its port goes to stdout
 //   transport_echo --connect ws://HOST:PORT[/PATH] [--subprotocol NAME]...   a client, for one connection
 //
+// With --certificate and --key the server speaks TLS; a client of wss:// trusts --ca.
+//
 // One thread. What a peer does not read yet is kept, and the peer is not read meanwhile; so the memory of a
 // connection is bounded by one message and the answers to one read.
 #include <array>
@@ -112,6 +114,7 @@ class echo final : public service::transport_sink {
     }
     case wire::frame_event::violation: return leave(p, step.close_code, step.reason);
     case wire::frame_event::pong:
+    case wire::frame_event::piece: // no message is long here
     case wire::frame_event::need_more: return;
     }
   }
@@ -181,6 +184,8 @@ std::optional<place> read_place(std::string_view text) {
 struct arguments {
   std::optional<place> listen;
   std::optional<place> connect;
+  bool secure = false;
+  tls_options tls;
   std::vector<std::string_view> subprotocols;
 };
 
@@ -190,13 +195,22 @@ std::optional<arguments> read(std::span<char*> given) {
   for (std::size_t i = 0; i < given.size(); i += 2) {
     const std::string_view name = given[i];
     const std::string_view value = given[i + 1];
-    constexpr std::string_view scheme = "ws://";
+    constexpr std::string_view scheme = "ws://", secure_scheme = "wss://";
     if (name == "--port") {
       to.listen = read_place(std::string{"127.0.0.1:"}.append(value));
     } else if (name == "--listen") {
       to.listen = read_place(value);
     } else if (name == "--connect" && value.starts_with(scheme)) {
       to.connect = read_place(value.substr(scheme.size()));
+    } else if (name == "--connect" && value.starts_with(secure_scheme)) {
+      to.connect = read_place(value.substr(secure_scheme.size()));
+      to.secure = true;
+    } else if (name == "--certificate") {
+      to.tls.certificate = value;
+    } else if (name == "--key") {
+      to.tls.key = value;
+    } else if (name == "--ca") {
+      to.tls.ca = value;
     } else if (name == "--subprotocol") {
       to.subprotocols.push_back(value);
     } else {
@@ -254,6 +268,8 @@ result<std::unique_ptr<net::socket_transport>> open(const arguments& given) {
                                            .port = given.connect->port,
                                            .path = given.connect->path,
                                            .subprotocols = given.subprotocols,
+                                           .secure = given.secure,
+                                           .tls = given.tls,
                                            .limits = limits});
   }
   static constexpr std::string_view any[] = {"*"};
@@ -265,6 +281,7 @@ result<std::unique_ptr<net::socket_transport>> open(const arguments& given) {
        .insecure = !on_loopback,
        .allow_hosts = on_loopback ? std::span<const std::string_view>{} : any,
        .subprotocols = given.subprotocols,
+       .tls = given.tls,
        .limits = limits});
 }
 
@@ -273,8 +290,8 @@ result<std::unique_ptr<net::socket_transport>> open(const arguments& given) {
 int main(int count, char** values) {
   const auto given = read(std::span{values, static_cast<std::size_t>(count)}.subspan(1));
   if (!given) {
-    std::fputs("usage: transport_echo --port N | --listen ADDR:PORT | --connect ws://HOST:PORT[/PATH]\n"
-               "                      [--subprotocol NAME]...\n",
+    std::fputs("usage: transport_echo --port N | --listen ADDR:PORT | --connect ws[s]://HOST:PORT[/PATH]\n"
+               "                      [--subprotocol NAME]... [--certificate FILE --key FILE | --ca FILE]\n",
                stderr);
     return 2;
   }

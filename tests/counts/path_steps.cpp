@@ -225,10 +225,17 @@ struct direct_message : place {
     frames_a_step = 1;
   }
   void step() {
-    need(by.try_send(text, 20ms, on.now));
+    need(by.try_send(text, rowe::rt::for_ever, on.now));
     settle();
   }
   rowe::lane by;
+};
+// It tells the peer what is left of its time to live.
+struct direct_message_with_ttl : direct_message {
+  void step() {
+    need(by.try_send(text, 20ms, on.now));
+    settle();
+  }
 };
 // And a peer's to a handle.
 struct message_of_peer : direct_message {
@@ -318,6 +325,7 @@ int main() {
   count<call_asked_of_peer>("call_asked_of_peer");
   count<call_between_peers>("call_between_peers");
   count<direct_message>("direct_message");
+  count<direct_message_with_ttl>("direct_message_with_ttl");
   count<message_of_peer>("message_of_peer");
   count<message_of_thread>("message_of_thread");
   count<stop>("stop");

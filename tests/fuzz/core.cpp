@@ -21,6 +21,7 @@
 #include <rowe/stop_latch.hpp>
 
 #include "fuzz/require.hpp"
+#include "fuzz/script.hpp"
 #include "service/core_harness.hpp"
 #include "sim/swarm_grammar.hpp"
 #include "sim/swarm_threads.hpp"
@@ -28,7 +29,9 @@
 namespace {
 
 using namespace std::chrono_literals;
+using rowe::fuzz::input_choices;
 using rowe::fuzz::require;
+using rowe::fuzz::script;
 using rowe::service::side;
 
 struct pair {
@@ -42,44 +45,6 @@ inline constexpr auto rowe::schema<pair> = rowe::fields<&pair::a, &pair::b>{};
 
 namespace {
 
-// What is left of the input.
-class script {
- public:
-  script(const std::uint8_t* data, std::size_t size) : data_{data}, size_{size} {}
-  bool over() const { return size_ == 0; }
-  std::uint8_t byte() {
-    if (size_ == 0) return 0;
-    --size_;
-    return *data_++;
-  }
-  // A length byte and so many bytes.
-  std::string text() {
-    const std::size_t bytes = std::min<std::size_t>(byte(), size_);
-    std::string made(reinterpret_cast<const char*>(data_), bytes);
-    data_ += bytes;
-    size_ -= bytes;
-    return made;
-  }
-
- private:
-  const std::uint8_t* data_;
-  std::size_t size_;
-};
-
-// A script's bytes as choices.
-class input_choices final : public swarm::choices {
- public:
-  explicit input_choices(script& from) : from_{from} {}
-  std::uint64_t below(std::uint64_t bound) override {
-    std::uint64_t value = from_.byte();
-    if (bound > 256) value = value << 8 | from_.byte();
-    return value % bound;
-  }
-
- private:
-  script& from_;
-};
-
 rowe::endpoint_options options_of(std::uint8_t setup) {
   auto options = harness::small_options();
   options.relay = (setup & 2) != 0;
@@ -91,6 +56,15 @@ rowe::endpoint_options options_of(std::uint8_t setup) {
   options.limits.queued_max = 40;
   options.limits.queue_depth_max = 8;
   return options;
+}
+
+// Whatever was counted, each line of /metrics is a whole one.
+void check_page(std::span<const std::byte> body) {
+  const std::string_view text{reinterpret_cast<const char*>(body.data()), body.size()};
+  require(text.ends_with('\n') && body.size() <= rowe::service::metrics_report::bytes_max,
+          "a report of the counts is whole");
+  for (std::size_t at = 0; at < text.size(); at = text.find('\n', at) + 1)
+    require(text[at] == '#' || text.substr(at).starts_with("rowe_"), "a line of the counts is one");
 }
 
 // Lives for one input.
@@ -137,6 +111,10 @@ class script_run {
     case 12: threads(s); break;
     case 13: close_pair(what >> 4); break;
     case 14:
+      if (what >> 4 == 15) {
+        ask(s);
+        break;
+      }
       if (harness::peer* const p = one(what >> 4)) hear(*p);
       break;
     default: cycle(s.byte() * 1ms); return;
@@ -171,6 +149,7 @@ class script_run {
     require(on_.core.slots_in_use() == 0, "every slot is free");
     require(on_.all_slots_free(), "every slot of the submission queue is free");
     require(on_.shared.peers() == 0, "no peer is left");
+    check_page(on_.net.get({"/metrics", {}, false}, on_.core).body);
   }
 
  private:
@@ -188,6 +167,28 @@ class script_run {
             &on_.offer(rowe::detail::client_request<pair, pair>("/pair", small)),
             &on_.offer(rowe::detail::advertise_request<pair>("/topic", {.ttl = 5ms, .depth = 4})),
             &on_.offer(rowe::detail::subscribe_request<rowe::json_text>("/topic", {.depth = 2}))};
+  }
+
+  // Asks for the last value of a topic; what it waits for may come later, or never.
+  void ask(script& s) {
+    const std::string name = s.byte() % 2 != 0 ? "topic" : s.text();
+    check_value(on_.net.get({"/api/v1/topics/" + name, {}, false}, on_.core));
+    const auto page = awaited_;
+    const bool last = s.byte() % 4 == 0;
+    check_value(on_.net.get({.path = {}, .if_none_match = {}, .awaited = &page, .last = last}, on_.core));
+  }
+  void check_value(const rowe::service::http_answer& answer) {
+    if (answer.later) {
+      awaited_ = answer.awaited;
+      return;
+    }
+    require(answer.status == 200 || answer.status == 404 || answer.status == 503, "a value is there or not");
+    std::string text{reinterpret_cast<const char*>(answer.body.data()), answer.body.size()};
+    require(text.ends_with('\n'), "an answer is whole");
+    if (answer.status != 200) return;
+    const std::size_t bytes = text.size();
+    text.append(rowe::json::reader::tailroom_bytes, ' ');
+    require(static_cast<bool>(on_.validator.validate({text.data(), bytes})), "a value is JSON");
   }
 
   void cycle(rowe::duration later) {
@@ -371,6 +372,7 @@ class script_run {
   std::vector<rowe::message_view> held_;
   std::vector<rowe::request<pair>> asked_;
   std::vector<std::uint32_t> waiting_;
+  rowe::service::awaited_page awaited_;
   swarm::weights all_{swarm::rows().size()}; // every class as likely as another
   swarm::knowledge known_;
 };

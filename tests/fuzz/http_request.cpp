@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "fuzz/require.hpp"
+#include "wire/http_login.hpp"
 #include "wire/http_request.hpp"
 
 namespace {
@@ -27,6 +28,7 @@ handshake_policy policy_of(std::uint8_t choice) {
   policy.any_host = (choice & 4) != 0;
   if ((choice & 8) != 0) policy.origins = origins;
   if ((choice & 16) != 0) policy.subprotocols = subprotocols;
+  policy.secure = (choice & 32) != 0;
   return policy;
 }
 
@@ -47,7 +49,8 @@ void check_rejection(const http_rejection& rejection) {
 // A rejection says the same whatever the token is.
 void check_secrets(std::string_view header, const http_rejection& rejection, const handshake_policy& policy) {
   constexpr std::size_t changed = 8;
-  constexpr std::string_view marks[] = {"Authorization: Bearer ", "rowe.token.", "?token="};
+  constexpr std::string_view marks[] = {"Authorization: Bearer ", "rowe.token.",
+                                        "?token=", "Cookie: rowe-80="};
   for (const std::string_view mark : marks) {
     const std::size_t at = header.find(mark);
     if (at == std::string_view::npos) continue;
@@ -63,9 +66,21 @@ void check_secrets(std::string_view header, const http_rejection& rejection, con
   }
 }
 
+void check_form(const http_judgement& j) {
+  require(j.path == login_path || j.path == logout_path, "a form has a path of its own");
+  require(!j.origin.empty() && j.origin != "null", "a form says where it stands");
+  require(j.form.size() <= form_bytes_max, "a form is small");
+  std::array<char, form_bytes_max> typed;
+  const std::string_view token = token_of_form(typed, j.form);
+  require(token.size() <= j.form.size(), "a token is no longer than its form");
+  std::array<char, http_clean_bytes_max> buffer;
+  require(write_clean_request(buffer, j).empty(), "no library sees a form");
+}
+
 void check_acceptance(std::string_view header, const http_judgement& j, const handshake_policy& policy) {
-  require(find_header_end(header) == header.size(), "what is accepted is a whole header");
+  require(find_request_end(header) == header.size(), "what is accepted is a whole request");
   require(j.path.starts_with('/') && j.target.starts_with(j.path), "a path is a path");
+  if (j.outcome == http_outcome::form) return check_form(j);
   std::array<char, http_clean_bytes_max> buffer;
   const std::string_view clean = write_clean_request(buffer, j);
   require(!clean.empty(), "the clean request fits its buffer");
@@ -76,6 +91,10 @@ void check_acceptance(std::string_view header, const http_judgement& j, const ha
           "written anew it means the same");
   std::array<char, http_clean_bytes_max> second_buffer;
   require(write_clean_request(second_buffer, again) == clean, "written anew twice it is the same");
+  require(!j.accepts_gzip || !policy.secure, "under TLS nothing is compressed");
+  require(j.token.empty() || (j.token.data() >= header.data() &&
+                              j.token.data() + j.token.size() <= header.data() + header.size()),
+          "a token stands in the header");
   require(j.outcome == http_outcome::page || j.key.size() == 24, "an upgrade has a key");
   if (!j.origin.empty()) {
     require(j.origin != "null" && j.origin.find("://") != std::string_view::npos, "an origin has a scheme");
@@ -92,12 +111,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const handshake_policy policy = policy_of(data[0]);
   const std::string_view header{reinterpret_cast<const char*>(data + 1), size - 1};
 
-  const std::size_t end = find_header_end(header);
-  require(end <= header.size(), "a header ends within the text");
+  const std::size_t end = find_request_end(header);
+  require(end <= header.size(), "a request ends within the text");
   for (std::size_t seen = 0; seen < std::min<std::size_t>(header.size(), 256); ++seen) {
-    const std::size_t early = find_header_end(header.substr(0, seen));
+    const std::size_t early = find_request_end(header.substr(0, seen));
     require(early == (end != 0 && end <= seen ? end : 0), "the end is found when it has come, not before");
-    require(early != 0 || find_header_end(header, seen) == end, "the end is found wherever the reads end");
+    require(early != 0 || find_request_end(header, seen) == end, "the end is found wherever the reads end");
   }
 
   const http_judgement j = judge_request(header, policy);

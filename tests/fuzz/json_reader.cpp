@@ -2,8 +2,9 @@
 // The JSON reader under arbitrary bytes. The input is the text. What is required: the walkers stay inside any
 // text, validated or not; the reader's result is that of its own scan, and of simdjson's two parsers
 // wherever these can decide; the byte that it reports lies in the text; in a valid text the walkers find,
-// value by value, what those parsers find, and the reader has noted the same members; and a string or number
-// of it, written by the writer, reads back the same.
+// value by value, what those parsers find, and the reader has noted the same members; the scanner, which gets
+// the text in pieces, says the same as the reader, wherever the pieces end; and a string or number of it,
+// written by the writer, reads back the same.
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -17,6 +18,7 @@
 #include "json/fault.hpp"
 #include "json/padded.hpp"
 #include "json/reader.hpp"
+#include "json/scanned.hpp"
 #include "json/writer.hpp"
 
 namespace {
@@ -76,6 +78,24 @@ void compare_noted(const document& last, std::string_view text) {
   }
 }
 
+// In pieces whose lengths follow from the text, and in pieces of one byte where that is quick.
+void compare_scanned(std::string_view text, const fault& found) {
+  std::uint64_t random =
+      text.size() * 0x9e37'79b9'7f4a'7c15 + (text.empty() ? 0U : static_cast<unsigned char>(text.back()));
+  const auto some = [&random] {
+    random = random * 6364136223846793005 + 1442695040888963407;
+    return 1 + (random >> 33) % (random >> 63 != 0 ? 7 : 1000);
+  };
+  for (const bool by_bytes : {false, true}) {
+    if (by_bytes && text.size() > 2000) break;
+    const scanner s =
+        rowe::tests::scanned(text, depth_max, [&] { return by_bytes ? std::uint64_t{1} : some(); });
+    require(rowe::tests::same_fault(s.found(), found), "the scanner says what the scan says, and where");
+    require(found.what != fault_kind::none || rowe::tests::notes_what_is_walked(s, text),
+            "the scanner notes the members where they are");
+  }
+}
+
 // What is read can be written, and reads back the same.
 void write_again(reader& r, const value& v) {
   std::string buffer(v.raw.size() * 6 + 64, '\0');
@@ -121,6 +141,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const fault found = find_fault(text, depth_max);
   require(status.has_value() == (found.what == fault_kind::none), "the scan agrees with the reader");
   require(found.at <= text.size(), "the fault lies in the text");
+  compare_scanned(text, found);
   if (status) {
     compare_noted(r.last(), text);
   } else {

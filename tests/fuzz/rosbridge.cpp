@@ -90,6 +90,16 @@ void check_service(reader& validator, const request& asked) {
             "a call says the same");
     require((again.ttl_ns > 0) == (asked.ttl_ns > 0), "and takes as long");
   }
+  const auto goal_head = [&](auto& w) {
+    write_goal_head(w, asked.service, asked.type, "1.a", asked.feedback);
+  };
+  const std::string goal = written_around(goal_head, args, write_call_service_tail);
+  if (goal.size() <= text_bytes_max) {
+    read_back(validator, goal, scratch, again);
+    require(again.what == verb::send_goal && again.service == asked.service && again.type == asked.type &&
+                again.feedback == asked.feedback && again.body_raw == args,
+            "a goal says the same");
+  }
   const std::string_view values = asked.body_raw.empty() ? "null" : asked.body_raw;
   const auto head = [&](auto& w) {
     write_service_response_head(w, asked.service, asked.id_raw, !asked.failed);
@@ -104,7 +114,7 @@ void check_service(reader& validator, const request& asked) {
 
 void check_request(reader& validator, const request& asked, std::string_view text, std::string_view scratch) {
   const bool has_topic = asked.what >= verb::publish && asked.what <= verb::unadvertise;
-  const bool has_service = asked.what >= verb::call && asked.what <= verb::unadvertise_service;
+  const bool has_service = asked.what >= verb::call && asked.what <= verb::goal_result;
   require(has_topic != asked.topic.empty(), "a topic is there where it is needed");
   require(has_service != asked.service.empty(), "and a service");
   for (const std::string_view name : {asked.topic, asked.service, asked.type}) {
@@ -117,7 +127,8 @@ void check_request(reader& validator, const request& asked, std::string_view tex
   require(asked.body_raw.empty() || lies_in(asked.body_raw, text), "messages lie in the text");
   require(asked.throttle_ms >= 0 && asked.throttle_ms <= milliseconds_max && asked.queue_length >= 0 &&
               asked.queue_size >= 0 && asked.lifespan_ns >= unlimited && asked.deadline_ns >= unlimited &&
-              (asked.ttl_ns == unlimited || asked.ttl_ns > 0),
+              (asked.ttl_ns == unlimited || asked.ttl_ns > 0 ||
+               (asked.ttl_ns == 0 && asked.what == verb::publish)),
           "numbers keep their limits");
   if (has_service) check_service(validator, asked);
   if (!has_topic) return;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The frame parser under arbitrary bytes. Input: one byte of set-up (bit 0 the role, bits 1 and 2 the limits,
-// of which one is lax about masks, the rest a seed for the sizes of reads), then the stream. What is
-// required: whole, byte by byte and in random reads the stream gives the same events; the parser's state
-// stays one of its own; texts are UTF-8 by a decoder that shares nothing with it; what was delivered, written
-// as a frame, is delivered again; nothing follows a close or a violation.
+// of which one is lax about masks and one has long messages, the rest a seed for the sizes of reads), then
+// the stream. What is required: whole, byte by byte and in random reads the stream gives the same events; the
+// parser's state stays one of its own; texts are UTF-8 by a decoder that shares nothing with it; what was
+// delivered, written as a frame, is delivered again; nothing follows a close or a violation.
 #include <algorithm>
 #include <cstdint>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "fuzz/require.hpp"
@@ -37,6 +38,7 @@ std::vector<event> events_of(std::span<const std::uint8_t> stream, const setup& 
   frame_parser parser;
   parser.reset(s.ours, s.limits, assembly);
   std::vector<event> events;
+  std::string pieces; // of a long message, so far
   while (!stream.empty()) {
     const std::size_t count = next_read(stream.size());
     std::vector<std::byte> read(count); // exactly as long: a step beyond it is seen
@@ -49,15 +51,22 @@ std::vector<event> events_of(std::span<const std::uint8_t> stream, const setup& 
       require(step.consumed <= rest.size(), "no more is consumed than there is");
       require(step.event != frame_event::need_more || step.consumed == rest.size(),
               "all is consumed or an event comes");
-      require(step.payload.size() <= std::max(s.limits.message_bytes_max, control_bytes_max),
-              "the limit holds");
+      const std::size_t most = step.in_pieces ? frame_parser::piece_bytes_max : s.limits.message_bytes_max;
+      require(step.payload.size() <= std::max(most, control_bytes_max), "the limit holds");
       rest = rest.subspan(step.consumed);
       if (step.event == frame_event::need_more) continue;
+      std::string payload{reinterpret_cast<const char*>(step.payload.data()), step.payload.size()};
+      if (step.in_pieces) {
+        pieces += payload;
+        require(pieces.size() <= step.known_bytes && step.known_bytes <= s.limits.long_bytes_max,
+                "it is as long as was said, and within its limit");
+        if (step.event == frame_event::piece) continue;
+        payload = std::exchange(pieces, {});
+        require(payload.size() == step.known_bytes && payload.size() > s.limits.message_bytes_max,
+                "a message in pieces is long");
+      }
       require(events.empty() || events.back().what < frame_event::close, "nothing follows the end");
-      events.push_back({step.event,
-                        step.close_code,
-                        {reinterpret_cast<const char*>(step.payload.data()), step.payload.size()},
-                        std::string{step.reason}});
+      events.push_back({step.event, step.close_code, std::move(payload), std::string{step.reason}});
     }
   }
   return events;
@@ -87,7 +96,7 @@ bool decodes_as_utf8(const std::string& text) {
 }
 
 std::vector<std::uint8_t> written_again(const event& e, role ours) {
-  static constexpr opcode codes[] = {opcode::text, opcode::text, opcode::binary,
+  static constexpr opcode codes[] = {opcode::text, opcode::text, opcode::binary, opcode::text,
                                      opcode::ping, opcode::pong, opcode::close};
   std::vector<std::byte> frame(frame_headroom_bytes + e.payload.size());
   std::byte* const payload = frame.data() + frame_headroom_bytes;
@@ -108,7 +117,11 @@ std::vector<std::uint8_t> written_again(const event& e, role ours) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  static constexpr frame_limits limits[] = {{64, 3}, {300, 1024, true}, {70'000, 4}, {0, 0}};
+  static constexpr frame_limits limits[] = {
+      {.message_bytes_max = 64, .fragments_max = 3},
+      {.message_bytes_max = 300, .unmasked_accepted = true},
+      {.message_bytes_max = 50, .long_bytes_max = 70'000, .fragments_max = 4},
+      {.fragments_max = 0}};
   const setup s{.ours = (data[0] & 1) != 0 ? role::client : role::server, .limits = limits[data[0] >> 1 & 3]};
   const std::span<const std::uint8_t> stream{data + 1, size - 1};
   const auto whole = events_of(stream, s, [](std::size_t left) { return left; });

@@ -38,6 +38,7 @@ def _ip(*arguments):
 own_user_namespace = ("unshare", "-Urmn", "sh", "-c",
                       'mount -t tmpfs none /run && ip link set lo up && exec "$0" "$@"')
 clone_newnet, clone_newns = 0x40000000, 0x20000
+ms_rec, ms_slave = 0x4000, 0x80000
 _libc = ctypes.CDLL(None, use_errno=True)
 
 
@@ -47,8 +48,13 @@ def permitted():
         raise cannot("there is no command ip (package iproute2)")
     child = os.fork()
     if child == 0:
-        os._exit(1 if _libc.unshare(clone_newnet | clone_newns) != 0 else 0)
-    if os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) != 0:
+        if _libc.unshare(clone_newnet | clone_newns) != 0:
+            os._exit(1)
+        os._exit(2 if _libc.mount(b"none", b"/", None, ms_rec | ms_slave, None) != 0 else 0)
+    ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if ended == 2:
+        raise cannot("may not change how / is mounted, as `ip -n` does: in a chroot, / is no mount point")
+    if ended != 0:
         raise cannot("may not create network namespaces (CAP_SYS_ADMIN and CAP_NET_ADMIN, or a user "
                      f"namespace: {shlex.join(own_user_namespace)} bash)")
     try:

@@ -52,6 +52,13 @@ class by_find_package(installed):
             self.assertNotRegex(line, r"\s-W(?!l,)", "a user's warnings are a user's affair")
         return commands, done(one.built / program)
 
+    def test_the_unit_stands_where_systemd_looks(self):
+        unit = (self.prefix / "lib/systemd/system/rowe@.service").read_text(encoding="utf-8")
+        (program,) = re.findall(r"(?m)^ExecStart=(\S+) serve ", unit)
+        self.assertEqual(pathlib.Path(program), self.first / "bin/rowe", "systemd's path need not have it")
+        self.assertIn("--config %S/rowe/%i/rowe.toml", unit)
+        self.assertIn("SystemCallFilter=~@privileged @keyring", unit)
+
     def test_a_program_in_cpp(self):
         commands, said = self.use("cpp", "CXX", "robot")
         self.assertEqual(said, "x 1.5, y -2\n")
@@ -73,7 +80,7 @@ class by_find_package(installed):
             said = self.asks(f"find_package(rowe CONFIG REQUIRED {asked})", PKG_CONFIG_LIBDIR=self.nothing)
             self.assertIsNotNone(said, asked)
             self.assertRegex(said, r"pkg-config does not find"
-                                   r" libwebsockets>=\S+, simdjson>=\S+, libcrypto>=", asked)
+                                   r" libwebsockets>=\S+, simdjson>=\S+, libcrypto>=\S+, libssl>=", asked)
         self.assertIsNone(self.asks("find_package(rowe CONFIG REQUIRED COMPONENTS rt OPTIONAL_COMPONENTS c)\n"
                                     "if(rowe_c_FOUND OR NOT rowe_rt_FOUND)\n  message(FATAL_ERROR wrong)\n"
                                     "endif()", PKG_CONFIG_LIBDIR=self.nothing))
@@ -151,7 +158,8 @@ class what_is_there(installed):
         self.assertTrue((self.prefix / "share" / "doc" / "rowe" / "LICENSE").exists())
 
     def test_the_program(self):
-        self.assertEqual([one.name for one in (self.prefix / "bin").iterdir()], ["rowe"])
+        programs = {one.name for one in (self.prefix / "bin").iterdir()}
+        self.assertEqual(programs - {"rowe_ros1"}, {"rowe"})  # the bridge is there where roscpp is
         self.assertIn(version, done(self.prefix / "bin" / "rowe", "--version"))
 
     def test_no_file_names_a_folder_of_this_machine(self):

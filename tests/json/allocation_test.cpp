@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include <rowe/json_value.hpp>
 #include <rowe/ros.hpp>
 
 #include "decodable.hpp"
@@ -178,6 +179,27 @@ TEST_F(allocation, never_happens_in_writing_and_encoding) {
   EXPECT_EQ(made, 0u);
 }
 
+TEST_F(allocation, never_happens_in_reading_by_paths_and_by_schemas) {
+  const std::string text = R"({"a":[{"x":1,"y":-2.5,"z":"\u00e4"}],"b":{"x":"far","y":1}})";
+  const json_value v = json_value::parse(text).value();
+  double sum = 0;
+  std::size_t refused = 0;
+  std::array<char, json_error::message_bytes_max> buffer;
+  const std::uint64_t made = counted([&] {
+    for (int i = 0; i < 10'000; ++i) {
+      if (const auto p = v.as<tests::point>("a[0]")) sum += p->x;
+      if (const auto p = v.as<tests::point>("b"); !p) refused += p.error().message(buffer).size();
+      if (const auto y = v.get<double>("a[0].y")) sum += *y;
+      if (const auto z = v.get<double>("a[0].z"); !z) refused += z.error().message(buffer).size();
+      if (const auto z = v.get<fixed_string<2>>("a[0].z")) sum += static_cast<double>(z->size());
+      for (const auto [name, value] : v.members()) sum += name.says("a") ? 1 : 0;
+    }
+  });
+  EXPECT_EQ(made, 0u);
+  EXPECT_EQ(sum, 10'000 * (1 - 2.5 + 2 + 1));
+  EXPECT_GT(refused, 10'000u * 2 * 30);
+}
+
 TEST_F(allocation, never_happens_in_decoding) {
   const encoder e = encoder::compile(describe<tests::everything>()).value();
   const decoder d = decoder::compile(describe<tests::everything>()).value();
@@ -204,6 +226,30 @@ TEST_F(allocation, never_happens_in_decoding) {
   });
   EXPECT_EQ(made, 0u);
   EXPECT_GT(refused, 1000u);
+}
+
+TEST_F(allocation, never_happens_with_names_of_enums_and_times) {
+  const encoder e = encoder::compile(describe<tests::anything>()).value();
+  const decoder d = decoder::compile(describe<tests::anything>()).value();
+  std::string buffer(e.bytes_max(), '\0');
+  constexpr std::string_view good =
+      R"({"stance":"sitting","stances":["standing",-3],"rank":"most","age_s":1.5,"laps":[0.25,7]})";
+  constexpr std::string_view faulty = R"({"stances":["standing","flying"],"age_s":1.5})";
+  std::size_t read = 0, refused = 0;
+  const std::uint64_t made = counted([&] {
+    for (int i = 0; i < 10'000; ++i) {
+      tests::anything object;
+      decoder::diagnosis why;
+      std::array<char, decoder::diagnosis::text_bytes_max> words;
+      if (!d.decode(faulty, &object, &why) && !why.text(words).empty()) ++refused;
+      if (d.decode(good, &object)) ++read;
+      writer w{buffer};
+      e.encode(&object, w);
+    }
+  });
+  EXPECT_EQ(made, 0u);
+  EXPECT_EQ(read, 10'000u);
+  EXPECT_EQ(refused, 10'000u);
 }
 
 } // namespace

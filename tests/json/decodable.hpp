@@ -2,6 +2,7 @@
 // Structs with something of everything that a schema can have, for the decoder's tests and its fuzzer.
 #pragma once
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 
@@ -10,6 +11,9 @@
 namespace rowe::tests {
 
 enum class gear : std::int8_t { reverse = -1, neutral, first };
+
+enum class stance : std::int16_t { lying = -3, sitting, standing = 200 };
+enum class rank : std::uint64_t { least, most = 0xffff'ffff'ffff'ffff };
 
 struct point {
   double x = 1, y = 2;
@@ -64,11 +68,25 @@ struct anything {
   std::optional<rowe::bounded_array<double, 3>> list;
   std::optional<std::array<std::uint8_t, 2>> two;
   std::optional<std::optional<std::int16_t>> twice;
+  std::optional<rowe::tests::stance> stance;
+  std::optional<rowe::bounded_array<rowe::tests::stance, 3>> stances;
+  std::optional<rowe::tests::rank> rank;
+  std::optional<std::chrono::milliseconds> age;
+  std::optional<std::chrono::nanoseconds> age_s;
+  std::optional<std::array<std::chrono::duration<std::uint16_t, std::deci>, 2>> laps;
+  std::optional<std::chrono::duration<std::int8_t>> whole;
+  std::optional<std::chrono::sys_time<std::chrono::microseconds>> born;
+  std::optional<std::chrono::duration<float, std::milli>> wait;
 };
 
 } // namespace rowe::tests
 
 // clang-format off
+template <> inline constexpr auto rowe::names<rowe::tests::stance> =
+    rowe::enumerators<rowe::tests::stance::standing, rowe::tests::stance::sitting,
+                      rowe::enumerator<rowe::tests::stance::lying, "on the \"ground\"">>{};
+template <> inline constexpr auto rowe::names<rowe::tests::rank> =
+    rowe::enumerators<rowe::tests::rank::least, rowe::tests::rank::most>{};
 template <> inline constexpr auto rowe::schema<rowe::tests::point> =
     rowe::fields<&rowe::tests::point::x, &rowe::tests::point::y>{};
 template <> inline constexpr auto rowe::schema<rowe::tests::numbers> =
@@ -95,5 +113,12 @@ template <> inline constexpr auto rowe::schema<rowe::tests::anything> =
     rowe::fields<&rowe::tests::anything::yes, &rowe::tests::anything::i8, &rowe::tests::anything::i64,
                  &rowe::tests::anything::u64, &rowe::tests::anything::f, &rowe::tests::anything::d,
                  rowe::field<&rowe::tests::anything::s>.as_string(), &rowe::tests::anything::text,
-                 &rowe::tests::anything::list, &rowe::tests::anything::two, &rowe::tests::anything::twice>{};
+                 &rowe::tests::anything::list, &rowe::tests::anything::two, &rowe::tests::anything::twice,
+                 rowe::field<&rowe::tests::anything::stance>.by_name(),
+                 rowe::field<&rowe::tests::anything::stances>.by_name(),
+                 rowe::field<&rowe::tests::anything::rank>.by_name(), &rowe::tests::anything::age,
+                 rowe::field<&rowe::tests::anything::age_s>.as_seconds(),
+                 rowe::field<&rowe::tests::anything::laps>.as_seconds(),
+                 rowe::field<&rowe::tests::anything::whole>.as_seconds(),
+                 rowe::field<&rowe::tests::anything::born>.as_seconds(), &rowe::tests::anything::wait>{};
 // clang-format on

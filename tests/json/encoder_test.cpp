@@ -13,6 +13,7 @@
 #include <rowe/ros.hpp>
 #include <rowe/schema.hpp>
 
+#include "cbor_text.hpp"
 #include "texts.hpp"
 
 namespace encoder_test {
@@ -150,10 +151,10 @@ namespace encoder_test {
 using namespace ::encoder_test;
 namespace {
 
-// The text of an object; checked to be the same, and never to exceed the room, in rooms of every size.
+// What the encoder writes; checked to be the same, and never to exceed the room, in rooms of every size.
 template <class T>
-std::string text_of(const T& object) {
-  const encoder e = encoder::compile(describe<T>()).value();
+std::string written(const T& object, encoding into) {
+  const encoder e = encoder::compile(describe<T>(), into).value();
   std::vector<char> ample(e.bytes_max());
   writer w{ample};
   e.encode(&object, w);
@@ -161,7 +162,7 @@ std::string text_of(const T& object) {
   const std::string whole{w.text()};
 
   constexpr char canary = '#';
-  for (std::size_t length = 0; length <= whole.size() + 60; ++length) {
+  for (std::size_t length = 0; length <= whole.size() + 80; ++length) {
     std::vector<char> buffer(length + 64, canary);
     writer narrow{std::span{buffer}.first(length)};
     e.encode(&object, narrow);
@@ -172,6 +173,14 @@ std::string text_of(const T& object) {
     EXPECT_EQ(std::string(buffer.data() + length, 64), std::string(64, canary)) << length;
   }
   return whole;
+}
+
+// The text of an object. Its CBOR says the same.
+template <class T>
+std::string text_of(const T& object) {
+  const std::string text = written(object, encoding::json);
+  EXPECT_EQ(tests::cbor_text(written(object, encoding::cbor), false), text);
+  return text;
 }
 
 TEST(encoder, writes_numbers_of_every_type) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A text with the room behind it that a reader needs.
 #pragma once
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -15,6 +16,7 @@ class padded {
     store_.append(json::reader::tailroom_bytes, '"');
   }
   std::string_view text() const { return std::string_view{store_}.substr(0, bytes_); }
+  std::span<char> bytes() { return std::span{store_}.first(bytes_); }
 
  private:
   std::size_t bytes_;

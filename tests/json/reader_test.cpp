@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "json/reader.hpp"
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,6 +10,7 @@
 
 #include "equivalence.hpp"
 #include "padded.hpp"
+#include "scanned.hpp"
 #include "texts.hpp"
 #include "json/fault.hpp"
 
@@ -30,7 +32,23 @@ class validation : public ::testing::Test {
     // Both judges, whichever the reader asked.
     const fault f = find_fault(p.text(), reader::depth_max_default);
     EXPECT_EQ(f.what == fault_kind::none, s.has_value()) << text;
+    judge_by_pieces(text, f);
     return s;
+  }
+  // Wherever a text is cut, the scanner says the same.
+  void judge_by_pieces(std::string_view text, const fault& f) {
+    const std::size_t cuts = text.size() <= 200 ? text.size() : 3;
+    for (std::size_t cut = 1; cut <= std::max<std::size_t>(cuts, 1); ++cut) {
+      std::size_t pieces = 0;
+      const scanner in_two = tests::scanned(text, reader::depth_max_default,
+                                            [&] { return pieces++ == 0 ? cut : text.size(); });
+      ASSERT_TRUE(tests::same_fault(in_two.found(), f)) << text << " cut at " << cut;
+      const scanner in_many = tests::scanned(text, reader::depth_max_default, [&] { return cut; });
+      ASSERT_TRUE(tests::same_fault(in_many.found(), f)) << text << " in pieces of " << cut;
+      if (f.what != fault_kind::none) continue;
+      ASSERT_TRUE(tests::notes_what_is_walked(in_two, text)) << text;
+      ASSERT_TRUE(tests::notes_what_is_walked(in_many, text)) << text;
+    }
   }
   void accepts(std::string_view text) { EXPECT_TRUE(validate(text)) << text; }
   void refuses(std::string_view text, std::size_t at) {

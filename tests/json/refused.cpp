@@ -2,10 +2,13 @@
 // Schemas that must not compile. Each case is compiled by a test of its own, which looks for the sentence
 // that tells the user what is wrong; without a case the file compiles, which a test checks too.
 #include <array>
+#include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <rowe/json_value.hpp>
 #include <rowe/schema.hpp>
 
 struct sound {
@@ -17,6 +20,32 @@ inline constexpr auto rowe::schema<sound> = rowe::fields<&sound::x>{};
 struct other {
   double y = 0;
 };
+
+enum class gear : std::int8_t { reverse = -1, neutral, first, forward = 1 };
+enum class mode { off, on };
+#if defined(NAMES_ALIAS)
+template <>
+inline constexpr auto rowe::names<gear> = rowe::enumerators<gear::first, gear::forward>{};
+#elif defined(NAMES_TWICE)
+template <>
+inline constexpr auto rowe::names<gear> =
+    rowe::enumerators<gear::first, rowe::enumerator<gear::neutral, "first">>{};
+#elif defined(NAMES_OF_ANOTHER)
+template <>
+inline constexpr auto rowe::names<gear> = rowe::enumerators<gear::first, mode::on>{};
+#elif defined(NAMES_OF_NO_ENUM)
+template <>
+inline constexpr auto rowe::names<gear> = rowe::enumerators<gear::first, 7>{};
+#elif defined(NAMES_OF_A_NUMBER)
+template <>
+inline constexpr auto rowe::names<gear> = rowe::enumerators<gear::first, static_cast<gear>(7)>{};
+#elif defined(NAME_IS_EMPTY)
+template <>
+inline constexpr auto rowe::names<gear> = rowe::enumerators<rowe::enumerator<gear::first, "">>{};
+#elif defined(NO_ENUMERATORS)
+template <>
+inline constexpr auto rowe::names<gear> = gear::first;
+#endif
 
 struct subject {
   double x = 0, x2 = 0;
@@ -31,11 +60,20 @@ struct subject {
   const char* pointer = nullptr;
   std::array<other, 2> unknowns{};
   std::optional<const char*> maybe;
+  ::gear gear{};
+  ::mode mode{};
+  std::chrono::milliseconds age{};
+  std::chrono::duration<double> wait{};
+  std::chrono::minutes minutes{};
+  std::chrono::steady_clock::time_point when{};
   void function() {}
 };
 
 struct heap {
   std::string text;
+};
+struct heap_list {
+  std::vector<double> list;
 };
 
 // clang-format off
@@ -75,16 +113,48 @@ template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::cou
 template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::counted<&subject::list, &subject::count>>{};
 #elif defined(COUNT_IS_REAL)
 template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::counted<&subject::ranges, &subject::x>>{};
+#elif defined(COUNT_OF_ANOTHER)
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::counted<&subject::ranges, &sound::x>>{};
+#elif defined(COUNT_IS_NO_MEMBER)
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::counted<&subject::ranges, 4>>{};
+#elif defined(NO_MEMBER)
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<&subject::x, 4>{};
+#elif defined(FIELD_OF_NO_MEMBER)
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::field<4>>{};
+#elif defined(BY_NAME_OF_INTEGER)
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::field<&subject::count>.by_name()>{};
+#elif defined(BY_NAME_WITHOUT_NAMES)
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::field<&subject::mode>.by_name()>{};
+#elif defined(SECONDS_OF_INTEGER)
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::field<&subject::count>.as_seconds()>{};
+#elif defined(SECONDS_OF_REAL)
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::field<&subject::wait>.as_seconds()>{};
+#elif defined(SECONDS_OF_MINUTES)
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::field<&subject::minutes>.as_seconds()>{};
+#elif defined(TWO_FORMS)
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::field<&subject::age>.as_seconds().as_string()>{};
+#elif defined(STEADY_TIME)
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<&subject::when>{};
+#elif defined(STRING)
+template <> inline constexpr auto rowe::schema<heap> = rowe::fields<&heap::text>{};
+#elif defined(VECTOR)
+template <> inline constexpr auto rowe::schema<heap_list> = rowe::fields<&heap_list::list>{};
 #elif defined(NOT_TRIVIALLY_COPYABLE)
 template <> inline constexpr auto rowe::schema<heap> = rowe::fields<>{};
+#else
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<&subject::gear>{};
 #endif
 // clang-format on
 
 int main() {
-#if defined(NOTHING_WRONG)
+#if defined(UNREADABLE)
+  return rowe::json_value{}.get<subject>("a") ? 1 : 0;
+#elif defined(NOTHING_WRONG)
   return static_cast<int>(rowe::describe<sound>().members.size()) - 1;
-#elif defined(NOT_TRIVIALLY_COPYABLE)
+#elif defined(NOT_TRIVIALLY_COPYABLE) || defined(STRING)
   return static_cast<int>(rowe::describe<heap>().members.size());
+#elif defined(VECTOR)
+  return static_cast<int>(rowe::describe<heap_list>().members.size());
 #else
   return static_cast<int>(rowe::describe<subject>().members.size());
 #endif

@@ -18,6 +18,7 @@
 #include <rowe/schema.hpp>
 
 #include "json/reader.hpp"
+#include "json/times.hpp"
 
 namespace rowe::tests {
 
@@ -92,7 +93,7 @@ class slow_decoder {
                      char* object, std::int64_t number,
                      std::vector<std::pair<const void*, std::size_t>>& counts) const {
     auto* const where = static_cast<char*>(const_cast<void*>(m.address(object)));
-    if (m.count == nullptr) return read(*m.type, v, where, m.as_string, number);
+    if (m.count == nullptr) return read(*m.type, v, where, m, number);
     std::size_t count = 0;
     json::array_walk walk{v.raw};
     for (json::value e; walk.next(e);) ++count;
@@ -100,11 +101,11 @@ class slow_decoder {
       // As if the array were no longer.
       value_description type = *m.type;
       type.count_max = count;
-      if (const status s = read(type, v, where, m.as_string, number); !s) return s;
+      if (const status s = read(type, v, where, m, number); !s) return s;
     } else {
       value_description type = *m.type;
       type.count_max = m.count_limit;
-      return read(type, v, where, m.as_string, number);
+      return read(type, v, where, m, number);
     }
     for (const auto& [counting, before] : counts) {
       if (counting == m.count_address(object) && before != count) return too_long(count, before);
@@ -114,7 +115,7 @@ class slow_decoder {
     return {};
   }
 
-  status read(const value_description& d, const json::value& v, char* where, bool as_string,
+  status read(const value_description& d, const json::value& v, char* where, const member_description& form,
               std::int64_t number) const {
     using json::kind;
     switch (d.kind) {
@@ -124,14 +125,14 @@ class slow_decoder {
       std::memcpy(where, &yes, sizeof yes);
       return {};
     }
-    case value_kind::int8: return read_integer<std::int8_t>(v, where, as_string);
-    case value_kind::int16: return read_integer<std::int16_t>(v, where, as_string);
-    case value_kind::int32: return read_integer<std::int32_t>(v, where, as_string);
-    case value_kind::int64: return read_integer<std::int64_t>(v, where, as_string);
-    case value_kind::uint8: return read_integer<std::uint8_t>(v, where, as_string);
-    case value_kind::uint16: return read_integer<std::uint16_t>(v, where, as_string);
-    case value_kind::uint32: return read_integer<std::uint32_t>(v, where, as_string);
-    case value_kind::uint64: return read_integer<std::uint64_t>(v, where, as_string);
+    case value_kind::int8: return read_integer<std::int8_t>(d, v, where, form);
+    case value_kind::int16: return read_integer<std::int16_t>(d, v, where, form);
+    case value_kind::int32: return read_integer<std::int32_t>(d, v, where, form);
+    case value_kind::int64: return read_integer<std::int64_t>(d, v, where, form);
+    case value_kind::uint8: return read_integer<std::uint8_t>(d, v, where, form);
+    case value_kind::uint16: return read_integer<std::uint16_t>(d, v, where, form);
+    case value_kind::uint32: return read_integer<std::uint32_t>(d, v, where, form);
+    case value_kind::uint64: return read_integer<std::uint64_t>(d, v, where, form);
     case value_kind::float32: return read_real<float>(v, where, std::strtof);
     case value_kind::float64: return read_real<double>(v, where, std::strtod);
     case value_kind::text: {
@@ -143,25 +144,25 @@ class slow_decoder {
     }
     case value_kind::object:
       return v.type == kind::object ? read_object(*d.object, v, where, number) : wrong_type(v);
-    case value_kind::array: return read_array(d, v, where, as_string, number);
+    case value_kind::array: return read_array(d, v, where, form, number);
     case value_kind::optional: break;
     }
     if (v.type != kind::null) {
-      return read(*d.element, v, static_cast<char*>(d.emplace(where)), as_string, number);
+      return read(*d.element, v, static_cast<char*>(d.emplace(where)), form, number);
     }
     d.reset(where);
     return {};
   }
 
-  status read_array(const value_description& d, const json::value& v, char* where, bool as_string,
-                    std::int64_t number) const {
+  status read_array(const value_description& d, const json::value& v, char* where,
+                    const member_description& form, std::int64_t number) const {
     if (v.type != json::kind::array) return wrong_type(v);
     auto* const elements = static_cast<char*>(const_cast<void*>(d.elements(where)));
     std::size_t count = 0;
     json::array_walk walk{v.raw};
     for (json::value e; walk.next(e); ++count) {
       if (count >= d.count_max) continue;
-      if (const status s = read(*d.element, e, elements + count * d.element->bytes, as_string, number); !s) {
+      if (const status s = read(*d.element, e, elements + count * d.element->bytes, form, number); !s) {
         return s;
       }
     }
@@ -185,9 +186,11 @@ class slow_decoder {
   }
 
   template <class Integer>
-  status read_integer(const json::value& v, char* where, bool as_string) const {
+  status read_integer(const value_description& d, const json::value& v, char* where,
+                      const member_description& form) const {
+    if (form.by_name) return read_named<Integer>(d, v, where, form);
     std::string digits;
-    if (v.type == json::kind::string && as_string) {
+    if (v.type == json::kind::string && form.as_string) {
       digits = unescaped(v.raw.substr(1, v.raw.size() - 2));
       const std::string_view magnitude = std::string_view{digits}.substr(digits.starts_with('-'));
       if (magnitude.empty() || magnitude.find_first_not_of("0123456789") != std::string_view::npos ||
@@ -196,10 +199,16 @@ class slow_decoder {
       }
     } else if (v.type == json::kind::number) {
       digits = v.raw;
+    } else if (v.type == json::kind::object && json::is_time(d)) { // times_test.cpp has what that is
+      const auto time = json::read_sec_nsec(v.raw, rowe::detail::decimals_of(d.unit));
+      if (!time) return wrong_type(v);
+      if (time->what != json::whole_number::form::whole) return at(errc::out_of_range, v.raw.data());
+      digits = (time->negative ? "-" : "") + std::to_string(time->magnitude);
     } else {
       return wrong_type(v);
     }
-    if (!make_plain(digits)) return wrong_type(v);
+    if (v.type != json::kind::object && !(form.as_seconds ? make_units(digits, d.unit) : make_plain(digits)))
+      return wrong_type(v);
     if (digits == "-0" || (std::is_unsigned_v<Integer> && digits.starts_with('-'))) {
       if (digits != "-0") return at(errc::out_of_range, v.raw.data());
       digits = "0";
@@ -209,6 +218,72 @@ class slow_decoder {
     if (read.ec != std::errc{}) return at(errc::out_of_range, v.raw.data());
     std::memcpy(where, &x, sizeof x);
     return {};
+  }
+
+  template <class Integer>
+  status read_named(const value_description& d, const json::value& v, char* where,
+                    member_description form) const {
+    form.by_name = false;
+    Integer x = 0;
+    const std::string name =
+        v.type == json::kind::string ? unescaped(v.raw.substr(1, v.raw.size() - 2)) : std::string{};
+    if (v.type != json::kind::string) {
+      const status s = read_integer<Integer>(d, v, reinterpret_cast<char*>(&x), form);
+      if (!s) return s;
+    }
+    for (const enumerator_description& e : d.enumerators) {
+      if (v.type == json::kind::string ? e.name != name : static_cast<Integer>(e.value) != x) continue;
+      x = static_cast<Integer>(e.value);
+      std::memcpy(where, &x, sizeof x);
+      return {};
+    }
+    return at(errc::out_of_range, v.raw.data());
+  }
+
+  // From seconds to the digits of the integer of units: what is behind the last unit is rounded, as one does
+  // by hand.
+  static bool make_units(std::string& number, const unit_description& unit) {
+    const std::string decimals = std::to_string(std::to_string(unit.denominator).size() - 1);
+    const std::size_t e = number.find_first_of("eE");
+    if (e == std::string::npos) {
+      number += "e" + decimals;
+    } else {
+      const long long limit = 1'000'000'000;
+      const long long given = std::strtoll(number.c_str() + e + 1, nullptr, 10);
+      const long long exponent = std::min(std::max(given, -limit), limit) + std::stoll(decimals);
+      number = number.substr(0, e + 1) + std::to_string(exponent);
+    }
+    std::string whole = number;
+    if (make_plain(whole)) {
+      number = whole;
+      return true;
+    }
+    // A fraction: digits, with a point somewhere among them. Half of a unit more, and what is behind is cut.
+    const bool negative = number.starts_with('-');
+    const std::size_t mantissa_end = number.find_first_of("eE");
+    long long exponent = std::strtoll(number.c_str() + mantissa_end + 1, nullptr, 10);
+    std::string digits = number.substr(negative, mantissa_end - negative);
+    if (const std::size_t point = digits.find('.'); point != std::string::npos) {
+      exponent -= static_cast<long long>(digits.size() - point - 1);
+      digits.erase(point, 1);
+    }
+    const auto behind = static_cast<std::size_t>(-exponent); // digits behind the point, at least one
+    if (behind > digits.size()) {
+      number = "0";
+      return true;
+    }
+    const bool up = digits[digits.size() - behind] >= '5';
+    digits = "0" + digits.substr(0, digits.size() - behind);
+    for (std::size_t i = digits.size(); up && i-- > 0;) {
+      if (digits[i] != '9') {
+        ++digits[i];
+        break;
+      }
+      digits[i] = '0';
+    }
+    digits.erase(0, std::min(digits.find_first_not_of('0'), digits.size() - 1));
+    number = (negative && digits != "0" ? "-" : "") + digits;
+    return true;
   }
 
   // From any way to write a number to the digits of the integer that it is; false when it is none. What is

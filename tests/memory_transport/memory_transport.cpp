@@ -125,15 +125,23 @@ void memory_transport::poll(rt::time_point now, service::transport_sink& sink) n
     link& on = links_[i];
     const connection_id id{i, on.generation};
     if (on.state == phase::opening) {
-      service::admit_answer admitted;
-      if (on.ours == service::side::server)
-        admitted = sink.admit({.address = on.address, .path = on.path, .token = on.token});
+      if (!on.admitted) {
+        on.admitted.emplace();
+        on.polls_left = handshake_polls_;
+        if (on.ours == service::side::server)
+          on.admitted = sink.admit({.address = on.address, .path = on.path, .token = on.token});
+      }
+      const service::admit_answer admitted = *on.admitted;
       if (admitted.status != 0) {
         on.state = phase::free;
         sink.on_rejected({.http_status = admitted.status,
                           .peer = on.address,
                           .what = admitted.what,
                           .remedy = admitted.remedy});
+        continue;
+      }
+      if (on.polls_left != 0) {
+        --on.polls_left;
         continue;
       }
       on.state = phase::open;

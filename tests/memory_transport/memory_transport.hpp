@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -39,6 +40,8 @@ class memory_transport : public service::transport {
   service::connection_id open(service::side ours, std::string_view address = "127.0.0.1:1",
                               std::string_view path = "/", std::string_view subprotocol = {},
                               std::string_view token = {});
+  // How many polls later a peer is connected than it was asked who it is: 0, unless said here.
+  void handshakes_last(std::uint32_t polls) noexcept { handshake_polls_ = polls; }
   // Bytes from the peer.
   void arrive(service::connection_id id, std::span<const std::byte> bytes);
   // What of that which we have written has arrived at the peer, and it has not read; and the peer reading so
@@ -117,6 +120,8 @@ class memory_transport : public service::transport {
     std::string address, path, subprotocol, token;
     link_conditions conditions;
     pipe inbound, outbound;
+    std::optional<service::admit_answer> admitted; // opening: who it is
+    std::uint32_t polls_left = 0;                  // likewise: until it is open
     bool refused = false; // write() took less than it was given
     bool reading = true;
     std::size_t send_buffer = 0;
@@ -135,6 +140,7 @@ class memory_transport : public service::transport {
   std::deque<std::string> rejections_;
   std::vector<std::byte> buffer_;
   rt::time_point now_{}; // of the last poll()
+  std::uint32_t handshake_polls_ = 0;
   std::uint64_t attempts_ = 0;
   std::uint64_t trace_ = 0;
 };

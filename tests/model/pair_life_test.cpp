@@ -293,7 +293,11 @@ TEST(pair_life, has_the_accesses_that_the_sources_have) {
        "if(state_.pair_rows[i].attached&&state_.pair_rows[i].topic==topic&&"
        "detail::subscribes(state_.pairs[i].kind)==that_reads)",
        1},
-      {handles, "state_.pairs[i].kind", 2},
+      {handles,
+       "if(!row.attached||row.topic!=topic)continue;"
+       "constboolpublishes=detail::publishes(state_.pairs[i].kind);",
+       1},
+      {handles, "state_.pairs[i].kind", 3},
       {loop, "drain_until_ns_.load(std::memory_order_acquire)", 1},
       {loop,
        "drain_until_ns_.store(std::min(rt::nanoseconds_of(drain_until),rt::nanoseconds_of(rt::never)-1),"

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What libwebsockets allocates, when, and what happens when there is nothing left for it.
+#include "memory_hog.hpp"
 #include "support.hpp"
 
 #include <libwebsockets.h>
-
-#include "net/lws_memory.hpp"
 
 namespace rowe::net {
 namespace memory_test {
@@ -127,16 +126,14 @@ TEST(memory, that_a_slow_reader_of_a_page_holds_is_refused_to_others_until_it_re
   EXPECT_EQ(again.text.substr(0, 12), "HTTP/1.1 200");
 }
 
-// Takes all that is left from within a page's callback, where the transport's memory is lent to the thread.
 TEST(memory, that_is_used_up_refuses_newcomers_and_nobody_else) {
   auto transport = listening({.limits = {.handshake_bytes = least_bytes}});
   driver drive{*transport};
   raw_socket peer = upgraded(drive, *transport);
-  drive.sink().answer = [](const service::http_request&) {
-    while (lws_memory::allocate(nullptr, 4096, "the test"))
-      ;
-    return page_of("whole");
-  };
+  drive.sink().answer = [](const service::http_request&) { return page_of("whole"); };
+  const memory_hog hog{drive, *transport};
+  const std::uint64_t starved = transport->counters().handshakes_starved;
+  const std::size_t rejected = drive.sink().rejections.size();
   const auto expect_rejection = [&](const std::string& asked) {
     raw_socket newcomer{transport->port()};
     ASSERT_TRUE(newcomer.send(asked));
@@ -154,8 +151,8 @@ TEST(memory, that_is_used_up_refuses_newcomers_and_nobody_else) {
     peer.text.clear();
     drive.sink().received.clear();
   }
-  EXPECT_EQ(transport->counters().handshakes_starved, 10U);
-  EXPECT_EQ(drive.sink().rejections.size(), 10U);
+  EXPECT_EQ(transport->counters().handshakes_starved, starved + 10U);
+  EXPECT_EQ(drive.sink().rejections.size(), rejected + 10U);
   EXPECT_TRUE(drive.sink().closes.empty());
 }
 

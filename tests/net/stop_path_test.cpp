@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Places kept for peers on the stop's path, and that nobody is kept out by handshakes that do not end.
+#include "memory_hog.hpp"
 #include "net/address.hpp"
 #include "net/established.hpp"
-#include "net/lws_memory.hpp"
 #include "support.hpp"
 
 namespace rowe::net {
@@ -144,14 +144,12 @@ TEST(stop_path, gets_the_memory_of_pages_that_nobody_reads) {
   driver drive{*transport};
   const std::string large(6 << 20, 'p'); // more than the kernel takes: libwebsockets keeps the rest
   drive.sink().answer = [&](const service::http_request& asked) {
-    if (asked.path == "/large") return page_of(large);
-    while (lws_memory::allocate(nullptr, 4096, "the test")) // all that is left
-      ;
-    return page_of("");
+    return page_of(asked.path == "/large" ? std::string_view{large} : std::string_view{});
   };
   raw_socket reader{transport->port(), "127.0.0.1", 4096}; // of nothing
   ASSERT_TRUE(reader.send(request(transport->port(), "/large")));
   ASSERT_TRUE(drive.until([&] { return answered(drive) == 1; }));
+  const memory_hog hog{drive, *transport}; // all that is left
   for (const std::string& text : {request(transport->port(), "/rest"), upgrade_request(transport->port())}) {
     raw_socket other{transport->port()};
     ASSERT_TRUE(other.send(text));

@@ -12,6 +12,7 @@
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -78,13 +79,20 @@ struct recording_sink final : service::transport_sink {
     rejections.push_back(
         {why.http_status, std::string{why.peer}, std::string{why.what}, std::string{why.remedy}});
   }
+  void on_warning(std::string_view what, std::string_view) noexcept override { warnings.emplace_back(what); }
   service::http_answer on_http(const service::http_request& request) noexcept override {
     pages.push_back({std::string{request.path}, std::string{request.if_none_match}, request.accepts_gzip});
     return answer ? answer(request) : service::http_answer{};
   }
 
+  std::uint64_t awaited_came() const noexcept override { return came; }
+
   service::admit_answer admit(const service::credentials& shown) const noexcept override {
     return when_asked ? when_asked(shown) : service::admit_answer{};
+  }
+
+  service::admit_answer may_read(const service::credentials& shown) noexcept override {
+    return when_page_asked ? when_page_asked(shown) : service::admit_answer{};
   }
 
   bool may_displace(connection_id id) const noexcept override {
@@ -94,14 +102,16 @@ struct recording_sink final : service::transport_sink {
     if (when_displaced) when_displaced(id);
   }
 
-  std::function<service::admit_answer(const service::credentials&)> when_asked;
+  std::function<service::admit_answer(const service::credentials&)> when_asked, when_page_asked;
   std::vector<opened> opens;
   std::vector<closed> closes;
   std::vector<rejected> rejections;
+  std::vector<std::string> warnings;
   std::vector<asked> pages;
   std::vector<std::size_t> reads;
   std::map<std::uint32_t, std::string> received; // by index
   int writables = 0;
+  std::uint64_t came = 0;
   std::function<void(connection_id)> when_open, when_writable, when_displaced;
   std::function<bool(connection_id)> may_displace_which;
   std::function<void(connection_id, std::span<std::byte>)> when_bytes;

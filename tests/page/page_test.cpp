@@ -81,6 +81,10 @@ TEST(page, serves_every_file_that_the_index_or_a_script_names) {
   EXPECT_TRUE(paths.contains("/app.js"));
   EXPECT_TRUE(paths.contains("/text.js"));
   for (const std::string& path : paths) EXPECT_EQ(plain(path).status, 200) << path;
+  for (const std::string& path : paths) EXPECT_EQ(plain("/rowe" + path).status, 200) << path;
+  EXPECT_EQ(text_of(plain("/rowe/")), text_of(plain("/")));
+  EXPECT_EQ(plain("/rowe").status, 404);
+  EXPECT_EQ(plain("/rowe/rowe/").status, 404);
 }
 
 TEST(page, says_what_each_file_is) {
@@ -127,13 +131,6 @@ TEST(page, gives_each_form_of_each_file_a_quoted_tag_of_its_own) {
       EXPECT_TRUE(tags.insert(form.etag).second) << path;
     }
   }
-}
-
-TEST(page, gives_a_sign_of_life) {
-  const http_answer health = compressed("/healthz");
-  EXPECT_EQ(health.status, 200);
-  EXPECT_EQ(text_of(health), "ok");
-  EXPECT_EQ(health.content_encoding, "");
 }
 
 TEST(page, says_in_words_that_there_is_nothing_elsewhere) {

@@ -189,9 +189,10 @@ std::vector<exercise> all_exercises() {
   std::vector<exercise> all;
   for (const auto part :
        {exercises_of_rings(), exercises_of_slots(), exercises_of_time(), exercises_of_the_wheel(),
-        exercises_of_values(), exercises_of_handles(), exercises_of_messages(), exercises_of_lanes(),
-        exercises_of_callers(), exercises_of_responders(), exercises_of_typed_subscribers(), exercises_of_c(),
-        exercises_of_c_in_trouble(), exercises_of_the_stop(), exercises_between_two_threads()}) {
+        exercises_of_values(), exercises_of_json(), exercises_of_handles(), exercises_of_messages(),
+        exercises_of_lanes(), exercises_of_callers(), exercises_of_responders(),
+        exercises_of_typed_subscribers(), exercises_of_c(), exercises_of_c_in_trouble(),
+        exercises_of_the_stop(), exercises_of_parameters(), exercises_between_two_threads()}) {
     all.insert(all.end(), part.begin(), part.end());
   }
   return all;

@@ -83,9 +83,10 @@ void publish_beside(real_time& rt, keep kept, bool to_a_changing_audience) {
 void decode(detail::queue_pair& on, double stamp) {
   const odometry value{stamp, stamp, stamp, stamp, stamp};
   const detail::producer_end& end = on.service.in;
-  if (end.newest == nullptr) return fill(end, {}, &value, sizeof value);
+  const detail::value_header header{.expires_ns = rt::nanoseconds_of(rt::never)};
+  if (end.newest == nullptr) return fill(end, header, &value, sizeof value);
   const std::uint32_t slot = end.newest->begin_write();
-  *end.slots.header(slot) = {};
+  *end.slots.header(slot) = header;
   std::memcpy(end.slots.value(slot), &value, sizeof value);
   end.newest->end_write(slot);
 }

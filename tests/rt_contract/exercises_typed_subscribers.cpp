@@ -19,12 +19,13 @@ subscribing subscriber_in(real_time& rt, keep kept = keep::all) {
 }
 
 // What the service thread does with a value that arrived.
-void decode(detail::queue_pair& on) {
+void decode(detail::queue_pair& on, rt::time_point over = rt::never) {
   constexpr odometry value{1, 2, 3, 4, 5};
   const detail::producer_end& end = on.service.in;
-  if (end.newest == nullptr) return fill(end, {}, &value, sizeof value);
+  const detail::value_header header{.expires_ns = rt::nanoseconds_of(over)};
+  if (end.newest == nullptr) return fill(end, header, &value, sizeof value);
   const std::uint32_t slot = end.newest->begin_write();
-  *end.slots.header(slot) = {};
+  *end.slots.header(slot) = header;
   std::memcpy(end.slots.value(slot), &value, sizeof value);
   end.newest->end_write(slot);
 }
@@ -34,6 +35,28 @@ void take_each(real_time& rt, keep kept, Take take) {
   auto with = subscriber_in(rt, kept);
   rt.calls([&](std::uint64_t i) {
     if (i % 3 != 0) decode(with.on);
+    use(take(with.seen));
+  });
+}
+
+// Of each three values two have a time to live, and that of one is over.
+template <class Take>
+void take_in_time(real_time& rt, keep kept, Take take) {
+  auto with = subscriber_in(rt, kept);
+  const rt::time_point far = rt::monotonic_clock::now() + std::chrono::hours{1};
+  rt.calls([&](std::uint64_t i) {
+    decode(with.on, i % 3 == 0 ? rt::time_point{} : i % 3 == 1 ? far : rt::never);
+    use(take(with.seen));
+    use(with.seen.expired());
+  });
+}
+
+template <class Take>
+void take_by_the_clock(real_time& rt, keep kept, Take take) {
+  auto with = subscriber_in(rt, kept);
+  const rt::time_point far = rt::monotonic_clock::now() + std::chrono::hours{1};
+  rt.calls([&](std::uint64_t) {
+    decode(with.on, far);
     use(take(with.seen));
   });
 }
@@ -63,6 +86,18 @@ constexpr exercise list[] = {
      [](real_time& rt) { take_each(rt, keep::newest, [](auto& s) { return s.try_take(); }); }},
     {"subscriber::try_take", "of structs, closed and empty",
      [](real_time& rt) { take_where_there_is_none(rt, [](auto& s) { return s.try_take(); }); }},
+    {"subscriber::try_take", "of structs with times to live, by the clock",
+     [](real_time& rt) { take_by_the_clock(rt, keep::all, [](auto& s) { return s.try_take(); }); },
+     true},
+    {"subscriber::try_take", "of structs with times to live",
+     [](real_time& rt) { take_in_time(rt, keep::newest, [](auto& s) { return s.try_take(now); }); }},
+    {"subscriber::latest", "of structs with times to live, by the clock",
+     [](real_time& rt) { take_by_the_clock(rt, keep::newest, [](auto& s) { return s.latest(); }); },
+     true},
+    {"subscriber::latest", "of structs with times to live",
+     [](real_time& rt) { take_in_time(rt, keep::all, [](auto& s) { return s.latest(now); }); }},
+    {"subscriber::expired", "while times pass",
+     [](real_time& rt) { take_in_time(rt, keep::all, [](auto& s) { return s.try_take(now); }); }},
     {"subscriber::latest", "of structs, when its queue is full",
      [](real_time& rt) {
        auto with = subscriber_in(rt);

@@ -12,6 +12,8 @@ about = {
     "service": ["src/service", "tests/memory_transport"], "sim": ["tests/memory_transport"],
     "page": ["src/page"], "web": ["src/page"], "api": ["src/api", "include"], "capi": ["src/capi"],
     "install": ["include", "rt", "README.md"], "tools": ["tools"],
+    "ros1": ["tools/ros1"],
+    "setup": ["tools/rowe"], "faults": ["tools/rowe", "src/net", "tests/impair", "tests/tools"],
     "bench": ["bench", "docs/benchmarks.md", "docs/benchmarks", "tools/benchmark"],
     "docs": ["docs/examples", "tests/tools/examples_test.py"],
     "counts": ["bench/instructions.cpp", "docs/real-time.md"],

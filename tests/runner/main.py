@@ -15,6 +15,10 @@ import terminal
 
 slowest_shown = 10
 with_tests = ["-DROWE_TESTS=ON", "-DROWE_TOOLS=ON"]
+# What tools/test --all runs longer than tools/test does, or alone.
+long_runs = ["^rt_contract/", "^sim/(sim|messaging_sim|swarm_|growth)", "^failures/",
+             "^conformance/tls_(client|json|limits)$", "^counts/cycles", "^faults/testssl$",
+             "^install/fetched$", "^load/.*minute"]
 # Most tests that take long wait for something.
 tests_per_core = 2
 
@@ -128,7 +132,7 @@ def whole(told, asked):
     record.failed(areas.known())
     remember(record, run(told, "release", asked), areas.known(), began)
     if not asked.all:
-        told.left_out.append("presets asan, tsan and bench, and the long runs: tools/test --all")
+        told.left_out.append("presets asan and tsan, the long runs and the benches: tools/test --all")
         return
     # Nothing of these is compiled, or a sanitizer finds nothing that it does not find in others.
     same_everywhere = "^(tidy|runner)/|^model/promela|^sim/golden|needs_every_memory_order"
@@ -136,18 +140,13 @@ def whole(told, asked):
         build(told, preset, asked)
         terminal.heading(f"preset {preset}: testing")
         run(told, preset, asked, ["-E", same_everywhere])
-    jobs = {"ROWE_SIM_JOBS": str(asked.jobs)}
-    terminal.heading("the long runs: a million calls, 10 000 seeds, 10^8 messages, each call failing")
-    for expression, environment in (
-            ("^rt_contract/", {"ROWE_CONTRACT_CALLS": "1000000"}),
-            ("^sim/(sim|messaging_sim|swarm$)", {"ROWE_SIM_SEEDS": "10000", **jobs}),
-            ("^sim/growth", {"ROWE_GROWTH_MESSAGES": "100000000"}),
-            ("^failures/", {"ROWE_FAILURES": "all"})):
-        run(told, "release", asked, ["-R", expression], environment, "long")
-    terminal.heading("the mutants of the service: each must be found")
     build(told, "release", asked, ["sim_swarm_mutants"])
-    run(told, "release", asked, ["-C", "all", "-R", "^sim/swarm_mutants$"], jobs, "mutants")
-    build(told, "bench", asked)  # so that they go on to build; tools/benchmark runs them
+    terminal.heading("the long runs: 10^6 calls, 10 000 seeds, 10^8 messages, each failure, each mutant")
+    run(told, "release", asked, ["-C", "all", "-R", "|".join(long_runs)],
+        {"ROWE_CONTRACT_CALLS": "1000000", "ROWE_SIM_SEEDS": "10000", "ROWE_GROWTH_MESSAGES": "100000000",
+         "ROWE_FAILURES": "all", "ROWE_SIM_JOBS": str(asked.jobs)}, "long")
+    # So that they go on to build; tools/benchmark runs them. The library that they need is built already.
+    build(told, "release", asked, options=[*with_tests, "-DROWE_BENCH=ON"])
 
 
 def quick(told, asked):

@@ -43,7 +43,7 @@ struct exposed : rowe::service::core_parts {
 class no_handler final : public rowe::service::frame_handler {
  public:
   void handle(peer_index, const rowe::wire::frame_step&) noexcept override {}
-  void handle_again(peer_index, std::span<const std::byte>, bool) noexcept override {}
+  void handle_again(peer_index, std::span<std::byte>, bool) noexcept override {}
   bool stop_in_use() const noexcept override { return false; }
   bool is_stop(peer_index, std::span<const std::byte>, bool) noexcept override { return false; }
 };

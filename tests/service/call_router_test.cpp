@@ -18,27 +18,41 @@ struct call_router_test : call_parts::call_parts {
   explicit call_router_test(bool relay = false) : call_parts{::state_fixture::with(few(), relay)} {}
 
   rowe::service::stop_rules rules{options.stop, cycle.now, 1};
-  rowe::service::stop_service stop{
-      memory,
-      {.state = state,
-       .sender = sending,
-       .access_control = access,
-       .call_completion = completion,
-       .stop_rules = rules}};
+  rowe::service::stop_service stop{memory,
+                                   {.state = state,
+                                    .sender = sending,
+                                    .access_control = access,
+                                    .call_completion = completion,
+                                    .stop_rules = rules}};
   rowe::service::service_directory directory{memory, bounds};
   rowe::service::topic_rates rates{{.state = state, .statistics_topic = {}}};
   rowe::service::advertisement_table advertised{memory, bounds};
   rowe::detail::latch_words<> loop;
   rowe::service::statistics_report report{
       {.state = state, .stop_rules = rules, .outbox = out, .topic_rates = rates}};
+  rowe::service::parameters values{memory, {.state = state}};
+  rowe::service::parameter_services of_values{{.state = state,
+                                               .access_control = access,
+                                               .outbox = out,
+                                               .call_completion = completion,
+                                               .parameters = values}};
+  rowe::service::graph_services graph{{.state = state,
+                                       .advertisement_table = advertised,
+                                       .service_directory = directory,
+                                       .stop_rules = rules,
+                                       .statistics_report = report}};
+  rowe::service::type_services of_types{{.state = state,
+                                         .outbox = out,
+                                         .call_completion = completion}};
   rowe::service::endpoint_services own{{.state = state,
                                         .service_directory = directory,
                                         .stop_rules = rules,
-                                        .message_store = store,
                                         .outbox = out,
                                         .call_completion = completion,
                                         .statistics_report = report,
-                                        .advertisement_table = advertised}};
+                                        .graph_services = graph,
+                                        .parameter_services = of_values,
+                                        .type_services = of_types}};
   rowe::service::call_requests requests{{.state = state,
                                          .message_store = store,
                                          .outbox = out,

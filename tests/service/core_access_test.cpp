@@ -1,63 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Roles: who is let in, and what takes effect of what each peer asks for.
-#include "core_fixtures.hpp"
-
-#include <rowe/access.hpp>
-#include <rowe/stop_latch.hpp>
-
-#include <optional>
+// Roles: who is let in, and what becomes of what each peer asks for. core_rights_table_test.cpp has who may
+// do what.
+#include "access_fixture.hpp"
 
 namespace core_access_test {
 namespace {
 
-using namespace harness;
-
-constexpr std::string_view far = "10.0.0.7:50000";
-constexpr std::string_view here = "127.0.0.1:50000";
-
-std::string token_of(std::string_view name) { return std::string{name} + "-shows-this-token"; }
-
-rowe::endpoint_options with_roles() {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  options.stop.unguarded = true;
-  options.access.roles = {{.name = "arm",
-                           .subscribe = {"/arm/**"},
-                           .publish = {"/*", "/arm/*"},
-                           .advertise = {"/arm/*"},
-                           .call = {"/*", "/arm/*"},
-                           .provide = {"/arm/*"}},
-                          {.name = "guard", .guard = true}};
-  for (const char* const role : {"observer", "driver", "supervisor", "peer", "arm", "guard"})
-    options.access.identities.push_back({role, role, rowe::hash_token(token_of(role))});
-  return options;
-}
-
-struct access : core_test {
-  explicit access(const rowe::endpoint_options& options = with_roles()) : core_test{options} {}
-
-  peer& comes(std::string_view who, std::string_view address = far, std::string_view path = "/") {
-    const std::string token = who.empty() ? "" : token_of(who);
-    peer& one = peers.emplace_back(on, rowe::service::side::server, address, path, "", token);
-    on.cycle();
-    return one;
-  }
-  bool is_in(peer& one) { return on.core.peers() == peers.size() && !on.net.closed_by_us(one.id()); }
-  // What a peer is told when it says this.
-  std::string answer_to(peer& of, std::string_view text) {
-    of.say(text);
-    on.cycles(2);
-    std::string all;
-    for (const std::string& one : of.hear()) all += one;
-    return all;
-  }
-  std::string events() {
-    std::string all;
-    while (const auto one = on.shared.try_event()) all += std::string{one->what} + "\n";
-    return all;
-  }
-  std::deque<peer> peers;
-};
+using namespace access_fixture;
 
 TEST_F(access, lets_nobody_in_without_a_token_that_is_known) {
   EXPECT_FALSE(is_in(comes("")));
@@ -94,64 +43,6 @@ TEST_F(local_access, lets_anybody_come_to_stop_and_to_do_nothing_else) {
   EXPECT_NE(answer_to(p, R"({"op":"subscribe","topic":"/odom"})").find("may only stop"), std::string::npos);
 }
 
-// Each verb, for a name that is the role's own and for one that is not, in each codec.
-TEST_F(access, decides_by_verb_role_and_name) {
-  struct row {
-    const char* says;
-    const char* needs;
-    bool observer, driver, supervisor, peer, arm_foreign, arm_own;
-  };
-  const row rows[] = {
-      {R"({"op":"subscribe","topic":"NAME"})", "subscribe", true, true, true, true, false, true},
-      {R"({"op":"publish","topic":"NAME","msg":{}})", "publish", false, true, true, true, false, true},
-      {R"({"op":"advertise","topic":"NAME","type":"a/B"})", "advertise", false, true, true, true, false,
-       true},
-      {R"({"op":"call_service","id":"1","service":"NAME"})", "call", false, true, true, true, false, true},
-      {R"({"op":"advertise_service","service":"NAME","type":"a/B"})", "provide", false, false, false, true,
-       false, true},
-      {R"({"service":"NAME","message_id":1})", "call", false, true, true, true, false, true},
-      {R"({"message_id":1})", "call", false, true, true, true, false, false},
-      {R"({"some":"plain message"})", "publish", false, true, true, true, false, false},
-  };
-  for (const row& each : rows) {
-    const auto tries = [&](std::string_view role, std::string_view name, bool allowed) {
-      std::string says = each.says;
-      if (const auto at = says.find("NAME"); at != std::string::npos) says.replace(at, 4, name);
-      core_harness fresh{with_roles()};
-      peer p{fresh, rowe::service::side::server, far, "/", "", token_of(role)};
-      fresh.cycle();
-      p.say(says);
-      fresh.cycles(2);
-      std::string told;
-      for (const std::string& one : p.hear()) told += one;
-      const std::string refused = "role " + std::string{role} + ", has no right to " + each.needs;
-      EXPECT_EQ(fresh.count(counter::denied), allowed ? 0U : 1U) << role << ": " << says;
-      EXPECT_EQ(told.find(refused) != std::string::npos, !allowed) << role << ": " << says << "\n" << told;
-    };
-    tries("observer", "/any/thing", each.observer);
-    tries("driver", "/any/thing", each.driver);
-    tries("supervisor", "/any/thing", each.supervisor);
-    tries("peer", "/any/thing", each.peer);
-    tries("arm", "/any/thing", each.arm_foreign);
-    tries("arm", "/arm/own", each.arm_own);
-    tries("arm", "arm/own", each.arm_own);
-  }
-}
-
-TEST_F(access, lets_nothing_that_is_denied_take_effect) {
-  peer& watcher = comes("supervisor");
-  peer& observer = comes("observer");
-  watcher.say(R"({"op":"subscribe","topic":"/cmd_vel"})");
-  on.cycle();
-  EXPECT_NE(answer_to(observer, R"({"op":"publish","topic":"/cmd_vel","msg":{"x":1}})").find("has no right"),
-            std::string::npos);
-  EXPECT_TRUE(watcher.hear().empty());
-  EXPECT_NE(answer_to(observer, R"({"op":"advertise_service","service":"/mine"})").find("has no right"),
-            std::string::npos);
-  const std::string call = R"({"op":"call_service","id":"1","service":"/mine"})";
-  EXPECT_NE(answer_to(watcher, call).find(R"("result":false)"), std::string::npos);
-}
-
 TEST_F(access, tells_who_was_denied_what) {
   peer& observer = comes("observer");
   (void)events();
@@ -160,6 +51,20 @@ TEST_F(access, tells_who_was_denied_what) {
   EXPECT_NE(told.find(why), std::string::npos);
   EXPECT_NE(told.find(R"("id":"7")"), std::string::npos);
   EXPECT_EQ(events(), why + "\n");
+}
+
+TEST_F(access, says_nothing_more_to_who_takes_back_what_was_denied) {
+  peer& observer = comes("observer");
+  EXPECT_NE(answer_to(observer, R"({"op":"advertise","topic":"/cmd_vel"})").find("no right to advertise"),
+            std::string::npos);
+  const auto before = on.count(counter::refused_requests);
+  (void)events();
+  EXPECT_EQ(answer_to(observer, R"({"op":"unadvertise","topic":"/cmd_vel"})"), "");
+  EXPECT_EQ(events(), "");
+  EXPECT_EQ(on.count(counter::refused_requests), before + 1);
+  peer& driver = comes("driver");
+  EXPECT_NE(answer_to(driver, R"({"op":"unadvertise","topic":"/cmd_vel"})").find("does not advertise"),
+            std::string::npos);
 }
 
 TEST_F(access, leaves_room_for_other_events_however_much_is_denied) {
@@ -178,50 +83,27 @@ TEST_F(access, leaves_room_for_other_events_however_much_is_denied) {
   EXPECT_EQ(on.count(counter::events_lost), lost);
 }
 
-// A loop that can be stopped, and a supervisor who lets it go.
 struct stop_access : local_access {
-  stop_access() {
-    rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({.name = "base"}));
-    on.cycle();
-    latch.emplace(core_harness::handle_of(pair));
-  }
-  bool moves() {
-    const bool engaged = latch->engaged(on.now);
-    if (engaged) latch->acknowledge(on.now);
-    on.cycle();
-    return !engaged;
-  }
   std::string reset(peer& by) {
-    (void)moves();
-    const std::string state = answer_to(by, R"({"op":"call_service","service":"/rowe/stop/state"})");
-    const auto member = [&](std::string_view name) {
-      const auto values = rowe::json::find(rowe::json::root(state).raw, "values");
-      return std::string{rowe::json::find(values->raw, name)->raw};
-    };
-    return answer_to(by, R"({"op":"call_service","service":"/rowe/stop/reset","args":{"number":)" +
-                             member("number") + R"(,"tick":)" + member("tick") + "}}");
+    (void)loop.moves();
+    return call_stop(on, by, "reset", "");
   }
   std::string lease(peer& by, std::string_view more) {
-    const std::string state = answer_to(by, R"({"op":"call_service","service":"/rowe/stop/state"})");
-    const auto values = rowe::json::find(rowe::json::root(state).raw, "values");
-    const std::string tick{rowe::json::find(values->raw, "tick")->raw};
-    return answer_to(by, R"({"op":"call_service","service":"/rowe/stop/lease","args":{"guard":"panel",)"
-                         R"("tick":)" +
-                             tick + std::string{more} + "}}");
+    return call_stop(on, by, "lease", R"("guard":"panel",)" + std::string{more});
   }
-  std::optional<rowe::stop_latch> latch;
+  stoppable_loop loop{on};
 };
 
 TEST_F(stop_access, lets_supervisors_reset_and_everyone_stop) {
   for (const char* const role : {"observer", "driver", "peer", "arm"}) {
     peer& one = comes(role);
     EXPECT_NE(reset(one).find("\"role\""), std::string::npos) << role;
-    EXPECT_FALSE(moves()) << role;
+    EXPECT_FALSE(loop.moves()) << role;
     peer& boss = comes("supervisor");
     (void)reset(boss);
-    EXPECT_TRUE(moves()) << role;
+    EXPECT_TRUE(loop.moves()) << role;
     (void)answer_to(one, R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
-    EXPECT_FALSE(moves()) << role;
+    EXPECT_FALSE(loop.moves()) << role;
     one.leave();
     boss.leave();
     on.cycle();
@@ -229,24 +111,17 @@ TEST_F(stop_access, lets_supervisors_reset_and_everyone_stop) {
   peer& stranger = comes("", far, rowe::service::stop_path);
   peer& boss = comes("", here);
   (void)reset(boss);
-  ASSERT_TRUE(moves());
+  ASSERT_TRUE(loop.moves());
   (void)answer_to(stranger, R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
-  EXPECT_FALSE(moves());
-}
-
-TEST_F(stop_access, lets_supervisors_only_guard) {
-  peer& boss = comes("supervisor");
-  EXPECT_EQ(lease(boss, "").find("\"role\""), std::string::npos);
-  peer& driver = comes("driver");
-  EXPECT_NE(lease(driver, "").find("\"role\""), std::string::npos);
+  EXPECT_FALSE(loop.moves());
 }
 
 TEST_F(stop_access, lets_nobody_take_the_guard_of_others_who_may_not_reset) {
   peer& boss = comes("supervisor");
   (void)lease(boss, "");
   peer& guard = comes("guard");
-  EXPECT_NE(lease(guard, R"(,"resign":true)").find("\"role\""), std::string::npos);
-  EXPECT_EQ(lease(boss, R"(,"resign":true)").find("\"role\""), std::string::npos);
+  EXPECT_NE(lease(guard, R"("resign":true,)").find("\"role\""), std::string::npos);
+  EXPECT_EQ(lease(boss, R"("resign":true,)").find("\"role\""), std::string::npos);
 }
 
 TEST_F(stop_access, lets_somebody_whose_token_is_not_known_any_more_stop) {

@@ -19,6 +19,17 @@ TEST_F(core_test, answers_a_ping_and_a_close) {
   EXPECT_TRUE(p.cut());
 }
 
+TEST_F(core_test, passes_on_a_warning_of_the_transport_and_blames_nobody) {
+  static_cast<rowe::service::transport_sink&>(on.core).on_warning("the certificate ends in 5 days",
+                                                                  "renew it");
+  const auto told = on.shared.try_event();
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->what_kind, rowe::event::kind::warning);
+  EXPECT_EQ(std::string_view{told->what}, "the certificate ends in 5 days");
+  EXPECT_EQ(std::string_view{told->remedy}, "renew it");
+  EXPECT_EQ(on.count(counter::refused_handshakes), 0U);
+}
+
 TEST_F(core_test, answers_the_latest_ping_however_many_came_before) {
   peer p{on};
   for (int i = 0; i < 10; ++i) p.send(rowe::wire::opcode::ping, std::string(125, static_cast<char>('a' + i)));

@@ -90,7 +90,7 @@ TEST_F(plain_messages, lets_a_message_wait_for_a_peer) {
   late.say("{}");
   on.cycles(2);
   EXPECT_EQ(outcome(slot), "sent");
-  EXPECT_EQ(late.hear(), texts{R"({"a":1})"});
+  EXPECT_EQ(late.hear(), texts{R"({"ttl_ms":3999,"a":1})"});
 }
 
 TEST_F(plain_messages, drops_a_message_that_found_no_peer_in_its_time) {
@@ -141,7 +141,7 @@ TEST_F(plain_messages, checks_the_time_when_it_writes) {
   on.net.link_of(there.id()).capacity_bytes = 4096;
   there.hear(); // reads, so that there is room
   on.cycles(3);
-  EXPECT_EQ(there.hear(), texts{R"({"a":2})"});
+  EXPECT_EQ(there.hear(), texts{R"({"ttl_ms":399,"a":2})"});
   EXPECT_EQ(outcome(expired), "expired");
   EXPECT_EQ(outcome(alive), "sent");
 }
@@ -169,7 +169,7 @@ TEST_F(plain_messages, sends_to_the_next_peer_what_the_last_one_was_not_given) {
   second.say("{}");
   on.cycles(2);
   EXPECT_EQ(outcome(slot), "sent");
-  EXPECT_EQ(second.hear(), texts{R"({"a":1})"});
+  EXPECT_EQ(second.hear(), texts{R"({"ttl_ms":4996,"a":1})"});
 }
 
 TEST_F(plain_messages, gives_more_waiting_messages_than_a_queue_holds_in_their_order) {
@@ -635,6 +635,35 @@ TEST_F(plain_messages, leaves_large_slots_to_others_than_a_peer_that_does_not_re
     on.cycle();
   }
   EXPECT_EQ(fine.hear(), texts(5, large));
+}
+
+TEST_F(plain_messages, leaves_large_slots_to_others_however_many_calls_wait_for_a_peer) {
+  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
+                                                    .out_depth = 16,
+                                                    .in_depth = 1,
+                                                    .completions_depth = 8,
+                                                    .out_bytes = 2048,
+                                                    .in_bytes = 192,
+                                                    .completions_bytes = 192}))};
+  on.cycle();
+  const std::string large = R"({"service":"/a","x":")" + std::string(1500, 'x') + R"("})";
+  for (std::uint32_t i = 0; i < 2 * on.options.limits.large_slots; ++i) {
+    EXPECT_TRUE(talk.start(large, -1ns, on.now));
+    on.cycle();
+  }
+  const auto end = talk.try_finish();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->reply.code(), errc::full);
+  EXPECT_NE(on.count(counter::no_slot), 0U);
+  peer asks{on};
+  asks.say(R"({"op":"call_service","service":"/rowe/stats","id":"s"})"); // its answer takes a large slot
+  on.cycles(2);
+  texts heard = asks.hear();
+  std::erase_if(heard,
+                [](const std::string& text) { return !text.starts_with(R"({"op":"service_response")"); });
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_NE(heard[0].find(R"("result":true)"), std::string::npos) << heard[0];
+  EXPECT_EQ(on.core.inconsistency(), "");
 }
 
 TEST_F(plain_messages, keeps_the_order_towards_a_peer_when_slots_are_short) {

@@ -52,6 +52,7 @@ inline rowe::endpoint_options small_options() {
   rowe::endpoint_options options;
   options.limits.connections_max = 8;
   options.limits.message_bytes_max = 8 * 1024;
+  options.limits.long_message_bytes_max = 0;
   options.limits.topics_max = 32;
   options.limits.subscriptions_max = 64;
   options.limits.subscriptions_per_connection_max = 8;
@@ -80,7 +81,9 @@ class core_harness_over {
                              const rowe::wire::protocol_set* protocols = nullptr)
       : options{chosen},
         access{chosen.access},
+        rights{access},
         memory{rowe::service::plan_memory(chosen.limits).arena(), rowe::rt::page_lock::none},
+        chunk_pool{new std::byte[rowe::service::plan_memory(chosen.limits).chunks]},
         random{seed},
         validator{
             rowe::json::reader::create(chosen.limits.message_bytes_max, chosen.limits.depth_max).value()},
@@ -95,9 +98,9 @@ class core_harness_over {
             memory, rowe::service::core_options::from(options, ours, "robot"),
             rowe::service::shared_parts{pairs, shared, submissions, inbox},
             rowe::service::core_seams{
-                net, random, validator,
-                [](const rowe::service::http_request&) noexcept { return rowe::service::http_answer{}; },
-                protocols != nullptr ? *protocols : rowe::wire::protocols_of(options.profile), &access},
+                net, random, validator, nullptr,
+                protocols != nullptr ? *protocols : rowe::wire::protocols_of(options.profile), rights,
+                nullptr, {chunk_pool.get(), rowe::service::plan_memory(chosen.limits).chunks}},
             now)} {}
 
   // Moves the time and does one cycle.
@@ -108,6 +111,16 @@ class core_harness_over {
   }
   void cycles(int count, rowe::rt::duration each = 1ms) {
     while (count-- > 0) cycle(each);
+  }
+
+  // As endpoint::set_access(), with a cycle that takes the new rights.
+  void offer_access(const rowe::access_options& to) {
+    rights.offer(policies.emplace_back(to, policies.empty() ? access : policies.back()));
+  }
+  void set_access(const rowe::access_options& to) {
+    offer_access(to);
+    cycle();
+    if (!rights.is_taken()) throw std::runtime_error{"the new rights were not taken"};
   }
 
   std::uint64_t count(rowe::service::counter which) const {
@@ -132,6 +145,7 @@ class core_harness_over {
       one.peers_taking = shared.takers();
       codecs.push_back(std::make_unique<pair_codecs>(std::move(pair_codecs::compile(asked)).value()));
       one.encoder = codecs.back()->encoder ? &*codecs.back()->encoder : nullptr;
+      one.other_encoders = codecs.back()->others();
       one.granted = &shared.permit;
       one.decoder = codecs.back()->decoder ? &*codecs.back()->decoder : nullptr;
       one.waker = options.idle_policy == rowe::idle::wake ? &waker : nullptr;
@@ -168,8 +182,11 @@ class core_harness_over {
   static rowe::detail::pair_handle handle_of(rowe::detail::queue_pair& on) { return {nullptr, on}; }
 
   rowe::endpoint_options options;
-  rowe::access::policy access;
+  rowe::access::policy access;             // the first
+  std::deque<rowe::access::policy> policies; // those after it
+  rowe::service::policy_handover<> rights;
   rowe::rt::arena memory;
+  std::unique_ptr<std::byte[]> chunk_pool; // not touched here
   seeded_entropy random;
   rowe::json::reader validator;
   Transport net;

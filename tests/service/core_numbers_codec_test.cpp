@@ -129,7 +129,8 @@ TEST_F(core_numbers_codec, tells_of_topics_that_come_and_go_by_numbers_that_are_
   const numbered then = list_of(heard, 'T');
   ASSERT_TRUE(then.contains("/b"));
   EXPECT_NE(then.at("/b"), came.at("/a"));
-  EXPECT_EQ(say(p, subscribe_to(1, came.at("/a"))), texts{"enothing here has this number"});
+  EXPECT_EQ(say(p, subscribe_to(1, came.at("/a"))),
+            texts{"enothing here has the number " + std::to_string(came.at("/a"))});
 }
 
 TEST_F(core_numbers_codec, gives_a_topic_another_number_with_its_type) {
@@ -277,8 +278,8 @@ TEST_F(core_numbers_codec, takes_several_requests_of_one_message) {
   client p{on};
   const std::string three = R"({"want":[[1,)" + std::to_string(p.topics.at("/pose")) + "],[2,9999],[3," +
                             std::to_string(p.topics.at("/other")) + "]]}";
-  EXPECT_EQ(say(p, three), texts{"enothing here has this number"});
-  EXPECT_EQ(say(p, R"({"drop":[3,9]})"), texts{"enothing here has this number"});
+  EXPECT_EQ(say(p, three), texts{"enothing here has the number 9999"});
+  EXPECT_EQ(say(p, R"({"drop":[3,9]})"), texts{"enothing here has the number 9"});
   ASSERT_TRUE(publish(on, pose_pair, {1, 0}));
   on.cycle();
   EXPECT_EQ(p.hear().size(), 1U);
@@ -305,11 +306,11 @@ std::string drop(std::size_t count) {
 
 TEST_F(numbers_beyond_their_rate, are_counted_each_where_a_message_lists_several) {
   client p{on};
-  EXPECT_EQ(say(p, drop(30)), texts(10, "enothing here has this number"));
+  EXPECT_EQ(say(p, drop(30)), texts(10, "enothing here has the number 1"));
   EXPECT_EQ(on.count(counter::over_rate), 20U);
   EXPECT_EQ(on.count(counter::messages_in), 1U);
   on.cycles(100); // one more
-  EXPECT_EQ(say(p, drop(1)), texts{"enothing here has this number"});
+  EXPECT_EQ(say(p, drop(1)), texts{"enothing here has the number 1"});
   // Who goes on like this is closed as if each had come in a message of its own.
   for (int i = 0; i < 60 && p.close_code == 0; ++i) {
     say(p, drop(30));
@@ -320,15 +321,47 @@ TEST_F(numbers_beyond_their_rate, are_counted_each_where_a_message_lists_several
   EXPECT_EQ(on.count(counter::flooding_peers), 1U);
 }
 
+constexpr std::string_view too_many =
+    "ethe message lists too many requests, or is too long for so many: use several messages";
+
 TEST_F(core_numbers_codec, carries_out_no_longer_list_than_a_peer_may_hold_things) {
   client p{on};
-  texts refusals(8, "enothing here has this number"); // subscriptions_per_connection_max
+  texts refusals(8, "enothing here has the number 1"); // subscriptions_per_connection_max
   EXPECT_EQ(say(p, drop(8)), refusals);
-  refusals.push_back(
-      "ethe message lists more requests than subscriptions or advertisements of one peer are allowed");
+  refusals.emplace_back(too_many);
   EXPECT_EQ(say(p, drop(9)), refusals);
-  EXPECT_EQ(say(p, drop(3000)), texts(3, refusals.front())) << "the rest of 20 refusals a second";
+  EXPECT_EQ(say(p, drop(1000)), texts(3, refusals.front())) << "the rest of 20 refusals a second";
   EXPECT_EQ(on.count(counter::refused_requests) + on.count(counter::refusals_unsaid), 8U + 9U + 9U);
+}
+
+TEST_F(core_numbers_codec, reads_no_long_message_again_and_again) {
+  client p{on};
+  const std::size_t longest = small_options().limits.message_bytes_max;
+  const auto long_one = [&](std::size_t count) {
+    const std::string text = drop(count);
+    return text + std::string(longest - text.size(), ' ');
+  };
+  texts refusals(5, "enothing here has the number 1"); // four times it is read again
+  const auto said = [&](const std::string& text) {
+    p.send(opcode::text, text);
+    on.cycles(5); // it is read in pieces
+    return p.hear();
+  };
+  EXPECT_EQ(said(long_one(5)), refusals);
+  refusals.emplace_back(too_many);
+  EXPECT_EQ(said(long_one(6)), refusals);
+}
+
+TEST_F(core_numbers_codec, answers_each_call_of_a_number_that_is_gone_however_many_are_refused) {
+  client p{on};
+  (void)say(p, drop(8));
+  (void)say(p, drop(8));
+  (void)say(p, drop(8)); // more than 20 refusals in a second
+  ASSERT_GT(on.count(counter::refusals_unsaid), 0U);
+  for (const char last : {'a', 'b', 'c'}) {
+    const std::string its = "idx" + std::string(1, last);
+    EXPECT_EQ(send(p, "c" + four(4000) + its + "{}"), texts{"f" + its + "nothing here has the number 4000"});
+  }
 }
 
 TEST_F(core_numbers_codec, keeps_one_number_for_a_subscription_and_for_a_channel_of_a_peer) {
@@ -342,7 +375,7 @@ TEST_F(core_numbers_codec, keeps_one_number_for_a_subscription_and_for_a_channel
   EXPECT_EQ(say(p, subscribe_to(2, pose_channel)),
             texts{"esubscribe: this peer subscribes to the topic already, by another number"});
   EXPECT_EQ(say(p, subscribe_to(1, p.topics.at("/other"))),
-            texts{"esubscribe: this peer gave the number to another topic"});
+            texts{"esubscribe: this peer gave to another topic the number 1"});
   client second{on};
   EXPECT_EQ(say(second, subscribe_to(1, second.topics.at("/other"))), texts{}) << "another peer's own";
 
@@ -365,9 +398,9 @@ TEST_F(core_numbers_codec, relays_what_is_published_under_the_peers_own_number) 
   EXPECT_EQ(gone_of(say(p, R"({"offer":[[5,"/cmd"]]})"), 't').size(), 0U);
   send(p, "p" + four(5) + R"({"v":1})");
   EXPECT_EQ(other.hear(), texts{R"({"op":"publish","topic":"/cmd","msg":{"v":1}})"});
-  EXPECT_EQ(send(p, "p" + four(6) + R"({"v":1})"), texts{"enothing here has this number"});
+  EXPECT_EQ(send(p, "p" + four(6) + R"({"v":1})"), texts{"enothing here has the number 6"});
   EXPECT_EQ(say(p, R"({"keep":[5]})"), texts{});
-  EXPECT_EQ(send(p, "p" + four(5) + R"({"v":1})"), texts{"enothing here has this number"});
+  EXPECT_EQ(send(p, "p" + four(5) + R"({"v":1})"), texts{"enothing here has the number 5"});
 }
 
 // ---- calls
@@ -405,7 +438,7 @@ TEST_F(core_numbers_codec, answers_every_call_that_fails_under_its_id) {
   offer_echo();
   client p{on};
   const std::string of_echo = "c" + four(p.services.at("/echo")) + id;
-  EXPECT_EQ(send(p, "c" + four(4000) + id + "{}"), texts{"f" + id + "nothing here has this number"});
+  EXPECT_EQ(send(p, "c" + four(4000) + id + "{}"), texts{"f" + id + "nothing here has the number 4000"});
   EXPECT_EQ(send(p, of_echo + "[1]"), texts{"f" + id + "the body must be a JSON object"});
   const texts torn = send(p, of_echo + "{");
   ASSERT_EQ(torn.size(), 1U);

@@ -270,6 +270,36 @@ TEST(core_shares, sends_messages_to_everyone_beside_one_that_queues_all_it_may) 
   EXPECT_EQ(heard, 100U);
 }
 
+// Each message to everyone keeps its slot until the slowest has it. Those that do not read may keep half,
+// also if each keeps others.
+TEST(core_shares, sends_messages_beside_those_that_take_messages_and_do_not_read) {
+  core_harness on;
+  peer fine{on};
+  fine.say("{}");
+  std::deque<peer> slow;
+  std::size_t heard = 0, said = 0;
+  while (slow.size() != 7) {
+    slow.emplace_back(on).say("{}");
+    on.cycle();
+    on.net.link_of(slow.back().id()).capacity_bytes = 0;
+    for (int i = 0; i < 20; ++i, ++said) {
+      ASSERT_TRUE(
+          on.submissions.submit({.what = rowe::detail::entry::message, .stamped = on.now}, R"({"a":1})"));
+      on.cycle();
+      ASSERT_TRUE(on.core.check());
+      heard += fine.hear().size();
+    }
+    EXPECT_EQ(heard, said) << slow.size();
+  }
+  EXPECT_GT(on.count(counter::outbox_full), 0U) << "what the others lose is counted";
+  ASSERT_TRUE(on.submissions.submit({.what = rowe::detail::entry::message,
+                                     .peer = {fine.id().index, fine.id().generation},
+                                     .stamped = on.now},
+                                    R"({"b":1})"));
+  on.cycle();
+  EXPECT_EQ(fine.hear(), texts{R"({"b":1})"});
+}
+
 TEST(core_shares, counts_a_latched_value_for_which_there_is_no_room_and_delivers_it_all_the_same) {
   auto options = small_options();
   options.limits.latched_bytes = 2048; // two blocks

@@ -322,8 +322,8 @@ TEST_F(direct_messages_test, tell_senders_of_room_when_nothing_is_parked_any_mor
 TEST_F(direct_messages_test, that_are_requests_end_silently_when_their_call_has_ended) {
   connection& peer = arrive();
   block(peer);
-  const slot_id slot =
-      out.compose(rowe::rt::never, [](rowe::json::writer& into) { into.append("{\"n\":7}"); });
+  const slot_id slot = out.compose(rowe::service::message_lifetime{},
+                                   [](rowe::json::writer& into) { into.append("{\"n\":7}"); });
   const auto ref = store.slots().ref(slot);
   EXPECT_TRUE(messages.send_request(slot, {peer.id.index}, {1, 1}, false));
   messages.cancel(ref);
@@ -337,8 +337,8 @@ TEST_F(direct_messages_test, that_are_requests_end_silently_when_their_call_has_
 
 TEST_F(direct_messages_test, that_are_pending_requests_go_to_the_first_peer_that_comes) {
   const auto index = completion.open({}, {}, "/add", rowe::rt::never);
-  const slot_id slot =
-      out.compose(rowe::rt::never, [](rowe::json::writer& into) { into.append("{\"n\":7}"); });
+  const slot_id slot = out.compose(rowe::service::message_lifetime{},
+                                   [](rowe::json::writer& into) { into.append("{\"n\":7}"); });
   EXPECT_TRUE(messages.send_request(slot, {}, calls.ref(index), false));
   EXPECT_EQ(messages.pending(), 1U);
   connection& first = arrive();

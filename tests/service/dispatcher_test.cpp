@@ -31,16 +31,16 @@ struct dispatcher_test : all_parts::all_parts {
   rowe::detail::latch_words<> words;
 
   void add_loop() { (void)parts.stop_rules_.add_loop("loop", 1s, words, cycle.now); }
-  static std::span<const std::byte> bytes(const rowe::tests::padded& text) {
-    return std::as_bytes(std::span{text.text().data(), text.text().size()});
+  static std::span<std::byte> bytes(rowe::tests::padded& text) {
+    return std::as_writable_bytes(text.bytes());
   }
   void say(const connection& by, std::string_view text, bool again = false) {
-    const rowe::tests::padded said{text};
+    rowe::tests::padded said{text};
     again ? parts.dispatcher_.dispatch_again({by.id.index}, bytes(said), false)
           : parts.dispatcher_.dispatch({by.id.index}, bytes(said), false);
   }
   bool is_stop(const connection& by, std::string_view text) {
-    const rowe::tests::padded said{text};
+    rowe::tests::padded said{text};
     return parts.dispatcher_.is_stop({by.id.index}, bytes(said), false);
   }
   std::uint64_t stops() const { return counts.read(counter::stops); }

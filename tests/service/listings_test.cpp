@@ -251,12 +251,12 @@ struct names_of_numbers : listings_test {
   std::string_view service(std::uint32_t number) {
     rowe::wire::request asked;
     asked.service_number = number;
-    return listed.put_names(peer, asked).empty() ? asked.service : std::string_view{};
+    return listed.put_names(peer, asked).why.empty() ? asked.service : std::string_view{};
   }
   std::string_view topic(std::uint32_t number) {
     rowe::wire::request asked;
     asked.channel = number;
-    return listed.put_names(peer, asked).empty() ? asked.topic : std::string_view{};
+    return listed.put_names(peer, asked).why.empty() ? asked.topic : std::string_view{};
   }
 };
 
@@ -296,12 +296,12 @@ TEST_F(names_of_numbers, that_a_peer_gave_are_its_own) {
   subscriptions.at(subscriptions.add(map, {1})).tag = 7;
   rowe::wire::request asked;
   asked.tag = 7;
-  EXPECT_EQ(listed.put_names(peer, asked), "");
+  EXPECT_EQ(listed.put_names(peer, asked).why, "");
   EXPECT_EQ(asked.topic, "/odom");
-  EXPECT_EQ(listed.put_names(other, asked), "");
+  EXPECT_EQ(listed.put_names(other, asked).why, "");
   EXPECT_EQ(asked.topic, "/map");
   asked.tag = 8;
-  EXPECT_NE(listed.put_names(peer, asked), "");
+  EXPECT_NE(listed.put_names(peer, asked).why, "");
 }
 
 TEST_F(names_of_numbers, are_given_to_one_topic_each) {
@@ -312,14 +312,14 @@ TEST_F(names_of_numbers, are_given_to_one_topic_each) {
   asked.what = rowe::wire::verb::subscribe;
   asked.tag = 7;
   asked.channel = channel("/odom");
-  EXPECT_EQ(listed.put_names(peer, asked), "") << "once more";
+  EXPECT_EQ(listed.put_names(peer, asked).why, "") << "once more";
   asked.channel = channel("/map");
-  EXPECT_NE(listed.put_names(peer, asked), "");
+  EXPECT_NE(listed.put_names(peer, asked).why, "");
   asked.what = rowe::wire::verb::unsubscribe;
-  EXPECT_EQ(listed.put_names(peer, asked), "") << "what is not given needs to be nobody's";
+  EXPECT_EQ(listed.put_names(peer, asked).why, "") << "what is not given needs to be nobody's";
   asked.what = rowe::wire::verb::subscribe;
   asked.tag = 8;
-  EXPECT_EQ(listed.put_names(peer, asked), "");
+  EXPECT_EQ(listed.put_names(peer, asked).why, "");
 }
 
 } // namespace

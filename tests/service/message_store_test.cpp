@@ -39,8 +39,8 @@ struct message_store_test : state_fixture::state_fixture {
 
   slot_id compose(std::string_view text, rowe::rt::time_point expires = rowe::rt::never) {
     return store.compose(
-        expires, [&](rowe::json::writer& into) { into.append(text); }, slot_use::ordinary,
-        [&](slot_class) { ++asked_for_room; });
+        rowe::service::message_lifetime{expires}, [&](rowe::json::writer& into) { into.append(text); },
+        slot_use::ordinary, [&](slot_class) { ++asked_for_room; });
   }
   std::vector<outcome> outcomes() {
     std::vector<outcome> all;
@@ -75,7 +75,7 @@ TEST_F(message_store_test, keeps_a_slot_for_the_stop) {
   for (int i = 0; i < 5; ++i) (void)compose("x");
   const auto write = [](rowe::json::writer& into) { into.append("stop"); };
   const auto none = [](slot_class) { FAIL() << "nobody makes room for the stop"; };
-  EXPECT_TRUE(store.compose(rowe::rt::never, write, slot_use::stop, none));
+  EXPECT_TRUE(store.compose(rowe::service::message_lifetime{}, write, slot_use::stop, none));
 }
 
 TEST_F(message_store_test, counts_what_no_slot_is_large_enough_for) {

@@ -46,7 +46,9 @@ struct outbox_test : state_fixture::state_fixture {
   const std::size_t used_before = memory.bytes_used();
   rowe::service::message_store store{memory, state};
   rowe::service::outbox out{memory, state, store};
-  rowe::service::subscription_queues queues{{.state = state, .message_store = store, .outbox = out}};
+  rowe::service::long_outbox long_out{{.state = state, .message_store = store, .outbox = out}};
+  rowe::service::subscription_queues queues{
+      {.state = state, .message_store = store, .outbox = out, .long_outbox = long_out}};
 
   peer_index join(std::uint32_t index) {
     connection& c = peers[{index}];
@@ -236,6 +238,21 @@ TEST_F(outbox_test, takes_the_oldest_from_whoever_holds_most_where_all_slots_are
   EXPECT_EQ(counts.read(counter::evicted), 1U);
 }
 
+TEST_F(outbox_test, takes_nothing_from_who_comes_to_the_place_of_one_that_held_most) {
+  auto place = join(0);
+  const auto hoarder = join(1), other = join(2);
+  for (int i = 0; i < 8; ++i) ASSERT_TRUE(reply(place, "of one that leaves"));
+  ASSERT_TRUE(reply(hoarder, "a"));
+  EXPECT_EQ(out.of(place).replies.count, 7U);
+  out.forget(place);
+  place = join(0);
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(reply(place, "kept"));
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(reply(hoarder, "b"));
+  ASSERT_TRUE(reply(other, "c"));
+  EXPECT_EQ(out.of(place).replies.count, 3U);
+  EXPECT_EQ(out.of(hoarder).replies.count, 4U);
+}
+
 TEST_F(outbox_test, says_whose_reply_was_evicted_to_whoever_tracks_it) {
   const auto peer = join(0);
   for (int i = 0; i < 8; ++i) ASSERT_TRUE(reply(peer, "reply"));
@@ -293,7 +310,8 @@ TEST_F(outbox_test, gives_everything_back_when_a_subscription_ends) {
 TEST_F(outbox_test, gives_everything_back_when_a_peer_goes) {
   const auto peer = join(0);
   ASSERT_TRUE(reply(peer, "x"));
-  const auto slot = out.compose(rowe::rt::never, [](rowe::json::writer& into) { into.append("y"); });
+  const auto slot =
+      out.compose(rowe::service::message_lifetime{}, [](rowe::json::writer& into) { into.append("y"); });
   ASSERT_TRUE(out.push_direct(peer, priority::normal, slot));
   store.release(slot);
   out.forget(peer);

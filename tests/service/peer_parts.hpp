@@ -25,9 +25,7 @@ using rowe::service::peer_index;
 // A transport reports to it that nobody has to know of.
 class no_sink final : public rowe::service::transport_sink {
  public:
-  rowe::service::admit_answer admit(const rowe::service::credentials&) const noexcept override {
-    return {};
-  }
+  rowe::service::admit_answer admit(const rowe::service::credentials&) const noexcept override { return {}; }
   void on_open(connection_id, const rowe::service::peer_info&) noexcept override {}
   void on_bytes(connection_id, std::span<std::byte>) noexcept override {}
   void on_writable(connection_id) noexcept override {}
@@ -41,7 +39,9 @@ struct peer_parts : state_fixture::state_fixture {
 
   rowe::service::message_store store{memory, state};
   rowe::service::outbox out{memory, state, store};
-  rowe::service::subscription_queues queues{{.state = state, .message_store = store, .outbox = out}};
+  rowe::service::long_outbox long_out{{.state = state, .message_store = store, .outbox = out}};
+  rowe::service::subscription_queues queues{
+      {.state = state, .message_store = store, .outbox = out, .long_outbox = long_out}};
   rowe::service::sender sending{
       memory, {.state = state, .message_store = store, .outbox = out, .subscription_queues = queues}};
   rowe::service::refusals refused{memory, {.state = state, .outbox = out}};

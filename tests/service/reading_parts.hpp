@@ -44,7 +44,7 @@ class recorder final : public rowe::service::frame_handler {
   void handle(peer_index peer, const rowe::wire::frame_step& step) noexcept override {
     take(peer, text_of(step.payload), heard);
   }
-  void handle_again(peer_index peer, std::span<const std::byte> message, bool binary) noexcept override {
+  void handle_again(peer_index peer, std::span<std::byte> message, bool binary) noexcept override {
     binary_again = binary;
     take(peer, text_of(message), heard_again);
   }

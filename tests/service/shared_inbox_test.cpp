@@ -106,9 +106,9 @@ TEST(shared_inbox, without_slots_is_always_full) {
 
 TEST(shared_inbox, drops_and_counts_what_expired_in_the_inbox) {
   fixture h;
-  EXPECT_TRUE(h.inbox.deliver({.expires = start - 1ns}, "old"));
+  EXPECT_TRUE(h.inbox.deliver({.expires = start}, "old"));
   EXPECT_TRUE(h.inbox.deliver({.expires = start - 1s}, "older"));
-  EXPECT_TRUE(h.inbox.deliver({.expires = start}, "fresh"));
+  EXPECT_TRUE(h.inbox.deliver({.expires = start + 1ns}, "fresh"));
   const std::uint32_t slot = h.inbox.try_receive(start).value();
   EXPECT_EQ(h.inbox.text(slot), "fresh");
   EXPECT_EQ(h.inbox.expired(), 2U);
@@ -122,8 +122,8 @@ TEST(shared_inbox, makes_room_in_a_full_inbox_by_what_expired_in_front) {
   EXPECT_TRUE(h.inbox.deliver({.stamped = start, .expires = start + 1s}, "b"));
   EXPECT_TRUE(h.inbox.deliver({.stamped = start}, "c"));
   EXPECT_TRUE(h.inbox.deliver({.stamped = start}, "d"));
-  EXPECT_EQ(h.inbox.deliver({.stamped = start + 1s}, "e").code(), errc::full);
-  EXPECT_TRUE(h.inbox.deliver({.stamped = start + 2s}, "e"));
+  EXPECT_EQ(h.inbox.deliver({.stamped = start + 1s - 1ns}, "e").code(), errc::full);
+  EXPECT_TRUE(h.inbox.deliver({.stamped = start + 1s}, "e"));
   EXPECT_EQ(h.inbox.expired(), 2U);
   for (const char* text : {"c", "d", "e"}) {
     const std::uint32_t slot = h.inbox.try_receive(start + 2s).value();

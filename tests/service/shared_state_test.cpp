@@ -39,6 +39,21 @@ TEST_F(showing, shows_who_is_connected) {
   EXPECT_EQ(shared_.generations()[0].load(std::memory_order_acquire), 0U); // pairs with set_connection()
 }
 
+TEST_F(showing, shows_who_has_an_identity_until_it_is_gone) {
+  const std::string longest(64, 'n');
+  shared_.set_connection(2, 7, "127.0.0.1:50000", longest);
+  shared_.set_connection(0, 1, "127.0.0.1:50001");
+  EXPECT_EQ(shared_.connections().at(1).identity, longest);
+  EXPECT_EQ(shared_.connections().at(1).address, "127.0.0.1:50000");
+  EXPECT_EQ(shared_.connections().at(0).identity, "");
+  EXPECT_EQ(shared_.identity_of({2, 7}).view(), longest);
+  EXPECT_EQ(shared_.identity_of({2, 6}).view(), "");
+  EXPECT_EQ(shared_.identity_of({0, 1}).view(), "");
+  EXPECT_EQ(shared_.identity_of({99, 1}).view(), "");
+  shared_.set_connection(2, 0, {});
+  EXPECT_EQ(shared_.identity_of({2, 7}).view(), "");
+}
+
 TEST_F(showing, cuts_an_address_that_is_too_long) {
   shared_.set_connection(1, 1, std::string(200, 'x'));
   EXPECT_EQ(shared_.connections().at(0).address, std::string(63, 'x'));

@@ -9,6 +9,7 @@
 namespace slot_pool_test {
 namespace {
 
+using rowe::service::slot_class;
 using rowe::service::slot_pool;
 using rowe::service::slot_ref;
 
@@ -18,13 +19,15 @@ rowe::limits few() {
   bounds.small_slot_bytes = 256;
   bounds.large_slots = 1;
   bounds.message_bytes_max = 4096;
+  bounds.long_message_bytes_max = 0;
   return bounds;
 }
 
 struct slot_pool_test : testing::Test {
   rowe::limits bounds = few();
   rowe::rt::arena memory{slot_pool::footprint_bytes(bounds), rowe::rt::page_lock::none};
-  slot_pool slots{memory, bounds};
+  rowe::service::chunk_store texts{memory, {}, bounds};
+  slot_pool slots{memory, texts, bounds};
 };
 
 TEST_F(slot_pool_test, takes_no_more_memory_than_it_says) {
@@ -32,24 +35,20 @@ TEST_F(slot_pool_test, takes_no_more_memory_than_it_says) {
 }
 
 TEST_F(slot_pool_test, gives_small_slots_to_small_messages_and_large_ones_to_others) {
-  EXPECT_GE(slots.buffer(*slots.take(256)).size(), 256U);
-  EXPECT_GE(slots.buffer(*slots.take(257)).size(), 4096U);
-  EXPECT_FALSE(slots.take(257));
-  EXPECT_TRUE(slots.take(1));
+  EXPECT_GE(slots.buffer(slots.take(slots.class_for(256))).size(), 256U);
+  EXPECT_GE(slots.buffer(slots.take(slots.class_for(257))).size(), 4096U);
+  EXPECT_FALSE(slots.take(slot_class::large));
+  EXPECT_TRUE(slots.take(slot_class::small));
 }
 
 TEST_F(slot_pool_test, refuses_when_all_slots_of_a_size_are_taken) {
-  for (int i = 0; i < 3; ++i) ASSERT_TRUE(slots.take(10));
-  EXPECT_FALSE(slots.take(10));
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(slots.take(slot_class::small));
+  EXPECT_FALSE(slots.take(slot_class::small));
   EXPECT_EQ(slots.in_use(), 3U);
 }
 
-TEST_F(slot_pool_test, refuses_what_is_larger_than_every_slot) {
-  EXPECT_FALSE(slots.take(slots.large_bytes() + 1));
-}
-
 TEST_F(slot_pool_test, frees_a_slot_with_its_last_reference) {
-  const auto slot = *slots.take(10);
+  const auto slot = slots.take(slot_class::small);
   const slot_ref ref = slots.ref(slot);
   slots.retain(slot);
   EXPECT_FALSE(slots.release(slot));
@@ -59,7 +58,7 @@ TEST_F(slot_pool_test, frees_a_slot_with_its_last_reference) {
 }
 
 TEST_F(slot_pool_test, makes_references_stale_when_a_slot_expires_and_counts_deliveries_only) {
-  const auto slot = *slots.take(10);
+  const auto slot = slots.take(slot_class::small);
   slots.retain(slot);
   slots.retain(slot);
   slots.track(slot, true);
@@ -70,7 +69,7 @@ TEST_F(slot_pool_test, makes_references_stale_when_a_slot_expires_and_counts_del
 }
 
 TEST_F(slot_pool_test, does_not_expire_a_slot_a_socket_is_in_the_middle_of) {
-  const auto slot = *slots.take(10);
+  const auto slot = slots.take(slot_class::small);
   slots.begin(slot);
   EXPECT_FALSE(slots.expire(slot));
   slots.end(slot);
@@ -84,9 +83,9 @@ TEST_F(slot_pool_test, loses_and_doubles_no_slot_in_random_use) {
   std::vector<rowe::service::slot_id> held;
   for (int i = 0; i < 20'000; ++i) {
     if (random() % 2 == 0) {
-      if (const auto slot = slots.take(random() % 5000)) {
-        ASSERT_EQ(std::count(held.begin(), held.end(), *slot), 0);
-        held.push_back(*slot);
+      if (const auto slot = slots.take(random() % 4 != 0 ? slot_class::small : slot_class::large)) {
+        ASSERT_EQ(std::count(held.begin(), held.end(), slot), 0);
+        held.push_back(slot);
       }
     } else if (!held.empty()) {
       const std::size_t which = random() % held.size();

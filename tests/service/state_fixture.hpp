@@ -55,7 +55,9 @@ struct outside_fixture : testing::Test {
   rowe::service::shared_parts with_threads() {
     return {memory.carve<rowe::detail::queue_pair>(bounds.lanes_max), shared, submissions, threads_inbox};
   }
-  rowe::service::core_seams seams() { return {transport, random, validator, nullptr, protocols}; }
+  rowe::access::policy access;
+  rowe::service::policy_handover<> rights{access};
+  rowe::service::core_seams seams() { return {transport, random, validator, nullptr, protocols, rights}; }
   static constexpr rowe::rt::time_point start_time{1s};
 
   // Builds and offers a queue pair as set-up does, at the first place that is free.
@@ -69,9 +71,10 @@ struct outside_fixture : testing::Test {
     rowe::detail::build_pair(one, asked, shared.generations());
     one.peers_taking = shared.takers();
     one.granted = &shared.permit;
-    const auto& compiled = *codecs.emplace_back(std::make_unique<rowe::detail::pair_codecs>(
+    auto& compiled = *codecs.emplace_back(std::make_unique<rowe::detail::pair_codecs>(
         std::move(rowe::detail::pair_codecs::compile(asked)).value()));
     one.encoder = compiled.encoder ? &*compiled.encoder : nullptr;
+    one.other_encoders = compiled.others();
     one.decoder = compiled.decoder ? &*compiled.decoder : nullptr;
     shared.use_pair(at.value);
     one.lifecycle.offer();

@@ -330,10 +330,10 @@ TEST(stop_rules, remember_when_loops_acknowledged_for_longer_than_their_words_do
 
 TEST(stop_rules, cut_a_long_source_between_characters) {
   moving_robot r;
-  r.stop(std::string(62, 'a') + "\u00e9");
-  EXPECT_EQ(r.rules.source(), std::string(62, 'a'));
-  r.stop(std::string(61, 'b') + "\u00e9");
-  EXPECT_EQ(r.rules.source(), std::string(61, 'b') + "\u00e9");
+  r.stop(std::string(63, 'a') + "\u00e9");
+  EXPECT_EQ(r.rules.source(), std::string(63, 'a'));
+  r.stop(std::string(62, 'b') + "\u00e9");
+  EXPECT_EQ(r.rules.source(), std::string(62, 'b') + "\u00e9");
 }
 
 TEST(stop_rules, keep_the_number_for_repeats_and_raise_it_for_another_source) {

@@ -93,7 +93,7 @@ TEST_F(subscription_table_test, tells_the_two_spellings_of_a_name_apart) {
   const auto t = topics.find_or_add("/t");
   const auto with = table.add(t, {0});
   const auto without = table.add(t, {0});
-  table.set_form(table.at(without), table.at(with).codec, 7, true);
+  table.set_form(table.at(without), topics.envelope(), 7, true);
   EXPECT_EQ(table.find(t, {0}, false), with);
   EXPECT_EQ(table.find(t, {0}, true), without);
   EXPECT_TRUE(table.at(without).own_head) << "the text of the slot begins with the other name";

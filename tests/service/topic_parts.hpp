@@ -57,12 +57,15 @@ struct topic_parts : peer_parts::peer_parts {
                                          .refusals = refused,
                                          .topic_places = places,
                                          .subscriptions = readers}};
+  rowe::service::long_deliveries long_ones{memory, {.state = state, .local_delivery = delivery}};
   rowe::service::broker values{{.state = state,
                                 .message_store = store,
                                 .outbox = out,
+                                .long_outbox = long_out,
                                 .subscription_queues = queues,
                                 .refusals = refused,
                                 .local_delivery = delivery,
+                                .long_deliveries = long_ones,
                                 .advertisement_table = advertised}};
 
   // Its connection has ended.

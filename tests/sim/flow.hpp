@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Worlds of links: how frames to many peers are gathered, how much is in flight to one, how much is read of
-// those that say much, and what the roles of peers allow. What peers say is simple here, and the links have
-// the properties of real ones. So the invariants can be narrow: bytes, cycles and units of work. A seed is
-// one of four kinds (flow_groups.hpp, flow_credit.hpp, flow_reading.hpp, flow_roles.hpp). sim_swarm runs
-// these worlds besides those of the swarm, and shrinks their failures likewise.
+// those that say much, what the roles of peers allow, what is left of a time to live over several endpoints,
+// and what becomes of long messages. What peers say is simple here, and the links have the properties of real
+// ones. So the invariants can be narrow: bytes, cycles and units of work. A seed is one of six kinds
+// (flow_groups.hpp, flow_credit.hpp, flow_reading.hpp, flow_roles.hpp, flow_hops.hpp, flow_long.hpp).
+// sim_swarm runs these worlds besides those of the swarm, and shrinks their failures likewise.
 #pragma once
 #include <cstdint>
 #include <cstdio>
@@ -38,8 +39,8 @@ class world {
   static constexpr std::uint64_t steps = 300;
 
   world(std::uint64_t seed, const rowe::endpoint_options& options, swarm::coverage& seen,
-        const std::set<std::string>& without, bool trace)
-      : on_{options, rowe::service::side::server, seed},
+        const std::set<std::string>& without, bool trace, const rowe::wire::protocol_set* protocols = nullptr)
+      : on_{options, rowe::service::side::server, seed, time_point{1000s}, protocols},
         random_{seed},
         seen_{seen},
         result_{without},

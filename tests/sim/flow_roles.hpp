@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A hub whose peers have roles. They come and go with all kinds of tokens, and ask for what is their right
-// and for what is not, in both codecs. What each role may do is written here once more, by hand, so the
-// policy is not compared with itself. What is denied must leave no trace: nobody hears it, and it changes
-// neither who provides a service nor the stop.
+// and for what is not, in both codecs, while the policy changes. What it allows is written once more, by hand
+// (flow_policies.hpp), so the policy is not compared with itself. What is denied must leave no trace: nobody
+// hears it, and it changes neither who provides a service nor the stop.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -19,6 +19,7 @@
 #include "json/reader.hpp"
 
 #include "flow.hpp"
+#include "flow_policies.hpp"
 
 namespace flow {
 
@@ -26,7 +27,7 @@ class roles final : public world {
  public:
   roles(std::uint64_t seed, swarm::coverage& seen, const std::set<std::string>& without, bool trace)
       : world{seed, options(seed), seen, without, trace},
-        local_{on_.options.access.local_role.empty() ? nobody : driver},
+        policy_{seed},
         loop_{on_.offer(rowe::detail::latch_request({.name = "loop", .loop_timeout = 10s}))} {
     cycle(1ms);
     latch_.emplace(harness::core_harness::handle_of(loop_));
@@ -47,25 +48,16 @@ class roles final : public world {
   }
 
  private:
-  enum role : std::uint8_t { observer, driver, supervisor, peer_role, arm, guard, nobody };
-  static constexpr std::array<std::string_view, 6> names = {"observer", "driver", "supervisor",
-                                                            "peer",     "arm",    "guard"};
   static constexpr const char* topics[] = {"/cmd", "/arm/a", "/arm/b/c", "/odom"};
   static constexpr const char* services[] = {"/go", "/arm/open", "/arm/b/close"};
   static constexpr std::size_t guests_max = 6; // besides the two that stay
-  enum class verb : std::uint8_t { subscribe, publish, advertise, call, provide, plain };
-
-  struct guest {
+  struct guest : ticket {
     std::unique_ptr<harness::peer> link;
-    role is = nobody;
-    bool stop_only = false;
   };
 
   static std::string name_of(const guest& one) {
-    return std::string{one.is == nobody ? std::string_view{"nobody"} : names[one.is]};
+    return std::string{one.is == nobody ? std::string_view{"nobody"} : role_names[one.is]};
   }
-  static std::string token_of(std::string_view who) { return std::string{who} + "-shows-this-token"; }
-
   static rowe::endpoint_options options(std::uint64_t seed) {
     auto chosen = harness::small_options();
     chosen.limits.connections_max = 16;
@@ -74,93 +66,124 @@ class roles final : public world {
     chosen.limits.advertisements_per_connection_max = 8;
     chosen.relay = true;
     chosen.stop.unguarded = true;
-    swarm::seeded_choices chooses{seed ^ 0x1234567U};
-    auto& access = chosen.access;
-    access.roles = {{.name = "arm",
-                     .subscribe = {"/arm/**"},
-                     .publish = {"/*", "/arm/*"},
-                     .advertise = {"/arm/*"},
-                     .call = {"/arm/*"},
-                     .provide = {"/arm/*"}},
-                    {.name = "guard", .guard = true}};
-    if (chooses.one_in(2)) access.local_role = "driver";
-    access.anonymous_may_stop = chooses.one_in(2);
-    for (const std::string_view one : names)
-      access.identities.push_back({std::string{one}, std::string{one}, rowe::hash_token(token_of(one))});
+    chosen.access = policies{seed}.options();
     return chosen;
-  }
-
-  // ---- what each role may do
-
-  static bool may(role who, verb what, std::string_view name) {
-    const bool of_arm = name == "/arm/a" || name == "/arm/open";
-    switch (who) {
-    case observer: return what == verb::subscribe;
-    case driver:
-    case supervisor: return what != verb::provide;
-    case peer_role: return true;
-    case arm:
-      if (what == verb::subscribe) return name.starts_with("/arm/");
-      if (what == verb::publish) return of_arm || name == "/cmd" || name == "/odom";
-      return of_arm && what != verb::plain;
-    case guard:
-    case nobody: break;
-    }
-    return false;
   }
 
   // ---- who comes
 
   struct visit {
+    ticket by;
     std::string token;
     std::string_view address;
-    std::string_view path;
-    std::optional<role> is; // nothing: it is not let in
+    bool in = false; // it is let in
   };
   visit some_visit() {
     const bool local = random_.one_in(3);
-    const bool for_stop = random_.one_in(3);
-    const bool anonymous = for_stop && on_.options.access.anonymous_may_stop;
-    visit made{.token = {},
-               .address = local ? "127.0.0.1:50000" : "10.0.0.7:50000",
-               .path = for_stop ? rowe::service::stop_path : std::string_view{"/"},
-               .is = anonymous ? std::optional{nobody} : std::nullopt};
+    visit made{.by = {.stop_only = random_.one_in(3)},
+               .token = {},
+               .address = local ? "127.0.0.1:50000" : "10.0.0.7:50000"};
+    made.in = made.by.stop_only && policy_.anonymous_may_stop();
     switch (random_.below(4)) {
     case 0: // none
-      if (local && local_ != nobody) made.is = local_;
+      if (local && policy_.local() != nobody) {
+        made.by.is = policy_.local();
+        made.in = true;
+      }
       break;
     case 1: made.token = "nobody-has-this-token"; break;
     default:
-      const auto which = static_cast<role>(random_.below(names.size()));
-      made.token = token_of(names[which]);
-      made.is = which;
+      const auto which = static_cast<role>(random_.below(role_names.size()));
+      made.token = policy_.token_of(which);
+      if (policy_.number_of_token(which) == 0) break; // it was taken away
+      made.by.is = which;
+      made.by.token = policy_.number_of_token(which);
+      made.in = true;
     }
     return made;
   }
-  std::unique_ptr<harness::peer> link(std::string_view address, std::string_view path,
-                                      std::string_view token) {
-    return std::make_unique<harness::peer>(on_, rowe::service::side::server, address, path, "", token);
+  std::unique_ptr<harness::peer> link(const visit& made) {
+    return std::make_unique<harness::peer>(on_, rowe::service::side::server, made.address, path_of(made), "",
+                                           made.token);
+  }
+  static std::string_view path_of(const visit& made) {
+    return made.by.stop_only ? rowe::service::stop_path : std::string_view{"/"};
   }
   void come_or_not() {
     const visit made = some_visit();
     const std::uint32_t before = on_.core.peers();
-    guests_.push_back({link(made.address, made.path, made.token), made.is.value_or(nobody),
-                       made.path == rowe::service::stop_path});
+    guests_.push_back({made.by, link(made)});
     cycle(1ms);
     const bool in = on_.core.peers() > before;
-    say(made.token + " at " + std::string{made.path} + (in ? " is in" : " is not let in"));
-    if (in != made.is.has_value())
+    say(made.token + " at " + std::string{path_of(made)} + (in ? " is in" : " is not let in"));
+    if (in != made.in)
       fail("admitted", "a peer with the token `" + made.token + "` from " + std::string{made.address} +
-                           " on " + std::string{made.path} + (in ? " is let in" : " is not let in"));
-    seen_.add(in ? (made.token.empty() || made.is == nobody ? flow_event::role_without_token
-                                                            : flow_event::role_by_token)
+                           " on " + std::string{path_of(made)} + (in ? " is let in" : " is not let in"));
+    seen_.add(in ? (made.by.token == 0 ? flow_event::role_without_token : flow_event::role_by_token)
                  : flow_event::role_not_admitted);
     if (!in) guests_.pop_back();
   }
   guest& come(role who) {
-    guests_.push_back({link("10.0.0.7:50000", "/", token_of(names[who])), who});
+    const visit made{
+        .by = {.is = who, .token = 1}, .token = policy_.token_of(who), .address = "10.0.0.7:50000"};
+    guests_.push_back({made.by, link(made)});
     cycle(1ms);
     return guests_.back();
+  }
+
+  // ---- the policy changes
+
+  void change() {
+    settle();
+    std::optional<harness::peer> late; // asked who it is by the old policy, and connected under the new one
+    if (random_.one_in(3)) {
+      on_.net.handshakes_last(1);
+      late.emplace(on_, rowe::service::side::server, "10.0.0.7:50000", "/", "", policy_.token_of(supervisor));
+      cycle(1ms);
+      on_.net.handshakes_last(0);
+    }
+    policy_.change(random_);
+    on_.offer_access(policy_.options());
+    for (guest& one : guests_) // read in the cycle in which the rights are taken
+      if (one.is == arm && !one.stop_only) one.link->say(R"({"op":"publish","topic":"/cmd","msg":{"n":0}})");
+    cycle(1ms);
+    const auto heard_before = on_.count(counter::denied);
+    for (guest& one : guests_) expect_judged(one);
+    say("the policy has changed; " + std::to_string(on_.count(counter::denied) - heard_before) + " denied");
+    std::erase_if(guests_, [](const guest& one) { return one.link->close_code != 0; });
+    settle();
+    if (late) {
+      (void)late->hear();
+      if (late->close_code != 1013) fail("revoked", "a peer that the old policy let in is connected");
+      seen_.add(flow_event::role_late);
+    }
+  }
+  void expect_judged(guest& one) {
+    const policies::outcome expected = policy_.judge(one);
+    for (std::string& text : one.link->hear()) heard_.push_back(std::move(text));
+    if (one.link->close_reason != expected.closed)
+      fail("revoked", name_of(one) + (expected.closed.empty() ? " was closed: " : " was not closed: ") +
+                          (expected.closed.empty() ? one.link->close_reason : std::string{expected.closed}));
+    seen_.add(expected.closed.empty() ? flow_event::role_kept : flow_event::role_revoked);
+    one.is = expected.is;
+    if (expected.closed.empty() && expected.is == nobody) one.token = 0;
+  }
+  // What a peer is shown is what it may subscribe to.
+  void look() {
+    guest& by = some_guest();
+    if (by.stop_only || (by.is != arm && by.is != observer)) return;
+    by.link->say(R"({"op":"call_service","id":"k","service":"/rosapi/topics"})");
+    settle();
+    const auto listed = std::find_if(heard_.begin(), heard_.end(), [](const std::string& one) {
+      return one.find(R"("id":"k")") != std::string::npos && one.find(R"("topics":[)") != std::string::npos;
+    });
+    if (listed == heard_.end()) return fail("seen", name_of(by) + " is told no list");
+    for (const char* const topic : topics) {
+      const bool shown = listed->find('"' + std::string{topic} + '"') != std::string::npos;
+      if (shown != policy_.may(by.is, verb::subscribe, topic))
+        fail("seen", name_of(by) + (shown ? " sees " : " does not see ") + topic);
+    }
+    seen_.add(flow_event::role_looks);
   }
 
   // ---- what they say
@@ -200,7 +223,8 @@ class roles final : public world {
       name = services[random_.below(std::size(services))];
     else if (what != verb::plain)
       name = topics[random_.below(std::size(topics))];
-    const bool allowed = may(by.is, what, what == verb::provide && by.is == arm ? "/new" : name);
+    if (what == verb::subscribe && random_.one_in(4)) name = "/rowe/stats";
+    const bool allowed = policy_.may(by.is, what, what == verb::provide && by.is == arm ? "/new" : name);
     const std::int64_t number = ++number_;
     const std::string text = text_of(what, name, number);
     const auto denied_before = on_.count(counter::denied);
@@ -211,7 +235,7 @@ class roles final : public world {
     if (was_denied == allowed)
       fail("denied", name_of(by) +
                          (allowed ? " was denied: " : " was allowed: ") + text);
-    seen_.add(allowed ? flow_event::role_allowed : flow_event::role_denied);
+    seen_.add(allowed ? flow_event::role_allowed : denied(what));
     const bool leaves_trace = what == verb::publish || what == verb::call || what == verb::plain;
     if (leaves_trace && heard(number) != allowed)
       fail("denied", name_of(by) +
@@ -219,6 +243,10 @@ class roles final : public world {
     if (what != verb::provide) return;
     if (!allowed && provides(by, "/new" + std::string{name}))
       fail("denied", "a peer without that right provides a service: " + text);
+  }
+  static flow_event denied(verb what) {
+    return static_cast<flow_event>(static_cast<std::size_t>(flow_event::role_denied_subscribe) +
+                                   static_cast<std::size_t>(what));
   }
   // Whether anybody heard the number since the last settle().
   bool heard(std::int64_t number) const {
@@ -304,7 +332,7 @@ class roles final : public world {
 
   void act() override {
     for (int i = 0; i < 4 && !broken(); ++i) {
-      switch (random_.below(12)) {
+      switch (random_.below(14)) {
       case 0: leave(); break;
       case 1:
       case 2:
@@ -314,6 +342,8 @@ class roles final : public world {
       case 4:
       case 5: reset(); break;
       case 6: lease(); break;
+      case 7: look(); break;
+      case 8: change(); break;
       default: ask(); break;
       }
     }
@@ -354,7 +384,7 @@ class roles final : public world {
                   std::string{service->raw} + R"(,"values":{},"result":true})");
   }
 
-  role local_;
+  policies policy_;
   rowe::detail::queue_pair& loop_;
   std::optional<rowe::stop_latch> latch_;
   std::list<guest> guests_; // the first two stay

@@ -8,6 +8,8 @@
 
 #include "flow_credit.hpp"
 #include "flow_groups.hpp"
+#include "flow_hops.hpp"
+#include "flow_long.hpp"
 #include "flow_reading.hpp"
 #include "flow_roles.hpp"
 #include "swarm_world.hpp"
@@ -18,7 +20,9 @@ inline constexpr std::uint64_t one_in = 4; // seeds
 
 inline std::unique_ptr<world> make_world(std::uint64_t seed, swarm::coverage& seen,
                                          const std::set<std::string>& without, bool trace) {
+  if (seed % (4 * one_in) == 3) return std::make_unique<hops>(seed, seen, without, trace);
   if (seed % one_in == 3) return std::make_unique<roles>(seed, seen, without, trace);
+  if (seed % (4 * one_in) == 2) return std::make_unique<long_messages>(seed, seen, without, trace);
   if (seed % one_in != 1) return nullptr;
   switch (seed / one_in % 3) {
   case 0: return std::make_unique<groups>(seed, seen, without, trace);
@@ -41,7 +45,18 @@ inline const std::vector<swarm::invariant>& invariants() {
       {"denied", "what a role does not allow is refused and leaves no trace; the rest is carried out"},
       {"stop", "whoever is let in may stop"},
       {"reset", "a role that may not reset never lets a loop go"},
+      {"revoked", "who has lost a right, or the token, is closed in the same cycle, and nobody else"},
+      {"seen", "a peer is shown what it may subscribe to, and nothing else"},
       {"lease", "a role that may not guard is told so, and only who may reset ends the guard of others"},
+      {"hop_over", "nothing is taken after its time to live, but for the time between endpoints"},
+      {"hop_told", "a rowe endpoint is told what is left of a time to live, and nobody else"},
+      {"hop_stale", "nothing comes behind what its publisher said later, whatever breaks in between"},
+      {"stream", "a stream of short messages beside long ones loses nothing, and waits for a few cycles"},
+      {"judged", "a long message that is wrong is told why, or closed with the code for it"},
+      {"told", "whoever loses a long message that it sends is told so, and nobody else"},
+      {"floor_long", "endless messages keep nobody out who has sent no long message before"},
+      {"floor_reading", "who does not read a long message keeps others from theirs for a second at most"},
+      {"honest_refused", "nobody is refused what is right"},
       {"floor_stop", "a stop waits behind one small read of what its own peer said before"},
   };
   return all;

@@ -48,9 +48,10 @@ std::uint64_t talking(std::uint64_t seed) {
 }
 
 // Everything, from anybody.
+template <swarm::tongues speak>
 std::uint64_t swarming(std::uint64_t seed) {
   swarm::coverage seen;
-  swarm::world w{seed, seen, {}, false};
+  swarm::world w{seed, seen, {}, false, speak};
   for (std::uint64_t i = 0; i < steps && !w.broken(); ++i) w.step(i);
   if (!w.broken()) w.finish(steps);
   return trace_of(w.on(), w.trace_hash());
@@ -72,9 +73,10 @@ int print_steps(const std::string& kind, std::uint64_t seed) {
       w.step();
       print_step(i, w.on(), w.trace());
     }
-  } else if (kind == "swarming") {
+  } else if (kind == "swarming" || kind == "foxglove") {
     swarm::coverage seen;
-    swarm::world w{seed, seen, {}, false};
+    const auto speak = kind == "foxglove" ? swarm::tongues::foxglove : swarm::tongues::numbers;
+    swarm::world w{seed, seen, {}, false, speak};
     for (std::uint64_t i = 0; i < steps && !w.broken(); ++i) {
       w.step(i);
       print_step(i, w.on(), w.trace_hash());
@@ -93,7 +95,10 @@ struct kind {
   const char* name;
   std::uint64_t (*run)(std::uint64_t seed);
 };
-constexpr kind kinds[] = {{"publishing", publishing}, {"talking", talking}, {"swarming", swarming}};
+constexpr kind kinds[] = {{"publishing", publishing},
+                          {"talking", talking},
+                          {"swarming", swarming<swarm::tongues::numbers>},
+                          {"foxglove", swarming<swarm::tongues::foxglove>}};
 
 int record() {
   for (const kind& one : kinds) {

@@ -3,7 +3,9 @@
 // that its text carries ("n", "a", "sum"), and the ledger records what became of it. Each outcome that the
 // core reports is compared with that at once; what is left over is counted at the end.
 #pragma once
+#include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <map>
 #include <string>
 #include <string_view>
@@ -94,6 +96,14 @@ class ledger {
     // A message that lost its peer may be given to another one later than messages sent after it.
     if (n < newest && m.accepted > last_departure) fail("out of order: " + name);
     newest = std::max(newest, n);
+  }
+
+  // The text says what was left of its time to live when it was begun.
+  void told_ttl(std::uint32_t n, const std::string& text, time_point begun) {
+    const double ns = std::strtod(text.c_str() + std::string_view{R"({"ttl_ms":)"}.size(), nullptr) * 1e6;
+    const time_point expires = message(n).expires;
+    if (expires == rowe::rt::never || ns <= 0 || std::llround(ns) > (expires - begun).count())
+      fail("a peer is told a wrong time to live: " + text);
   }
 
   void told_of_message(std::uint32_t n, const rowe::status& outcome, time_point now) {

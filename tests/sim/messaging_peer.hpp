@@ -48,8 +48,10 @@ class messaging_peer {
     if (written_.broken()) in_.book.fail("a peer was sent a frame that it must not be sent");
     for (std::size_t i = before; i < written_.complete.size(); ++i) {
       const written_frame& frame = written_.complete[i];
-      const std::string_view text = frame.payload;
       if (!frame.whole_text()) continue;
+      const std::string text = without_ttl(frame.payload);
+      if (text.size() != frame.payload.size())
+        in_.book.told_ttl(number_after(text, R"("n":)"), frame.payload, frame.begun);
       if (text.starts_with(R"({"n":)")) {
         in_.book.wrote_message(number_after(text, R"("n":)"), number_, frame.begun);
       } else if (is_request(text)) {
@@ -160,7 +162,15 @@ class messaging_peer {
            (!text.starts_with(R"({"op":)") && text.find(R"("message_id":)") != std::string_view::npos);
   }
 
-  void hear(std::string_view text) {
+  // A plain message as its sender wrote it.
+  static std::string without_ttl(std::string_view text) {
+    const auto end = text.starts_with(R"({"ttl_ms":)") ? text.find_first_of(",}") : text.npos;
+    if (end == text.npos) return std::string{text};
+    return "{" + std::string{text.substr(text[end] == ',' ? end + 1 : end)};
+  }
+
+  void hear(std::string_view given) {
+    const std::string text = without_ttl(given);
     if (text.starts_with(R"({"n":)")) return; // the ledger knows it
     const bool rosbridge = text.starts_with(R"({"op":)");
     if (is_request(text)) {

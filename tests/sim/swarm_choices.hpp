@@ -30,7 +30,7 @@ class choices {
 // a step out then changes no choice of the others, which is what makes failing runs easy to shrink.
 class seeded_choices final : public choices {
  public:
-  explicit seeded_choices(std::uint64_t seed) { restart(seed, 0); }
+  explicit seeded_choices(std::uint64_t seed, std::uint64_t step = 0) { restart(seed, step); }
   void restart(std::uint64_t seed, std::uint64_t step) {
     state_ = mixed(seed * 0x9e3779b97f4a7c15U) ^ mixed(step + 0x51ed2701U);
   }
@@ -56,8 +56,10 @@ class weights {
   explicit weights(std::size_t count, unsigned each = 1) : of_(count, each) {}
 
   // About half of them stay, and weigh 1 to 8.
-  void randomise(choices& from) {
-    for (unsigned& one : of_) one = from.one_in(2) ? 0 : 1U << from.below(4);
+  void randomise(choices& from) { randomise(from, 0, of_.size()); }
+  // Those from `first` on, before `end`.
+  void randomise(choices& from, std::size_t first, std::size_t end) {
+    for (; first < end; ++first) of_[first] = from.one_in(2) ? 0 : 1U << from.below(4);
   }
   unsigned& operator[](std::size_t which) { return of_[which]; }
   unsigned operator[](std::size_t which) const { return of_[which]; }

@@ -77,6 +77,7 @@ struct context {
   std::map<std::string, std::uint32_t> own_services{};
   std::set<std::pair<std::int64_t, std::int64_t>> resets{}; // asked for so far: number and tick
   bool numbers = false;                                     // the endpoint speaks the codec with numbers, too
+  bool foxglove = false; // and every second of those who want it speaks Foxglove's protocol in its place
   bool stop_in_use = false;
   bool running = false;
   bool takes_rest = false; // the transport, of large frames

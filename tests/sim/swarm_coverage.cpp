@@ -35,6 +35,7 @@ const std::array<state_name, states>& state_names() {
                                                    {d::connection, "rosbridge"},
                                                    {d::connection, "bare"},
                                                    {d::connection, "numbers"},
+                                                   {d::connection, "foxglove"},
                                                    {d::connection, "backpressured"},
                                                    {d::connection, "closing"},
                                                    {d::times, "once"},
@@ -101,12 +102,13 @@ std::string_view impossible(std::size_t row, std::size_t column) {
   if (looks_at == dimension::times)
     return of.goes == form::opening && is(state::times_once) ? "" : "it is the operation that is repeated";
   if (by == speaker::thread) return impossible_of_thread(m, how, in);
-  if ((by == speaker::numbers_peer && is(state::connection_rosbridge, state::connection_bare)) ||
-      (by == speaker::peer && is(state::connection_numbers)))
+  const bool by_names = is(state::connection_rosbridge, state::connection_bare);
+  const bool by_numbers = is(state::connection_numbers, state::connection_foxglove);
+  if ((by == speaker::numbers_peer && by_names) || (by == speaker::peer && by_numbers) ||
+      (by == speaker::foxglove_peer && (by_names || is(state::connection_numbers))))
     return "another codec has no such operation: the operation's own row has it";
   if (!good && looks_at != dimension::connection) return "it is refused before that is looked at";
-  if (!good && !is(state::connection_rosbridge, state::connection_bare, state::connection_numbers))
-    return "a refusal is like others: the operation's own row has it";
+  if (!good && !by_names && !by_numbers) return "a refusal is like others: the operation's own row has it";
   if (m.is != domain::answered_id && is(state::answer_over, state::answer_foreign))
     return "nothing else is looked at then";
   if (in == state::connection_closing) return "nothing of it is read: the operation's own row has it";
@@ -167,9 +169,9 @@ std::string_view impossible(std::size_t row, std::size_t column) {
     if ((no_name || how == "nobodys") &&
         is(state::service_peers, state::service_own, state::service_endpoints))
       return "it names no service that there is";
-    const bool lists = how == "list_topics" || how == "list_services" || how == "topic_type" ||
-                       how == "publishers" || how == "service_type";
-    const bool endpoints = how == "stats" || lists;
+    const bool lists = how.starts_with("list_") || how.ends_with("_type") || how.ends_with("_details") ||
+                       how == "publishers" || how == "graph" || how == "types";
+    const bool endpoints = how == "stats" || lists || how.find("_param") != how.npos;
     if (endpoints && !is(state::service_endpoints) && state_names()[column].of == dimension::service)
       return "it is the endpoint's";
     if (!endpoints && how != "stop" && is(state::service_endpoints)) return "it is not the endpoint's";
@@ -214,12 +216,47 @@ std::string_view name_of(flow_event what) {
                                         "role, without token",
                                         "role, not admitted",
                                         "role, allowed",
-                                        "role, denied",
+                                        "role, denied to subscribe",
+                                        "role, denied to publish",
+                                        "role, denied to advertise",
+                                        "role, denied to call",
+                                        "role, denied to provide",
+                                        "role, denied plain messages",
                                         "role, stopped",
                                         "role, reset",
                                         "role, no reset",
                                         "role, may guard",
-                                        "role, may not guard"};
+                                        "role, may not guard",
+                                        "rights, kept",
+                                        "rights, taken away",
+                                        "rights, changed in a handshake",
+                                        "rights, look at a list",
+                                        "hop, value taken",
+                                        "hop, message taken",
+                                        "hop, told what is left",
+                                        "hop, expired at the hub",
+                                        "hop, over at the handle",
+                                        "hop, reconnected",
+                                        "long, never ends",
+                                        "long, byte by byte",
+                                        "long, wrong at its end",
+                                        "long, two long members",
+                                        "long, binary",
+                                        "long, envelope of 100 members",
+                                        "long, longer than the limit",
+                                        "long, a stop",
+                                        "long, a call",
+                                        "long, no object",
+                                        "long, not UTF-8",
+                                        "long, leaves in the middle",
+                                        "long, reader stalled",
+                                        "long, displaced",
+                                        "long, evicted",
+                                        "long, ping between fragments",
+                                        "long, pong between fragments",
+                                        "long, close between fragments",
+                                        "long, latched value read",
+                                        "long, to a handle"};
   static_assert(std::size(names) == flow_events);
   return names[static_cast<std::size_t>(what)];
 }

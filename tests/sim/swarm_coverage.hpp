@@ -43,6 +43,7 @@ enum class state : std::uint8_t {
   connection_rosbridge,
   connection_bare,
   connection_numbers,
+  connection_foxglove,
   connection_backpressured,
   connection_closing, // a close frame, or what breaks the protocol, was sent before
   times_once,
@@ -63,7 +64,7 @@ enum class state : std::uint8_t {
   heard_refused,
   heard_too_late,
 };
-inline constexpr std::size_t states = 45;
+inline constexpr std::size_t states = 46;
 
 struct state_name {
   dimension of;
@@ -123,15 +124,50 @@ enum class flow_event : std::uint8_t {
   role_by_token,      // a peer is let in
   role_without_token, // likewise: by its address, or to stop only
   role_not_admitted,
-  role_allowed, // a request
-  role_denied,
+  role_allowed,          // a request
+  role_denied_subscribe, // likewise, one for each verb, in the order of flow::verb
+  role_denied_publish,
+  role_denied_advertise,
+  role_denied_call,
+  role_denied_provide,
+  role_denied_plain,
   role_stopped,
   role_reset, // let the loop go
   role_not_reset,
   role_guards, // may guard, or end the guard of another
   role_guards_not,
+  role_kept,          // though the policy has changed
+  role_revoked,       // a peer is closed by that
+  role_late,          // the old policy let it in, and the new one holds
+  role_looks,         // at a list of topics
+  hop_value,          // with a time to live is taken behind a hub
+  hop_message,        // likewise a plain one, by the next endpoint
+  hop_told,           // what is left of it
+  hop_expired,        // at the hub
+  hop_over_at_handle, // which would have taken it
+  hop_reconnected,
+  long_endless, // a hostile peer, one for each flow::mischief, in their order
+  long_trickle,
+  long_wrong_end,
+  long_two,
+  long_binary,
+  long_envelope,
+  long_too_long,
+  long_stop,
+  long_call,
+  long_no_object,
+  long_no_text,
+  long_leaves,
+  long_stalled,       // a reader, whose place others want: it is closed
+  long_displaced,     // endless messages, by another
+  long_evicted,       // from who reads slowly
+  long_ping_between,  // fragments that are written
+  long_pong_between,  // likewise
+  long_close_between, // likewise: the message never ends
+  long_latched_read,  // by who subscribes later
+  long_to_handle,
 };
-inline constexpr std::size_t flow_events = 29;
+inline constexpr std::size_t flow_events = 64;
 std::string_view name_of(flow_event what);
 
 class coverage {

@@ -51,6 +51,7 @@ class writing {
     case form::number_text: write_list(); break;
     case form::number_binary: write_by_number(); break;
     case form::number_stop: write_stop_by_number(); break;
+    case form::foxglove_text: write_of_foxglove(); break;
     case form::opening: break;
     case form::submission:
     case form::thread_stop: write_for_thread(); break;
@@ -222,7 +223,10 @@ class writing {
     case domain::addressee:
     case domain::outcome:
     case domain::held_call:
-    case domain::stop_words: break;
+    case domain::stop_words:
+    case domain::request_id:
+    case domain::parameter_list:
+    case domain::parameter_value: break;
     }
     return {};
   }
@@ -285,8 +289,16 @@ class writing {
     if (how == "list_services") name = "/rosapi/services";
     if (how == "topic_type") name = "/rosapi/topic_type";
     if (how == "publishers") name = "/rosapi/publishers";
+    constexpr std::string_view graph[] = {
+        "nodes",       "node_details",        "topics_for_type", "services_for_type",
+        "subscribers", "service_providers",   "service_node",    "action_servers",
+        "get_time",    "topics_and_raw_types"};
+    if (how == "graph") name = "/rosapi/" + std::string{from_.one_of(graph)};
+    if (how.find("_param") != std::string_view::npos) name = "/rosapi/" + std::string{how};
+    if (how.ends_with("_details")) name = "/rosapi/" + std::string{how};
+    if (how == "types") name = "/rowe/types";
     if (how == "service_type") name = from_.one_in(2) ? "rosapi/service_type" : "/rosapi/service_type";
-    if (how == "nobodys" || how == "stats" || name.find("rosapi") != std::string::npos) {
+    if (how == "nobodys" || how == "stats" || how == "types" || name.find("rosapi") != std::string::npos) {
       said_.service = name;
       return quoted(name);
     }
@@ -481,7 +493,11 @@ class writing {
   // What the services that list ask for.
   std::string known_names() {
     const std::string topic{from_.one_in(2) ? one_of_few(shared_topics) : one_of_few(own_topics)};
-    return "{\"topic\":\"" + topic + "\",\"service\":\"" + std::string{one_of_few(shared_services)} + "\"}";
+    constexpr std::string_view parameters[] = {"/p0", "p1", "/p2", "/rowe/limits/topics_max", "/none"};
+    constexpr std::string_view values[] = {R"("3")", "2", R"("5")", R"("\"a\"")", "null", R"("[1")"};
+    return "{\"topic\":\"" + topic + "\",\"service\":\"" + std::string{one_of_few(shared_services)} +
+           "\",\"node\":\"robot\",\"type\":\"sim/Usual\",\"name\":\"" +
+           std::string{from_.one_of(parameters)} + "\",\"value\":" + std::string{from_.one_of(values)} + "}";
   }
 
   std::string words(std::string_view how) const {
@@ -544,12 +560,7 @@ class writing {
     if (how == "no_code") return "{}";
     return "7";
   }
-  std::string unsupported(std::string_view how) {
-    constexpr std::string_view actions[] = {"advertise_action",   "unadvertise_action", "send_action_goal",
-                                            "cancel_action_goal", "action_feedback",    "action_result",
-                                            "action_status"};
-    return quoted(how == "actions" ? from_.one_of(actions) : how);
-  }
+  std::string unsupported(std::string_view how) { return quoted(how); }
   std::string unknown(std::string_view how) const {
     if (how == "word") return "\"hello\"";
     if (how == "escaped") return quoted(escaped("subscribed"));
@@ -688,10 +699,17 @@ class writing {
     const auto& used = of_tags ? known_.tags : known_.channels;
     const std::string number = own_number(value_name(1), used, one);
     std::string text = number;
-    if (of_.name == "want") text = "[" + number + "," + channel(value_named("topic"), one) + "]";
+    if (of_.name == "want") {
+      const std::string of_topic = channel(value_named("topic"), one);
+      text = in_foxglove() ? R"({"id":)" + number + R"(,"channelId":)" + of_topic + "}"
+                           : "[" + number + "," + of_topic + "]";
+    }
     if (of_.name == "offer") {
       const std::string name = topic(value_named("topic"));
       text = "[" + number + (name.empty() ? "]" : "," + name + "]");
+      if (in_foxglove())
+        text = R"({"encoding":"json","schemaName":"test/Of","id":)" + number +
+               (name.empty() ? "}" : R"(,"topic":)" + name + "}");
       one.topic = said_.topic;
     }
     if (const auto found = used.find(one.number); found != used.end() && one.topic.empty()) {
@@ -706,6 +724,7 @@ class writing {
     const std::string_view how = value_name(0);
     std::string list = list_element();
     if (how == "flat") list = list.starts_with('[') ? list.substr(1, list.size() - 2) : "[" + list + "]";
+    if (how == "flat" && in_foxglove()) list = "null";
     if (how == "twice") {
       list += "," + list;
     } else if (how == "two" || how == "many") {
@@ -713,6 +732,73 @@ class writing {
     }
     list = how == "empty" ? "[]" : how == "no_list" ? "7" : "[" + list + "]";
     said_.text = "{" + quoted(of_.name) + ":" + list + "}";
+    if (!in_foxglove()) return;
+    const bool of_tags = of_.name == "want" || of_.name == "drop";
+    const std::string_view op = of_.name == "want"    ? "subscribe"
+                                : of_.name == "drop"  ? "unsubscribe"
+                                : of_.name == "offer" ? "advertise"
+                                                      : "unadvertise";
+    const std::string_view name = of_.name == "want"    ? "subscriptions"
+                                  : of_.name == "offer" ? "channels"
+                                  : of_tags             ? "subscriptionIds"
+                                                        : "channelIds";
+    said_.text = R"({"op":)" + quoted(op) + "," + quoted(name) + ":" + list + "}";
+  }
+  bool in_foxglove() const { return known_.speaks == tongue::foxglove; }
+
+  // ---- what only Foxglove's protocol has
+
+  std::string request_id(std::string_view how) {
+    if (how == "short") return quoted("q" + std::to_string(from_.below(known_.names)));
+    if (how == "longest") return quoted(std::string(254, 'q'));
+    if (how == "too_long") return quoted(std::string(255, 'q'));
+    return how == "no_text" ? "7" : std::string{};
+  }
+  std::string parameter_name(std::string_view how) {
+    if (how == "endpoints") return quoted("/rowe/limits/topics_max");
+    if (how == "nobodys") return quoted("/nobodys" + std::to_string(from_.below(64)));
+    if (how == "odd") return from_.one_in(2) ? quoted("") : quoted(std::string(300, 'p'));
+    return quoted("/p" + std::to_string(from_.below(3)));
+  }
+  std::string parameter_list(std::string_view how) {
+    if (how == "no_list") return "7";
+    if (how == "no_text") return "[7]";
+    std::string list = how == "all" ? std::string{} : parameter_name(how);
+    for (std::size_t left = how == "many" ? 40 : how == "known" ? 1 : 0; left > 0; --left)
+      list += "," + parameter_name(left % 2 == 0 ? "nobodys" : how);
+    return "[" + list + "]";
+  }
+  std::string parameter(std::string_view how) {
+    if (how == "no_object") return "7";
+    if (how == "no_name") return R"({"value":1})";
+    if (how == "bytes") return R"({"name":"/p0","type":"byte_array","value":"AAAA"})";
+    std::string text = R"({"name":)" + parameter_name(how);
+    if (how == "no_value") return text + "}";
+    text += R"(,"value":)";
+    text += how == "text"        ? R"("x")"
+            : how == "list"      ? "[1,2]"
+            : how == "too_large" ? "1e300"
+                                 : std::to_string(from_.below(8));
+    return text + "}";
+  }
+  void write_of_foxglove() {
+    note_goodness();
+    std::vector<piece> object{
+        {"op", quoted(of_.name == "get_parameters"     ? "getParameters"
+                      : of_.name == "set_parameters"   ? "setParameters"
+                      : of_.name == "watch_parameters" ? "subscribeParameterUpdates"
+                                                       : "unsubscribeParameterUpdates")}};
+    for (std::size_t i = 0; i < of_.members.size(); ++i) {
+      const std::string_view how = value_name(i);
+      const domain is = of_.members[i].is;
+      std::string text = is == domain::request_id       ? request_id(how)
+                         : how == "absent"              ? std::string{}
+                         : is == domain::parameter_list ? parameter_list(how)
+                                                        : "[" + parameter(how) + "," + parameter(how) + "]";
+      if (is == domain::request_id) said_.id_raw = text;
+      if (!text.empty()) object.push_back({std::string{of_.members[i].name}, std::move(text)});
+    }
+    said_.text = joined(object);
   }
 
   std::string number_id(std::string_view how) {
@@ -749,7 +835,7 @@ class writing {
       said_.id_raw = number_id(value_named("id"));
       const std::string args = value(domain::args, value_named("args"));
       if (!args.empty() && args.front() != '{') said_.good = false;
-      said_.text = "c" + numbers::four(number) + said_.id_raw + args;
+      said_.text = call_of(number, args);
       return;
     }
     said_.text = "x";
@@ -758,12 +844,25 @@ class writing {
       own_number(value_named("channel"), known_.channels, one); // one that is no number is the largest
       const auto found = known_.channels.find(one.number);
       if (found != known_.channels.end()) said_.topic = found->second;
-      said_.text = "p" + numbers::four(one.number);
+      said_.text = (in_foxglove() ? "\x01" : "p") + numbers::four(one.number);
     }
     said_.text += value(domain::body, value_named("msg"));
   }
 
+  std::string call_of(std::uint32_t service, const std::string& args) const {
+    return in_foxglove() ? foxglove::call(service, said_.id_raw, args)
+                         : "c" + numbers::four(service) + said_.id_raw + args;
+  }
+
+  // Both protocols have a message and a call there.
   void write_no_number_frame() {
+    write_no_frame_of_numbers();
+    if (!in_foxglove() || said_.text.empty() || value_name(0) == "random") return;
+    if (said_.text.front() == 'p') said_.text.front() = '\x01';
+    if (said_.text.front() == 'c') said_.text.front() = '\x02';
+    if (said_.text.front() == 'T') said_.text.front() = '\x03';
+  }
+  void write_no_frame_of_numbers() {
     constexpr std::string_view first_bytes[] = {"p", "c", "x", "h"};
     const std::string_view how = value_name(0);
     if (how == "unknown") said_.text = "q" + numbers::four(1) + "{}";
@@ -789,7 +888,7 @@ class writing {
     }
     const std::uint32_t number = of_.name.starts_with("stop") ? 1 : of_.name.starts_with("reset") ? 2 : 3;
     said_.id_raw = number_id(value_named("id"));
-    said_.text = "c" + numbers::four(number) + said_.id_raw + joined(inner);
+    said_.text = call_of(number, joined(inner));
     said_.stops = number == 1;
     said_.resets = number == 2;
   }

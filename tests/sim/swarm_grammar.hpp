@@ -19,6 +19,7 @@
 #include <rowe/limits.hpp>
 
 #include "swarm_choices.hpp"
+#include "swarm_foxglove.hpp"
 #include "swarm_numbers.hpp"
 
 namespace swarm {
@@ -76,6 +77,10 @@ enum class domain : std::uint8_t {
   outcome, // whether the thread waits for it
   held_call,
   stop_words, // who stops, and why
+  // Of Foxglove's protocol.
+  request_id,
+  parameter_list,  // of names
+  parameter_value, // of one that is set
 };
 
 struct value_class {
@@ -108,7 +113,8 @@ inline constexpr std::size_t dimensions = 12;
 std::string_view name_of(dimension what);
 
 // Who says it.
-enum class speaker : std::uint8_t { any_peer, peer, numbers_peer, thread };
+// foxglove_peer: one with numbers that says it by Foxglove's protocol.
+enum class speaker : std::uint8_t { any_peer, peer, numbers_peer, foxglove_peer, thread };
 
 // In what form it is sent.
 enum class form : std::uint8_t {
@@ -126,10 +132,11 @@ enum class form : std::uint8_t {
   no_frame,     // bytes that break the protocol
   number_text,  // by the codec with numbers
   number_binary,
-  number_stop, // a call of the stop by its number
-  opening,     // of a connection
-  submission,  // of an ordinary thread
-  thread_stop, // the stop by an ordinary thread, and its reset
+  number_stop,   // a call of the stop by its number
+  foxglove_text, // what only Foxglove's protocol has
+  opening,       // of a connection
+  submission,    // of an ordinary thread
+  thread_stop,   // the stop by an ordinary thread, and its reset
 };
 speaker speaker_of(form goes);
 inline bool is_binary(form goes) {
@@ -153,8 +160,14 @@ struct opposites {
 inline constexpr opposites pairs_of_operations[] = {{"subscribe", "unsubscribe"},
                                                     {"advertise", "unadvertise"},
                                                     {"advertise_service", "unadvertise_service"},
+                                                    {"advertise_action", "unadvertise_action"},
+                                                    {"send_action_goal", "cancel_action_goal"},
                                                     {"want", "drop"},
-                                                    {"offer", "keep"}};
+                                                    {"offer", "keep"},
+                                                    {"watch_parameters", "unwatch_parameters"}};
+// Of what only Foxglove's protocol has: its choices are drawn apart, so that worlds without it stay.
+inline constexpr std::size_t opposites_of_foxglove = 1;
+inline constexpr std::string_view first_of_foxglove = "get_parameters"; // and all behind it
 
 // A class of a member of an operation has a number: its row in the coverage table. Each operation begins with
 // a row for itself.
@@ -185,6 +198,7 @@ struct knowledge {
   bool honest_topics = true;                                      // untrusted peers may publish on them
   std::uint32_t* message_number = nullptr;                        // raised for each message: its "n"
   // Of a peer with numbers.
+  tongue speaks = tongue::numbers;
   number_lists listed{};
   std::map<std::uint32_t, std::string> tags{};     // that it gave its subscriptions
   std::map<std::uint32_t, std::string> channels{}; // that it gave what it offers

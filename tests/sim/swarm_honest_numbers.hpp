@@ -7,11 +7,11 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 
 #include "swarm_honest.hpp"
+#include "swarm_honest_parameters.hpp"
 
 namespace swarm {
 
@@ -25,12 +25,13 @@ class honest_by_number {
     if (in_.step < comes_ || in_.result.broken()) return;
     if (!link_) {
       link_ = open();
-      link_->say(R"({"offer":[[1,"/of/numbers"]]})");
+      link_->say(speaks == tongue::numbers ? R"({"offer":[[1,"/of/numbers"]]})" : offer_in_foxglove);
     }
     if (!knows_.greeted) return;
     subscribe();
     if (handles_are_there) ask();
     look_anew();
+    if (speaks == tongue::foxglove) parameters_.act(*link_);
   }
 
   // After each cycle that was one.
@@ -44,9 +45,11 @@ class honest_by_number {
         in_.worked_until() > asked_->worked_until + honest::time_max)
       fail("floor_call",
            "has no answer to a call after " + std::to_string(in_.cycles - asked_->cycle) + " cycles");
+    parameters_.look();
   }
 
   void leave() {
+    parameters_.leave();
     if (link_) link_->leave();
     if (second_) second_->leave();
     link_.reset();
@@ -57,6 +60,8 @@ class honest_by_number {
  private:
   static constexpr std::uint32_t tag = 7;
   static constexpr auto catches_up = 1s;
+  static constexpr std::string_view offer_in_foxglove =
+      R"({"op":"advertise","channels":[{"id":1,"topic":"/of/numbers","encoding":"json","schemaName":""}]})";
   static constexpr std::string_view steady = "/honest/steady";
   struct call {
     std::uint32_t service = 0;
@@ -67,7 +72,8 @@ class honest_by_number {
   };
 
   std::unique_ptr<far_end> open() {
-    return std::make_unique<far_end>(in_.on, in_.ours, "127.0.0.1:40002", "/", numbers::subprotocol);
+    const auto by = speaks == tongue::numbers ? numbers::subprotocol : foxglove::subprotocol;
+    return std::make_unique<far_end>(in_.on, in_.ours, "127.0.0.1:40002", "/", by);
   }
   void fail(std::string_view invariant, const std::string& what) {
     in_.fail(invariant, "the honest peer with numbers " + what);
@@ -78,7 +84,10 @@ class honest_by_number {
     const std::uint32_t number = knows_.topics.number_of(steady);
     if (subscribed_ || number == rowe::wire::no_number) return;
     subscribed_ = true;
-    link_->say("{\"want\":[[" + std::to_string(tag) + "," + std::to_string(number) + "]]}");
+    const std::string its = std::to_string(tag), channel = std::to_string(number);
+    link_->say(speaks == tongue::numbers ? "{\"want\":[[" + its + "," + channel + "]]}"
+                                         : R"({"op":"subscribe","subscriptions":[{"id":)" + its +
+                                               R"(,"channelId":)" + channel + "}]}");
   }
 
   void ask() {
@@ -91,23 +100,38 @@ class honest_by_number {
               .cycle = in_.cycles,
               .worked_until = in_.worked_until(),
               .at = in_.on.now};
-    link_->send(rowe::wire::opcode::binary,
-                "c" + numbers::four(number) + asked_->id + "{\"a\":" + std::to_string(calls_) + "}");
+    const std::string args = "{\"a\":" + std::to_string(calls_) + "}";
+    link_->send(rowe::wire::opcode::binary, speaks == tongue::numbers
+                                                ? "c" + numbers::four(number) + asked_->id + args
+                                                : foxglove::call(number, asked_->id, args));
   }
 
-  void hear(const std::string& text) {
+  // As it is by the codec with numbers; nothing where it has no such words.
+  std::optional<std::string> understood(const std::string& text) {
+    const bool plain = text.starts_with('{') && !text.starts_with(R"({"op":)");
+    if (speaks == tongue::numbers || plain) return text;
+    auto heard = foxglove::as_numbers(
+        text, [&](const std::string& json) { return check_.look_at_object(json).empty(); });
+    if (!heard.wrong.empty()) fail("json", "was sent " + shortened(text, 700) + ": " + heard.wrong);
+    if (heard.of_others) parameters_.hear(text);
+    return heard.wrong.empty() && !heard.of_others ? std::optional{std::move(heard.text)} : std::nullopt;
+  }
+  void hear(const std::string& message) {
+    const auto words = understood(message);
+    if (!words) return;
+    const std::string& text = *words;
     if (number_lists::is_list(text)) {
       if (const std::string why = knows_.take(text); !why.empty())
         fail("listing", "was sent " + shortened(text) + ": " + why);
-      give_up_what_is_gone();
       return;
     }
     const std::string_view all = text;
     if (text.starts_with('{') && in_.on.options.bare_unasked) return; // a plain message, to everyone
     switch (text.empty() ? ' ' : text.front()) {
     case 'e': {
+      if (all.find("messages for this client were dropped") != std::string_view::npos) return;
       // The number may have gone while this was under way.
-      if (all.find("has this number") == std::string_view::npos)
+      if (all.find("has the number") == std::string_view::npos)
         return fail("honest_refused", "hears " + text);
       subscribed_ = false;
       return;
@@ -123,20 +147,13 @@ class honest_by_number {
     default: return fail("json", "was sent " + shortened(text));
     }
   }
-  // Its call may have come when the number was gone. So many of such are refused in a second, and no more.
-  void give_up_what_is_gone() {
-    if (!asked_ || knows_.services.names().contains(asked_->service)) return;
-    given_up_.insert(asked_->id);
-    asked_.reset();
-  }
   void hear_answer(std::string_view text) {
-    if (given_up_.contains(text.substr(1, 4))) return;
     if (!asked_ || text.substr(1, 4) != asked_->id) return fail("ids", "is answered what it never asked");
     const std::string_view body = text.substr(5);
     // Where time jumps, or nobody does anything for long, its time may truly be over; and where its number
     // has gone, it knows by now.
     const bool late = in_.on.now > asked_->at + 150ms;
-    if (text.front() == 'f' && !late && body.find("has this number") == std::string_view::npos)
+    if (text.front() == 'f' && !late && body.find("has the number") == std::string_view::npos)
       return fail("floor_call", "is refused: " + std::string{body});
     if (text.front() == 'r' && integer_after(body, "{\"a\":") != static_cast<std::int64_t>(calls_))
       return fail("answers", "was answered with another's answer: " + shortened(body));
@@ -152,12 +169,15 @@ class honest_by_number {
     second_ = open();
     anew_ = {};
     anew_in_ = in_.cycles;
-    anew_at_ = in_.on.now;
+    anew_at_ = in_.worked_until();
   }
   // What one is told at once the other was told by and by. Both have read all that there is. Where there are
   // many changes both are told with pauses, and know the same some time after the second one came.
   void hear_anew() {
-    for (const std::string& text : second_->hear()) {
+    for (const std::string& message : second_->hear()) {
+      const auto words = understood(message);
+      if (!words) continue;
+      const std::string& text = *words;
       if (text.starts_with('{') && in_.on.options.bare_unasked) continue; // likewise
       if (!number_lists::is_list(text)) return fail("listing", "who comes anew was sent " + shortened(text));
       if (const std::string why = anew_.take(text); !why.empty())
@@ -172,7 +192,7 @@ class honest_by_number {
       const auto& old = (of_topics ? knows_.topics : knows_.services).names();
       const auto& now = (of_topics ? anew_.topics : anew_.services).names();
       if (old == now) continue;
-      if (in_.on.now < anew_at_ + catches_up || in_.cycles < anew_in_ + honest::cycles_max) return;
+      if (in_.worked_until() < anew_at_ + catches_up || in_.cycles < anew_in_ + honest::cycles_max) return;
       std::string text = of_topics ? "knows of other topics:" : "knows of other services:";
       for (const auto& [number, name] : old) text += now.contains(number) ? "" : " -" + name;
       for (const auto& [number, name] : now) text += old.contains(number) ? "" : " +" + name;
@@ -187,17 +207,18 @@ class honest_by_number {
 
  public:
   std::uint64_t served = 0; // calls
+  tongue speaks = tongue::numbers;
 
  private:
   context& in_;
   codec_check& check_;
   std::uint64_t comes_;
   std::unique_ptr<far_end> link_, second_;
+  honest_parameters parameters_{in_};
   number_lists knows_{}, anew_{};
   bool subscribed_ = false;
   std::uint64_t heard_ = 0; // messages of the steady topic
   std::optional<call> asked_{};
-  std::set<std::string, std::less<>> given_up_{};
   std::uint32_t calls_ = 0;
   time_point asks_next_{}, anew_next_{};
   std::uint64_t anew_in_ = 0;

@@ -51,6 +51,16 @@ const std::vector<std::vector<value_class>>& all_classes() {
        {"topic_type"},
        {"publishers"},
        {"service_type"},
+       {"graph"},
+       {"get_param_names"},
+       {"get_param"},
+       {"set_param"},
+       {"has_param"},
+       {"delete_param"},
+       {"types"},
+       {"message_details"},
+       {"service_request_details"},
+       {"service_response_details"},
        {"with_id"},
        {"escaped"},
        {"no_slash"},
@@ -122,7 +132,8 @@ const std::vector<std::vector<value_class>>& all_classes() {
        {"fraction", bad},
        {"no_number", bad}},
       /* boolean */ {{"absent"}, {"true"}, {"false"}, {"no_boolean", bad}},
-      /* compression */ {{"absent"}, {"none"}, {"png", bad}, {"unknown", bad}, {"no_text", bad}},
+      /* compression */
+      {{"absent"}, {"none"}, {"png"}, {"cbor"}, {"cbor-raw"}, {"unknown", bad}, {"no_text", bad}},
       /* level */
       {{"none"}, {"error"}, {"warning"}, {"info"}, {"unknown", bad}, {"no_text", bad}, {"absent", bad}},
       /* history */ {{"absent"}, {"keep_last"}, {"keep_all"}, {"unknown", bad}, {"no_text", bad}},
@@ -208,7 +219,7 @@ const std::vector<std::vector<value_class>>& all_classes() {
       /* tick */
       {{"newest"}, {"old"}, {"before_last"}, {"future"}, {"zero"}, {"huge"}, {"no_number"}, {"absent"}},
       /* error */ {{"usual"}, {"no_service"}, {"long"}, {"no_code"}, {"no_object"}},
-      /* unsupported */ {{"actions"}, {"fragment"}, {"png"}, {"auth"}},
+      /* unsupported */ {{"action_status"}, {"fragment"}, {"png"}, {"auth"}},
       /* unknown */ {{"word"}, {"escaped"}, {"longest"}, {"too_long", bad}, {"empty"}, {"control", bad}},
       /* payload */ {{"empty"}, {"short"}, {"longest"}},
       /* raw */
@@ -275,6 +286,30 @@ const std::vector<std::vector<value_class>>& all_classes() {
       /* outcome */ {{"waits"}, {"forgets"}},
       /* held_call */ {{"oldest"}, {"newest"}, {"answered"}},
       /* stop_words */ {{"with_it"}, {"behind_it"}},
+      /* request_id */ {{"absent"}, {"short"}, {"longest"}, {"too_long", bad}, {"no_text", bad}},
+      /* parameter_list */
+      {{"known"},
+       {"all"},
+       {"endpoints"},
+       {"nobodys"},
+       {"odd"},
+       {"many"},
+       {"no_list", bad},
+       {"no_text", bad},
+       {"absent", bad}},
+      /* parameter_value */
+      {{"number"},
+       {"text"},
+       {"list"},
+       {"too_large"},
+       {"no_value"},
+       {"endpoints"},
+       {"nobodys"},
+       {"odd"},
+       {"no_object", bad},
+       {"no_name", bad},
+       {"bytes", bad},
+       {"absent", bad}},
   };
   return all;
 }
@@ -320,7 +355,11 @@ std::vector<operation> made_operations() {
        {d::topic, d::connection}},
       {"publish",
        form::rosbridge,
-       {{"id", domain::id}, {"topic", domain::topic}, {"msg", domain::body}, {"latch", domain::boolean}},
+       {{"id", domain::id},
+        {"topic", domain::topic},
+        {"msg", domain::body},
+        {"latch", domain::boolean},
+        {"ttl_ms", domain::ttl}},
        {d::topic, d::connection}},
       {"call_service",
        form::rosbridge,
@@ -343,6 +382,36 @@ std::vector<operation> made_operations() {
        {{"service", domain::service}, {"type", domain::type}},
        {d::service, d::connection}},
       {"unadvertise_service", form::rosbridge, {{"service", domain::service}}, {d::service, d::connection}},
+      {"advertise_action",
+       form::rosbridge,
+       {{"action", domain::service}, {"type", domain::type}},
+       {d::connection}},
+      {"unadvertise_action", form::rosbridge, {{"action", domain::service}}, {d::connection}},
+      {"send_action_goal",
+       form::rosbridge,
+       {{"id", domain::id},
+        {"action", domain::service},
+        {"action_type", domain::type},
+        {"args", domain::args},
+        {"feedback", domain::boolean},
+        {"timeout", domain::timeout}},
+       {d::connection}},
+      {"cancel_action_goal",
+       form::rosbridge,
+       {{"id", domain::id}, {"action", domain::service}},
+       {d::connection}},
+      {"action_feedback",
+       form::rosbridge,
+       {{"id", domain::answered_id}, {"action", domain::service}, {"values", domain::values}},
+       {d::connection}},
+      {"action_result",
+       form::rosbridge,
+       {{"id", domain::answered_id},
+        {"action", domain::service},
+        {"values", domain::values},
+        {"status", domain::count},
+        {"result", domain::boolean}},
+       {d::connection}},
       {"status",
        form::rosbridge,
        {{"level", domain::level}, {"msg", domain::text}, {"id", domain::id}},
@@ -503,6 +572,22 @@ std::vector<operation> made_operations() {
        {d::stop}},
       {"thread_reset", form::thread_stop, {{"number", domain::number}, {"timeout", domain::wait}}, {d::stop}},
       {"thread_hear", form::thread_stop, {}, {d::heard}},
+      {"get_parameters",
+       form::foxglove_text,
+       {{"id", domain::request_id}, {"parameterNames", domain::parameter_list}},
+       {d::connection}},
+      {"set_parameters",
+       form::foxglove_text,
+       {{"id", domain::request_id}, {"parameters", domain::parameter_value}},
+       {d::connection}},
+      {"watch_parameters",
+       form::foxglove_text,
+       {{"parameterNames", domain::parameter_list}},
+       {d::connection}},
+      {"unwatch_parameters",
+       form::foxglove_text,
+       {{"parameterNames", domain::parameter_list}},
+       {d::connection}},
   };
   for (operation& one : all) {
     if (speaker_of(one.goes) != speaker::thread) one.of.push_back(d::times);
@@ -551,6 +636,7 @@ speaker speaker_of(form goes) {
   case form::number_text:
   case form::number_binary:
   case form::number_stop: return speaker::numbers_peer;
+  case form::foxglove_text: return speaker::foxglove_peer;
   case form::submission:
   case form::thread_stop: return speaker::thread;
   case form::malformed:
@@ -566,7 +652,7 @@ speaker speaker_of(form goes) {
 }
 
 bool is_message(form goes) {
-  return speaker_of(goes) == speaker::peer || speaker_of(goes) == speaker::numbers_peer;
+  return speaker_of(goes) != speaker::any_peer && speaker_of(goes) != speaker::thread;
 }
 
 std::string_view name_of(dimension what) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "swarm_context.hpp"
+#include "swarm_encodings.hpp"
 #include "wire/bare.hpp"
 #include "wire/rosbridge.hpp"
 
@@ -22,7 +23,16 @@ namespace swarm {
 // Checks every text that a peer is sent. One reader for all: a run has one thread.
 class codec_check {
  public:
-  enum class kind : std::uint8_t { wrong, publish, status, request, answer, announcement, bare_message };
+  enum class kind : std::uint8_t {
+    wrong,
+    publish,
+    status,
+    request,
+    feedback,
+    answer,
+    announcement,
+    bare_message
+  };
   struct heard {
     kind is = kind::wrong;
     std::string id_raw{};
@@ -70,12 +80,20 @@ class codec_check {
     switch (said.what) {
     case verb::publish: out.is = kind::publish; break;
     case verb::status: out.is = kind::status; break;
+    case verb::send_goal:
+    case verb::cancel_goal:
     case verb::call: out.is = kind::request; break;
+    case verb::goal_feedback: out.is = kind::feedback; break;
+    case verb::goal_result:
     case verb::reply:
       out.is = kind::answer;
       out.failed = said.failed;
       break;
     case verb::set_level:
+    case verb::get_parameters:
+    case verb::set_parameters:
+    case verb::subscribe_parameters:
+    case verb::unsubscribe_parameters:
     case verb::unsupported:
     case verb::unknown: out.why = "an operation that nobody sends"; break;
     default: out.is = kind::announcement; break;
@@ -114,14 +132,16 @@ class untrusted_peer {
         link_{std::make_unique<far_end>(
             in.on, in.ours, value_of(how, "address") == "loopback" ? "127.0.0.1:50000" : "10.0.0.7:50000",
             value_of(how, "path") == "stop" ? rowe::service::stop_path : "/",
-            value_of(how, "codec") == "numbers"   ? numbers::subprotocol
+            value_of(how, "codec") == "numbers"   ? subprotocol_of(tongue_of(in, how), in.untrusted)
             : value_of(how, "codec") == "unknown" ? std::string_view{"unknown.v0"}
                                                   : std::string_view{})},
         only_stops_{value_of(how, "path") == "stop"},
         speaks_numbers_{in.numbers && value_of(how, "codec") == "numbers"},
+        tongue_{tongue_of(in, how)},
         number_{++in.untrusted},
         name_{"p" + std::to_string(number_)} {
     known_ = in.known;
+    known_.speaks = tongue_;
     known_.made_up = "m" + std::to_string(number_) + "_";
     end_conditions();
   }
@@ -138,6 +158,7 @@ class untrusted_peer {
   bool reads = true;
   bool closing() const { return closing_; }
   bool speaks_numbers() const { return speaks_numbers_; }
+  bool speaks_foxglove() const { return tongue_ == tongue::foxglove; }
   // Whether it knows the number of a service that an untrusted peer provides.
   bool knows_number_of_peers_service() const {
     const auto& listed = known_.listed.services.names();
@@ -225,6 +246,15 @@ class untrusted_peer {
     std::uint64_t heard = 0;
   };
 
+  static tongue tongue_of(const context& in, const recipe& how) {
+    const bool foxglove = in.foxglove && in.untrusted % 2 == 0 && value_of(how, "codec") == "numbers";
+    return foxglove ? tongue::foxglove : tongue::numbers;
+  }
+  static std::string_view subprotocol_of(tongue speaks, std::uint32_t number) {
+    if (speaks == tongue::numbers) return numbers::subprotocol;
+    return number % 4 == 0 ? foxglove::subprotocol : foxglove::older_subprotocol;
+  }
+
   // A client of profile hop_2014 is sent unmasked frames by design.
   bool unmasked_is_right() const {
     return in_.ours == rowe::service::side::client && in_.on.options.profile == rowe::peer_profile::hop_2014;
@@ -265,6 +295,7 @@ class untrusted_peer {
     case form::stop_bare:
     case form::stop_publish:
     case form::number_text:
+    case form::foxglove_text:
     case form::malformed: return link_->say(said.text);
     case form::number_binary:
     case form::number_stop:
@@ -307,6 +338,7 @@ class untrusted_peer {
   // Not those of another codec than its own.
   bool knows(const operation& of) const {
     const speaker by = speaker_of(of.goes);
+    if (by == speaker::foxglove_peer) return speaks_foxglove();
     return by == speaker::any_peer || (by == speaker::numbers_peer) == speaks_numbers_;
   }
   bool accepted(const saying& said) const {
@@ -319,7 +351,8 @@ class untrusted_peer {
     if (!said.answers.empty()) ids_.insert(said.answers);
     if (said.resets) in_.resets.insert({said.number, said.tick});
     const bool binary = is_binary(of.goes);
-    if (binary && said.text.starts_with('c') && said.text.size() >= 9) ids_.insert(said.text.substr(5, 4));
+    if (binary && said.text.size() >= 9 && said.text.front() == (speaks_foxglove() ? '\x02' : 'c'))
+      ids_.insert(said.text.substr(5, 4));
     if (of.goes == form::rosbridge || of.goes == form::stop_call || of.goes == form::stop_publish)
       spoke_bare_last_ = false;
     if (of.goes == form::bare || of.goes == form::stop_bare) spoke_bare_last_ = true;
@@ -341,11 +374,13 @@ class untrusted_peer {
       if (said.message != 0) in_.note_publication(said.message, number_, said.latch || latches(said.topic));
       return;
     }
-    if (of.name == "call_service" || of.name == "invocation" || of.name == "call_by_number") {
+    if (of.name == "call_service" || of.name == "send_action_goal" || of.name == "invocation" ||
+        of.name == "call_by_number") {
       if (known_.own_calls.size() < 8 && !said.id_raw.empty()) known_.own_calls.push_back(said.id_raw);
       if (said.id_raw.empty()) unnamed_calls_ = true;
     }
-    if (of.name == "service_response" || of.name == "reply" || of.name == "error") {
+    if (of.name == "service_response" || of.name == "reply" || of.name == "error" ||
+        of.name == "action_result") {
       const auto at = std::find(known_.asked.begin(), known_.asked.end(), said.answers);
       if (at == known_.asked.end()) return;
       known_.asked.erase(at);
@@ -431,6 +466,7 @@ class untrusted_peer {
     if (closing_) return state::connection_closing;
     if (!said_something_) return state::connection_fresh;
     if (backpressured()) return state::connection_backpressured;
+    if (speaks_foxglove()) return state::connection_foxglove;
     if (speaks_numbers_) return state::connection_numbers;
     return spoke_bare_last_ ? state::connection_bare : state::connection_rosbridge;
   }
@@ -490,9 +526,13 @@ class untrusted_peer {
 
   // ---- what it receives
 
-  void hear_text(const std::string& text) {
+  void hear_text(const std::string& message) {
+    const auto as_json = speaks_numbers_ ? std::optional{message} : decoded_encoding(message);
+    if (!as_json) return in_.fail("json", name_ + " was sent no CBOR, or no PNG: " + shortened(message, 700));
+    const std::string& text = *as_json;
     // Plain messages, and calls of a peer that the caller names, are of another codec.
     const bool plain = text.starts_with('{') && !text.starts_with(R"({"op":)");
+    if (speaks_foxglove() && !plain) return hear_by_foxglove(text);
     if (speaks_numbers_ && !plain) return hear_by_number(text);
     using kind = codec_check::kind;
     const codec_check::heard h = check_.look(text);
@@ -500,7 +540,7 @@ class untrusted_peer {
       return in_.fail("json", name_ + " was sent " + shortened(text, 700) + ": " + h.why);
     if (h.is == kind::announcement && in_.ours == rowe::service::side::server)
       return in_.fail("grammar", name_ + " was sent what only clients say: " + shortened(text));
-    if (h.is == kind::status || h.is == kind::answer) {
+    if (h.is == kind::status || h.is == kind::feedback || h.is == kind::answer) {
       if (!h.id_raw.empty() && !ids_.contains(h.id_raw))
         return in_.fail("ids", name_ + " was answered under an id that it never gave: " + shortened(text));
       const auto at = std::find(known_.own_calls.begin(), known_.own_calls.end(), h.id_raw);
@@ -516,6 +556,16 @@ class untrusted_peer {
     if (h.is == kind::publish) hear_publication(h);
   }
 
+  void hear_by_foxglove(const std::string& text) {
+    const auto heard = foxglove::as_numbers(
+        text, [&](const std::string& json) { return check_.look_at_object(json).empty(); });
+    if (!heard.wrong.empty())
+      return in_.fail("json", name_ + " was sent " + shortened(text, 700) + ": " + heard.wrong);
+    if (!heard.of_others) return hear_by_number(heard.text);
+    const std::string id = foxglove::text_in(rowe::json::find(rowe::json::root(text).raw, "id")).value_or("");
+    if (!id.empty() && !ids_.contains('"' + id + '"'))
+      in_.fail("ids", name_ + " was answered under an id that it never gave: " + shortened(text));
+  }
   void hear_by_number(const std::string& text) {
     const auto wrong = [&](std::string_view invariant, const std::string& why) {
       in_.fail(invariant, name_ + " was sent " + shortened(text) + ": " + why);
@@ -577,6 +627,7 @@ class untrusted_peer {
   std::unique_ptr<far_end> link_;
   bool only_stops_;
   bool speaks_numbers_;
+  tongue tongue_;
   std::uint32_t number_;
   std::string name_;
   knowledge known_;

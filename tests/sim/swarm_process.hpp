@@ -20,6 +20,7 @@
 #include <rowe/subscriber.hpp>
 
 #include "swarm_context.hpp"
+#include "swarm_parameters.hpp"
 #include "swarm_threads.hpp"
 
 namespace swarm {
@@ -167,12 +168,13 @@ class handle {
 
   void take(rowe::subscriber<json_text>& from) {
     if (in_.random.one_in(3) && !views_.empty()) return views_.clear();
-    auto got = in_.random.one_in(4) ? from.latest() : from.try_take();
+    auto got = in_.random.one_in(4) ? from.latest(in_.on.now) : from.try_take(in_.on.now);
     if (got && views_.size() < 4) views_.push_back(std::move(*got));
   }
   void take_value() {
     auto& from = std::get<rowe::subscriber<reading>>(user_);
-    (void)(in_.random.one_in(4) ? from.latest() : from.try_take()); // looked at, and given back at once
+    // looked at, and given back at once
+    (void)(in_.random.one_in(4) ? from.latest(in_.on.now) : from.try_take(in_.on.now));
   }
 
   void respond() {
@@ -225,6 +227,8 @@ class handle {
   void wait_for_call() {
     auto& caller = std::get<rowe::caller<json_text, json_text>>(user_);
     namespace d = rowe::detail;
+    // Time may jump: only cycles after the last end can free places.
+    if (in_.on.now <= last_ends_ + 300ms) served_at_ = in_.cycles;
     if (waits_) {
       const d::call_ref call{waits_->index, waits_->generation};
       if (const auto slot = d::take_completion_of(*pair_, call)) {
@@ -431,6 +435,7 @@ class process {
   }
 
   void act() {
+    if (in_.random.one_in(8)) parameters_.act();
     if (handles_.empty()) return;
     handle& one = *handles_[in_.random.below(handles_.size())];
     if (one.honest) return;
@@ -535,7 +540,7 @@ class process {
                  ? "another handle serves it"
                  : "";
     case rowe::errc::too_many_topics: {
-      std::uint32_t own = 2; // the endpoint's
+      std::uint32_t own = 3; // the endpoint's, with /rowe/parameters
       for (const auto& [topic, count] : in_.own) own += count != 0;
       for (const auto& one : closing_) own += one->of_topic() && !one->is_detached();
       return own > in_.known.bounds.topics_max ? "all are this process's own" : "";
@@ -555,6 +560,7 @@ class process {
   std::vector<std::unique_ptr<handle>> handles_;
   std::vector<std::unique_ptr<handle>> closing_;
   threads threads_;
+  process_parameters parameters_{in_};
   std::set<const rowe::detail::queue_pair*> pairs_used_;
 };
 

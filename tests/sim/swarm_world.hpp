@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "swarm_context.hpp"
+#include "swarm_goals.hpp"
 #include "swarm_honest.hpp"
 #include "swarm_honest_numbers.hpp"
 #include "swarm_peer.hpp"
@@ -42,9 +43,16 @@ inline const std::vector<invariant>& invariants() {
       {"answers", "a call is answered with its own answer"},
       {"floor_call", "the honest peer's call is answered within 40 cycles"},
       {"floor_large_call", "likewise one whose answer needs a large slot"},
+      {"floor_parameters", "the honest peer of Foxglove's protocol hears of parameters within 40 cycles"},
+      {"parameters", "a loop reads a value in the range of its parameter"},
+      {"parameters_told", "who wants to be told of parameters is told what who asks hears"},
       {"floor_topic", "of 100 messages of a topic of 20 Hz the honest peer gets at least 90"},
       {"floor_latched", "it gets the latched value of a topic within 40 cycles"},
       {"floor_echo", "its plain message, which a thread sends back, comes back within 40 cycles"},
+      {"goals", "what is said of a goal reaches who sent it, until its end, and nobody else"},
+      {"floor_goal",
+       "a goal reaches its provider, its end who sent it, and that nobody wants it any more its "
+       "provider, within 40 cycles"},
       {"throttle", "a subscription gets a message each throttle_rate, by the options of the moment"},
       {"honest_cut", "the honest peer is not disconnected"},
       {"honest_refused", "the honest peer is refused nothing"},
@@ -62,6 +70,9 @@ inline const std::vector<invariant>& invariants() {
   return all;
 }
 
+// Of the stream of choices about what only worlds with Foxglove's protocol have.
+inline constexpr std::uint64_t of_foxglove = 0xf0f0f0f0f0f0f0f0U;
+
 // What one seed does.
 struct plan {
   rowe::endpoint_options options;
@@ -73,11 +84,16 @@ struct plan {
   bool floods = false;    // of stops: more than a number of 16 bits counts
   std::uint64_t bad_in = 6;
   std::uint64_t untrusted_max = 5;
-  bool crowd = false;   // of peers that come one by one, each taking what it gets
-  bool numbers = false; // clients may speak by numbers, too
+  bool crowd = false;    // of peers that come one by one, each taking what it gets
+  bool numbers = false;  // clients may speak by numbers, too
+  bool foxglove = false; // likewise by Foxglove's protocol
+  bool goals = false;    // two honest peers have an action
 };
 
-inline plan draw_plan(std::uint64_t seed) {
+// Whether those who speak by numbers speak Foxglove's protocol. The seed draws it from a stream of its own.
+enum class tongues : std::uint8_t { by_seed, numbers, foxglove };
+
+inline plan draw_plan(std::uint64_t seed, tongues speak) {
   seeded_choices random{seed ^ 0x5bd1e995U};
   plan p;
   auto& o = p.options;
@@ -153,10 +169,14 @@ inline plan draw_plan(std::uint64_t seed) {
   p.numbers = p.ours == rowe::service::side::server && o.profile == rowe::peer_profile::standard &&
               random.one_in(2);          // whose clients alone speak it
   if (p.numbers) l.connections_max += 2; // for the honest ones
+  p.goals = p.has_honest && o.relay;
+  if (p.goals) l.connections_max += 2;
+  seeded_choices others{seed ^ of_foxglove};
+  p.foxglove = p.numbers && (speak == tongues::foxglove || (speak == tongues::by_seed && others.one_in(2)));
   p.crowd = p.has_honest && random.one_in(4);
   if (p.crowd) {
     p.untrusted_max = 12;
-    l.connections_max = 18;
+    l.connections_max = p.goals ? 20 : 18;
     l.subscriptions_max = 256;
     l.topics_max = 96;
     l.services_max = 64;
@@ -168,9 +188,10 @@ inline plan draw_plan(std::uint64_t seed) {
 
 class world {
  public:
-  world(std::uint64_t seed, coverage& seen, const std::set<std::string>& without, bool trace = false)
+  world(std::uint64_t seed, coverage& seen, const std::set<std::string>& without, bool trace = false,
+        tongues speak = tongues::by_seed)
       : seed_{seed},
-        plan_{draw_plan(seed)},
+        plan_{draw_plan(seed, speak)},
         random_{seed},
         result_{without},
         on_{plan_.options, plan_.ours, seed, time_point{1000s},
@@ -186,8 +207,11 @@ class world {
         honest_{context_, process_, check_, random_.below(random_.one_in(2) ? 200 : 1000),
                 random_.one_in(2) ? 0 : random_.below(800)},
         honest_by_number_{context_, check_, random_.below(random_.one_in(2) ? 200 : 1000)},
+        honest_goals_{context_, check_, seed % 300},
         start_{on_.now} {
     context_.numbers = plan_.numbers;
+    context_.foxglove = plan_.foxglove;
+    if (plan_.foxglove) honest_by_number_.speaks = tongue::foxglove;
     context_.known.bounds = plan_.options.limits;
     context_.takes_rest = plan_.crowd || random_.one_in(2);
     context_.known.honest_topics = !plan_.options.relay;
@@ -198,7 +222,10 @@ class world {
     honest_.echoes = plan_.has_honest && plan_.options.inbound_ttl == rowe::rt::for_ever && random_.one_in(3);
     process_.receives = !honest_.echoes;
     uses_ = weights{rows().size()};
-    uses_.randomise(random_);
+    seeded_choices others{seed, of_foxglove};
+    const std::size_t first = operation_named(first_of_foxglove);
+    uses_.randomise(random_, 0, row_of(first));
+    uses_.randomise(others, row_of(first), rows().size());
     for (std::size_t row = 0; row < rows().size(); ++row) {
       if (rows()[row].own) continue;
       const value_class& one = classes_of(domain_of(rows()[row]))[rows()[row].value];
@@ -206,11 +233,14 @@ class world {
       if (!one.good) uses_[row] = std::max(uses_[row], 1U);  // few texts have such a class, and each has one
     }
     operations_ = weights{operations().size()};
-    operations_.randomise(random_);
+    operations_.randomise(random_, 0, first);
+    operations_.randomise(others, first, operations().size());
     // Operations that undo another are of use only where that one was used.
+    std::size_t left = std::size(pairs_of_operations);
     for (const auto& [takes, gives] : pairs_of_operations) {
       const unsigned weight = operations_[operation_named(takes)];
-      if (!random_.one_in(4)) operations_[operation_named(gives)] = weight;
+      if (!(left-- > opposites_of_foxglove ? random_ : others).one_in(4))
+        operations_[operation_named(gives)] = weight;
     }
     // Publishing needs a channel.
     unsigned& offers = operations_[operation_named("offer")];
@@ -268,6 +298,7 @@ class world {
     context_.step = number;
     honest_.leave();
     honest_by_number_.leave();
+    honest_goals_.leave();
     for (int i = 0; i < 20; ++i) quiesce();
     while (!untrusted_.empty()) leave(0, rowe::service::close_cause::reset); // a flood is not read to its end
     for (const auto& one : leaving_) one->link().leave(rowe::service::close_cause::reset);
@@ -333,7 +364,8 @@ class world {
                  (plan_.ours == rowe::service::side::client ? " client" : " server") +
                  (o.relay ? " relay" : "") + (o.answers_any ? " answers_any" : "") +
                  (o.bare_unasked ? " bare_unasked" : "") + (plan_.roomy ? " roomy" : " tight") +
-                 (plan_.has_honest ? " honest" : "") + (plan_.numbers ? " numbers" : "") + " profile " +
+                 (plan_.has_honest ? " honest" : "") + (plan_.numbers ? " numbers" : "") +
+                 (plan_.foxglove ? " foxglove" : "") + " profile " +
                  std::to_string(static_cast<int>(o.profile)) + " idle " +
                  std::to_string(static_cast<int>(o.idle_policy)));
   }
@@ -345,6 +377,7 @@ class world {
   void act_honestly() {
     if (plan_.has_honest) honest_.act();
     if (plan_.has_honest && plan_.numbers) honest_by_number_.act(honest_.is_ready());
+    if (plan_.goals) honest_goals_.act();
   }
 
   void connect() {
@@ -386,8 +419,8 @@ class world {
   }
   // A request by which a peer can hold much.
   recipe choose_greedy(const untrusted_peer& by) {
-    constexpr std::string_view greedy[] = {"subscribe", "advertise", "advertise_service", "call_service",
-                                           "invocation"};
+    constexpr std::string_view greedy[] = {"subscribe",    "advertise",        "advertise_service",
+                                           "call_service", "send_action_goal", "invocation"};
     constexpr std::string_view by_number[] = {"want", "offer", "call_by_number"};
     const std::string_view name = by.speaks_numbers() ? random_.one_of(by_number) : random_.one_of(greedy);
     recipe chosen = choose_recipe(random_, uses_, operation_named(name), 0);
@@ -443,8 +476,12 @@ class world {
       const form goes = operations()[i].goes;
       const speaker says = speaker_of(goes);
       if (says == speaker::thread || goes == form::opening) return false;
-      if (says != speaker::any_peer && ((says == speaker::numbers_peer) == by.speaks_numbers()) == another)
+      if (says == speaker::foxglove_peer) {
+        if (!plan_.foxglove || by.speaks_foxglove() == another) return false;
+      } else if (says != speaker::any_peer &&
+                 ((says == speaker::numbers_peer) == by.speaks_numbers()) == another) {
         return false;
+      }
       // What ends the connection, or makes it useless, is rare.
       const bool ends = goes == form::close || goes == form::no_frame || goes == form::binary ||
                         goes == form::partial || (is_binary(goes) && !by.speaks_numbers());
@@ -489,11 +526,13 @@ class world {
     weights may{std::size(pairs_of_operations)};
     const std::size_t which = may.choose(random_, 0, may.size(), 0, [&](std::size_t i) {
       const form goes = operations()[operation_named(pairs_of_operations[i].takes)].goes;
+      if (speaker_of(goes) == speaker::foxglove_peer) return p->speaks_foxglove();
       return (speaker_of(goes) == speaker::numbers_peer) == p->speaks_numbers();
     });
     const recipe takes = choose_recipe(random_, uses_, operation_named(pairs_of_operations[which].takes), 0);
     recipe gives = choose_recipe(random_, uses_, operation_named(pairs_of_operations[which].gives), 0);
-    for (const std::string_view member : {"id", "topic", "service", "list", "tag", "channel"})
+    for (const std::string_view member :
+         {"id", "topic", "service", "action", "list", "tag", "channel", "parameterNames"})
       give_value(gives, member, value_of(takes, member));
     constexpr std::uint64_t times[] = {2, 9, 40};
     p->say(takes, random_.one_of(times), random_.one_in(2), &gives);
@@ -580,6 +619,7 @@ class world {
     honest_.stop.fresh = false;
     if (plan_.has_honest) honest_.look();
     if (plan_.has_honest && plan_.numbers) honest_by_number_.look();
+    if (plan_.goals) honest_goals_.look();
     check_counters();
     const bool reset_here = check_threads(stops);
     check_stop(on_.count(counter::stops) != stops, reset_here);
@@ -753,6 +793,7 @@ class world {
   process process_;
   honest honest_;
   honest_by_number honest_by_number_;
+  honest_goals honest_goals_;
   time_point start_;
   static constexpr unsigned chattiness[] = {0, 4, 100};
   static constexpr unsigned chattiness_of_echo[] = {1, 2, 8};

@@ -8,12 +8,13 @@ A rule is a function that takes the tree and yields findings. Every exception st
 reason; one that excuses nothing any more is a finding itself. tidy_test.py plants offences against each rule
 in a copy of the tree and sees that they are found.
 """
+import functools
 import os
 import re
 import sys
 
 import inside
-from tree import code_suffixes, finding, tree
+from tree import code_suffixes, finding, strip, tree
 
 columns_max = 110
 library = ("src", "include", "rt")
@@ -32,10 +33,20 @@ exempt = {
 }
 
 
+@functools.lru_cache(maxsize=None)
+def may_match(pattern, text):
+    """False: no line of it does."""
+    whole = re.compile(pattern, re.MULTILINE) if isinstance(pattern, str) else pattern
+    return whole.search(text) is not None
+
+
 def matches(t, paths, pattern, rule, what, raw=False):
     """A finding for each line with `pattern` in it; unless `raw`, C++ comments and strings do not count."""
     for path in paths:
-        lines = t.code(path) if path.endswith(code_suffixes) and not raw else t.lines(path)
+        stripped = path.endswith(code_suffixes) and not raw
+        if not may_match(pattern, strip(t.text(path)) if stripped else t.text(path)):
+            continue
+        lines = t.code(path) if stripped else t.lines(path)
         for number, line in enumerate(lines, 1):
             found = re.search(pattern, line)
             if found:
@@ -48,11 +59,16 @@ def matches(t, paths, pattern, rule, what, raw=False):
 def libraries_stay_in_their_room(t):
     """Each foreign library is seen by one room; tests and benches may use them as baselines."""
     homes = {r"\blws_|libwebsockets|\bLWS_": "src/net/", r"simdjson": "src/json/", r"dragonbox": "src/json/",
-             r"openssl/": "src/access/",
+             r"openssl/": ("src/access/", "src/net/tls/", "tools/rowe/setup/certificate", "tools/ros1/md5"),
+             r"#include <(ros|xmlrpcpp)/": "tools/ros1/",
+             r"toml\+\+/": "src/config/toml_file.cpp",
+             r"qrencode\.h": "tools/rowe/setup/qr_code",
              r"moodycamel|concurrentqueue": "src/service/number_queue"}
     for pattern, home in homes.items():
-        elsewhere = [path for path in t.within(product) if not path.startswith(home)]
-        yield from matches(t, elsewhere, pattern, "library-room", "{} belongs to " + home, raw=True)
+        homes_of_it = (home,) if isinstance(home, str) else home
+        elsewhere = [path for path in t.within(product) if not path.startswith(homes_of_it)]
+        what = "{} belongs to " + " and ".join(homes_of_it)
+        yield from matches(t, elsewhere, pattern, "library-room", what, raw=True)
 
 
 def arrows(t):
@@ -93,6 +109,8 @@ kernel_headers = re.compile(
     r"(sys|arpa|net|netinet|linux|asm)/\w+\.h|"
     r"(dirent|dlfcn|errno|execinfo|fcntl|ifaddrs|link|malloc|netdb|poll|pthread|pwd|sched|semaphore|signal|"
     r"spawn|stdlib|string|syscall|termios|time|ucontext|unistd)\.h")
+# What set-up is made with, and the program alone; libraries_stay_in_their_room() says where.
+setup_headers = re.compile(r"openssl/\w+\.h|qrencode\.h")
 c_types = re.compile(r"std(bool|def|int)\.h")
 c_headers = re.compile(r"(inttypes|math|signal|std(bool|def|int|io|lib)|string|time)\.h")
 
@@ -120,7 +138,9 @@ def outsiders_include_the_interface_only(t):
                 target = os.path.normpath(os.path.join(os.path.dirname(path), name))
                 beside = target.startswith(folder + "/") and t.exists(target)
                 own = name.startswith("rowe/rt/" if folder == "rt" else "rowe/")
-                standard = re.fullmatch(r"\w+", name) or (kernel and kernel_headers.fullmatch(name))
+                standard = re.fullmatch(r"\w+", name) or (kernel and kernel_headers.fullmatch(name)) or (
+                    folder == "tools" and setup_headers.fullmatch(name)) or (
+                    path.startswith("tools/ros1/") and re.fullmatch(r"((ros|xmlrpcpp)/\w+|fnmatch)\.h", name))
                 if not (beside if quoted else own or standard):
                     yield finding(path, number, "interface", f"{folder} may not include {name}")
 
@@ -166,6 +186,16 @@ def tests_do_not_sleep(t):
     yield from matches(t, t.within(["tests"]), pattern, "no-sleep-in-tests", instead)
     scripts = [path for path in t.within(["tests"], (".py",)) if not path.startswith("tests/tidy/")]
     yield from matches(t, scripts, r"\btime\.sleep\b", "no-sleep-in-tests", instead)
+
+
+def tests_are_compiled(t):
+    """A file of tests that its folder's list does not name would never run."""
+    for path in t.within(("tests",), ("_test.cpp",)):
+        folder, file = os.path.split(path)
+        listed = os.path.join(folder, "CMakeLists.txt")
+        name = file.removesuffix("_test.cpp")
+        if not t.exists(listed) or not re.search(rf"\b{name}\b", t.text(listed)):
+            yield finding(path, 1, "unlisted-test", f"no list in {listed} names {name}")
 
 
 def errors_are_not_swallowed(t):
@@ -413,10 +443,15 @@ def words_are_the_fields(t):
     pattern = re.compile(rf"(?<![a-z])({gone})s?(?![a-z])", re.IGNORECASE)
     names = re.compile(rf"(?<!\w)({'|'.join(map(re.escape, named_elsewhere))})(?!\w)")
     met = set()
+
+    def has_none(path):
+        return not worded.match(path) or not (may_match(pattern, t.text(path)) or
+                                              may_match(names, t.text(path)))
+
     for path in t.texts():
         instead = {word: said for folders, words in lists if not folders or path.startswith(folders)
                    for word, said in words.items()}
-        for number, line in enumerate(t.lines(path) if worded.match(path) else (), 1):
+        for number, line in enumerate(() if has_none(path) else t.lines(path), 1):
             met.update(names.findall(line))
             for word in pattern.findall(names.sub("", line)):
                 said = instead.get(word.lower()) or instead.get(word.lower().replace("_", " "))
@@ -429,7 +464,7 @@ def words_are_the_fields(t):
 rules = (
     libraries_stay_in_their_room, rooms_include_along_the_arrows, outsiders_include_the_interface_only,
     no_fences_and_no_volatile, the_library_neither_prints_nor_ends_the_program,
-    the_core_has_no_clock_and_no_chance, the_service_names_no_codec, tests_do_not_sleep,
+    the_core_has_no_clock_and_no_chance, the_service_names_no_codec, tests_do_not_sleep, tests_are_compiled,
     errors_are_not_swallowed, orders_name_their_partner, partners_exist, a_pairs_words_have_one_home,
     sources_name_their_licence, lines_fit, files_are_short, white_space_is_plain, nothing_is_left_open,
     no_machine_is_named, named_files_exist, documented_code_is_compiled, links_lead_somewhere,

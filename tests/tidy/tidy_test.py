@@ -24,6 +24,11 @@ plants = [
     ("src/wire/plant_c.cpp", spdx + "#include <dragonbox/dragonbox.h>\n", [(2, "library-room")]),
     ("src/service/plant_d.cpp", spdx + "moodycamel::ConcurrentQueue<int> q;\n", [(2, "library-room")]),
     ("tools/plant_e.cpp", spdx + "lws_context* c;\n", [(2, "library-room")]),
+    ("tools/rowe/setup/plant_f.cpp", spdx + "#include <openssl/evp.h>\n#include <qrencode.h>\n",
+     [(2, "library-room"), (3, "library-room")]),
+    ("tools/rowe/setup/certificate_plant.cpp", spdx + "#include <openssl/evp.h>\n", []),
+    ("docs/examples/plant_e.cpp", spdx + "#include <openssl/evp.h>\n",
+     [(2, "library-room"), (2, "interface")]),
 
     ("src/wire/plant_f.cpp", spdx + '#include "service/core.hpp"\n#include "net/address.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
@@ -66,6 +71,7 @@ plants = [
     ("tests/rt/plant_r.cpp", spdx + "std::this_thread::sleep_for(1ms);\nusleep(5);\n",
      [(2, "no-sleep-in-tests"), (3, "no-sleep-in-tests")]),
     ("tests/tools/plant_s.py", hash_spdx + "time.sleep(1)\n", [(2, "no-sleep-in-tests")]),
+    ("tests/json/plant_of_tests_test.cpp", spdx + "TEST(a, b) {}\n", [(1, "unlisted-test")]),
     ("src/api/plant_t.cpp", spdx + "try {\n} catch (...) {\n}\n", [(3, "catch-all")]),
     ("src/api/plant_u.cpp",
      spdx + "x.load(std::memory_order_acquire);\ny.store(1, std::memory_order_release);  // counted\n\n\n\n\n"
@@ -125,14 +131,15 @@ plants = [
      "1. `core.cpp: cycle` begins.\n"
      "   1. `handle_registry.cpp: scan` is called, and calls\n"
      "      1. `handle_submissions.cpp: take`, which calls\n"
-     "         1. `broker.hpp: publish`, and not\n"
+     "         1. `value_publisher.hpp: publish`, and not\n"
      "         2. `subscription_queues.cpp: fan_out`.\n"
      "   2. `stop_service.hpp: update` comes earlier.\n"
      "2. `broker.cpp: nothing_of_the_kind` is not there,\n"
      "3. `include/rowe/detail/nowhere.hpp: publish` neither.\n"
-     "4. `core.cpp` has no function here.\n",
+     "4. `core.cpp` has no function here.\n"
+     "## The transport\n```\nsession context\nlws_nothing\n```\n",
      [(1, "inside"), (5, "inside"), (11, "inside"), (17, "inside"), (18, "inside"), (19, "inside"),
-      (19, "inside"), (20, "inside"), (20, "named-file"), (21, "inside")]),
+      (19, "inside"), (20, "inside"), (20, "named-file"), (21, "inside"), (22, "inside"), (25, "inside")]),
     ("tests/sim/plant_7.cpp", spdx + "int weather_of_today;\nauto roll = DICE;\nint x; // it naps\n",
      [(2, "word"), (3, "word"), (4, "word")]),
     ("src/service/plant_7.cpp",

@@ -16,6 +16,7 @@ _token = re.compile(r'//[^\n]*|/\*.*?\*/|R"([^()\s]*)\(.*?\)\1"|"(?:\\.|[^"\\\n]
                     r"(?<![0-9a-fA-F])'(?:\\.|[^'\\\n])'", re.DOTALL)
 
 
+@functools.lru_cache(maxsize=None)  # the same text comes again in each tree that has it
 def strip(text):
     """C++ with comments and the insides of literals blanked; line breaks stay."""
 
@@ -46,18 +47,23 @@ class tree:
         return os.path.exists(os.path.join(self.root, path))
 
     @functools.lru_cache(maxsize=None)
-    def lines(self, path):
-        """Of a text; nothing of what is none."""
+    def text(self, path):
+        """Nothing of what is no text."""
         try:
             with open(os.path.join(self.root, path), encoding="utf-8", newline="") as file:
-                return file.read().split("\n")
+                return file.read()
         except UnicodeDecodeError:
-            return []
+            return ""
+
+    @functools.lru_cache(maxsize=None)
+    def lines(self, path):
+        text = self.text(path)
+        return text.split("\n") if text else []
 
     @functools.lru_cache(maxsize=None)
     def code(self, path):
         """Of a C++ file, the same lines, stripped."""
-        return strip("\n".join(self.lines(path))).split("\n")
+        return strip(self.text(path)).split("\n")
 
     def within(self, folders, suffixes=code_suffixes):
         inside = tuple(folder + "/" for folder in folders)

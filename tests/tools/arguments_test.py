@@ -16,11 +16,13 @@ class arguments(unittest.TestCase):
             self.assertIn(text, "\n".join(ended.stderr), arguments)
 
     def test_usage_errors_name_the_value_and_the_limit(self):
-        self.refused("serve", "--port", "70000", says=["--port 70000", "0 to 65535"])
-        self.refused("serve", "--port", "http", says=["'http'", "0 to 65535"])
-        self.refused("serve", "--priority", "100", says=["--priority 100", "1 to 99"])
-        self.refused("serve", "--cpu", "100000", says=["--cpu 100000", "out of range: 0 to "])
-        self.refused("serve", "--idle", "sleep", says=["'sleep'", "poll or spin or wake or phase"])
+        self.refused("serve", "--port", "70000", says=["--port is out of range: 70000 (0 to 65535)"])
+        self.refused("serve", "--port", "http",
+                     says=["--port needs a whole number, not \"http\" (0 to 65535)"])
+        self.refused("serve", "--priority", "100", says=["--priority is out of range: 100 (0 to 99)"])
+        self.refused("serve", "--cpu", "100000", says=["--cpu is out of range: 100000 (-1 to 4095)"])
+        self.refused("serve", "--idle", "sleep",
+                     says=["--idle needs poll, spin, wake or phase, not \"sleep\""])
         self.refused("serve", "--listen", "8080", says=["'8080'", "ADDR:PORT"])
         self.refused("serve", "--listen", "127.0.0.1:70000", says=["70000", "0 to 65535"])
         self.refused("serve", "--port", "0", "--listen", "127.0.0.1:0", says=["exclude"])
@@ -58,12 +60,11 @@ class arguments(unittest.TestCase):
 
     def test_urls_without_a_scheme_say_what_is_missing(self):
         for url in ("127.0.0.1", "robot", "robot/path"):
-            self.refused("echo", url, "/t", says=[f"'{url}' is missing ws://", "ws://HOST[:PORT][/PATH]"])
+            self.refused("echo", url, "/t", says=[f"'{url}' is missing ws://", "ws[s]://HOST[:PORT][/PATH]"])
 
     def test_urls_that_are_none_say_what_one_looks_like(self):
         for url in ("127.0.0.1", "ftp://127.0.0.1/", "ws://", "ws://host:99999/", "ws://host:port/"):
-            self.refused("echo", url, "/t", says=["ws://HOST[:PORT][/PATH]"])
-        self.refused("echo", "wss://127.0.0.1:1/", "/t", says=["TLS"])
+            self.refused("echo", url, "/t", says=["ws[s]://HOST[:PORT][/PATH]"])
 
     def test_topics_that_are_none_are_refused(self):
         self.refused("echo", "ws://127.0.0.1:1", "x" * 300, says=["xxx", "limit"])
@@ -78,6 +79,7 @@ class arguments(unittest.TestCase):
         self.refused("hlep", says=["did you mean help?"])
         self.refused("publish", says=["'publish'"])
         self.refused("cal", says=["did you mean call?"])
+        self.refused("peers", "ws://127.0.0.1:1", "--token", "x", says=["did you mean --token-file?"])
         self.refused("serve", "--demmo", says=["'--demmo'", "did you mean --demo?"])
         self.refused("xyzzy-plugh", says=["'xyzzy-plugh'", "rowe help"])
 
@@ -90,7 +92,8 @@ class arguments(unittest.TestCase):
     def test_help_begins_with_two_examples(self):
         for words in (["help"], ["--help"], ["serve", "--help"], ["help", "echo"], ["replay", "-h"],
                       ["version", "--help"], ["help", "pub"], ["call", "--help"], ["peers", "-h"],
-                      ["doctor", "-h"]):
+                      ["doctor", "-h"], ["config", "-h"], ["setup", "-h"], ["token", "-h"],
+                      ["discover", "-h"]):
             ended = run(*words)
             self.assertEqual(ended.code, 0, words)
             self.assertEqual(ended.stderr, [])
@@ -101,7 +104,8 @@ class arguments(unittest.TestCase):
 
     def test_help_lists_every_verb_and_every_exit_code(self):
         text = "\n".join(run("help").stdout)
-        verbs = ("serve", "pub", "echo", "call", "peers", "replay", "doctor", "bench", "version")
+        verbs = ("serve", "config", "pub", "echo", "call", "peers", "replay", "setup", "token", "discover",
+                 "doctor", "bench", "version")
         for word in (*verbs, "0", "1", "2", "3", "4", "5", "6", "130"):
             self.assertRegex(text, rf"(?m)^ +{word} ")
 

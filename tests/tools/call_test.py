@@ -216,6 +216,8 @@ class the_robot(calling):
 
 class arguments(calling):
     def test_that_make_no_sense_are_named(self):
+        asked = run("param", "ws://127.0.0.1:1")
+        self.assertIn("the argument list|get|set is missing before 'ws://127.0.0.1:1'", asked.stderr[0])
         for words, says in (((), "the argument URL is missing"),
                             (("ws://127.0.0.1:1",), "the argument SERVICE is missing"),
                             (("ws://127.0.0.1:1", "/x", "{", "more"), "one argument too many: 'more'"),
@@ -230,7 +232,7 @@ class arguments(calling):
                             (("ws://127.0.0.1:1", "x" * 200), "cannot call 'xxx"),
                             (("ws://127.0.0.1:1", "/x", '{"a":"' + "x" * 62000 + '"}'),
                              "62008 bytes, at most 61440"),
-                            (("127.0.0.1", "/x"), "ws://HOST[:PORT][/PATH]")):
+                            (("127.0.0.1", "/x"), "ws[s]://HOST[:PORT][/PATH]")):
             self.fails(2, *words, says=[says])
 
     def test_members_that_rowe_needs_itself_are_refused(self):
@@ -298,7 +300,7 @@ class peers(unittest.TestCase):
                 p.send({"op": "service_response", "service": "/rowe/stats", "id": call["id"],
                         "values": values, "result": result})
                 self.assertEqual((asking.end(), asking.stdout), (1, []))
-                self.assertIn("does not provide /rowe/stats", asking.stderr[-1])
+                self.assertIn("does not let us call /rowe/stats", asking.stderr[-1])
 
     def test_of_who_does_not_answer_are_a_time_out(self):
         def ask(time):

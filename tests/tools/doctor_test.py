@@ -209,6 +209,27 @@ class doctor(unittest.TestCase):
         self.assertEqual((last["check"], last["level"], last["found"]), ("self_test", "info", "left out"))
         self.assertNotIn("wake-ups", "\n".join(ended.stderr))
 
+    def test_the_end_of_a_certificate_is_looked_at_where_one_is_named(self):
+        def certificate_in(folder, file="certificate.pem"):
+            ended = run("doctor", "--json", "--quick", "--certificate", os.path.join(folder, file))
+            self.assertEqual(ended.code, 0, ended.stderr)
+            return lines_of(ended)[-1]
+
+        with tempfile.TemporaryDirectory() as top:
+            for days, level in ((10, "warn"), (29, "warn"), (31, "ok"), (397, "ok")):
+                folder = os.path.join(top, str(days))
+                made = run("setup", "--name", "ang-01", "--dir", folder, "--days", str(days))
+                self.assertEqual(made.code, 0, made.stderr)
+                one = certificate_in(folder)
+                self.assertEqual((one["check"], one["level"]), ("certificate_end", level), one)
+                self.assertIn(one["values"]["days"], (days - 1, days))
+            for wrong in ("key.pem", "nowhere.pem"):
+                one = certificate_in(folder, wrong)
+                self.assertEqual(one["level"], "fail", one)
+                self.assertIn(wrong, one["found"])
+        ended = run("doctor", "--json", "--quick")
+        self.assertNotIn("certificate_end", [one["check"] for one in lines_of(ended)])
+
     def test_a_signal_ends_the_self_test_and_keeps_what_was_found(self):
         with program("doctor", "--duration", "10m") as running:
             running.line("measures wake-ups")

@@ -48,13 +48,17 @@ class echoing(unittest.TestCase):
         self.assertEqual((ended.code, ended.stdout), (0, ['"odom"']))
         ended = run("echo", self.demo.url, "/odom", "--field", "pose.x")
         self.assertEqual((ended.code, ended.stdout), (1, []))
-        self.assertIn("there is no 'pose.x' in {", ended.stderr[0])
+        self.assertIn('the member "pose.x" is missing', ended.stderr[0])
+        ended = run("echo", self.demo.url, "/odom", "--field", "pose..x")
+        self.assertEqual((ended.code, ended.stdout), (2, []))
+        self.assertIn('the path "pose..x" is wrong at byte 5', ended.stderr[0])
 
     def test_prints_several_topics_by_name(self):
         with program("echo", self.demo.url, "/odom", "/rowe/stats", "--json") as echo:
             echo.line(r'^\{"topic":"/odom","msg":\{', "stdout", count=100)
             echo.line(r'^\{"topic":"/rowe/stats","msg":\{', "stdout", count=2)
-            self.assertEqual(echo.end(signal.SIGINT), 0)
+            # 6: some were lost, on a machine that is too busy to print them.
+            self.assertIn(echo.end(signal.SIGINT), (0, 6))
             told = [json.loads(line) for line in echo.stdout]
             numbers = [one["msg"]["header"]["seq"] for one in told if one["topic"] == "/odom"]
             self.assertEqual(numbers, sorted(set(numbers)))

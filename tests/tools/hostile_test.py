@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The hub against peers that break the rules, by accident or not: raw bytes, RFC 6455 sections named."""
+import contextlib
 import os
 import re
+import socket
 import struct
 import time
 import unittest
 
 from program import hub, in_parallel
 from websocket import (BINARY, CLOSE, CONTINUATION, PING, TEXT, closed, connect, frame, get, peer,
-                       read_answer, refused, settle)
+                       read_answer, refused, request, settle)
 
 
 def upgrade(port, **changes):
@@ -62,9 +64,9 @@ class frames(unittest.TestCase):
         self.ends(frame(BINARY, b"{}"), 1003)
 
     def test_messages_above_the_limit_are_refused_by_their_length(self):
-        self.ends(frame(TEXT, b"", length=10**6), 1009)
+        self.ends(frame(TEXT, b"", length=2**20 + 1), 1009)
         self.ends(frame(TEXT, b"", length=2**62), 1009)
-        self.ends(frame(TEXT, b" " * 40_000, fin=False) + frame(CONTINUATION, b"", length=40_000), 1009)
+        self.ends(frame(TEXT, b" " * 40_000, fin=False) + frame(CONTINUATION, b"", length=2**20), 1009)
 
     def test_a_length_with_its_highest_bit_set_is_a_protocol_error(self):  # 5.2
         self.ends(bytes([0x81, 0xFF]) + struct.pack("!Q", 2**63), 1002)
@@ -79,6 +81,23 @@ class frames(unittest.TestCase):
         with peer(self.serving.port) as p:
             p.send_raw(frame(TEXT, b"x" * 100)[:50])
         self.assertEqual(get(self.serving.port, "/healthz")[0], 200)
+
+
+class scrapers(unittest.TestCase):
+    def test_that_do_not_read_keep_nobody_from_stopping_or_asking(self):
+        with hub("--demo") as serving, contextlib.ExitStack() as held:
+            for _ in range(200):
+                stream = held.enter_context(socket.socket())
+                stream.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)
+                stream.connect(("127.0.0.1", serving.port))
+                stream.sendall(request("GET", "/metrics", {"Host": f"127.0.0.1:{serving.port}"}))
+            with peer(serving.port, path="/rowe/stop") as p:
+                p.send({"op": "call_service", "service": "/rowe/stop", "id": "now"})
+                answer = p.receive_until(lambda m: m["op"] == "service_response")
+                self.assertEqual((answer["id"], answer["result"]), ("now", True))
+            status, headers, body = get(serving.port, "/metrics")
+            self.assertEqual((status, headers["cache-control"]), (200, "no-store"))
+            self.assertIn(b"\nrowe_stopped 1\n", body)
 
 
 class handshakes(unittest.TestCase):
@@ -130,9 +149,10 @@ class handshakes(unittest.TestCase):
 
 class messages(unittest.TestCase):
     def test_that_are_too_big_are_told_their_size_the_limit_and_the_remedy(self):
-        says = "a message of 70000 bytes exceeds the limit message_bytes_max of 61440: send less, or raise it"
+        says = ("a message of 1100000 bytes exceeds the limit long_message_bytes_max of 1048576: send less, "
+                "or raise it")
         with hub() as serving, peer(serving.port) as p:
-            p.stream.sendall(b"\x81\xff" + struct.pack("!Q", 70000) + b"keys")
+            p.stream.sendall(b"\x81\xff" + struct.pack("!Q", 1100000) + b"keys")
             with self.assertRaises(closed) as end:
                 p.receive()
             self.assertEqual((end.exception.code, end.exception.reason), (1009, says))

@@ -89,7 +89,7 @@ class program:
     @property
     def stderr(self):
         """But what it says of connecting where that takes a while; line() finds that, too."""
-        return [line for line in self.said["stderr"] if ": waiting for ws://" not in line]
+        return [line for line in self.said["stderr"] if ": waiting for ws" not in line]
 
     def line(self, pattern, stream="stderr", count=1):
         """Waits for the `count`-th line that matches; returns the match."""
@@ -190,7 +190,7 @@ class hub(program):
         where = () if "--listen" in arguments else ("--port", str(port))
         super().__init__("serve", *where, *arguments, **options)
         try:
-            ready = self.line(r"^rowe serves http://(\S+):(\d+)/ \(ws://\1:\2/\)$", "stdout")
+            ready = self.line(r"^rowe serves https?://(\S+):(\d+)/ \(wss?://\1:\2/\)$", "stdout")
         except BaseException as failure:
             self.__exit__(failure)
             raise

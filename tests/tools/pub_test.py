@@ -86,7 +86,7 @@ class on_topics(unittest.TestCase):
     def test_a_line_that_is_no_object_ends_it_and_is_named(self):
         long = b'{"a":"' + b"x" * 70000 + b'"}'
         for bad, says in ((b"{", "line 2 of stdin is no JSON object: it ends too early (at byte 1)"),
-                          (b"[]", "line 2 of stdin is no JSON object: it does not begin with { (at byte 0)"),
+                          (b"[]", "line 2 of stdin is no JSON object: it does not begin with {"),
                           (long, "line 2 of stdin is longer than 61440 bytes")):
             ended = fed(lines_of({"a": 1}) + bad + b"\n" + lines_of({"a": 2}), self.serving.url, "/t", "-")
             self.assertEqual((ended.code, ended.stdout), (1, []))
@@ -173,9 +173,9 @@ class as_plain_messages(unittest.TestCase):
                 self.assertIn(member, "\n".join(pub.stderr))
 
     def test_a_number_that_no_double_can_hold_is_refused(self):
-        with program("pub", self.there.url, "--bare", '{"a":1e999}') as pub, self.there.accept():
-            self.assertEqual(pub.end(), 1)
-            self.assertIn("a number no double can", "\n".join(pub.stderr))
+        with program("pub", self.there.url, "--bare", '{"a":1e999}') as pub:
+            self.assertEqual(pub.end(), 2)
+            self.assertIn("or too large for a double, from '1e999}' on", "\n".join(pub.stderr))
 
     def test_a_time_to_live_that_passed_is_6(self):
         with program("pub", self.there.url, "--bare", "{}", "--ttl", "1ns", "-n", "3") as pub:
@@ -187,7 +187,7 @@ class as_plain_messages(unittest.TestCase):
         self.assertEqual((ended.code, ended.stdout), (6, []))
         self.assertRegex(ended.stderr[-1], "sent 0 messages in .*, not sent 1$")
         with program("pub", self.there.url, "--bare", "{}", "--ttl", "50s") as pub, self.there.accept() as p:
-            self.assertEqual(p.receive_text(), "{}")
+            self.assertRegex(p.receive_text(), r'^\{"ttl_ms":49\d{3}(\.\d{3})?\}$')
             self.assertEqual(pub.end(), 0)
 
     def test_a_message_that_waits_for_nobody_can_be_interrupted(self):

@@ -4,11 +4,13 @@ import gzip
 import json
 import math
 import os
+import pathlib
 import re
 import resource
 import shutil
 import signal
 import socket
+import tempfile
 import unittest
 
 from program import ROWE, hub, kept_port, program, run, undisturbed
@@ -116,7 +118,7 @@ class limits(unittest.TestCase):
 
     def test_are_chosen_one_by_one_and_the_environment_gives_way(self):
         with hub("--limit", "topics_max=7", "--limit=calls_max=9",
-                 environment={"ROWE_LIMIT_TOPICS_MAX": "300", "ROWE_LIMIT_SERVICES_MAX": "5"}) as serving:
+                 environment={"ROWE_LIMITS_TOPICS_MAX": "300", "ROWE_LIMITS_SERVICES_MAX": "5"}) as serving:
             told = self.of(serving)
             self.assertEqual([told[one] for one in ("topics_max", "calls_max", "services_max")], [7, 9, 5])
 
@@ -137,8 +139,8 @@ class limits(unittest.TestCase):
 
     def test_that_make_no_sense_are_named_with_their_range(self):
         for value, says in (
-                ("calls_max=0", "--limit: calls_max is out of range: 0 (1 to 65536)"),
-                ("calls_max=x", '--limit: calls_max needs a whole number, not "x" (1 to 65536)'),
+                ("calls_max=0", "--limit calls_max is out of range: 0 (1 to 65536)"),
+                ("calls_max=x", '--limit calls_max needs a whole number, not "x" (1 to 65536)'),
                 ("topics_max", "--limit needs NAME=VALUE such as topics_max=256, not 'topics_max'"),
                 ("topic_max=3", "there is no limit 'topic_max'; did you mean topics_max?")):
             ended = run("serve", "--limit", value)
@@ -147,9 +149,10 @@ class limits(unittest.TestCase):
 
     def test_of_the_environment_that_make_no_sense_end_every_verb(self):
         for variable, value, says in (
-                ("ROWE_LIMIT_CALLS_MAX", "99999999",
-                 "ROWE_LIMIT_CALLS_MAX is out of range: 99999999 (1 to 65536)"),
-                ("ROWE_LIMIT_TOPIC_MAX", "9", "there is no limit ROWE_LIMIT_TOPIC_MAX; there are ")):
+                ("ROWE_LIMITS_CALLS_MAX", "99999999",
+                 "ROWE_LIMITS_CALLS_MAX is out of range: 99999999 (1 to 65536)"),
+                ("ROWE_LIMITS_TOPIC_MAX", "9",
+                 "there is no variable ROWE_LIMITS_TOPIC_MAX; there are ROWE_LIMITS_CONN")):
             for words in (("serve",), ("echo", "127.0.0.1:1", "/t"), ("pub", "127.0.0.1:1", "/t", "{}"),
                           ("call", "127.0.0.1:1", "/t"), ("peers", "127.0.0.1:1"), ("stop", "127.0.0.1:1"),
                           ("reset", "127.0.0.1:1"), ("bench", "idle"), ("bench", "peer")):
@@ -190,6 +193,39 @@ class the_page(unittest.TestCase):
     def test_what_is_not_there_is_404_and_what_is_not_read_is_405(self):
         self.assertEqual(get(self.serving.port, "/../etc/passwd")[0], 404)
         self.assertEqual(get(self.serving.port, method="POST")[0], 405)
+
+
+class pages_of_a_folder(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.addCleanup(os.umask, os.umask(0o022))  # everyone may read what is served
+
+    def test_are_served_before_the_own_page_and_large_ones_whole(self):
+        (self.folder / "arm.html").write_text("<script>let a;</script>")
+        large = bytes(range(256)) * 40000  # 10 MB, many times what is kept for one answer
+        (self.folder / "arm.bin").write_bytes(large)
+        (self.folder / "style.css").write_text("h1 {}")
+        with hub("--web", str(self.folder)) as serving:
+            status, headers, page = get(serving.port, "/arm.html")
+            self.assertEqual((status, page), (200, b"<script>let a;</script>"))
+            self.assertIn("'unsafe-inline'", headers["content-security-policy"])
+            self.assertEqual(get(serving.port, "/arm.html", {"If-None-Match": headers["etag"]})[0], 304)
+            self.assertEqual(get(serving.port, "/style.css")[2], b"h1 {}")
+            self.assertIn(b"<html", get(serving.port)[2])
+            self.assertNotEqual(get(serving.port, "/rowe/style.css")[2], b"h1 {}")
+            self.assertEqual(get(serving.port, "/healthz")[2], b"ok")
+            status, headers, body = get(serving.port, "/arm.bin")
+            self.assertEqual((status, int(headers["content-length"])), (200, len(large)))
+            self.assertTrue(body == large)
+
+    def test_that_cannot_be_served_are_named(self):
+        (self.folder / "my arm.html").write_text("x")
+        ended = run("serve", "--port", "0", "--web", str(self.folder))
+        self.assertEqual(ended.code, 2)
+        self.assertIn(f"--web: {self.folder}/my arm.html: its name has", ended.stderr[-1])
+        ended = run("serve", "--port", "0", "--web", "/nowhere")
+        self.assertEqual((ended.code, ended.stderr[-1]),
+                         (2, "rowe serve: --web: /nowhere: No such file or directory"))
 
 
 class admission(unittest.TestCase):

@@ -3,8 +3,10 @@
 stop or are not there; what each says, and the exit code that means the same."""
 import contextlib
 import json
+import os
 import re
 import signal
+import tempfile
 import threading
 import unittest
 
@@ -123,6 +125,16 @@ class the_demo_robot(unittest.TestCase):
             self.assertEqual(told["number"], state_of(robot.url)["number"])
 
     @undisturbed
+    def test_says_how_to_let_it_go_with_the_options_that_it_was_given(self):
+        with hub("--demo") as robot, tempfile.TemporaryDirectory() as folder:
+            token = os.path.join(folder, "my token")
+            with open(token, "w", encoding="ascii") as file:
+                file.write("x" * 43)
+            for ended in (run("stop", robot.url, "--token-file", token),
+                          run("reset", robot.url, "--token-file", token)):
+                words = f"to let it go: rowe reset {robot.url} [0-9]+ --token-file '{re.escape(token)}'$"
+                self.assertTrue([line for line in ended.stderr if re.search(words, line)], ended.stderr)
+
     def test_is_asked_again_and_again_and_never_reset(self):
         members = ["robot", "stops", "acknowledged", "not_observed", "timed_out", "failed", "over_max",
                    "min_ns", "p50_ns", "p99_ns", "max_ns", "max_at_utc"]
@@ -350,7 +362,7 @@ class arguments(unittest.TestCase):
                             (("stop", "ws://127.0.0.1:1", "--max", "5"), "--max"),
                             (("stop", "ws://127.0.0.1:1", "--repeat", "0"), "out of range"),
                             (("reset", "ws://127.0.0.1:1", "x"), "NUMBER is a whole number, not 'x'"),
-                            (("serve", "--guarded"), "--guarded is for --demo")):
+                            (("serve", "--guarded"), "--guarded is for the robot of serve.demo, or --demo")):
             ended = run(*words)
             self.assertEqual((ended.code, ended.stdout), (2, []), words)
             self.assertIn(says, "\n".join(ended.stderr))

@@ -39,10 +39,11 @@ class closed(Exception):
         self.code, self.reason = code, reason
 
 
-def connect(port, host="127.0.0.1"):
+def connect(port, host="127.0.0.1", secure=None):
+    """`secure`: the ssl.SSLContext of a connection by TLS."""
     stream = socket.create_connection((host, port), timeout=timeout)
     stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    return stream
+    return secure.wrap_socket(stream, server_hostname=host) if secure else stream
 
 
 def request(method, path, fields):
@@ -70,10 +71,10 @@ def read_answer(stream):
     return int(first.split()[1]), headers, rest[:length], rest[length:]
 
 
-def get(port, path="/", headers=None, host="127.0.0.1", method="GET"):
+def get(port, path="/", headers=None, host="127.0.0.1", method="GET", secure=None):
     """One HTTP request on a connection of its own: status, headers, body."""
     fields = {"Host": f"{host}:{port}", "Connection": "close", **(headers or {})}
-    with connect(port, host) as stream:
+    with connect(port, host, secure) as stream:
         stream.sendall(request(method, path, fields))
         return read_answer(stream)[:3]
 
@@ -98,11 +99,11 @@ def frame(opcode, payload=b"", fin=True, mask=True, reserved=0, length=None, key
 class peer:
     masks = True  # as a client does
 
-    def __init__(self, port, host="127.0.0.1", path="/", headers=None):
+    def __init__(self, port, host="127.0.0.1", path="/", headers=None, secure=None):
         key = base64.b64encode(os.urandom(16)).decode()
         fields = {"Host": f"{host}:{port}", "Upgrade": "websocket", "Connection": "Upgrade",
                   "Sec-WebSocket-Key": key, "Sec-WebSocket-Version": "13", **(headers or {})}
-        self.stream = connect(port, host)
+        self.stream = connect(port, host, secure)
         self.buffer = b""
         try:
             self.stream.sendall(request("GET", path, fields))

@@ -42,7 +42,8 @@ TEST(write_rejection, says_what_the_status_demands) {
 
 TEST(write_rejection, names_every_status_that_rowe_answers) {
   std::array<char, http_rejection_bytes_max> buffer{};
-  constexpr std::uint16_t statuses[] = {400, 401, 403, 404, 405, 408, 426, 429, 431, 500, 503, 505};
+  constexpr std::uint16_t statuses[] = {400, 401, 403, 404, 405, 408, 409, 411,
+                                        413, 415, 426, 429, 431, 500, 503, 505};
   for (const std::uint16_t status : statuses) {
     http_rejection rejection;
     rejection.set(status, "what", "remedy");
@@ -68,6 +69,22 @@ TEST(write_rejection, fits_the_buffer_it_promises_whatever_the_peer_sent) {
   const std::string text(500, 'x');
   longest.set(426, text, text);
   EXPECT_FALSE(write_rejection(buffer, longest).empty());
+  longest.set(401, text, text);
+  longest.to_form = true;
+  EXPECT_FALSE(write_rejection(buffer, longest).empty());
+}
+
+TEST(write_rejection, leads_who_logs_in_back_to_the_form_and_takes_no_markup) {
+  std::array<char, http_rejection_bytes_max> buffer{};
+  http_rejection rejection;
+  rejection.set(401, "no % here", "<i>try</i> & again", "<script>");
+  rejection.to_form = true;
+  const std::string answer{write_rejection(buffer, rejection)};
+  EXPECT_TRUE(answer.starts_with("HTTP/1.1 401 Unauthorized\r\nContent-Type: text/html; charset=utf-8\r\n"));
+  const std::string body = answer.substr(answer.find("\r\n\r\n") + 4);
+  EXPECT_NE(answer.find("\r\nContent-Length: " + std::to_string(body.size()) + "\r\n"), std::string::npos);
+  EXPECT_NE(body.find("<h1>no ?script> here</h1><p>?i>try?/i> ? again</p>"), std::string::npos) << body;
+  EXPECT_NE(body.find("<a href=\"/rowe/login\">Log in</a>"), std::string::npos) << body;
 }
 
 TEST(http_rejection, shows_no_control_characters_of_the_peer) {

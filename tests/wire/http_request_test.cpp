@@ -95,6 +95,15 @@ TEST(judge_request, takes_gzip_only_where_it_is_wanted) {
   EXPECT_FALSE(gzip("Accept: gzip"));
 }
 
+TEST(judge_request, takes_no_gzip_under_tls) {
+  handshake_policy policy = policy_at(8080);
+  policy.secure = true;
+  const http_judgement j =
+      judge_request(header({"GET / HTTP/1.1", "Host: localhost", "Accept-Encoding: gzip"}), policy);
+  EXPECT_EQ(j.outcome, http_outcome::page);
+  EXPECT_FALSE(j.accepts_gzip);
+}
+
 TEST(judge_request, ignores_entity_tags_that_come_in_two_fields) {
   const http_judgement j = judge_request(
       header({"GET / HTTP/1.1", "Host: localhost", "If-None-Match: \"a\"", "If-None-Match: \"b\""}),
@@ -284,27 +293,55 @@ TEST(judge_request, finds_a_token_in_the_header_in_a_subprotocol_and_in_the_url)
   EXPECT_EQ(offered.token, "abc");
   EXPECT_EQ(offered.subprotocol, "rowe.v1"); // never the token
   EXPECT_EQ(token_of({{"P", "Sec-WebSocket-Protocol: rowe.token.abc"}}).subprotocol, "");
-  for (const auto& [first, token] :
-       {std::pair{"GET /x?token=abc HTTP/1.1", "abc"}, {"GET /x?a=1&token=abc&b=2 HTTP/1.1", "abc"},
-        {"GET /x?mytoken=abc HTTP/1.1", ""}, {"GET /x?token= HTTP/1.1", ""}, {"GET /x?& HTTP/1.1", ""}}) {
+  for (const auto& [first, token] : {std::pair{"GET /x?token=abc HTTP/1.1", "abc"},
+                                     {"GET /x?a=1&token=abc&b=2 HTTP/1.1", "abc"},
+                                     {"GET /x?mytoken=abc HTTP/1.1", ""},
+                                     {"GET /x?token= HTTP/1.1", ""},
+                                     {"GET /x?token=&token=abc HTTP/1.1", "abc"},
+                                     {"GET /x?& HTTP/1.1", ""}}) {
     const shown found = token_of({}, first);
     EXPECT_EQ(found.token, token) << first;
     EXPECT_EQ(found.in_url, !found.token.empty()) << first;
   }
 }
 
+TEST(judge_request, finds_the_token_of_who_asks_for_a_page) {
+  for (const auto& [text, in_url] :
+       {std::pair{"GET /metrics HTTP/1.1\r\nHost: localhost:8080\r\nAuthorization: Bearer abc\r\n\r\n",
+                  false},
+        {"HEAD /metrics?token=abc HTTP/1.1\r\nHost: localhost:8080\r\n\r\n", true}}) {
+    const http_judgement j = judge_request(text, policy_at(8080));
+    EXPECT_EQ(j.outcome, http_outcome::page) << j.rejection.what();
+    EXPECT_EQ(j.token, "abc");
+    EXPECT_EQ(j.token_in_url, in_url);
+    EXPECT_EQ(j.path, "/metrics");
+  }
+}
+
 TEST(judge_request, takes_the_header_before_the_subprotocol_before_the_url) {
-  const shown first = token_of(
-      {{"A", "Authorization: Bearer one"}, {"P", "Sec-WebSocket-Protocol: rowe.token.two, rowe.v1"}},
-      "GET /x?token=three HTTP/1.1");
+  const shown first =
+      token_of({{"A", "Authorization: Bearer one"}, {"P", "Sec-WebSocket-Protocol: rowe.token.two, rowe.v1"}},
+               "GET /x?token=three HTTP/1.1");
   EXPECT_EQ(first.token, "one");
   const shown second =
       token_of({{"P", "Sec-WebSocket-Protocol: rowe.v1, rowe.token.two"}}, "GET /x?token=three HTTP/1.1");
   EXPECT_EQ(second.token, "two");
   EXPECT_FALSE(second.in_url);
   EXPECT_EQ(token_of({{"A", "Authorization: Basic abc"}}).token, ""); // for a proxy
-  EXPECT_TRUE(refused(upgrade({{"A", "Authorization: Bearer a"}, {"B", "Authorization: Bearer b"}}), 400,
-                      "twice"));
+  EXPECT_TRUE(
+      refused(upgrade({{"A", "Authorization: Bearer a"}, {"B", "Authorization: Bearer b"}}), 400, "twice"));
+}
+
+TEST(judge_request, refuses_two_tokens_of_one_kind) {
+  EXPECT_TRUE(refused(upgrade({{"P", "Sec-WebSocket-Protocol: rowe.token.a, rowe.v1, rowe.token.b"}}), 400,
+                      "two tokens are offered as subprotocols", "offer one"));
+  EXPECT_TRUE(refused(
+      upgrade({{"P", "Sec-WebSocket-Protocol: rowe.token.a"}, {"Q", "Sec-WebSocket-Protocol: rowe.token.a"}}),
+      400, "two tokens are offered as subprotocols", "offer one"));
+  EXPECT_TRUE(
+      refused(upgrade({}, "GET /x?token=a&token=a HTTP/1.1"), 400, "two tokens are in the URL", "send one"));
+  EXPECT_TRUE(refused(upgrade({{"A", "Authorization: Bearer one"}}, "GET /?token=a&b&token=c HTTP/1.1"), 400,
+                      "two tokens are in the URL", "send one"));
 }
 
 TEST(judge_request, quotes_no_token_in_a_rejection) {
@@ -314,8 +351,8 @@ TEST(judge_request, quotes_no_token_in_a_rejection) {
         upgrade({{"P", "Sec-WebSocket-Protocol: rowe.token." + secret + " x, a b"}}),
         upgrade({{"A", "Authorization: Bearer " + secret}, {"Host", "Host: evil"}}),
         upgrade({}, "GET x?token=" + secret + " HTTP/1.1"),
-        upgrade({}, "GET /?token=" + secret + "#a HTTP/1.1"),
-        upgrade({}, "GET /?token=" + secret), upgrade({{"A", "Authorization : Bearer " + secret}}),
+        upgrade({}, "GET /?token=" + secret + "#a HTTP/1.1"), upgrade({}, "GET /?token=" + secret),
+        upgrade({{"A", "Authorization : Bearer " + secret}}),
         upgrade({{"A", "Authorization Bearer " + secret}}),
         upgrade({{"A", "Authorization: Bearer " + secret + "\x01"}}),
         upgrade({}, "GET /?token=" + secret + "\x01 HTTP/1.1"),

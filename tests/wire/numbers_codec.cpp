@@ -124,6 +124,11 @@ decoded numbers_decoder::decode_binary(std::span<const std::byte> message, const
   return refuse(why, decoded::malformed);
 }
 
+// Only what is published may be long.
+std::size_t numbers_decoder::body_begins(std::byte kind) const noexcept {
+  return kind == std::byte{'p'} ? 5 : 0;
+}
+
 codec_id numbers_decoder::guess(std::string_view, codec_id) const noexcept { return numbers::id; }
 
 bool numbers_decoder::may_be_stop(opcode what, std::string_view begins) const noexcept {
@@ -173,9 +178,9 @@ message_kind numbers_codec::write_error(json::writer& out, const error_context& 
   return message_kind::binary;
 }
 
-message_kind numbers_codec::write_hello(json::writer& out, std::string_view name) const noexcept {
+message_kind numbers_codec::write_hello(json::writer& out, const greeting& who) const noexcept {
   out.append("h");
-  out.append(name);
+  out.append(who.name);
   return message_kind::binary;
 }
 
@@ -195,8 +200,14 @@ const protocol_set& protocols() {
   static constexpr numbers_decoder reads;
   static constexpr numbers_codec writes;
   static const protocol_set& standard = protocols_of(rowe::peer_profile::standard);
-  static const std::array<const codec*, 3> codecs{standard.codecs[0], standard.codecs[1], &writes};
-  static const std::array<protocol, 2> rows{standard.find(""),
+  static const auto codecs = [&] {
+    std::array<const codec*, static_cast<std::size_t>(numbers::id) + 1> all{};
+    std::copy(standard.codecs.begin(), standard.codecs.end(), all.begin());
+    all.back() = &writes;
+    return all;
+  }();
+  static const std::array<protocol, 4> rows{standard.find(""), standard.find("foxglove.sdk.v1"),
+                                            standard.find("foxglove.websocket.v1"),
                                             protocol{.subprotocol = subprotocol,
                                                      .reads = reads,
                                                      .first = writes,

@@ -28,7 +28,7 @@ using namespace rowe::wire;
 namespace json = rowe::json;
 
 inline constexpr std::string_view subprotocol = "numbers.v1";
-inline constexpr codec_id id{2}; // behind those of the standard profile
+inline constexpr codec_id id{7}; // behind those of the standard profile
 
 std::string four(std::uint32_t number);
 std::uint32_t number_at(std::string_view bytes);
@@ -39,6 +39,7 @@ class numbers_decoder final : public message_decoder {
                  diagnostic& why) const noexcept override;
   decoded decode_binary(std::span<const std::byte> message, const decode_buffers& buffers, request& into,
                         diagnostic& why) const noexcept override;
+  std::size_t body_begins(std::byte kind) const noexcept override;
   codec_id guess(std::string_view text, codec_id spoke_last) const noexcept override;
   bool may_be_stop(opcode what, std::string_view begins) const noexcept override;
 };
@@ -59,14 +60,14 @@ class numbers_codec final : public codec {
                         std::string_view service) const noexcept override;
   message_kind write_error(json::writer& out, const error_context& to,
                            const diagnostic& why) const noexcept override;
-  message_kind write_hello(json::writer& out, std::string_view name) const noexcept override;
+  message_kind write_hello(json::writer& out, const greeting& who) const noexcept override;
   message_kind write_topics(json::writer& out, std::span<const listed> which,
                             bool added) const noexcept override;
   message_kind write_services(json::writer& out, std::span<const listed> which,
                               bool added) const noexcept override;
 };
 
-// The protocols of the standard profile, and one row more.
+// The protocols of clients that offer no subprotocol, of Foxglove's, and one row more.
 const protocol_set& protocols();
 
 } // namespace numbers

@@ -176,9 +176,9 @@ TEST(rosbridge_services, refuses_with_a_diagnostic_that_names_member_value_and_l
        R"(call_service: the member "timeout" must not be negative; it is -0.5)"},
       {R"({"op":"call_service","service":"/s","fragment_size":-1})",
        R"(call_service: the member "fragment_size" must not be negative; it is -1)"},
-      {R"({"op":"call_service","service":"/s","compression":"png"})",
-       R"(call_service: the member "compression" asks for "png", which is not offered; use "none" or )"
-       R"(leave it out)"},
+      {R"({"op":"call_service","service":"/s","compression":"lz4"})",
+       R"(call_service: the member "compression" asks for "lz4", which is not offered; use "none", "png", )"
+       R"("cbor", "cbor-raw" or leave it out)"},
       {R"({"op":"call_service","service":"/s","id":{}})",
        R"(call_service: the member "id" must be a string or an integer; it is {})"},
       {R"({"op":"service_response","service":"/s","result":1})",

@@ -9,14 +9,13 @@
 #include <iterator>
 
 #include "../rowe/console.hpp"
-#include "../rowe/text/json_check.hpp"
 #include "../rowe/text/json_values.hpp"
 
 namespace rowe::tools::bench {
 namespace {
 
-std::string text_at(std::string_view json, std::string_view path) {
-  const auto found = value_at(json, path);
+std::string text_at(json_value json, std::string_view path) {
+  const auto found = json.find(path);
   return found ? plain_text_of(*found) : std::string{};
 }
 
@@ -28,10 +27,10 @@ std::optional<double> number_of(std::string_view text) {
 }
 
 // `[[1,2,3],[4,5,6]]`, as three numbers each.
-std::vector<bucket> buckets_of(std::string_view json) {
+std::vector<bucket> buckets_of(json_value json) {
   std::vector<double> all;
   for (const json_leaf& leaf : leaves_of(json))
-    if (const auto n = number_of(leaf.value)) all.push_back(*n);
+    if (const auto n = number_of(leaf.value.text())) all.push_back(*n);
   std::vector<bucket> buckets;
   for (std::size_t i = 0; i + 2 < all.size(); i += 3)
     buckets.push_back({static_cast<std::uint64_t>(all[i]), static_cast<std::uint64_t>(all[i + 1]),
@@ -93,18 +92,18 @@ std::optional<double> earlier::number(std::string_view key) const {
   return found == numbers.end() ? std::nullopt : std::optional{found->second};
 }
 
-std::optional<earlier> earlier_of(std::string_view json) {
-  while (!json.empty() && (json.back() == '\n' || json.back() == ' ')) json.remove_suffix(1);
-  if (object_fault(json) || !value_at(json, "bench") || !value_at(json, "machine.line")) return std::nullopt;
+std::optional<earlier> earlier_of(std::string_view text) {
+  const json_value json = read_json(text);
+  if (!json.find("bench") || !json.find("machine.line")) return std::nullopt;
   earlier e;
   e.mode = text_at(json, "bench");
   e.machine = text_at(json, "machine.line");
-  if (const auto buckets = value_at(json, "buckets_ns")) e.buckets = buckets_of(*buckets);
+  if (const auto buckets = json.find("buckets_ns")) e.buckets = buckets_of(*buckets);
   for (const json_leaf& leaf : leaves_of(json)) {
     if (leaf.path.find('[') != leaf.path.npos) continue;
     if (leaf.path.starts_with("settings."))
       e.settings.push_back({leaf.path.substr(9), plain_text_of(leaf.value)});
-    if (const auto n = number_of(leaf.value)) e.numbers.emplace_back(leaf.path, *n);
+    if (const auto n = number_of(leaf.value.text())) e.numbers.emplace_back(leaf.path, *n);
   }
   return e;
 }

@@ -15,6 +15,7 @@
 #include "../rowe/interrupt.hpp"
 #include "../rowe/network/host_addresses.hpp"
 #include "../rowe/network/remote.hpp"
+#include "../rowe/text/json_values.hpp"
 #include "modes.hpp"
 #include "probe.hpp"
 #include "session.hpp"
@@ -77,7 +78,7 @@ class answering {
     // relaxed: nothing but the flag itself is handed over
     while (!stop.load(std::memory_order_relaxed)) {
       if (auto request = echo_.try_next()) echo(*request);
-      if (auto value = in_.try_take()) tell(value->value());
+      if (auto value = in_.try_take()) tell(value->json());
     }
   }
   void echo_all() noexcept {
@@ -91,7 +92,7 @@ class answering {
     for (;;) {
       auto value = in_.take(-1ns);
       if (!value) return;
-      tell(value->value());
+      tell(value->json());
     }
   }
 
@@ -100,7 +101,7 @@ class answering {
       : echo_{std::move(echo)}, in_{std::move(in)}, back_{std::move(back)} {}
 
   void echo(request<json_text>& asked) noexcept { (void)echo_.reply(asked, asked.value()); } // it may be gone
-  void tell(std::string_view probe) noexcept {
+  void tell(json_value probe) noexcept {
     const rt::time_point now = rt::monotonic_clock::now();
     const auto number = probe_text::number_of(probe);
     if (number) (void)back_.publish({*number, rt::nanoseconds_of(now)}, now); // one lost is seen there

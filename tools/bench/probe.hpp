@@ -8,9 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include <rowe/json_value.hpp>
 #include <rowe/schema.hpp>
-
-#include "../rowe/text/json_values.hpp"
 
 namespace rowe::tools::bench {
 
@@ -34,13 +33,10 @@ class probe_text {
     return text_;
   }
   // The number of such a text.
-  static std::optional<std::uint64_t> number_of(std::string_view json) noexcept {
-    const auto found = value_at(json, "n");
-    std::uint64_t value = 0;
-    if (!found || std::from_chars(found->data(), found->data() + found->size(), value).ec != std::errc{} ||
-        value < base)
-      return std::nullopt;
-    return value - base;
+  static std::optional<std::uint64_t> number_of(json_value json) noexcept {
+    const auto found = json.get<std::uint64_t>("n");
+    if (!found || *found < base) return std::nullopt;
+    return *found - base;
   }
 
  private:

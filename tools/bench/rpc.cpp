@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "../rowe/network/remote.hpp"
-#include "../rowe/text/json_check.hpp"
+#include "../rowe/text/json_values.hpp"
 #include "modes.hpp"
 #include "probe.hpp"
 #include "session.hpp"
@@ -122,8 +122,8 @@ exit_code rpc(argument_list arguments) {
   const bool echo = s.service.empty();
   if (echo && !s.request.empty()) return usage_error("bench rpc", "--request is for a --service");
   if (!echo && s.url.empty()) return usage_error("bench rpc", "--service needs a URL: the robot that has it");
-  if (const auto fault = object_fault(s.request); !s.request.empty() && fault)
-    return usage_error("bench rpc", joined(quoted(s.request), " ", sentence_of(*fault)));
+  if (const auto fault = object_fault(s.request); !s.request.empty() && !fault.empty())
+    return usage_error("bench rpc", joined(quoted(s.request), " ", fault));
 
   if (!echo) s.size = size_max; // whatever it answers
   link over = connect(s, to, {}, echo);

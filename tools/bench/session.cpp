@@ -44,10 +44,12 @@ bool introduce(link& l, rt::duration timeout) {
   if (!ask) return false;
   const auto answer = ask->call("{}", timeout);
   if (!answer) return false;
-  const std::string boot_id = plain_text_of(value_at(answer->value(), "boot_id").value_or(""));
-  l.same_clock = boot_id == this_machine({}).boot_id && !boot_id.empty();
-  if (!l.same_clock)
-    l.peer_machine = plain_text_of(value_at(answer->value(), "line").value_or("\"unknown\""));
+  const auto boot_id = answer->get<std::string>("boot_id");
+  l.same_clock = boot_id && !boot_id->empty() && *boot_id == this_machine({}).boot_id;
+  if (!l.same_clock) {
+    const auto line = answer->get<std::string>("line");
+    l.peer_machine = line ? printable(*line) : "unknown";
+  }
   return true;
 }
 

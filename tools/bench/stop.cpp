@@ -23,11 +23,10 @@ constexpr double stop_rate_default = 19.87;
 constexpr std::string_view request = R"({"source":"rowe bench stop"})";
 
 // A time of the robot's clock in its answer, a string of digits; nothing where there is none.
-std::optional<rt::time_point> time_in(std::string_view json, std::string_view name) noexcept {
-  const auto found = value_at(json, name);
-  if (!found || found->size() < 3 || found->front() != '"') return std::nullopt;
+std::optional<rt::time_point> time_in(json_value json, std::string_view name) noexcept {
+  const auto found = json.get<std::string_view>(name);
   std::int64_t ns = 0;
-  if (std::from_chars(found->data() + 1, found->data() + found->size() - 1, ns).ec != std::errc{})
+  if (!found || std::from_chars(found->data(), found->data() + found->size(), ns).ec != std::errc{})
     return std::nullopt;
   return rt::time_point{rt::duration{ns}};
 }
@@ -51,7 +50,7 @@ class stops {
       last_->how = answer.error().code == errc::timed_out ? ending::timed_out : ending::failed;
       failure_ = joined("the stop: ", answer.error().message());
     } else {
-      note(answer->value(), now, back);
+      note(answer->json(), now, back);
     }
     let_run();
     return true;
@@ -78,7 +77,7 @@ class stops {
   }
 
  private:
-  void note(std::string_view answer, rt::time_point asked, rt::time_point back) noexcept {
+  void note(json_value answer, rt::time_point asked, rt::time_point back) noexcept {
     const auto accepted = time_in(answer, "accepted_ns");
     const auto observed = time_in(answer, "observed_ns");
     round_trip.record(back - asked);

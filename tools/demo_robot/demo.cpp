@@ -92,7 +92,9 @@ result<demo::handles> demo::open(endpoint& on) {
   if (!speed) return speed.error();
   auto latch = on.stop_latch({.name = "robot", .loop_timeout = loop_timeout});
   if (!latch) return latch.error();
-  return handles{std::move(*odom), std::move(*speed), std::move(*latch)};
+  auto speed_max = on.parameter<double>(limit, robot::speed_max, {0, robot::speed_max});
+  if (!speed_max) return speed_max.error();
+  return handles{std::move(*odom), std::move(*speed), std::move(*latch), std::move(*speed_max)};
 }
 
 demo::demo(handles through, int service_cpu)
@@ -101,12 +103,15 @@ demo::demo(handles through, int service_cpu)
 
 // One request a cycle is plenty, and bounds it.
 void demo::answer(robot& moving, rt::time_point now) noexcept {
+  if (through_.speed_max.refresh()) moving.set_speed(std::min(moving.speed(), through_.speed_max.get()));
   auto request = through_.speed.try_next(now);
   if (!request) return;
   const speed_setting asked = request->value();
-  if (asked.speed >= 0 && asked.speed <= robot::speed_max) {
+  if (asked.speed >= 0 && asked.speed <= through_.speed_max.get()) {
     moving.set_speed(asked.speed);
     (void)through_.speed.reply(*request, asked, now); // who has gone needs no answer
+  } else if (asked.speed >= 0 && asked.speed <= robot::speed_max) {
+    (void)through_.speed.refuse(*request, "the speed is above the parameter /robot/speed_max", now);
   } else {
     (void)through_.speed.refuse(*request, "the speed is out of range: 0 to 1 m/s", now);
   }

@@ -45,6 +45,7 @@ class demo {
   static constexpr int priority = 80;
   static constexpr std::string_view topic = "/odom";
   static constexpr std::string_view service = "/robot/set_speed";
+  static constexpr std::string_view limit = "/robot/speed_max"; // a parameter
 
   // The stop of such a robot: it drives on ordinary machines, busy laptops among them, and phones guard it
   // over their Wi-Fi; so its limits are wider than a real robot's.
@@ -56,6 +57,7 @@ class demo {
     publisher<ros::odometry> odom; // every value is wanted, but none that is older than a tenth of a second
     responder<speed_setting, speed_setting> speed;
     stop_latch latch;
+    parameter<double> speed_max; // m/s
   };
   static result<handles> open(endpoint& on);
 

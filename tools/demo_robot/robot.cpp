@@ -58,6 +58,9 @@ double limited(double wanted, double last) noexcept {
   return std::clamp(speed, last - change_max, last + change_max);
 }
 
+// At the crossing both components of the velocity are a times the phase rate.
+constexpr double speed_at_pace_1 = robot::half_length * phase_rate * std::numbers::sqrt2;
+
 } // namespace
 
 robot::robot() noexcept : pose_{figure_of_eight(0, 1).pose} {}
@@ -68,11 +71,8 @@ planar_twist robot::twist() const noexcept {
   return {.forward = (wheels_.left + wheels_.right) / 2, .turn = (wheels_.right - wheels_.left) / track};
 }
 
-void robot::set_speed(double speed) noexcept {
-  // At the crossing both components of the velocity are a times the phase rate.
-  constexpr double usual = half_length * phase_rate * std::numbers::sqrt2;
-  pace_ = speed / usual;
-}
+void robot::set_speed(double speed) noexcept { pace_ = speed / speed_at_pace_1; }
+double robot::speed() const noexcept { return pace_ * speed_at_pace_1; }
 
 void robot::step() noexcept {
   const planar_twist wanted = tracking(figure_of_eight(time_, pace_), pose_);

@@ -47,6 +47,7 @@ class robot {
 
   // Its speed where the figure is fastest, from here on, in m/s; 0 lets it stand. From 0 to speed_max.
   void set_speed(double speed) noexcept;
+  double speed() const noexcept;
 
   // Lets one period pass: drives on.
   void step() noexcept;

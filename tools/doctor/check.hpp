@@ -39,8 +39,9 @@ struct finding {
 struct machine {
   const facts& files;
   trials& trial;
-  cpu_list cpus;            // those that the loop is to run on
-  rt::duration self_test{}; // how long; zero: not at all
+  cpu_list cpus;             // those that the loop is to run on
+  rt::duration self_test{};  // how long; zero: not at all
+  std::string certificate{}; // a file; empty: there is none to examine
 };
 
 struct check {
@@ -60,6 +61,8 @@ struct group {
 
 // All of them, in the order in which they are printed.
 std::span<const group> groups();
+// Where there is one to examine.
+group certificate_group();
 
 std::span<const check> kernel_checks();
 std::span<const check> permission_checks();

@@ -30,6 +30,7 @@ struct doctor_options {
   std::string cpus;
   std::optional<rt::duration> duration;
   std::string root;
+  std::string certificate;
   bool quick = false;
   bool fix_hints = false;
   bool strict = false;
@@ -57,6 +58,7 @@ command table_of(doctor_options& o) {
           {"--duration", "", "TIME", "of the self-test, which measures wake-ups (default 2s)",
            time_span{&o.duration}},
           {"--quick", "", "", "without the self-test", &o.quick},
+          {"--certificate", "", "FILE", "also when this certificate ends (PEM)", &o.certificate},
           {"--strict", "", "", "exit code 5 if a check fails", &o.strict},
           {"--json", "", "", "one JSON object a line, one for each check", &o.json},
           {"--root", "", "DIR", "examine another machine's files, DIR/proc and DIR/sys, and DIR/trials",
@@ -126,7 +128,8 @@ exit_code doctor(argument_list arguments) {
   const machine on{.files = files,
                    .trial = *trial,
                    .cpus = choice.cpus,
-                   .self_test = chosen.quick ? 0s : chosen.duration.value_or(self_test_default)};
+                   .self_test = chosen.quick ? 0s : chosen.duration.value_or(self_test_default),
+                   .certificate = chosen.certificate};
   console to{"doctor"};
   to.be_quiet(chosen.quiet);
   if (!chosen.quick && chosen.root.empty()) {
@@ -140,12 +143,14 @@ exit_code doctor(argument_list arguments) {
               .reasons = chosen.verbose,
               .only_bad = chosen.quiet}};
   bool read_by_somebody = chosen.json || emit(report::heading(on));
-  for (const group& some : groups()) {
+  const auto go_through = [&](const group& some) {
     for (const check& one : some.checks) {
       const std::string text = out.text_of(some, one, examine(one, on));
       if (read_by_somebody) read_by_somebody = emit(text);
     }
-  }
+  };
+  for (const group& some : groups()) go_through(some);
+  if (!chosen.certificate.empty()) go_through(certificate_group());
   if (chosen.json) {
     to.note(out.summary());
     to.note(out.verdict());

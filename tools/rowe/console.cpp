@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console.hpp"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <array>
 #include <cstddef>
 #include <cstdio>
+#include <cstdlib>
+#include <ctime>
+
+#include "text/json_values.hpp"
 
 namespace rowe::tools {
 namespace {
@@ -13,6 +20,42 @@ void append_code_point(std::string& to, unsigned code) {
   to.append("\\u00");
   to += digits[code >> 4 & 0xf];
   to += digits[code & 0xf];
+}
+
+// Of the character in front of a text in UTF-8; 0 where there is none, as in a text that was cut.
+std::size_t bytes_of_character(std::string_view text) noexcept {
+  const auto at = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
+  const unsigned lead = at(0);
+  if (lead < 0x80) return 1;
+  const std::size_t bytes = lead >= 0xf0 ? 4 : lead >= 0xe0 ? 3 : 2;
+  const unsigned least = lead == 0xe0 ? 0xa0 : lead == 0xf0 ? 0x90 : 0x80; // less has a shorter form
+  const unsigned most = lead == 0xed ? 0x9f : lead == 0xf4 ? 0x8f : 0xbf;  // more is a surrogate, or no code
+  if (lead < 0xc2 || lead > 0xf4 || at(1) < least || at(1) > most) return 0;
+  for (std::size_t i = 2; i < bytes; ++i)
+    if ((at(i) & 0xc0) != 0x80) return 0;
+  return bytes;
+}
+
+std::string_view name_of(severity how) noexcept {
+  switch (how) {
+  case severity::error: return "error";
+  case severity::warning: return "warning";
+  case severity::notice: return "notice";
+  case severity::info: break;
+  }
+  return "info";
+}
+
+// RFC 3339, UTC, milliseconds.
+std::string time_of_day() {
+  timespec now{};
+  ::clock_gettime(CLOCK_REALTIME, &now);
+  tm parts{};
+  ::gmtime_r(&now.tv_sec, &parts);
+  std::array<char, 40> text;
+  const std::size_t bytes = std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &parts);
+  std::snprintf(text.data() + bytes, text.size() - bytes, ".%03ldZ", now.tv_nsec / 1'000'000);
+  return text.data();
 }
 
 } // namespace
@@ -31,10 +74,27 @@ std::string joined_parts(std::span<const part> parts) {
   return text;
 }
 
+// journald names its stream "DEVICE:INODE". Whoever redirects stderr inherits the name, so it is compared.
+bool journal_reads_stderr() {
+  const char* const named = std::getenv("JOURNAL_STREAM");
+  struct stat is {};
+  return named != nullptr && ::fstat(STDERR_FILENO, &is) == 0 &&
+         joined(static_cast<std::uint64_t>(is.st_dev), ":", static_cast<std::uint64_t>(is.st_ino)) == named;
+}
+
 // stderr is not buffered, so a line made first is one write and is not mixed with those of other programs.
-void console::write(std::string_view line) const {
-  const std::string whole = joined(prefix_, line, "\n");
-  std::fwrite(whole.data(), 1, whole.size(), stderr);
+void console::say(severity how, std::string_view message, std::string_view members) const {
+  if (quiet_ && how > severity::warning) return;
+  std::string line = style_.priorities ? joined("<", static_cast<int>(how), ">") : std::string{};
+  if (style_.json) {
+    line.append(joined("{\"time\":\"", time_of_day(), "\",\"severity\":\"", name_of(how), "\",\"program\":",
+                       json_string_of(verb_), ",\"message\":", json_string_of(message)));
+    if (!members.empty()) line.append(joined(",", members));
+    line.append("}\n");
+  } else {
+    line.append(joined(verb_, ": ", message, "\n"));
+  }
+  std::fwrite(line.data(), 1, line.size(), stderr);
 }
 
 bool emit(std::string_view text) {
@@ -64,8 +124,11 @@ std::string printable(std::string_view text) {
     } else if (byte == 0xc2 && next >= 0x80 && next < 0xa0) {
       append_code_point(shown, next);
       ++i;
+    } else if (const std::size_t bytes = bytes_of_character(text.substr(i)); bytes != 0) {
+      shown.append(text.substr(i, bytes));
+      i += bytes - 1;
     } else {
-      shown += text[i];
+      shown.append("\ufffd");
     }
   }
   return shown;

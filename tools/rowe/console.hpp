@@ -54,28 +54,43 @@ inline std::string typed(std::string_view verb) {
   return joined(verb.starts_with("rowe_") ? "" : "rowe ", verb);
 }
 
+// As syslog numbers them.
+enum class severity : std::uint8_t { error = 3, warning = 4, notice = 5, info = 6 };
+
+// How lines are written for programs that read them.
+struct log_style {
+  bool json = false;       // an object a line, with the time
+  bool priorities = false; // "<4>" in front, which journald takes out again
+};
+
+// Whether what is written to stderr goes to journald.
+bool journal_reads_stderr();
+
 class console {
  public:
   // The verb opens every line: "rowe serve: ...".
-  explicit console(std::string_view verb) : prefix_{joined(typed(verb), ": ")} {}
+  explicit console(std::string_view verb) : verb_{typed(verb)} {}
 
-  // --quiet: notes are left out, errors are not.
+  void write_as(const log_style& style) noexcept { style_ = style; }
+
+  // --quiet: errors and warnings only.
   void be_quiet(bool quiet) noexcept { quiet_ = quiet; }
   bool quiet() const noexcept { return quiet_; }
 
   template <class... Parts>
   void note(const Parts&... parts) const {
-    if (!quiet_) write(joined(parts...));
+    say(severity::info, joined(parts...));
   }
   template <class... Parts>
   void error(const Parts&... parts) const {
-    write(joined(parts...));
+    say(severity::error, joined(parts...));
   }
+  // `members`: of the JSON object, besides time, severity, program and message.
+  void say(severity how, std::string_view message, std::string_view members = {}) const;
 
  private:
-  void write(std::string_view line) const;
-
-  std::string prefix_;
+  std::string verb_;
+  log_style style_;
   bool quiet_ = false;
 };
 
@@ -87,7 +102,7 @@ class console {
 std::string sentence_of(const event& happened);
 
 // Text from a peer, fit for a terminal: control characters (C0, DEL, and C1 in UTF-8) become "\u009b" and the
-// like, since some of them move the cursor or do worse.
+// like, since some of them move the cursor or do worse. What is no UTF-8 becomes U+FFFD.
 std::string printable(std::string_view text);
 
 // The same in quotes.

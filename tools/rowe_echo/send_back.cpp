@@ -53,7 +53,7 @@ class answers {
   bool try_send(const received& message) {
     // A reply carries the number of its call under another name.
     const std::string text =
-        message.wants_reply() ? without_member(message.value(), "message_id") : std::string{message.value()};
+        message.wants_reply() ? without_member(message.json(), "message_id") : std::string{message.value()};
     while (!interrupt::seen()) {
       const status done = message.wants_reply() ? through_.try_reply(message, text)
                                                 : through_.try_send(text, rt::for_ever, message.from());

@@ -32,8 +32,13 @@
 #include <rowe/rt/waker.hpp>
 #include <rowe/rt/window.hpp>
 
+namespace rowe {
+struct schema_description;
+} // namespace rowe
+
 namespace rowe::json {
 class encoder;
+struct other_encoders;
 class decoder;
 } // namespace rowe::json
 
@@ -181,7 +186,10 @@ struct queue_pair {
   std::uint8_t type_bytes = 0;
   std::array<char, name_bytes_max> name_text{};
   std::array<char, name_bytes_max> type_text{};
-  const json::encoder* encoder = nullptr; // of the values that go out
+  const schema_description* encoded = nullptr;          // of the values that go out; null: text
+  const schema_description* decoded = nullptr;          // of those that come in
+  const json::encoder* encoder = nullptr;               // of the values that go out
+  const json::other_encoders* other_encoders = nullptr; // likewise, of what is published
   const json::decoder* decoder = nullptr; // of the values that come in: subscribed, requests, replies
   duration ttl = rt::for_ever;            // of what is published
   duration period{};                      // likewise; 0: not known

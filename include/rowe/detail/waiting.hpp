@@ -39,6 +39,32 @@ inline std::optional<std::uint32_t> take_arrived(queue_pair& on, time_point now)
   return std::nullopt;
 }
 
+inline bool has_time_to_live(const queue_pair& on, std::uint32_t slot) noexcept {
+  return on.user.in.slots.header(slot)->expires_ns != rt::nanoseconds_of(rt::never);
+}
+
+// Of a value that has a time to live: whether that is over at `*at`, or, without it, now. Counts it if so.
+// Out of line, as is the next: most values have none, and taking those is to stay short.
+[[gnu::noinline]] inline bool drops_expired(queue_pair& on, std::uint32_t slot,
+                                            const time_point* at) noexcept {
+  if (!expired_at(*on.user.in.slots.header(slot), at != nullptr ? *at : rt::monotonic_clock::now()))
+    return false;
+  on.expired_here.add();
+  return true;
+}
+
+// `slot`, which has a time to live, or the first one behind it whose is not over. Releases those whose is.
+[[gnu::noinline]] inline std::optional<std::uint32_t> first_in_time(queue_pair& on, std::uint32_t slot,
+                                                                    const time_point* at) noexcept {
+  const consumer_end& end = on.user.in;
+  for (std::size_t left = end.ring->pending_at_least();; --left) {
+    if (!has_time_to_live(on, slot) || !drops_expired(on, slot, at)) return slot;
+    end.free_ring->release(slot);
+    if (left == 0) return std::nullopt;
+    slot = *end.ring->try_pop();
+  }
+}
+
 // Waits at most `timeout` (negative: for ever) until `try_next` returns something else than `empty`. Errors:
 // those of `try_next`, but timed_out in place of empty.
 template <class TryNext>

@@ -188,7 +188,9 @@ test("a robot that died makes the page say disconnected, and live when it is bac
   }
   await state_is(page, "live");
   await says(page, "state", /^live/);
-  const others = page.faults.filter((fault) => !/WebSocket connection to .* failed/.test(fault));
+  // It asks why it is refused, and nobody is there.
+  const of_the_dead = /WebSocket connection to .* failed|net::ERR_CONNECTION_REFUSED/;
+  const others = page.faults.filter((fault) => !of_the_dead.test(fault));
   assert.deepEqual(others, []);
   await page.context().close();
 });

@@ -166,6 +166,16 @@ test("a guard that is refused for good does not guard", () => {
   assert.equal(made.refused, "lease_role");
 });
 
+test("to forget somebody else's guard takes another right than to guard", () => {
+  says({ guards: [{ name: "desk", fresh: false }] });
+  made.dismiss("desk");
+  answer(sent("/rowe/stop/lease")[0], { refused: "role", right: "reset" });
+  assert.equal(made.refused, "dismiss_role");
+  made.dismiss("desk");
+  answer(sent("/rowe/stop/lease")[1], { refused: "tick" });
+  assert.equal(made.refused, "lease_tick");
+});
+
 test("a reset names the stop that was shown, and echoes the newest tick", () => {
   says({ state: "stopped", number: 8, tick: 700 });
   says({ state: "stopped", number: 9, tick: 900 });

@@ -28,8 +28,10 @@ const html = `<!doctype html><title>roslib</title><script type="importmap">${map
 <script type="module">window.roslib = await import("roslib");</script>`;
 
 // A page in which `window.roslib` is the module.
-export async function roslib_page(browser, origin) {
-  const page = await new_page(browser);
+export const roslib_page = async (browser, origin) => load_roslib(await new_page(browser), origin);
+
+// The same in a page that is there already.
+export async function load_roslib(page, origin) {
   await page.route(`${origin}/roslib`, (route) => route.fulfill({ contentType: "text/html", body: html }));
   await page.route(`${origin}/node_modules/**`, (route) => {
     const file = new URL(route.request().url()).pathname.replace("/node_modules/", "");

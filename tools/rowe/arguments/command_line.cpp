@@ -23,6 +23,14 @@ struct store {
     *into = true;
     return {};
   }
+  diagnostic operator()(const any_text& to) const {
+    to.into->emplace_back(text);
+    return {};
+  }
+  diagnostic operator()(const switch_text& to) const {
+    to.into->emplace_back(text);
+    return {};
+  }
   diagnostic operator()(std::string* into) const {
     if (text.empty()) return joined(name, " needs a value that is not empty");
     *into = text;
@@ -91,12 +99,16 @@ bool is_called(const option& o, std::string_view name) noexcept {
   return o.name == name || o.letter == name;
 }
 
-bool takes_value(const option& o) noexcept { return !std::holds_alternative<bool*>(o.into); }
+bool is_switch(const option& o) noexcept { return std::holds_alternative<switch_text>(o.into); }
+bool takes_value(const option& o) noexcept { return !std::holds_alternative<bool*>(o.into) && !is_switch(o); }
 
 diagnostic unknown_option(const command& table, std::string_view name) {
   std::vector<std::string_view> names{"--help"};
   for (const option& o : table.options) names.push_back(o.name);
-  const std::string_view meant = nearest(name, names);
+  const auto begins = [&](std::string_view one) { return one.starts_with(joined(name, "-")); };
+  const bool begins_one = name.size() > 2 && std::count_if(names.begin(), names.end(), begins) == 1;
+  const std::string_view meant =
+      begins_one ? *std::find_if(names.begin(), names.end(), begins) : nearest(name, names);
   return joined("unknown option ", quoted(name), meant.empty() ? "" : joined("; did you mean ", meant, "?"));
 }
 
@@ -111,7 +123,8 @@ diagnostic read_option(const command& table, argument_list arguments, std::size_
   const auto found = std::find_if(table.options.begin(), table.options.end(),
                                   [&](const option& o) { return is_called(o, name); });
   if (found == table.options.end()) return unknown_option(table, name);
-  if (!takes_value(*found) && value) return joined(name, " takes no value");
+  if (is_switch(*found) && !value) value = "true";
+  if (!takes_value(*found) && !is_switch(*found) && value) return joined(name, " takes no value");
   if (takes_value(*found) && !value) {
     if (++at == arguments.size()) {
       return joined(name, " needs a value: ", name, " ", found->value);
@@ -138,12 +151,11 @@ const char* instead_of_word(const operand& o, std::span<const std::string_view> 
   return other_kind ? known : nullptr;
 }
 
-diagnostic place(const operand& o, std::span<const std::string_view>& words, std::size_t needed) {
+// `o` has a word, or one in the environment.
+void place(const operand& o, std::span<const std::string_view>& words, std::size_t needed) {
   const bool repeated = std::holds_alternative<std::vector<std::string>*>(o.into);
   if (const char* const known = instead_of_word(o, words, needed); known != nullptr) {
     *std::get<std::string*>(o.into) = known;
-  } else if (words.empty()) {
-    return o.optional ? diagnostic{} : joined("the argument ", o.name, " is missing");
   } else if (repeated) {
     std::get<std::vector<std::string>*>(o.into)->assign(words.begin(), words.end());
     words = {};
@@ -151,16 +163,34 @@ diagnostic place(const operand& o, std::span<const std::string_view>& words, std
     *std::get<std::string*>(o.into) = words.front();
     words = words.subspan(1);
   }
-  return {};
+}
+
+// Where `missing` has no word, but an earlier operand has one that reads like it, the earlier one is missing.
+diagnostic name_missing(const command& table, std::span<const std::string_view> words,
+                        const operand& missing) {
+  std::size_t at = 0;
+  for (const operand& o : table.operands) {
+    if (&o == &missing || at == words.size() || missing.reads_like_it == nullptr) break;
+    if (is_left_out(o)) continue;
+    if (o.reads_like_it == nullptr && missing.reads_like_it(words[at]))
+      return joined("the argument ", o.name, " is missing before ", quoted(words[at]));
+    ++at;
+  }
+  return joined("the argument ", missing.name, " is missing");
 }
 
 // Gives each operand its word.
 diagnostic place_operands(const command& table, std::span<const std::string_view> words) {
+  const std::span<const std::string_view> all = words;
   std::size_t needed = 0;
   for (const operand& o : table.operands) needed += o.optional || is_left_out(o) ? 0U : 1U;
   for (const operand& o : table.operands) {
     if (is_left_out(o)) continue;
-    if (diagnostic wrong = place(o, words, needed); !wrong.empty()) return wrong;
+    if (words.empty() && instead_of_word(o, words, needed) == nullptr) {
+      if (!o.optional) return name_missing(table, all, o);
+    } else {
+      place(o, words, needed);
+    }
     needed -= o.optional ? 0U : 1U;
   }
   return words.empty() ? diagnostic{} : joined("one argument too many: ", quoted(words.front()));

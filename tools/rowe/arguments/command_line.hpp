@@ -48,8 +48,16 @@ struct numbered_times { // gathers them
   std::vector<numbered_time>* into;
   double number_max;
 };
-using target = std::variant<bool*, std::string*, std::vector<std::string>*, integer, choice, time_span, rate,
-                            numbered_times>;
+// Texts that somebody else reads, each as it was given, the empty one too.
+struct any_text {
+  std::vector<std::string>* into;
+};
+// The same of a switch: the option alone is "true", and `--page=false` says otherwise.
+struct switch_text {
+  std::vector<std::string>* into;
+};
+using target = std::variant<bool*, any_text, switch_text, std::string*, std::vector<std::string>*, integer,
+                            choice, time_span, rate, numbered_times>;
 
 struct option {
   std::string_view name;    // "--port", or "-n" where there is only a letter

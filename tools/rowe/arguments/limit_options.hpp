@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits that the user of a program chooses: ROWE_LIMIT_TOPICS_MAX=256 in the environment of each, and
-// --limit topics_max=256 of `rowe serve`, which comes first.
+// Limits that the user of a program chooses in the environment: ROWE_LIMITS_TOPICS_MAX=256. `rowe serve` has
+// them among its other settings (configuration.hpp).
 #pragma once
 #include <cstddef>
 #include <optional>
-#include <span>
-#include <string>
 #include <string_view>
 
 #include <rowe/limits.hpp>
@@ -14,7 +12,6 @@ namespace rowe::tools {
 
 // The limits of an endpoint whose handles take `lane_bytes_min` at least. Nothing: what was asked for makes
 // no sense, and stderr says so; `verb` ends with exit_code::usage.
-std::optional<limits> limits_for(std::string_view verb, std::size_t lane_bytes_min = 0,
-                                 std::span<const std::string> chosen = {});
+std::optional<limits> limits_for(std::string_view verb, std::size_t lane_bytes_min = 0);
 
 } // namespace rowe::tools

@@ -6,6 +6,7 @@
 #include <net/if.h>
 #include <netinet/in.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -20,9 +21,12 @@ struct list_free {
   void operator()(ifaddrs* list) const noexcept { ::freeifaddrs(list); }
 };
 
-std::string in_url(std::string_view address) {
-  const bool six = address.find(':') != std::string_view::npos;
-  return six ? joined("[", address, "]") : std::string{address};
+bool is_label(std::string_view text) noexcept {
+  if (text.empty() || text.size() > label_bytes_max || text.front() == '-' || text.back() == '-')
+    return false;
+  return std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-';
+  });
 }
 
 std::optional<std::string> host_of(const ifaddrs& one) {
@@ -40,21 +44,45 @@ std::optional<std::string> host_of(const ifaddrs& one) {
   } else {
     return std::nullopt;
   }
-  return in_url(text.data());
+  return in_brackets(text.data());
 }
 
 } // namespace
+
+std::string in_brackets(std::string_view address) {
+  const bool six = address.find(':') != address.npos;
+  return six ? joined("[", address, "]") : std::string{address};
+}
+
+bool is_address(std::string_view text) noexcept {
+  std::array<unsigned char, 16> bytes;
+  std::array<char, INET6_ADDRSTRLEN> copy{};
+  if (text.size() >= copy.size() || text.find('\0') != text.npos) return false;
+  std::copy(text.begin(), text.end(), copy.begin());
+  return ::inet_pton(AF_INET, copy.data(), bytes.data()) == 1 ||
+         ::inet_pton(AF_INET6, copy.data(), bytes.data()) == 1;
+}
+
+bool is_host_name(std::string_view text) noexcept {
+  if (text.size() > host_name_bytes_max) return false;
+  while (true) {
+    const std::size_t dot = text.find('.');
+    if (!is_label(text.substr(0, dot))) return false;
+    if (dot == text.npos) return true;
+    text.remove_prefix(dot + 1);
+  }
+}
 
 bool is_any(std::string_view address) noexcept { return address == "0.0.0.0" || address == "::"; }
 
 std::string host_for_here(std::string_view listening) {
   if (listening == "0.0.0.0") return "127.0.0.1";
   if (listening == "::") return "[::1]";
-  return in_url(listening);
+  return in_brackets(listening);
 }
 
 std::vector<std::string> hosts_reaching(std::string_view listening) {
-  if (!is_any(listening)) return {in_url(listening)};
+  if (!is_any(listening)) return {in_brackets(listening)};
   ifaddrs* found = nullptr;
   if (::getifaddrs(&found) != 0) return {};
   const std::unique_ptr<ifaddrs, list_free> list{found};

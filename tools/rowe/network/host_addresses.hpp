@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -11,6 +12,17 @@ namespace rowe::tools {
 // of 0.0.0.0 and [::], those of all interfaces that are up. IPv6 in brackets; loopback and link-local ones
 // are left out.
 std::vector<std::string> hosts_reaching(std::string_view listening);
+
+// Whether the text is an IPv4 or an IPv6 address.
+bool is_address(std::string_view text) noexcept;
+
+// Whether it is a name of DNS: labels of letters, digits and hyphens between dots.
+bool is_host_name(std::string_view text) noexcept;
+inline constexpr std::size_t label_bytes_max = 63; // RFC 1035
+inline constexpr std::size_t host_name_bytes_max = 253;
+
+// An address as URLs have it: IPv6 in brackets.
+std::string in_brackets(std::string_view address);
 
 // Whether an address means all interfaces.
 bool is_any(std::string_view address) noexcept;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <fstream>
 
 #include "../interrupt.hpp"
 
@@ -21,17 +23,19 @@ static_assert(static_cast<std::size_t>(peer_profile::hop) == 1 &&
 spelled_url read_url(std::string_view text) {
   constexpr std::string_view socket = "ws://";
   constexpr std::string_view page = "http://";
+  constexpr std::string_view secure_socket = "wss://";
+  constexpr std::string_view secure_page = "https://";
   if (text.starts_with(socket)) return {std::string{text}, {}};
   if (text.starts_with(page)) return {joined(socket, text.substr(page.size())), {}};
-  if (text.starts_with("wss://") || text.starts_with("https://")) {
-    return {{}, joined(quoted(text), " asks for TLS, which this version does not speak: use ws://")};
-  }
+  if (text.starts_with(secure_socket)) return {std::string{text}, {}};
+  if (text.starts_with(secure_page)) return {joined(secure_socket, text.substr(secure_page.size())), {}};
   if (text.find("://") == std::string_view::npos && text.find(':') != std::string_view::npos) {
     return {joined(socket, text), {}};
   }
   if (text.find("://") == std::string_view::npos)
-    return {{}, joined(quoted(text), " is missing ws://: a URL reads ws://HOST[:PORT][/PATH] or HOST:PORT")};
-  return {{}, joined(quoted(text), " is no URL: it must read ws://HOST[:PORT][/PATH] or HOST:PORT")};
+    return {{},
+            joined(quoted(text), " is missing ws://: a URL reads ws[s]://HOST[:PORT][/PATH] or HOST:PORT")};
+  return {{}, joined(quoted(text), " is no URL: it must read ws[s]://HOST[:PORT][/PATH] or HOST:PORT")};
 }
 
 bool reads_like_url(std::string_view word) noexcept {
@@ -39,9 +43,88 @@ bool reads_like_url(std::string_view word) noexcept {
   return names_port || word.find("://") != word.npos;
 }
 
+namespace {
+
+std::string variable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
+// The file's only line. It is no secret from who may read the file, so its mode is the user's affair.
+std::optional<std::string> first_line(const std::string& path) {
+  std::ifstream from{path};
+  std::string line;
+  if (!std::getline(from, line)) return std::nullopt;
+  while (line.ends_with('\r') || line.ends_with(' ')) line.pop_back();
+  return line;
+}
+
+} // namespace
+
+std::vector<option> with_remote(remote_place& into, std::vector<option> own) {
+  own.push_back({"--ca", "", "FILE",
+                 "the root that vouches for a wss:// server (default $ROWE_CA, else the system's)",
+                 &into.ca});
+  own.push_back({"--pin", "", "SHA256", "the wss:// server's public key (default $ROWE_PIN)", &into.pin});
+  own.push_back({"--cert", "", "FILE",
+                 "our certificate, for a wss:// server that asks for one (default $ROWE_CERT)", &into.cert});
+  own.push_back({"--key", "", "FILE", "its key (default $ROWE_KEY, else the file of --cert)", &into.key});
+  own.push_back({"--token-file", "", "FILE",
+                 "holds the token that says who we are (default $ROWE_TOKEN itself)", &into.token_file});
+  return own;
+}
+
+namespace {
+
+// As a shell reads it as one word.
+std::string shell_word(std::string_view text) {
+  constexpr std::string_view plain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=@%+,";
+  if (!text.empty() && text.find_first_not_of(plain) == text.npos) return std::string{text};
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string{"'\\''"} : std::string{c};
+  return quoted + "'";
+}
+
+} // namespace
+
+std::string typed_again(const remote_place& at) {
+  std::string words;
+  const auto add = [&](std::string_view option, std::string_view value) {
+    if (!value.empty()) words += joined(" ", option, " ", printable(shell_word(value)));
+  };
+  add("--ca", at.ca);
+  add("--pin", at.pin);
+  add("--cert", at.cert);
+  add("--key", at.key);
+  add("--token-file", at.token_file);
+  return words;
+}
+
+std::optional<exit_code> use(const remote_place& at, endpoint_options& options, const console& to) {
+  options.tls.ca = at.ca.empty() ? variable("ROWE_CA") : at.ca;
+  options.tls.pin = at.pin.empty() ? variable("ROWE_PIN") : at.pin;
+  options.tls.certificate = at.cert.empty() ? variable("ROWE_CERT") : at.cert;
+  options.tls.key = at.key.empty() ? variable("ROWE_KEY") : at.key;
+  if (options.tls.key.empty()) options.tls.key = options.tls.certificate;
+  if (at.token_file.empty()) {
+    options.token = variable("ROWE_TOKEN");
+  } else if (auto token = first_line(at.token_file)) {
+    options.token = std::move(*token);
+  } else {
+    to.error("cannot read a token from ", printable(at.token_file));
+    return exit_code::usage;
+  }
+  if (const std::string wrong = check_tls(options.tls); !wrong.empty()) {
+    to.error(printable(wrong));
+    return exit_code::usage;
+  }
+  return std::nullopt;
+}
+
 operand url_operand(std::string& into) noexcept {
   return {.name = "URL",
-          .meaning = "ws://HOST[:PORT][/PATH] or HOST:PORT (default $ROWE_URL)",
+          .meaning = "ws[s]://HOST[:PORT][/PATH] or HOST:PORT (default $ROWE_URL)",
           .into = &into,
           .variable = "ROWE_URL",
           .reads_like_it = reads_like_url};
@@ -131,6 +214,8 @@ exit_code cannot_open(const std::string& url, const error& reason, const console
 exit_code exit_code_of(const error& reason) noexcept {
   switch (reason.code) {
   case errc::bad_url:
+  case errc::bad_access:
+  case errc::bad_certificate:
   case errc::bad_argument:
   case errc::reserved_topic: return exit_code::usage;
   default: return exit_code::failed;

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <vector>
 
 #include <rowe/endpoint.hpp>
 
@@ -20,15 +21,33 @@ namespace rowe::tools {
 
 // A URL as people write it.
 struct spelled_url {
-  std::string url;   // "ws://HOST[:PORT][/PATH]"; empty when it is none
+  std::string url;   // "ws[s]://HOST[:PORT][/PATH]"; empty when it is none
   std::string wrong; // and then: why
 };
 
-// Takes ws://..., HOST:PORT[/PATH], and http://... as a browser shows it for the page.
+// Takes ws://..., wss://..., HOST:PORT[/PATH], and http[s]://... as a browser shows it for the page.
 spelled_url read_url(std::string_view text);
 
 // Whether a word is meant as a URL rather than as a topic's name or JSON.
 bool reads_like_url(std::string_view word) noexcept;
+
+// Where a verb connects to, and what it shows there.
+struct remote_place {
+  std::string url;
+  std::string ca;
+  std::string pin;
+  std::string cert;
+  std::string key;
+  std::string token_file;
+};
+
+// The options that every verb with a place has, behind its own. Each has a variable of the environment.
+std::vector<option> with_remote(remote_place& into, std::vector<option> own);
+// The options among them that were given, as they are to be typed for another verb at the same place, each
+// with a space in front. What the environment says it goes on saying.
+std::string typed_again(const remote_place& at);
+// Puts them into the options. Otherwise the verb ends with this, and the reason was printed.
+std::optional<exit_code> use(const remote_place& at, endpoint_options& options, const console& to);
 
 // The entries that the verbs' tables share: the URL, or $ROWE_URL; and the kind of peer that is there, as an
 // index of peer_profile.

@@ -5,7 +5,7 @@
 #include <cstddef>
 
 #include "../console.hpp"
-#include "json_scanner.hpp"
+#include "json_values.hpp"
 
 namespace rowe::tools {
 namespace {
@@ -19,68 +19,63 @@ bool is_plain_key(std::string_view key) noexcept {
 
 class outline {
  public:
-  explicit outline(std::string_view json) noexcept : rest_{json} {}
+  std::string write(json_value json) {
+    value(json, 0);
+    return finished();
+  }
+  std::string write(std::string_view name, json_value json) {
+    key(name, json, 0);
+    return finished();
+  }
 
-  std::string write() {
-    value(0);
+ private:
+  std::string finished() const {
     const bool begins_below = text_.starts_with('\n');
     return (begins_below ? text_.substr(1) : text_) + '\n';
   }
 
- private:
   // Writes a value behind its key: scalars on the same line, what has members on lines of their own.
-  void value(std::size_t depth) {
-    switch (rest_.peek()) {
-    case '{': object(depth); break;
-    case '[': array(depth); break;
-    default: behind_key(printable(rest_.scalar()));
+  void value(json_value json, std::size_t depth) {
+    switch (json.kind()) {
+    case json_kind::object: object(json, depth); break;
+    case json_kind::array: array(json, depth); break;
+    default: behind_key(printable(json.text()));
     }
   }
 
-  void object(std::size_t depth) {
-    rest_.take();
-    if (rest_.peek() == '}') behind_key("{}");
-    while (rest_.peek() != '}') {
-      const std::string key = printable(rest_.name());
-      begin_line(depth);
-      text_.append(is_plain_key(key) ? key : joined("\"", key, "\"")).append(":");
-      value(depth + 1);
-      rest_.take_comma();
-    }
-    rest_.take();
+  void object(json_value json, std::size_t depth) {
+    const auto members = json.members();
+    if (members.begin() == members.end()) behind_key("{}");
+    for (const auto [name, member] : members) key(spelling_of(name), member, depth);
   }
 
-  void array(std::size_t depth) {
-    if (holds_scalars_only()) return scalars();
-    rest_.take();
-    while (rest_.peek() != ']') {
+  void key(std::string_view spelt, json_value json, std::size_t depth) {
+    const std::string name = printable(spelt);
+    begin_line(depth);
+    text_.append(is_plain_key(name) ? name : joined("\"", name, "\"")).append(":");
+    value(json, depth + 1);
+  }
+
+  void array(json_value json, std::size_t depth) {
+    if (holds_scalars_only(json)) return scalars(json);
+    for (const json_value element : json.elements()) {
       begin_line(depth);
       text_ += '-';
-      value(depth + 1);
-      rest_.take_comma();
+      value(element, depth + 1);
     }
-    rest_.take();
   }
 
-  void scalars() {
+  void scalars(json_value json) {
     std::string list = "[";
-    rest_.take();
-    while (rest_.peek() != ']') {
-      list.append(list.size() == 1 ? "" : ", ").append(printable(rest_.scalar()));
-      rest_.take_comma();
+    for (const json_value element : json.elements()) {
+      list.append(list.size() == 1 ? "" : ", ").append(printable(element.text()));
     }
-    rest_.take();
     behind_key(list += ']');
   }
 
-  // Whether the array ahead has no object or array in it.
-  bool holds_scalars_only() const {
-    json_scanner ahead = rest_;
-    ahead.take();
-    while (ahead.peek() != ']') {
-      if (ahead.peek() == '{' || ahead.peek() == '[') return false;
-      (void)ahead.scalar();
-      ahead.take_comma();
+  static bool holds_scalars_only(json_value json) noexcept {
+    for (const json_value element : json.elements()) {
+      if (element.kind() == json_kind::object || element.kind() == json_kind::array) return false;
     }
     return true;
   }
@@ -88,12 +83,12 @@ class outline {
   void begin_line(std::size_t depth) { text_.append("\n").append(2 * depth, ' '); }
   void behind_key(std::string_view scalar) { text_.append(text_.empty() ? "" : " ").append(scalar); }
 
-  json_scanner rest_;
   std::string text_;
 };
 
 } // namespace
 
-std::string outline_of(std::string_view json) { return outline{json}.write(); }
+std::string outline_of(json_value json) { return outline{}.write(json); }
+std::string outline_of(std::string_view key, json_value json) { return outline{}.write(key, json); }
 
 } // namespace rowe::tools

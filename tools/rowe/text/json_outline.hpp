@@ -12,10 +12,13 @@
 #include <string>
 #include <string_view>
 
+#include <rowe/json_value.hpp>
+
 namespace rowe::tools {
 
-// `json` must be valid, as what a subscriber takes is; its nesting is bounded by the endpoint's limit. Ends
-// in a newline.
-std::string outline_of(std::string_view json);
+// Ends in a newline.
+std::string outline_of(json_value json);
+// The same below a key.
+std::string outline_of(std::string_view key, json_value json);
 
 } // namespace rowe::tools

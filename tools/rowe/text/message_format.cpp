@@ -33,21 +33,21 @@ std::string on_one_line(std::string_view json) {
   return line += '\n';
 }
 
-std::optional<std::string> message_format::text_of(std::string_view topic, std::string_view body) {
-  const auto value = value_at(body, field_);
+std::optional<std::string> message_format::text_of(std::string_view topic, json_value body) {
+  const auto value = body.find(field_);
   if (!value) return std::nullopt;
   switch (how_) {
   case kind::json:
-    if (!named_) return on_one_line(*value);
-    return on_one_line(joined(R"({"topic":)", json_string_of(topic), R"(,"msg":)", *value, "}"));
+    if (!named_) return on_one_line(value->text());
+    return on_one_line(joined(R"({"topic":)", json_string_of(topic), R"(,"msg":)", value->text(), "}"));
   case kind::csv: return rows_of(*value);
   case kind::pretty: break;
   }
   if (!named_) return joined(outline_of(*value), "---\n");
-  return joined(outline_of(joined("{", json_string_of(topic), ":", *value, "}")), "---\n");
+  return joined(outline_of(topic, *value), "---\n");
 }
 
-std::string message_format::rows_of(std::string_view value) {
+std::string message_format::rows_of(json_value value) {
   const std::vector<json_leaf> leaves = leaves_of(value);
   std::string text;
   if (header_.empty()) {

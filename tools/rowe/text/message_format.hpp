@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include <rowe/json_value.hpp>
+
 namespace rowe::tools {
 
 // A text on one line: the line breaks that JSON allows between its tokens become blanks. (Inside strings it
@@ -27,14 +29,14 @@ class message_format {
       : how_{how}, field_{std::move(field)}, named_{named} {}
 
   // The text for stdout, lines and all. Nothing: the message has no such field.
-  std::optional<std::string> text_of(std::string_view topic, std::string_view body);
+  std::optional<std::string> text_of(std::string_view topic, json_value body);
 
   // Rows whose paths were not those of the header: what was new there was left out, what was missing is
   // empty.
   std::size_t odd_rows() const noexcept { return odd_rows_; }
 
  private:
-  std::string rows_of(std::string_view value);
+  std::string rows_of(json_value value);
 
   kind how_;
   std::string field_;

@@ -64,12 +64,12 @@ std::optional<std::string> stamped(std::string_view object, rt::duration since_1
   const auto seconds = std::chrono::floor<std::chrono::seconds>(since_1970);
   const std::string stamp =
       joined(R"({"secs":)", seconds.count(), R"(,"nsecs":)", rt::duration{since_1970 - seconds}.count(), "}");
-  const auto header = value_at(object, "header");
+  const auto header = read_json(object).find("header");
   if (!header) return with_member(object, "header", joined(R"({"stamp":)", stamp, "}"));
-  if (header->front() != '{') return std::nullopt;
-  const auto before = value_at(*header, "stamp");
-  if (!before) return with_part(object, *header, with_member(*header, "stamp", stamp));
-  return with_part(object, *before, stamp);
+  if (header->kind() != json_kind::object) return std::nullopt;
+  const auto before = header->find("stamp");
+  if (!before) return with_part(object, header->text(), with_member(header->text(), "stamp", stamp));
+  return with_part(object, before->text(), stamp);
 }
 
 } // namespace rowe::tools

@@ -17,7 +17,6 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
-#include "../text/json_check.hpp"
 #include "../text/json_outline.hpp"
 #include "../text/json_values.hpp"
 #include "../text/message_format.hpp"
@@ -34,7 +33,7 @@ constexpr rt::duration timeout_default = 2s;
 constexpr rt::duration connect_time_min = 1s; // connecting takes what it takes, however little --timeout is
 
 struct call_options {
-  std::string url;
+  remote_place at;
   std::string service;
   std::string request = "{}";
   std::optional<rt::duration> timeout;
@@ -57,27 +56,30 @@ command table_of(call_options& o) {
           "(1). With --json there is always one object on stdout, with the members service, answer, error,\n"
           "text and round_trip_ns; with --repeat one about all calls and how long they took.\n",
       .operands =
-          {url_operand(o.url),
+          {url_operand(o.at.url),
            {.name = "SERVICE", .meaning = "its name, such as /robot/set_speed", .into = &o.service},
            {.name = "JSON", .meaning = "what is asked (default {})", .into = &o.request, .optional = true}},
-      .options = {
-          {"--timeout", "", "TIME", "for each answer (default 2s); connecting has 1s at least",
-           time_span{&o.timeout}},
-          {"--repeat", "", "N", "call so often, one after another", integer{&o.repeat, 1, INT64_MAX}},
-          {"--json", "", "", "one JSON object, with the answer or the error and with the time", &o.json},
-          {"--bare", "", "", "as a plain message with the member `service`, not over rosbridge", &o.bare},
-          profile_option(o.profile),
-          {"--quiet", "-q", "", "print errors only on stderr", &o.quiet},
-      }};
+      .options = with_remote(
+          o.at,
+          {
+              {"--timeout", "", "TIME", "for each answer (default 2s); connecting has 1s at least",
+               time_span{&o.timeout}},
+              {"--repeat", "", "N", "call so often, one after another", integer{&o.repeat, 1, INT64_MAX}},
+              {"--json", "", "", "one JSON object, with the answer or the error and with the time", &o.json},
+              {"--bare", "", "", "as a plain message with the member `service`, not over rosbridge", &o.bare},
+              profile_option(o.profile),
+              {"--quiet", "-q", "", "print errors only on stderr", &o.quiet},
+          })};
 }
 
 // What is wrong with the arguments together; empty when nothing is.
 std::string contradiction(const call_options& o) {
-  if (const auto fault = object_fault(o.request)) return joined(quoted(o.request), " ", sentence_of(*fault));
+  if (const auto fault = object_fault(o.request); !fault.empty())
+    return joined(quoted(o.request), " ", fault);
   if (o.request.size() > text_bytes_max) {
     return joined("the request has ", o.request.size(), " bytes, at most ", text_bytes_max, " can be sent");
   }
-  if (o.bare && value_at(o.request, "service")) {
+  if (o.bare && read_json(o.request).find("service")) {
     return "with --bare, `service` is the member that names the service; the arguments have one as well";
   }
   return {};
@@ -116,7 +118,7 @@ class over_rosbridge {
     return over_rosbridge{std::move(*opened), o.request};
   }
   result<message_view> ask(rt::duration timeout) noexcept { return from_.call(request_, timeout); }
-  static std::string answer_of(std::string_view reply) { return std::string{reply}; }
+  static std::string answer_of(const message_view& reply) { return std::string{reply.value()}; }
   std::string_view refusal() const noexcept { return from_.refusal(); }
 
  private:
@@ -140,7 +142,9 @@ class by_invocation {
     return by_invocation{std::move(*opened), with_member(o.request, "service", json_string_of(o.service))};
   }
   result<message_view> ask(rt::duration timeout) noexcept { return from_.invoke(request_, timeout); }
-  static std::string answer_of(std::string_view reply) { return without_member(reply, "in_reply_to"); }
+  static std::string answer_of(const message_view& reply) {
+    return without_member(reply.json(), "in_reply_to");
+  }
   std::string_view refusal() const noexcept { return from_.refusal(); }
 
  private:
@@ -164,7 +168,7 @@ class asker {
       took = rt::monotonic_clock::now() - begin;
       return reply;
     });
-    if (answer) return {{}, Service::answer_of(answer->value()), took};
+    if (answer) return {{}, Service::answer_of(*answer), took};
     return failed(answer.error(), service_.refusal(), timeout_, took);
   }
 
@@ -239,7 +243,8 @@ std::string json_of(const call_options& o, const outcome& end) {
 bool print(const outcome& end, const call_options& o, const console& to) {
   if (o.json) return emit(json_of(o, end));
   if (end.failure) return true;
-  if (!emit(::isatty(STDOUT_FILENO) == 1 ? outline_of(end.text) : on_one_line(end.text))) return false;
+  if (!emit(::isatty(STDOUT_FILENO) == 1 ? outline_of(read_json(end.text)) : on_one_line(end.text)))
+    return false;
   if (::isatty(STDERR_FILENO) == 1) to.note("answered in ", time_text(end.took));
   return true;
 }
@@ -291,12 +296,13 @@ exit_code call(argument_list arguments) {
   console to{"call"};
   to.be_quiet(chosen.quiet);
   if (const std::string wrong = contradiction(chosen); !wrong.empty()) return usage_error("call", wrong);
-  const spelled_url url = read_url(chosen.url);
+  const spelled_url url = read_url(chosen.at.url);
   if (url.url.empty()) return usage_error("call", url.wrong);
 
   const auto bounds = limits_for("call", std::size_t{16 * places} * (text_bytes_max + 1024));
   if (!bounds) return exit_code::usage;
-  const endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
+  endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
+  if (const auto end = use(chosen.at, options, to)) return *end;
   auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
   return chosen.bare ? ask_from<by_invocation>(std::move(hub).value(), url.url, chosen, to)

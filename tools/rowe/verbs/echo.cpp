@@ -13,7 +13,6 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
-#include "../text/json_scanner.hpp"
 #include "../text/json_values.hpp"
 #include "../text/message_format.hpp"
 #include "verbs.hpp"
@@ -31,7 +30,7 @@ constexpr rt::duration drain_time = 250ms;
 constexpr rt::duration look_period = 1ms; // how often several topics are looked at; nothing tells of all
 
 struct echo_options {
-  std::string url;
+  remote_place at;
   std::vector<std::string> topics;
   bool bare = false;
   bool pretty = false;
@@ -60,25 +59,27 @@ command table_of(echo_options& o) {
           "topic it prints the topics there are, with their types. It ends at once (4) when --timeout\n"
           "passes without a message, and with 1 when a message has no such --field. What is below /rowe/\n"
           "is the server's.\n",
-      .operands = {url_operand(o.url),
+      .operands = {url_operand(o.at.url),
                    {.name = "TOPIC",
                     .meaning = "their names, such as /odom; without any they are listed",
                     .into = &o.topics,
                     .optional = true,
                     .left_out = &o.bare}},
-      .options = {
-          {"--pretty", "", "", "for people: indented (the default)", &o.pretty},
-          {"--json", "", "", "the JSON text as it came, one message a line", &o.json},
-          {"--csv", "", "", "a header, then a row for each message; of one topic", &o.csv},
-          {"--field", "", "PATH", "only this part, such as pose.x or ranges[0]", &o.field},
-          {"-n", "", "N", "end after so many messages", integer{&o.count, 1, INT64_MAX}},
-          {"--once", "", "", "end after one message", &o.once},
-          {"--timeout", "", "TIME", "for the connection and for each message (default: until Ctrl-C)",
-           time_span{&o.timeout}},
-          {"--bare", "", "", "plain messages in place of a topic's", &o.bare},
-          profile_option(o.profile),
-          {"--quiet", "-q", "", "print errors only on stderr", &o.quiet},
-      }};
+      .options = with_remote(
+          o.at,
+          {
+              {"--pretty", "", "", "for people: indented (the default)", &o.pretty},
+              {"--json", "", "", "the JSON text as it came, one message a line", &o.json},
+              {"--csv", "", "", "a header, then a row for each message; of one topic", &o.csv},
+              {"--field", "", "PATH", "only this part, such as pose.x or ranges[0]", &o.field},
+              {"-n", "", "N", "end after so many messages", integer{&o.count, 1, INT64_MAX}},
+              {"--once", "", "", "end after one message", &o.once},
+              {"--timeout", "", "TIME", "for the connection and for each message (default: until Ctrl-C)",
+               time_span{&o.timeout}},
+              {"--bare", "", "", "plain messages in place of a topic's", &o.bare},
+              profile_option(o.profile),
+              {"--quiet", "-q", "", "print errors only on stderr", &o.quiet},
+          })};
 }
 
 // What is wrong with the options together; empty when nothing is.
@@ -87,6 +88,9 @@ std::string contradiction(const echo_options& o) {
   if (o.pretty + o.json + o.csv > 1) return "--pretty, --json and --csv exclude each other";
   if (!o.bare && o.topics.empty() && (o.csv || o.pretty || o.once || o.count > 0 || !o.field.empty()))
     return "a TOPIC is missing; without one the topics are listed, as text or with --json";
+  const auto field = json_value{}.get<json_value>(o.field);
+  if (!field && field.code() == errc::bad_argument)
+    return joined("--field: ", printable(field.error().message()));
   if (o.csv && o.topics.size() > 1)
     return joined("--csv makes a table of one topic, not of ", o.topics.size());
   if (o.topics.size() > topics_max) {
@@ -223,7 +227,7 @@ class missing_publishers {
       const auto about =
           std::find_if(asked_.begin(), asked_.end(), [&](const one& o) { return o.call == end->id; });
       if (about == asked_.end()) return;
-      if (end->reply && says_nobody(end->reply->value())) {
+      if (end->reply && says_nobody(end->reply->json())) {
         to_.note("nobody publishes ", printable(about->topic), " at ", at_.url(),
                  " yet; waiting for it (Ctrl-C to stop)");
       }
@@ -238,12 +242,9 @@ class missing_publishers {
   };
   static constexpr rt::duration answer_time = 10s;
 
-  static bool says_nobody(std::string_view answer) {
-    const auto publishers = value_at(answer, "publishers");
-    if (!publishers || publishers->front() != '[') return false;
-    bool nobody = true;
-    for_each_element(*publishers, [&](std::string_view) { nobody = false; });
-    return nobody;
+  static bool says_nobody(json_value answer) noexcept {
+    const auto publishers = answer.find("publishers");
+    return publishers && publishers->kind() == json_kind::array && !publishers->find("[0]");
   }
 
   const remote& at_;
@@ -267,9 +268,10 @@ class printer {
   exit_code run() {
     while (chosen_.count == 0 || printed_ < chosen_.count) {
       if (const auto end = wait()) return *end;
-      const auto text = format_.text_of(taken_->topic, taken_->body.value());
+      const auto text = format_.text_of(taken_->topic, taken_->body.json());
       if (!text) {
-        to_.error("there is no ", quoted(chosen_.field), " in ", printable(taken_->body.value()));
+        const auto at = taken_->body.template get<json_value>(chosen_.field);
+        to_.error(printable(at.error().message()));
         return exit_code::failed;
       }
       taken_.reset();
@@ -333,11 +335,11 @@ class printer {
 };
 
 // The topics there are, by name and type.
-std::string list_of_topics(std::string_view answer) {
+std::string list_of_topics(json_value answer) {
   const auto texts_at = [&](std::string_view member) {
     std::vector<std::string> texts;
-    if (const auto list = value_at(answer, member); list && list->front() == '[')
-      for_each_element(*list, [&](std::string_view one) { texts.push_back(plain_text_of(one)); });
+    for (const json_value one : answer.find(member).value_or(json_value{}).elements())
+      texts.push_back(plain_text_of(one));
     return texts;
   };
   const std::vector<std::string> names = texts_at("topics");
@@ -374,7 +376,7 @@ exit_code list_topics(endpoint hub, const std::string& url, const echo_options& 
              answer.code() == errc::refused ? printable(topics->refusal()) : answer.error().message());
     return answer.code() == errc::timed_out ? exit_code::timed_out : exit_code::failed;
   }
-  (void)emit(o.json ? on_one_line(answer->value()) : list_of_topics(answer->value()));
+  (void)emit(o.json ? on_one_line(answer->value()) : list_of_topics(answer->json()));
   to.note("rowe echo ", url, " TOPIC prints the messages of one");
   return exit_code::done;
 }
@@ -409,13 +411,15 @@ exit_code echo(argument_list arguments) {
   to.be_quiet(chosen.quiet);
   if (const std::string wrong = contradiction(chosen); !wrong.empty()) return usage_error("echo", wrong);
   if (chosen.once) chosen.count = 1;
-  const spelled_url url = read_url(chosen.url);
+  const spelled_url url = read_url(chosen.at.url);
   if (url.url.empty()) return usage_error("echo", url.wrong);
 
   const auto bounds =
       limits_for("echo", (std::size_t{queue_depth} + 64) * (limits{}.message_bytes_max + 1024));
   if (!bounds) return exit_code::usage;
-  auto hub = endpoint::connect(url.url, {.limits = *bounds, .profile = profile_of(chosen.profile)});
+  endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
+  if (const auto end = use(chosen.at, options, to)) return *end;
+  auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
   if (!chosen.bare && chosen.topics.empty()) return list_topics(std::move(hub).value(), url.url, chosen, to);
   return chosen.bare ? print_from<plain_messages>(std::move(hub).value(), url.url, chosen, to)

@@ -15,7 +15,7 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
-#include "../text/json_check.hpp"
+#include "../text/json_values.hpp"
 #include "../text/message_source.hpp"
 #include "sending.hpp"
 #include "verbs.hpp"
@@ -31,7 +31,7 @@ constexpr std::uint32_t text_bytes_max = limits{}.message_bytes_max;
 constexpr rt::duration answer_time = 1s;
 
 struct pub_options {
-  std::string url;
+  remote_place at;
   std::string topic;
   std::string json;
   std::optional<double> rate;
@@ -63,7 +63,7 @@ command table_of(pub_options& o) {
           "says of messages that nobody there can take: then it ends with 1. It ends with 6 when a message "
           "was\n"
           "not sent within its time to live, or was dropped.\n",
-      .operands = {url_operand(o.url),
+      .operands = {url_operand(o.at.url),
                    {.name = "TOPIC",
                     .meaning = "its name, such as /chatter; none with --bare",
                     .into = &o.topic,
@@ -71,22 +71,26 @@ command table_of(pub_options& o) {
                    {.name = "JSON|-",
                     .meaning = "the message, or - for the lines of stdin",
                     .into = &o.json}},
-      .options = {
-          {"--rate", "-r", "HZ", "so often (10Hz, 1kHz); without -n until Ctrl-C", rate{&o.rate, rate_max}},
-          {"-n", "", "N", "end after so many messages", integer{&o.count, 1, INT64_MAX}},
-          {"--once", "", "", "end after one message", &o.once},
-          {"--ttl", "", "TIME",
-           "what is older is not sent; for a plain message this includes waiting for the connection",
-           time_span{&o.ttl}},
-          {"--stamp", "", "", "set header.stamp to the time of sending", &o.stamp},
-          {"--type", "", "TYPE", "the topic's type, such as std_msgs/String", &o.type},
-          {"--latch", "", "", "late subscribers get the last message; stay for them until Ctrl-C", &o.latch},
-          {"--bare", "", "", "a plain message in place of a topic's", &o.bare},
-          {"--timeout", "", "TIME", "how long to wait for the connection (default: until Ctrl-C)",
-           time_span{&o.timeout}},
-          profile_option(o.profile),
-          {"--quiet", "-q", "", "print errors only", &o.quiet},
-      }};
+      .options = with_remote(
+          o.at,
+          {
+              {"--rate", "-r", "HZ", "so often (10Hz, 1kHz); without -n until Ctrl-C",
+               rate{&o.rate, rate_max}},
+              {"-n", "", "N", "end after so many messages", integer{&o.count, 1, INT64_MAX}},
+              {"--once", "", "", "end after one message", &o.once},
+              {"--ttl", "", "TIME",
+               "what is older is not sent; for a plain message this includes waiting for the connection",
+               time_span{&o.ttl}},
+              {"--stamp", "", "", "set header.stamp to the time of sending", &o.stamp},
+              {"--type", "", "TYPE", "the topic's type, such as std_msgs/String", &o.type},
+              {"--latch", "", "", "late subscribers get the last message; stay for them until Ctrl-C",
+               &o.latch},
+              {"--bare", "", "", "a plain message in place of a topic's", &o.bare},
+              {"--timeout", "", "TIME", "how long to wait for the connection (default: until Ctrl-C)",
+               time_span{&o.timeout}},
+              profile_option(o.profile),
+              {"--quiet", "-q", "", "print errors only", &o.quiet},
+          })};
 }
 
 // What is wrong with the options together; empty when nothing is.
@@ -100,7 +104,7 @@ std::string contradiction(const pub_options& o) {
            "the connection";
   }
   if (o.from_stdin()) return {};
-  if (const auto fault = object_fault(o.json)) return joined(quoted(o.json), " ", sentence_of(*fault));
+  if (const auto fault = object_fault(o.json); !fault.empty()) return joined(quoted(o.json), " ", fault);
   if (o.json.size() > text_bytes_max) {
     return joined("the message has ", o.json.size(), " bytes, at most ", text_bytes_max, " can be sent");
   }
@@ -227,10 +231,10 @@ class sender {
       }
       if (outcome == line_reader::outcome::line && line_.find_first_not_of(" \t") != line_.npos) break;
     }
-    const auto fault = object_fault(line_);
-    if (!fault && (!chosen_.stamp || stamped(line_, {}))) return std::nullopt;
+    const std::string fault = object_fault(line_);
+    if (fault.empty() && (!chosen_.stamp || stamped(line_, {}))) return std::nullopt;
     to_.error("line ", lines_.number(), " of stdin ",
-              fault ? sentence_of(*fault) : "has a `header` that is no object, which --stamp needs");
+              fault.empty() ? "has a `header` that is no object, which --stamp needs" : fault);
     return exit_code::failed;
   }
 
@@ -321,11 +325,13 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
   // The endpoint tells of plain messages one by one.
   const std::uint64_t lost = o.bare ? sending.expired() : lost_here(hub);
   const std::uint64_t sent = sending.sent() - std::min(sending.sent(), o.bare ? 0 : lost);
+  const std::uint64_t errors = connection.errors_reported();
   to.note("sent ", counted(sent, "message"), " in ", seconds_text(elapsed),
-          lost == 0 ? std::string{} : joined(", not sent ", lost));
+          lost == 0 ? std::string{} : joined(", not sent ", lost),
+          errors == 0 ? std::string{} : "; the server reported errors");
   if (!drained && !end) return exit_code::lost;
   const bool endless = (o.rate || o.from_stdin()) && !o.once && o.count == 0;
-  return verdict(end, sent, lost, connection.errors_reported(), endless);
+  return verdict(end, sent, lost, errors, endless);
 }
 
 } // namespace
@@ -336,12 +342,13 @@ exit_code pub(argument_list arguments) {
   console to{"pub"};
   to.be_quiet(chosen.quiet);
   if (const std::string wrong = contradiction(chosen); !wrong.empty()) return usage_error("pub", wrong);
-  const spelled_url url = read_url(chosen.url);
+  const spelled_url url = read_url(chosen.at.url);
   if (url.url.empty()) return usage_error("pub", url.wrong);
 
   const auto bounds = limits_for("pub", (std::size_t{queue_depth} + 64) * (text_bytes_max + 1024));
   if (!bounds) return exit_code::usage;
-  const endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
+  endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
+  if (const auto end = use(chosen.at, options, to)) return *end;
   auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
   return chosen.bare ? send_to<plain_messages>(std::move(hub).value(), url.url, chosen, to)

@@ -29,7 +29,7 @@ constexpr std::uint32_t queue_depth = 256;
 constexpr std::int64_t ns_per_second = 1'000'000'000;
 
 struct replay_options {
-  std::string url;
+  remote_place at;
   std::string file;
   std::string topic;
   std::optional<double> rate;
@@ -48,17 +48,19 @@ command table_of(replay_options& o) {
       .description = "Publishes the poses of a TUM trajectory (`time tx ty tz qx qy qz qw` a line) as\n"
                      "nav_msgs/Odometry. Every pose is sent; a summary on stderr ends it. A replay that is\n"
                      "interrupted before its end exits with 130, unless --loop was given.\n",
-      .operands = {url_operand(o.url)},
-      .options = {
-          {"--tum", "", "FILE", "the trajectory; stamps are the file's times, to the nanosecond", &o.file},
-          {"--topic", "", "NAME", "where to publish, such as /odom", &o.topic},
-          {"--rate", "", "HZ", "a fixed rate (250Hz, 2kHz) in place of the file's pace",
-           rate{&o.rate, rate_max}},
-          {"--loop", "", "", "begin again at the end; stamps go on", &o.loop},
-          {"--timeout", "", "TIME", "how long to wait for the connection (default: until Ctrl-C)",
-           time_span{&o.timeout}},
-          {"--quiet", "-q", "", "print errors only", &o.quiet},
-      }};
+      .operands = {url_operand(o.at.url)},
+      .options = with_remote(
+          o.at, {
+                    {"--tum", "", "FILE", "the trajectory; stamps are the file's times, to the nanosecond",
+                     &o.file},
+                    {"--topic", "", "NAME", "where to publish, such as /odom", &o.topic},
+                    {"--rate", "", "HZ", "a fixed rate (250Hz, 2kHz) in place of the file's pace",
+                     rate{&o.rate, rate_max}},
+                    {"--loop", "", "", "begin again at the end; stamps go on", &o.loop},
+                    {"--timeout", "", "TIME", "how long to wait for the connection (default: until Ctrl-C)",
+                     time_span{&o.timeout}},
+                    {"--quiet", "-q", "", "print errors only", &o.quiet},
+                })};
 }
 
 // When pose i of a lap is due, counted from the lap's begin; and how long a lap is.
@@ -198,7 +200,7 @@ exit_code replay(argument_list arguments) {
   to.be_quiet(chosen.quiet);
   if (chosen.file.empty()) return usage_error("replay", "--tum FILE is missing");
   if (chosen.topic.empty()) return usage_error("replay", "--topic NAME is missing");
-  const spelled_url url = read_url(chosen.url);
+  const spelled_url url = read_url(chosen.at.url);
   if (url.url.empty()) return usage_error("replay", url.wrong);
 
   const tum_file file = read_tum_file(chosen.file);
@@ -212,7 +214,9 @@ exit_code replay(argument_list arguments) {
   }
   const auto bounds = limits_for("replay");
   if (!bounds) return exit_code::usage;
-  auto hub = endpoint::connect(url.url, {.limits = *bounds});
+  endpoint_options options{.limits = *bounds};
+  if (const auto end = use(chosen.at, options, to)) return *end;
+  auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
   return play_to(std::move(hub).value(), url.url, file.poses, chosen, to);
 }

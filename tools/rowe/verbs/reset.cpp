@@ -23,7 +23,7 @@ using namespace std::chrono_literals;
 constexpr rt::duration timeout_default = 2s;
 
 struct reset_settings {
-  std::string url;
+  remote_place at;
   std::string number;
   std::optional<rt::duration> timeout;
   bool quiet = false;
@@ -38,22 +38,24 @@ command table_of(reset_settings& o) {
           "Ends the stop of that number, if nobody has stopped the robot since, its loops are well and its\n"
           "guards are there; otherwise says which of these it was (1). Look at the robot first. Without a\n"
           "number it says who stopped it (1, or 0 where it is running). See `rowe stop`.\n",
-      .operands = {url_operand(o.url),
+      .operands = {url_operand(o.at.url),
                    {.name = "NUMBER",
                     .meaning = "of the stop, as it was shown",
                     .into = &o.number,
                     .optional = true}},
-      .options = {
-          {"--timeout", "", "TIME", "for the connection and for each answer (default 2s)",
-           time_span{&o.timeout}},
-          {"--quiet", "-q", "", "no hints on stderr", &o.quiet},
-      }};
+      .options = with_remote(
+          o.at, {
+                    {"--timeout", "", "TIME", "for the connection and for each answer (default 2s)",
+                     time_span{&o.timeout}},
+                    {"--quiet", "-q", "", "no hints on stderr", &o.quiet},
+                })};
 }
 
 // Why it was refused; `state` is what it was before.
 std::string refusal_words(std::string_view why, std::string_view state, const std::string& asked) {
   if (why == "number") return joined("number ", asked, " is over: the robot is ", state_words(state));
-  if (why == "role") return "only who is on the robot's own machine may reset it";
+  if (why == "role")
+    return "your role has no right to reset (where a robot has no roles, only its own machine may reset it)";
   if (why == "tick") return "it took too long, or somebody stopped the robot again meanwhile; try again";
   if (why == "loops") {
     const std::string late = late_loops(state);
@@ -99,7 +101,8 @@ exit_code reset_from(endpoint hub, const reset_settings& o, const std::string& u
   if (o.number.empty()) {
     (void)emit(joined(state_words(state), "\n"));
     if (text_member(state, "state") == "running") return exit_code::done;
-    to.note("to let it go: rowe reset ", url, " ", printable(text_member(state, "number")));
+    to.note("to let it go: rowe reset ", url, " ", printable(text_member(state, "number")),
+            typed_again(o.at));
     return exit_code::failed;
   }
   const std::string answer = ask(*resetting, joined(R"({"number":)", o.number, R"(,"tick":)",
@@ -109,7 +112,7 @@ exit_code reset_from(endpoint hub, const reset_settings& o, const std::string& u
     to.error("NOT reset: ", refusal_words(why, state, o.number));
     if (why == "guards" && !silent_guards(state).empty()) {
       to.note("to wait for a guard no more: rowe call ", url,
-              R"( /rowe/stop/lease '{"guard":"NAME","resign":true}')");
+              R"( /rowe/stop/lease '{"guard":"NAME","resign":true}')", typed_again(o.at));
     }
     return exit_code::failed;
   }
@@ -124,13 +127,15 @@ exit_code reset(argument_list arguments) {
   if (const auto end = read(table_of(chosen), arguments)) return *end;
   console to{"reset"};
   to.be_quiet(chosen.quiet);
-  const spelled_url url = read_url(chosen.url);
+  const spelled_url url = read_url(chosen.at.url);
   if (url.url.empty()) return usage_error("reset", url.wrong);
   if (!chosen.number.empty() && integer_of(chosen.number).value_or(-1) < 0)
     return usage_error("reset", joined("NUMBER is a whole number, not ", quoted(chosen.number)));
   const auto bounds = limits_for("reset");
   if (!bounds) return exit_code::usage;
-  auto hub = endpoint::connect(url.url, {.limits = *bounds});
+  endpoint_options options{.limits = *bounds};
+  if (const auto end = use(chosen.at, options, to)) return *end;
+  auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
   return reset_from(std::move(hub).value(), chosen, url.url, to);
 }

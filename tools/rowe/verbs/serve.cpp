@@ -3,12 +3,10 @@
 // signal ends it.
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -17,12 +15,13 @@
 
 #include "../../demo_robot/demo.hpp"
 #include "../arguments/command_line.hpp"
-#include "../arguments/limit_options.hpp"
-#include "../arguments/values.hpp"
+#include "../arguments/configuration.hpp"
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/host_addresses.hpp"
-#include "../network/remote.hpp"
+#include "../service_log.hpp"
+#include "../service_manager.hpp"
+#include "../upkeep.hpp"
 #include "verbs.hpp"
 
 namespace rowe::tools {
@@ -30,96 +29,35 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::int64_t port_default = 8080;
-constexpr std::int64_t port_max = 65535;
 constexpr rt::duration event_period = 50ms; // how late an event is printed at most
 constexpr rt::duration let_go_time = 5s;    // for the loop to acknowledge that it starts stopped
 constexpr rt::duration drain_time = 250ms;  // for what is queued when the program is told to end
-constexpr int demo_service_priority = demo::priority - 10; // below the loop it serves
-// In rowe::idle's order.
-constexpr std::array<std::string_view, 4> idle_names{"poll", "spin", "wake", "phase"};
 
-struct serve_options {
-  std::int64_t port = -1; // as given; -1: not
-  std::string listen;     // ADDR:PORT as given, or empty
-  bool demo = false;
-  bool guarded = false;
-  bool insecure = false;
-  std::vector<std::string> allow_origins;
-  std::vector<std::string> allow_hosts;
-  std::vector<std::string> limits;
-  std::string name;
-  std::size_t idle = 0;
-  std::int64_t cpu = -1;
-  std::int64_t priority = -1; // as given; -1: not
-  std::size_t profile = 0;
-  bool quiet = false;
-};
-
-command table_of(serve_options& o) {
-  const std::int64_t last_cpu = std::max(1L, ::sysconf(_SC_NPROCESSORS_CONF)) - 1;
+command table_of(configuration_options& chosen) {
   return {
       .verb = "serve",
       .examples = {{{"rowe serve --demo", "a robot that drives; open the URL that is printed"},
-                    {"rowe serve --listen 0.0.0.0:8080 --insecure", "a hub for the whole network"}}},
+                    {"rowe serve --config rowe.toml", "all of these options from a file"}}},
       .description =
           "A hub: what one peer publishes reaches every peer that subscribed. Browsers, roslib and other\n"
           "rosbridge clients connect to its WebSocket; the page is at /. One line with the URL goes to\n"
-          "stdout when it is ready; what happens goes to stderr. Ctrl-C ends it with a summary.\n",
+          "stdout when it is ready; what happens goes to stderr. Ctrl-C ends it with a summary.\n"
+          "\n"
+          "Each option is also a key of a file and a variable of the environment (docs/config.md). Of "
+          "several\n"
+          "values that on the command line holds, then that of the environment, then the file's.\n",
       .operands = {},
-      .options = {
-          {"--port", "", "N", "TCP port on 127.0.0.1; 0 takes any free one (default 8080)",
-           integer{&o.port, 0, port_max}},
-          {"--listen", "", "ADDR:PORT", "listen elsewhere; beyond loopback only with --insecure", &o.listen},
-          {"--demo", "", "", "drive a simulated robot at 1 kHz: topic /odom, service /robot/set_speed",
-           &o.demo},
-          {"--guarded", "", "", "the demo's robot stands until a page guards it and resets its stop",
-           &o.guarded},
-          {"--insecure", "", "", "whoever reaches the port may read and publish everything", &o.insecure},
-          {"--allow-origin", "", "O", "let pages of this origin connect, http://HOST[:PORT]; repeatable",
-           &o.allow_origins},
-          {"--allow-host", "", "H", "answer to this host name as well; repeatable", &o.allow_hosts},
-          {"--limit", "", "NAME=VALUE", "a member of rowe::limits, such as topics_max=256; repeatable",
-           &o.limits},
-          {"--name", "", "NAME", "what the page shows (default: the host's name)", &o.name},
-          {"--idle", "", "poll|spin|wake|phase", "how the service thread waits (default poll)",
-           choice{&o.idle, idle_names}},
-          {"--cpu", "", "N", "pin the service thread to this core", integer{&o.cpu, 0, last_cpu}},
-          {"--priority", "", "N", "SCHED_FIFO priority of the service thread (default none; 70 with --demo)",
-           integer{&o.priority, 1, 99}},
-          profile_option(o.profile),
-          {"--quiet", "-q", "", "print errors and warnings only", &o.quiet},
-      }};
-}
-
-endpoint_options endpoint_options_of(const serve_options& o) {
-  endpoint_options to;
-  to.relay = true;
-  to.idle_policy = static_cast<idle>(o.idle);
-  to.service_cpu = static_cast<int>(o.cpu);
-  const int priority_default = o.demo ? demo_service_priority : 0;
-  to.service_priority = o.priority < 0 ? priority_default : static_cast<int>(o.priority);
-  to.name = o.name;
-  to.profile = profile_of(o.profile);
-  to.insecure = o.insecure;
-  to.allow_origins = o.allow_origins;
-  to.allow_hosts = o.allow_hosts;
-  if (o.demo) to.stop = demo::stop_of(o.guarded);
-  return to;
+      .options = chosen.table(),
+  };
 }
 
 exit_code cannot_listen(const error& reason, const endpoint_options& asked, const console& to) {
-  switch (reason.code) {
-  case errc::not_loopback:
-    to.error("listening on ", asked.address,
-             " lets everyone who reaches it read and publish: add --insecure");
-    return exit_code::usage;
-  case errc::bad_argument: to.error(reason.message()); return exit_code::usage;
-  case errc::address_in_use:
+  if (reason.code == errc::address_in_use) {
     to.error(reason.message(), " (choose another with --port; 0 takes any free one)");
-    return exit_code::failed;
-  default: to.error("cannot listen on ", asked.address, ": ", reason.message()); return exit_code::failed;
+  } else {
+    to.error("cannot listen on ", asked.address, ": ", reason.message());
   }
+  return exit_code::failed;
 }
 
 // What of the real-time settings was asked for and refused, in one line; empty when nothing was.
@@ -139,24 +77,10 @@ std::string refused_settings(const endpoint& hub, const demo* loop, const rt::gr
   return line;
 }
 
-// What a program would raise in its options is raised here on the command line.
-std::string with_option(std::string sentence) {
-  constexpr std::string_view member = "`limits::";
-  if (const auto at = sentence.find(member); at != sentence.npos)
-    sentence.replace(at, member.size(), "`--limit ");
-  return sentence;
-}
-
-void report_events(endpoint& hub, const console& to) {
-  while (const auto happened = hub.try_event()) {
-    const bool grave =
-        happened->what_kind == event::kind::warning || happened->what_kind == event::kind::limit;
-    if (grave) {
-      to.error(with_option(sentence_of(*happened)));
-    } else {
-      to.note(with_option(sentence_of(*happened)));
-    }
-  }
+std::uint64_t cycles_of(const endpoint& hub) {
+  const auto all = hub.counts();
+  const auto found = std::ranges::find(all, "cycles", &count::name);
+  return found == all.end() ? 0 : found->value;
 }
 
 std::string in_microseconds(rt::duration time) { return joined(time.count() / 1000, " µs"); }
@@ -197,10 +121,12 @@ void let_go(endpoint& hub, bool guarded, const console& to) {
 }
 
 // Serves until a signal comes.
-exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_options& o, const console& to) {
+exit_code serve_on(endpoint hub, const configuration& of, const console& to, service_manager& manager,
+                   upkeep looks) {
+  const endpoint_options& asked = of.endpoint;
   const auto begin = rt::monotonic_clock::now();
   std::optional<demo> loop;
-  if (o.demo) {
+  if (of.serve.demo) {
     auto handles = demo::open(hub);
     if (!handles) {
       to.error("the robot cannot be reached: ", handles.error().message());
@@ -217,24 +143,39 @@ exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_opti
   if (const std::string refused = refused_settings(hub, loop ? &*loop : nullptr, locked); !refused.empty()) {
     to.error(refused);
   }
-  if (loop) let_go(hub, o.guarded, to);
-  if (o.insecure) to.error("warning: --insecure: whoever reaches this port may read and publish everything");
+  if (loop) let_go(hub, of.serve.guarded, to);
+  if (asked.insecure) {
+    to.say(severity::warning,
+           joined("warning: --insecure: ", asked.access.identities.empty()
+                                               ? "whoever reaches this port may read and publish everything"
+                                               : "nothing is encrypted, so tokens can be read on the way"));
+  }
 
   const std::string authority = joined(host_for_here(asked.address), ":", hub.port(), "/");
-  const std::string ready = joined("rowe serves http://", authority, " (ws://", authority, ")\n");
+  const bool secure = !asked.tls.certificate.empty();
+  const std::string_view page = secure ? "https://" : "http://";
+  const std::string ready =
+      joined("rowe serves ", page, authority, secure ? " (wss://" : " (ws://", authority, ")\n");
   (void)emit(ready); // with nobody to read it, it serves all the same
   if (is_any(asked.address)) {
     for (const std::string& host : hosts_reaching(asked.address))
-      to.note("also at http://", host, ":", hub.port(), "/");
+      to.note("also at ", page, host, ":", hub.port(), "/");
   }
 
+  service_log log{to};
+  manager.ready(joined("serves ", page, authority));
   while (!interrupt::seen()) {
-    report_events(hub, to);
-    interrupt::sleep_until(rt::monotonic_clock::now() + event_period);
+    const auto now = rt::monotonic_clock::now();
+    log.report(hub, now);
+    looks.look(hub, now);
+    if (manager.watches()) manager.cycles_are(cycles_of(hub), now);
+    interrupt::sleep_until(now + event_period);
   }
+  manager.stopping("told to end");
   const demo_report driven = loop ? loop->stop() : demo_report{};
   (void)hub.close(drain_time); // a peer that does not read in that time gets nothing more
-  report_events(hub, to);
+  log.report(hub, rt::monotonic_clock::now());
+  log.finish();
   summarise(hub, rt::monotonic_clock::now() - begin, to);
   if (loop) summarise(driven, to);
   return exit_code::done;
@@ -243,26 +184,19 @@ exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_opti
 } // namespace
 
 exit_code serve(argument_list arguments) {
-  serve_options chosen;
-  if (const auto end = read(table_of(chosen), arguments)) return *end;
+  configuration_options given;
+  if (const auto end = read(table_of(given), arguments)) return *end;
+  const auto chosen = given.read_all("serve");
+  if (!chosen) return exit_code::usage;
+  const configuration& of = chosen->values();
   console to{"serve"};
-  to.be_quiet(chosen.quiet);
-
-  const auto bounds = limits_for("serve", 0, chosen.limits);
-  if (!bounds) return exit_code::usage;
-  endpoint_options options = endpoint_options_of(chosen);
-  options.limits = *bounds;
-  if (chosen.guarded && !chosen.demo) return usage_error("serve", "--guarded is for --demo");
-  auto port = static_cast<std::uint16_t>(chosen.port < 0 ? port_default : chosen.port);
-  if (!chosen.listen.empty()) {
-    if (chosen.port >= 0) return usage_error("serve", "--port and --listen exclude each other");
-    if (const std::string wrong = split_listen(chosen.listen, options.address, port); !wrong.empty()) {
-      return usage_error("serve", wrong);
-    }
-  }
-  auto hub = endpoint::listen(port, options);
-  if (!hub) return cannot_listen(hub.error(), options, to);
-  return serve_on(std::move(hub).value(), options, chosen, to);
+  to.be_quiet(of.serve.quiet);
+  to.write_as({.json = of.serve.log == log_format::json, .priorities = journal_reads_stderr()});
+  service_manager manager{service_manager::environment::of_process()};
+  if (!manager.fault().empty()) to.error(manager.fault());
+  auto hub = endpoint::listen(of.endpoint);
+  if (!hub) return cannot_listen(hub.error(), of.endpoint, to);
+  return serve_on(std::move(hub).value(), of, to, manager, upkeep{given, to});
 }
 
 } // namespace rowe::tools

@@ -30,7 +30,7 @@ constexpr rt::duration words_time_min = 500ms; // for the robot's name and its s
 constexpr std::size_t said_bytes_max = 250;    // of its source, and of its reason
 
 struct stop_settings {
-  std::string url;
+  remote_place at;
   std::string source;
   std::string reason;
   std::optional<rt::duration> timeout;
@@ -52,17 +52,19 @@ command table_of(stop_settings& o) {
           "--max.\n"
           "With --repeat it is asked again and again and never reset, so all but the first find it stopped.\n"
           "A software stop, not a safety-rated emergency stop.\n",
-      .operands = {url_operand(o.url)},
-      .options = {
-          {"--source", "", "S", "who stops it, as everyone is shown (default: our address)", &o.source},
-          {"--reason", "", "R", "why, for the robot's events", &o.reason},
-          {"--timeout", "", "TIME", "for each answer (default 1s); connecting has 1s at least",
-           time_span{&o.timeout}},
-          {"--repeat", "", "N", "ask so often, one after another", integer{&o.repeat, 1, INT64_MAX}},
-          {"--max", "", "TIME", "what an answer may take", time_span{&o.max}},
-          {"--json", "", "", "one JSON object, times in nanoseconds", &o.json},
-          {"--quiet", "-q", "", "no hints on stderr", &o.quiet},
-      }};
+      .operands = {url_operand(o.at.url)},
+      .options = with_remote(
+          o.at,
+          {
+              {"--source", "", "S", "who stops it, as everyone is shown (default: our address)", &o.source},
+              {"--reason", "", "R", "why, for the robot's events", &o.reason},
+              {"--timeout", "", "TIME", "for each answer (default 1s); connecting has 1s at least",
+               time_span{&o.timeout}},
+              {"--repeat", "", "N", "ask so often, one after another", integer{&o.repeat, 1, INT64_MAX}},
+              {"--max", "", "TIME", "what an answer may take", time_span{&o.max}},
+              {"--json", "", "", "one JSON object, times in nanoseconds", &o.json},
+              {"--quiet", "-q", "", "no hints on stderr", &o.quiet},
+          })};
 }
 
 // The beginning, which is all that robots show: no text may be too long for the stop that it comes with.
@@ -163,7 +165,8 @@ exit_code stop_by(stop_ways& robot, const stop_settings& o, const std::string& u
     (void)emit(o.json ? json_of(last, story) : sentence_of(last, story) + '\n');
   }
   if (const std::string beyond = all.beyond(); !beyond.empty()) to.error(beyond);
-  if (last.number) to.note("it stays stopped; to let it go: rowe reset ", url, " ", *last.number);
+  if (last.number)
+    to.note("it stays stopped; to let it go: rowe reset ", url, " ", *last.number, typed_again(o.at));
   if (last.how != stop_outcome::end::acknowledged) to.note("if it moves, use its wired emergency stop");
   return all.verdict();
 }
@@ -175,11 +178,13 @@ exit_code stop(argument_list arguments) {
   if (const auto end = read(table_of(chosen), arguments)) return *end;
   console to{"stop"};
   to.be_quiet(chosen.quiet);
-  const spelled_url url = read_url(chosen.url);
+  const spelled_url url = read_url(chosen.at.url);
   if (url.url.empty()) return usage_error("stop", url.wrong);
   const auto bounds = limits_for("stop", std::size_t{8} * limits{}.message_bytes_max);
   if (!bounds) return exit_code::usage;
-  stop_ways robot{url.url, *bounds, to};
+  endpoint_options options{.limits = *bounds};
+  if (const auto end = use(chosen.at, options, to)) return *end;
+  stop_ways robot{url.url, options, to};
   if (const auto end = robot.open()) return *end;
   return stop_by(robot, chosen, url.url, to);
 }

@@ -18,15 +18,13 @@ constexpr rt::duration unhurried = 200ms; // who waits longer is told
 constexpr rt::duration kept_retry_min = 20ms; // the places that are kept change hands quickly
 constexpr rt::duration kept_retry_max = 100ms;
 
-endpoint_options ordinary_options(const limits& bounds) {
-  endpoint_options options;
+endpoint_options ordinary_options(endpoint_options options) {
   options.poll_period = 50us; // the least: this process lives for moments
-  options.limits = bounds;
   return options;
 }
 
-endpoint_options kept_options(const limits& bounds) {
-  endpoint_options options = ordinary_options(bounds);
+endpoint_options kept_options(const endpoint_options& shared) {
+  endpoint_options options = ordinary_options(shared);
   options.limits.connections_max = 1;
   options.retry_min = kept_retry_min;
   options.retry_max = kept_retry_max;
@@ -65,7 +63,7 @@ bool stop_way::open(bool named, const console& to) {
 }
 
 std::optional<exit_code> stop_ways::open() {
-  auto hub = endpoint::connect(url_, ordinary_options(bounds_));
+  auto hub = endpoint::connect(url_, ordinary_options(shared_));
   if (!hub) return cannot_open(url_, hub.error(), to_);
   ordinary_ = std::make_unique<stop_way>(std::move(hub).value(), url_, to_);
   if (!ordinary_->open(true, to_)) return exit_code::failed;
@@ -77,7 +75,7 @@ std::optional<exit_code> stop_ways::open() {
 bool stop_ways::open_kept() {
   const std::string url = stop_url(url_);
   if (url.empty()) return false;
-  auto hub = endpoint::connect(url, kept_options(bounds_));
+  auto hub = endpoint::connect(url, kept_options(shared_));
   if (!hub) return false;
   kept_ = std::make_unique<stop_way>(std::move(hub).value(), url, silent_);
   if (kept_->open(false, silent_)) return true;

@@ -40,8 +40,9 @@ class stop_ways {
  public:
   static constexpr rt::duration hedge = std::chrono::milliseconds{20};
 
-  stop_ways(std::string url, const limits& bounds, const console& to)
-      : url_{std::move(url)}, bounds_{bounds}, to_{to} {
+  // Of the options, what both ways have in common.
+  stop_ways(std::string url, const endpoint_options& shared, const console& to)
+      : url_{std::move(url)}, shared_{shared}, to_{to} {
     silent_.be_quiet(true);
   }
 
@@ -64,7 +65,7 @@ class stop_ways {
   bool open_kept();
 
   std::string url_;
-  const limits bounds_;
+  const endpoint_options shared_;
   const console& to_;
   console silent_{"stop"};
   std::unique_ptr<stop_way> ordinary_;

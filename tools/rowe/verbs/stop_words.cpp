@@ -7,21 +7,23 @@
 
 #include "../arguments/values.hpp"
 #include "../console.hpp"
-#include "../text/json_scanner.hpp"
 #include "../text/json_values.hpp"
 
 namespace rowe::tools {
 namespace {
 
+std::string text_member(json_value answer, std::string_view name) {
+  const auto value = answer.find(name);
+  return value && value->kind() != json_kind::null ? plain_text_of(*value) : std::string{};
+}
+
 // The names of the entries of `list` for which `wanted` holds.
 template <class Wanted>
 std::string names_in(std::string_view state, std::string_view list, Wanted&& wanted) {
   std::string names;
-  const auto entries = value_at(state, list);
-  if (!entries || entries->front() != '[') return names;
-  for_each_element(*entries, [&](std::string_view one) {
+  for (const json_value one : read_json(state).find(list).value_or(json_value{}).elements()) {
     if (wanted(one)) names.append(names.empty() ? "" : ", ").append(printable(text_member(one, "name")));
-  });
+  }
   return names;
 }
 
@@ -53,8 +55,7 @@ std::string time_words(rt::duration time) {
 }
 
 std::string text_member(std::string_view answer, std::string_view name) {
-  const auto value = value_at(answer, name);
-  return value && *value != "null" ? plain_text_of(*value) : std::string{};
+  return text_member(read_json(answer), name);
 }
 
 std::optional<std::int64_t> integer_member(std::string_view answer, std::string_view name) {
@@ -75,12 +76,11 @@ std::string state_words(std::string_view state) {
 std::string late_loops(std::string_view state) {
   const std::string number = text_member(state, "number");
   return names_in(state, "loops",
-                  [&](std::string_view loop) { return text_member(loop, "acknowledged") != number; });
+                  [&](json_value loop) { return text_member(loop, "acknowledged") != number; });
 }
 
 std::string silent_guards(std::string_view state) {
-  return names_in(state, "guards",
-                  [](std::string_view guard) { return text_member(guard, "fresh") != "true"; });
+  return names_in(state, "guards", [](json_value guard) { return text_member(guard, "fresh") != "true"; });
 }
 
 } // namespace rowe::tools

@@ -8,13 +8,19 @@
 namespace rowe::tools {
 
 exit_code serve(argument_list arguments);
+exit_code config(argument_list arguments);
 exit_code pub(argument_list arguments);
 exit_code echo(argument_list arguments);
 exit_code call(argument_list arguments);
 exit_code stop(argument_list arguments);
 exit_code reset(argument_list arguments);
+exit_code param(argument_list arguments);
+exit_code types(argument_list arguments);
 exit_code peers(argument_list arguments);
 exit_code replay(argument_list arguments);
+exit_code setup(argument_list arguments);
+exit_code token(argument_list arguments);
+exit_code discover(argument_list arguments);
 exit_code doctor(argument_list arguments);
 exit_code version(argument_list arguments);
 namespace bench {

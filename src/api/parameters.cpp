@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Set-up of parameters.
+#include "api/endpoint_state.hpp"
+#include "service/parameter_values.hpp"
+#include "service/service_limits.hpp"
+#include "wire/own_names.hpp"
+
+namespace rowe::detail {
+
+result<parameter_cell*> endpoint_state::open_parameter(const parameter_request& asked) {
+  const std::size_t bytes_max = options_.limits.topic_bytes_max;
+  const bool slashed = asked.name.starts_with('/');
+  const std::size_t bytes = asked.name.size() + (slashed ? 0 : 1);
+  if (asked.name.empty() || asked.name == "/" || bytes > bytes_max)
+    return error{errc::bad_argument, static_cast<std::int64_t>(asked.name.size()),
+                 static_cast<std::int64_t>(bytes_max - (slashed ? 0 : 1)), argument::name};
+  if (wire::is_own_name(asked.name)) return errc::reserved_topic;
+  if (!service::is_allowed(asked.what, asked.first)) return errc::out_of_range;
+  const std::lock_guard set_up{set_up_};
+  if (closed_) return errc::closed;
+  service::parameter_table& table = shared_->parameters;
+  if (table.find(asked.name) != nullptr) return errc::parameter_taken;
+  // A program that replaces parameters finds the places that it had.
+  parameter_cell* made = nullptr;
+  table.freed.wait_until(rt::deadline_after(rt::monotonic_clock::now(), service::closing_time_max), [&] {
+    made = table.open(asked, wake_descriptor());
+    return made != nullptr || !table.any_closing();
+  });
+  if (made == nullptr) {
+    const auto most = static_cast<std::int64_t>(options_.limits.parameters_max);
+    return error{errc::too_many_parameters, most, most};
+  }
+  transport_->wake();
+  return made;
+}
+
+void endpoint_state::close_parameter(parameter_cell& gone) noexcept {
+  shared_->parameters.close(gone);
+  transport_->wake();
+}
+
+void close_parameter(endpoint_state& of, parameter_cell& gone) noexcept { of.close_parameter(gone); }
+
+} // namespace rowe::detail

@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/keys.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <utility>
+
+#include "config/rows.hpp"
+#include "service/limit_table.hpp"
+
+namespace rowe::config {
+namespace {
+
+using namespace std::chrono_literals;
+
+// ---- the rows
+
+// In the order of their enums.
+constexpr std::array<std::string_view, 4> idle_words{"poll", "spin", "wake", "phase"};
+static_assert(static_cast<std::size_t>(idle::phase) + 1 == idle_words.size());
+constexpr std::array<std::string_view, 3> profile_words{"standard", "hop", "hop_2014"};
+static_assert(static_cast<std::size_t>(peer_profile::hop_2014) + 1 == profile_words.size());
+
+constexpr std::int64_t day = ns(24h);
+
+template <auto Member>
+consteval key<configuration> of_endpoint(const facts& of) noexcept {
+  return row<configuration, Member>("endpoint", of);
+}
+using options = endpoint_options;
+constexpr std::array endpoint_rows{
+    of_endpoint<&options::name>(
+        {.name = "name", .option = "--name", .meaning = "shown to peers; empty: the host's name"}),
+    of_endpoint<&options::address>({.name = "address",
+                                    .option = "--address",
+                                    .meaning =
+                                        "numeric; beyond loopback only with a certificate and identities, or "
+                                        "`insecure`"}),
+    of_endpoint<&options::port>({.name = "port",
+                                 .option = "--port",
+                                 .meaning = "TCP port; 0 takes any free one",
+                                 .least = 0,
+                                 .most = 65535,
+                                 .which = argument::port}),
+    of_endpoint<&options::page>({.name = "page", .option = "--page", .meaning = "serve the page at /"}),
+    of_endpoint<&options::web>({.name = "web",
+                                .option = "--web",
+                                .meaning = "serve the files of this folder, before the page's",
+                                .is_path = true}),
+    of_endpoint<&options::insecure>({.name = "insecure",
+                                     .option = "--insecure",
+                                     .meaning = "whoever reaches the port may read and publish everything"}),
+    of_endpoint<&options::allow_origins>(
+        {.name = "allow_origins",
+         .option = "--allow-origin",
+         .meaning = "pages of these origins may connect, http://HOST[:PORT]"}),
+    of_endpoint<&options::allow_hosts>({.name = "allow_hosts",
+                                        .option = "--allow-host",
+                                        .meaning = "host names to answer to, besides localhost"}),
+    of_endpoint<&options::relay>(
+        {.name = "relay",
+         .option = "--relay",
+         .meaning = "a hub: what one peer publishes reaches every peer that subscribed"}),
+    of_endpoint<&options::profile>({.name = "profile",
+                                    .option = "--profile",
+                                    .meaning = "who is at the other end: hop for Hop's programs",
+                                    .words = profile_words,
+                                    .which = argument::profile}),
+    of_endpoint<&options::idle_policy>({.name = "idle",
+                                        .option = "--idle",
+                                        .meaning = "how the service thread waits",
+                                        .words = idle_words,
+                                        .which = argument::idle_policy}),
+    of_endpoint<&options::poll_period>({.name = "poll_period",
+                                        .option = "--poll-period",
+                                        .meaning = "of idle poll and phase",
+                                        .least = ns(50us),
+                                        .most = ns(10ms),
+                                        .which = argument::poll_period}),
+    of_endpoint<&options::service_cpu>({.name = "cpu",
+                                        .option = "--cpu",
+                                        .meaning = "pin the service thread to this core; -1: any",
+                                        .least = -1,
+                                        .most = 4095,
+                                        .which = argument::service_cpu}),
+    of_endpoint<&options::service_priority>(
+        {.name = "priority",
+         .option = "--priority",
+         .meaning = "SCHED_FIFO priority of the service thread; 0: an ordinary one",
+         .least = 0,
+         .most = 99,
+         .which = argument::service_priority}),
+    of_endpoint<&options::ping_period>({.name = "ping_period",
+                                        .option = "--ping-period",
+                                        .meaning = "a peer that is silent this long is pinged",
+                                        .least = ns(10ms),
+                                        .most = day,
+                                        .which = argument::ping_period}),
+    of_endpoint<&options::silence_max>({.name = "silence_max",
+                                        .option = "--silence-max",
+                                        .meaning = "and disconnected when it is silent this long",
+                                        .least = ns(10ms),
+                                        .most = day,
+                                        .which = argument::silence_max,
+                                        .bounded_by = "ping_period or more"}),
+    of_endpoint<&options::message_time_max>({.name = "message_time_max",
+                                             .option = "--message-time-max",
+                                             .meaning = "from a message's first byte to its last",
+                                             .least = ns(10ms),
+                                             .most = day,
+                                             .which = argument::message_time_max}),
+    of_endpoint<&options::stats_period>({.name = "stats_period",
+                                         .option = "--stats-period",
+                                         .meaning = "of the topic /rowe/stats",
+                                         .least = ns(100ms),
+                                         .most = day,
+                                         .which = argument::stats_period}),
+    of_endpoint<&options::inbound_ttl>(
+        {.name = "inbound_ttl",
+         .option = "--inbound-ttl",
+         .meaning = "a plain message or call that is not taken within this time ends",
+         .least = ns(1ms),
+         .most = for_ever_ns,
+         .which = argument::inbound_ttl}),
+    of_endpoint<&options::call_timeout>({.name = "call_timeout",
+                                         .option = "--call-timeout",
+                                         .meaning = "of a peer's call that names none",
+                                         .least = ns(1ms),
+                                         .most = for_ever_ns,
+                                         .which = argument::call_timeout}),
+    of_endpoint<&options::bare_unasked>(
+        {.name = "bare_unasked",
+         .option = "--bare-unasked",
+         .meaning = "plain messages also go to peers that never used the bare codec"}),
+    of_endpoint<&options::answers_any>(
+        {.name = "answers_any",
+         .option = "--answers-any",
+         .meaning = "calls that no handle serves wait for the program to receive them"}),
+    of_endpoint<&options::retry_min>({.name = "retry_min",
+                                      .option = "--retry-min",
+                                      .meaning = "until a client's second attempt to connect",
+                                      .least = ns(1ms),
+                                      .most = day,
+                                      .which = argument::retry_min}),
+    of_endpoint<&options::retry_max>({.name = "retry_max",
+                                      .option = "--retry-max",
+                                      .meaning = "between its later attempts, at most",
+                                      .least = ns(1ms),
+                                      .most = day,
+                                      .which = argument::retry_max,
+                                      .bounded_by = "retry_min or more"}),
+};
+
+template <auto Member>
+consteval key<configuration> of_stop(const facts& of) noexcept {
+  return row<configuration, Member>("stop", of);
+}
+constexpr std::array stop_rows{
+    of_stop<&stop_options::lease>({.name = "lease",
+                                   .option = "--stop-lease",
+                                   .meaning = "a guard that is silent for so long stops",
+                                   .least = ns(20ms),
+                                   .most = ns(60s),
+                                   .which = argument::lease}),
+    of_stop<&stop_options::tick>({.name = "tick",
+                                  .option = "--stop-tick",
+                                  .meaning = "how often guards are told the time",
+                                  .least = ns(1ms),
+                                  .most = ns(30s),
+                                  .which = argument::tick,
+                                  .bounded_by = "half of lease at most"}),
+    of_stop<&stop_options::service_timeout>(
+        {.name = "service_timeout",
+         .option = "--stop-service-timeout",
+         .meaning = "loops stop when the service thread is silent for so long",
+         .least = ns(2ms),
+         .most = ns(10s),
+         .which = argument::service_timeout}),
+    of_stop<&stop_options::observe_timeout>({.name = "observe_timeout",
+                                             .option = "--stop-observe-timeout",
+                                             .meaning = "who asks for a stop is answered within it",
+                                             .least = ns(1ms),
+                                             .most = ns(10s),
+                                             .which = argument::observe_timeout}),
+    of_stop<&stop_options::unguarded>({.name = "unguarded",
+                                       .option = "--stop-unguarded",
+                                       .meaning = "the robot may move without any guard"}),
+};
+
+constexpr std::array access_rows{
+    row<configuration, &access_options::local_role>(
+        "access", {.name = "local_role",
+                   .option = "--access-local-role",
+                   .meaning = "the role of peers on this machine that show no token; empty: none"}),
+    row<configuration, &access_options::anonymous_may_stop>(
+        "access", {.name = "anonymous_may_stop",
+                   .option = "--access-anonymous-may-stop",
+                   .meaning = "peers without a token may connect to stop the robot"}),
+};
+
+constexpr std::array tls_rows{
+    row<configuration, &tls_options::certificate>(
+        "tls", {.name = "certificate",
+                .option = "--certificate",
+                .meaning = "speak TLS alone (https, wss), with this certificate in PEM; with `key`. An "
+                           "endpoint that connects shows it to the server",
+                .is_path = true}),
+    row<configuration, &tls_options::key>(
+        "tls", {.name = "key",
+                .option = "--key",
+                .meaning = "the certificate's key in PEM, which only its owner can read",
+                .is_path = true}),
+    row<configuration, &tls_options::client_ca>(
+        "tls", {.name = "client_ca",
+                .option = "--client-ca",
+                .meaning = "roots in PEM: clients may show a certificate of theirs in place of a token",
+                .is_path = true}),
+};
+
+template <auto Member>
+consteval key<configuration> of_client(const facts& of) noexcept {
+  return row<configuration, Member>("client", of);
+}
+constexpr std::array client_rows{
+    of_client<&options::token_file>({.name = "token_file",
+                                     .meaning = "its first line is the token that says who we are; only its "
+                                                "owner can read it",
+                                     .is_path = true}),
+    of_client<&tls_options::ca>({.name = "ca",
+                                 .meaning = "the roots that may vouch for a wss:// server, in PEM; empty: "
+                                            "those of the system",
+                                 .is_path = true}),
+    of_client<&tls_options::pin>({.name = "pin",
+                                  .meaning = "the SHA-256 of the server's public key, 64 hexadecimal digits, "
+                                             "colons or none between them; empty: any"}),
+};
+
+constexpr std::array<std::string_view, 2> log_words{"text", "json"};
+static_assert(static_cast<std::size_t>(log_format::json) + 1 == log_words.size());
+constexpr std::array serve_rows{
+    row<configuration, &serve_options::demo>(
+        "serve", {.name = "demo",
+                  .option = "--demo",
+                  .meaning = "drive a simulated robot at 1 kHz: topic /odom, service /robot/set_speed"}),
+    row<configuration, &serve_options::guarded>(
+        "serve", {.name = "guarded",
+                  .option = "--guarded",
+                  .meaning = "the demo's robot stands until a page guards it and resets its stop"}),
+    row<configuration, &serve_options::log>("serve", {.name = "log",
+                                                      .option = "--log",
+                                                      .meaning = "how a line of what happens is written",
+                                                      .words = log_words}),
+    row<configuration, &serve_options::quiet>(
+        "serve", {.name = "quiet", .option = "--quiet", .meaning = "print errors and warnings only"}),
+};
+
+template <std::size_t Index>
+consteval key<configuration> limit_row() noexcept {
+  constexpr const service::limit_row& of = service::limit_table[Index];
+  return {
+      .section = "limits",
+      .name = name_of(of.which),
+      .what = {kind::integer, static_cast<std::int64_t>(of.least), static_cast<std::int64_t>(of.most), {}},
+      .get = [](const configuration& all) -> value {
+        return static_cast<std::int64_t>(service::limit_table[Index].of(all.endpoint.limits));
+      },
+      .set =
+          [](configuration& all, value&& to) {
+            const auto number = static_cast<std::uint64_t>(std::get<std::int64_t>(to));
+            service::limit_table[Index].set(all.endpoint.limits, number);
+          },
+      .number = [](const endpoint_options& all) noexcept -> std::int64_t {
+        return static_cast<std::int64_t>(service::limit_table[Index].of(all.limits));
+      },
+      .which = of.which,
+      .bounded_by =
+          of.which == argument::small_slot_bytes ? "message_bytes_max at most" : std::string_view{}};
+}
+template <std::size_t... Index>
+consteval auto limit_rows_of(std::index_sequence<Index...>) noexcept {
+  return std::array{limit_row<Index>()...};
+}
+constexpr auto limit_rows = limit_rows_of(std::make_index_sequence<service::limit_table.size()>{});
+
+constexpr std::array of_roles{
+    row<role, &role::name>("role", {.name = "name"}),
+    row<role, &role::subscribe>("role", {.name = "subscribe", .meaning = "topics"}),
+    row<role, &role::publish>("role", {.name = "publish", .meaning = "topics"}),
+    row<role, &role::advertise>("role", {.name = "advertise", .meaning = "topics"}),
+    row<role, &role::call>("role", {.name = "call", .meaning = "services"}),
+    row<role, &role::provide>("role", {.name = "provide", .meaning = "services"}),
+    row<role, &role::set>("role", {.name = "set", .meaning = "parameters"}),
+    row<role, &role::reset>("role", {.name = "reset", .meaning = "the stop"}),
+    row<role, &role::guard>("role", {.name = "guard", .meaning = "hold a lease of the stop"}),
+};
+
+constexpr std::array of_identities{
+    row<identity, &identity::name>("identity", {.name = "name"}),
+    row<identity, &identity::role>("identity", {.name = "role"}),
+    row<identity, &identity::token_sha256>(
+        "identity", {.name = "token_sha256", .meaning = "the token's hash, 64 hexadecimal digits"}),
+    row<identity, &identity::token_in_url>(
+        "identity", {.name = "token_in_url", .meaning = "the token may also come as `?token=`"}),
+    row<identity, &identity::certificate>(
+        "identity",
+        {.name = "certificate", .meaning = "the common name in the certificate of a client (`client_ca`)"}),
+};
+
+template <std::size_t... Sizes>
+consteval auto joined(const std::array<key<configuration>, Sizes>&... parts) noexcept {
+  std::array<key<configuration>, (Sizes + ...)> all{};
+  std::size_t at = 0;
+  ((std::copy(parts.begin(), parts.end(),
+              all.begin() + static_cast<std::ptrdiff_t>(std::exchange(at, at + Sizes)))),
+   ...);
+  return all;
+}
+constexpr auto all_rows =
+    joined(endpoint_rows, tls_rows, client_rows, stop_rows, access_rows, limit_rows, serve_rows);
+
+// ---- none is missing: a struct has as many members as it can be initialised with
+
+template <class Struct, std::size_t... Index>
+consteval bool takes(std::index_sequence<Index...>) noexcept {
+  return requires { Struct{(static_cast<void>(Index), service::anything{})...}; };
+}
+template <class Struct>
+consteval bool has_members(std::size_t count) noexcept {
+  constexpr std::size_t most = 48;
+  std::size_t found = 0;
+  [&]<std::size_t... Count>(std::index_sequence<Count...>) {
+    ((found = takes<Struct>(std::make_index_sequence<Count>{}) ? Count : found), ...);
+  }
+  (std::make_index_sequence<most>{});
+  return found == count;
+}
+constexpr std::size_t sections_of_endpoint = 4;    // limits, stop, access and tls
+constexpr std::size_t endpoint_keys_of_client = 1; // token_file, a key of [client]
+constexpr std::size_t members_without_key = 1;     // token: it is a secret, and a configuration none
+constexpr std::size_t lists_of_access = 2;         // [[role]] and [[identity]]
+static_assert(has_members<endpoint_options>(endpoint_rows.size() + endpoint_keys_of_client +
+                                            sections_of_endpoint + members_without_key),
+              "each option has its key");
+static_assert(has_members<tls_options>(tls_rows.size() + client_rows.size() - endpoint_keys_of_client),
+              "each option of TLS has its key");
+static_assert(has_members<stop_options>(stop_rows.size()), "each option of the stop has its key");
+static_assert(has_members<access_options>(access_rows.size() + lists_of_access),
+              "each option of access has its key");
+static_assert(has_members<serve_options>(serve_rows.size()), "each option of the program has its key");
+static_assert(has_members<role>(of_roles.size()), "each right has its key");
+static_assert(has_members<identity>(of_identities.size()), "each member has its key");
+
+} // namespace
+
+std::span<const key<configuration>> keys() noexcept { return all_rows; }
+std::span<const key<role>> role_keys() noexcept { return of_roles; }
+std::span<const key<identity>> identity_keys() noexcept { return of_identities; }
+
+std::size_t find(std::string_view section, std::string_view name) noexcept {
+  const auto* const found = std::ranges::find_if(
+      all_rows, [&](const key<configuration>& one) { return one.section == section && one.name == name; });
+  return static_cast<std::size_t>(found - all_rows.data());
+}
+
+std::size_t find(argument which) noexcept {
+  if (which == argument::unnamed) return all_rows.size();
+  const auto* const found = std::ranges::find(all_rows, which, &key<configuration>::which);
+  return static_cast<std::size_t>(found - all_rows.data());
+}
+
+} // namespace rowe::config

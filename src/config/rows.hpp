@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rows of the table of keys, made from members: what kind of value one has, and how it is got and set.
+#pragma once
+#include <concepts>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "config/keys.hpp"
+
+namespace rowe::config {
+
+// ---- where in a configuration the structs are
+
+template <class Type, class As>
+concept is_a = std::same_as<std::remove_const_t<Type>, As>;
+
+auto& part(is_a<endpoint_options> auto& all, endpoint_options*) noexcept { return all; }
+auto& part(is_a<endpoint_options> auto& all, stop_options*) noexcept { return all.stop; }
+auto& part(is_a<endpoint_options> auto& all, access_options*) noexcept { return all.access; }
+auto& part(is_a<endpoint_options> auto& all, tls_options*) noexcept { return all.tls; }
+auto& part(is_a<role> auto& all, role*) noexcept { return all; }
+auto& part(is_a<identity> auto& all, identity*) noexcept { return all; }
+auto& part(is_a<configuration> auto& all, serve_options*) noexcept { return all.serve; }
+template <class Struct>
+auto& part(is_a<configuration> auto& all, Struct* which) noexcept {
+  return part(all.endpoint, which);
+}
+
+template <class Member>
+struct member;
+template <class Class, class Type>
+struct member<Type Class::*> {
+  using owner = Class;
+  using type = Type;
+};
+
+template <auto Member>
+auto& place(auto& all) noexcept {
+  return part(all, static_cast<typename member<decltype(Member)>::owner*>(nullptr)).*Member;
+}
+
+// ---- members as values
+
+template <class Type>
+inline constexpr bool is_number = std::same_as<Type, duration> || std::is_enum_v<Type> ||
+                                  (std::integral<Type> && !std::same_as<Type, bool>);
+
+template <class Type>
+consteval kind kind_of() noexcept {
+  if (std::same_as<Type, bool>) return kind::boolean;
+  if (std::same_as<Type, duration>) return kind::time;
+  if (std::is_enum_v<Type>) return kind::word;
+  if (std::integral<Type>) return kind::integer;
+  return std::same_as<Type, std::string> ? kind::text : kind::texts;
+}
+
+template <class Owner, auto Member>
+value get(const Owner& of) {
+  using type = typename member<decltype(Member)>::type;
+  const type& found = place<Member>(of);
+  if constexpr (std::same_as<type, duration>) {
+    return std::int64_t{found.count()};
+  } else if constexpr (is_number<type>) {
+    return static_cast<std::int64_t>(found);
+  } else {
+    return found;
+  }
+}
+
+template <class Owner, auto Member>
+void set(Owner& of, value&& to) {
+  using type = typename member<decltype(Member)>::type;
+  type& found = place<Member>(of);
+  if constexpr (std::same_as<type, duration>) {
+    found = duration{std::get<std::int64_t>(to)};
+  } else if constexpr (is_number<type>) {
+    found = static_cast<type>(std::get<std::int64_t>(to));
+  } else {
+    found = std::get<type>(std::move(to));
+  }
+}
+
+// Of members of endpoint_options that are integers, times or words.
+template <auto Member>
+std::int64_t number(const endpoint_options& of) noexcept {
+  const auto& found = place<Member>(of);
+  if constexpr (std::same_as<std::remove_cvref_t<decltype(found)>, duration>)
+    return found.count();
+  else
+    return static_cast<std::int64_t>(found);
+}
+
+// What a row says besides the member itself.
+struct facts {
+  std::string_view name;
+  std::string_view option = {};
+  std::string_view meaning = {};
+  std::int64_t least = 0;
+  std::int64_t most = 0;
+  std::span<const std::string_view> words = {};
+  argument which = argument::unnamed;
+  std::string_view bounded_by = {};
+  bool is_path = false; // of a text
+};
+
+template <class Owner, auto Member>
+consteval key<Owner> row(std::string_view section, const facts& of) noexcept {
+  using type = typename member<decltype(Member)>::type;
+  const std::int64_t most = of.words.empty() ? of.most : static_cast<std::int64_t>(of.words.size()) - 1;
+  key<Owner> made{.section = section,
+                  .name = of.name,
+                  .what = {of.is_path ? kind::path : kind_of<type>(), of.least, most, of.words},
+                  .get = get<Owner, Member>,
+                  .set = set<Owner, Member>,
+                  .option = of.option,
+                  .meaning = of.meaning,
+                  .which = of.which,
+                  .bounded_by = of.bounded_by};
+  constexpr bool of_program = std::same_as<typename member<decltype(Member)>::owner, serve_options>;
+  if constexpr (std::same_as<Owner, configuration> && is_number<type> && !of_program)
+    made.number = number<Member>;
+  return made;
+}
+
+consteval std::int64_t ns(duration time) noexcept { return time.count(); }
+
+} // namespace rowe::config

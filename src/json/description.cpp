@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "json/description.hpp"
+
+#include <array>
+#include <string_view>
+
+namespace rowe::json {
+namespace {
+
+constexpr std::array<std::string_view, 15> kinds{
+    "boolean", "int8",   "int16",   "int32",   "int64", "uint8",  "uint16",  "uint32",
+    "uint64",  "float32", "float64", "text",    "object", "array", "optional"};
+static_assert(static_cast<std::size_t>(value_kind::optional) == kinds.size() - 1);
+
+void flag(writer& into, std::string_view name, bool given) noexcept {
+  if (!given) return;
+  into.key(name);
+  into.boolean(true);
+}
+
+void write_number(writer& into, const value_description& d) noexcept {
+  if (!d.enumerators.empty()) {
+    into.key("names");
+    into.begin_array();
+    for (const enumerator_description& e : d.enumerators) {
+      into.begin_array();
+      into.string(e.name);
+      into.number(e.value);
+      into.end_array();
+    }
+    into.end_array();
+  }
+  if (d.unit.denominator == 0) return;
+  into.key("unit");
+  into.begin_array();
+  into.number(d.unit.numerator);
+  into.number(d.unit.denominator);
+  into.boolean(d.unit.since_1970);
+  into.end_array();
+}
+
+void write_value(writer& into, const value_description& d, const member_description* owner) noexcept {
+  into.key("is");
+  into.string(kinds[static_cast<std::size_t>(d.kind)]);
+  switch (d.kind) {
+  case value_kind::boolean: break;
+  case value_kind::text:
+    into.key("most");
+    into.number(d.count_max);
+    break;
+  case value_kind::object:
+    into.key("object");
+    write_description(into, *d.object);
+    break;
+  case value_kind::array: {
+    const array_count count = count_of(d, owner);
+    into.key("most");
+    into.number(count.most);
+    into.key("fixed");
+    into.boolean(count.fixed);
+    [[fallthrough]];
+  }
+  case value_kind::optional:
+    into.key("of");
+    into.begin_object();
+    write_value(into, *d.element, nullptr);
+    into.end_object();
+    break;
+  default: write_number(into, d);
+  }
+}
+
+} // namespace
+
+array_count count_of(const value_description& array, const member_description* owner) noexcept {
+  if (owner != nullptr && owner->count != nullptr) return {owner->count_limit, false};
+  return {array.count_max, array.count == nullptr};
+}
+
+void write_description(writer& into, const schema_description& type) noexcept {
+  into.begin_object();
+  into.key("type");
+  into.string(type.type_name);
+  into.key("members");
+  into.begin_array();
+  for (const member_description& m : type.members) {
+    into.begin_object();
+    into.key("name");
+    into.string(m.name);
+    write_value(into, *m.type, &m);
+    flag(into, "as_string", m.as_string);
+    flag(into, "by_name", m.by_name);
+    flag(into, "as_seconds", m.as_seconds);
+    into.end_object();
+  }
+  into.end_array();
+  into.end_object();
+}
+
+} // namespace rowe::json

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// Validates a JSON text that comes in pieces, of any length, and remembers only where it is: no byte is
+// looked at again, and no piece is needed any more once it was fed. It accepts and refuses exactly what
+// reader::validate() does, and names the same byte. The reader is several times as quick, but needs the whole
+// text at once, and takes all of its time at once. Whoever feeds a scanner decides by the size of the pieces
+// how long each call takes: at most 55 instructions a byte; for numbers 12 to 18, for long strings 1.2
+// (tests/counts/instructions.py).
+//
+// It also notes where the first members of the outermost object are, by their places in the text.
+#pragma once
+#include <array>
+#include <bitset>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "double_range.hpp"
+#include "fault.hpp"
+#include "reader.hpp"
+
+namespace rowe::json {
+
+// A stretch of a text, in bytes from its beginning.
+struct stretch {
+  std::size_t at = 0;
+  std::size_t bytes = 0;
+
+  friend bool operator==(const stretch&, const stretch&) = default;
+};
+
+// A member of the outermost object: as json::member, by its places.
+struct placed_member {
+  stretch name; // without quotes, still escaped
+  stretch raw;  // of the value: quotes included for strings, brackets for objects and arrays
+  kind type = kind::null;
+};
+
+// One thread at a time. Nothing waits or allocates.
+class scanner {
+ public:
+  static constexpr std::size_t members_max = 16; // that are noted
+
+  // `depth_max`: how many objects and arrays may be open at once, 1 to fault_depth_limit.
+  explicit scanner(std::size_t depth_max = reader::depth_max_default) noexcept;
+
+  // The next bytes of the text; reads nothing beyond them. Steps in proportion to them. False when no text
+  // that begins so is valid: found() says why. Then nothing more is looked at.
+  bool feed(std::string_view piece) noexcept;
+  // The text ends here. Is it valid?
+  bool finish() noexcept;
+
+  const fault& found() const noexcept { return found_; }
+  // Of the pieces that were accepted.
+  std::size_t bytes() const noexcept { return before_; }
+
+  // Those that are complete, in the order of the text.
+  std::span<const placed_member> members() const noexcept { return {members_.data(), member_count_}; }
+  // The object has had others behind these.
+  bool has_more_members() const noexcept { return more_members_; }
+
+ private:
+  enum class state : std::uint8_t {
+    value,         // a value, after white space
+    first_element, // the same, or the end of the array
+    name,          // of a member
+    first_name,    // the same, or the end of the object
+    colon,
+    behind_value,
+    // Those above are between tokens, where white space may be; those below are within one.
+    string,
+    character,     // the rest of one that is not ASCII
+    escape,        // what follows a backslash
+    unit,          // hexadecimal digits
+    low_backslash, // the second half of a pair of surrogates must follow
+    low_u,
+    word,
+    minus, // numbers: what the last character was
+    zero,
+    integer,
+    point,
+    fraction,
+    exponent_mark,
+    exponent_sign,
+    exponent,
+  };
+
+  static constexpr state last_between = state::behind_value;
+
+  // One step each: from `at` on, in the present state; they return how far they came. A step that fails notes
+  // the fault and returns nullptr.
+  const char* step(const char* at, const char* end) noexcept;
+  const char* between(const char* at, const char* end) noexcept; // tokens
+  const char* begin_value(const char* at, const char* end) noexcept;
+  const char* open(const char* at, bool object) noexcept;
+  const char* close(const char* at) noexcept;
+  const char* in_string(const char* at, const char* end) noexcept;
+  const char* begin_character(const char* at, const char* end) noexcept;
+  const char* in_character(const char* at) noexcept;
+  const char* in_escape(const char* at) noexcept;
+  const char* in_unit(const char* at) noexcept;
+  const char* in_word(const char* at) noexcept;
+  const char* begin_number(const char* at, const char* end) noexcept;
+  const char* in_number(const char* at, const char* end) noexcept;
+  const char* digits(const char* at, const char* end) noexcept;
+
+  void end_value(std::size_t end) noexcept;
+  bool end_number(std::size_t end) noexcept;
+
+  bool is_noted_level() const noexcept { return depth_ == 1 && is_object_[0]; }
+  std::size_t place_of(const char* at) const noexcept {
+    return before_ + static_cast<std::size_t>(at - piece_);
+  }
+  const char* wrong(const char* at) noexcept { return wrong_at(place_of(at)); }
+  const char* wrong_at(std::size_t place, fault_kind what = fault_kind::malformed) noexcept {
+    found_ = {what, place};
+    return nullptr;
+  }
+
+  const char* piece_ = nullptr; // only during a feed()
+  std::size_t before_ = 0;      // bytes before this piece
+  std::size_t mark_ = 0;        // where the number, the escape or the character begins
+  const char* word_ = nullptr;  // what of it must still come
+  double_range range_;          // of the number
+  std::uint32_t unit_ = 0;
+  std::uint8_t unit_digits_ = 0;
+  std::uint8_t missing_ = 0; // bytes of the character, and the bounds of the next
+  std::uint8_t low_ = 0;
+  std::uint8_t high_ = 0;
+  state state_ = state::value;
+  bool in_name_ = false;
+  bool low_half_ = false; // of a pair of surrogates
+  bool finished_ = false;
+  bool more_members_ = false;
+
+  std::uint16_t depth_ = 0;
+  std::uint16_t depth_max_;
+  bool in_object_ = false;                   // the innermost level is one
+  std::bitset<fault_depth_limit> is_object_; // of each open level
+
+  fault found_;
+  std::size_t member_count_ = 0;
+  placed_member next_; // the member that is not complete
+  std::array<placed_member, members_max> members_;
+};
+
+} // namespace rowe::json

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// TLS connections that are not upgraded yet, or never will be. Each goes through the handshake. Then it is a
+// relay: between it and the service thread stands a pair of local sockets, over which that one reads the
+// request and answers in plain, as if there were no TLS. If the answer is an upgrade, the service thread asks
+// for the session, and the relay is gone. If it is a page or a rejection, the relay sends it, says that
+// nothing more comes, and closes.
+//
+// Of what the peer sends, exactly the header goes to the service thread, with a form if there is one. The
+// bytes behind it belong to the connection, and stay in the session.
+//
+// Sockets that do not end their handshake keep nobody out: if no place is left, the oldest of them is
+// evicted. One source has only so many places, and beyond them evicts its own. And a source that has begun
+// few handshakes lately comes before one that has begun many, so nobody waits behind all those of another.
+//
+// Terminator's thread; allocates.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <rowe/rt/clock.hpp>
+
+#include "net/deadline_list.hpp"
+#include "net/descriptor.hpp"
+#include "net/listener.hpp"
+#include "net/poll_set.hpp"
+#include "net/socket_transport.hpp"
+#include "net/source_tally.hpp"
+#include "net/tls/arrival.hpp"
+#include "net/tls/certificates.hpp"
+#include "net/tls/session.hpp"
+
+namespace rowe::net::tls {
+
+// Where a relay says what has happened.
+class relay_outlet {
+ public:
+  // False: there is no room, and nothing was told.
+  virtual bool tell(const arrival& news) noexcept = 0;
+  // Somebody has lost, or not got, a place.
+  virtual void note_eviction() noexcept = 0;
+  // A counter of tls_counters.
+  virtual void count(service::counter which) noexcept = 0;
+  // Requests that have come in meanwhile.
+  virtual void take_requests() noexcept = 0;
+
+ protected:
+  ~relay_outlet() = default;
+};
+
+class relays {
+ public:
+  // `remote`: the server that a client wants, by its certificate; empty: we are the server.
+  relays(const socket_limits& limits, std::string remote, certificates& with, poll_set& polled,
+         relay_outlet& outlet);
+  ~relays();
+  relays(const relays&) = delete;
+  relays& operator=(const relays&) = delete;
+
+  void begin_turn(rt::time_point now) noexcept { now_ = now; }
+  // Server: somebody who connected.
+  void accept(accepted_socket accepted);
+  // Client: a connected socket. `attempt` is its place's generation from now on.
+  void connect(descriptor socket, std::uint32_t attempt);
+  // The service thread has answered with an upgrade, and has closed its end of the pair, or will.
+  void hand_over(place_id place, service::connection_id connection);
+  // Client: the attempt has taken too long.
+  void drop(place_id place) noexcept;
+
+  void on_event(const socket_event& event);
+  // Server: takes one handshake a step further, which costs as much as many other things. False: none waits.
+  bool shake_next();
+  void expire();
+  rt::time_point next_deadline() const noexcept;
+
+ private:
+  enum class phase : std::uint8_t {
+    free,
+    shaking,  // the handshake is under way
+    reading,  // server: the request's header is not whole yet
+    relaying, // the service thread has the other end of the pair
+    draining, // the answer is written, but not sent whole
+    closing,  // our end is shut, the peer's is awaited; what arrives is thrown away
+    rejected, // client: the service thread was told that the server refuses us. It drops the place
+  };
+  struct relay : deadline_node {
+    std::unique_ptr<session> secure;
+    descriptor pair; // our end
+    socket_address peer;
+    std::uint32_t generation = 0;
+    phase now = phase::free;
+    bool looked_at = false;      // the first byte was
+    bool waits = false;          // its handshake can go on: shake_next()
+    std::uint32_t before = 0;    // handshakes that its source had begun lately, when this one came
+    bool upgrades = false;       // the answer is one to an upgrade, which waits for hand_over()
+    bool answered = false;       // some of the answer was seen
+    bool header_passed = false;  // nothing more of what the peer sends is read here
+    std::uint32_t of_socket = 0; // events that the poll_set looks for
+    std::uint32_t of_pair = 0;
+    std::size_t header_bytes = 0;
+    std::vector<char> header;
+  };
+
+  relay* find(place_id place) noexcept;
+  place_id id_of(const relay& one) const noexcept;
+  relay* place_for(const socket_address& peer) noexcept;
+  relay* to_evict(const socket_address* from) noexcept;
+  void begin(relay& one, descriptor socket, const socket_address& peer);
+  bool speaks_tls(relay& one);
+  void shake(relay& one);
+  void open_pair(relay& one);
+  void read_header(relay& one);
+  void pass_header(relay& one);
+  void lose(relay& one);
+  void pump(relay& one);
+  bool sees_upgrade(relay& one) noexcept;
+  void seal_answer(relay& one) noexcept;
+  void answer(relay& one, const wire::http_rejection& rejection);
+  bool tell_rejected(const relay& one, const wire::http_rejection& rejection);
+  void begin_draining(relay& one);
+  void drain(relay& one);
+  void begin_close(relay& one);
+  void watch(relay& one) noexcept;
+  void leave(relay& one) noexcept;
+  void fail(const relay& one, service::counter why) noexcept;
+
+  const socket_limits limits_;
+  const std::string remote_;
+  certificates& with_;
+  poll_set& polled_;
+  relay_outlet& outlet_;
+  std::vector<relay> relays_;
+  deadline_list opening_; // shaking, reading
+  deadline_list draining_;
+  deadline_list closing_;
+  source_tally begun_; // handshakes
+  rt::time_point now_{};
+};
+
+} // namespace rowe::net::tls

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/long_ingress.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+#include <rowe/detail/mutation_points.hpp>
+
+#include "service/service_limits.hpp"
+#include "service/shares.hpp"
+
+namespace rowe::service {
+namespace {
+
+// The shortest value of the same kind, so that a decoder judges the stand-in as it would judge the value.
+std::string_view stand_in_for(json::kind type) noexcept {
+  switch (type) {
+  case json::kind::object: return "{}";
+  case json::kind::array: return "[]";
+  case json::kind::string: return R"("")";
+  default: return "null";
+  }
+}
+
+constexpr std::size_t tailroom_bytes = transport_sink::tailroom_bytes;
+
+std::size_t receipt_count(const limits& bounds) noexcept {
+  return chunk_store::in_use(bounds) ? std::min(bounds.connections_max, bounds.long_slots) : 0;
+}
+
+} // namespace
+
+std::size_t long_ingress::footprint_bytes(const limits& bounds) noexcept {
+  using rt::arena;
+  return arena::bytes_for<sender_row>(bounds.connections_max) +
+         arena::bytes_for<receipt>(receipt_count(bounds)) +
+         arena::bytes_for(long_envelope_bytes_max + tailroom_bytes);
+}
+
+long_ingress::long_ingress(rt::arena& memory, core_state& state) noexcept
+    : state_{state},
+      senders_{memory.carve<sender_row>(state.bounds().connections_max)},
+      receipts_{memory.carve<receipt>(receipt_count(state.bounds()))},
+      free_{receipts_},
+      envelope_{memory.carve_bytes(long_envelope_bytes_max + tailroom_bytes)} {}
+
+// ---- pieces
+
+void long_ingress::take(peer_index peer, const wire::frame_step& step) noexcept {
+  sender_row& from = senders_[peer];
+  state_.cycle.work_bytes += long_work_times * step.payload.size();
+  receipt* of = from.receipt ? &receipts_[from.receipt] : nullptr;
+  if (of == nullptr && !from.dropped) of = begin(peer, step);
+  from.bytes = step.known_bytes;
+  if (of == nullptr) return;
+  const std::uint32_t had = of->chunks;
+  const std::uint32_t wanted = chunk_store::chunks_for(static_cast<std::size_t>(step.known_bytes));
+  if (wanted > had) { // a further frame of it
+    if (!make_room(peer, wanted - had, false) ||
+        !state_.chunks.grow(of->text, static_cast<std::size_t>(step.known_bytes)))
+      return drop(peer);
+    state_.chunks.begin_receiving(wanted - had);
+    of->chunks = wanted;
+  }
+  const auto body = of->binary ? take_head(*of, step.payload) : std::span<const std::byte>{step.payload};
+  if (of->unsupported) return;
+  state_.chunks.append(of->text, body);
+  // If it is wrong, the rest is taken only because it comes.
+  (void)of->scanner.feed({reinterpret_cast<const char*>(body.data()), body.size()});
+  if (ROWE_MUTANT(long_scan))
+    (void)of->scanner.feed({reinterpret_cast<const char*>(body.data()), body.size()});
+}
+
+// The first piece of a message. None: there is no room for it.
+auto long_ingress::begin(peer_index peer, const wire::frame_step& step) noexcept -> receipt* {
+  sender_row& from = senders_[peer];
+  const auto bytes = static_cast<std::size_t>(step.known_bytes);
+  from.dropped = true;
+  settle(from);
+  if (!make_room(peer, chunk_store::chunks_for(bytes), true)) return nullptr;
+  const text_id text = state_.chunks.begin(bytes);
+  if (!text) return nullptr;
+  from.dropped = false;
+  from.receipt = free_.take();
+  receipt& begun = receipts_[from.receipt];
+  begun = {};
+  begun.peer = peer;
+  begun.text = text;
+  begun.began = state_.cycle.now;
+  begun.binary = step.event == wire::frame_event::binary || step.message == wire::opcode::binary;
+  begun.scanner = json::scanner{state_.bounds().depth_max};
+  begun.chunks = state_.chunks.chunks_of(text);
+  state_.chunks.begin_receiving(begun.chunks);
+  return &begun;
+}
+
+// Keeps what stands in front of the body of a binary message. Returns the rest.
+std::span<const std::byte> long_ingress::take_head(receipt& of, std::span<const std::byte> payload) noexcept {
+  if (of.head_have == 0 && !payload.empty()) {
+    const std::size_t bytes = state_.peers[of.peer].protocol->reads.body_begins(payload.front());
+    of.unsupported = bytes == 0 || bytes > of.head.size();
+    of.head_bytes = of.unsupported ? 0 : static_cast<std::uint8_t>(bytes);
+  }
+  const std::size_t here = std::min<std::size_t>(of.head_bytes - of.head_have, payload.size());
+  std::copy_n(payload.begin(), here, of.head.begin() + of.head_have);
+  of.head_have = static_cast<std::uint8_t>(of.head_have + here);
+  return payload.subspan(here);
+}
+
+// ---- room
+
+std::uint64_t long_ingress::ms_since(rt::time_point then) const noexcept {
+  const auto passed = std::chrono::duration_cast<std::chrono::milliseconds>(state_.cycle.now - then);
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(passed.count(), 0));
+}
+
+// Chunks that a message counts for: no fewer than its place among the messages that are not complete.
+std::uint64_t long_ingress::cost_of(const receipt& one) const noexcept {
+  return std::max(one.chunks, state_.chunks.receiving_max() / std::max(receipts_.size(), 1U));
+}
+
+std::uint64_t long_ingress::used_by(peer_index peer) const noexcept {
+  const sender_row& one = senders_[peer];
+  const std::uint64_t halvings = std::min<std::uint64_t>(ms_since(one.used_until) / long_use_half_ms, 63);
+  const std::uint64_t before = one.chunk_ms >> halvings;
+  if (!one.receipt) return before;
+  const receipt& now = receipts_[one.receipt];
+  return before + (ms_since(now.began) + 1) * cost_of(now);
+}
+
+// Forgets what was used long ago.
+void long_ingress::settle(sender_row& of) noexcept {
+  const std::uint64_t halvings = ms_since(of.used_until) / long_use_half_ms;
+  of.chunk_ms = halvings > 63 ? 0 : of.chunk_ms >> halvings;
+  of.used_until += std::chrono::milliseconds{halvings * long_use_half_ms};
+}
+
+// Makes room for so many chunks more, and for a message more.
+bool long_ingress::make_room(peer_index newcomer, std::uint32_t chunks, bool needs_row) noexcept {
+  const chunk_store& store = state_.chunks;
+  if (chunks > store.receiving_max()) return false;
+  const auto has_room = [&] {
+    const bool in_share = store.receiving() + chunks <= store.receiving_max() || ROWE_MUTANT(long_share);
+    return in_share && store.free() >= chunks && !(needs_row && free_.empty());
+  };
+  while (!has_room()) {
+    peer_index most{};
+    std::uint64_t used = 0;
+    for (const receipt& one : receipts_) {
+      if (!one.text || one.peer == newcomer) continue;
+      const std::uint64_t its = used_by(one.peer);
+      if (its > used && its > 2 * used_by(newcomer) + long_grace_ms * cost_of(one)) {
+        most = one.peer;
+        used = its;
+      }
+    }
+    if (!most || ROWE_MUTANT(long_siege)) return false;
+    drop(most);
+  }
+  return true;
+}
+
+// The peer's message is not kept any further.
+void long_ingress::drop(peer_index peer) noexcept {
+  sender_row& of = senders_[peer];
+  state_.chunks.release(receipts_[of.receipt].text);
+  close(of.receipt);
+  of.dropped = true;
+}
+
+// Its text belongs to somebody else, or is gone.
+void long_ingress::close(receipt_id which) noexcept {
+  receipt& of = receipts_[which];
+  sender_row& its = senders_[of.peer];
+  settle(its);
+  its.chunk_ms = used_by(of.peer);
+  state_.chunks.end_receiving(std::exchange(of.chunks, 0));
+  its.receipt = {};
+  of.text = {};
+  of.peer = {};
+  free_.give_back(which);
+}
+
+void long_ingress::forget(peer_index peer) noexcept {
+  sender_row& of = senders_[peer];
+  if (of.receipt && ROWE_MUTANT(long_left)) state_.chunks.retain(receipts_[of.receipt].text);
+  if (of.receipt) drop(peer);
+  // Who comes to its place has used as much, so nobody gains by coming again and again.
+  of = {.chunk_ms = of.chunk_ms, .used_until = of.used_until};
+}
+
+// ---- the end
+
+long_arrival long_ingress::end(peer_index peer) noexcept {
+  sender_row& from = senders_[peer];
+  const std::size_t bytes = static_cast<std::size_t>(std::exchange(from.bytes, 0));
+  if (std::exchange(from.dropped, false) || !from.receipt) {
+    state_.counts.add(counter::no_chunks);
+    return {.is = long_arrival::verdict::no_room, .bytes = bytes};
+  }
+  receipt& of = receipts_[from.receipt];
+  const text_id text = of.text;
+  long_arrival made = put_together(of);
+  close(from.receipt);
+  if (made.is == long_arrival::verdict::fine) return made;
+  chunk_store::place place;
+  const std::size_t shown = std::min(state_.chunks.bytes(text), long_envelope_bytes_max);
+  made.envelope = envelope_.first(of.binary ? 0 : shown);
+  state_.chunks.copy(text, 0, place, made.envelope);
+  state_.chunks.release(text);
+  return made;
+}
+
+long_arrival long_ingress::put_together(receipt& of) noexcept {
+  using verdict = long_arrival::verdict;
+  if (of.unsupported || of.head_have != of.head_bytes) {
+    state_.counts.add(counter::too_big);
+    return {.is = verdict::unsupported};
+  }
+  if (!of.scanner.finish()) {
+    const json::fault& found = of.scanner.found();
+    const auto at = static_cast<std::int64_t>(found.at);
+    return {.is = verdict::malformed,
+            .wrong = found.what == json::fault_kind::too_deep
+                         ? error{errc::too_deep, at, state_.bounds().depth_max}
+                         : error{errc::malformed, at}};
+  }
+  const auto members = of.scanner.members();
+  if (members.empty()) return {.is = verdict::no_object};
+  long_arrival made{.is = verdict::fine, .body = of.text};
+  const auto add = [&](std::span<const std::byte> bytes) {
+    std::memcpy(envelope_.data() + made.bytes, bytes.data(), bytes.size());
+    made.bytes += bytes.size();
+  };
+  if (of.binary) {
+    add(std::span{of.head}.first(of.head_bytes));
+    made.stand_in_at = made.bytes;
+    add(std::as_bytes(std::span{stand_in_for(json::kind::object)}));
+  } else {
+    const auto& longest =
+        *std::ranges::max_element(members, {}, [](const json::placed_member& one) { return one.raw.bytes; });
+    const std::size_t end = longest.raw.at + longest.raw.bytes;
+    const std::size_t all = state_.chunks.bytes(of.text);
+    const std::string_view stand_in = stand_in_for(longest.type);
+    if (const std::size_t others = all - longest.raw.bytes;
+        others + stand_in.size() > long_envelope_bytes_max)
+      return {.is = of.scanner.has_more_members() ? verdict::far_behind : verdict::other_long,
+              .bytes = others};
+    chunk_store::place place;
+    state_.chunks.copy(of.text, 0, place, envelope_.first(longest.raw.at));
+    made.bytes = made.stand_in_at = longest.raw.at;
+    add(std::as_bytes(std::span{stand_in}));
+    state_.chunks.copy(of.text, end, place, envelope_.subspan(made.bytes, all - end));
+    made.bytes += all - end;
+    state_.chunks.cut(of.text, longest.raw.at, longest.raw.bytes);
+  }
+  std::memset(envelope_.data() + made.bytes, 0, tailroom_bytes);
+  made.envelope = envelope_.first(made.bytes);
+  return made;
+}
+
+// ---- checks
+
+bool long_ingress::check() const noexcept {
+  std::uint32_t chunks = 0;
+  for (const receipt_id i : receipts_.ids()) {
+    const receipt& of = receipts_[i];
+    if (!of.text) continue;
+    chunks += of.chunks;
+    if (of.chunks != state_.chunks.chunks_of(of.text) || senders_[of.peer].receipt != i) return false;
+  }
+  return chunks == state_.chunks.receiving() && chunks <= state_.chunks.receiving_max() &&
+         free_.check([](const receipt& of) { return !of.text; });
+}
+
+} // namespace rowe::service

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/long_outbox.hpp"
+
+#include "service/service_limits.hpp"
+
+namespace rowe::service {
+
+bool long_outbox::make_room(std::uint32_t chunks) noexcept {
+  for (unsigned left = evictions_max; state_.chunks.left() < std::int64_t{chunks}; --left) {
+    if (left == 0 || !outbox_.evict_for(slot_class::chunked)) return false;
+  }
+  return true;
+}
+
+slot_id long_outbox::compose(topic_id topic, rt::time_point published, rt::time_point expires,
+                             text_id body) noexcept {
+  if (message_store_.slots().free_for_all(slot_class::chunked) == 0)
+    (void)outbox_.evict_for(slot_class::chunked);
+  if (!make_room(0)) {
+    state_.counts.add(counter::no_chunks);
+    return {};
+  }
+  const message_lifetime lifetime = message_lifetime::of_topic(expires, state_.cycle.now);
+  return message_store_.compose_chunked(body, lifetime, published, [&](json::writer& out) {
+    out.append(state_.topics.head(topic));
+    const std::size_t at = out.bytes();
+    out.append(state_.topics.tail());
+    return at;
+  });
+}
+
+} // namespace rowe::service

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values of parameters as JSON, and the checks of what is to become one. Pure functions; nothing waits or
+// allocates.
+#pragma once
+#include <string_view>
+
+#include <rowe/detail/parameter_cell.hpp>
+
+#include "wire/text_out.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::service {
+
+// Whether the parameter may have this value, which is of its type.
+bool is_allowed(const detail::parameter_description& what, const detail::parameter_value& value) noexcept;
+
+// Reads a valid JSON text. False, and `why` is what is wanted and what was found, if the parameter may not
+// have this value.
+bool read_value(const detail::parameter_description& what, std::string_view json,
+                detail::parameter_value& into, wire::text_out& why) noexcept;
+
+void write_value(const detail::parameter_description& what, const detail::parameter_value& value,
+                 json::writer& into) noexcept;
+
+} // namespace rowe::service

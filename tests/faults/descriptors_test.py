@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""No descriptor is left: nobody new gets in, and those who are there notice nothing, the stop included. What
+changed on the disk meanwhile, a token that was revoked or a certificate, holds once it can be read."""
+import contextlib
+import os
+import resource
+import unittest
+
+import websocket
+from program import run
+from robot import numbers_until, publish, restored, robot, shown, until
+
+
+def kept_by(process):
+    """Its descriptors, but those of files and folders, which it reads and closes."""
+    found = []
+    for name in os.listdir(f"/proc/{process.pid}/fd"):
+        with contextlib.suppress(FileNotFoundError):
+            if not os.path.exists(os.readlink(f"/proc/{process.pid}/fd/{name}")):
+                found.append(int(name))
+    return found
+
+
+@contextlib.contextmanager
+def none_left(serving):
+    """The server gets no descriptor any more, and keeps those it has."""
+    process = serving.process
+    before = resource.prlimit(process.pid, resource.RLIMIT_NOFILE)
+    kept = kept_by(process) + [0]  # /dev/null
+    lowest = next(number for number in range(len(kept) + 1) if number not in kept)
+    resource.prlimit(process.pid, resource.RLIMIT_NOFILE, (lowest, before[1]))
+    try:
+        yield
+    finally:
+        resource.prlimit(process.pid, resource.RLIMIT_NOFILE, before)
+
+
+def awakenings(process):
+    """How often the thread of the handshakes has slept so far."""
+    for task in os.listdir(f"/proc/{process.pid}/task"):
+        with open(f"/proc/{process.pid}/task/{task}/status", encoding="ascii") as file:
+            facts = dict(line.split(":\t", 1) for line in file.read().splitlines())
+        if facts["Name"] == "rowe-tls":
+            return int(facts["voluntary_ctxt_switches"])
+    raise AssertionError("there is no thread rowe-tls")
+
+
+class descriptors(unittest.TestCase):
+    def setUp(self):
+        self.bot = self.enterContext(robot())
+        self.serving = self.enterContext(self.bot.serving("--demo"))
+
+    def test_those_who_are_there_go_on_and_stop_it_and_those_who_wait_get_in_later(self):
+        bot, serving = self.bot, self.serving
+        with bot.subscriber(serving) as reader, bot.peer(serving, "peer") as writer:
+            with none_left(serving):
+                waiting = [self.enterContext(websocket.connect(serving.port)) for _ in range(5)]
+                slept = awakenings(serving.process)
+                for begin in range(0, 2000, 100):  # fewer than a queue holds, so none is dropped
+                    publish(writer, range(begin, begin + 100))
+                    self.assertEqual(numbers_until(reader, begin + 99), list(range(begin, begin + 100)))
+                reader.send({"op": "call_service", "service": "/rowe/stop", "id": "now"})
+                answer = reader.receive_until(lambda m: m["op"] == "service_response")
+                self.assertEqual((answer["id"], answer["result"]), ("now", True))
+                # It waits for descriptors, and does not ask for them all the time.
+                self.assertLess(awakenings(serving.process) - slept, 1000)
+            for one in waiting:
+                with bot.trust().wrap_socket(one, server_hostname="127.0.0.1") as stream:
+                    self.assertIn(stream.version(), ("TLSv1.2", "TLSv1.3"))
+            counts = bot.counts(serving)
+            self.assertEqual(counts["outbox_full"] + counts["evicted"] + counts["lost_with_peer"], 0)
+            self.assertEqual(counts["stops"], 1)
+
+    def test_a_token_that_was_revoked_meanwhile_is_refused_as_soon_as_the_file_can_be_read(self):
+        bot, serving = self.bot, self.serving
+        with bot.peer(serving, "driver") as driver:
+            with restored(bot.file), none_left(serving):
+                self.assertEqual(run("token", "remove", "driver", "--dir", bot.folder).code, 0)
+                serving.line("is wrong: what was read from it before holds")
+                websocket.settle(driver)
+            # Put back as it was: that is a change as well, and nothing was lost.
+            serving.line("has changed: its roles and identities hold now")
+            websocket.settle(driver)
+            with none_left(serving):
+                self.assertEqual(run("token", "remove", "driver", "--dir", bot.folder).code, 0)
+                serving.line("is wrong: what was read from it before holds", count=2)
+            serving.line("has changed: its roles and identities hold now", count=2)
+            driver.wait_for_close()
+        with self.assertRaises(websocket.refused) as refused:
+            bot.peer(serving, "driver")
+        self.assertEqual(refused.exception.status, 401)
+        self.assertEqual(len([line for line in serving.stderr if "is wrong" in line]), 2)  # each said once
+
+    def test_a_certificate_that_was_renewed_meanwhile_is_shown_as_soon_as_it_can_be_read(self):
+        bot, serving = self.bot, self.serving
+        before = shown(serving)
+        with none_left(serving):
+            ended = run("setup", "--renew", "--dir", bot.folder)
+            self.assertEqual(ended.code, 0, ended.stderr)
+            serving.line("the new certificate is not taken: .*[Tt]oo many open files")
+        with open(bot.at("certificate.pem"), encoding="ascii") as file:
+            renewed = file.read().strip()
+        self.assertNotEqual(renewed, before)
+        until(lambda: shown(serving) == renewed)  # it looks each second
+        said = [line for line in serving.stderr if "the new certificate is not taken" in line]
+        self.assertEqual(len(said), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whose TLS handshake comes first where several wait, step by step, without a thread.
+#include "net/tls/relays.hpp"
+
+#include "tls_support.hpp"
+
+#include <sys/socket.h>
+
+#include <vector>
+
+namespace rowe::net::tls {
+namespace tls_order_test {
+namespace {
+
+struct nobody final : relay_outlet {
+  bool tell(const arrival& news) noexcept override {
+    if (news.what == arrival::kind::newcomer) ::close(news.socket);
+    return true;
+  }
+  void note_eviction() noexcept override {}
+  void count(service::counter) noexcept override {}
+  void take_requests() noexcept override {}
+};
+
+// A client that has said its hello. Its socket is local, so it comes from wherever the test says.
+struct stranger {
+  explicit stranger(const std::string& address) : from{numeric_address(address, 1).value()} {
+    int pair[2];
+    EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair), 0);
+    socket.reset(pair[0]);
+    theirs.reset(pair[1]);
+    context.reset(SSL_CTX_new(TLS_client_method()));
+    ssl.reset(SSL_new(context.get()));
+    SSL_set_fd(ssl.get(), socket.get());
+    SSL_set_connect_state(ssl.get());
+    EXPECT_NE(SSL_do_handshake(ssl.get()), 1);
+  }
+  bool answered() const {
+    char first = 0;
+    return ::recv(socket.get(), &first, 1, MSG_PEEK) == 1;
+  }
+  bool shaken() const { return SSL_do_handshake(ssl.get()) == 1; }
+
+  struct freed {
+    void operator()(SSL_CTX* one) const { SSL_CTX_free(one); }
+    void operator()(SSL* one) const { SSL_free(one); }
+  };
+  socket_address from;
+  descriptor socket, theirs;
+  std::unique_ptr<SSL_CTX, freed> context;
+  std::unique_ptr<SSL, freed> ssl;
+};
+
+struct tls_order : testing::Test {
+  void come(stranger& one) { places.accept({.socket = std::move(one.theirs), .peer = one.from}); }
+  void turn(rt::duration later = {}) {
+    now += later;
+    places.begin_turn(now);
+    for (const socket_event& event : polled.take()) places.on_event(event);
+  }
+
+  certified files;
+  nobody outlet;
+  rt::time_point now{1000s};
+  poll_set polled = poll_set::open().value();
+  certificates with{end::server, files.server(), context::open(end::server, files.server(), nullptr)};
+  relays places{socket_limits{}, {}, with, polled, outlet};
+};
+
+TEST_F(tls_order, puts_a_newcomer_before_those_of_a_source_that_has_begun_many) {
+  places.begin_turn(now);
+  std::vector<stranger> crowd;
+  for (int i = 0; i < 8; ++i) crowd.emplace_back("10.0.0.7");
+  stranger newcomer{"10.0.0.8"};
+  for (stranger& one : crowd) come(one);
+  come(newcomer);
+  turn();
+  ASSERT_TRUE(places.shake_next()); // the first of either source has begun none before
+  EXPECT_TRUE(crowd[0].answered());
+  ASSERT_TRUE(places.shake_next());
+  EXPECT_TRUE(newcomer.answered());
+  for (std::size_t i = 1; i < crowd.size(); ++i) {
+    EXPECT_FALSE(crowd[i].answered()) << i;
+    ASSERT_TRUE(places.shake_next());
+    EXPECT_TRUE(crowd[i].answered()) << i << ": of one source the oldest comes first";
+  }
+  EXPECT_FALSE(places.shake_next());
+}
+
+TEST_F(tls_order, puts_each_step_of_it_first) {
+  places.begin_turn(now);
+  stranger first{"10.0.0.7"};
+  stranger newcomer{"10.0.0.8"};
+  come(first);
+  come(newcomer);
+  turn();
+  ASSERT_TRUE(places.shake_next());
+  ASSERT_TRUE(places.shake_next());
+  std::vector<stranger> crowd;
+  for (int i = 0; i < 8; ++i) come(crowd.emplace_back("10.0.0.7"));
+  ASSERT_TRUE(newcomer.shaken()); // it says the last word
+  turn();
+  ASSERT_TRUE(places.shake_next());
+  for (const stranger& one : crowd) EXPECT_FALSE(one.answered());
+}
+
+TEST_F(tls_order, forgives_what_a_source_has_begun) {
+  places.begin_turn(now);
+  std::vector<stranger> crowd;
+  for (int i = 0; i < 3; ++i) come(crowd.emplace_back("10.0.0.7"));
+  turn();
+  while (places.shake_next()) continue;
+  turn(300ms); // one each 100 ms
+  stranger again{"10.0.0.7"};
+  stranger other{"10.0.0.8"};
+  come(again);
+  come(other);
+  turn();
+  ASSERT_TRUE(places.shake_next());
+  EXPECT_TRUE(again.answered());
+  EXPECT_FALSE(other.answered());
+}
+
+} // namespace
+} // namespace tls_order_test
+} // namespace rowe::net::tls

@@ -1,0 +1,527 @@
+// SPDX-License-Identifier: Apache-2.0
+// A port that speaks TLS, and who connects to it.
+#include "tls_support.hpp"
+
+namespace rowe::net {
+namespace tls_server_test {
+namespace {
+
+struct tls_server : testing::Test {
+  certified files;
+  std::unique_ptr<socket_transport> transport = listening({.tls = files.server()});
+  driver drive{*transport};
+
+  bool shake(tls_socket& client) {
+    return drive.until([&] { return client.shaken() || client.failed(); }) && !client.failed();
+  }
+  // Behind its upgrade; `text` is empty again.
+  void upgrade(tls_socket& client, std::string_view behind = {}, std::string_view path = "/") {
+    ASSERT_TRUE(shake(client)) << client.fault;
+    const std::size_t before = drive.sink().opens.size();
+    ASSERT_TRUE(client.send(upgrade_request(transport->port(), {}, path) + std::string{behind}));
+    ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+    ASSERT_EQ(drive.sink().opens.size(), before + 1);
+    client.text.erase(0, client.text.find("\r\n\r\n") + 4);
+  }
+  connection_id newest() { return drive.sink().opens.back().id; }
+  bool closed() { return !drive.sink().closes.empty(); }
+  std::string said() { // of the first rejection
+    return drive.sink().rejections.empty() ? "" : drive.sink().rejections[0].what;
+  }
+};
+
+TEST_F(tls_server, echoes) {
+  drive.sink().when_bytes = [&](connection_id from, std::span<std::byte> bytes) {
+    EXPECT_EQ(transport->write(from, bytes), bytes.size());
+  };
+  tls_socket client{transport->port()};
+  upgrade(client);
+  EXPECT_NE(drive.sink().opens[0].address.find("127.0.0.1:"), std::string::npos);
+  for (int i = 0; i < 100; ++i) {
+    const std::string text = "ping " + std::to_string(i) + ";";
+    ASSERT_TRUE(client.send(text));
+    ASSERT_TRUE(drive.until([&] { return client.has(text); }));
+  }
+}
+
+TEST_F(tls_server, reads_first_what_came_with_the_request) {
+  tls_socket client{transport->port()};
+  upgrade(client, "behind the header");
+  ASSERT_TRUE(drive.until([&] { return !drive.sink().reads.empty(); }));
+  ASSERT_TRUE(client.send(", and later"));
+  ASSERT_TRUE(
+      drive.until([&] { return drive.sink().received[newest().index] == "behind the header, and later"; }));
+}
+
+TEST_F(tls_server, takes_a_request_that_comes_byte_by_byte) {
+  tls_socket client{transport->port()};
+  ASSERT_TRUE(shake(client));
+  for (const char c : upgrade_request(transport->port())) ASSERT_TRUE(client.send({&c, 1}));
+  ASSERT_TRUE(drive.until([&] { return client.has("101 Switching") && client.has("\r\n\r\n"); }));
+}
+
+TEST(tls_pages, may_be_larger_than_any_buffer) {
+  const certified files;
+  const auto transport =
+      listening({.tls = files.server(), .limits = {.handshake_bytes = std::size_t{1} << 20}});
+  driver drive{*transport};
+  const std::string body(600'000, 'p');
+  drive.sink().answer = [&](const service::http_request&) { return page_of(body); };
+  tls_socket client{transport->port(), {}, 4096};
+  ASSERT_TRUE(drive.until([&] { return client.shaken(); }));
+  ASSERT_TRUE(client.send(request(transport->port(), "/")));
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_TRUE(client.ended_well);
+  EXPECT_TRUE(client.text.ends_with(body)) << client.text.size();
+}
+
+TEST_F(tls_server, answers_a_request_that_is_wrong_in_words) {
+  tls_socket client{transport->port()};
+  ASSERT_TRUE(shake(client));
+  ASSERT_TRUE(
+      client.send(request(transport->port(), "/", "Origin: http://127.0.0.1:1\r\nUpgrade: websocket\r\n")));
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_TRUE(client.ended_well);
+  EXPECT_TRUE(client.text.starts_with("HTTP/1.1 4")) << client.text;
+}
+
+TEST_F(tls_server, tells_who_does_not_speak_tls_what_to_open) {
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(client.send(request(transport->port(), "/")));
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_TRUE(client.text.starts_with("HTTP/1.1 400 ")) << client.text;
+  EXPECT_NE(client.text.find("https://"), std::string::npos);
+  ASSERT_TRUE(drive.until([&] { return !said().empty(); }));
+  EXPECT_EQ(said(), "this port speaks TLS, and the client does not");
+}
+
+// ---- what is spoken
+
+struct speaking {
+  const char* name;
+  void (*prepare)(SSL_CTX*);
+  bool good;
+};
+class tls_versions : public tls_server, public testing::WithParamInterface<speaking> {};
+
+TEST_P(tls_versions, are_spoken_or_refused) {
+  tls_socket client{transport->port(), GetParam().prepare};
+  EXPECT_EQ(shake(client), GetParam().good) << client.fault;
+  if (GetParam().good) return upgrade(client);
+  ASSERT_TRUE(drive.until([&] { return !said().empty(); }));
+  EXPECT_NE(said().find("the TLS handshake failed: "), std::string::npos);
+}
+
+void only(SSL_CTX* to, int version) {
+  SSL_CTX_set_min_proto_version(to, version);
+  SSL_CTX_set_max_proto_version(to, version);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , tls_versions,
+    testing::Values(
+        speaking{"tls_1_3", [](SSL_CTX* to) { only(to, TLS1_3_VERSION); }, true},
+        speaking{"tls_1_2", [](SSL_CTX* to) { only(to, TLS1_2_VERSION); }, true},
+        speaking{"tls_1_1",
+                 [](SSL_CTX* to) {
+                   SSL_CTX_set_security_level(to, 0);
+                   only(to, TLS1_1_VERSION);
+                 },
+                 false},
+        speaking{"chacha20",
+                 [](SSL_CTX* to) { SSL_CTX_set_ciphersuites(to, "TLS_CHACHA20_POLY1305_SHA256"); }, true},
+        speaking{"p_256", [](SSL_CTX* to) { SSL_CTX_set1_groups_list(to, "P-256"); }, true},
+        speaking{"p_384", [](SSL_CTX* to) { SSL_CTX_set1_groups_list(to, "P-384"); }, false},
+        speaking{"x448", [](SSL_CTX* to) { SSL_CTX_set1_groups_list(to, "X448"); }, false},
+        speaking{"no_forward_secrecy",
+                 [](SSL_CTX* to) {
+                   only(to, TLS1_2_VERSION);
+                   SSL_CTX_set_cipher_list(to, "AES128-GCM-SHA256");
+                 },
+                 false},
+        speaking{"cbc",
+                 [](SSL_CTX* to) {
+                   only(to, TLS1_2_VERSION);
+                   SSL_CTX_set_cipher_list(to, "ECDHE-ECDSA-AES128-SHA");
+                 },
+                 false},
+        speaking{"http_1_1",
+                 [](SSL_CTX* to) {
+                   SSL_CTX_set_alpn_protos(to, reinterpret_cast<const unsigned char*>("\x08http/1.1"), 9);
+                 },
+                 true},
+        speaking{"http_2",
+                 [](SSL_CTX* to) {
+                   SSL_CTX_set_alpn_protos(to, reinterpret_cast<const unsigned char*>("\x02h2"), 3);
+                 },
+                 false}),
+    [](const auto& one) { return std::string{one.param.name}; });
+
+TEST_F(tls_server, gives_nothing_to_come_back_with) {
+  for (const int version : {TLS1_2_VERSION, TLS1_3_VERSION}) {
+    tls_socket client{transport->port(), [&](SSL_CTX* to) { only(to, version); }};
+    upgrade(client);
+    client.read(); // where tickets would be
+    EXPECT_EQ(SSL_SESSION_has_ticket(SSL_get_session(client.get())), 0);
+    EXPECT_EQ(SSL_SESSION_get_max_early_data(SSL_get_session(client.get())), 0U);
+  }
+}
+
+TEST_F(tls_server, negotiates_once_only) {
+  tls_socket client{transport->port(), [](SSL_CTX* to) { only(to, TLS1_2_VERSION); }};
+  upgrade(client);
+  ASSERT_EQ(SSL_renegotiate(client.get()), 1);
+  (void)SSL_do_handshake(client.get());
+  ASSERT_TRUE(drive.until([&] { return client.ended() || closed(); }));
+  EXPECT_EQ(SSL_num_renegotiations(client.get()), 1); // asked for; never done:
+  EXPECT_TRUE(drive.sink().reads.empty());
+}
+
+// ---- new keys
+
+TEST_F(tls_server, takes_new_keys_now_and_then) {
+  tls_socket client{transport->port(), [](SSL_CTX* to) { only(to, TLS1_3_VERSION); }};
+  upgrade(client);
+  for (int i = 0; i < 40; ++i) {
+    client.take_new_keys(2);
+    const std::string text = std::to_string(i) + ";";
+    ASSERT_TRUE(client.send(text));
+    ASSERT_TRUE(drive.until([&] { return drive.sink().received[newest().index].ends_with(text); }));
+    drive.skip(2s);
+  }
+  EXPECT_FALSE(closed());
+}
+
+TEST_F(tls_server, ends_who_asks_for_new_keys_again_and_again) {
+  tls_socket client{transport->port(), [](SSL_CTX* to) { only(to, TLS1_3_VERSION); }};
+  upgrade(client);
+  client.take_new_keys(9);
+  (void)client.send("never read");
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::reset);
+  EXPECT_EQ(drive.sink().received[newest().index], "");
+}
+
+// ---- ends
+
+TEST_F(tls_server, tells_an_end_from_a_cut) {
+  tls_socket one{transport->port()};
+  upgrade(one);
+  ASSERT_TRUE(one.send("last words"));
+  one.say_end();
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::peer);
+  EXPECT_EQ(drive.sink().received[newest().index], "last words");
+  ASSERT_TRUE(drive.until([&] { return one.ended(); })); // our direction, too
+
+  tls_socket other{transport->port()};
+  upgrade(other);
+  other.raw.shut(); // somebody on the way, without a word of TLS
+  ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() == 2; }));
+  EXPECT_EQ(drive.sink().closes[1].cause, close_cause::reset);
+}
+
+TEST_F(tls_server, closes_in_good_order) {
+  tls_socket client{transport->port()};
+  upgrade(client);
+  EXPECT_EQ(write(*transport, newest(), "the end"), 7U);
+  transport->close(newest(), close_how::flushed);
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_TRUE(client.ended_well);
+  EXPECT_EQ(client.text, "the end");
+  EXPECT_FALSE(closed()); // the peer's end is awaited
+  client.raw.close();
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::asked);
+}
+
+TEST_F(tls_server, leaves_after_a_second_who_does_not_close) {
+  drive.stop_clock();
+  tls_socket client{transport->port()};
+  upgrade(client);
+  transport->close(newest(), close_how::flushed);
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  drive.turn();
+  EXPECT_FALSE(closed());
+  drive.skip(service::close_time_max + 1ms);
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::asked);
+}
+
+TEST_F(tls_server, sends_all_that_it_has_taken_before_it_closes) {
+  tls_socket client{transport->port(), {}, 4096};
+  upgrade(client);
+  const std::string piece(100'000, 'x');
+  std::size_t taken = 0;
+  for (std::size_t now = piece.size(); now == piece.size();)
+    taken += now = write(*transport, newest(), piece);
+  transport->close(newest(), close_how::flushed);
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_TRUE(client.ended_well);
+  EXPECT_EQ(client.text.size(), taken);
+}
+
+TEST_F(tls_server, cuts_who_reads_nothing) {
+  drive.stop_clock();
+  tls_socket client{transport->port(), {}, 4096};
+  upgrade(client);
+  const std::string piece(100'000, 'x');
+  while (write(*transport, newest(), piece) == piece.size()) {
+  }
+  drive.skip(2s);
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::timed_out);
+}
+
+// ---- bounds
+
+TEST_F(tls_server, refuses_what_has_no_room_and_loses_nothing) {
+  tls_socket client{transport->port()};
+  upgrade(client);
+  std::string piece(70'000, 'a');
+  for (std::size_t i = 0; i < piece.size(); ++i) piece[i] = static_cast<char>('a' + i % 26);
+  std::string sent;
+  const auto push = [&] {
+    for (;;) {
+      const std::string_view rest = std::string_view{piece}.substr(sent.size() % piece.size());
+      const std::size_t taken = write(*transport, newest(), rest);
+      sent += rest.substr(0, taken);
+      if (taken < rest.size()) return;
+    }
+  };
+  push();
+  EXPECT_EQ(write(*transport, newest(), "more"), 0U);
+  while (sent.size() < 10'000'000) {
+    const int before = drive.sink().writables;
+    ASSERT_TRUE(drive.until([&] { return client.read() && drive.sink().writables > before; }));
+    push();
+  }
+  ASSERT_TRUE(drive.until([&] { return client.read() && client.text.size() == sent.size(); }));
+  EXPECT_TRUE(client.text == sent);
+}
+
+TEST_F(tls_server, reads_a_quantum_in_a_turn_while_others_send) {
+  std::array<std::unique_ptr<tls_socket>, 2> clients;
+  for (auto& one : clients) {
+    one = std::make_unique<tls_socket>(transport->port());
+    upgrade(*one);
+    SSL_set_mode(one->get(), SSL_MODE_ENABLE_PARTIAL_WRITE);
+  }
+  const std::string record(16384, 'r');
+  std::size_t all = 0;
+  for (auto& one : clients) {
+    for (int i = 0; i < 4; ++i) {
+      ASSERT_TRUE(one->send(record));
+      all += record.size();
+    }
+  }
+  std::size_t got = 0;
+  std::map<std::uint32_t, std::size_t> in_turn;
+  drive.sink().when_bytes = [&](connection_id from, std::span<std::byte> bytes) {
+    in_turn[from.index] += bytes.size();
+    got += bytes.size();
+  };
+  ASSERT_TRUE(drive.until([&] {
+    const bool together = in_turn.size() == 2;
+    for (const auto& [index, bytes] : in_turn) {
+      // The last of them may be alone with what is left.
+      if (together) {
+        EXPECT_LE(bytes, service::transport_sink::read_bytes_in_turn) << index;
+      }
+    }
+    in_turn.clear();
+    return got == all;
+  }));
+}
+
+// Bytes that are opened already are no event of the kernel's, but must be read all the same.
+TEST_F(tls_server, reads_on_what_the_core_did_not_want_at_once) {
+  tls_socket client{transport->port()};
+  upgrade(client);
+  ASSERT_TRUE(client.send(std::string(16000, 'r')));
+  transport->read_enabled(newest(), false);
+  for (int i = 0; i < 20; ++i) drive.turn();
+  EXPECT_TRUE(drive.sink().reads.empty());
+  transport->read_enabled(newest(), true);
+  ASSERT_TRUE(drive.until([&] { return drive.sink().received[newest().index].size() == 16000; }));
+}
+
+TEST_F(tls_server, does_not_open_a_flood_of_empty_records_at_once) {
+  tls_socket one{transport->port()}, other{transport->port()};
+  upgrade(one);
+  upgrade(other);
+  for (int i = 0; i < 4000; ++i) ASSERT_TRUE(one.send("1"));
+  for (int i = 0; i < 4000; ++i) ASSERT_TRUE(other.send("2"));
+  ASSERT_TRUE(drive.until([&] {
+    return drive.sink().received[drive.sink().opens[0].id.index].size() == 4000 &&
+           drive.sink().received[drive.sink().opens[1].id.index].size() == 4000;
+  }));
+  // 23 bytes each; no more of them than a quantum holds.
+  const std::size_t most = service::transport_sink::read_bytes_in_turn / 23 + 1;
+  const auto shared = std::count_if(drive.sink().reads.begin(), drive.sink().reads.end(),
+                                    [&](std::size_t bytes) { return bytes <= most; });
+  EXPECT_GE(shared, 2);
+}
+
+// Also alone, where the transport lets a connection read much more, once it has shown that this is quick.
+TEST_F(tls_server, opens_so_many_records_at_once_for_one_that_is_alone) {
+  tls_socket client{transport->port()};
+  upgrade(client);
+  const std::string large(16'384, 'r');
+  for (int i = 0; i < 40; ++i) {
+    ASSERT_TRUE(drive.until([&] { return client.send(large); }));
+  }
+  ASSERT_TRUE(drive.until([&] { return drive.sink().received[newest().index].size() == 40 * large.size(); }));
+  drive.sink().reads.clear();
+  constexpr std::size_t count = 5000;
+  for (std::size_t i = 0; i < count; ++i) ASSERT_TRUE(drive.until([&] { return client.send("1"); }));
+  ASSERT_TRUE(
+      drive.until([&] { return drive.sink().received[newest().index].size() == 40 * large.size() + count; }));
+  for (const std::size_t bytes : drive.sink().reads) EXPECT_LE(bytes, tls::session::records_at_once);
+}
+
+// ---- handshakes that do not end
+
+// Each of those who come begins a handshake and leaves it. One who is slow, but goes on, is not displaced.
+TEST(tls_handshakes, that_are_begun_without_end_displace_each_other_and_not_who_is_slow) {
+  const certified files;
+  const auto transport = listening({.tls = files.server(), .limits = {.handshakes_max = 8}});
+  driver drive{*transport};
+  tls_socket slow{transport->port()};
+  (void)slow.shaken(); // says hello
+  std::vector<raw_socket> mute;
+  const auto flood = [&] {
+    for (int i = 0; i < 20; ++i) {
+      mute.emplace_back(transport->port());
+      ASSERT_TRUE(mute.back().send("\x16\x03\x01"));
+      const std::size_t beyond = mute.size() > 7 ? mute.size() - 7 : 0; // one place is that of the slow one
+      ASSERT_TRUE(drive.until([&] { return transport->memory().evictions >= beyond; }));
+    }
+  };
+  flood();
+  (void)slow.shaken(); // answers the server's hello
+  flood();
+  ASSERT_TRUE(drive.until([&] { return slow.shaken() || slow.failed(); }));
+  ASSERT_FALSE(slow.failed()) << slow.fault;
+  flood();
+  ASSERT_TRUE(slow.send(upgrade_request(transport->port(), {}, service::stop_path)));
+  ASSERT_TRUE(drive.until([&] { return slow.has("101 Switching"); }));
+}
+
+TEST(tls_handshakes, that_do_not_end_keep_nobody_out) {
+  const certified files;
+  const auto transport = listening({.tls = files.server(), .limits = {.handshakes_max = 8}});
+  driver drive{*transport};
+  std::vector<raw_socket> mute;
+  for (int i = 0; i < 40; ++i) {
+    mute.emplace_back(transport->port());
+    if (i % 2 != 0) continue;
+    ASSERT_TRUE(mute.back().send("\x16\x03\x01")); // the beginning of a hello
+  }
+  tls_socket client{transport->port()};
+  ASSERT_TRUE(drive.until([&] { return client.shaken() || client.failed(); }));
+  ASSERT_FALSE(client.failed()) << client.fault;
+  ASSERT_TRUE(client.send(upgrade_request(transport->port(), {}, service::stop_path)));
+  ASSERT_TRUE(drive.until([&] { return client.has("101 Switching"); }));
+  EXPECT_GE(transport->memory().evictions, 40U - 8U);
+}
+
+TEST(tls_handshakes, end_in_time_or_are_cut) {
+  const certified files;
+  const auto transport = listening({.tls = files.server(), .limits = {.header_timeout = 200ms}});
+  driver drive{*transport};
+  raw_socket mute{transport->port()};
+  tls_socket half{transport->port()};
+  ASSERT_TRUE(drive.until([&] { return half.shaken(); }));
+  ASSERT_TRUE(half.send("GET / HTTP/1.1\r\nHost"));
+  ASSERT_TRUE(drive.until([&] { return mute.ended() && half.ended(); }));
+  EXPECT_TRUE(half.ended_well);
+  EXPECT_TRUE(half.text.starts_with("HTTP/1.1 408 ")) << half.text;
+}
+
+TEST(tls_handshakes, leave_no_descriptor_behind) {
+  const certified files;
+  const std::size_t before = open_descriptors();
+  {
+    const auto transport = listening({.tls = files.server()});
+    driver drive{*transport};
+    tls_socket open{transport->port()}, shaken{transport->port()}, asked{transport->port()};
+    raw_socket mute{transport->port()};
+    ASSERT_TRUE(drive.until([&] { return open.shaken() && shaken.shaken() && asked.shaken(); }));
+    ASSERT_TRUE(open.send(upgrade_request(transport->port())) && asked.send(request(transport->port(), "/")));
+    ASSERT_TRUE(drive.until([&] { return open.has("101 ") && asked.ended(); }));
+  }
+  EXPECT_EQ(open_descriptors(), before);
+}
+
+// ---- files
+
+TEST_F(tls_server, takes_a_new_certificate_without_a_restart) {
+  const auto shown = [&] {
+    tls_socket client{transport->port()};
+    EXPECT_TRUE(shake(client)) << client.fault;
+    X509* const one = SSL_get0_peer_certificate(client.get());
+    char name[64] = {};
+    X509_NAME_get_text_by_NID(X509_get_subject_name(one), NID_commonName, name, sizeof name);
+    return std::string{name};
+  };
+  tls_socket before{transport->port()};
+  upgrade(before);
+  EXPECT_EQ(shown(), "robot");
+
+  test::write_private(files.files / "certificate.pem", "no certificate");
+  const auto& warnings = drive.sink().warnings;
+  ASSERT_TRUE(drive.until([&] { return !warnings.empty(); }));
+  EXPECT_NE(warnings[0].find("it holds no certificate in PEM"), std::string::npos) << warnings[0];
+  EXPECT_EQ(said(), ""); // nobody was refused
+  EXPECT_EQ(shown(), "robot");
+
+  test::write_files(files.files.path(), files.root, test::make_leaf(files.root, {.common_name = "new"}));
+  ASSERT_TRUE(drive.until([&] { return shown() == "new"; }));
+  ASSERT_TRUE(before.send("goes on"));
+  ASSERT_TRUE(
+      drive.until([&] { return drive.sink().received[drive.sink().opens[0].id.index] == "goes on"; }));
+}
+
+TEST(tls_files, that_are_wrong_are_named) {
+  const certified files;
+  const auto wrong = [&](tls_options options) {
+    EXPECT_EQ(socket_transport::listen({.tls = options}).code(), errc::bad_certificate);
+    return check_tls(options);
+  };
+  tls_options options = files.server();
+  EXPECT_EQ(check_tls(options), "");
+  options.certificate = files.files / "nowhere.pem";
+  EXPECT_EQ(wrong(options), options.certificate + ": No such file or directory");
+  options = files.server();
+  options.key = "";
+  EXPECT_EQ(wrong(options), options.certificate + ": a certificate needs its key: set `key`");
+  options.key = files.files / "ca.pem";
+  EXPECT_EQ(wrong(options), options.key + ": it holds no unencrypted private key in PEM");
+  test::write_private(files.files / "other.pem", test::make_root().key);
+  options.key = files.files / "other.pem";
+  EXPECT_EQ(wrong(options), options.key + ": it is not the key of " + options.certificate);
+  options = files.server();
+  ASSERT_EQ(::chmod(options.key.c_str(), 0640), 0);
+  EXPECT_EQ(wrong(options), options.key + ": others can read it (mode 0640): chmod 600");
+  ::setenv("CREDENTIALS_DIRECTORY", files.files.path().c_str(), 1);
+  EXPECT_EQ(check_tls(options), "");
+  ::unsetenv("CREDENTIALS_DIRECTORY");
+  EXPECT_EQ(check_tls({.key = "x.pem"}), "x.pem: a key without its certificate: set `certificate`");
+  EXPECT_EQ(check_tls({.pin = "12"}), "pin \"12\": it must be 64 hexadecimal digits");
+}
+
+TEST(tls_files, that_end_soon_are_told_of) {
+  certified files;
+  constexpr long day = 24 * 60 * 60;
+  test::write_files(files.files.path(), files.root,
+                    test::make_leaf(files.root, {.valid_to_s = 5 * day + day / 2}));
+  const auto transport = listening({.tls = files.server()});
+  driver drive{*transport};
+  ASSERT_TRUE(drive.until([&] { return !drive.sink().warnings.empty(); }));
+  EXPECT_EQ(drive.sink().warnings[0], "the certificate ends in 5 days");
+}
+
+} // namespace
+} // namespace tls_server_test
+} // namespace rowe::net

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// The other side of a TLS connection, for tests: OpenSSL on a raw socket, which never waits.
+#pragma once
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <openssl/err.h>
+#include <openssl/ssl.h>
+
+#include "certificates/certificates.hpp"
+#include "net/tls/session.hpp"
+#include "support.hpp"
+
+namespace rowe::net {
+
+// A root, and a server's files below it.
+struct certified {
+  test::folder files;
+  test::made_certificate root = test::make_root();
+  test::made_certificate leaf = test::make_leaf(root);
+
+  certified() { test::write_files(files.path(), root, leaf); }
+  tls_options server() const { return {.certificate = files / "certificate.pem", .key = files / "key.pem"}; }
+  tls_options client() const { return {.ca = files / "ca.pem"}; }
+};
+
+class tls_socket {
+ public:
+  // `prepare` may change what the client speaks.
+  explicit tls_socket(std::uint16_t port, const std::function<void(SSL_CTX*)>& prepare = {},
+                      int receive_buffer = 0)
+      : raw{port, "127.0.0.1", receive_buffer} {
+    context_.reset(SSL_CTX_new(TLS_client_method()));
+    if (prepare) prepare(context_.get());
+    ssl_.reset(SSL_new(context_.get()));
+    SSL_set_fd(ssl_.get(), raw.fd());
+    SSL_set_connect_state(ssl_.get());
+  }
+  SSL* get() const { return ssl_.get(); }
+
+  // True once the handshake is done.
+  bool shaken() {
+    if (failed()) return false;
+    ERR_clear_error();
+    const int outcome = SSL_do_handshake(ssl_.get());
+    if (outcome == 1) return true;
+    note(outcome);
+    return false;
+  }
+  // OpenSSL's words for what went wrong; empty: nothing.
+  bool failed() const { return !fault.empty(); }
+
+  bool send(std::string_view bytes) {
+    ERR_clear_error();
+    std::size_t taken = 0;
+    return SSL_write_ex(ssl_.get(), bytes.data(), bytes.size(), &taken) == 1 && taken == bytes.size();
+  }
+  // Takes what has arrived. False once the stream has ended: `ended_well` says how.
+  bool read() {
+    char buffer[16384];
+    for (;;) {
+      ERR_clear_error();
+      std::size_t got = 0;
+      const int outcome = SSL_read_ex(ssl_.get(), buffer, sizeof buffer, &got);
+      if (outcome == 1) {
+        text.append(buffer, got);
+        continue;
+      }
+      const int what = SSL_get_error(ssl_.get(), outcome);
+      if (what == SSL_ERROR_WANT_READ || what == SSL_ERROR_WANT_WRITE) return true;
+      ended_well = what == SSL_ERROR_ZERO_RETURN;
+      return false;
+    }
+  }
+  bool has(std::string_view what) {
+    read();
+    return text.find(what) != std::string::npos;
+  }
+  bool ended() { return !read(); }
+  void say_end() { SSL_shutdown(ssl_.get()); }
+  // Asks for new keys so often, in one burst.
+  void take_new_keys(int times) {
+    for (int i = 0; i < times; ++i) {
+      SSL_key_update(ssl_.get(), SSL_KEY_UPDATE_NOT_REQUESTED);
+      SSL_do_handshake(ssl_.get());
+    }
+  }
+
+  raw_socket raw;
+  std::string text;
+  std::string fault;
+  bool ended_well = false;
+
+ private:
+  void note(int outcome) {
+    const int what = SSL_get_error(ssl_.get(), outcome);
+    if (what == SSL_ERROR_WANT_READ || what == SSL_ERROR_WANT_WRITE) return;
+    const char* const words = ERR_reason_error_string(ERR_peek_last_error());
+    fault = words != nullptr ? words : "lost";
+  }
+
+  struct freed {
+    void operator()(SSL_CTX* one) const { SSL_CTX_free(one); }
+    void operator()(SSL* one) const { SSL_free(one); }
+  };
+  std::unique_ptr<SSL_CTX, freed> context_;
+  std::unique_ptr<SSL, freed> ssl_;
+};
+
+} // namespace rowe::net

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `qos` of rosbridge does: lifespan, deadline, depth, durability.
+#include "core_fixtures.hpp"
+
+#include <string>
+#include <string_view>
+
+namespace core_qos_test {
+namespace {
+
+using namespace harness;
+using rowe::detail::pair_kind;
+
+rowe::endpoint_options hub() {
+  rowe::endpoint_options options = small_options();
+  options.relay = true;
+  return options;
+}
+
+struct qos : core_test {
+  qos() : core_test{hub()} {}
+
+  static std::string heard(peer& by) {
+    std::string all;
+    for (const std::string& one : by.hear()) all += one;
+    return all;
+  }
+  static bool has(const std::string& text, std::string_view what) {
+    return text.find(what) != std::string::npos;
+  }
+  static std::string publish(int n) {
+    return R"({"op":"publish","topic":"/t","msg":{"n":)" + std::to_string(n) + "}}";
+  }
+};
+
+TEST_F(qos, lifespan_of_an_advertisement_is_a_time_to_live) {
+  peer robot{on};
+  const std::string how = R"("qos":{"lifespan":0.05,"durability":"transient_local"}})";
+  robot.say(R"({"op":"advertise","topic":"/t","type":"a/B",)" + how);
+  robot.say(publish(1));
+  on.cycles(2);
+  peer soon{on};
+  soon.say(R"({"op":"subscribe","topic":"/t"})");
+  on.cycles(2);
+  EXPECT_TRUE(has(heard(soon), R"("n":1)"));
+  on.now += 60ms;
+  peer late{on};
+  late.say(R"({"op":"subscribe","topic":"/t"})");
+  on.cycles(2);
+  EXPECT_EQ(heard(late), "");
+}
+
+TEST_F(qos, lifespan_of_a_subscription_drops_what_waited_too_long_for_it_alone) {
+  peer hasty{on};
+  peer patient{on};
+  peer robot{on};
+  // Both take one message a second, and keep what comes meanwhile.
+  hasty.say(
+      R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"queue_length":5,"qos":{"lifespan":0.2}})");
+  patient.say(R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"queue_length":5})");
+  on.cycle();
+  robot.say(publish(1));
+  on.cycles(2);
+  robot.say(publish(2));
+  on.cycles(2);
+  EXPECT_TRUE(has(heard(hasty), R"("n":1)"));
+  EXPECT_TRUE(has(heard(patient), R"("n":1)"));
+  on.cycles(12, 100ms);
+  EXPECT_EQ(heard(hasty), "");
+  EXPECT_TRUE(has(heard(patient), R"("n":2)"));
+  EXPECT_EQ(on.count(counter::expired), 1U);
+  robot.say(publish(3));
+  on.cycles(2);
+  EXPECT_TRUE(has(heard(hasty), R"("n":3)")); // what is fresh comes
+}
+
+TEST_F(qos, deadline_is_counted_and_told_once_until_a_message_comes) {
+  peer page{on};
+  peer robot{on};
+  page.say(R"({"op":"set_level","level":"warning"})");
+  page.say(R"({"op":"subscribe","topic":"/t","qos":{"deadline":0.5}})");
+  for (int i = 0; i < 8; ++i) {
+    robot.say(publish(i));
+    on.cycles(4, 100ms);
+  }
+  EXPECT_FALSE(has(heard(page), "deadline"));
+  EXPECT_EQ(on.count(counter::deadlines_missed), 0U);
+  on.cycles(20, 100ms);
+  const std::string told = heard(page);
+  EXPECT_TRUE(has(told, "subscribe /t: no message came within its deadline of 500 ms")) << told;
+  EXPECT_TRUE(has(told, R"("level":"warning")"));
+  EXPECT_EQ(told.find("deadline"), told.rfind("deadline"));
+  EXPECT_GE(on.count(counter::deadlines_missed), 3U);
+  robot.say(publish(9));
+  on.cycles(20, 100ms);
+  EXPECT_TRUE(has(heard(page), "deadline"));
+  page.say(R"({"op":"unsubscribe","topic":"/t"})");
+  on.cycle();
+  const auto before = on.count(counter::deadlines_missed);
+  on.cycles(20, 100ms);
+  EXPECT_EQ(on.count(counter::deadlines_missed), before);
+}
+
+// A nanosecond is watched as a tenth of a second.
+TEST_F(qos, deadlines_of_no_time_cost_ten_looks_a_second) {
+  peer page{on};
+  for (int i = 0; i < 8; ++i)
+    page.say(R"({"op":"subscribe","topic":"/t)" + std::to_string(i) +
+             R"(","qos":{"deadline":{"secs":0,"nsecs":1}}})");
+  on.cycle();
+  on.cycles(1000, 1ms);
+  EXPECT_LE(on.count(counter::deadlines_missed), 80U);
+  EXPECT_GE(on.count(counter::deadlines_missed), 64U);
+  EXPECT_TRUE(has(heard(page), "deadline of 100 ms"));
+  EXPECT_EQ(on.core.peers(), 1U);
+}
+
+TEST_F(qos, of_zero_or_infinite_times_does_nothing) {
+  peer page{on};
+  peer robot{on};
+  page.say(R"({"op":"subscribe","topic":"/t","qos":{"deadline":0,"lifespan":"infinite"}})");
+  robot.say(R"({"op":"advertise","topic":"/t","type":"a/B","qos":{"lifespan":0,"deadline":"infinite"}})");
+  robot.say(publish(1));
+  on.cycles(20, 100ms);
+  EXPECT_TRUE(has(heard(page), R"("n":1)"));
+  EXPECT_EQ(on.count(counter::deadlines_missed), 0U);
+}
+
+TEST_F(qos, depth_is_the_length_of_the_queue) {
+  peer page{on};
+  peer robot{on};
+  page.say(R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"qos":{"depth":2}})");
+  on.cycle();
+  for (int i = 0; i < 6; ++i) robot.say(publish(i));
+  on.cycles(40, 100ms);
+  const std::string got = heard(page);
+  EXPECT_TRUE(has(got, R"("n":4)") && has(got, R"("n":5)")) << got; // all came in one cycle
+  EXPECT_FALSE(has(got, R"("n":3)")) << got;
+}
+
+} // namespace
+} // namespace core_qos_test

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/rowe/console.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+
+namespace rowe::tools {
+namespace console_test {
+namespace {
+
+std::string said(const log_style& style, severity how, std::string_view message,
+                 std::string_view members = {}, bool quiet = false) {
+  console to{"serve"};
+  to.write_as(style);
+  to.be_quiet(quiet);
+  testing::internal::CaptureStderr();
+  to.say(how, message, members);
+  return testing::internal::GetCapturedStderr();
+}
+
+TEST(printable, keeps_what_is_utf8_and_replaces_what_is_not) {
+  for (const char* const text : {"plain", "µs", "\u20ac", "\U0001f916", "\u07ff\u0800\uffff"})
+    EXPECT_EQ(printable(text), text);
+  for (const char* const text :
+       {"\xc2", "\xe2\x82", "\xf0\x9f\xa4", "\xff", "\x80", "\xc0\xaf", "\xe0\x80\x80", "\xed\xa0\x80",
+        "\xf4\x90\x80\x80", "\xf5\x80\x80\x80"}) {
+    const std::string shown = printable(std::string{"a"} + text + "b");
+    EXPECT_TRUE(shown.starts_with("a\ufffd")) << shown;
+    EXPECT_TRUE(shown.ends_with("b")) << shown;
+  }
+  EXPECT_EQ(printable("cut \xe2\x82"), "cut \ufffd\ufffd");
+}
+
+TEST(printable, shows_control_characters) {
+  EXPECT_EQ(printable("a\x1b[2J\n\x7f\u009b"), "a\\u001b[2J\\u000a\\u007f\\u009b");
+}
+
+TEST(console, writes_one_line_with_the_verb) {
+  EXPECT_EQ(said({}, severity::info, "hello", "\"a\":1"), "rowe serve: hello\n");
+}
+
+TEST(console, writes_an_object_if_asked) {
+  const std::string line = said({.json = true}, severity::warning, "a \"b\"\n", "\"peer\":\"x\"");
+  EXPECT_TRUE(line.starts_with("{\"time\":\"20")) << line;
+  EXPECT_TRUE(line.ends_with(R"(Z","severity":"warning","program":"rowe serve","message":"a \"b\"\u000a",)"
+                             R"("peer":"x"})"
+                             "\n"))
+      << line;
+}
+
+TEST(console, writes_priorities_in_front_if_asked) {
+  EXPECT_EQ(said({.priorities = true}, severity::error, "no"), "<3>rowe serve: no\n");
+  EXPECT_TRUE(said({.json = true, .priorities = true}, severity::notice, "no").starts_with("<5>{\"time\""));
+}
+
+TEST(console, leaves_out_notices_when_it_is_to_be_quiet) {
+  EXPECT_EQ(said({}, severity::notice, "no", {}, true), "");
+  EXPECT_EQ(said({}, severity::info, "no", {}, true), "");
+  EXPECT_EQ(said({}, severity::warning, "no", {}, true), "rowe serve: no\n");
+}
+
+} // namespace
+} // namespace console_test
+} // namespace rowe::tools

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`rowe types`: declarations of what the demo robot publishes and provides."""
+import json
+import unittest
+
+from program import hub, run
+
+
+class types(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.demo = cls.enterClassContext(hub("--demo"))
+
+    def said(self, *options, code=0):
+        done = run("types", f"ws://127.0.0.1:{self.demo.port}", *options)
+        self.assertEqual(done.code, code, done.stderr)
+        return "\n".join(done.stdout), "\n".join(done.stderr)
+
+    def test_are_declared_for_typescript(self):
+        text, _ = self.said()
+        for part in ("export namespace nav_msgs {\n  export interface Odometry {",
+                     "    pose: geometry_msgs.PoseWithCovariance;\n", "    /** 36 elements */\n",
+                     "export interface robot_set_speed_request {\n  speed: number;\n}",
+                     "export interface robot_set_speed_answer {\n  speed: number;\n}",
+                     'export interface topics {\n  "/odom": nav_msgs.Odometry;\n}',
+                     "export interface services {\n  \"/robot/set_speed\": { "
+                     "request: robot_set_speed_request; response: robot_set_speed_answer };\n}"):
+            self.assertIn(part, text)
+
+    def test_are_one_schema_for_each_name(self):
+        schemas = json.loads(self.said("--json-schema")[0])
+        odom = schemas["topics"]["/odom"]
+        self.assertEqual(set(schemas["topics"]), {"/odom"})
+        self.assertEqual(set(schemas["services"]), {"/robot/set_speed"})
+        speed = schemas["services"]["/robot/set_speed"]
+        self.assertEqual((set(speed), speed["request"]["required"]), ({"request", "response"}, ["speed"]))
+        self.assertEqual(odom["title"], "nav_msgs/Odometry")
+        covariance = odom["properties"]["pose"]["properties"]["covariance"]
+        self.assertEqual((covariance["minItems"], covariance["maxItems"]), (36, 36))
+
+    def test_are_text_of_ros_where_ros_has_them(self):
+        text, why = self.said("--ros", code=1)
+        self.assertIn("# /odom is nav_msgs/Odometry\nstd_msgs/Header header\nstring child_frame_id\n", text)
+        self.assertIn("MSG: geometry_msgs/PoseWithCovariance\ngeometry_msgs/Pose pose\nfloat64[36] cov", text)
+        self.assertIn("/robot/set_speed request: the type has no name", why)
+
+    def test_of_a_hub_without_handles_are_none(self):
+        with hub() as empty:
+            done = run("types", f"ws://127.0.0.1:{empty.port}")
+            self.assertEqual(done.code, 0)
+            self.assertEqual(done.stdout, ["export interface topics {", "}", "",
+                                           "export interface services {", "}"])
+            schemas = run("types", f"ws://127.0.0.1:{empty.port}", "--json-schema").stdout
+            self.assertEqual(json.loads("".join(schemas)), {"topics": {}, "services": {}})
+
+    def test_need_one_form_and_somebody_who_answers(self):
+        done = run("types", "127.0.0.1:1", "--ros", "--json-schema")
+        self.assertEqual(done.code, 2)
+        self.assertIn("choose one", done.stderr[0])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// A robot on a network, as a phone meets it: https, the link of `rowe setup` with a token in its fragment,
+// the page that asks for one, and a token that is taken back. Chromium is told to take the certificate here;
+// certificate.test.js has what a person sees who is asked.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { artefact, phone, start_browser } from "../support/browser.js";
+import { rowe, start_robot } from "../support/robot_on_network.js";
+import { until, watchdog_ms } from "../support/watchdog.js";
+
+const limit = { timeout: 180000 };
+let browser, robot, origin, folder, tokens;
+
+before(async () => {
+  browser = await start_browser();
+  robot = await start_robot();
+  ({ origin, folder, tokens } = robot);
+});
+after(async () => {
+  await browser?.close();
+  robot?.end();
+});
+
+async function opened(fragment = "") {
+  const context = await browser.newContext({
+    viewport: phone, isMobile: true, hasTouch: true, deviceScaleFactor: 2, ignoreHTTPSErrors: true,
+  });
+  context.setDefaultTimeout(watchdog_ms);
+  const page = await context.newPage();
+  page.asked = [];
+  page.on("request", (request) => page.asked.push(request.url()));
+  page.on("websocket", (socket) => page.asked.push(socket.url()));
+  await page.goto(`${origin}/${fragment}`);
+  return page;
+}
+const state_is = (page, name) =>
+  page.waitForFunction((wanted) => document.body.dataset.state === wanted, name);
+
+test("the link of the set-up makes the page live, and its token is in no request", limit, async () => {
+  const page = await opened(`#token=${tokens.supervisor}`);
+  await state_is(page, "live");
+  assert.equal(await page.evaluate(() => location.hash), "");
+  assert.ok(page.asked.some((url) => url.startsWith("wss://")));
+  assert.ok(page.asked.every((url) => !url.includes(tokens.supervisor)), "an address has the token");
+  await page.screenshot({ path: artefact("network_live.png") });
+  await page.reload(); // the tab still knows it
+  await state_is(page, "live");
+  await page.context().close();
+});
+
+test("without a token the page asks for one, and says when it is wrong", limit, async () => {
+  const page = await opened();
+  const form = page.locator("#who");
+  await form.waitFor({ state: "visible" });
+  await page.screenshot({ path: artefact("network_asks.png") });
+  await page.fill("#token", "x".repeat(43));
+  await page.click("#who button");
+  await page.waitForFunction(() => document.getElementById("who_says").textContent.includes("does not know"));
+  await page.waitForTimeout(3000); // it is refused again and again meanwhile
+  assert.match(await page.textContent("#who_says"), /does not know this token/);
+  await page.fill("#token", tokens.driver);
+  await page.click("#who button");
+  await state_is(page, "live");
+  await form.waitFor({ state: "hidden" });
+  await page.context().close();
+});
+
+test("a driver stops the robot, but does not reset it; a supervisor does", limit, async () => {
+  const driver = await opened(`#token=${tokens.driver}`);
+  await state_is(driver, "live");
+  await driver.click("#stop");
+  await driver.waitForFunction(() => document.body.dataset.stop === "stopped");
+  const hold = async (page) => {
+    await page.locator("#reset").dispatchEvent("pointerdown", { pointerId: 1, button: 0, isPrimary: true });
+    await page.waitForTimeout(2300);
+    await page.locator("#reset").dispatchEvent("pointerup", { pointerId: 1, button: 0, isPrimary: true });
+  };
+  await until("the refusal", async () => {
+    await hold(driver);
+    return driver.evaluate(() => document.body.textContent.includes("your role has no right to reset"));
+  });
+  const supervisor = await opened(`#token=${tokens.supervisor}`);
+  await supervisor.waitForFunction(() => document.body.dataset.stop === "stopped");
+  await until("the reset", async () => {
+    await hold(supervisor);
+    return supervisor.evaluate(() => document.body.dataset.stop === "running");
+  });
+  await driver.context().close();
+  await supervisor.context().close();
+});
+
+test("a token that is taken back ends the page's connection, and the page asks again", limit, async () => {
+  const token = /\S{40,}/.exec(rowe("token", "add", "guest", "observer", "--dir", folder))[0];
+  const page = await opened();
+  await page.locator("#who").waitFor({ state: "visible" });
+  await until("the token holds", async () => {
+    await page.fill("#token", token);
+    await page.click("#who button");
+    await page.waitForTimeout(1000);
+    return page.evaluate(() => document.body.dataset.state === "live");
+  });
+  rowe("token", "remove", "guest", "--dir", folder);
+  await page.locator("#who").waitFor({ state: "visible" });
+  assert.match(await page.textContent("#who_says"), /does not know this token, or not any more/);
+  await page.context().close();
+});

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// rowe param: lists, reads and sets the parameters of a robot, by the services of ROS.
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <rowe/endpoint.hpp>
+
+#include "../arguments/command_line.hpp"
+#include "../arguments/limit_options.hpp"
+#include "../arguments/values.hpp"
+#include "../console.hpp"
+#include "../interrupt.hpp"
+#include "../network/remote.hpp"
+#include "../text/json_values.hpp"
+#include "verbs.hpp"
+
+namespace rowe::tools {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr rt::duration param_timeout = 2s;
+
+struct param_settings {
+  std::string what;
+  remote_place at;
+  std::string name;
+  std::string value;
+  std::optional<rt::duration> timeout;
+  bool all = false;
+};
+
+command param_table(param_settings& o) {
+  return {.verb = "param",
+          .examples = {{{"rowe param list ws://127.0.0.1:8080", "the robot's parameters and their values"},
+                        {"rowe param set 127.0.0.1:8080 /gain 0.5", "sets it"}}},
+          .description = "Lists, reads or sets parameters. A value is JSON; what is no JSON is a text. A "
+                         "value outside of the\n"
+                         "parameter's range, or one that your role may not set, is refused, and the reason "
+                         "is on stderr (1).\n"
+                         "The endpoint's own limits and counters are parameters too, read only.\n",
+          .operands =
+              {{.name = "list|get|set", .meaning = "what to do", .into = &o.what},
+               url_operand(o.at.url),
+               {.name = "NAME", .meaning = "get, set: of the parameter", .into = &o.name, .optional = true},
+               {.name = "VALUE", .meaning = "set: in JSON", .into = &o.value, .optional = true}},
+          .options = with_remote(
+              o.at, {
+                        {"--timeout", "", "TIME", "for the connection and for each answer (default 2s)",
+                         time_span{&o.timeout}},
+                        {"--all", "", "", "list: also the endpoint's own, below /rowe/", &o.all},
+                    })};
+}
+
+// What is wrong with the arguments together; empty when nothing is.
+std::string param_fault(const param_settings& o) {
+  if (o.what != "list" && o.what != "get" && o.what != "set")
+    return joined("the first word is list, get or set, not ", quoted(o.what));
+  if (o.what == "list") return o.name.empty() ? "" : "list takes no NAME";
+  if (o.name.empty()) return joined(o.what, " needs the NAME of a parameter");
+  if (o.what == "get") return o.value.empty() ? "" : "get takes no VALUE";
+  return o.value.empty() ? "set needs a VALUE" : "";
+}
+
+std::string reason_of(const json_value& answer) {
+  auto said = answer.get<std::string>("reason");
+  return said ? std::move(*said) : std::string{"it was refused, without a reason"};
+}
+
+class param_asker {
+ public:
+  param_asker(endpoint& hub, remote& connection, rt::duration timeout, const console& to)
+      : hub_{hub}, waits_{connection}, timeout_{timeout}, to_{to} {}
+
+  // The answer; nothing, and the reason was printed.
+  std::optional<std::string> ask(std::string_view service, const std::string& what) {
+    auto opened = hub_.client<json_text, json_text>(
+        service, {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
+    if (!opened) {
+      to_.error("cannot ask: ", opened.error().message());
+      return std::nullopt;
+    }
+    const auto answer = waits_.during([&] { return opened->call(what, timeout_); });
+    if (answer) return std::string{answer->value()};
+    end_ = answer.code() == errc::timed_out ? exit_code::timed_out : exit_code::failed;
+    if (interrupt::seen())
+      end_ = exit_code::interrupted;
+    else if (answer.code() == errc::refused)
+      to_.error(printable(opened->refusal()));
+    else
+      to_.error(answer.code() == errc::no_service ? std::string{"it has no parameters"}
+                                                  : answer.error().message());
+    return std::nullopt;
+  }
+  // The value in JSON.
+  std::optional<std::string> get(const std::string& name) {
+    const auto answer = ask("/rosapi/get_param", joined(R"({"name":)", json_string_of(name), "}"));
+    if (!answer) return std::nullopt;
+    const json_value read = read_json(*answer);
+    if (const auto known = read.get<bool>("successful"); known && !*known) {
+      to_.error(printable(reason_of(read)));
+      return std::nullopt;
+    }
+    const auto value = read.get<std::string>("value");
+    if (value) return *value;
+    to_.error("the answer has no value: ", printable(*answer));
+    return std::nullopt;
+  }
+  exit_code end() const noexcept { return end_; }
+
+ private:
+  endpoint& hub_;
+  watcher waits_;
+  rt::duration timeout_;
+  const console& to_;
+  exit_code end_ = exit_code::failed;
+};
+
+exit_code list_params(param_asker& asks, const param_settings& o) {
+  const auto answer = asks.ask("/rosapi/get_param_names", "{}");
+  if (!answer) return asks.end();
+  std::vector<std::string> names;
+  if (const auto found = read_json(*answer).find("names")) {
+    for (const json_value one : found->elements()) {
+      if (auto name = one.get<std::string>(); name && (o.all || !name->starts_with("/rowe/")))
+        names.push_back(std::move(*name));
+    }
+  }
+  std::ranges::sort(names);
+  for (const std::string& name : names) {
+    const auto value = asks.get(name);
+    if (!value) return asks.end();
+    if (!emit(joined(printable(name), " ", printable(*value), "\n"))) break;
+  }
+  return exit_code::done;
+}
+
+exit_code set_param(param_asker& asks, const param_settings& o) {
+  const std::string what =
+      joined(R"({"name":)", json_string_of(o.name), R"(,"value":)", json_string_of(o.value), "}");
+  const auto answer = asks.ask("/rosapi/set_param", what);
+  if (!answer) return asks.end();
+  // Servers of ROS 2 say so in the answer.
+  const json_value read = read_json(*answer);
+  if (const auto well = read.get<bool>("successful"); !well || *well) return exit_code::done;
+  console{"param"}.error(printable(reason_of(read)));
+  return exit_code::failed;
+}
+
+exit_code ask_from(endpoint hub, const std::string& url, const param_settings& o, const console& to) {
+  const rt::duration timeout = o.timeout.value_or(param_timeout);
+  remote connection{hub, url, to};
+  if (const auto end = connection.wait(timeout)) return *end;
+  param_asker asks{hub, connection, timeout, to};
+  if (o.what == "list") return list_params(asks, o);
+  if (o.what == "set") return set_param(asks, o);
+  const auto value = asks.get(o.name);
+  if (!value) return asks.end();
+  (void)emit(joined(printable(*value), "\n"));
+  return exit_code::done;
+}
+
+} // namespace
+
+exit_code param(argument_list arguments) {
+  param_settings chosen;
+  if (const auto end = read(param_table(chosen), arguments)) return *end;
+  const console to{"param"};
+  if (const std::string wrong = param_fault(chosen); !wrong.empty()) return usage_error("param", wrong);
+  const spelled_url url = read_url(chosen.at.url);
+  if (url.url.empty()) return usage_error("param", url.wrong);
+  const auto bounds = limits_for("param");
+  if (!bounds) return exit_code::usage;
+  endpoint_options options{.limits = *bounds};
+  if (const auto end = use(chosen.at, options, to)) return *end;
+  auto hub = endpoint::connect(url.url, options);
+  if (!hub) return cannot_open(url.url, hub.error(), to);
+  return ask_from(std::move(hub).value(), url.url, chosen, to);
+}
+
+} // namespace rowe::tools
