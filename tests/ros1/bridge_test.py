@@ -21,8 +21,6 @@ bridge_program = os.path.join(os.path.dirname(ROWE), "rowe_ros1")
 
 
 def missing():
-    if not os.path.exists(bridge_program):
-        return "rowe_ros1 is not built: roscpp is missing (libroscpp-dev)"
     for one in ("roscore", "rostopic", "rosservice"):
         if shutil.which(one) is None:
             return f"{one} is not installed (tools/packages, group ros1)"

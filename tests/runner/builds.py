@@ -22,7 +22,7 @@ def configure(preset, options=()):
     cache = folder / "CMakeCache.txt"
     rules = folder / "build.ninja"
     made = cache.read_text(encoding="utf-8") if rules.exists() and cache.exists() else ""
-    as_asked = all(one[2:].replace("=", ":BOOL=") in made for one in options)
+    as_asked = all(re.search(one[2:].replace("=", ":[A-Z]+=") + "$", made, re.MULTILINE) for one in options)
     if made and as_asked and rules.stat().st_mtime > pathlib.Path("CMakePresets.json").stat().st_mtime:
         return left_out(folder)
     ran = subprocess.run(["cmake", "--preset", preset, *options], stdout=subprocess.PIPE,

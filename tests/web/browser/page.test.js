@@ -160,7 +160,7 @@ test("a robot that stands still makes the page say STALE, and live when it goes 
     await server.let_run();
     return (await page.getAttribute("body", "data-stop")) === "running";
   });
-  server.pause();
+  await server.pause();
   try {
     await state_is(page, "stale");
     assert.match(await words(page, "state"), /^STALE \d/);

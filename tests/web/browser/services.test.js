@@ -189,7 +189,7 @@ test("everything works again when the robot was away, and nothing is answered tw
   const odometry = () => page.evaluate(() => window.odometry);
   await until("odometry", async () => (await odometry()) > 10);
 
-  server.pause();  // so that it is asked and does not answer
+  await server.pause();  // so that it is asked and does not answer
   await page.evaluate(() => {
     window.ends = { lost: [], offline: [] };
     window.call("/robot/set_speed", { speed: 0.125 }).then((end) => window.ends.lost.push(end));

@@ -206,7 +206,7 @@ test("a robot that may move without a guard is shown to be UNGUARDED", limit, as
 test("a robot that does not answer makes STOP say so until it does", limit, async () => {
   const page = await running_page();
   await page.evaluate(() => (navigator.vibrate = (how) => (window.shaken = how)));
-  server.pause();
+  await server.pause();
   try {
     await page.tap("#stop");
     await shown(page, "stop_says", /^NOT ACKNOWLEDGED for \d+ s, asking again and again$/);

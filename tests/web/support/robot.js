@@ -4,6 +4,7 @@
 
 import { spawn } from "node:child_process";
 import { once } from "node:events";
+import { readdirSync, readFileSync } from "node:fs";
 import { free_port } from "./port.js";
 import { rowe } from "./program.js";
 import { until } from "./watchdog.js";
@@ -51,9 +52,13 @@ export class robot {
     if (code !== 0) await rowe("reset", this.url, stdout.trim().split(" ").pop());
   }
 
-  // Stands still as a machine does whose kernel hangs: the sockets stay, nothing moves.
-  pause() {
+  // Stands still as a machine does whose kernel hangs: the sockets stay, nothing moves. Resolves when that is
+  // so: on a busy machine threads run on for a while after the signal.
+  async pause() {
     this.child.kill("SIGSTOP");
+    const threads = `/proc/${this.child.pid}/task`;
+    const stands = (thread) => / T [^)]*$/.test(readFileSync(`${threads}/${thread}/stat`, "latin1"));
+    await until("the robot stands still", () => readdirSync(threads).every(stands));
   }
 
   resume() {
