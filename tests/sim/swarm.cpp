@@ -13,11 +13,15 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
+#include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <rowe/detail/mutation_points.hpp>
@@ -50,7 +54,9 @@ constexpr std::string_view help =
   --no-coverage        do not fail for cells of it that were never seen
   --invariants         list the invariants
   --mutant NAME        take one fix out again (in sim_swarm_mutants only)
-  --mutants            each of them until it is found, and none of them, where nothing may be
+  --mutants FILE       each of them until it is found, first in the seed that FILE names; and none of them in
+                       the seeds that found them, where nothing may be
+  --record FILE        the same, all of them from the first seed on, and write FILE
 )";
 
 struct arguments {
@@ -60,7 +66,8 @@ struct arguments {
   std::uint64_t shrink = 1;
   bool prints_coverage = false;
   bool demands_coverage = true;
-  bool runs_mutants = false;
+  std::string known_mutants; // a file
+  bool records = false;
 };
 
 // What a child leaves behind, in memory that it shares with its parent.
@@ -265,8 +272,9 @@ arguments read(int count, char** words) {
       asked.demands_coverage = false;
     } else if (word == "--mutant") {
       choose_mutant(next());
-    } else if (word == "--mutants") {
-      asked.runs_mutants = true;
+    } else if (word == "--mutants" || word == "--record") {
+      asked.known_mutants = next();
+      asked.records = word == "--record";
     } else if (word == "--invariants") {
       for (const auto& all : {swarm::invariants(), flow::invariants()}) {
         for (const auto& one : all)
@@ -363,24 +371,68 @@ failures_by_invariant run_all(const arguments& asked, std::span<shared* const> o
   return failures;
 }
 
+using seeds_by_mutant = std::map<std::string, std::uint64_t, std::less<>>;
+
+// A line each: the name of a mutant, and the first seed that found it.
+seeds_by_mutant read_known(const std::string& path) {
+  seeds_by_mutant known;
+  std::ifstream from{path};
+  for (auto [name, seed] = std::pair{std::string{}, std::uint64_t{0}}; from >> name >> seed;)
+    known[name] = seed;
+  if (from.eof() && !known.empty()) return known;
+  std::fprintf(stderr, "sim_swarm: %s has no lines of a mutant and its seed\n", path.c_str());
+  std::exit(2);
+}
+
+// The seed that finds the mutant: the one that is known, or else the first of all.
+std::optional<std::uint64_t> find(const swarm::mutant& one, std::optional<std::uint64_t> known,
+                                  const arguments& asked, std::span<shared* const> outs) {
+  choose_mutant(one.name);
+  std::printf("%s (without: %s)\n  ", std::string{one.name}.c_str(), std::string{one.takes_out}.c_str());
+  const auto found_in = [&](std::uint64_t first, std::uint64_t last) -> std::optional<std::uint64_t> {
+    arguments some = asked;
+    some.first = first;
+    some.last = last;
+    const auto found = run_all(some, outs, true);
+    return found.empty() ? std::nullopt : std::optional{found.begin()->second.front().seed};
+  };
+  if (known) {
+    if (const auto seed = found_in(*known, *known)) return seed;
+    std::printf("no longer in seed %llu; ", static_cast<unsigned long long>(*known));
+  }
+  const auto seed = found_in(asked.first, asked.last);
+  if (!seed)
+    std::printf("NOT FOUND in %llu seeds\n", static_cast<unsigned long long>(asked.last - asked.first + 1));
+  return seed;
+}
+
 // Each mutant must be found, and without one there is nothing to find in the seeds that found them.
 int run_mutants(const arguments& asked, std::span<shared* const> outs) {
-  int missed = 0;
-  arguments unchanged = asked;
-  unchanged.last = asked.first;
+  const seeds_by_mutant known = asked.records ? seeds_by_mutant{} : read_known(asked.known_mutants);
+  seeds_by_mutant found;
+  bool fine = true;
   for (const swarm::mutant& one : swarm::mutants) {
-    choose_mutant(one.name);
-    std::printf("%s (without: %s)\n  ", std::string{one.name}.c_str(), std::string{one.takes_out}.c_str());
-    const auto found = run_all(asked, outs, true);
-    for (const auto& [invariant, all] : found) unchanged.last = std::max(unchanged.last, all.front().seed);
-    if (!found.empty()) continue;
-    std::printf("NOT FOUND in %llu seeds\n", static_cast<unsigned long long>(asked.last - asked.first + 1));
-    ++missed;
+    const auto where = known.find(one.name);
+    const auto seed =
+        find(one, where == known.end() ? std::nullopt : std::optional{where->second}, asked, outs);
+    if (seed) found[std::string{one.name}] = *seed;
+    fine = fine && seed;
   }
   choose_mutant("");
-  std::printf("none, in %llu seeds\n", static_cast<unsigned long long>(unchanged.last - asked.first + 1));
-  if (!run_all(unchanged, outs, true).empty()) ++missed;
-  return missed == 0 ? 0 : 1;
+  std::set<std::uint64_t> seeds;
+  for (const auto& [name, seed] : found) seeds.insert(seed);
+  std::printf("none, in %zu seeds\n", seeds.size());
+  for (const std::uint64_t seed : seeds) {
+    arguments alone = asked;
+    alone.first = alone.last = seed;
+    fine = run_all(alone, outs, true).empty() && fine;
+  }
+  if (asked.records) {
+    std::ofstream to{asked.known_mutants};
+    for (const auto& [name, seed] : found) to << name << ' ' << seed << '\n';
+    fine = to.flush() && fine;
+  }
+  return fine ? 0 : 1;
 }
 
 } // namespace
@@ -398,7 +450,7 @@ int main(int count, char** words) {
                   found->invariant.c_str(), found->what.c_str());
     return found ? 1 : 0;
   }
-  if (asked.runs_mutants) return run_mutants(asked, outs);
+  if (!asked.known_mutants.empty()) return run_mutants(asked, outs);
   const auto begin = std::chrono::steady_clock::now();
   const auto failures = run_all(asked, outs, false);
   for (const shared* const one : std::span{outs}.subspan(1)) {
