@@ -76,11 +76,12 @@ class robot:
         return answer["values"]
 
     def counts(self, serving, role="supervisor"):
-        """Its counters so far, from /metrics, by their names in the library."""
+        """Its counters so far, from /metrics, by their names in the library; of those that have one, the name
+        and the reason."""
         status, _, body = self.get(serving, "/metrics", role)
         assert status == 200, body
-        found = re.findall(r"(?m)^rowe_(\w+)_total (\d+)$", body.decode())
-        return {name: int(value) for name, value in found}
+        found = re.findall(r'(?m)^rowe_(\w+)_total(?:\{reason="(\w+)"\})? (\d+)$', body.decode())
+        return {f"{name} {reason}".strip(): int(value) for name, reason, value in found}
 
 
 def until(condition):

@@ -20,7 +20,7 @@ long_runs = ["^rt_contract/", "^sim/(sim|messaging_sim|swarm_|growth)", "^failur
              "^conformance/tls_(client|json|limits)$", "^counts/cycles", "^faults/testssl$",
              "^install/fetched$", "^load/.*minute"]
 # Most tests that take long wait for something.
-tests_per_core = 2
+tests_per_core = 3
 
 
 class report:
@@ -141,7 +141,7 @@ def whole(told, asked):
     for preset in ("asan", "tsan"):
         build(told, preset, asked)
         terminal.heading(f"preset {preset}: testing")
-        run(told, preset, asked, ["-E", same_everywhere])
+        run(told, preset, asked, ["-E", same_everywhere], {"ROWE_SIM_SEEDS": "60"})
     build(told, "release", asked, ["sim_swarm_mutants"])
     terminal.heading("the long runs: 10^6 calls, 10 000 seeds, 10^8 messages, each failure, each mutant")
     run(told, "release", asked, ["-C", "all", "-R", "|".join(long_runs)],

@@ -139,10 +139,15 @@ def given_time(attempt, came_to_it, seconds=0.2):
         seconds *= 4
 
 
+def learns(why, *arguments, **options):
+    """A run that tries to connect in vain until it has learned why."""
+    return given_time(lambda time: run(*arguments, "--timeout", time, **options),
+                      lambda ended: why in "\n".join(ended.stderr))
+
+
 def nobody_at(*arguments, **options):
     """A run that finds nobody at 127.0.0.1:1."""
-    return given_time(lambda time: run(*arguments, "--timeout", time, **options),
-                      lambda ended: "nobody listens" in "\n".join(ended.stderr))
+    return learns("nobody listens", *arguments, **options)
 
 
 # What is said where a loop, or a service thread, had to wait for longer than the robot bears.

@@ -19,8 +19,9 @@ using client = caller<json_text, json_text>;
 
 class calls {
  public:
-  calls(client from, const settings& s, std::optional<std::string> fixed)
-      : from_{std::move(from)},
+  calls(const endpoint& on, client from, const settings& s, std::optional<std::string> fixed)
+      : on_{on},
+        from_{std::move(from)},
         text_{static_cast<std::size_t>(s.size)},
         fixed_{std::move(fixed)},
         timeout_{s.timeout.value_or(timeout_default)},
@@ -28,6 +29,10 @@ class calls {
         numbers_(in_flight_max) {}
 
   bool send(std::uint64_t number, rt::time_point now) {
+    if (on_.peers() == 0) { // a call would wait for one
+      end_of_call_ = arrival{number, now, ending_of(status{errc::no_peer})};
+      return true;
+    }
     const std::string_view asked = fixed_ ? std::string_view{*fixed_} : text_.numbered(number);
     if (!spins_) {
       const auto reply = from_.call(asked, timeout_);
@@ -76,6 +81,7 @@ class calls {
     return ending::failed;
   }
 
+  const endpoint& on_;
   client from_;
   probe_text text_;
   std::optional<std::string> fixed_;
@@ -136,7 +142,7 @@ exit_code rpc(argument_list arguments) {
     return tools::exit_code_of(from.error());
   }
   const std::string request = s.request.empty() ? "{}" : s.request;
-  calls target{std::move(*from), s, echo ? std::nullopt : std::optional{request}};
+  calls target{*over.hub, std::move(*from), s, echo ? std::nullopt : std::optional{request}};
   recording samples{s.listed_above()};
   to.note("measuring for ", seconds_text(s.run_time_or_default()), " (Ctrl-C ends it and prints)");
   measured m = measure_messages(s, target, samples);
