@@ -221,6 +221,27 @@ TEST_F(tls_server, tells_an_end_from_a_cut) {
   EXPECT_EQ(drive.sink().closes[1].cause, close_cause::reset);
 }
 
+TEST_F(tls_server, tells_an_end_that_comes_with_the_last_words) {
+  tls_socket one{transport->port()};
+  upgrade(one);
+  one.in_one_segment([&] {
+    ASSERT_TRUE(one.send("last words"));
+    one.say_end();
+  });
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::peer);
+  EXPECT_EQ(drive.sink().received[newest().index], "last words");
+
+  tls_socket other{transport->port()};
+  upgrade(other);
+  other.in_one_segment([&] {
+    ASSERT_TRUE(other.send("last words"));
+    (void)::send(other.raw.fd(), "no record", 9, MSG_NOSIGNAL);
+  });
+  ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() == 2; }));
+  EXPECT_EQ(drive.sink().closes[1].cause, close_cause::reset);
+}
+
 TEST_F(tls_server, closes_in_good_order) {
   tls_socket client{transport->port()};
   upgrade(client);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The other side of a TLS connection, for tests: OpenSSL on a raw socket, which never waits.
 #pragma once
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
 #include <functional>
 #include <memory>
 #include <string>
@@ -80,6 +83,13 @@ class tls_socket {
   }
   bool ended() { return !read(); }
   void say_end() { SSL_shutdown(ssl_.get()); }
+  // What is sent in `all` arrives together.
+  void in_one_segment(const std::function<void()>& all) {
+    const auto cork = [&](int on) { ::setsockopt(raw.fd(), IPPROTO_TCP, TCP_CORK, &on, sizeof on); };
+    cork(1);
+    all();
+    cork(0);
+  }
   // Asks for new keys so often, in one burst.
   void take_new_keys(int times) {
     for (int i = 0; i < times; ++i) {

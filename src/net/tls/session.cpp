@@ -227,7 +227,9 @@ ssize_t session::read(std::span<std::byte> to, rt::time_point now) noexcept {
 }
 ssize_t session::peek(std::span<std::byte> to, rt::time_point now) noexcept { return receive(to, true, now); }
 
-bool session::holds_input() const noexcept { return stage_begin_ != stage_end_ || SSL_pending(ssl_) > 0; }
+bool session::holds_input() const noexcept {
+  return stage_begin_ != stage_end_ || SSL_pending(ssl_) > 0 || end_untold_;
+}
 
 ssize_t session::receive(std::span<std::byte> to, bool keep, rt::time_point now) noexcept {
   allow_new_keys(now);
@@ -248,7 +250,10 @@ ssize_t session::receive(std::span<std::byte> to, bool keep, rt::time_point now)
       continue;
     }
     const int what = SSL_get_error(ssl_, outcome);
-    if (what != SSL_ERROR_WANT_READ) return got != 0 ? static_cast<ssize_t>(got) : cannot_read(what);
+    if (what != SSL_ERROR_WANT_READ) {
+      end_untold_ = got != 0; // the next read() tells
+      return end_untold_ ? static_cast<ssize_t>(got) : cannot_read(what);
+    }
     if (budget == 0 || !kernel_has_more) break;
     const std::size_t asked = std::min(budget, stage_.size());
     if (!fill_stage(asked)) break;
