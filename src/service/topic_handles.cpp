@@ -44,6 +44,7 @@ status topic_handles::attach(pair_index pair) noexcept {
   } else {
     begin_publishing(pair);
   }
+  note_holders(pair);
   announce_to_servers(pair, true);
   audiences_.update(topic_index);
   return {};
@@ -79,6 +80,7 @@ void topic_handles::detach(pair_index pair) noexcept {
   if (detail::subscribes(state_.pairs[pair].kind)) {
     state_.topics.at(topic).inboxes.erase(state_.pair_rows, pair);
   }
+  note_holders(pair);
   announce_to_servers(pair, false);
   audiences_.leave(pair);
   publish_predictor_.end(pair);
@@ -87,6 +89,12 @@ void topic_handles::detach(pair_index pair) noexcept {
   topic_places_.forget_latched(topic, {latch_owner::kind::handle, pair.value});
   audiences_.update(topic);
   topic_places_.let_go_own(topic);
+}
+
+void topic_handles::note_holders(pair_index pair) noexcept {
+  const topic_id topic = state_.pair_rows[pair].topic;
+  detail::subscribes(state_.pairs[pair].kind) ? state_.topics.note_subscribers(topic)
+                                              : state_.topics.note_publishers(topic);
 }
 
 // Set-up gets only an error code, which cannot name the types. An event does.

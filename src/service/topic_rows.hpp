@@ -75,6 +75,8 @@ struct topic {
   index_queue<pair_index, pair_row, &pair_row::next_inbox> inboxes; // handles of this process that subscribe
   const schema_description* schema = nullptr; // of a typed handle of this process; null: there is none
   std::uint32_t audience_changes = 0;                               // how often a subscriber came or went
+  std::uint32_t publishers_at = 0;  // when one came or went last: topic_table::holder_changes() then,
+  std::uint32_t subscribers_at = 0; // likewise
   std::uint16_t name_bytes = 0;
   std::uint16_t type_bytes = 0;
   std::uint16_t head_bytes = 0;

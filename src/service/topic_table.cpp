@@ -69,16 +69,21 @@ topic_id topic_table::find_or_add(std::string_view wanted) noexcept {
   const std::size_t bytes = slash + wanted.size();
   if (found || free_.empty() || bytes > name_bytes_max_) return found;
   const topic_id added = free_.take();
+  *names(added) = '/';
+  std::memcpy(names(added) + slash, wanted.data(), wanted.size());
+  json::writer head{{names(added) + 2 * name_bytes_max_, head_bytes_max_}};
+  envelope_.write_topic_head(head, {names(added), bytes});
+  if (head.overflowed()) { // it has control characters, or is no UTF-8
+    free_.give_back(added);
+    return {};
+  }
   topic& fresh = topics_[added];
   fresh = topic{};
   fresh.hash = hash_of(without_slash(wanted));
   fresh.channel = ++channels_;
+  fresh.publishers_at = fresh.subscribers_at = ++holder_changes_;
   ++changes_;
   fresh.name_bytes = static_cast<std::uint16_t>(bytes);
-  *names(added) = '/';
-  std::memcpy(names(added) + slash, wanted.data(), wanted.size());
-  json::writer head{{names(added) + 2 * name_bytes_max_, head_bytes_max_}};
-  envelope_.write_topic_head(head, name(added));
   fresh.head_bytes = static_cast<std::uint16_t>(head.bytes());
   fresh.next = bucket(fresh.hash);
   bucket(fresh.hash) = added;
@@ -139,6 +144,7 @@ bool topic_table::let_go(topic_id index) noexcept {
   *link = held.next;
   held = topic{};
   free_.give_back(index);
+  ++holder_changes_;
   ++changes_;
   return true;
 }

@@ -63,6 +63,11 @@ class topic_table {
   std::uint32_t topics_of_peers() const noexcept { return count() - own_topics_; }
   // How often a topic was added or removed.
   std::uint64_t changes() const noexcept { return changes_; }
+  // A publisher, or a subscriber, of the topic came or went.
+  void note_publishers(topic_id index) noexcept { topics_[index].publishers_at = ++holder_changes_; }
+  void note_subscribers(topic_id index) noexcept { topics_[index].subscribers_at = ++holder_changes_; }
+  // How often that was so of any topic, which includes those that were added or removed. Wraps around.
+  std::uint32_t holder_changes() const noexcept { return holder_changes_; }
   // All rows, for a walk; those in use have holders.
   auto topic_ids() const noexcept { return topics_.ids(); }
 
@@ -84,6 +89,7 @@ class topic_table {
   std::uint32_t own_topics_ = 0;
   std::uint32_t channels_ = 0;
   std::uint64_t changes_ = 0;
+  std::uint32_t holder_changes_ = 0;
 };
 
 } // namespace rowe::service
