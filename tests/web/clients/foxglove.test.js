@@ -13,7 +13,7 @@ const limit = { timeout: 60000 };
 const { FoxgloveClient } = foxglove;
 const encode = (value) => new TextEncoder().encode(JSON.stringify(value));
 const decode = (view) => JSON.parse(new TextDecoder().decode(view));
-const capabilities = ["clientPublish", "services", "parameters", "parametersSubscribe"];
+const capabilities = ["clientPublish", "services", "parameters", "parametersSubscribe", "connectionGraph"];
 let server;
 
 before(async () => {
