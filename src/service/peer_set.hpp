@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A set of peers: one bit for each connection that there may be. Refers to its words, and owns nothing. Service
-// thread only.
+// A set of peers: one bit for each connection that there may be. Refers to its words, and owns nothing.
+// Service thread only.
 #pragma once
 #include <algorithm>
 #include <bit>

@@ -229,8 +229,8 @@ inline constexpr rt::duration graph_period = std::chrono::milliseconds{250};
 // Messages about it in one cycle, each to another peer; and the work: looks at a row, a holder, or a peer.
 inline constexpr unsigned graph_messages_per_cycle = 4;
 inline constexpr std::uint32_t graph_work_per_cycle = 4096;
-// A peer is told no more while anything waits to be written to it. This is looked at again after a pause, which
-// is longer where the peer does not read.
+// A peer is told no more while anything waits to be written to it. This is looked at again after a pause,
+// which is longer where the peer does not read.
 inline constexpr rt::duration graph_retry = std::chrono::milliseconds{1};
 inline constexpr rt::duration graph_retry_backpressured = std::chrono::milliseconds{20};
 static_assert(graph_retry < graph_retry_backpressured && graph_retry_backpressured < graph_period);

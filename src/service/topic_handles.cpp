@@ -92,9 +92,9 @@ void topic_handles::detach(pair_index pair) noexcept {
 }
 
 void topic_handles::note_holders(pair_index pair) noexcept {
-  const topic_id topic = state_.pair_rows[pair].topic;
-  detail::subscribes(state_.pairs[pair].kind) ? state_.topics.note_subscribers(topic)
-                                              : state_.topics.note_publishers(topic);
+  topic& of = state_.topics.at(state_.pair_rows[pair].topic);
+  topic_changes& changes = state_.topics.changes();
+  detail::subscribes(state_.pairs[pair].kind) ? changes.note_subscribers(of) : changes.note_publishers(of);
 }
 
 // Set-up gets only an error code, which cannot name the types. An event does.

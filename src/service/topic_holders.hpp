@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether this endpoint publishes a topic, or subscribes to it: by a handle, or by itself. Service thread only.
+// Whether this endpoint publishes a topic, or subscribes to it: by a handle, or by itself. Service thread
+// only.
 #pragma once
 #include <string_view>
 
@@ -13,14 +14,14 @@ namespace rowe::service {
 
 class topic_holders {
  public:
-  topic_holders(const core_state& state, const stop_rules& stop) noexcept : state_{state}, stop_{stop} {}
+  topic_holders(const core_state& state, const stop_rules& stop) noexcept : state_{state}, stop_rules_{stop} {}
 
   bool published_here(topic_id topic) const noexcept {
     if (state_.topics.of_peers(topic)) return false;
     const std::string_view name = state_.topics.name(topic);
     if (state_.options.ours == side::server && (name == wire::stats_name || name == wire::parameters_name))
       return true;
-    if (stop_.in_use() && name == wire::stop_state_name) return true;
+    if (stop_rules_.in_use() && name == wire::stop_state_name) return true;
     for (const pair_index i : state_.pairs.ids()) {
       const pair_row& row = state_.pair_rows[i];
       if (row.attached && row.topic == topic && detail::publishes(state_.pairs[i].kind)) return true;
@@ -33,7 +34,7 @@ class topic_holders {
 
  private:
   const core_state& state_;
-  const stop_rules& stop_;
+  const stop_rules& stop_rules_;
 };
 
 } // namespace rowe::service

@@ -81,8 +81,8 @@ topic_id topic_table::find_or_add(std::string_view wanted) noexcept {
   fresh = topic{};
   fresh.hash = hash_of(without_slash(wanted));
   fresh.channel = ++channels_;
-  fresh.publishers_at = fresh.subscribers_at = ++holder_changes_;
-  ++changes_;
+  fresh.publishers_at = fresh.subscribers_at = ++changes_.holders;
+  ++changes_.listed;
   fresh.name_bytes = static_cast<std::uint16_t>(bytes);
   fresh.head_bytes = static_cast<std::uint16_t>(head.bytes());
   fresh.next = bucket(fresh.hash);
@@ -110,7 +110,7 @@ void topic_table::replace_type(topic_id index, std::string_view wanted) noexcept
   std::memcpy(names(index) + name_bytes_max_, wanted.data(), wanted.size());
   topics_[index].type_bytes = static_cast<std::uint16_t>(wanted.size());
   topics_[index].channel = ++channels_; // a peer that knows it by number also knows its type
-  ++changes_;
+  ++changes_.listed;
 }
 
 // Nobody was told of a topic that its first holder is about to describe.
@@ -120,7 +120,7 @@ void topic_table::set_schema(topic_id index, const schema_description* schema) n
   its.schema = schema;
   if (its.holders <= 1) return;
   its.channel = ++channels_;
-  ++changes_;
+  ++changes_.listed;
 }
 
 void topic_table::hold_as_own(topic_id index) noexcept {
@@ -144,8 +144,8 @@ bool topic_table::let_go(topic_id index) noexcept {
   *link = held.next;
   held = topic{};
   free_.give_back(index);
-  ++holder_changes_;
-  ++changes_;
+  ++changes_.holders;
+  ++changes_.listed;
   return true;
 }
 

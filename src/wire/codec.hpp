@@ -225,8 +225,8 @@ inline constexpr std::size_t graph_lists = 5;
 // Bytes of an announcement, and of an error; no codec needs more.
 inline constexpr std::size_t announcement_bytes_max = 8192;
 inline constexpr std::size_t error_bytes_max = 6 * refusal::text_bytes_max + 512;
-// Bytes that suffice for the head of a topic with a name of so many bytes: names have no control characters and
-// are valid UTF-8, so an escape has two bytes.
+// Bytes that suffice for the head of a topic with a name of so many bytes: names have no control characters
+// and are valid UTF-8, so an escape has two bytes.
 constexpr std::size_t topic_head_bytes_max(std::size_t name_bytes) noexcept { return 34 + 2 * name_bytes; }
 
 inline constexpr std::size_t codecs_max = 8; // of an endpoint
