@@ -109,8 +109,8 @@ void connection_graph::leave_behind() noexcept {
     if (!subscribers_[peer].knows_some() || subscribers_[peer].told_at != least) continue;
     unsubscribe(peer);
     refusals_.warn(state_.peers[peer], {},
-                   "subscribeConnectionGraph: this client reads too slowly what has changed, so it is told no "
-                   "more; it may subscribe again",
+                   "subscribeConnectionGraph: this client reads too slowly what has changed, so it is told "
+                   "no more; it may subscribe again",
                    wire::severity::warning);
   }
 }

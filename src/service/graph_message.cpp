@@ -109,8 +109,7 @@ wire::message_kind graph_message::write(json::writer& into, const wire::codec& c
         (void)for_each_told(one.at, list, [&](std::string_view holder) { out.string(holder); });
         out.end_array();
       };
-      const std::string_view name =
-          one.gone ? graph_record_.gone().name(one.at) : graph_record_.name(one.at);
+      const std::string_view name = one.gone ? graph_record_.gone().name(one.at) : graph_record_.name(one.at);
       codec.add_to_graph(into, list, name, wire::body{holders});
     }
     codec.end_graph_list(into);

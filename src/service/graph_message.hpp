@@ -64,7 +64,8 @@ class graph_message {
   // The bytes of one list of a row's holders; 0, counted: not even the name fits. `says`: is set if there is
   // a holder.
   std::size_t measure(std::uint32_t of, wire::graph_list which, bool& says, graph_work& work) noexcept;
-  wire::message_kind write(json::writer& into, const wire::codec& codec, const graph_part& what) const noexcept;
+  wire::message_kind write(json::writer& into, const wire::codec& codec,
+                           const graph_part& what) const noexcept;
 
  private:
   std::size_t list_bytes_max() const noexcept {

@@ -14,7 +14,8 @@ namespace rowe::service {
 
 class topic_holders {
  public:
-  topic_holders(const core_state& state, const stop_rules& stop) noexcept : state_{state}, stop_rules_{stop} {}
+  topic_holders(const core_state& state, const stop_rules& stop) noexcept
+      : state_{state}, stop_rules_{stop} {}
 
   bool published_here(topic_id topic) const noexcept {
     if (state_.topics.of_peers(topic)) return false;

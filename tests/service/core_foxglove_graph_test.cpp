@@ -89,13 +89,15 @@ TEST_F(foxglove_graph, is_told_whole_to_who_subscribes) {
   page.say(R"({"op":"subscribe","topic":"/odom"})");
   page.say(R"({"op":"subscribe","topic":"/cmd_vel"})");
   peer& one = viewer("all");
-  EXPECT_EQ(say(one, subscribe),
-            update(R"({"name":"/rowe/stats","publisherIds":["robot"]},{"name":"/odom","publisherIds":["robot"]},)"
-                   R"({"name":"/arm/joints","publisherIds":["10.0.0.9:1"]})",
-                   R"({"name":"/odom","subscriberIds":["10.0.0.8:2"]},)"
-                   R"({"name":"/cmd_vel","subscriberIds":["robot","10.0.0.8:2"]},)"
-                   R"({"name":"/arm/goal","subscriberIds":["10.0.0.9:1"]})",
-                   R"({"name":"/arm/open","providerIds":["10.0.0.9:1"]})"));
+  EXPECT_EQ(
+      say(one, subscribe),
+      update(
+          R"({"name":"/rowe/stats","publisherIds":["robot"]},)"
+          R"({"name":"/odom","publisherIds":["robot"]},{"name":"/arm/joints","publisherIds":["10.0.0.9:1"]})",
+          R"({"name":"/odom","subscriberIds":["10.0.0.8:2"]},)"
+          R"({"name":"/cmd_vel","subscriberIds":["robot","10.0.0.8:2"]},)"
+          R"({"name":"/arm/goal","subscriberIds":["10.0.0.9:1"]})",
+          R"({"name":"/arm/open","providerIds":["10.0.0.9:1"]})"));
   pause(3);
   EXPECT_EQ(heard(one), "") << "nothing has changed";
   EXPECT_EQ(say(one, subscribe), "") << "it is told already";

@@ -20,7 +20,8 @@ entrances = ("core.", "service_loop.")
 service_order = """
 ids index_list indexed_pool index_ring counters transport service_limits
 local_stop limit_table parameter_table parameter_values shared_state cycle_state rate_limit event_log
-stop_frames shares chunk_store slot_pool timers peer_set connection peer_table latch_store last_value_store names
+stop_frames shares chunk_store slot_pool timers peer_set connection peer_table latch_store
+last_value_store names
 policy_handover peer_rights
 message_queue pair_table topic_rows topic_table subscription_table call_table completion number_queue
 submission_queue shared_inbox core_options
@@ -36,7 +37,8 @@ publish_predictor audiences advertisement_table topic_places subscriptions adver
 service_directory service_providers
 stop_rules stop_gate stop_switch thread_stops stop_service
 listed_topics topic_holders statistics_report metrics_report topic_pages own_pages statistics_feed
-parameters_feed gone_names graph_record graph_message connection_graph parameter_services graph_services type_services endpoint_services
+parameters_feed gone_names graph_record graph_message connection_graph
+parameter_services graph_services type_services endpoint_services
 call_requests call_router listings registrations revocation stop_state_feed
 value_publisher long_publications handle_submissions thread_submissions pair_release handle_registry
 dispatcher

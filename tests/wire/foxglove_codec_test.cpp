@@ -271,7 +271,8 @@ TEST(foxglove_codec, says_who_it_is_and_what_it_is_capable_of) {
                       return speaks().write_hello(out, {.name = "a\"b", .epoch = 18446744073709551615U});
                     }),
             R"({"op":"serverInfo","name":"a\"b",)"
-            R"("capabilities":["clientPublish","services","parameters","parametersSubscribe","connectionGraph"],)"
+            R"("capabilities":["clientPublish","services","parameters","parametersSubscribe",)"
+            R"("connectionGraph"],)"
             R"("supportedEncodings":["json"],"metadata":{},"sessionId":"18446744073709551615"})");
 }
 
