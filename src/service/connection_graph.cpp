@@ -2,6 +2,7 @@
 #include "service/connection_graph.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <rowe/rt/timer_wheel.hpp>
 
@@ -29,7 +30,8 @@ connection_graph::connection_graph(rt::arena& memory, const needs& parts) noexce
                 .stop_rules = parts.stop_rules,
                 .graph_record = record_,
                 .endpoint_name = parts.endpoint_name}},
-      subscribers_{memory.carve<subscriber>(state_.bounds().connections_max)} {}
+      subscribers_{memory.carve<subscriber>(state_.bounds().connections_max)},
+      policy_version_{state_.rights.policy().version()} {}
 
 // ---- requests
 
@@ -57,18 +59,11 @@ void connection_graph::forget(peer_index peer) noexcept {
   subscribers_[peer] = {};
 }
 
-void connection_graph::tell_again(peer_index peer) noexcept {
-  subscriber& of = subscribers_[peer];
-  if (!of.subscribed) return;
-  of.anew = true;
-  of.from = 0;
-  state_.due.arm(timer::graph, state_.cycle.now);
-}
-
 void connection_graph::show() noexcept {
   const rt::time_point now = state_.cycle.now;
   work_.left = graph_work_per_cycle;
   messages_left_ = graph_messages_per_cycle;
+  tell_again_if_rights_changed();
   compare();
   rt::time_point next = now;
   if (record_.is_whole()) {
@@ -76,6 +71,17 @@ void connection_graph::show() noexcept {
     next = std::min(next, record_.is_old() ? record_.next_at() : now + graph_period);
   }
   if (count_ != 0) state_.due.arm(timer::graph, std::max(next, now + rt::timer_wheel::tick));
+}
+
+// Peers that are still there may see more than before.
+void connection_graph::tell_again_if_rights_changed() noexcept {
+  const auto version = state_.rights.policy().version();
+  if (std::exchange(policy_version_, version) == version) return;
+  for (subscriber& one : subscribers_) {
+    if (!one.knows_some()) continue;
+    one.anew = true;
+    one.from = 0;
+  }
 }
 
 // ---- comparing

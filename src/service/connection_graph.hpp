@@ -52,8 +52,6 @@ class connection_graph {
   void subscribe(connection& c, const wire::request& asked) noexcept;
   void unsubscribe(peer_index peer) noexcept;
   void forget(peer_index peer) noexcept;
-  // The peer may see more than before.
-  void tell_again(peer_index peer) noexcept;
   // When the timer is due: compares, and tells some peers. Arms it again.
   void show() noexcept;
 
@@ -73,6 +71,7 @@ class connection_graph {
     bool knows_some() const noexcept { return subscribed && (told_at != 0 || telling != 0); }
   };
 
+  void tell_again_if_rights_changed() noexcept;
   void compare() noexcept;
   std::uint32_t least_told() const noexcept;
   void leave_behind() noexcept;
@@ -91,7 +90,8 @@ class connection_graph {
   graph_record record_;
   graph_message message_;
   rows<peer_index, subscriber> subscribers_;
-  std::uint32_t count_ = 0; // of subscribers
+  std::uint32_t count_ = 0;      // of subscribers
+  std::uint32_t policy_version_; // when it was looked at last
   rt::time_point held_up_since_ = rt::never;
   peer_index turn_{0}; // who is told next
   graph_work work_;

@@ -189,10 +189,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                       .advertisements = advertisements_,
                       .service_providers = service_providers_,
                       .connection_graph = connection_graph_}},
-      revocation_{{.state = state_,
-                   .connection_graph = connection_graph_,
-                   .listings = listings_,
-                   .stop_service = stop_service_}},
+      revocation_{{.state = state_, .listings = listings_, .stop_service = stop_service_}},
       stop_state_feed_{memory,
                        {.state = state_,
                         .sender = sender_,
@@ -252,7 +249,6 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
   if (statistics_topic_) state_.topics.at(statistics_topic_).keep = keep::newest;
 }
 
-// A topic of the endpoint itself.
 topic_id core_parts::own_topic(std::string_view name) noexcept {
   const topic_id topic = state_.topics.find_or_add(name);
   state_.topics.hold_as_own(topic);

@@ -108,7 +108,6 @@ class core_parts {
   topic_handles topic_handles_;
   service_directory service_directory_;
   service_providers service_providers_;
-
   stop_rules stop_rules_;
   stop_service stop_service_;
   statistics_report statistics_report_;
@@ -136,7 +135,7 @@ class core_parts {
   dispatcher dispatcher_;
 
  private:
-  topic_id own_topic(std::string_view name) noexcept;
+  topic_id own_topic(std::string_view name) noexcept; // of the endpoint itself
   bool check_holders() const noexcept;
 };
 

@@ -12,10 +12,7 @@ void revocation::judge_all() noexcept {
     using enum access::successor::fate;
     switch (next.what) {
     case kept: break;
-    case grown:
-      listings_.tell_again({c.id.index});
-      connection_graph_.tell_again({c.id.index});
-      break;
+    case grown: listings_.tell_again({c.id.index}); break;
     case changed: close(c, "role changed"); break;
     case revoked: close(c, "token revoked"); break;
     }

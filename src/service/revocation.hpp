@@ -5,7 +5,6 @@
 #pragma once
 #include <string_view>
 
-#include "service/connection_graph.hpp"
 #include "service/core_state.hpp"
 #include "service/listings.hpp"
 #include "service/stop_service.hpp"
@@ -16,15 +15,11 @@ class revocation {
  public:
   struct needs {
     core_state& state;
-    class connection_graph& connection_graph;
     class listings& listings;
     class stop_service& stop_service;
   };
   explicit revocation(const needs& parts) noexcept
-      : state_{parts.state},
-        connection_graph_{parts.connection_graph},
-        listings_{parts.listings},
-        stop_service_{parts.stop_service} {}
+      : state_{parts.state}, listings_{parts.listings}, stop_service_{parts.stop_service} {}
 
   // Other rights hold (peer_rights::renew()). Looks once at each peer. Those that are marked to be closed
   // count as closed from here on, and what they guard stops at once.
@@ -34,7 +29,6 @@ class revocation {
   void close(connection& c, std::string_view why) noexcept;
 
   core_state& state_;
-  connection_graph& connection_graph_;
   listings& listings_;
   stop_service& stop_service_;
 };
