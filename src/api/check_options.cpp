@@ -4,11 +4,14 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 
 #include "config/keys.hpp"
 #include "service/names.hpp"
 #include "service/stop_rules.hpp"
+#include "wire/members.hpp"
+#include "wire/utf8.hpp"
 
 namespace rowe::detail {
 namespace {
@@ -96,6 +99,9 @@ status check_request(const pair_request& asked, const endpoint_options& options)
   }
   const std::size_t most{name_bytes_max};
   if (const status ok = in_range(argument::name, asked.name.size(), std::size_t{1}, most); !ok) return ok;
+  if (!wire::is_utf8(std::as_bytes(std::span{asked.name})) || wire::has_control_characters(asked.name))
+    return error{errc::bad_argument, static_cast<std::int64_t>(asked.name.size()),
+                 static_cast<std::int64_t>(most), argument::name};
   if (const status ok = in_range(argument::type, asked.type.size(), std::size_t{0}, most); !ok) return ok;
   // A responder's `out` is derived from its `in`; a caller's queues are equally deep.
   const std::uint32_t depth = asked.in_depth != 0 || responds(asked.kind) || subscribes(asked.kind)

@@ -32,6 +32,7 @@ std::optional<needed> needed_for(const wire::request& asked) noexcept {
   case verb::advertise_service: return needed{access::right::provide, asked.service};
   case verb::get_parameters:
   case verb::subscribe_parameters: return needed{access::right::call, wire::get_param_name};
+  case verb::subscribe_graph: return needed{access::right::call, wire::node_details_name};
   // What was allowed may be taken back, and an answer belongs to a call or a goal that was given to the peer.
   case verb::unsubscribe:
   case verb::unadvertise:
@@ -44,6 +45,7 @@ std::optional<needed> needed_for(const wire::request& asked) noexcept {
   case verb::status:
   case verb::set_level:
   case verb::unsubscribe_parameters:
+  case verb::unsubscribe_graph:
   case verb::set_parameters: // which takes a right for each of them (parameter_requests)
   case verb::unsupported:
   case verb::unknown: break;

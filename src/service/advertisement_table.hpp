@@ -3,6 +3,7 @@
 // or allocates.
 #pragma once
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <span>
 
@@ -10,6 +11,7 @@
 #include <rowe/rt/arena.hpp>
 
 #include "service/ids.hpp"
+#include "service/peer_set.hpp"
 #include "service/slot_pool.hpp"
 #include "wire/request.hpp"
 
@@ -27,10 +29,14 @@ class advertisement_table {
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<row>(bounds.connections_max) +
            rt::arena::bytes_for<advertisement>(std::size_t{bounds.connections_max} *
-                                               bounds.advertisements_per_connection_max);
+                                               bounds.advertisements_per_connection_max) +
+           rt::arena::bytes_for<std::uint64_t>(peer_set::words_for(bounds.connections_max) *
+                                               bounds.topics_max);
   }
   advertisement_table(rt::arena& memory, const limits& bounds) noexcept
-      : rows_{memory.carve<row>(bounds.connections_max)} {
+      : words_{peer_set::words_for(bounds.connections_max)},
+        rows_{memory.carve<row>(bounds.connections_max)},
+        publishers_{memory.carve<std::uint64_t>(words_ * bounds.topics_max)} {
     const std::size_t each = bounds.advertisements_per_connection_max;
     const auto all = memory.carve<advertisement>(bounds.connections_max * each);
     for (const peer_index i : rows_.ids()) rows_[i].places = all.subspan(i.value * each, each);
@@ -53,16 +59,35 @@ class advertisement_table {
     }
     return {};
   }
+  // Who advertises the topic.
+  peer_set publishers_of(topic_id topic) const noexcept {
+    return peer_set{publishers_.subspan(topic.value * words_, words_)};
+  }
   std::size_t places() const noexcept { return rows_[{0}].places.size(); } // of each peer
   bool full(peer_index peer) const noexcept { return rows_[peer].count == places(); }
   void add(peer_index peer, const advertisement& one) noexcept {
     row& to = rows_[peer];
     to.places[to.count++] = one;
+    publishers_of(one.topic).add(peer);
   }
   // The last advertisement takes its place.
   void remove(peer_index peer, advertisement& one) noexcept {
     row& from = rows_[peer];
+    publishers_of(one.topic).remove(peer);
     one = from.places[--from.count];
+  }
+
+  // The sets of publishers are those of the rows.
+  bool check() const noexcept {
+    std::size_t held = 0;
+    for (const peer_index peer : rows_.ids()) {
+      for (const advertisement& one : of(peer)) {
+        if (!publishers_of(one.topic).has(peer)) return false;
+        ++held;
+      }
+    }
+    for (const std::uint64_t word : publishers_) held -= static_cast<std::size_t>(std::popcount(word));
+    return held == 0;
   }
 
  private:
@@ -70,7 +95,9 @@ class advertisement_table {
     std::uint32_t count = 0;
     std::span<advertisement> places;
   };
+  const std::size_t words_; // of each set of publishers
   rows<peer_index, row> rows_;
+  std::span<std::uint64_t> publishers_; // by topic
 };
 
 } // namespace rowe::service

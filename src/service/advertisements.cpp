@@ -21,6 +21,7 @@ void advertisements::forget(peer_index peer) noexcept {
   while (!advertisement_table_.of(peer).empty()) {
     const topic_id topic = advertisement_table_.of(peer).back().topic;
     advertisement_table_.remove(peer, advertisement_table_.of(peer).back());
+    state_.topics.changes().note_publishers(state_.topics.at(topic));
     topic_places_.let_go(topic);
   }
 }
@@ -64,6 +65,7 @@ void advertisements::advertise(connection& c, const wire::request& asked) noexce
   }
   advertisement_table_.add(
       peer, {.topic = topic, .lifespan_ns = asked.lifespan_ns, .latched = asked.latch, .tag = asked.tag});
+  state_.topics.changes().note_publishers(state_.topics.at(topic));
 }
 
 void advertisements::unadvertise(connection& c, const wire::request& asked) noexcept {
@@ -81,6 +83,7 @@ bool advertisements::withdraw(peer_index peer, topic_id topic) noexcept {
   advertisement* const one = topic ? advertisement_table_.find(peer, topic) : nullptr;
   if (one == nullptr) return false;
   advertisement_table_.remove(peer, *one);
+  state_.topics.changes().note_publishers(state_.topics.at(topic));
   topic_places_.forget_latched(topic, {latch_owner::kind::peer, peer.value});
   topic_places_.let_go(topic);
   return true;

@@ -124,6 +124,7 @@ void core::expire() noexcept {
     case timer::statistics: statistics_feed_.publish(); break;
     case timer::reconnect: state_.seams.transport.connect(); break;
     case timer::partial_frames: sender_.partial().look_again(); break;
+    case timer::graph: connection_graph_.show(); break;
     }
     if (state_.peers.wants_close()) close_marked();
     direct_messages_.take_outcomes();

@@ -132,6 +132,14 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                         .broker = broker_,
                         .parameters = parameters_,
                         .parameter_requests = parameter_requests_}},
+      connection_graph_{memory,
+                        {.state = state_,
+                         .outbox = outbox_,
+                         .refusals = refusals_,
+                         .advertisement_table = advertisement_table_,
+                         .service_directory = service_directory_,
+                         .stop_rules = stop_rules_,
+                         .endpoint_name = statistics_report_.name()}},
       parameter_services_{{.state = state_,
                            .access_control = access_control_,
                            .outbox = outbox_,
@@ -179,7 +187,8 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
       registrations_{{.parameter_requests = parameter_requests_,
                       .subscriptions = subscriptions_,
                       .advertisements = advertisements_,
-                      .service_providers = service_providers_}},
+                      .service_providers = service_providers_,
+                      .connection_graph = connection_graph_}},
       revocation_{{.state = state_, .listings = listings_, .stop_service = stop_service_}},
       stop_state_feed_{memory,
                        {.state = state_,
@@ -240,7 +249,6 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
   if (statistics_topic_) state_.topics.at(statistics_topic_).keep = keep::newest;
 }
 
-// A topic of the endpoint itself.
 topic_id core_parts::own_topic(std::string_view name) noexcept {
   const topic_id topic = state_.topics.find_or_add(name);
   state_.topics.hold_as_own(topic);

@@ -17,6 +17,7 @@
 #include "service/call_completion.hpp"
 #include "service/call_requests.hpp"
 #include "service/call_router.hpp"
+#include "service/connection_graph.hpp"
 #include "service/core_state.hpp"
 #include "service/direct_messages.hpp"
 #include "service/dispatcher.hpp"
@@ -107,7 +108,6 @@ class core_parts {
   topic_handles topic_handles_;
   service_directory service_directory_;
   service_providers service_providers_;
-
   stop_rules stop_rules_;
   stop_service stop_service_;
   statistics_report statistics_report_;
@@ -116,6 +116,7 @@ class core_parts {
   own_pages own_pages_;
   statistics_feed statistics_feed_;
   parameters_feed parameters_feed_;
+  connection_graph connection_graph_;
   parameter_services parameter_services_;
   graph_services graph_services_;
   type_services type_services_;
@@ -134,7 +135,7 @@ class core_parts {
   dispatcher dispatcher_;
 
  private:
-  topic_id own_topic(std::string_view name) noexcept;
+  topic_id own_topic(std::string_view name) noexcept; // of the endpoint itself
   bool check_holders() const noexcept;
 };
 

@@ -280,7 +280,9 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
   case verb::get_parameters:
   case verb::set_parameters:
   case verb::subscribe_parameters:
-  case verb::unsubscribe_parameters: return registrations_.carry_out(c, asked);
+  case verb::unsubscribe_parameters:
+  case verb::subscribe_graph:
+  case verb::unsubscribe_graph: return registrations_.carry_out(c, asked);
   case verb::message:
   case verb::unsupported:
   case verb::unknown: break;

@@ -9,6 +9,7 @@
 
 #include "service/listed_topics.hpp"
 #include "service/names.hpp"
+#include "service/topic_holders.hpp"
 #include "wire/own_names.hpp"
 #include "json/reader.hpp"
 
@@ -64,25 +65,13 @@ graph_services::node graph_services::find_node(const connection* c, std::string_
 
 // ---- who does what
 
-bool graph_services::published_here(topic_id topic) const noexcept {
-  const std::string_view name = state_.topics.name(topic);
-  if (state_.options.ours == side::server && (name == wire::stats_name || name == wire::parameters_name))
-    return true;
-  if (stop_rules_.in_use() && name == wire::stop_state_name) return true;
-  for (const pair_index i : state_.pairs.ids()) {
-    const pair_row& row = state_.pair_rows[i];
-    if (row.attached && row.topic == topic && detail::publishes(state_.pairs[i].kind)) return true;
-  }
-  return false;
-}
-
 bool graph_services::is_published(const node& by, topic_id topic) const noexcept {
-  if (by.peer == nullptr) return published_here(topic);
+  if (by.peer == nullptr) return topic_holders{state_, stop_rules_}.published_here(topic);
   return advertisement_table_.find({by.peer->id.index}, topic) != nullptr;
 }
 
 bool graph_services::is_subscribed(const node& by, topic_id topic) const noexcept {
-  if (by.peer == nullptr) return static_cast<bool>(state_.topics.at(topic).inboxes.head);
+  if (by.peer == nullptr) return topic_holders{state_, stop_rules_}.subscribed_here(topic);
   return static_cast<bool>(state_.subscriptions.find(topic, {by.peer->id.index}));
 }
 

@@ -50,7 +50,6 @@ class graph_services {
   bool sees_node(const connection* c, const connection& peer) const noexcept;
   node find_node(const connection* c, std::string_view name) const noexcept;
   std::string_view provider_of(const connection* c, std::string_view service) const noexcept;
-  bool published_here(topic_id topic) const noexcept;
   bool is_published(const node& by, topic_id topic) const noexcept;
   bool is_subscribed(const node& by, topic_id topic) const noexcept;
   bool is_provided(const node& by, service_index service) const noexcept;

@@ -95,7 +95,7 @@ class listings {
   std::string_view service_numbered(std::uint32_t number) const noexcept;
   topic_id topic_subscribed(peer_index peer, std::uint32_t tag) const noexcept;
   std::uint64_t changes() const noexcept {
-    return state_.topics.changes() + service_directory_.changes() + (stop_rules_.in_use() ? 1 : 0);
+    return state_.topics.changes().listed + service_directory_.changes() + (stop_rules_.in_use() ? 1 : 0);
   }
 
   core_state& state_;

@@ -25,7 +25,8 @@ std::size_t core_parts::footprint_bytes(const limits& bounds) noexcept {
          dispatcher::footprint_bytes(bounds) + listings::footprint_bytes(bounds) +
          stop_state_feed::footprint_bytes(bounds) + stop_service::footprint_bytes(bounds) +
          topic_pages::footprint_bytes(bounds) + own_pages::footprint_bytes(bounds) +
-         parameters::footprint_bytes(bounds) + parameter_requests::footprint_bytes(bounds);
+         parameters::footprint_bytes(bounds) + parameter_requests::footprint_bytes(bounds) +
+         connection_graph::footprint_bytes(bounds);
 }
 
 memory_plan plan_memory(const limits& bounds, transport_security with) noexcept {

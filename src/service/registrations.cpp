@@ -21,6 +21,8 @@ void registrations::carry_out(connection& c, const wire::request& asked) noexcep
   case verb::set_parameters: return parameter_requests_.set(c, asked);
   case verb::subscribe_parameters: return parameter_requests_.subscribe(c, asked);
   case verb::unsubscribe_parameters: return parameter_requests_.unsubscribe(c, asked);
+  case verb::subscribe_graph: return connection_graph_.subscribe(c, asked);
+  case verb::unsubscribe_graph: return connection_graph_.unsubscribe({c.id.index});
   case verb::message:
   case verb::publish:
   case verb::call:
@@ -41,6 +43,7 @@ void registrations::forget(peer_index peer) noexcept {
   subscriptions_.forget(peer);
   advertisements_.forget(peer);
   parameter_requests_.forget(peer);
+  connection_graph_.forget(peer);
 }
 
 } // namespace rowe::service

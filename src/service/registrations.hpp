@@ -4,6 +4,7 @@
 // waits or allocates.
 #pragma once
 #include "service/advertisements.hpp"
+#include "service/connection_graph.hpp"
 #include "service/core_state.hpp"
 #include "service/parameter_requests.hpp"
 #include "service/service_providers.hpp"
@@ -19,12 +20,14 @@ class registrations {
     class subscriptions& subscriptions;
     class advertisements& advertisements;
     class service_providers& service_providers;
+    class connection_graph& connection_graph;
   };
   explicit registrations(const needs& parts) noexcept
       : parameter_requests_{parts.parameter_requests},
         subscriptions_{parts.subscriptions},
         advertisements_{parts.advertisements},
-        service_providers_{parts.service_providers} {}
+        service_providers_{parts.service_providers},
+        connection_graph_{parts.connection_graph} {}
 
   // A request other than a message, a call or an answer. The peer has the right to ask.
   void carry_out(connection& c, const wire::request& asked) noexcept;
@@ -36,6 +39,7 @@ class registrations {
   subscriptions& subscriptions_;
   advertisements& advertisements_;
   service_providers& service_providers_;
+  connection_graph& connection_graph_;
 };
 
 } // namespace rowe::service

@@ -222,6 +222,28 @@ inline constexpr std::size_t parameters_envelope_bytes = 64;
 // The work of finding a parameter by its name.
 inline constexpr std::size_t parameter_work_bytes = 256;
 
+// ---- the connection graph
+
+// How often changes are looked for, while somebody wants to be told of them; and how often one peer is told.
+inline constexpr rt::duration graph_period = std::chrono::milliseconds{250};
+// Messages about it in one cycle, each to another peer; and the work: looks at a row, a holder, or a peer.
+inline constexpr unsigned graph_messages_per_cycle = 4;
+inline constexpr std::uint32_t graph_work_per_cycle = 4096;
+// A peer is told no more while anything waits to be written to it. This is looked at again after a pause,
+// which is longer where the peer does not read.
+inline constexpr rt::duration graph_retry = std::chrono::milliseconds{1};
+inline constexpr rt::duration graph_retry_backpressured = std::chrono::milliseconds{20};
+static_assert(graph_retry < graph_retry_backpressured && graph_retry_backpressured < graph_period);
+// If names that are gone find no place for so long, because some peers were not told of earlier ones, these
+// peers are told no more.
+inline constexpr rt::duration graph_behind_max = std::chrono::seconds{5};
+static_assert(graph_period < graph_behind_max);
+// What a message says of a topic or a service besides its name and who holds it, and of a holder besides its
+// name; and the words around all of them.
+inline constexpr std::size_t graph_entry_bytes = 40;
+inline constexpr std::size_t graph_holder_bytes = 3;
+inline constexpr std::size_t graph_envelope_bytes = 160;
+
 // ---- diagnostics and events, in bytes
 
 // Handles keep no longer diagnostic of a failed call than a peer is sent.

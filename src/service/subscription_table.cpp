@@ -45,6 +45,7 @@ subscription_id subscription_table::add(topic_id topic, peer_index of) noexcept 
   ++of_peers_[of].count;
   topics_.at(topic).subscriptions.push_front(rows_, added);
   topics_.hold(topic);
+  topics_.changes().note_subscribers(topics_.at(topic));
   return added;
 }
 
@@ -55,6 +56,7 @@ void subscription_table::remove(subscription_id index) noexcept {
   --of_peers_[gone.peer].count;
   if (gone.whole) count_form(gone, -1);
   topics_.at(gone.topic).subscriptions.erase(rows_, index);
+  topics_.changes().note_subscribers(topics_.at(gone.topic));
   gone = subscription{};
   free_.give_back(index);
 }

@@ -26,7 +26,8 @@ enum class timer : std::uint8_t {
   call,
   statistics,
   reconnect,
-  partial_frames
+  partial_frames,
+  graph,
 };
 
 class timers {
@@ -77,7 +78,7 @@ class timers {
 
  private:
   static constexpr std::uint32_t first_single = static_cast<std::uint32_t>(timer::statistics);
-  static constexpr std::uint32_t singles = 3;
+  static constexpr std::uint32_t singles = 4;
 
   // Where the nodes of each kind begin. A slot's node has its number.
   struct first_nodes {

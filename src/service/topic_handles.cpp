@@ -44,6 +44,7 @@ status topic_handles::attach(pair_index pair) noexcept {
   } else {
     begin_publishing(pair);
   }
+  note_holders(pair);
   announce_to_servers(pair, true);
   audiences_.update(topic_index);
   return {};
@@ -79,6 +80,7 @@ void topic_handles::detach(pair_index pair) noexcept {
   if (detail::subscribes(state_.pairs[pair].kind)) {
     state_.topics.at(topic).inboxes.erase(state_.pair_rows, pair);
   }
+  note_holders(pair);
   announce_to_servers(pair, false);
   audiences_.leave(pair);
   publish_predictor_.end(pair);
@@ -87,6 +89,12 @@ void topic_handles::detach(pair_index pair) noexcept {
   topic_places_.forget_latched(topic, {latch_owner::kind::handle, pair.value});
   audiences_.update(topic);
   topic_places_.let_go_own(topic);
+}
+
+void topic_handles::note_holders(pair_index pair) noexcept {
+  topic& of = state_.topics.at(state_.pair_rows[pair].topic);
+  topic_changes& changes = state_.topics.changes();
+  detail::subscribes(state_.pairs[pair].kind) ? changes.note_subscribers(of) : changes.note_publishers(of);
 }
 
 // Set-up gets only an error code, which cannot name the types. An event does.

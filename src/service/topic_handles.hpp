@@ -69,6 +69,7 @@ class topic_handles {
 
  private:
   topic_id hold_topic(std::string_view name) noexcept;
+  void note_holders(pair_index pair) noexcept;
   void announce_to_servers(pair_index pair, bool begins) noexcept;
   bool has_other(topic_id topic, bool that_reads) const noexcept;
   bool speaks_for_all(pair_index pair, bool begins) const noexcept;

@@ -75,6 +75,8 @@ struct topic {
   index_queue<pair_index, pair_row, &pair_row::next_inbox> inboxes; // handles of this process that subscribe
   const schema_description* schema = nullptr; // of a typed handle of this process; null: there is none
   std::uint32_t audience_changes = 0;                               // how often a subscriber came or went
+  std::uint32_t publishers_at = 0;  // when one came or went last: topic_changes::holders then,
+  std::uint32_t subscribers_at = 0; // likewise
   std::uint16_t name_bytes = 0;
   std::uint16_t type_bytes = 0;
   std::uint16_t head_bytes = 0;
@@ -99,6 +101,15 @@ struct topic {
   // For the service /rowe/stats, which has its own periods (topic_rates::mark_if_due).
   std::array<std::uint64_t, 2> messages_marked{}; // when the newest period began, and the one before
   std::array<rt::duration, 2> gap_marked{};       // in these two periods, without gap_max
+};
+
+// How often topics have changed.
+struct topic_changes {
+  std::uint64_t listed = 0;  // one was added or removed, or got another type or schema
+  std::uint32_t holders = 0; // a publisher or a subscriber came or went, or a topic. Wraps around
+
+  void note_publishers(topic& of) noexcept { of.publishers_at = ++holders; }
+  void note_subscribers(topic& of) noexcept { of.subscribers_at = ++holders; }
 };
 
 } // namespace rowe::service

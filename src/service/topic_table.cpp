@@ -69,16 +69,21 @@ topic_id topic_table::find_or_add(std::string_view wanted) noexcept {
   const std::size_t bytes = slash + wanted.size();
   if (found || free_.empty() || bytes > name_bytes_max_) return found;
   const topic_id added = free_.take();
+  *names(added) = '/';
+  std::memcpy(names(added) + slash, wanted.data(), wanted.size());
+  json::writer head{{names(added) + 2 * name_bytes_max_, head_bytes_max_}};
+  envelope_.write_topic_head(head, {names(added), bytes});
+  if (head.overflowed()) { // it has control characters, or is no UTF-8
+    free_.give_back(added);
+    return {};
+  }
   topic& fresh = topics_[added];
   fresh = topic{};
   fresh.hash = hash_of(without_slash(wanted));
   fresh.channel = ++channels_;
-  ++changes_;
+  fresh.publishers_at = fresh.subscribers_at = ++changes_.holders;
+  ++changes_.listed;
   fresh.name_bytes = static_cast<std::uint16_t>(bytes);
-  *names(added) = '/';
-  std::memcpy(names(added) + slash, wanted.data(), wanted.size());
-  json::writer head{{names(added) + 2 * name_bytes_max_, head_bytes_max_}};
-  envelope_.write_topic_head(head, name(added));
   fresh.head_bytes = static_cast<std::uint16_t>(head.bytes());
   fresh.next = bucket(fresh.hash);
   bucket(fresh.hash) = added;
@@ -105,7 +110,7 @@ void topic_table::replace_type(topic_id index, std::string_view wanted) noexcept
   std::memcpy(names(index) + name_bytes_max_, wanted.data(), wanted.size());
   topics_[index].type_bytes = static_cast<std::uint16_t>(wanted.size());
   topics_[index].channel = ++channels_; // a peer that knows it by number also knows its type
-  ++changes_;
+  ++changes_.listed;
 }
 
 // Nobody was told of a topic that its first holder is about to describe.
@@ -115,7 +120,7 @@ void topic_table::set_schema(topic_id index, const schema_description* schema) n
   its.schema = schema;
   if (its.holders <= 1) return;
   its.channel = ++channels_;
-  ++changes_;
+  ++changes_.listed;
 }
 
 void topic_table::hold_as_own(topic_id index) noexcept {
@@ -139,7 +144,8 @@ bool topic_table::let_go(topic_id index) noexcept {
   *link = held.next;
   held = topic{};
   free_.give_back(index);
-  ++changes_;
+  ++changes_.holders;
+  ++changes_.listed;
   return true;
 }
 

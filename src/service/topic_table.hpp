@@ -61,8 +61,7 @@ class topic_table {
   // Whether no handle of this process holds the topic.
   bool of_peers(topic_id index) const noexcept { return topics_[index].own_holders == 0; }
   std::uint32_t topics_of_peers() const noexcept { return count() - own_topics_; }
-  // How often a topic was added or removed.
-  std::uint64_t changes() const noexcept { return changes_; }
+  topic_changes& changes() noexcept { return changes_; }
   // All rows, for a walk; those in use have holders.
   auto topic_ids() const noexcept { return topics_.ids(); }
 
@@ -83,7 +82,7 @@ class topic_table {
   indexed_pool<topic_id, topic, &topic::next> free_;
   std::uint32_t own_topics_ = 0;
   std::uint32_t channels_ = 0;
-  std::uint64_t changes_ = 0;
+  topic_changes changes_;
 };
 
 } // namespace rowe::service

@@ -211,11 +211,23 @@ struct told_parameter {
   bool is_real = false;  // its type is a double or a float
 };
 
+// The lists of an update of the connection graph: who publishes on a topic, subscribes to it, or provides a
+// service; and what is gone.
+enum class graph_list : std::uint8_t {
+  published_topics,
+  subscribed_topics,
+  advertised_services,
+  removed_topics,
+  removed_services,
+};
+inline constexpr std::size_t graph_lists = 5;
+
 // Bytes of an announcement, and of an error; no codec needs more.
 inline constexpr std::size_t announcement_bytes_max = 8192;
 inline constexpr std::size_t error_bytes_max = 6 * refusal::text_bytes_max + 512;
-// Bytes that suffice for the head of a topic with a name of so many bytes.
-constexpr std::size_t topic_head_bytes_max(std::size_t name_bytes) noexcept { return 34 + 6 * name_bytes; }
+// Bytes that suffice for the head of a topic with a name of so many bytes: names have no control characters
+// and are valid UTF-8, so an escape has two bytes.
+constexpr std::size_t topic_head_bytes_max(std::size_t name_bytes) noexcept { return 34 + 2 * name_bytes; }
 
 inline constexpr std::size_t codecs_max = 8; // of an endpoint
 
@@ -314,6 +326,14 @@ class codec {
   virtual void begin_parameters(json::writer&, std::string_view) const noexcept {}
   virtual void add_parameter(json::writer&, const told_parameter&) const noexcept {}
   virtual message_kind end_parameters(json::writer&) const noexcept { return message_kind::none; }
+  // What has changed of the connection graph, where its protocol has requests for that: all lists in their
+  // order. Of what is there, `holders` is a list of names; of what is gone, only its name is written.
+  virtual void begin_graph(json::writer&) const noexcept {}
+  virtual void begin_graph_list(json::writer&, graph_list) const noexcept {}
+  virtual void add_to_graph(json::writer&, graph_list, std::string_view /*name*/,
+                            const body& /*holders*/) const noexcept {}
+  virtual void end_graph_list(json::writer&) const noexcept {}
+  virtual message_kind end_graph(json::writer&) const noexcept { return message_kind::none; }
   // How many bytes the schemas of one that was added take at most.
   virtual std::size_t schema_bytes(const listed&) const noexcept { return 0; }
 

@@ -54,6 +54,22 @@ std::string_view name_of(const schema_description* schema, std::string_view type
   return schema != nullptr && !schema->type_name.empty() ? schema->type_name : type;
 }
 
+// What a list of the connection graph is called, and who holds one of its elements; empty: nobody does.
+struct graph_words {
+  std::string_view list;
+  std::string_view holders;
+};
+graph_words words_of(graph_list which) noexcept {
+  switch (which) {
+  case graph_list::published_topics: return {"publishedTopics", "publisherIds"};
+  case graph_list::subscribed_topics: return {"subscribedTopics", "subscriberIds"};
+  case graph_list::advertised_services: return {"advertisedServices", "providerIds"};
+  case graph_list::removed_topics: return {"removedTopics", {}};
+  case graph_list::removed_services: break;
+  }
+  return {"removedServices", {}};
+}
+
 } // namespace
 
 message_head foxglove_codec::head_of(const delivery& to) const noexcept {
@@ -128,7 +144,7 @@ message_kind foxglove_codec::write_hello(json::writer& out, const greeting& who)
   out.key("name");
   out.string(who.name);
   out.key("capabilities");
-  out.raw(R"(["clientPublish","services","parameters","parametersSubscribe"])");
+  out.raw(R"(["clientPublish","services","parameters","parametersSubscribe","connectionGraph"])");
   out.key("supportedEncodings");
   out.raw(R"(["json"])");
   out.key("metadata");
@@ -219,6 +235,32 @@ void foxglove_codec::add_parameter(json::writer& out, const told_parameter& one)
 
 message_kind foxglove_codec::end_parameters(json::writer& out) const noexcept {
   out.end_array();
+  out.end_object();
+  return message_kind::text;
+}
+
+void foxglove_codec::begin_graph(json::writer& out) const noexcept { begin(out, "connectionGraphUpdate"); }
+
+void foxglove_codec::begin_graph_list(json::writer& out, graph_list which) const noexcept {
+  out.key(words_of(which).list);
+  out.begin_array();
+}
+
+void foxglove_codec::add_to_graph(json::writer& out, graph_list to, std::string_view name,
+                                  const body& holders) const noexcept {
+  const std::string_view key = words_of(to).holders;
+  if (key.empty()) return out.string(name);
+  out.begin_object();
+  out.key("name");
+  out.string(name);
+  out.key(key);
+  holders.write(out);
+  out.end_object();
+}
+
+void foxglove_codec::end_graph_list(json::writer& out) const noexcept { out.end_array(); }
+
+message_kind foxglove_codec::end_graph(json::writer& out) const noexcept {
   out.end_object();
   return message_kind::text;
 }

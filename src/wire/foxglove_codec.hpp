@@ -32,6 +32,12 @@ class foxglove_codec : public codec {
   void begin_parameters(json::writer& out, std::string_view id_raw) const noexcept override;
   void add_parameter(json::writer& out, const told_parameter& one) const noexcept override;
   message_kind end_parameters(json::writer& out) const noexcept override;
+  void begin_graph(json::writer& out) const noexcept override;
+  void begin_graph_list(json::writer& out, graph_list which) const noexcept override;
+  void add_to_graph(json::writer& out, graph_list to, std::string_view name,
+                    const body& holders) const noexcept override;
+  void end_graph_list(json::writer& out) const noexcept override;
+  message_kind end_graph(json::writer& out) const noexcept override;
   std::size_t schema_bytes(const listed& one) const noexcept override;
 
  protected:

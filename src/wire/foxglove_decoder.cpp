@@ -28,6 +28,7 @@ decoded refuse(diagnostic& why, std::string_view text, decoded as = decoded::ref
 enum class list : std::uint8_t {
   requests, // each element is a request of its own
   whole,    // the list is a part of the request
+  none,     // there is no list
 };
 
 struct operation {
@@ -53,6 +54,8 @@ constexpr std::array operations{
               "be a text"},
     operation{"unsubscribeParameterUpdates", "parameterNames", list::whole, verb::unsubscribe_parameters,
               "be a text"},
+    operation{"subscribeConnectionGraph", {}, list::none, verb::subscribe_graph, {}},
+    operation{"unsubscribeConnectionGraph", {}, list::none, verb::unsubscribe_graph, {}},
 };
 
 const operation* find_operation(const json::value& op) noexcept {
@@ -188,6 +191,7 @@ decoded foxglove_decoder::decode(const json::document& text, const decode_buffer
   }
   into.what = known->what;
   into.verb_text = known->name;
+  if (known->means == list::none) return decoded::request;
   const auto all = json::find(text, known->list_name);
   if (!all || all->type != json::kind::array)
     return refuse_list(*known, all ? "must be a list" : "is missing: it must be a list", buffers.diagnostic,

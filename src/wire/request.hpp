@@ -38,10 +38,12 @@ enum class verb : std::uint8_t {
   goal_result,   // the last one
   status,
   set_level,
-  get_parameters, // without a call; so the three below
+  get_parameters, // without a call; so the five below
   set_parameters,
   subscribe_parameters, // to their changes
   unsubscribe_parameters,
+  subscribe_graph, // who publishes, subscribes and provides what
+  unsubscribe_graph,
   unsupported, // the format has it, rowe does not
   unknown,
 };

@@ -175,6 +175,8 @@ bool decoding::take_members() noexcept {
   case verb::set_parameters:
   case verb::subscribe_parameters:
   case verb::unsubscribe_parameters:
+  case verb::subscribe_graph:
+  case verb::unsubscribe_graph:
   case verb::unsupported:
   case verb::unknown: return true;
   }

@@ -76,9 +76,9 @@ inline constexpr std::string_view publish_tail = "}";
 // The beginning of the head, up to the topic's name. If a slash follows, it is one byte; without that byte,
 // this is the head for the name without a slash.
 inline constexpr std::string_view publish_begins = R"({"op":"publish","topic":")";
-// Bytes that always suffice for the head of a topic with a name of so many bytes: each may need six (\u0001).
+// Bytes that always suffice for the head of a topic with a name of so many bytes: each may need two (\").
 constexpr std::size_t publish_head_bytes_max(std::size_t topic_bytes) noexcept {
-  return 34 + 6 * topic_bytes;
+  return 34 + 2 * topic_bytes;
 }
 
 // {"op":"status","level":"error","id":…,"msg":"…"}; without the id where id_raw is empty.

@@ -503,6 +503,8 @@ TEST(endpoint_errors, name_memory_that_cannot_be_had) {
 TEST(endpoint_errors, of_topics_name_the_option_and_its_limit) {
   auto robot = endpoint::listen(0).value();
   EXPECT_EQ(robot.advertise<pose>("").code(), errc::bad_argument);
+  EXPECT_EQ(robot.advertise<pose>("/a\n").code(), errc::bad_argument); // as peers' names are refused
+  EXPECT_EQ(robot.advertise<pose>("/a\xff").code(), errc::bad_argument);
   const auto long_name = robot.advertise<pose>(std::string(200, 'x'));
   EXPECT_EQ(long_name.code(), errc::bad_argument);
   EXPECT_EQ(long_name.error().limit, 128);

@@ -80,6 +80,8 @@ void check_one(reader& validator, decoded is, const request& asked, const diagno
   if (is != decoded::request) return check_refusal(validator, asked, why);
   require((asked.what == verb::advertise) == !asked.topic.empty(), "a channel has a topic");
   if (is_of_parameters(asked.what)) return check_parameters(validator, asked);
+  if (asked.what == verb::subscribe_graph || asked.what == verb::unsubscribe_graph)
+    return require(!asked.by_number && asked.next == 0 && asked.id_raw.empty(), "it has nothing else");
   require(asked.by_number == (asked.what != verb::advertise), "all else has numbers");
   require(asked.what != verb::call || asked.id_raw.size() == 8, "a call has an id");
 }

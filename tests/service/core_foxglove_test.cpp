@@ -224,9 +224,8 @@ TEST_F(core_foxglove, stops_at_once_by_a_number_that_never_changes) {
 
 TEST_F(core_foxglove, is_told_what_is_not_offered_and_stays) {
   client p{on};
-  for (const char* text :
-       {R"({"op":"subscribeConnectionGraph"})", R"({"op":"fetchAsset","uri":"a","requestId":1})", "{}", "[1]",
-        "{", R"({"op":"publish","topic":"/rowe/stop","msg":{}})"})
+  for (const char* text : {R"({"op":"subscribeGraph"})", R"({"op":"fetchAsset","uri":"a","requestId":1})",
+                           "{}", "[1]", "{", R"({"op":"publish","topic":"/rowe/stop","msg":{}})"})
     EXPECT_TRUE(has(say(p, text), R"({"op":"status","level":2,"message":")")) << text;
   EXPECT_TRUE(has(send(p, "\x07"), R"({"op":"status","level":2,"message":")"));
   EXPECT_FALSE(p.cut());

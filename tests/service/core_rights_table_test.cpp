@@ -81,7 +81,8 @@ constexpr row table[] = {
 
 constexpr bool is_foxgloves(verb what) { // below, because no other format has it
   return what == verb::get_parameters || what == verb::set_parameters || what == verb::subscribe_parameters ||
-         what == verb::unsubscribe_parameters;
+         what == verb::unsubscribe_parameters || what == verb::subscribe_graph ||
+         what == verb::unsubscribe_graph;
 }
 constexpr bool has_row(verb what) {
   return std::any_of(std::begin(table), std::end(table), [what](const row& one) { return one.what == what; });
@@ -163,6 +164,8 @@ void prepare(scene& in, verb what, about& of) {
   case verb::set_parameters:
   case verb::subscribe_parameters:
   case verb::unsubscribe_parameters:
+  case verb::subscribe_graph:
+  case verb::unsubscribe_graph:
   case verb::unsupported:
   case verb::unknown: break;
   }
@@ -236,6 +239,8 @@ bool has_effect(scene& in, const row& of) {
   case verb::set_parameters:
   case verb::subscribe_parameters:
   case verb::unsubscribe_parameters:
+  case verb::subscribe_graph:
+  case verb::unsubscribe_graph:
   case verb::unsupported:
   case verb::unknown: break;
   }
@@ -267,6 +272,8 @@ bool shows_effect(verb what) {
   case verb::set_parameters:
   case verb::subscribe_parameters:
   case verb::unsubscribe_parameters:
+  case verb::subscribe_graph:
+  case verb::unsubscribe_graph:
   case verb::unsupported:
   case verb::unknown: break;
   }

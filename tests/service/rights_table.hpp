@@ -173,7 +173,9 @@ inline std::vector<frame> said_in_json(verb what, const about& of) {
   case verb::get_parameters:
   case verb::set_parameters:
   case verb::subscribe_parameters:
-  case verb::unsubscribe_parameters: break;
+  case verb::unsubscribe_parameters:
+  case verb::subscribe_graph:
+  case verb::unsubscribe_graph: break;
   }
   return {};
 }
@@ -207,6 +209,8 @@ inline std::vector<frame> said_by_numbers(verb what, const about& of) {
   case verb::set_parameters:
   case verb::subscribe_parameters:
   case verb::unsubscribe_parameters:
+  case verb::subscribe_graph:
+  case verb::unsubscribe_graph:
   case verb::unsupported: break;
   }
   return {};

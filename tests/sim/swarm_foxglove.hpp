@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "wire/graph_view.hpp"
 #include "wire/numbers_codec.hpp"
 #include "json/reader.hpp"
 
@@ -103,6 +104,10 @@ inline translated text_as_numbers(const std::string& text) {
     const bool named = number_in(json::find(all.raw, "serviceId")).has_value();
     return id && why && named ? translated{.text = "f" + numbers::four(*id) + *why}
                               : fails("it names no call");
+  }
+  if (*op == "connectionGraphUpdate") {
+    const std::string wrong = graph_view{}.take(text);
+    return wrong.empty() ? translated{.text = text, .of_others = true} : fails(wrong);
   }
   if (*op == "parameterValues") {
     const auto list = json::find(all.raw, "parameters");

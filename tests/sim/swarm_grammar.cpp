@@ -783,11 +783,12 @@ class writing {
   }
   void write_of_foxglove() {
     note_goodness();
-    std::vector<piece> object{
-        {"op", quoted(of_.name == "get_parameters"     ? "getParameters"
-                      : of_.name == "set_parameters"   ? "setParameters"
-                      : of_.name == "watch_parameters" ? "subscribeParameterUpdates"
-                                                       : "unsubscribeParameterUpdates")}};
+    std::vector<piece> object{{"op", quoted(of_.name == "get_parameters"     ? "getParameters"
+                                            : of_.name == "set_parameters"   ? "setParameters"
+                                            : of_.name == "watch_parameters" ? "subscribeParameterUpdates"
+                                            : of_.name == "watch_graph"      ? "subscribeConnectionGraph"
+                                            : of_.name == "unwatch_graph"    ? "unsubscribeConnectionGraph"
+                                                                          : "unsubscribeParameterUpdates")}};
     for (std::size_t i = 0; i < of_.members.size(); ++i) {
       const std::string_view how = value_name(i);
       const domain is = of_.members[i].is;

@@ -164,9 +164,10 @@ inline constexpr opposites pairs_of_operations[] = {{"subscribe", "unsubscribe"}
                                                     {"send_action_goal", "cancel_action_goal"},
                                                     {"want", "drop"},
                                                     {"offer", "keep"},
-                                                    {"watch_parameters", "unwatch_parameters"}};
+                                                    {"watch_parameters", "unwatch_parameters"},
+                                                    {"watch_graph", "unwatch_graph"}};
 // Of what only Foxglove's protocol has: its choices are drawn apart, so that worlds without it stay.
-inline constexpr std::size_t opposites_of_foxglove = 1;
+inline constexpr std::size_t opposites_of_foxglove = 2;
 inline constexpr std::string_view first_of_foxglove = "get_parameters"; // and all behind it
 
 // A class of a member of an operation has a number: its row in the coverage table. Each operation begins with

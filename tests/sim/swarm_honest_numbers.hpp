@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "swarm_honest.hpp"
 #include "swarm_honest_parameters.hpp"
@@ -32,6 +33,7 @@ class honest_by_number {
     if (handles_are_there) ask();
     look_anew();
     if (speaks == tongue::foxglove) parameters_.act(*link_);
+    if (speaks == tongue::foxglove && !std::exchange(sees_graph_, true)) link_->say(graph);
   }
 
   // After each cycle that was one.
@@ -50,6 +52,8 @@ class honest_by_number {
 
   void leave() {
     parameters_.leave();
+    sees_graph_ = false;
+    graph_ = {};
     if (link_) link_->leave();
     if (second_) second_->leave();
     link_.reset();
@@ -63,6 +67,7 @@ class honest_by_number {
   static constexpr std::string_view offer_in_foxglove =
       R"({"op":"advertise","channels":[{"id":1,"topic":"/of/numbers","encoding":"json","schemaName":""}]})";
   static constexpr std::string_view steady = "/honest/steady";
+  static constexpr std::string_view graph = R"({"op":"subscribeConnectionGraph"})";
   struct call {
     std::uint32_t service = 0;
     std::string id{};
@@ -107,17 +112,17 @@ class honest_by_number {
   }
 
   // As it is by the codec with numbers; nothing where it has no such words.
-  std::optional<std::string> understood(const std::string& text) {
+  std::optional<std::string> understood(const std::string& text, graph_view& graph_of_it) {
     const bool plain = text.starts_with('{') && !text.starts_with(R"({"op":)");
     if (speaks == tongue::numbers || plain) return text;
     auto heard = foxglove::as_numbers(
         text, [&](const std::string& json) { return check_.look_at_object(json).empty(); });
     if (!heard.wrong.empty()) fail("json", "was sent " + shortened(text, 700) + ": " + heard.wrong);
-    if (heard.of_others) parameters_.hear(text);
+    if (heard.of_others) graph_view::is_update(text) ? (void)graph_of_it.take(text) : parameters_.hear(text);
     return heard.wrong.empty() && !heard.of_others ? std::optional{std::move(heard.text)} : std::nullopt;
   }
   void hear(const std::string& message) {
-    const auto words = understood(message);
+    const auto words = understood(message, graph_);
     if (!words) return;
     const std::string& text = *words;
     if (number_lists::is_list(text)) {
@@ -168,6 +173,9 @@ class honest_by_number {
     anew_next_ = in_.on.now + 400ms;
     second_ = open();
     anew_ = {};
+    anew_graph_ = {};
+    same_lists_ = false;
+    if (speaks == tongue::foxglove) second_->say(graph);
     anew_in_ = in_.cycles;
     anew_at_ = in_.worked_until();
   }
@@ -175,7 +183,7 @@ class honest_by_number {
   // many changes both are told with pauses, and know the same some time after the second one came.
   void hear_anew() {
     for (const std::string& message : second_->hear()) {
-      const auto words = understood(message);
+      const auto words = understood(message, anew_graph_);
       if (!words) continue;
       const std::string& text = *words;
       if (text.starts_with('{') && in_.on.options.bare_unasked) continue; // likewise
@@ -188,18 +196,52 @@ class honest_by_number {
     if (in_.cycles > anew_in_ + honest::cycles_max && !anew_.greeted)
       return fail("listing", "who comes anew is not greeted");
     if (!anew_.greeted || in_.cycles < anew_in_ + 3 || !all_was_read()) return;
+    if (!same_lists_ && !know_the_same_lists()) return;
+    same_lists_ = true;
+    if (speaks == tongue::foxglove && !know_the_same_graph()) return;
+    second_->leave();
+    second_.reset();
+  }
+  bool know_the_same_lists() {
     for (const bool of_topics : {true, false}) {
       const auto& old = (of_topics ? knows_.topics : knows_.services).names();
       const auto& now = (of_topics ? anew_.topics : anew_.services).names();
       if (old == now) continue;
-      if (in_.worked_until() < anew_at_ + catches_up || in_.cycles < anew_in_ + honest::cycles_max) return;
+      if (in_.worked_until() < anew_at_ + catches_up || in_.cycles < anew_in_ + honest::cycles_max)
+        return false;
       std::string text = of_topics ? "knows of other topics:" : "knows of other services:";
       for (const auto& [number, name] : old) text += now.contains(number) ? "" : " -" + name;
       for (const auto& [number, name] : now) text += old.contains(number) ? "" : " +" + name;
-      return fail("listing_changes", text);
+      fail("listing_changes", text);
+      return false;
     }
-    second_->leave();
-    second_.reset();
+    return true;
+  }
+  // Both are told after the same comparison, four times a second. What is told of holders may be from a later
+  // cycle, so they need not know the same after each.
+  bool know_the_same_graph() {
+    const auto differs = [](const graph_view::holders& old, const graph_view::holders& now) {
+      return graph_view::held(old) != graph_view::held(now);
+    };
+    const bool publishers = differs(graph_.publishers, anew_graph_.publishers);
+    const bool subscribers = differs(graph_.subscribers, anew_graph_.subscribers);
+    const bool providers = differs(graph_.providers, anew_graph_.providers);
+    if (!publishers && !subscribers && !providers) return true;
+    if (in_.worked_until() < anew_at_ + 5 * catches_up || in_.cycles < anew_in_ + 5 * honest::cycles_max)
+      return false;
+    std::string text = "knows of other ";
+    text += publishers ? "publishers" : subscribers ? "subscribers" : "providers";
+    const auto list = [&](char sign, const graph_view& of) {
+      const auto& its = publishers ? of.publishers : subscribers ? of.subscribers : of.providers;
+      for (const auto& [name, who] : graph_view::held(its)) {
+        text += std::string{" "} + sign + name;
+        for (const std::string& one : who) text += "," + one;
+      }
+    };
+    list('-', graph_);
+    list('+', anew_graph_);
+    fail("graph_changes", text);
+    return false;
   }
   bool all_was_read() const {
     return in_.on.net.sent(link_->id()).empty() && in_.on.net.sent(second_->id()).empty();
@@ -216,6 +258,9 @@ class honest_by_number {
   std::unique_ptr<far_end> link_, second_;
   honest_parameters parameters_{in_};
   number_lists knows_{}, anew_{};
+  graph_view graph_{}, anew_graph_{};
+  bool sees_graph_ = false;
+  bool same_lists_ = false; // since the second one came
   bool subscribed_ = false;
   std::uint64_t heard_ = 0; // messages of the steady topic
   std::optional<call> asked_{};

@@ -588,6 +588,8 @@ std::vector<operation> made_operations() {
        form::foxglove_text,
        {{"parameterNames", domain::parameter_list}},
        {d::connection}},
+      {"watch_graph", form::foxglove_text, {}, {d::connection}},
+      {"unwatch_graph", form::foxglove_text, {}, {d::connection}},
   };
   for (operation& one : all) {
     if (speaker_of(one.goes) != speaker::thread) one.of.push_back(d::times);

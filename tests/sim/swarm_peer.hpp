@@ -94,6 +94,8 @@ class codec_check {
     case verb::set_parameters:
     case verb::subscribe_parameters:
     case verb::unsubscribe_parameters:
+    case verb::subscribe_graph:
+    case verb::unsubscribe_graph:
     case verb::unsupported:
     case verb::unknown: out.why = "an operation that nobody sends"; break;
     default: out.is = kind::announcement; break;

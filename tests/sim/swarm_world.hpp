@@ -46,6 +46,7 @@ inline const std::vector<invariant>& invariants() {
       {"floor_parameters", "the honest peer of Foxglove's protocol hears of parameters within 40 cycles"},
       {"parameters", "a loop reads a value in the range of its parameter"},
       {"parameters_told", "who wants to be told of parameters is told what who asks hears"},
+      {"graph_changes", "who was told of all changes of the connection graph knows the same as who comes"},
       {"floor_topic", "of 100 messages of a topic of 20 Hz the honest peer gets at least 90"},
       {"floor_latched", "it gets the latched value of a topic within 40 cycles"},
       {"floor_echo", "its plain message, which a thread sends back, comes back within 40 cycles"},

@@ -165,6 +165,17 @@ TEST(foxglove_codec, reads_requests_for_parameters_whole) {
   EXPECT_EQ(ends.request.what, verb::unsubscribe_parameters);
 }
 
+TEST(foxglove_codec, reads_requests_for_the_graph) {
+  const received hears{R"({"op":"subscribeConnectionGraph"})"};
+  ASSERT_EQ(hears.is, decoded::request);
+  EXPECT_EQ(hears.request.what, verb::subscribe_graph);
+  EXPECT_FALSE(hears.request.by_number);
+  EXPECT_EQ(hears.request.next, 0U);
+  const received ends{R"({"op":"unsubscribeConnectionGraph","more":1})"};
+  ASSERT_EQ(ends.is, decoded::request);
+  EXPECT_EQ(ends.request.what, verb::unsubscribe_graph);
+}
+
 TEST(foxglove_codec, reads_what_is_published_and_called) {
   const received_binary published{"\x01\x05\x00\x01\x00{\"v\":1}"s};
   ASSERT_EQ(published.is, decoded::request);
@@ -260,7 +271,8 @@ TEST(foxglove_codec, says_who_it_is_and_what_it_is_capable_of) {
                       return speaks().write_hello(out, {.name = "a\"b", .epoch = 18446744073709551615U});
                     }),
             R"({"op":"serverInfo","name":"a\"b",)"
-            R"("capabilities":["clientPublish","services","parameters","parametersSubscribe"],)"
+            R"("capabilities":["clientPublish","services","parameters","parametersSubscribe",)"
+            R"("connectionGraph"],)"
             R"("supportedEncodings":["json"],"metadata":{},"sessionId":"18446744073709551615"})");
 }
 
@@ -275,6 +287,27 @@ TEST(foxglove_codec, tells_values_of_parameters) {
                     }),
             R"({"op":"parameterValues","id":"id","parameters":[{"name":"/a","value":2,"type":"float64"},)"
             R"({"name":"/b\"","value":"x"},{"name":"/gone"}]})");
+}
+
+TEST(foxglove_codec, tells_of_the_graph) {
+  const auto both = [](json::writer& out) { out.raw(R"(["robot","10.0.0.9:1"])"); };
+  EXPECT_EQ(written(message_kind::text,
+                    [&](json::writer& out) {
+                      speaks().begin_graph(out);
+                      for (std::size_t i = 0; i < graph_lists; ++i) {
+                        const auto list = static_cast<graph_list>(i);
+                        speaks().begin_graph_list(out, list);
+                        speaks().add_to_graph(out, list, "/a\"", body{both});
+                        if (i == 3) speaks().add_to_graph(out, list, "/b", body{std::string_view{}});
+                        speaks().end_graph_list(out);
+                      }
+                      return speaks().end_graph(out);
+                    }),
+            R"({"op":"connectionGraphUpdate",)"
+            R"("publishedTopics":[{"name":"/a\"","publisherIds":["robot","10.0.0.9:1"]}],)"
+            R"("subscribedTopics":[{"name":"/a\"","subscriberIds":["robot","10.0.0.9:1"]}],)"
+            R"("advertisedServices":[{"name":"/a\"","providerIds":["robot","10.0.0.9:1"]}],)"
+            R"("removedTopics":["/a\"","/b"],"removedServices":["/a\""]})");
 }
 
 TEST(foxglove_codec, lists_topics_with_the_schemas_that_are_known) {

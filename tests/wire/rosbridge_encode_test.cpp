@@ -27,7 +27,7 @@ TEST_F(rosbridge_encode, writes_a_publish_around_a_message) {
 
 TEST_F(rosbridge_encode, needs_no_more_for_a_publish_head_than_it_says) {
   for (const std::size_t length : {0U, 1U, 128U}) {
-    const std::string worst(length, '\x01');
+    const std::string worst(length, '"');
     std::vector<char> exact(publish_head_bytes_max(length));
     EXPECT_FALSE(written(exact, write_publish_head, worst).empty()) << length;
   }

@@ -6,14 +6,14 @@ import { after, before, test } from "node:test";
 import foxglove from "@foxglove/ws-protocol";
 import { robot } from "../support/robot.js";
 import { until } from "../support/watchdog.js";
-import { Ros, Topic } from "roslib";
+import { Ros, Service, Topic } from "roslib";
 import WebSocket from "ws";
 
 const limit = { timeout: 60000 };
 const { FoxgloveClient } = foxglove;
 const encode = (value) => new TextEncoder().encode(JSON.stringify(value));
 const decode = (view) => JSON.parse(new TextDecoder().decode(view));
-const capabilities = ["clientPublish", "services", "parameters", "parametersSubscribe"];
+const capabilities = ["clientPublish", "services", "parameters", "parametersSubscribe", "connectionGraph"];
 let server;
 
 before(async () => {
@@ -32,6 +32,7 @@ class viewer {
   errors = [];
   parameters = new Map();
   answers = []; // to requests for parameters
+  graph = { publishers: new Map(), subscribers: new Map(), providers: new Map(), updates: 0 };
 
   static async connect(subprotocol = FoxgloveClient.SUPPORTED_SUBPROTOCOL) {
     const made = new viewer();
@@ -52,8 +53,23 @@ class viewer {
       if (answer.id !== undefined) made.answers.push(answer);
       for (const { name, value } of answer.parameters) made.parameters.set(name, value);
     });
+    made.client.on("connectionGraphUpdate", (update) => made.see(update));
     await until("the server lists what it has", () => made.channels.size > 0 && made.services.size > 0);
     return made;
+  }
+
+  // As Foxglove does: what is removed goes last.
+  see(update) {
+    const { publishers, subscribers, providers } = this.graph;
+    this.graph.updates += 1;
+    for (const { name, publisherIds } of update.publishedTopics) publishers.set(name, publisherIds);
+    for (const { name, subscriberIds } of update.subscribedTopics) subscribers.set(name, subscriberIds);
+    for (const { name, providerIds } of update.advertisedServices) providers.set(name, providerIds);
+    for (const name of update.removedTopics) {
+      publishers.delete(name);
+      subscribers.delete(name);
+    }
+    for (const name of update.removedServices) providers.delete(name);
   }
 
   async call(name, args, callId) {
@@ -191,6 +207,49 @@ test("parameters are got, set, and heard of", limit, () => with_viewer((one) => 
   await until("it is got", () => one.answers.length === 2);
   assert.equal(one.parameters.get("/robot/speed_max"), 1);
 })));
+
+test("the connection graph is told whole, and as it changes", limit, () => with_viewer(async (one) => {
+  const { publishers, subscribers, providers } = one.graph;
+  one.client.subscribeConnectionGraph();
+  await until("it is told", () => publishers.has("/odom"));
+  const [robot_node] = publishers.get("/odom");
+  assert.deepEqual(publishers.get("/rowe/stats"), [robot_node]);
+
+  const ros = new Ros({ url: server.url });
+  await once(ros, "connection");
+  const nodes = () => new Promise((resolve, reject) => ros.getNodes(resolve, reject));
+  assert.ok((await nodes()).includes(robot_node));
+  const began = Date.now();
+  const topic = new Topic({ ros, name: "/of/a/page", messageType: "a/B" });
+  topic.advertise();
+  await until("a publisher has come", () => publishers.get("/of/a/page")?.length === 1);
+  assert.ok(Date.now() - began < 1500, "within a second or so");
+  const [page] = publishers.get("/of/a/page");
+  assert.notEqual(page, robot_node);
+  assert.ok((await nodes()).includes(page));
+  topic.subscribe(() => {});
+  await until("a subscriber has come", () => subscribers.get("/of/a/page")?.includes(page));
+  const service = new Service({ ros, name: "/ask/a/page", serviceType: "a/Ask" });
+  service.advertise(() => true);
+  await until("a service has come", () => providers.get("/ask/a/page")?.includes(page));
+  topic.unadvertise();
+  await until("the publisher has gone", () => publishers.get("/of/a/page")?.length === 0);
+  assert.deepEqual(subscribers.get("/of/a/page"), [page]);
+  service.unadvertise();
+  await until("the service has gone", () => !providers.has("/ask/a/page"));
+  ros.close();
+  await until("the topic has gone", () => !publishers.has("/of/a/page") && !subscribers.has("/of/a/page"));
+
+  one.client.unsubscribeConnectionGraph();
+  await one.call("/rosapi/topics", {}, 1); // so that was read
+  const { updates } = one.graph;
+  const other = new Ros({ url: server.url });
+  await once(other, "connection");
+  new Topic({ ros: other, name: "/of/another", messageType: "a/B" }).subscribe(() => {});
+  await new Promise((resolve) => setTimeout(resolve, 600));
+  assert.equal(one.graph.updates, updates);
+  other.close();
+}));
 
 test("a client that does not read is told that it lost messages, and stays", limit, () =>
   with_viewer((speaker) => with_viewer(async (one) => {
