@@ -23,6 +23,7 @@ std::string_view core_parts::inconsistency() const noexcept {
   if (!check_holders()) return "who holds topics";
   if (!ingress_.check()) return "what is read and not carried out";
   if (!state_.chunks.check() || !long_ingress_.check()) return "the texts of long messages";
+  if (!fragment_ingress_.check()) return "messages in fragments";
   return {};
 }
 

@@ -75,6 +75,7 @@ constexpr row table[] = {
     {verb::reply, outside, {}, "odspagnel"},
     {verb::status, "", {}, "odspagnel"},
     {verb::set_level, "", {}, "odspagnel"},
+    {verb::fragment, "", {}, "odspagnel"}, // the whole message needs its own
     {verb::unsupported, "", {}, "odspagnel"},
     {verb::unknown, outside, {}, "odspagnel"},
 };
@@ -163,6 +164,7 @@ void prepare(scene& in, verb what, about& of) {
   case verb::set_parameters:
   case verb::subscribe_parameters:
   case verb::unsubscribe_parameters:
+  case verb::fragment:
   case verb::unsupported:
   case verb::unknown: break;
   }
@@ -236,6 +238,7 @@ bool has_effect(scene& in, const row& of) {
   case verb::set_parameters:
   case verb::subscribe_parameters:
   case verb::unsubscribe_parameters:
+  case verb::fragment:
   case verb::unsupported:
   case verb::unknown: break;
   }
@@ -267,6 +270,7 @@ bool shows_effect(verb what) {
   case verb::set_parameters:
   case verb::subscribe_parameters:
   case verb::unsubscribe_parameters:
+  case verb::fragment:
   case verb::unsupported:
   case verb::unknown: break;
   }
