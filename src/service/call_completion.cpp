@@ -170,8 +170,8 @@ void call_completion::end_without_room(call_index index, const result<slot_id>& 
   if (!finished && finished.code() == errc::full) fail_for_room(index);
 }
 
-void call_completion::fail_for_room(call_index index, std::string_view words) noexcept {
-  fail(index, error{errc::full, 0, slots_.count()}, words);
+void call_completion::fail_for_room(call_index index) noexcept {
+  fail(index, error{errc::full, 0, slots_.count()}, "no room: the message is too large, or too many wait");
 }
 
 void call_completion::time_out(call_index index) noexcept {

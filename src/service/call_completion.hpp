@@ -39,11 +39,6 @@ struct local_reply {
 
 class call_completion {
  public:
-  static constexpr std::string_view no_room_for_request =
-      "the request finds no room: it is too large, or too many messages wait";
-  static constexpr std::string_view no_room_for_reply =
-      "the reply finds no room: it is too large, or too many wait";
-
   struct needs {
     core_state& state;
     class message_store& message_store;
@@ -93,7 +88,7 @@ class call_completion {
 
   // The call fails; the caller is told the code and the diagnostic.
   void fail(call_index call, const error& why, std::string_view diagnostic = {}) noexcept;
-  void fail_for_room(call_index call, std::string_view words = no_room_for_reply) noexcept;
+  void fail_for_room(call_index call) noexcept; // for its request, or its reply
   // A peer's call fails because its role has no right to what it asks for.
   void deny(call_index call, std::string_view diagnostic) noexcept;
   void time_out(call_index call) noexcept;

@@ -41,7 +41,7 @@ void call_requests::send(call_index index, const connection* to, const wire::cod
   const bool stops = asked.of_stop == stop_verb::stop;
   const slot_id slot =
       outbox_.compose(message_lifetime{}, write, stops ? slot_use::stop : slot_use::ordinary);
-  if (!slot) return call_completion_.fail_for_room(index, call_completion::no_room_for_request);
+  if (!slot) return call_completion_.fail_for_room(index);
   open.callee = to != nullptr ? call_endpoint::of(to->id, in.id())
                               : call_endpoint{.who = call_endpoint::kind::nobody, .speaks = in.id()};
   open.request = slots_.ref(slot);
@@ -76,7 +76,7 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
   } else {
     const slot_id slot =
         outbox_.compose(message_lifetime{}, [&](json::writer& into) { wire::write_args(into, what); });
-    if (!slot) return call_completion_.fail_for_room(index, call_completion::no_room_for_request);
+    if (!slot) return call_completion_.fail_for_room(index);
     done = local_delivery_.deliver(pair, header, text_at(slots_, slot), fault);
     if (!done && decodes) fault_text = fault.text(buffer);
     message_store_.release(slot);
@@ -111,7 +111,7 @@ void call_requests::hand_to_receiver(call_index index, const call_request& asked
     const slot_id slot = outbox_.compose(message_lifetime{}, [&](json::writer& into) {
       wire::write_delivered_call(into, asked.service, what.text, id);
     });
-    if (!slot) return call_completion_.fail_for_room(index, call_completion::no_room_for_request);
+    if (!slot) return call_completion_.fail_for_room(index);
     done = receiver_.deliver(header, text_at(slots_, slot));
     message_store_.release(slot);
   }
