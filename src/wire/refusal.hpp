@@ -17,8 +17,7 @@ struct refusal {
     twice,          // member
     wrong_type,     // member, expected; value, or empty
     negative,       // member, value
-    too_small,      // member, value, limit
-    too_large,      // likewise
+    too_large,      // member, value, limit
     too_long,       // member, bytes, limit
     empty,          // member
     bad_characters, // member, value: control characters, or escapes that are no character
