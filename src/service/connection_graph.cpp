@@ -38,8 +38,9 @@ connection_graph::connection_graph(rt::arena& memory, const needs& parts) noexce
 void connection_graph::subscribe(connection& c, const wire::request& asked) noexcept {
   if (state_.bounds().message_bytes_max < graph_envelope_bytes)
     return refusals_.refuse(c, asked.id_raw,
-                            "subscribeConnectionGraph: messages are too short here for that (limit "
-                            "message_bytes_max)");
+                            "subscribeConnectionGraph: it takes messages of 160 bytes, and the limit "
+                            "message_bytes_max is lower here");
+  static_assert(graph_envelope_bytes == 160, "the text above says so");
   subscriber& of = subscribers_[{c.id.index}];
   if (of.subscribed) return;
   of = {.subscribed = true, .earliest = of.earliest};

@@ -89,10 +89,11 @@ class half_done(unittest.TestCase):
             self.bot.stop(self.serving)
         counts = self.bot.counts(self.serving)
         self.assertEqual(counts["stops"], 10)
-        # On a starved machine the time of some is over before it is their turn to make way.
-        ended = counts["handshakes_evicted"] + sum(counts[f"tls_handshakes_failed {reason}"]
-                                                   for reason in ("silent", "timeout"))
-        self.assertGreaterEqual(ended, self.crowd - places - 2 - self.crowd // 20)
+        # On a starved machine the time of some is over before it is their turn to make way. Of those that
+        # have ended their handshake, that is not counted as a failure of TLS.
+        late = sum(counts[f"tls_handshakes_failed {reason}"] for reason in ("silent", "timeout"))
+        uncounted = self.crowd // 20 if late else 0
+        self.assertGreaterEqual(counts["handshakes_evicted"] + late, self.crowd - places - 2 - uncounted)
 
     def test_keep_nobody_from_stopping_it_who_comes_among_them(self):
         stopped, lost = 0, 0
