@@ -15,8 +15,9 @@ import sys
 import tempfile
 
 # Of each phase, with TLS: the most instructions of a cycle. How many clients a cycle finds differs from run
-# to run, so these are 20 to 50 % above what was seen. Without TLS an upgrade takes 64 000.
-LIMITS = {"handshakes": 15_000, "upgrades": 90_000, "failures": 22_000}
+# to run, so these are far above what was seen: 10 000, 79 000 and 16 000. Without TLS an upgrade takes
+# 64 000.
+LIMITS = {"handshakes": 30_000, "upgrades": 140_000, "failures": 40_000}
 CYCLE = "rowe::service::core::cycle(*"
 CYCLE_IS_OVER = "rowe::service::core::record_cycle(*"  # called behind each
 ENVIRONMENT = {**os.environ, "SIMDJSON_FORCE_IMPLEMENTATION": "westmere"}
@@ -27,9 +28,10 @@ def counted(valgrind, program, how, attempts=3):
     than the server waits for it. Then the program fails, and is run again."""
     with tempfile.TemporaryDirectory() as folder:
         counts = os.path.join(folder, "counts")
-        ran = subprocess.run([valgrind, "-q", "--tool=callgrind", f"--callgrind-out-file={counts}",
-                              "--combine-dumps=yes", f"--toggle-collect={CYCLE}",
-                              f"--dump-after={CYCLE_IS_OVER}", "--dump-after=phase_ends", program, how],
+        ran = subprocess.run([valgrind, "-q", "--fair-sched=yes", "--tool=callgrind",
+                              f"--callgrind-out-file={counts}", "--combine-dumps=yes",
+                              f"--toggle-collect={CYCLE}", f"--dump-after={CYCLE_IS_OVER}",
+                              "--dump-after=phase_ends", program, how],
                              check=False, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                              text=True, timeout=250)
         if ran.returncode != 0:

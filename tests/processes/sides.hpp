@@ -190,14 +190,16 @@ class process_side final : public side {
   std::string begun_; // a line without its end
 };
 
-// Makes calls that are to run out of time, until `count` of them have gone out: one that the service thread
-// takes up when its time is over already never does.
+// Makes calls that are to run out of time, until `count` of them or more have gone out: one that the service
+// thread takes up when its time is over already never does. Where that thread gets no processor for long, it
+// does not end them either, and no row is left for another.
 template <class Call>
 bool go_out(const rowe::endpoint& by, std::uint64_t count, Call&& call) {
   const std::uint64_t all = count_of(by, "calls_out") + count;
   return eventually([&] {
-    EXPECT_EQ(call().code(), rowe::errc::timed_out);
-    return count_of(by, "calls_out") == all;
+    const rowe::errc how = call().code();
+    EXPECT_TRUE(how == rowe::errc::timed_out || how == rowe::errc::too_many_calls) << static_cast<int>(how);
+    return count_of(by, "calls_out") >= all;
   });
 }
 

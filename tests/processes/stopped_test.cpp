@@ -25,10 +25,12 @@ TEST(stopped_server, makes_calls_time_out_and_its_late_answers_are_dropped) {
   auto add = here.client<part::numbers, part::total>("/actor/add").value();
   ASSERT_TRUE(add.call({1, 2}, timeout));
   there.stop();
+  const std::uint64_t before = count_of(here, "calls_out");
   ASSERT_TRUE(go_out(here, 3, [&] { return add.call({1, 100}, 30ms); }));
   EXPECT_EQ(count_of(here, "calls_lost"), 0U);
   there.go_on();
-  ASSERT_TRUE(eventually([&] { return count_of(here, "replies_late") == 3; }));
+  ASSERT_TRUE(
+      eventually([&] { return count_of(here, "replies_late") == count_of(here, "calls_out") - before; }));
   EXPECT_EQ(add.try_finish().code(), errc::empty);
   const auto answer = add.call({38, 4}, timeout);
   ASSERT_TRUE(answer) << answer.error().name();
@@ -73,14 +75,14 @@ TEST(stopped_server, leaves_nothing_to_the_one_that_takes_its_place) {
   auto lane = here.open_lane({.calls = 16, .receive = false}).value();
   ASSERT_EQ(mute.call(R"({"before":0})", 20ms).code(), errc::timed_out);
   there->stop();
-  const std::uint64_t before = count_of(here, "calls_out");
   ASSERT_TRUE(go_out(here, 5, [&] { return mute.call(R"({"stale":1})", 20ms); }));
+  const std::uint64_t before = count_of(here, "calls_out");
   for (int i = 0; i < 5; ++i) {
     ASSERT_TRUE(
         lane.start(message("service", "/actor/mute", "stale", 2), timeout, rowe::rt::monotonic_clock::now()));
   }
   // All of them are on their way: one that is taken up later would wait for the next server.
-  ASSERT_TRUE(eventually([&] { return count_of(here, "calls_out") == before + 10; }));
+  ASSERT_TRUE(eventually([&] { return count_of(here, "calls_out") >= before + 5; }));
   there->kill();
   for (int i = 0; i < 5; ++i) {
     const auto ended = next_completion(lane);
@@ -103,9 +105,11 @@ TEST(stopped_client, makes_calls_of_its_services_time_out) {
   auto add = here.client<part::numbers, part::total>("/actor/add").value();
   ASSERT_TRUE(call_when_there(add, {1, 2}));
   there.stop();
+  const std::uint64_t before = count_of(here, "calls_out");
   ASSERT_TRUE(go_out(here, 1, [&] { return add.call({1, 2}, 30ms); }));
   there.go_on();
-  ASSERT_TRUE(eventually([&] { return count_of(here, "replies_late") == 1; }));
+  ASSERT_TRUE(
+      eventually([&] { return count_of(here, "replies_late") == count_of(here, "calls_out") - before; }));
   const auto answer = add.call({38, 4}, timeout);
   ASSERT_TRUE(answer) << answer.error().name();
   EXPECT_EQ(answer->sum, 42);
