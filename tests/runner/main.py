@@ -50,6 +50,8 @@ class report:
         for what in self.left_out:
             print(f"LEFT OUT: {what}")
         for one in self.tests:
+            if one.unsteady:
+                print(f"UNSTEADY: {one.name}: failed beside other tests, passed alone")
             if not one.passed:
                 print(f"FAILED: {one.name}")
         if self.broken:

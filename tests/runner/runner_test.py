@@ -156,6 +156,66 @@ class a_test(unittest.TestCase):
         self.assertEqual(missing.failed, 1)
 
 
+class a_test_that_failed(unittest.TestCase):
+    def run_with(self, *runs):
+        """What suites.run() returns if ctest comes to these, one after the other; what it asked for is in
+        self.asked."""
+        self.asked, left = [], list(runs)
+
+        def once(_, jobs, options, __):
+            self.asked.append((jobs, list(options)))
+            return left.pop(0)
+        before, suites.run_once = suites.run_once, once
+        try:
+            with contextlib.redirect_stdout(io.StringIO()):
+                return suites.run("release", 6, ["-C", "all", "-R", "x"])
+        finally:
+            suites.run_once = before
+
+    @staticmethod
+    def one(name, passed, said=""):
+        return suites.test(name, 1.0, passed, 1, 0 if passed else 1, [], said)
+
+    def test_and_passes_alone_has_passed_and_is_unsteady(self):
+        tests = self.run_with(([self.one("a/b.c", False), self.one("d", True)], set()),
+                              ([self.one("a/b.c", True)], set()))
+        self.assertEqual([(each.passed, each.unsteady) for each in tests], [(True, True), (True, False)])
+        self.assertEqual(self.asked[1], (1, ["-C", "all", "-R", r"^(a/b\.c)$"]))
+
+    def test_and_fails_again_has_failed(self):
+        tests = self.run_with(([self.one("a", False)], set()), ([self.one("a", False)], set()))
+        self.assertEqual([(each.passed, each.unsteady) for each in tests], [(False, False)])
+
+    def test_and_is_not_there_the_second_time_has_failed(self):
+        tests = self.run_with(([self.one("a", False)], set()), ([self.one("ctest", False)], set()))
+        self.assertFalse(tests[0].passed)
+
+    def test_by_a_crash_or_a_report_of_a_sanitizer_is_not_run_again(self):
+        for said, crashed in (("", {"a"}), ("WARNING: ThreadSanitizer: data race", set()),
+                              ("==1==ERROR: AddressSanitizer: heap-use-after-free", set()),
+                              ("x.cpp:1:2: runtime error: shift exponent", set())):
+            tests = self.run_with(([self.one("a", False, said)], crashed))
+            self.assertFalse(tests[0].passed)
+
+    def test_among_many_is_not_run_again(self):
+        many = [self.one(str(each), False) for each in range(suites.unsteady_max + 1)]
+        self.assertFalse(any(each.passed for each in self.run_with((many, set()))))
+
+    def test_beside_a_crash_is_not_run_again(self):
+        self.assertFalse(any(each.passed for each in self.run_with(
+            ([self.one("a", False), self.one("b", False)], {"b"}))))
+
+    def test_is_told_of_in_the_report(self):
+        told = main.report()
+        told.add("tsan", [self.one("a", True)._replace(unsteady=True)])
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            told.write()
+        self.assertIn("UNSTEADY: tsan: a: failed beside other tests, passed alone",
+                      said.getvalue().splitlines())
+        self.assertTrue(told.ok())
+
+
 class a_report(unittest.TestCase):
     def test_counts_what_passed_failed_and_was_skipped(self):
         told = main.report()
