@@ -2,9 +2,9 @@
 """Runs the tests of a preset with ctest and takes in what became of them, from its JUnit file.
 
 Some tests are about time: how long a peer is waited for, what is cut for being late. On a machine that is
-busy with other tests one of them fails now and then. So what failed is run once more, alone. What passes then
-has passed, and is reported as unsteady. A crash and a sanitizer's report count at once: they are faults however
-seldom they come. So does everything if more than unsteady_max tests fail.
+busy with other tests one of them fails now and then. So what failed is run once more, alone. What passes
+then has passed, and is reported as unsteady. A crash and a sanitizer's report count at once: they are faults
+however seldom they come. So does everything if more than unsteady_max tests fail.
 (docs/decisions/0057-run-a-failed-test-again-alone.md)"""
 import collections
 import os
