@@ -3,11 +3,12 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cstdio>
 #include <utility>
 
+#include "service/json_fault.hpp"
 #include "service/service_limits.hpp"
 #include "service/stop_gate.hpp"
+#include "json/writer.hpp"
 
 namespace rowe::service {
 namespace {
@@ -19,20 +20,6 @@ std::size_t scratch_bytes(const limits& bounds) noexcept {
 
 std::string_view text_of(std::span<const std::byte> bytes) noexcept {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
-// Why a text is no JSON. Some programs write NaN and infinities, which JSON does not have.
-std::string_view diagnostic_of(const error& why, std::string_view text, std::span<char> buffer) noexcept {
-  const auto at = std::min(static_cast<std::size_t>(why.value), text.size());
-  for (const std::string_view word : {std::string_view{"NaN"}, std::string_view{"Infinity"}}) {
-    if (why.code != errc::malformed || !text.substr(at).starts_with(word)) continue;
-    const int bytes = std::snprintf(
-        buffer.data(), buffer.size(),
-        "the text is no valid JSON, which has no %s (at byte %zu): send null, or leave the member out",
-        word.data(), at);
-    return {buffer.data(), static_cast<std::size_t>(bytes)};
-  }
-  return why.message(buffer);
 }
 
 // The text as its sender gave it to a rowe endpoint, which put the time to live in front. So a program may
@@ -95,7 +82,7 @@ void dispatcher::dispatch_piece(peer_index from, const wire::frame_step& step) n
     state_.counts.add(counter::refused_requests);
     return state_.peers.close_later(c, no_binary_diagnostic, wire::close_code::unsupported_data);
   }
-  const long_arrival arrival = long_ingress_.end(from);
+  const long_arrival arrival = long_ingress_.end(from, binary, ingress_.front(from));
   begin(c);
   read_long(c, arrival, binary);
   if (std::exchange(excess_, false)) refusals_.note_excess(c);
@@ -146,7 +133,8 @@ void dispatcher::read_binary(connection& c, std::span<std::byte> message) noexce
   if (read == wire::decoded::request && !asked.body_raw.empty()) {
     if (const status valid = state_.seams.validator.validate(asked.body_raw); !valid) {
       read = wire::decoded::malformed;
-      why = {.code = valid.error().name(), .text = diagnostic_of(valid.error(), asked.body_raw, diagnostic)};
+      why = {.code = valid.error().name(),
+             .text = explain_fault_in(valid.error(), asked.body_raw, diagnostic)};
     } else if (body = state_.seams.validator.last(); !json::is_object(body.text)) {
       read = wire::decoded::malformed;
       why = {.code = "not_an_object", .text = "the body must be a JSON object"};
@@ -155,16 +143,13 @@ void dispatcher::read_binary(connection& c, std::span<std::byte> message) noexce
   take(c, read, asked, body, why, message);
 }
 
-// Only messages of topics may be long. A long stop is a stop.
+// Only messages of topics may be long. A long stop is a stop: also one that found no room, or that may not be
+// so long. Of such a message only some is known, so nothing else that it asks for is done.
 void dispatcher::read_long(connection& c, const long_arrival& message, bool binary) noexcept {
+  using verdict = long_arrival::verdict;
   diagnostic_buffer diagnostic;
   const std::string_view text = text_of(message.envelope);
-  if (message.is != long_arrival::verdict::fine) {
-    if (message.is == long_arrival::verdict::malformed) state_.counts.add(counter::malformed);
-    if (drops_excess() || (ROWE_MUTANT(long_told) && message.is == long_arrival::verdict::no_room)) return;
-    return refusals_.refuse(c, c.protocol->reads.guess(text, c.spoke_last), {},
-                            message.refusal(state_.bounds(), diagnostic));
-  }
+  const bool fine = message.is == verdict::fine;
   json::document known;
   if (!binary && state_.seams.validator.validate(text)) known = state_.seams.validator.last(); // it is valid
   wire::request asked;
@@ -172,19 +157,51 @@ void dispatcher::read_long(connection& c, const long_arrival& message, bool bina
   const wire::decode_buffers buffers = decode_buffers(diagnostic, 0);
   wire::decoded read = binary ? c.protocol->reads.decode_binary(message.envelope, buffers, asked, why)
                               : c.protocol->reads.decode(known, buffers, asked, why);
+  // Where neither an operation nor an id is known, it is not known what it is.
+  if (!fine && !binary && asked.what == wire::verb::message)
+    asked.codec = c.protocol->reads.guess(text_of(ingress_.front({c.id.index})), c.spoke_last);
   c.spoke_last = asked.codec;
-  if (read == wire::decoded::malformed) state_.counts.add(counter::malformed);
-  const stop_verb of_stop = ROWE_MUTANT(long_stop) ? stop_verb::none : find_stop(c, read, asked, known, why);
+  if (read == wire::decoded::malformed || message.is == verdict::malformed)
+    state_.counts.add(counter::malformed);
+  stop_verb of_stop = ROWE_MUTANT(long_stop) ? stop_verb::none : find_stop(c, read, asked, known, why);
+  if (!fine && (of_stop != stop_verb::stop || (message.is == verdict::malformed && !binary) ||
+                (ROWE_MUTANT(long_stop_room) && message.is == verdict::no_room)))
+    of_stop = stop_verb::none;
   if (of_stop != stop_verb::none) return carry_out_stop(c, read, asked, known, of_stop);
-  if (drops_excess()) return;
-  if (read != wire::decoded::request) return refusals_.refuse(c, asked, why);
-  if (asked.what == wire::verb::publish && asked.body_raw.data() == text.data() + message.stand_in_at) {
+  if (message.is == verdict::no_room) state_.counts.add(counter::no_chunks);
+  if (drops_excess() || (ROWE_MUTANT(long_told) && message.is == verdict::no_room)) return;
+  if (read != wire::decoded::request && (fine || (binary && asked.what == wire::verb::unknown)))
+    return refusals_.refuse(c, asked, why);
+  if (fine && asked.what == wire::verb::publish &&
+      asked.body_raw.data() == text.data() + message.stand_in_at) {
     if (access_control_.permits(c, asked)) broker_.relay(c, asked, message.body);
     return;
   }
-  state_.counts.add(counter::too_big);
-  const long_arrival other{.is = long_arrival::verdict::unsupported};
-  refusals_.refuse(c, asked.codec, asked.id_raw, other.refusal(state_.bounds(), diagnostic));
+  if (message.is != verdict::malformed && message.is != verdict::no_object && message.is != verdict::no_room)
+    state_.counts.add(counter::too_big);
+  refuse_long(c, asked, message);
+}
+
+// Who waits for the answer to a call is told at once.
+void dispatcher::refuse_long(connection& c, wire::request& asked, const long_arrival& message) noexcept {
+  using wire::verb;
+  diagnostic_buffer buffer;
+  const wire::diagnostic why = message.refusal(state_.bounds(), asked, buffer);
+  const bool answerable =
+      asked.by_number || !asked.service.empty() || asked.form == wire::call_args::form::object;
+  if ((asked.what == verb::call || asked.what == verb::send_goal) && answerable) {
+    state_.counts.add(counter::calls_in);
+    return refusals_.refuse_call(c, asked, why);
+  }
+  refusals_.refuse(c, asked.codec, asked.id_raw, why);
+  if (asked.what != verb::reply && asked.what != verb::goal_result) return;
+  std::array<char, wire::error_bytes_max> quoted;
+  json::writer words{quoted};
+  words.string(why.text);
+  asked.failed = true;
+  asked.code = why.code;
+  asked.body_raw = {quoted.data(), words.bytes()};
+  call_router_.take_reply(c, asked);
 }
 
 // Takes one request of a message. `known`: the part of the message that is JSON.
@@ -241,7 +258,7 @@ inline void dispatcher::carry_out_stop(connection& c, wire::decoded read, const 
 void dispatcher::refuse_malformed(connection& c, std::string_view text, const error& why) noexcept {
   std::array<char, detail::diagnostic_bytes_max> buffer;
   refusals_.refuse(c, c.protocol->reads.guess(text, c.spoke_last), {},
-                   {.code = why.name(), .text = diagnostic_of(why, text, buffer)});
+                   {.code = why.name(), .text = explain_fault_in(why, text, buffer)});
 }
 
 // `unknown`: the diagnostic if nobody here carries out the request.

@@ -83,6 +83,7 @@ class dispatcher {
   void read_text(connection& c, std::span<std::byte> message) noexcept;
   void read_binary(connection& c, std::span<std::byte> message) noexcept;
   void read_long(connection& c, const long_arrival& message, bool binary) noexcept;
+  void refuse_long(connection& c, wire::request& asked, const long_arrival& message) noexcept;
   void refuse_malformed(connection& c, std::string_view text, const error& why) noexcept;
   void take(connection& c, wire::decoded read, wire::request& asked, const json::document& known,
             const wire::diagnostic& why, std::span<std::byte> message) noexcept;

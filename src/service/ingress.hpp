@@ -65,6 +65,8 @@ class ingress {
 
   // Parks the message that is being carried out: the receiver has no room for it.
   void park(peer_index peer) noexcept;
+  // How the long message begins that is being carried out, or a piece of it is.
+  std::span<const std::byte> front(peer_index peer) const noexcept { return inputs_[peer].parser.front(); }
   // When the unfinished message of a peer began; never: there is none.
   rt::time_point unfinished_since(peer_index peer) const noexcept { return inputs_[peer].message_began_at; }
 

@@ -1,38 +1,66 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/long_arrival.hpp"
 
-#include "wire/text_out.hpp"
+#include "service/json_fault.hpp"
+#include "service/service_limits.hpp"
 #include "json/scanner.hpp"
 
 namespace rowe::service {
 
-wire::diagnostic long_arrival::refusal(const limits& bounds, std::span<char> buffer) const noexcept {
+wire::diagnostic long_arrival::refusal(const limits& bounds, const wire::request& asked,
+                                       std::span<char> buffer) const noexcept {
+  using wire::verb;
   wire::text_out text{buffer};
+  std::string_view what = asked.verb_text;
+  if (what.empty() && asked.what == verb::publish) what = "publish";
+  if (what.empty() && asked.what == verb::call) what = "call";
+  const std::string_view name = asked.topic.empty() ? asked.service : asked.topic;
+  text.add_shortened(what, verb_bytes_shown).add(what.empty() || name.empty() ? "" : " ");
+  text.add_shortened(name, event_topic_bytes_shown).add(what.empty() && name.empty() ? "" : ": ");
+  explain(bounds, text);
+  return {.code = code(), .text = text.text()};
+}
+
+std::string_view long_arrival::code() const noexcept {
   switch (is) {
-  case verdict::fine: return {};
-  case verdict::malformed: return {.code = wrong.name(), .text = wrong.message(buffer)};
-  case verdict::no_object:
-    return {.code = "not_an_object", .text = "a message must be a JSON object with members"};
-  case verdict::no_room:
-    text.add("a message of ")
-        .add(static_cast<std::int64_t>(bytes))
-        .add(" bytes was dropped: others use the room for long messages now; ");
-    text.add("send it again later, or raise long_slots (").add(bounds.long_slots).add(")");
-    return {.code = "full", .text = text.text()};
+  case verdict::malformed: return wrong.name();
+  case verdict::no_object: return "not_an_object";
+  case verdict::no_room: return "full";
+  case verdict::fine:
   case verdict::far_behind:
-    text.add("the long member of a long message must be one of its first ");
-    text.add(static_cast<std::int64_t>(json::scanner::members_max));
-    return {.code = "too_big", .text = text.text()};
   case verdict::other_long:
-    text.add("only one member of a long message may be long: the others have ")
-        .add(static_cast<std::int64_t>(bytes));
-    text.add(" bytes, and may have ").add(static_cast<std::int64_t>(long_envelope_bytes_max));
-    return {.code = "too_big", .text = text.text()};
   case verdict::unsupported: break;
   }
-  text.add("the limit message_bytes_max is ").add(bounds.message_bytes_max);
-  text.add(": only what is published may be longer");
-  return {.code = "too_big", .text = text.text()};
+  return "too_big";
+}
+
+void long_arrival::explain(const limits& bounds, wire::text_out& into) const noexcept {
+  const auto number = [](std::size_t of) { return static_cast<std::int64_t>(of); };
+  switch (is) {
+  case verdict::malformed: {
+    std::array<char, detail::diagnostic_bytes_max> fault;
+    into.add(explain_fault(wrong, {wrong_text.data(), wrong_text.size()}, fault));
+    return;
+  }
+  case verdict::no_object: into.add("a message must be a JSON object with members"); return;
+  case verdict::no_room:
+    into.add("a message of ").add(number(bytes));
+    into.add(" bytes was dropped: others use the room for long messages now; ");
+    into.add("send it again later, or raise long_slots (").add(bounds.long_slots).add(")");
+    return;
+  case verdict::far_behind:
+    into.add("the long member of a long message must be one of its first ");
+    into.add(number(json::scanner::members_max));
+    return;
+  case verdict::other_long:
+    into.add("only one member of a long message may be long: the others have ").add(number(others));
+    into.add(" bytes, and may have ").add(number(long_envelope_bytes_max));
+    return;
+  case verdict::fine:
+  case verdict::unsupported: break;
+  }
+  into.add("a message of ").add(number(bytes)).add(" bytes exceeds the limit message_bytes_max of ");
+  into.add(bounds.message_bytes_max).add(": only what is published may be longer");
 }
 
 } // namespace rowe::service

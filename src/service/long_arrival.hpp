@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // What came of a long message when its last piece was taken.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 
 #include <rowe/limits.hpp>
 #include <rowe/result.hpp>
 
 #include "service/ids.hpp"
 #include "wire/codec.hpp"
+#include "wire/request.hpp"
+#include "wire/text_out.hpp"
 
 namespace rowe::service {
 
@@ -29,14 +33,23 @@ struct long_arrival {
   };
   verdict is = verdict::no_room;
   error wrong = errc::malformed;
-  std::size_t bytes = 0; // no_room: of the message
-  std::span<std::byte>
-      envelope{};              // fine: a small message; tailroom behind it may be read. Else: its beginning
-  std::size_t stand_in_at = 0; // where in it the stand-in is
-  text_id body{};              // what it stands for; the caller releases it
+  std::size_t bytes = 0;  // of the whole message
+  std::size_t others = 0; // other_long: of all but the longest member
+  // fine: a small message; tailroom behind it may be read. Else what is known of the message, enough to say
+  // what it asks for: an object of some of its members, or how it begins if it is binary.
+  std::span<const std::byte> envelope{};
+  std::size_t stand_in_at = 0;      // where in it the stand-in is
+  text_id body{};                   // what it stands for; the caller releases it
+  std::array<char, 8> wrong_text{}; // malformed: what stands where it is wrong
 
-  // How a sender is told what is not fine. The text lies in the buffer.
-  wire::diagnostic refusal(const limits& bounds, std::span<char> buffer) const noexcept;
+  // How a sender is told what is not fine: what it asked for, as far as that is known, and why it is refused.
+  // The text lies in the buffer.
+  wire::diagnostic refusal(const limits& bounds, const wire::request& asked,
+                           std::span<char> buffer) const noexcept;
+
+ private:
+  std::string_view code() const noexcept;
+  void explain(const limits& bounds, wire::text_out& into) const noexcept;
 };
 
 } // namespace rowe::service

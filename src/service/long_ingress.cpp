@@ -8,21 +8,12 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
+#include "service/member_list.hpp"
 #include "service/service_limits.hpp"
 #include "service/shares.hpp"
 
 namespace rowe::service {
 namespace {
-
-// The shortest value of the same kind, so that a decoder judges the stand-in as it would judge the value.
-std::string_view stand_in_for(json::kind type) noexcept {
-  switch (type) {
-  case json::kind::object: return "{}";
-  case json::kind::array: return "[]";
-  case json::kind::string: return R"("")";
-  default: return "null";
-  }
-}
 
 constexpr std::size_t tailroom_bytes = transport_sink::tailroom_bytes;
 
@@ -193,24 +184,56 @@ void long_ingress::forget(peer_index peer) noexcept {
 
 // ---- the end
 
-long_arrival long_ingress::end(peer_index peer) noexcept {
+long_arrival long_ingress::end(peer_index peer, bool binary, std::span<const std::byte> front) noexcept {
   sender_row& from = senders_[peer];
   const std::size_t bytes = static_cast<std::size_t>(std::exchange(from.bytes, 0));
   if (std::exchange(from.dropped, false) || !from.receipt) {
-    state_.counts.add(counter::no_chunks);
-    return {.is = long_arrival::verdict::no_room, .bytes = bytes};
+    long_arrival lost{.is = long_arrival::verdict::no_room, .bytes = bytes, .envelope = front};
+    if (!binary) lost.envelope = list_front(front);
+    return lost;
   }
   receipt& of = receipts_[from.receipt];
   const text_id text = of.text;
   long_arrival made = put_together(of);
+  const json::scanner& scanned = of.scanner;
+  if (made.is != long_arrival::verdict::fine) {
+    made.bytes = bytes;
+    made.envelope = front;
+    chunk_store::place place;
+    if (!of.binary) {
+      made.envelope = list(scanned.members(), [&](json::stretch at, std::span<std::byte> into) {
+        state_.chunks.copy(text, at.at, place, into);
+      });
+    }
+    if (made.is == long_arrival::verdict::malformed) {
+      const std::size_t at = scanned.found().at;
+      const std::size_t there = std::min(made.wrong_text.size(), state_.chunks.bytes(text) - at);
+      place = {};
+      state_.chunks.copy(text, at, place, std::as_writable_bytes(std::span{made.wrong_text}).first(there));
+    }
+    state_.chunks.release(text);
+  }
   close(from.receipt);
-  if (made.is == long_arrival::verdict::fine) return made;
-  chunk_store::place place;
-  const std::size_t shown = std::min(state_.chunks.bytes(text), long_envelope_bytes_max);
-  made.envelope = envelope_.first(of.binary ? 0 : shown);
-  state_.chunks.copy(text, 0, place, made.envelope);
-  state_.chunks.release(text);
   return made;
+}
+
+// The same of how a text begins, of which nothing was kept else.
+std::span<const std::byte> long_ingress::list_front(std::span<const std::byte> front) noexcept {
+  json::scanner members{state_.bounds().depth_max};
+  // What is wrong is behind what is complete.
+  (void)members.feed({reinterpret_cast<const char*>(front.data()), front.size()});
+  return list(members.members(), [front](json::stretch from, std::span<std::byte> into) {
+    std::copy_n(front.begin() + static_cast<std::ptrdiff_t>(from.at), into.size(), into.begin());
+  });
+}
+
+template <class Copy>
+std::span<const std::byte> long_ingress::list(std::span<const json::placed_member> members,
+                                              const Copy& copy) noexcept {
+  const std::size_t most = std::min<std::size_t>(long_envelope_bytes_max, state_.bounds().message_bytes_max);
+  const std::size_t used = list_members(members, envelope_.first(most), copy);
+  std::memset(envelope_.data() + used, 0, tailroom_bytes);
+  return envelope_.first(used);
 }
 
 long_arrival long_ingress::put_together(receipt& of) noexcept {
@@ -229,14 +252,16 @@ long_arrival long_ingress::put_together(receipt& of) noexcept {
   }
   const auto members = of.scanner.members();
   if (members.empty()) return {.is = verdict::no_object};
-  long_arrival made{.is = verdict::fine, .body = of.text};
+  long_arrival made{
+      .is = verdict::fine, .bytes = state_.chunks.bytes(of.text) + of.head_bytes, .body = of.text};
+  std::size_t used = 0;
   const auto add = [&](std::span<const std::byte> bytes) {
-    std::memcpy(envelope_.data() + made.bytes, bytes.data(), bytes.size());
-    made.bytes += bytes.size();
+    std::memcpy(envelope_.data() + used, bytes.data(), bytes.size());
+    used += bytes.size();
   };
   if (of.binary) {
     add(std::span{of.head}.first(of.head_bytes));
-    made.stand_in_at = made.bytes;
+    made.stand_in_at = used;
     add(std::as_bytes(std::span{stand_in_for(json::kind::object)}));
   } else {
     const auto& longest =
@@ -247,17 +272,17 @@ long_arrival long_ingress::put_together(receipt& of) noexcept {
     if (const std::size_t others = all - longest.raw.bytes;
         others + stand_in.size() > long_envelope_bytes_max)
       return {.is = of.scanner.has_more_members() ? verdict::far_behind : verdict::other_long,
-              .bytes = others};
+              .others = others};
     chunk_store::place place;
     state_.chunks.copy(of.text, 0, place, envelope_.first(longest.raw.at));
-    made.bytes = made.stand_in_at = longest.raw.at;
+    used = made.stand_in_at = longest.raw.at;
     add(std::as_bytes(std::span{stand_in}));
-    state_.chunks.copy(of.text, end, place, envelope_.subspan(made.bytes, all - end));
-    made.bytes += all - end;
+    state_.chunks.copy(of.text, end, place, envelope_.subspan(used, all - end));
+    used += all - end;
     state_.chunks.cut(of.text, longest.raw.at, longest.raw.bytes);
   }
-  std::memset(envelope_.data() + made.bytes, 0, tailroom_bytes);
-  made.envelope = envelope_.first(made.bytes);
+  std::memset(envelope_.data() + used, 0, tailroom_bytes);
+  made.envelope = envelope_.first(used);
   return made;
 }
 

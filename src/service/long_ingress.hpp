@@ -38,8 +38,9 @@ class long_ingress {
 
   // Takes a piece.
   void take(peer_index peer, const wire::frame_step& step) noexcept;
-  // Its last piece was taken. The envelope is valid until the next call.
-  long_arrival end(peer_index peer) noexcept;
+  // Its last piece was taken. `front`: how it begins. The envelope is valid until the next call, or as long
+  // as the front is.
+  long_arrival end(peer_index peer, bool binary, std::span<const std::byte> front) noexcept;
   // The peer has left, or begins anew.
   void forget(peer_index peer) noexcept;
 
@@ -80,6 +81,9 @@ class long_ingress {
   std::uint64_t used_by(peer_index peer) const noexcept;
   void settle(sender_row& of) noexcept;
   long_arrival put_together(receipt& of) noexcept;
+  template <class Copy>
+  std::span<const std::byte> list(std::span<const json::placed_member> members, const Copy& copy) noexcept;
+  std::span<const std::byte> list_front(std::span<const std::byte> front) noexcept;
 
   core_state& state_;
   rows<peer_index, sender_row> senders_;

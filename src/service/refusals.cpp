@@ -48,8 +48,7 @@ void refusals::refuse(connection& c, wire::codec_id in, std::string_view id_raw,
 
 void refusals::refuse(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept {
   if (!asked.by_number || asked.what != wire::verb::call) return refuse(c, asked.codec, asked.id_raw, why);
-  report(c, event::kind::refused_request, why.text, {});
-  answer_call(c, asked, why);
+  refuse_call(c, asked, why);
 }
 
 void refusals::refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept {

@@ -54,6 +54,11 @@ class refusals {
   // The same. A call by number is answered as a call, even if it was not decoded, and however often: its
   // caller waits.
   void refuse(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept;
+  // Refuses a call or a goal. It is always answered, because its caller waits.
+  void refuse_call(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept {
+    report(c, event::kind::refused_request, why.text, {});
+    answer_call(c, asked, why);
+  }
   // Refuses a request about topics or services.
   void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   // `what` is used up. The peer is told which limit that is, and an event says how to raise it.

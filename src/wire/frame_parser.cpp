@@ -252,7 +252,7 @@ frame_step frame_parser::take_piece(std::span<std::byte> rest) noexcept {
   const bool in_character = !text_.complete();
   if (message_ == opcode::text && (!ascii || in_character) && !text_.feed(step.payload))
     return violate(not_utf8);
-  message_bytes_ += step.consumed;
+  count_piece(step.payload);
   payload_done_ += step.consumed;
   if (step.consumed < left) {
     if (step.consumed == 0) step.event = frame_event::need_more;

@@ -11,6 +11,7 @@
 //
 // Every function here: one thread, never waits, never allocates; time is linear in the bytes given.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -69,6 +70,8 @@ class frame_parser {
   static constexpr std::size_t frames_in_step_max = 32;
   // No piece of a long message is longer.
   static constexpr std::size_t piece_bytes_max = 4096;
+  // So much of its beginning is kept until it ends, or message_bytes_max where that is less.
+  static constexpr std::size_t front_bytes_max = 4096;
 
   // Consumes bytes from the front of `bytes`, which may be written to, until one event, until all are
   // consumed, or until it has looked at frames_in_step_max fragments. The caller calls again with the rest.
@@ -85,8 +88,15 @@ class frame_parser {
   bool mid_message() const noexcept;
   // How many bytes of it are in the assembly buffer.
   std::size_t assembled_bytes() const noexcept {
-    if (in_pieces_) return handed_ != gathered_ ? gathered_ : 0;
-    return in_frame_ || in_message_ ? static_cast<std::size_t>(message_bytes_) : 0;
+    if (!in_frame_ && !in_message_) return 0;
+    if (in_pieces_) return std::max(handed_ != gathered_ ? gathered_ : 0, front().size());
+    return static_cast<std::size_t>(message_bytes_);
+  }
+
+  // How the long message begins of which a piece was the last step: what came of its first front_bytes_max.
+  // It lies in the assembly buffer, and is valid until the next call.
+  std::span<const std::byte> front() const noexcept {
+    return assembly_.first(static_cast<std::size_t>(std::min<std::uint64_t>(message_bytes_, front_max())));
   }
 
   // Says where the frame that has begun ends in `bytes`, which come next (0: none has begun), and whether a
@@ -129,7 +139,14 @@ class frame_parser {
   frame_step take_control(std::span<std::byte> rest) noexcept;
   frame_step take_data(std::span<std::byte> rest) noexcept;
   frame_step take_piece(std::span<std::byte> rest) noexcept;
+  void count_piece(std::span<const std::byte> piece) noexcept {
+    const std::size_t have = front().size();
+    const std::size_t kept = std::min(piece.size(), front_max() - have);
+    std::copy_n(piece.begin(), kept, assembly_.begin() + static_cast<std::ptrdiff_t>(have));
+    message_bytes_ += piece.size();
+  }
   std::uint32_t fragments_max() const noexcept;
+  std::size_t front_max() const noexcept { return std::min(front_bytes_max, limits_.message_bytes_max); }
   frame_step end_message(std::span<std::byte> message, std::size_t consumed) noexcept;
   frame_step read_close(std::span<std::byte> body) noexcept;
   frame_step violate(protocol_error what) noexcept;

@@ -60,6 +60,12 @@ std::vector<event> events_of(std::span<const std::uint8_t> stream, const setup& 
         pieces += payload;
         require(pieces.size() <= step.known_bytes && step.known_bytes <= s.limits.long_bytes_max,
                 "it is as long as was said, and within its limit");
+        const std::span<const std::byte> front = parser.front();
+        const std::string begins{reinterpret_cast<const char*>(front.data()), front.size()};
+        const std::size_t both = std::min(begins.size(), pieces.size());
+        require(begins.substr(0, both) == pieces.substr(0, both), "it begins like its pieces");
+        const std::size_t kept = std::min(frame_parser::front_bytes_max, s.limits.message_bytes_max);
+        require(begins.size() >= std::min(pieces.size(), kept), "its beginning is kept");
         if (step.event == frame_event::piece) continue;
         payload = std::exchange(pieces, {});
         require(payload.size() == step.known_bytes && payload.size() > s.limits.message_bytes_max,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core with messages that are longer than message_bytes_max: who gets them, what they do to others, and
 // what becomes of those that are wrong, or never end.
+#include <optional>
 #include <random>
 
 #include "core_fixtures.hpp"
@@ -117,17 +118,210 @@ TEST_F(long_messages_test, are_refused_with_a_reason_when_they_are_wrong) {
   EXPECT_EQ(on.count(rowe::service::counter::violations), 0U);
 }
 
-TEST_F(long_messages_test, stop_even_so) {
-  rowe::endpoint_options chosen = options_with(64 * 1024);
-  core_harness other{chosen};
-  auto& latch = other.offer({.kind = rowe::detail::pair_kind::stop_latch, .name = "loop"});
-  (void)latch;
-  other.cycle();
-  peer robot{other};
-  robot.say(R"({"op":"call_service","service":"/rowe/stop","args":{"reason":")" + std::string(20'000, 'x') +
-            R"("}})");
-  for (int i = 0; i < 20; ++i) other.cycle();
-  EXPECT_EQ(other.count(rowe::service::counter::stops), 1U);
+std::string four(std::uint32_t number) {
+  std::string bytes;
+  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
+  return bytes;
+}
+std::string with_id(std::string_view id, std::string text) {
+  return R"({"id":")" + std::string{id} + "\"," + text.substr(1);
+}
+bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+// A peer of each codec says something long that is refused, and looks at what it is told.
+struct refused_long_messages_test : long_messages_test {
+  std::string told(peer& by) {
+    std::string all;
+    for (const std::string& one : heard_by(by)) all += one;
+    return all;
+  }
+  std::string answer_to(peer& by, const std::string& text) {
+    by.say(text);
+    return told(by);
+  }
+  // Somebody takes all the room for messages that are not complete.
+  void fill() {
+    filler_.emplace(on);
+    filler_->send_raw(begun(published("/map", map_of(60'000)), 1));
+    on.cycle();
+    second_filler_.emplace(on);
+    second_filler_->send_raw(begun(published("/map", map_of(60'000)), 1));
+    on.cycle();
+  }
+  std::optional<peer> filler_, second_filler_;
+};
+
+TEST_F(refused_long_messages_test, name_the_topic_and_the_id_to_a_peer_of_rosbridge) {
+  peer robot{on};
+  std::string broken = with_id("m7", published("/map", map_of(20'000)));
+  broken[15'000] = 'x';
+  std::string heard = answer_to(robot, broken);
+  EXPECT_TRUE(has(heard, "publish /map: the text is no valid JSON") && has(heard, R"("id":"m7")")) << heard;
+  std::string infinite = published("/map", R"({"x":[)" + std::string(20'000, ' ') + "NaN]}");
+  heard = answer_to(robot, infinite);
+  EXPECT_TRUE(has(heard, "publish /map: the text is no valid JSON, which has no NaN (at byte ")) << heard;
+  const std::string two =
+      with_id("m8", R"({"x":")" + std::string(10'000, 'x') + R"(","op":"publish","topic":"/map","msg":)" +
+                        map_of(11'000) + "}");
+  heard = answer_to(robot, two); // what it is stands behind more than is kept of other messages
+  EXPECT_TRUE(has(heard, "publish /map: only one member") && has(heard, R"("id":"m8")")) << heard;
+  std::string many = R"({"op":"publish","id":3,"topic":"/map")";
+  for (int i = 0; i < 20; ++i) many += ",\"m" + std::to_string(i) + "\":0";
+  heard = answer_to(robot, many + R"(,"msg":)" + map_of(20'000) + "}");
+  EXPECT_TRUE(has(heard, "publish /map: the long member") && has(heard, R"("id":3)")) << heard;
+  heard =
+      answer_to(robot, with_id("m9", R"({"op":"publish","topic":"/rowe/x","msg":)" + map_of(20'000) + "}"));
+  EXPECT_TRUE(has(heard, "endpoint's own") && has(heard, R"("id":"m9")")) << heard;
+  heard = answer_to(robot, with_id("m1", R"({"op":"advertise","topic":"/map","type":")" +
+                                             std::string(20'000, 'x') + R"("})"));
+  EXPECT_TRUE(has(heard, R"("id":"m1")") && has(heard, "advertise /map: a message of 20")) << heard;
+  EXPECT_EQ(robot.close_code, 0);
+}
+
+TEST_F(refused_long_messages_test, fail_the_calls_that_they_are) {
+  peer robot{on};
+  std::string heard =
+      answer_to(robot, R"({"op":"call_service","id":"c1","service":"/x","args":)" + map_of(20'000) + "}");
+  EXPECT_TRUE(has(heard, R"("op":"service_response")") && has(heard, R"("id":"c1")") &&
+              has(heard, R"("result":false)") && has(heard, "call_service /x: a message of 20"))
+      << heard;
+  EXPECT_TRUE(has(heard, "the limit message_bytes_max of ")) << heard;
+  heard = answer_to(robot, R"({"op":"call_service","id":"c2","args":)" + map_of(20'000) + "}");
+  EXPECT_TRUE(has(heard, R"("op":"status")") && has(heard, R"("id":"c2")"))
+      << heard; // its service is not known
+  peer bare{on, rowe::service::side::server, "127.0.0.1:2", "/", "rowe.v1"};
+  heard = answer_to(bare, R"({"service":"x","message_id":17,"data":)" + map_of(20'000) + "}");
+  EXPECT_TRUE(has(heard, R"("in_reply_to":17)") && has(heard, "too_big")) << heard;
+  heard = answer_to(bare, R"({"service":"x","message_id":18,"data":)" + map_of(20'000) + ",}");
+  EXPECT_TRUE(has(heard, R"("in_reply_to":18)") && has(heard, "malformed")) << heard;
+}
+
+TEST_F(refused_long_messages_test, fail_the_calls_that_they_answer) {
+  peer provider{on};
+  provider.say(R"({"op":"advertise_service","service":"/map","type":"nav_msgs/GetMap"})");
+  peer caller{on};
+  on.cycle();
+  caller.say(R"({"op":"call_service","id":"c1","service":"/map"})");
+  on.cycles(2);
+  const texts asked = provider.hear();
+  ASSERT_EQ(asked.size(), 1U);
+  const std::size_t at = asked[0].find(R"("id":)") + 5;
+  const std::string id = asked[0].substr(at, asked[0].find_first_of(",}", at) - at);
+  const std::string heard = answer_to(provider, R"({"op":"service_response","id":)" + id +
+                                                    R"(,"service":"/map","values":)" + map_of(20'000) + "}");
+  EXPECT_TRUE(has(heard, "service_response /map: a message of 20") && has(heard, id)) << heard;
+  const std::string failed = told(caller);
+  EXPECT_TRUE(has(failed, R"("id":"c1")") && has(failed, R"("result":false)") &&
+              has(failed, "message_bytes_max"))
+      << failed;
+}
+
+TEST_F(refused_long_messages_test, name_the_topic_by_its_number_to_a_peer_of_foxglove) {
+  peer robot{on, rowe::service::side::server, "127.0.0.1:2", "/", "foxglove.websocket.v1"};
+  robot.say(R"({"op":"advertise","channels":[{"id":5,"topic":"/map","encoding":"json"}]})");
+  (void)told(robot);
+  const auto answer = [&](const std::string& bytes) {
+    robot.send(rowe::wire::opcode::binary, bytes);
+    return told(robot);
+  };
+  std::string broken = "\x01" + four(5) + map_of(20'000);
+  broken[15'000] = 'x';
+  std::string heard = answer(broken);
+  EXPECT_TRUE(has(heard, "publish /map: the text is no valid JSON")) << heard;
+  heard = answer("\x02" + four(4000) + four(10) + four(4) + "json" + map_of(20'000));
+  EXPECT_TRUE(has(heard, R"({"op":"serviceCallFailure","serviceId":4000,"callId":10,)") &&
+              has(heard, "message_bytes_max"))
+      << heard;
+  heard = answer("\x09" + map_of(20'000));
+  EXPECT_TRUE(has(heard, "begins with 9")) << heard;
+  fill();
+  heard = answer("\x01" + four(5) + map_of(60'000));
+  EXPECT_TRUE(has(heard, "publish /map: a message of 60") && has(heard, "long_slots")) << heard;
+}
+
+TEST_F(refused_long_messages_test, name_the_topic_and_the_id_where_there_was_no_room) {
+  fill();
+  peer robot{on};
+  std::string heard = answer_to(robot, with_id("m7", published("/map", map_of(60'000))));
+  EXPECT_TRUE(has(heard, "publish /map: a message of 60") && has(heard, R"("id":"m7")")) << heard;
+  peer bare{on, rowe::service::side::server, "127.0.0.1:2", "/", "rowe.v1"};
+  heard = answer_to(bare, R"({"service":"x","message_id":17,"data":)" + map_of(60'000) + "}");
+  EXPECT_TRUE(has(heard, R"("in_reply_to":17)") && has(heard, R"("code":"full")")) << heard;
+  // Its topic is behind what is kept of it.
+  heard = answer_to(robot, R"({"op":"publish","msg":)" + map_of(60'000) + R"(,"topic":"/map"})");
+  EXPECT_TRUE(has(heard, R"("publish: a message of 60)")) << heard;
+  EXPECT_EQ(on.count(rowe::service::counter::no_chunks), 3U);
+}
+
+struct long_stops_test : refused_long_messages_test {
+  long_stops_test() {
+    on.offer(rowe::detail::latch_request({.name = "loop"}));
+    on.cycle();
+  }
+  void expect_stop_by(peer& by, const std::string& text, bool binary = false) {
+    const auto before = on.count(rowe::service::counter::stops);
+    by.send(binary ? rowe::wire::opcode::binary : rowe::wire::opcode::text, text);
+    for (int i = 0; i < 40; ++i) on.cycle();
+    EXPECT_EQ(on.count(rowe::service::counter::stops), before + 1) << text.substr(0, 100);
+  }
+  // Longer than message_bytes_max, in each codec.
+  void expect_stops(std::size_t bytes) {
+    const std::string reason = R"({"reason":")" + std::string(bytes, 'x') + R"("})";
+    peer robot{on};
+    expect_stop_by(robot, R"({"op":"call_service","id":"s1","service":"/rowe/stop","args":)" + reason + "}");
+    on.cycles(200);
+    const std::string answer = told(robot);
+    EXPECT_TRUE(has(answer, R"("state":"stopped")") && has(answer, R"("id":"s1")")) << answer;
+    expect_stop_by(robot, published("/rowe/stop", reason));
+    expect_stop_by(robot, published("rowe/stop", reason));
+    expect_stop_by(robot, R"({"service":"/rowe/stop","data":)" + reason + "}");
+    expect_stop_by(robot, R"({"op":"publish","latch":7,"topic":"/rowe/stop","msg":)" + reason + "}");
+    peer fox{on, rowe::service::side::server, "127.0.0.1:2", "/", "foxglove.websocket.v1"};
+    expect_stop_by(fox, "\x02" + four(1) + four(3) + four(4) + "json" + reason, true);
+  }
+};
+
+TEST_F(long_stops_test, are_carried_out) { expect_stops(20'000); }
+
+TEST_F(long_stops_test, are_carried_out_where_there_is_no_room_for_them) {
+  fill();
+  expect_stops(60'000);
+  EXPECT_EQ(on.count(rowe::service::counter::no_chunks), 0U);
+}
+
+TEST_F(long_stops_test, are_carried_out_where_they_have_two_long_members) {
+  peer robot{on};
+  const std::string filler = std::string(9'000, 'x');
+  expect_stop_by(robot, R"({"x":")" + filler + R"(","op":"publish","topic":"/rowe/stop","msg":{"y":")" +
+                            filler + R"("}})");
+}
+
+TEST_F(long_stops_test, are_none_where_the_text_is_no_json_or_asks_for_something_else) {
+  peer robot{on};
+  std::string broken = published("/rowe/stop", map_of(20'000));
+  broken[15'000] = 'x';
+  robot.say(broken);
+  robot.say(published("/map", R"({"topic":"/rowe/stop","x":")" + std::string(20'000, 'x') + R"("})"));
+  until_quiet();
+  EXPECT_EQ(on.count(rowe::service::counter::stops), 0U);
+  fill();
+  robot.say(R"({"op":"call_service","service":"/rowe/stop/reset","args":{"number":1},"x":")" +
+            std::string(60'000, 'x') + R"("})");
+  until_quiet();
+  EXPECT_EQ(on.count(rowe::service::counter::stops), 0U);
+  const std::string heard = told(robot);
+  EXPECT_TRUE(has(heard, R"("result":false)")) << heard;
+}
+
+// The limit: a name that stands behind 4 KiB is not found where nothing else was kept.
+TEST_F(long_stops_test, need_their_name_in_front_where_there_is_no_room) {
+  peer robot{on};
+  const std::string late = R"({"op":"publish","msg":)" + map_of(60'000) + R"(,"topic":"/rowe/stop"})";
+  expect_stop_by(robot, late);
+  fill();
+  robot.say(late);
+  until_quiet();
+  EXPECT_EQ(on.count(rowe::service::counter::stops), 1U);
 }
 
 TEST_F(long_messages_test, end_a_connection_only_beyond_their_own_limit) {

@@ -159,12 +159,12 @@ class long_messages final : public long_traffic {
                            one.link.peer.close_reason);
       return;
     }
+    if (one.kind == mischief::stop && on_.count(counter::stops) == one.stops_before)
+      return fail("stop", "a long stop was not carried out");
     if (one.told == "full") return;
     if (one.told.find(one.answer()) == std::string::npos ||
         (one.answer().empty() && !one.told.empty() && one.kind == mischief::envelope))
       fail("judged", kind + " was told " + swarm::shortened(one.told));
-    if (one.kind == mischief::stop && on_.count(counter::stops) == one.stops_before)
-      fail("stop", "a long stop was not carried out");
   }
 
   // Endless messages take the room for what is received. Somebody who has used none has it nevertheless, when
