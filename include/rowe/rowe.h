@@ -139,6 +139,9 @@ struct rowe_options {
   long stop_service_timeout_ms; // loops stop when the service thread is silent for so long; 0: 50
   long stop_observe_timeout_ms; // who asks for a stop is answered within it; 0: 50
   int idle;                     // enum rowe_idle
+  // Of long messages (docs/long-messages.md): those of topics that are longer than `message_bytes_max`.
+  uint32_t long_message_bytes_max; // the longest; 0: 1 MiB; no more than `message_bytes_max`: none is long
+  uint32_t long_slots;             // of them on their way out at once, 4 or more; 0: 8
 };
 
 // Listens on `port` (0 to 65535; 0: any free one) of 127.0.0.1. Does not wait for peers. Errors:

@@ -243,6 +243,41 @@ static void what_a_loop_publishes_arrives(void) {
   close_pair(p);
 }
 
+// Longer than message_bytes_max: the option raises the limit of both ends.
+static void maps_of_three_megabytes_arrive(void) {
+  const uint32_t most = 4 << 20;
+  const struct rowe_options roomy = {
+      .bytes = sizeof roomy, .lane_bytes = 16 << 20, .long_message_bytes_max = most, .long_slots = 4};
+  const struct pair p = open_pair_with(&roomy, &roomy);
+  const struct rowe_topic_options map = {
+      .bytes = sizeof map, .depth = 1, .type = "nav_msgs/OccupancyGrid", .text_bytes_max = most};
+  struct rowe_publisher* const out = rowe_publisher_open(p.server, "/map", &map);
+  struct rowe_subscriber* const in = rowe_subscriber_open(p.client, "/map", &map);
+  CHECK(out != NULL && in != NULL);
+  for (int64_t until = deadline_ns(); !rowe_publisher_wanted(out) && rowe_now_ns() < until;) {
+  }
+  const size_t bytes = 3 << 20;
+  char* const text = malloc(bytes + 1);
+  memset(text, ' ', bytes);
+  memcpy(text, "{\"data\":[0", 10);
+  memcpy(text + bytes - 2, "]}", 3);
+  CHECK_EQUAL(rowe_publisher_publish(out, text, bytes, rowe_now_ns()), rowe_ok);
+  struct rowe_view view = {0};
+  int code;
+  UNTIL_THERE(code, rowe_subscriber_try_take(in, &view));
+  CHECK_EQUAL(code, rowe_ok);
+  CHECK(says(&view, text));
+  rowe_view_release(&view);
+  free(text);
+  rowe_subscriber_free(in);
+  rowe_publisher_free(out);
+  close_pair(p);
+  const struct rowe_options vast = {.bytes = sizeof vast, .long_message_bytes_max = UINT32_MAX};
+  CHECK(rowe_open_local_endpoint_with(0, &vast) == NULL);
+  CHECK_EQUAL(rowe_last_error(), rowe_error_bad_argument);
+  CHECK(strstr(rowe_last_error_text(), "long_message_bytes_max") != NULL);
+}
+
 static void handles_outlive_their_endpoint(void) {
   const struct rowe_options roomy = {.bytes = sizeof roomy, .lane_bytes = 4 << 20};
   const struct pair p = open_pair_with(NULL, &roomy);
@@ -336,6 +371,7 @@ int main(void) {
   a_loop_answers_calls();
   a_lane_has_its_limits();
   what_a_loop_publishes_arrives();
+  maps_of_three_megabytes_arrive();
   handles_outlive_their_endpoint();
   loops_are_stopped_and_let_go_by_threads();
   return failures != 0;
