@@ -177,6 +177,9 @@ void core::handle(peer_index from, const wire::frame_step& step) noexcept {
   case wire::frame_event::ping: take_ping(c, step.payload); break;
   case wire::frame_event::pong: sender_.urgent().take_pong(from, step.payload); break;
   case wire::frame_event::close:
+    if (c.ours == side::client && !step.reason.empty() && step.close_code == wire::close_code::too_big &&
+        refusals_.admits_event(from))
+      state_.events.report(event::kind::status_from_peer, c.peer(), step.reason, {}, c.identity);
     expire();
     sender_.flush(from); // answers that are there already go out before the close frame
     close(c, step.close_code == wire::close_code::none_given ? wire::close_code::normal : step.close_code,

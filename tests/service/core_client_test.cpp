@@ -211,6 +211,23 @@ TEST_F(core_client, never_answers_a_server_and_shows_its_status) {
   EXPECT_TRUE(shown);
 }
 
+TEST_F(core_client, reports_why_its_server_has_closed_on_a_message_that_was_too_long) {
+  for (const auto& [code, reports] : {std::pair{"\x03\xf1", true}, std::pair{"\x03\xe9", false}}) {
+    peer server{on, side::client};
+    on.cycle();
+    server.send(rowe::wire::opcode::close, std::string{code} + "a message of 70000 bytes exceeds the limit");
+    on.cycle();
+    bool reported = false;
+    while (const auto what = on.shared.try_event()) {
+      reported = reported || (what->what_kind == rowe::event::kind::status_from_peer &&
+                              std::string_view{what->what} == "a message of 70000 bytes exceeds the limit");
+    }
+    EXPECT_EQ(reported, reports);
+    server.leave();
+    on.cycle();
+  }
+}
+
 TEST_F(core_client, starts_afresh_after_a_lost_connection) {
   auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
   on.cycle();

@@ -8,8 +8,8 @@ from program import run
 
 
 class arguments(unittest.TestCase):
-    def refused(self, *arguments, says, code=2):
-        ended = run(*arguments)
+    def refused(self, *arguments, says, code=2, **options):
+        ended = run(*arguments, **options)
         self.assertEqual(ended.code, code, (arguments, ended.stderr))
         self.assertEqual(ended.stdout, [], arguments)
         for text in says:
@@ -36,10 +36,15 @@ class arguments(unittest.TestCase):
         self.refused("echo", "ws://127.0.0.1:1", "/t", "--timeout", "5", says=["'5'", "50ms"])
         self.refused("echo", "ws://127.0.0.1:1", "/t", "--once", "-n", "2", says=["exclude"])
         self.refused("pub", "ws://127.0.0.1:1", says=["TOPIC is missing"])
-        self.refused("pub", "ws://127.0.0.1:1", "/t", says=["JSON|- is missing"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", says=["JSON|@FILE|- is missing"])
         self.refused("pub", "ws://127.0.0.1:1", "/t", '{"a":01}', says=["'{\"a\":01}'", "at byte 6"])
-        self.refused("pub", "ws://127.0.0.1:1", "/t", '{"a":"' + "x" * 62000 + '"}',
-                     says=["62008 bytes, at most 61440"])
+        self.refused("pub", "ws://127.0.0.1:1", "--bare", '{"a":"' + "x" * 62000 + '"}',
+                     says=["62008 bytes, at most 61440 can be sent as a plain message"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", '{"a":"' + "x" * 70000 + '"}',
+                     environment={"ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX": "65536"},
+                     says=["70008 bytes, at most 65536", "ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX raises that"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", "@/nowhere/map.json",
+                     says=["'/nowhere/map.json'", "No such file"])
         self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "-r", "1MHz", says=["'1MHz'"])
         self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "--once", "-n", "2", says=["exclude"])
         self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "--once", "-r", "2", says=["exclude"])

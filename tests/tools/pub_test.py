@@ -2,8 +2,10 @@
 """`rowe pub`: what it sends, on topics and as plain messages, and how it ends."""
 import contextlib
 import json
+import os
 import signal
 import subprocess
+import tempfile
 import time
 import unittest
 
@@ -84,10 +86,11 @@ class on_topics(unittest.TestCase):
             pub.process.stdin.close()
 
     def test_a_line_that_is_no_object_ends_it_and_is_named(self):
-        long = b'{"a":"' + b"x" * 70000 + b'"}'
+        long = b'{"a":"' + b"x" * (1 << 20) + b'"}'
         for bad, says in ((b"{", "line 2 of stdin is no JSON object: it ends too early (at byte 1)"),
                           (b"[]", "line 2 of stdin is no JSON object: it does not begin with {"),
-                          (long, "line 2 of stdin is longer than 61440 bytes")):
+                          (long, "line 2 of stdin is longer than 1048576 bytes "
+                                 "(ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX raises")):
             ended = fed(lines_of({"a": 1}) + bad + b"\n" + lines_of({"a": 2}), self.serving.url, "/t", "-")
             self.assertEqual((ended.code, ended.stdout), (1, []))
             self.assertIn(says, "\n".join(ended.stderr))
@@ -243,6 +246,61 @@ class ending(unittest.TestCase):
                     pub.line(r"127\.0\.0\.1:\d+: (?!connected)", count=i + 1)
                 pub.process.stdin.close()
                 pub.end()
+
+
+class long_messages(unittest.TestCase):
+    """Maps of several megabytes: from a file or stdin to stdout, through a hub that allows it."""
+    most = 16 << 20
+    raised = {"ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX": str(most)}
+
+    @classmethod
+    def setUpClass(cls):
+        cls.serving = cls.enterClassContext(hub("--limit", f"long_message_bytes_max={cls.most}"))
+        cls.folder = cls.enterClassContext(tempfile.TemporaryDirectory())
+
+    def file_of(self, text):
+        path = os.path.join(self.folder, "map.json")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
+    def check(self, map_text, pub):
+        with program("echo", self.serving.url, "/map", "--json", "--once", environment=self.raised) as echo:
+            echo.line("nobody publishes /map")
+            ended = pub()
+            self.assertEqual(ended.code, 0, ended.stderr)
+            self.assertEqual((echo.end(), echo.stdout), (0, [map_text]))
+
+    def test_go_from_a_file_and_from_stdin_to_stdout(self):
+        map_text = json.dumps({"info": {"width": 3000}, "data": list(range(1_400_000))})
+        self.assertGreater(len(map_text), 10_000_000)
+        path = self.file_of(map_text + "\n")
+        self.check(map_text, lambda: run("pub", self.serving.url, "/map", "@" + path,
+                                         environment=self.raised))
+        self.check(map_text, lambda: fed(map_text.encode() + b"\n", self.serving.url, "/map", "-",
+                                         environment=self.raised))
+
+    def test_stay_for_who_comes_late(self):
+        path = self.file_of(json.dumps({"width": 3000, "data": [0] * 1_000_000}, indent=0))
+        with program("pub", self.serving.url, "/late", "@" + path, "--latch", environment=self.raised) as pub:
+            pub.line("stays for late subscribers")
+            ended = run("echo", self.serving.url, "/late", "--field", "width", "--once",
+                        environment=self.raised)
+            self.assertEqual((ended.code, ended.stdout), (0, ["3000", "---"]), ended.stderr)
+            self.assertEqual(pub.end(signal.SIGINT), 0)
+
+    def test_that_are_too_long_are_named_with_their_length_and_the_limit(self):
+        path = self.file_of(json.dumps({"data": "x" * 1_100_000}))
+        ended = run("pub", self.serving.url, "/map", "@" + path)
+        self.assertEqual(ended.code, 2)
+        self.assertIn("has more than the 1048576 bytes that can be sent "
+                      "(ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX raises that)", ended.stderr[0])
+        with hub() as small:
+            ended = run("pub", small.url, "/map", "@" + path, environment=self.raised)
+            self.assertIn(ended.code, (1, 6), ended.stderr)
+            self.assertRegex("\n".join(ended.stderr), "exceeds the limit long_message_bytes_max of 1048576|"
+                             "the longest message has 1100012 bytes, which the server must allow")
+            small.line("exceeds the limit long_message_bytes_max of 1048576")
 
 
 if __name__ == "__main__":

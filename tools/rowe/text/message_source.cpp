@@ -31,10 +31,12 @@ std::string with_part(std::string_view text, std::string_view part, std::string_
 } // namespace
 
 bool line_reader::cut_line(std::string& line) {
-  const std::size_t end = buffer_.find('\n');
+  const std::size_t end = buffer_.find('\n', searched_);
+  searched_ = end == buffer_.npos ? buffer_.size() : 0;
   if (end == buffer_.npos && (!ended_ || buffer_.empty())) return false;
   line = buffer_.substr(0, end);
   buffer_.erase(0, end == buffer_.npos ? end : end + 1);
+  if (buffer_.empty()) searched_ = 0;
   if (line.ends_with('\r')) line.pop_back();
   ++number_;
   return true;
@@ -53,7 +55,7 @@ line_reader::outcome line_reader::read(std::string& line, rt::time_point deadlin
       if (interrupt::seen() || rt::monotonic_clock::now() >= deadline) return outcome::nothing_yet;
       continue;
     }
-    std::array<char, 4096> buffer;
+    std::array<char, 64 * 1024> buffer;
     const ssize_t got = ::read(STDIN_FILENO, buffer.data(), buffer.size());
     if (got > 0) buffer_.append(buffer.data(), static_cast<std::size_t>(got));
     if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) ended_ = true;

@@ -28,6 +28,7 @@ class line_reader {
 
   std::size_t line_bytes_max_;
   std::string buffer_;
+  std::size_t searched_ = 0; // so much of it has no end of a line
   std::uint64_t number_ = 0;
   bool ended_ = false;
 };

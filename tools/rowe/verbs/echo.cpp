@@ -22,9 +22,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Between the socket and us: room for a burst while the reader of our output is slow. 512 bodies of the
-// largest size that a peer may send are 30 MiB; several topics share them.
-constexpr std::uint32_t queue_depth = 512;
+// Between the socket and us: room for a burst while the reader of our output is slow. Several topics share
+// it.
+constexpr std::uint32_t short_bytes_max = limits{}.message_bytes_max;
+constexpr std::uint32_t queue_depth = 512;            // messages that are no long ones: 30 MiB
+constexpr std::size_t queue_bytes = 64 * 1024 * 1024; // where they may be long; two for each topic at least
 constexpr std::size_t topics_max = 16;
 constexpr rt::duration drain_time = 250ms;
 constexpr rt::duration look_period = 1ms; // how often several topics are looked at; nothing tells of all
@@ -42,6 +44,7 @@ struct echo_options {
   std::optional<rt::duration> timeout;
   std::size_t profile = 0;
   bool quiet = false;
+  std::uint32_t text_bytes_max = short_bytes_max;
 
   message_format::kind format() const noexcept {
     return json ? message_format::kind::json : csv ? message_format::kind::csv : message_format::kind::pretty;
@@ -58,7 +61,11 @@ command table_of(echo_options& o) {
           "message says which one it is of; with --json it is {\"topic\":NAME,\"msg\":BODY} then. Without a\n"
           "topic it prints the topics there are, with their types. It ends at once (4) when --timeout\n"
           "passes without a message, and with 1 when a message has no such --field. What is below /rowe/\n"
-          "is the server's.\n",
+          "is the server's.\n"
+          "\n"
+          "Messages may have 1 MiB, or what ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX says, up to 64 MiB. The "
+          "longer\n"
+          "they may be, the fewer are kept while the reader of the output is slow; with 0 most are.\n",
       .operands = {url_operand(o.at.url),
                    {.name = "TOPIC",
                     .meaning = "their names, such as /odom; without any they are listed",
@@ -99,8 +106,13 @@ std::string contradiction(const echo_options& o) {
   return {};
 }
 
+// Of each topic.
 std::uint32_t depth_for(const echo_options& o) noexcept {
-  return queue_depth / static_cast<std::uint32_t>(std::max<std::size_t>(o.topics.size(), 1));
+  const bool is_short = o.text_bytes_max <= short_bytes_max;
+  const std::size_t all =
+      is_short ? queue_depth : std::min<std::size_t>(queue_bytes / o.text_bytes_max, queue_depth);
+  return static_cast<std::uint32_t>(
+      std::max<std::size_t>(all / std::max<std::size_t>(o.topics.size(), 1), 2));
 }
 
 // A message, and the topic it is of.
@@ -117,8 +129,7 @@ class subscriptions {
                                            exit_code& otherwise) {
     subscriptions all;
     for (const std::string& topic : o.topics) {
-      auto one = hub.subscribe<json_text>(
-          topic, {.depth = depth_for(o), .text_bytes_max = limits{}.message_bytes_max});
+      auto one = hub.subscribe<json_text>(topic, {.depth = depth_for(o), .text_bytes_max = o.text_bytes_max});
       if (!one) {
         to.error("cannot subscribe to ", quoted(topic), ": ", one.error().message());
         otherwise = exit_code_of(one.error());
@@ -414,9 +425,13 @@ exit_code echo(argument_list arguments) {
   const spelled_url url = read_url(chosen.at.url);
   if (url.url.empty()) return usage_error("echo", url.wrong);
 
-  const auto bounds =
-      limits_for("echo", (std::size_t{queue_depth} + 64) * (limits{}.message_bytes_max + 1024));
+  auto bounds = limits_for("echo");
   if (!bounds) return exit_code::usage;
+  if (!chosen.bare) chosen.text_bytes_max = std::max(short_bytes_max, bounds->long_message_bytes_max);
+  const std::size_t depth =
+      chosen.bare ? queue_depth : depth_for(chosen) * std::max<std::size_t>(chosen.topics.size(), 1);
+  bounds->lane_bytes = std::max(bounds->lane_bytes, depth * (chosen.text_bytes_max + std::size_t{1024}) +
+                                                        std::size_t{64} * (short_bytes_max + 1024));
   endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
   if (const auto end = use(chosen.at, options, to)) return *end;
   auto hub = endpoint::connect(url.url, options);

@@ -3,10 +3,15 @@
 // does not drift. Every message is sent: where there is no room, or no connection for a while, it waits, but
 // no longer than its time to live.
 #include <algorithm>
+#include <cerrno>
 #include <cstdint>
+#include <cstring>
 #include <ctime>
+#include <fstream>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include <rowe/endpoint.hpp>
 
@@ -26,9 +31,15 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::uint32_t queue_depth = 64;
-constexpr std::uint32_t text_bytes_max = limits{}.message_bytes_max;
-// How long the server may take to say what it thinks of the messages.
+constexpr std::uint32_t short_bytes_max = limits{}.message_bytes_max;
+// Where messages may be long, fewer of them are queued: as many as fit here, but two at least.
+constexpr std::size_t queue_bytes = 32 * 1024 * 1024;
+// What --stamp adds to a message, at most.
+constexpr std::size_t stamp_bytes_max = 128;
+// How long the server may take to say what it thinks of the messages, and how long it may take to read a
+// second's share of the longest.
 constexpr rt::duration answer_time = 1s;
+constexpr std::size_t bytes_per_second = 1024 * 1024;
 
 struct pub_options {
   remote_place at;
@@ -45,8 +56,20 @@ struct pub_options {
   std::optional<rt::duration> timeout;
   std::size_t profile = 0;
   bool quiet = false;
+  std::uint32_t longest = short_bytes_max; // that may be sent
 
   bool from_stdin() const noexcept { return json == "-"; }
+  bool from_file() const noexcept { return json.starts_with('@'); }
+  // What a message may have, in the queue.
+  std::uint32_t text_bytes_max() const noexcept {
+    if (from_stdin()) return longest;
+    const std::size_t wanted = json.size() + (stamp ? stamp_bytes_max : 0);
+    return static_cast<std::uint32_t>(std::clamp<std::size_t>(wanted, short_bytes_max, longest));
+  }
+  std::uint32_t depth() const noexcept {
+    if (text_bytes_max() <= short_bytes_max) return queue_depth;
+    return std::clamp(static_cast<std::uint32_t>(queue_bytes / text_bytes_max()), 2U, queue_depth);
+  }
 };
 
 command table_of(pub_options& o) {
@@ -58,18 +81,20 @@ command table_of(pub_options& o) {
                      "until Ctrl-C"}}},
       .description =
           "Publishes a JSON object on a topic: once, or with -r again and again; with - each line of stdin\n"
-          "is one. With --bare it is sent as a plain message. The summary is on stderr, behind what the "
-          "server\n"
-          "says of messages that nobody there can take: then it ends with 1. It ends with 6 when a message "
-          "was\n"
-          "not sent within its time to live, or was dropped.\n",
+          "is one, with @FILE the whole file. With --bare it is sent as a plain message. The summary is on\n"
+          "stderr, behind what the server says of messages that nobody there can take: then it ends with 1.\n"
+          "It ends with 6 when a message was not sent within its time to live, or was dropped.\n"
+          "\n"
+          "A topic's message may have 1 MiB, or what ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX says, up to 64 MiB:\n"
+          "so many bytes the server must allow, too (rowe serve --limit long_message_bytes_max=67108864). A\n"
+          "plain message may have 60 KiB.\n",
       .operands = {url_operand(o.at.url),
                    {.name = "TOPIC",
                     .meaning = "its name, such as /chatter; none with --bare",
                     .into = &o.topic,
                     .left_out = &o.bare},
-                   {.name = "JSON|-",
-                    .meaning = "the message, or - for the lines of stdin",
+                   {.name = "JSON|@FILE|-",
+                    .meaning = "the message, or @map.json for that file, or - for the lines of stdin",
                     .into = &o.json}},
       .options = with_remote(
           o.at,
@@ -93,8 +118,31 @@ command table_of(pub_options& o) {
           })};
 }
 
-// What is wrong with the options together; empty when nothing is.
-std::string contradiction(const pub_options& o) {
+// How to raise the limit on a message's length.
+std::string_view remedy(const pub_options& o) noexcept {
+  return o.bare ? " as a plain message" : " (ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX raises that)";
+}
+
+// Reads the file that is named in place of the message. Returns what is wrong, if anything.
+std::string read_file(pub_options& o) {
+  const std::string name = o.json.substr(1);
+  std::ifstream from{name, std::ios::binary};
+  if (!from) return joined("cannot read ", quoted(name), ": ", std::strerror(errno));
+  // No more than that it is too long needs to be known.
+  std::string text(std::size_t{o.longest} + 1, '\0');
+  from.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (from.bad()) return joined("cannot read ", quoted(name), ": ", std::strerror(errno));
+  text.resize(static_cast<std::size_t>(from.gcount()));
+  if (text.size() > o.longest) {
+    return joined(quoted(name), " has more than the ", o.longest, " bytes that can be sent", remedy(o));
+  }
+  text.erase(text.find_last_not_of(" \t\r\n") + 1);
+  o.json = std::move(text);
+  return {};
+}
+
+// What is wrong with the options together; empty when nothing is. `named`: what the message is called.
+std::string contradiction(const pub_options& o, std::string_view named) {
   if (o.once && o.count > 1) return "--once and -n exclude each other";
   if (o.once && o.rate) return "--once and -r exclude each other";
   if (o.bare && o.latch) return "--latch is for topics, not for plain messages";
@@ -104,12 +152,16 @@ std::string contradiction(const pub_options& o) {
            "the connection";
   }
   if (o.from_stdin()) return {};
-  if (const auto fault = object_fault(o.json); !fault.empty()) return joined(quoted(o.json), " ", fault);
-  if (o.json.size() > text_bytes_max) {
-    return joined("the message has ", o.json.size(), " bytes, at most ", text_bytes_max, " can be sent");
-  }
+  if (const auto fault = object_fault(o.json); !fault.empty()) return joined(named, " ", fault);
+  if (const std::size_t bytes = o.json.size() + (o.stamp ? stamp_bytes_max : 0); bytes > o.longest)
+    return joined("the message has ", o.json.size(), " bytes, at most ", o.longest, " can be sent",
+                  remedy(o));
   if (o.stamp && !stamped(o.json, {})) return "--stamp needs a message whose `header` is an object";
   return {};
+}
+
+rt::duration answer_time_for(std::size_t bytes) noexcept {
+  return answer_time + std::chrono::seconds{bytes / bytes_per_second};
 }
 
 rt::duration since_1970() noexcept {
@@ -124,10 +176,10 @@ class on_topic {
   static result<on_topic> open(endpoint& hub, const pub_options& o) {
     auto topic = hub.advertise<json_text>(o.topic, {.ttl = o.ttl.value_or(rt::for_ever),
                                                     .keep = keep::all,
-                                                    .depth = queue_depth,
+                                                    .depth = o.depth(),
                                                     .latched = o.latch,
                                                     .type = o.type,
-                                                    .text_bytes_max = text_bytes_max});
+                                                    .text_bytes_max = o.text_bytes_max()});
     if (!topic) return topic.error();
     return on_topic{std::move(*topic)};
   }
@@ -137,7 +189,7 @@ class on_topic {
   // Nothing answers a publish; but a server carries out what it is sent in its order, so its answer to any
   // call that comes behind the last message proves it, even an answer that says no. False: there was none in
   // time.
-  bool handled(endpoint& hub, const pub_options& o, watcher& wait) {
+  bool handled(endpoint& hub, const pub_options& o, std::size_t longest_sent, watcher& wait) {
     // What several handles have is written side by side, so the call is opened when this one is done with:
     // that waits until its values are written. Another one keeps the topic advertised, and so its last
     // message.
@@ -148,7 +200,7 @@ class on_topic {
     if (keeps) to_ = std::move(*keeps);
     if (!asks) return false;
     const auto answer = wait.during([&] {
-      return asks->call(message{"topic", std::string_view{o.topic}}, answer_time);
+      return asks->call(message{"topic", std::string_view{o.topic}}, answer_time_for(longest_sent));
     });
     return answer || answer.code() == errc::refused || answer.code() == errc::no_service;
   }
@@ -164,7 +216,7 @@ class plain_messages {
  public:
   static result<plain_messages> open(endpoint& hub, const pub_options& o) {
     auto opened = hub.open_lane(
-        {.depth = 4, .inbox_depth = 1, .calls = 4, .text_bytes_max = text_bytes_max, .receive = false});
+        {.depth = 4, .inbox_depth = 1, .calls = 4, .text_bytes_max = short_bytes_max, .receive = false});
     if (!opened) return opened.error();
     return plain_messages{std::move(*opened), o.ttl.value_or(rt::for_ever)};
   }
@@ -203,15 +255,16 @@ class sender {
 
   // Whether the other side is known to have dealt with what was sent.
   bool handled(endpoint& via) {
-    if constexpr (requires { target_.handled(via, chosen_, waits_); }) {
+    if constexpr (requires { target_.handled(via, chosen_, longest_sent_, waits_); }) {
       if (profile_of(chosen_.profile) == peer_profile::standard && via.peers() != 0)
-        return target_.handled(via, chosen_, waits_);
+        return target_.handled(via, chosen_, longest_sent_, waits_);
     }
     return true;
   }
 
   std::uint64_t sent() const noexcept { return sent_; }
   std::uint64_t expired() const noexcept { return expired_; }
+  std::size_t longest_sent() const noexcept { return longest_sent_; }
 
  private:
   rt::duration period_times(std::int64_t i) const noexcept {
@@ -226,7 +279,8 @@ class sender {
       if (interrupt::seen()) return exit_code::interrupted;
       if (outcome == line_reader::outcome::end) return exit_code::done;
       if (outcome == line_reader::outcome::too_long) {
-        to_.error("line ", lines_.number(), " of stdin is longer than ", text_bytes_max, " bytes");
+        to_.error("line ", lines_.number(), " of stdin is longer than ", chosen_.longest, " bytes",
+                  remedy(chosen_));
         return exit_code::failed;
       }
       if (outcome == line_reader::outcome::line && line_.find_first_not_of(" \t") != line_.npos) break;
@@ -247,6 +301,7 @@ class sender {
       hub_.report();
       if (done) {
         ++sent_;
+        longest_sent_ = std::max(longest_sent_, json.size());
         return std::nullopt;
       }
       if (interrupt::seen()) return exit_code::interrupted;
@@ -272,9 +327,10 @@ class sender {
   watcher waits_;
   const pub_options& chosen_;
   const console& to_;
-  line_reader lines_{text_bytes_max};
+  line_reader lines_{chosen_.longest};
   std::string line_;
   std::uint64_t sent_ = 0;
+  std::size_t longest_sent_ = 0;
   std::uint64_t expired_ = 0; // that the target told us of
 };
 
@@ -307,7 +363,7 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
     const bool handled = sending.handled(hub);
     connection.report();
     if (!handled && !interrupt::seen())
-      to.note("the server did not answer within ", seconds_text(answer_time),
+      to.note("the server did not answer within ", seconds_text(answer_time_for(sending.longest_sent())),
               ", so whether it took all is not known");
   }
   if (o.latch && !end && !interrupt::seen()) {
@@ -323,8 +379,12 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
   if (!drained) to.error("at the end: ", drained.error().message());
 
   // The endpoint tells of plain messages one by one.
-  const std::uint64_t lost = o.bare ? sending.expired() : lost_here(hub);
-  const std::uint64_t sent = sending.sent() - std::min(sending.sent(), o.bare ? 0 : lost);
+  const std::uint64_t lost = o.bare ? sending.expired() : std::min(lost_here(hub), sending.sent());
+  const std::uint64_t sent = sending.sent() - (o.bare ? 0 : lost);
+  if (!o.bare && lost != 0 && sending.longest_sent() > short_bytes_max) {
+    to.note("the longest message has ", sending.longest_sent(),
+            " bytes, which the server must allow: its limit long_message_bytes_max is 1 MiB by default");
+  }
   const std::uint64_t errors = connection.errors_reported();
   to.note("sent ", counted(sent, "message"), " in ", seconds_text(elapsed),
           lost == 0 ? std::string{} : joined(", not sent ", lost),
@@ -341,12 +401,21 @@ exit_code pub(argument_list arguments) {
   if (const auto end = read(table_of(chosen), arguments)) return *end;
   console to{"pub"};
   to.be_quiet(chosen.quiet);
-  if (const std::string wrong = contradiction(chosen); !wrong.empty()) return usage_error("pub", wrong);
+  auto bounds = limits_for("pub");
+  if (!bounds) return exit_code::usage;
+  if (!chosen.bare) chosen.longest = std::max(short_bytes_max, bounds->long_message_bytes_max);
+  const std::string named = quoted(chosen.from_file() ? chosen.json.substr(1) : chosen.json);
+  if (chosen.from_file()) {
+    if (const std::string wrong = read_file(chosen); !wrong.empty()) return usage_error("pub", wrong);
+  }
+  if (const std::string wrong = contradiction(chosen, named); !wrong.empty())
+    return usage_error("pub", wrong);
   const spelled_url url = read_url(chosen.at.url);
   if (url.url.empty()) return usage_error("pub", url.wrong);
 
-  const auto bounds = limits_for("pub", (std::size_t{queue_depth} + 64) * (text_bytes_max + 1024));
-  if (!bounds) return exit_code::usage;
+  bounds->lane_bytes =
+      std::max(bounds->lane_bytes, chosen.depth() * (chosen.text_bytes_max() + std::size_t{1024}) +
+                                       std::size_t{64} * (short_bytes_max + 1024));
   endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
   if (const auto end = use(chosen.at, options, to)) return *end;
   auto hub = endpoint::connect(url.url, options);

@@ -45,7 +45,10 @@ command table_of(configuration_options& chosen) {
           "\n"
           "Each option is also a key of a file and a variable of the environment (docs/config.md). Of "
           "several\n"
-          "values that on the command line holds, then that of the environment, then the file's.\n",
+          "values that on the command line holds, then that of the environment, then the file's.\n"
+          "\n"
+          "A topic's message may have 1 MiB. --limit long_message_bytes_max=67108864 lets it have 64 MiB,\n"
+          "the most; long_slots times as much memory is taken as it is needed (8 by default).\n",
       .operands = {},
       .options = chosen.table(),
   };
