@@ -81,8 +81,11 @@ status endpoint_state::start(service::side ours) {
   const service::memory_plan plan = service::plan_memory(options_.limits);
   memory_ = rt::arena{plan.arena(), rt::page_lock::attempted};
   if (!memory_) return error{errc::no_memory, static_cast<std::int64_t>(plan.arena()), memory_.map_errno()};
-  if (plan.chunks != 0) chunk_pool_.reset(new (std::nothrow) std::byte[plan.chunks]); // not touched here
-  if (plan.chunks != 0 && !chunk_pool_) return error{errc::no_memory, static_cast<std::int64_t>(plan.chunks)};
+  if (plan.chunks != 0) {
+    chunk_pool_.emplace(plan.chunks); // not touched here
+    if (chunk_pool_->bytes().empty())
+      return error{errc::no_memory, static_cast<std::int64_t>(plan.chunks), chunk_pool_->map_errno()};
+  }
   auto validator = json::reader::create(options_.limits.message_bytes_max, options_.limits.depth_max);
   if (!validator) return validator.error();
   validator_.emplace(std::move(validator).value());
@@ -104,7 +107,8 @@ status endpoint_state::start(service::side ours) {
       memory_, chosen, service::shared_parts{pairs_, *shared_, *submissions_, *inbox_},
       service::core_seams{*transport_, random_, *validator_, &site_, wire::protocols_of(options_.profile),
                           rights_, rt::monotonic_clock::now,
-                          {chunk_pool_.get(), plan.chunks}},
+                          chunk_pool_ ? chunk_pool_->bytes() : std::span<std::byte>{},
+                          chunk_pool_ ? &*chunk_pool_ : nullptr},
       rt::monotonic_clock::now());
   if (!rt::clock_is_cheap()) {
     event warning;

@@ -4,6 +4,7 @@
 #pragma once
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/thread.hpp>
 
+#include "api/chunk_memory.hpp"
 #include "api/local_stops.hpp"
 #include "api/pair_memory.hpp"
 #include "page/site.hpp"
@@ -93,7 +95,7 @@ class endpoint_state {
   std::string name_;
   page::site site_;
   rt::arena memory_;
-  std::unique_ptr<std::byte[]> chunk_pool_; // for long messages
+  std::optional<chunk_memory> chunk_pool_; // for long messages
   kernel_entropy random_;
   std::unique_ptr<service::transport> transport_;
   std::optional<json::reader> validator_;

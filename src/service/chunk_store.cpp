@@ -6,6 +6,11 @@
 #include <utility>
 
 namespace rowe::service {
+namespace {
+
+constexpr std::uint32_t chunks_opened_min = 64; // 1 MiB at a time
+
+} // namespace
 
 std::uint32_t chunk_store::chunk_count(const limits& bounds) noexcept {
   return in_use(bounds) ? bounds.long_slots * chunks_for(bounds.long_message_bytes_max) : 0;
@@ -22,16 +27,30 @@ std::size_t chunk_store::footprint_bytes(const limits& bounds) noexcept {
          rt::arena::bytes_for<chain>(text_count(bounds));
 }
 
-chunk_store::chunk_store(rt::arena& memory, std::span<std::byte> pool, const limits& bounds) noexcept
+chunk_store::chunk_store(rt::arena& memory, std::span<std::byte> pool, const limits& bounds,
+                         pool_opener* opener) noexcept
     : text_bytes_max_{pool.empty() ? 0 : bounds.long_message_bytes_max},
       pool_{pool},
       links_{memory.carve<chunk_id>(pool.empty() ? 0 : chunk_count(bounds))},
+      opener_{opener},
+      open_{opener != nullptr ? 0 : links_.size()},
       texts_{memory.carve<chain>(pool.empty() ? 0 : text_count(bounds))},
       free_{texts_} {
   assert(pool.empty() || pool.size() == pool_bytes(bounds));
 }
 
 // ---- chunks
+
+// Makes sure that so many more can be taken.
+bool chunk_store::open_for(std::uint32_t more) noexcept {
+  const std::uint32_t used_before = untouched_ - in_use_; // and free now
+  const std::uint32_t wanted = untouched_ + (more > used_before ? more - used_before : 0);
+  if (wanted <= open_) return true;
+  const std::uint32_t opened = std::min(std::max(wanted, open_ + chunks_opened_min), chunks());
+  if (!opener_->open(std::size_t{opened} * chunk_bytes)) return false;
+  open_ = opened;
+  return true;
+}
 
 inline chunk_id chunk_store::take_chunk() noexcept {
   chunk_id taken = free_chunk_;
@@ -59,7 +78,8 @@ void chunk_store::give_back(chunk_id first, chunk_id end) noexcept {
 // ---- texts
 
 text_id chunk_store::begin(std::size_t bytes_max) noexcept {
-  if (free() < std::max(chunks_for(bytes_max), 1U)) return {};
+  const std::uint32_t wanted = std::max(chunks_for(bytes_max), 1U);
+  if (free() < wanted || !open_for(wanted)) return {};
   const text_id begun = free_.take();
   if (!begun) return {};
   texts_[begun] = {};
@@ -73,7 +93,7 @@ bool chunk_store::grow(text_id which, std::size_t bytes_max) noexcept {
   chain& of = texts_[which];
   const std::uint32_t wanted = chunks_for(bytes_max);
   if (wanted <= of.chunks) return true;
-  if (wanted - of.chunks > free()) return false;
+  if (wanted - of.chunks > free() || !open_for(wanted - of.chunks)) return false;
   chunk_id last = of.last_written; // behind it are those that were not written to
   while (last && links_[last]) last = links_[last];
   for (; of.chunks != wanted; ++of.chunks) {
@@ -168,7 +188,7 @@ bool chunk_store::check() const noexcept {
   for (chunk_id i = free_chunk_; i; i = links_[i]) {
     if (++free_again > untouched_) return false;
   }
-  return held == in_use_ && free_again + in_use_ == untouched_ && untouched_ <= chunks();
+  return held == in_use_ && free_again + in_use_ == untouched_ && untouched_ <= open_;
 }
 
 } // namespace rowe::service

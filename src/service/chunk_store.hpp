@@ -3,8 +3,8 @@
 // and whoever needs it holds a reference: a message that is being received, messages on their way out, and
 // the last value of a latched topic. Nothing is copied between these.
 //
-// The memory of the pool is given from outside. A chunk is not touched before it is first used, so an
-// endpoint whose messages are short never pays for it.
+// The memory of the pool is given from outside, and may have to be opened before it is used. A chunk is not
+// touched before it is first used, so an endpoint whose messages are short never pays for it.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -21,6 +21,16 @@
 #include "service/shares.hpp"
 
 namespace rowe::service {
+
+// Makes the memory of a pool usable. A step of it takes some system calls, and touches no page.
+class pool_opener {
+ public:
+  // The first so many bytes; never fewer than before. False: the system has no memory for them.
+  virtual bool open(std::size_t bytes) noexcept = 0;
+
+ protected:
+  ~pool_opener() = default;
+};
 
 class chunk_store {
  public:
@@ -40,8 +50,10 @@ class chunk_store {
     return std::size_t{chunk_count(bounds)} * chunk_bytes;
   }
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  // `pool` has pool_bytes(), or is empty: then there are no long messages.
-  chunk_store(rt::arena& memory, std::span<std::byte> pool, const limits& bounds) noexcept;
+  // `pool` has pool_bytes(), or is empty: then there are no long messages. `opener`: none, if all of it can
+  // be used.
+  chunk_store(rt::arena& memory, std::span<std::byte> pool, const limits& bounds,
+              pool_opener* opener = nullptr) noexcept;
 
   // The longest text; 0: there are no long messages.
   std::size_t text_bytes_max() const noexcept { return text_bytes_max_; }
@@ -107,6 +119,7 @@ class chunk_store {
   std::span<std::byte> bytes_of(chunk_id chunk) const noexcept {
     return pool_.subspan(chunk.value * chunk_bytes, chunk_bytes);
   }
+  bool open_for(std::uint32_t chunks) noexcept;
   chunk_id take_chunk() noexcept;
   void give_back(chunk_id first, chunk_id end) noexcept;
   void free(text_id text) noexcept;
@@ -116,6 +129,8 @@ class chunk_store {
   rows<chunk_id, chunk_id> links_; // to the next one of the same text, or the next free one
   chunk_id free_chunk_{};          // of those that were used before; the others come in their order
   std::uint32_t untouched_ = 0;
+  pool_opener* opener_;
+  std::uint32_t open_; // can be used
   std::uint32_t in_use_ = 0;
   std::uint32_t receiving_ = 0; // of those
   rows<text_id, chain> texts_;

@@ -18,7 +18,7 @@ core_state::core_state(rt::arena& memory, const core_options& chosen, const shar
       shared{with_threads.shared},
       counts{shared.counts},
       events{cycle, shared},
-      chunks{memory, outside.chunk_pool, options.bounds},
+      chunks{memory, outside.chunk_pool, options.bounds, outside.chunk_opener},
       due{memory, options.bounds, start},
       peers{memory, options.bounds},
       latches{memory, chunks, options.bounds},

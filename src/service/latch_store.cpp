@@ -93,6 +93,12 @@ void latch_store::clear(latched_value& what) noexcept {
 }
 
 void latch_store::write(const latched_value& what, json::writer& into) const noexcept {
+  chunk_store::place place;
+  for (std::size_t at = 0; what.chunks && at != what.bytes;) {
+    const auto here = chunks_.read(what.chunks, at, place);
+    into.append({reinterpret_cast<const char*>(here.data()), here.size()});
+    at += here.size();
+  }
   std::size_t left = what.bytes;
   for (block_id i = what.text.head; i; i = blocks_[i].next) {
     const std::size_t here = std::min(left, latch_block_bytes_max);

@@ -75,13 +75,14 @@ http_answer topic_pages::answer(const awaited_page& page, bool last, std::span<c
   if (on.holders == 0 || on.channel != page.channel)
     return fresh(404, "the topic went, or has another type now\nask again\n");
   if (!on.last.empty() && on.last.expires > state_.cycle.now)
-    return on.last.chunks ? too_long(on.last.bytes, out) : page_of(on.last, out, true);
+    return on.last.bytes > state_.bounds().message_bytes_max ? too_long(index, on.last.bytes, out)
+                                                             : page_of(on.last, out, true);
   if (!on.asked && !last) begin(index);
   if (on.asked) {
     const latched_value& newest = state_.last_values.ask(on.asked, state_.cycle.now, !last);
     if (!newest.empty()) return page_of(newest, out, false);
     if (const std::size_t bytes = state_.last_values.long_bytes(on.asked); bytes != 0)
-      return too_long(bytes, out);
+      return too_long(index, bytes, out);
   }
   if (last) return no_value();
   http_answer answer;
@@ -90,10 +91,12 @@ http_answer topic_pages::answer(const awaited_page& page, bool last, std::span<c
   return answer;
 }
 
-http_answer topic_pages::too_long(std::size_t bytes, std::span<char> out) const noexcept {
+http_answer topic_pages::too_long(topic_id topic, std::size_t bytes, std::span<char> out) const noexcept {
   wire::text_out words{out};
   words.add("the last value has ").add(static_cast<std::int64_t>(bytes)).add(" bytes, and this page gives ");
-  words.add(state_.bounds().message_bytes_max).add("\nsubscribe to the topic\n");
+  words.add(state_.bounds().message_bytes_max)
+      .add(" (message_bytes_max)\nsubscribe to the topic, as `rowe echo URL ");
+  words.add_shortened(state_.topics.name(topic), 200).add(" --json --once` does\n");
   return fresh(404, words.text());
 }
 

@@ -52,7 +52,7 @@ class topic_pages {
   }
   void begin(topic_id topic) noexcept;
   void end(topic_id topic) noexcept;
-  http_answer too_long(std::size_t bytes, std::span<char> out) const noexcept;
+  http_answer too_long(topic_id topic, std::size_t bytes, std::span<char> out) const noexcept;
   http_answer page_of(const latched_value& value, std::span<char> out, bool latched) noexcept;
 
   core_state& state_;

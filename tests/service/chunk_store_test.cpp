@@ -135,5 +135,41 @@ TEST_F(chunk_store_test, loses_no_chunk_in_random_use) {
   }
 }
 
+struct counting_opener final : rowe::service::pool_opener {
+  bool open(std::size_t bytes) noexcept override {
+    if (bytes > most) return false;
+    opened = bytes;
+    return true;
+  }
+  std::size_t most = SIZE_MAX;
+  std::size_t opened = 0;
+};
+
+TEST(chunk_store_pool, is_opened_as_it_is_used_and_not_again) {
+  rowe::limits bounds = few();
+  bounds.long_message_bytes_max = 100 * chunk;
+  rowe::rt::arena memory{chunk_store::footprint_bytes(bounds), rowe::rt::page_lock::none};
+  const std::size_t all = chunk_store::pool_bytes(bounds);
+  const std::unique_ptr<std::byte[]> pool{new std::byte[all]};
+  counting_opener opener;
+  chunk_store store{memory, {pool.get(), all}, bounds, &opener};
+  EXPECT_EQ(opener.opened, 0U);
+  EXPECT_EQ(store.free(), 400U);
+  const text_id first = store.begin(chunk);
+  EXPECT_EQ(opener.opened, 64 * chunk);
+  const text_id second = store.begin(80 * chunk);
+  EXPECT_EQ(opener.opened, 128 * chunk);
+  opener.most = 130 * chunk;
+  EXPECT_TRUE(store.check());
+  EXPECT_FALSE(store.grow(first, 51 * chunk)); // the system has no more
+  EXPECT_FALSE(store.begin(51 * chunk));
+  EXPECT_TRUE(store.check());
+  store.release(second);
+  EXPECT_TRUE(store.grow(first, 100 * chunk)); // what was used before is open
+  EXPECT_EQ(opener.opened, 128 * chunk);
+  store.release(first);
+  EXPECT_TRUE(store.check());
+}
+
 } // namespace
 } // namespace chunk_store_test

@@ -8,6 +8,8 @@ import subprocess
 import tempfile
 import time
 import unittest
+import urllib.error
+import urllib.request
 
 from program import given_time, hub, nobody_at, program, run
 from websocket import closed, listener, peer, settle
@@ -287,6 +289,13 @@ class long_messages(unittest.TestCase):
             ended = run("echo", self.serving.url, "/late", "--field", "width", "--once",
                         environment=self.raised)
             self.assertEqual((ended.code, ended.stdout), (0, ["3000", "---"]), ended.stderr)
+            with self.assertRaises(urllib.error.HTTPError) as refused:  # a page gives short ones only
+                urllib.request.urlopen(f"http://127.0.0.1:{self.serving.port}/api/v1/topics/late")
+            with refused.exception as page:
+                self.assertEqual(page.code, 404)
+                self.assertRegex(page.read().decode(),
+                                 r"the last value has \d{7} bytes, and this page gives 61440 \(message_bytes_max\)"
+                                 r"\nsubscribe to the topic, as `rowe echo URL /late --json --once`")
             self.assertEqual(pub.end(signal.SIGINT), 0)
 
     def test_that_are_too_long_are_named_with_their_length_and_the_limit(self):
