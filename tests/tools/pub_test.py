@@ -295,7 +295,8 @@ class long_messages(unittest.TestCase):
                 self.assertEqual(page.code, 404)
                 self.assertRegex(page.read().decode(),
                                  r"the last value has \d{7} bytes, and this page gives 61440 "
-                                 r"\(message_bytes_max\)\nsubscribe to the topic, as `rowe echo URL /late --json --once`")
+                                 r"\(message_bytes_max\)\nsubscribe to the topic, as "
+                                 r"`rowe echo URL /late --json --once`")
             self.assertEqual(pub.end(signal.SIGINT), 0)
 
     def test_that_are_too_long_are_named_with_their_length_and_the_limit(self):
