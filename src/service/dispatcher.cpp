@@ -169,6 +169,9 @@ void dispatcher::read_long(connection& c, const long_arrival& message, bool bina
     of_stop = stop_verb::none;
   if (of_stop != stop_verb::none) return carry_out_stop(c, read, asked, known, of_stop);
   if (message.is == verdict::no_room) state_.counts.add(counter::no_chunks);
+  if (message.is == verdict::far_behind || message.is == verdict::other_long ||
+      message.is == verdict::unsupported)
+    state_.counts.add(counter::too_big);
   if (drops_excess() || (ROWE_MUTANT(long_told) && message.is == verdict::no_room)) return;
   if (read != wire::decoded::request && (fine || (binary && asked.what == wire::verb::unknown)))
     return refusals_.refuse(c, asked, why);
@@ -177,8 +180,7 @@ void dispatcher::read_long(connection& c, const long_arrival& message, bool bina
     if (access_control_.permits(c, asked)) broker_.relay(c, asked, message.body);
     return;
   }
-  if (message.is != verdict::malformed && message.is != verdict::no_object && message.is != verdict::no_room)
-    state_.counts.add(counter::too_big);
+  if (fine) state_.counts.add(counter::too_big);
   refuse_long(c, asked, message);
 }
 

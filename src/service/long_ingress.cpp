@@ -238,10 +238,7 @@ std::span<const std::byte> long_ingress::list(std::span<const json::placed_membe
 
 long_arrival long_ingress::put_together(receipt& of) noexcept {
   using verdict = long_arrival::verdict;
-  if (of.unsupported || of.head_have != of.head_bytes) {
-    state_.counts.add(counter::too_big);
-    return {.is = verdict::unsupported};
-  }
+  if (of.unsupported || of.head_have != of.head_bytes) return {.is = verdict::unsupported};
   if (!of.scanner.finish()) {
     const json::fault& found = of.scanner.found();
     const auto at = static_cast<std::int64_t>(found.at);

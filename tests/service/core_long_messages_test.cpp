@@ -234,6 +234,7 @@ TEST_F(refused_long_messages_test, name_the_topic_by_its_number_to_a_peer_of_fox
       << heard;
   heard = answer("\x09" + map_of(20'000));
   EXPECT_TRUE(has(heard, "begins with 9")) << heard;
+  EXPECT_EQ(on.count(rowe::service::counter::too_big), 2U);
   fill();
   heard = answer("\x01" + four(5) + map_of(60'000));
   EXPECT_TRUE(has(heard, "publish /map: a message of 60") && has(heard, "long_slots")) << heard;

