@@ -62,6 +62,7 @@ dispatcher::dispatcher(rt::arena& memory, const needs& parts) noexcept
       receiver_{parts.receiver},
       ingress_{parts.ingress},
       long_ingress_{parts.long_ingress},
+      fragment_ingress_{parts.fragment_ingress},
       direct_messages_{parts.direct_messages},
       broker_{parts.broker},
       listings_{parts.listings},
@@ -80,8 +81,15 @@ void dispatcher::dispatch(peer_index from, std::span<std::byte> message, bool bi
 }
 
 void dispatcher::dispatch_again(peer_index from, std::span<std::byte> message, bool binary) noexcept {
-  heard_before_ = true;
-  read(state_.peers[from], message, binary);
+  connection& c = state_.peers[from];
+  if (fragment_ingress_.comes_again(from)) [[unlikely]] {
+    if (!fragment_ingress_.was_parked(from)) return take_fragments(c, fragment_ingress_.go_on(c, message));
+    heard_before_ = true;
+    carry_out_whole(c);
+  } else {
+    heard_before_ = true;
+    read(c, message, binary);
+  }
   heard_before_ = false;
 }
 
@@ -95,7 +103,7 @@ void dispatcher::dispatch_piece(peer_index from, const wire::frame_step& step) n
     state_.counts.add(counter::refused_requests);
     return state_.peers.close_later(c, no_binary_diagnostic, wire::close_code::unsupported_data);
   }
-  const long_arrival arrival = long_ingress_.end(from);
+  const long_arrival arrival = long_ingress_.end(from, long_ingress::way::frames);
   begin(c);
   read_long(c, arrival, binary);
   if (std::exchange(excess_, false)) refusals_.note_excess(c);
@@ -257,6 +265,8 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
   if (c.stop_only && !stop_gate::is_for_stop_peers(asked))
     return refusals_.refuse(c, asked.codec, asked.id_raw, {.code = "refused", .text = stop_only_diagnostic});
   if (!access_control_.permits(c, asked)) return;
+  if (asked.fragment_size != 0) [[unlikely]]
+    fragment_ingress_.ask({c.id.index}, asked.fragment_size);
   switch (asked.what) {
   case verb::publish: return broker_.relay(c, asked);
   case verb::call:
@@ -267,6 +277,7 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
   case verb::goal_feedback: return call_router_.take_feedback(c, asked);
   case verb::goal_result:
   case verb::reply: return call_router_.take_reply(c, asked);
+  case verb::fragment: return take_fragments(c, fragment_ingress_.take(c, asked, message));
   case verb::status: return take_status(c, asked);
   case verb::set_level: refusals_.set_level({c.id.index}, asked.level); return;
   case verb::subscribe:
@@ -288,6 +299,27 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
   case verb::unknown: break;
   }
   refusals_.refuse(c, asked.codec, asked.id_raw, unknown);
+}
+
+// ---- fragments
+
+void dispatcher::take_fragments(connection& c, fragment_ingress::due due) noexcept {
+  if (due == fragment_ingress::due::rest) return ingress_.go_on({c.id.index});
+  if (due == fragment_ingress::due::whole) carry_out_whole(c);
+}
+
+// A message all of whose fragments came is read as if it had come as it is. If it is parked, the last of its
+// fragments comes again.
+void dispatcher::carry_out_whole(connection& c) noexcept {
+  const peer_index peer{c.id.index};
+  if (const std::span<std::byte> text = fragment_ingress_.text(peer); !text.empty()) {
+    read_text(c, text);
+  } else {
+    const long_arrival arrival = long_ingress_.end(peer, long_ingress::way::messages);
+    read_long(c, arrival, false);
+    if (arrival.body) state_.chunks.release(arrival.body);
+  }
+  fragment_ingress_.end(peer, ingress_.parked(peer));
 }
 
 void dispatcher::take_status(connection& c, const wire::request& asked) noexcept {

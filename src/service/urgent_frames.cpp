@@ -70,7 +70,7 @@ bool urgent_frames::gather(peer_index peer, bool open, const partial_frame& behi
   if (open && to.credit.wants_ping(state_.cycle.now) && !gather_ping(peer, into.bytes)) into.more = true;
   if (!to.control.rest().empty()) into.add(to.control.rest(), {.is = batch_piece::origin::control});
   if (!open) return false;
-  if (!stop_first && !to.stop.rest().empty() && !behind.is_long())
+  if (!stop_first && !to.stop.rest().empty() && !behind.is_continued())
     into.add(to.stop.rest(), {.is = batch_piece::origin::stop});
   return true;
 }
