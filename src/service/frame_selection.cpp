@@ -51,8 +51,10 @@ bool frame_selection::add_others(const recipient& to, std::size_t at, const queu
 
 void frame_selection::add_all_left(const recipient& to, batch& into) noexcept {
   partial_frame& frame = partial_frames_.of(to.index);
-  if (add_partial(to, into) && frame.goes == partial_frame::way::texts)
-    (void)add_texts(to, frame, into, SIZE_MAX, SIZE_MAX);
+  if (!add_partial(to, into) || frame.goes != partial_frame::way::texts) return;
+  // Between two fragments an urgent frame may have been begun.
+  if (!frame.mid_frame() && !ROWE_MUTANT(rest_in_urgent)) urgent_frames_.gather_begun(to.index, into);
+  (void)add_texts(to, frame, into, SIZE_MAX, SIZE_MAX);
 }
 
 // Fragments, until the batch has so many bytes more, or the credit is used up. False: they are not all.

@@ -75,6 +75,13 @@ bool urgent_frames::gather(peer_index peer, bool open, const partial_frame& behi
   return true;
 }
 
+// A frame that was begun goes on before any other. Control frames do not say whether one was begun.
+void urgent_frames::gather_begun(peer_index peer, batch& into) noexcept {
+  const output& of = outputs_[peer];
+  if (of.stop.begun()) into.add(of.stop.rest(), {.is = batch_piece::origin::stop});
+  if (!of.control.rest().empty()) into.add(of.control.rest(), {.is = batch_piece::origin::control});
+}
+
 // Adds a ping to the control frames; `in_front` bytes are written before these. False: it has to wait until
 // the control frames that are there are written.
 bool urgent_frames::gather_ping(peer_index peer, std::size_t in_front) noexcept {

@@ -8,10 +8,11 @@ namespace harness {
 namespace core_fragments_out_test {
 namespace {
 
-rowe::endpoint_options options_with(std::uint32_t long_bytes) {
+rowe::endpoint_options options_with(std::uint32_t long_bytes, std::uint32_t large_slots = 0) {
   rowe::endpoint_options chosen = small_options();
   chosen.limits.long_message_bytes_max = long_bytes;
   chosen.limits.long_slots = 8;
+  chosen.limits.large_slots = std::max(chosen.limits.large_slots, large_slots);
   chosen.relay = true;
   return chosen;
 }
@@ -128,6 +129,45 @@ TEST_F(fragments_out_test, let_the_answer_to_a_stop_pass) {
   }
   EXPECT_TRUE(answered);
   EXPECT_TRUE(into.under_way());
+}
+
+struct fragments_handed_over_test : fragments_out_test {
+  fragments_handed_over_test() : fragments_out_test{options_with(64 * 1024, 16)} {}
+};
+
+// Two large messages are under way, so the transport is handed over what a socket did not take. It has taken
+// a part of a pong, which goes on first.
+TEST_F(fragments_handed_over_test, go_behind_a_frame_that_was_begun) {
+  for (std::size_t part = 0; part < 700; part += 5) {
+    peer other{on};
+    subscribe("/map", 300);
+    other.say(R"({"op":"subscribe","topic":"/other","fragment_size":300})");
+    on.cycle();
+    auto& link = on.net.link_of(browser.id());
+    auto& other_link = on.net.link_of(other.id());
+    link.capacity_bytes = other_link.capacity_bytes = 600;
+    robot.say(published("/other", map_of(3900)));
+    (void)heard(30);
+    const std::string map = published("/map", map_of(3900));
+    robot.say(map);
+    texts all;
+    for (int i = 0; i < 30 && !into.under_way(); ++i) all = heard(1, 100);
+    ASSERT_TRUE(into.under_way());
+    for (const std::string& one : browser.hear()) {
+      if (auto whole = into.take(one)) all.push_back(std::move(*whole));
+    }
+    browser.send(rowe::wire::opcode::ping, std::string(125, 'p')); // the pong goes first
+    link.capacity_bytes = part;
+    link.rest_bytes_max = SIZE_MAX;
+    for (std::string& one : heard(1)) all.push_back(std::move(one));
+    link.rest_bytes_max = 0;
+    link.capacity_bytes = other_link.capacity_bytes = SIZE_MAX;
+    for (std::string& one : heard(40)) all.push_back(std::move(one));
+    EXPECT_EQ(std::ranges::count(all, map), 1) << part;
+    ASSERT_EQ(browser.violated, "") << part;
+    other.leave();
+    on.cycle();
+  }
 }
 
 TEST_F(fragments_out_test, of_one_subscription_keep_the_order_of_its_messages) {
