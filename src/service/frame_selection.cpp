@@ -49,12 +49,16 @@ bool frame_selection::add_others(const recipient& to, std::size_t at, const queu
   return true;
 }
 
-void frame_selection::add_all_left(const recipient& to, batch& into) noexcept {
+bool frame_selection::add_all_left(const recipient& to, batch& into) noexcept {
   partial_frame& frame = partial_frames_.of(to.index);
-  if (!add_partial(to, into) || frame.goes != partial_frame::way::texts) return;
-  // Between two fragments an urgent frame may have been begun.
-  if (!frame.mid_frame() && !ROWE_MUTANT(rest_in_urgent)) urgent_frames_.gather_begun(to.index, into);
-  (void)add_texts(to, frame, into, SIZE_MAX, SIZE_MAX);
+  const bool texts = frame.goes == partial_frame::way::texts;
+  if (texts && !to.queues.blocked && !to.queues.out_of_credit) return false; // it goes on
+  if (add_partial(to, into) && texts) {
+    // Between two fragments an urgent frame may have been begun.
+    if (!frame.mid_frame() && !ROWE_MUTANT(rest_in_urgent)) urgent_frames_.gather_begun(to.index, into);
+    (void)add_texts(to, frame, into, SIZE_MAX, SIZE_MAX);
+  }
+  return into.count != 0;
 }
 
 // Fragments, until the batch has so many bytes more, or the credit is used up. False: they are not all.

@@ -65,8 +65,8 @@ class frame_selection {
   }
 
   // Adds all that is left of the message that is under way, as far as the batch takes it, whatever the
-  // credit.
-  void add_all_left(const recipient& to, batch& into) noexcept;
+  // credit. False: there is nothing, or it is under way as usual.
+  bool add_all_left(const recipient& to, batch& into) noexcept;
 
  private:
   bool add_rest(const recipient& to, partial_frame& frame, batch& into) noexcept;

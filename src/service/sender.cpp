@@ -154,8 +154,7 @@ inline void sender::settle(const recipient& to, batch& sent, std::size_t taken) 
   urgent_.wrote(to.index, taken);
   to.queues.blocked = taken < sent.bytes;
   commit(to, sent, taken);
-  if (partial_.of(to.index)) [[unlikely]]
-    hand_over_rest(to);
+  if (partial_.of(to.index)) hand_over_rest(to);
 }
 
 // ---- commit
@@ -219,17 +218,13 @@ void sender::count_message_out(connection& peer) noexcept {
   ++peer.messages_out;
 }
 
-// The transport keeps the rest of the frame itself, if it can; of a message in texts that waits, all. What is
-// left of a message in texts that lacks credit is written first, since only what was refused may be handed
-// over.
+// The transport keeps the rest of the frame itself, if it can; of a message in texts that waits, all. Only
+// what was refused may be handed over, so what lacks credit is written first.
 void sender::hand_over_rest(const recipient& to) noexcept {
   while (partial_.of(to.index) && partial_.is_worth_handing_over(to.index)) {
-    const bool refused = to.queues.blocked;
-    const bool waits = refused || to.queues.out_of_credit;
-    if (!waits && partial_.of(to.index).goes == partial_frame::way::texts) return; // it goes on
     batch rest{buffer_, pieces_};
-    selection_.add_all_left(to, rest);
-    if (rest.count == 0) return;
+    if (!selection_.add_all_left(to, rest)) return;
+    const bool refused = to.queues.blocked;
     const std::size_t taken = refused ? state_.seams.transport.write_rest(to.peer.id, rest.whole())
                                       : state_.seams.transport.write(to.peer.id, rest.whole());
     to.queues.blocked = refused || taken < rest.bytes;
