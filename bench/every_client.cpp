@@ -11,11 +11,11 @@
 //   roslib    /odom with each value; one of the three by CBOR
 //   foxglove  subprotocol, list of channels, subscription; each value in a binary frame
 // `publish` is each call of publish() in the loop, the clock's own cost subtracted; `publish_of_none` the
-// median over the rounds of the ratio of their medians. `arrival` is from the beginning of publish() until the
-// client has the message, of all clients together. `lost` is what publish() took and a client of roslib's or
-// Foxglove's never got, the worst client of all rounds; `lost_by_name` is what the endpoint counted as lost,
-// whoever lost it. What pages do not get since they asked for less is not lost. `refused` is what publish()
-// did not take.
+// median over the rounds of the ratio of their medians. `arrival` is from the beginning of publish() until
+// the client has the message, of all clients together. `lost` is what publish() took and a client of roslib's
+// or Foxglove's never got, the worst client of all rounds; `lost_by_name` is what the endpoint counted as
+// lost, whoever lost it. What pages do not get since they asked for less is not lost. `refused` is what
+// publish() did not take.
 //
 // The loop is alone on core --here, SCHED_FIFO --prio where that is granted. The service thread is on core
 // --there with --prio - 1, idle::poll, and so is the one thread of all clients, an ordinary one: they share
@@ -94,8 +94,8 @@ class client {
   std::uint64_t newest() const { return newest_; }
   // Of those from `first` on, each one once.
   std::uint64_t heard_since(std::uint64_t first) const {
-    return static_cast<std::uint64_t>(
-        std::count_if(heard_.begin(), heard_.end(), [&](const arrival& one) { return one.sequence >= first; }));
+    return static_cast<std::uint64_t>(std::count_if(
+        heard_.begin(), heard_.end(), [&](const arrival& one) { return one.sequence >= first; }));
   }
   void add_times(std::uint64_t since, std::vector<double>& into) const {
     for (const arrival& one : heard_)
@@ -103,7 +103,8 @@ class client {
   }
 
   void take() {
-    while (connection_.take([&](const wire::frame_step& step) { hear(text_of(step)); }, MSG_DONTWAIT)) continue;
+    while (connection_.take([&](const wire::frame_step& step) { hear(text_of(step)); }, MSG_DONTWAIT))
+      continue;
   }
 
  private:
@@ -169,7 +170,8 @@ class crowd {
     while (!stop_.load(std::memory_order_relaxed)) { // pairs with nothing: see end()
       std::array<epoll_event, 16> ready;
       const int count = ::epoll_wait(events.get(), ready.data(), ready.size(), 20);
-      for (int i = 0; i < count; ++i) static_cast<client*>(ready[static_cast<std::size_t>(i)].data.ptr)->take();
+      for (int i = 0; i < count; ++i)
+        static_cast<client*>(ready[static_cast<std::size_t>(i)].data.ptr)->take();
       if (!ok()) return; // its sockets would be ready for ever
       note();
     }
@@ -197,7 +199,7 @@ class crowd {
 
 struct contender {
   const char* name;
-  std::size_t connections; // three pages have six of them
+  std::size_t connections;                          // three pages have six of them
   std::vector<double> publish_p50{}, publish_p99{}; // ns, of each round
   std::vector<double> arrival_p50{}, arrival_p99{}, arrival_max{};
   double lost = 0; // of the worst client
@@ -234,9 +236,12 @@ bool measure(contender& of) {
   if (!opened) return false;
   endpoint robot = std::move(*opened);
   auto latch = robot.stop_latch({.loop_timeout = 10s});
-  auto odometry = robot.advertise<stamped>("/odom", {.depth = 1024, .latched = true, .type = "nav_msgs/Odometry"});
+  auto odometry =
+      robot.advertise<stamped>("/odom", {.depth = 1024, .latched = true, .type = "nav_msgs/Odometry"});
   if (!latch || !odometry) return false;
   crowd clients{robot.port(), of.connections};
+  const bool is_first = of.connections == 0 && of.publish_p50.empty();
+  if (is_first) say_grants("service thread", robot.service_grants());
   if (!clients.ok()) return false;
 
   const auto cycles = static_cast<std::uint64_t>(milliseconds) * static_cast<std::uint64_t>(rate) / 1000;
@@ -245,26 +250,28 @@ bool measure(contender& of) {
   took.reserve(cycles);
   std::uint64_t sequence = 0, first = 0, last = 0, taken = 0;
   double lost_before = 0;
-  rt::thread loop{rt::thread_options{.name = "loop", .cpu = here, .priority = priority}, [&](const rt::grants&) {
-    const rt::time_point give_up = monotonic_clock::now() + 30s;
-    rt::periodic beat{rt::duration{1s} / rate};
-    while (const auto now = beat.wait()) {
-      if (latch->engaged(*now)) latch->acknowledge(*now);
-      const stamped value = odometry_at(++sequence, monotonic_clock::now());
-      const auto begin = monotonic_clock::now();
-      const status done = odometry->publish(value, *now);
-      const double spent = nanoseconds_since(begin);
-      if (first != 0) { // it counts
-        took.push_back(spent - clock);
-        if (done) ++taken;
-        if (done) last = sequence;
-        if (took.size() == cycles) return;
-      } else if ((clients.all_have() != 0 && clients.pages_have() && sequence > 50) || *now > give_up) {
-        first = sequence + 1;
-        lost_before = losses_of(robot);
-      }
-    }
-  }};
+  rt::thread loop{
+      rt::thread_options{.name = "loop", .cpu = here, .priority = priority}, [&](const rt::grants&) {
+        const rt::time_point give_up = monotonic_clock::now() + 30s;
+        rt::periodic beat{rt::duration{1s} / rate};
+        while (const auto now = beat.wait()) {
+          if (latch->engaged(*now)) latch->acknowledge(*now);
+          const stamped value = odometry_at(++sequence, monotonic_clock::now());
+          const auto begin = monotonic_clock::now();
+          const status done = odometry->publish(value, *now);
+          const double spent = nanoseconds_since(begin);
+          if (first != 0) { // it counts
+            took.push_back(spent - clock);
+            if (done) ++taken;
+            if (done) last = sequence;
+            if (took.size() == cycles) return;
+          } else if ((clients.all_have() != 0 && clients.pages_have() && sequence > 50) || *now > give_up) {
+            first = sequence + 1;
+            lost_before = losses_of(robot);
+          }
+        }
+      }};
+  if (is_first) say_grants("loop", loop.grants());
   loop.join();
   const auto patient_until = monotonic_clock::now() + 10s;
   while (clients.all_have() < last && monotonic_clock::now() < patient_until)
@@ -314,7 +321,8 @@ void report(claims& into, const std::array<contender, 3>& all) {
       of.insert(of.end(), {{"lost", one.lost},
                            {"arrival_p50_us", median(one.arrival_p50) / 1000},
                            {"arrival_p99_us", median(one.arrival_p99) / 1000},
-                           {"arrival_max_us", *std::max_element(one.arrival_max.begin(), one.arrival_max.end()) / 1000}});
+                           {"arrival_max_us",
+                            *std::max_element(one.arrival_max.begin(), one.arrival_max.end()) / 1000}});
     }
     into.add_row("every_client/" + std::string{one.name}, std::move(of));
   }
@@ -348,9 +356,10 @@ int main(int count, char** arguments) {
     std::fprintf(stderr, "bench_every_client: what is %s?\n", count > 1 ? arguments[1] : "that rate or time");
     return 1;
   }
-  std::printf("The loop is on core %d; the service thread and all clients share core %d. So what clients do is "
-              "in these figures, too.\n",
-              here, there);
+  std::printf(
+      "The loop is on core %d; the service thread and all clients share core %d. So what clients do is "
+      "in these figures, too.\n",
+      here, there);
   std::array<contender, 3> all{contender{"none", 0}, contender{"one", 1}, contender{"nine", nine.size()}};
   for (int round = 0; round < rounds; ++round) {
     for (std::size_t i = 0; i < all.size(); ++i) {

@@ -53,7 +53,9 @@ inline std::optional<std::uint64_t> number_behind(std::string_view message, std:
     return done.ec == std::errc{} ? std::optional{value} : std::nullopt;
   }
   if (rest.empty()) return std::nullopt;
-  const auto byte = [&](std::size_t i) { return static_cast<std::uint64_t>(static_cast<unsigned char>(rest[i])); };
+  const auto byte = [&](std::size_t i) {
+    return static_cast<std::uint64_t>(static_cast<unsigned char>(rest[i]));
+  };
   if (byte(0) < 24) return byte(0);
   if (byte(0) > 27) return std::nullopt; // no unsigned number
   const std::size_t bytes = std::size_t{1} << (byte(0) - 24);

@@ -46,6 +46,7 @@ struct stop_figures {
   std::vector<double> trips;     // of all rounds
   std::vector<double> woke_late; // the probe, by its own core
   std::vector<double> robot;     // the trips without that
+  std::vector<double> served;    // and without the probe's waking when it is answered, by those that know it
   std::vector<double> gaps;      // the witness's largest of each round
   std::vector<double> cycles;    // the longest of the robot's service thread in each round
   std::vector<double> p99s;      // of the trips of each round
@@ -127,6 +128,9 @@ void call_stops(Client& probe, rt::duration time, stop_figures& into) {
                  trips.push_back(nanoseconds(heard - due));
                  into.robot.push_back(nanoseconds(heard - (behind ? due : woke)));
                  if (!behind) into.woke_late.push_back(nanoseconds(woke - due));
+                 if constexpr (requires { probe.came_at(); }) {
+                   into.served.push_back(nanoseconds(probe.came_at() - (behind ? due : woke)));
+                 }
                }
              }}
       .join();

@@ -2,13 +2,17 @@
 // What benches of two pinned threads stand on: the other core, the clock and its own cost.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
+#include <cstdio>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include <rowe/rt/attributes.hpp>
 #include <rowe/rt/clock.hpp>
+#include <rowe/rt/grants.hpp>
 #include <rowe/rt/thread.hpp>
 
 #include "rounds.hpp"
@@ -28,6 +32,13 @@ inline double clock_cost() {
   std::vector<double> each;
   for (int i = 0; i < 1'001; ++i) each.push_back(nanoseconds_since(monotonic_clock::now()));
   return median(each);
+}
+
+// "loop: pinned to cpu 0, SCHED_FIFO 80", once: what a thread was granted is in every figure.
+inline void say_grants(const char* whose, const rt::grants& given) {
+  std::array<char, 256> buffer;
+  const std::string_view text = given.text(buffer);
+  std::printf("%s: %.*s\n", whose, static_cast<int>(text.size()), text.data());
 }
 
 // Runs `function` on the other core; begins when that thread runs there.
