@@ -4,18 +4,19 @@
 //
 // Measured: a loop publishes odometry, a struct with 13 doubles, --rate times a second, on a latched topic,
 // which is handed over whether anybody listens or not. In each round once with no client (`none`), once with
-// one that subscribes as roslib does (`one`), and once with nine (`nine`), which do on the wire what these
-// programs do:
+// one that subscribes as roslib does (`one`), once with nine (`nine`), and once with none while another robot
+// of this process, with a loop and a service thread on core --there, has the nine (`elsewhere`): what the
+// machine does to a loop while as much goes on. The nine do on the wire what these programs do:
 //   page      /odom with throttle_rate 33 and queue_length 1, /rowe/stats likewise, and the state of the stop
 //             on this connection and on a second one, for the stop alone
 //   roslib    /odom with each value; one of the three by CBOR
 //   foxglove  subprotocol, list of channels, subscription; each value in a binary frame
-// `publish` is each call of publish() in the loop, the clock's own cost subtracted; `publish_of_none` the
-// median over the rounds of the ratio of their medians. `arrival` is from the beginning of publish() until
-// the client has the message, of all clients together. `lost` is what publish() took and a client of roslib's
-// or Foxglove's never got, the worst client of all rounds; `lost_by_name` is what the endpoint counted as
-// lost, whoever lost it. What pages do not get since they asked for less is not lost. `refused` is what
-// publish() did not take.
+// `publish` is each call of publish() in the loop, the clock's own cost subtracted; `publish_of_none` and
+// `publish_of_elsewhere` are the medians over the rounds of the ratios of their medians. `arrival` is from
+// the beginning of publish() until the client has the message, of all clients together. `lost` is what
+// publish() took and a client of roslib's or Foxglove's never got, the worst client of all rounds;
+// `lost_by_name` is what the endpoint counted as lost, whoever lost it. What pages do not get since they
+// asked for less is not lost. `refused` is what publish() did not take.
 //
 // The loop is alone on core --here, SCHED_FIFO --prio where that is granted. The service thread is on core
 // --there with --prio - 1, idle::poll, and so is the one thread of all clients, an ordinary one: they share
@@ -27,7 +28,7 @@
 // What would make it lie: other load; the clients' thread, which competes with the service thread for a core;
 // SCHED_FIFO refused, which the program says.
 //
-// Run: bench_every_client [--rounds=5] [--milliseconds=3000] [--rate=1000] [--prio=80] [--here=CPU]
+// Run: bench_every_client [--rounds=11] [--milliseconds=1000] [--rate=1000] [--prio=80] [--here=CPU]
 //      [--there=CPU] [--benchmark_out=FILE]
 #include <algorithm>
 #include <array>
@@ -58,7 +59,7 @@ namespace {
 using namespace std::chrono_literals;
 
 int priority = 80;
-int milliseconds = 3000;
+int milliseconds = 1000;
 int rate = 1000;
 
 enum class program { page, page_stop, roslib, roslib_cbor, foxglove };
@@ -200,6 +201,7 @@ class crowd {
 struct contender {
   const char* name;
   std::size_t connections;                          // three pages have six of them
+  bool elsewhere = false;                           // they are another robot's
   std::vector<double> publish_p50{}, publish_p99{}; // ns, of each round
   std::vector<double> arrival_p50{}, arrival_p99{}, arrival_max{};
   double lost = 0; // of the worst client
@@ -219,82 +221,130 @@ void say_losses(const endpoint& robot, const char* during) {
                   static_cast<unsigned long long>(one.value));
 }
 
-std::optional<endpoint> open_robot() {
+struct robot {
+  endpoint open;
+  stop_latch latch;
+  publisher<stamped> odometry;
+
+  status publish(std::uint64_t sequence, rt::time_point now) {
+    if (latch.engaged(now)) latch.acknowledge(now);
+    return odometry.publish(odometry_at(sequence, monotonic_clock::now()), now);
+  }
+};
+
+std::optional<robot> open_robot() {
   endpoint_options options;
   options.service_cpu = there;
   options.service_priority = priority > 1 ? priority - 1 : 0;
   options.stop.unguarded = true;
-  for (;; options.service_priority = 0) {
-    auto opened = endpoint::listen(0, options);
-    if (opened) return std::move(*opened);
-    if (options.service_priority == 0) return std::nullopt;
+  auto opened = endpoint::listen(0, options);
+  if (!opened) {
+    options.service_priority = 0;
+    opened = endpoint::listen(0, options);
   }
+  if (!opened) return std::nullopt;
+  auto latch = opened->stop_latch({.loop_timeout = 10s});
+  auto odometry = opened->advertise<stamped>("/odom", {.latched = true, .type = "nav_msgs/Odometry"});
+  if (!latch || !odometry) return std::nullopt;
+  return robot{std::move(*opened), std::move(*latch), std::move(*odometry)};
 }
 
-bool measure(contender& of) {
-  auto opened = open_robot();
-  if (!opened) return false;
-  endpoint robot = std::move(*opened);
-  auto latch = robot.stop_latch({.loop_timeout = 10s});
-  auto odometry =
-      robot.advertise<stamped>("/odom", {.depth = 1024, .latched = true, .type = "nav_msgs/Odometry"});
-  if (!latch || !odometry) return false;
-  crowd clients{robot.port(), of.connections};
-  const bool is_first = of.connections == 0 && of.publish_p50.empty();
-  if (is_first) say_grants("service thread", robot.service_grants());
-  if (!clients.ok()) return false;
+// A loop that is not measured, on the other core.
+class loop_beside {
+ public:
+  explicit loop_beside(robot& of)
+      : thread_{rt::thread_options{.name = "beside", .cpu = there, .priority = priority},
+                [this, &of](const rt::grants&) {
+                  rt::periodic beat{rt::duration{1s} / rate};
+                  for (std::uint64_t sequence = 1; !stop_.load(std::memory_order_relaxed); ++sequence)
+                    (void)of.publish(sequence, *beat.wait()); // nobody counts
+                }} {}
+  ~loop_beside() {
+    stop_.store(true, std::memory_order_relaxed); // only when, not what
+    thread_.join();
+  }
 
-  const auto cycles = static_cast<std::uint64_t>(milliseconds) * static_cast<std::uint64_t>(rate) / 1000;
-  const double clock = clock_cost();
-  std::vector<double> took;
-  took.reserve(cycles);
-  std::uint64_t sequence = 0, first = 0, last = 0, taken = 0;
+ private:
+  std::atomic<bool> stop_{false};
+  rt::thread thread_;
+};
+
+// What a loop found.
+struct cycles {
+  std::vector<double> took;          // by publish(), ns
+  std::uint64_t first = 0, last = 0; // that count
+  std::uint64_t taken = 0;           // by publish()
   double lost_before = 0;
+};
+
+// Publishes until all have heard something, and from then on for the time of a round.
+cycles run_loop(robot& of, const crowd& clients, bool says_grants) {
+  const auto count = static_cast<std::uint64_t>(milliseconds) * static_cast<std::uint64_t>(rate) / 1000;
+  const double clock = clock_cost();
+  cycles seen;
+  seen.took.reserve(count);
   rt::thread loop{
       rt::thread_options{.name = "loop", .cpu = here, .priority = priority}, [&](const rt::grants&) {
         const rt::time_point give_up = monotonic_clock::now() + 30s;
         rt::periodic beat{rt::duration{1s} / rate};
-        while (const auto now = beat.wait()) {
-          if (latch->engaged(*now)) latch->acknowledge(*now);
-          const stamped value = odometry_at(++sequence, monotonic_clock::now());
+        for (std::uint64_t sequence = 1; seen.took.size() < count; ++sequence) {
+          const rt::time_point now = *beat.wait();
+          if (of.latch.engaged(now)) of.latch.acknowledge(now);
+          const stamped value = odometry_at(sequence, monotonic_clock::now());
           const auto begin = monotonic_clock::now();
-          const status done = odometry->publish(value, *now);
+          const status done = of.odometry.publish(value, now);
           const double spent = nanoseconds_since(begin);
-          if (first != 0) { // it counts
-            took.push_back(spent - clock);
-            if (done) ++taken;
-            if (done) last = sequence;
-            if (took.size() == cycles) return;
-          } else if ((clients.all_have() != 0 && clients.pages_have() && sequence > 50) || *now > give_up) {
-            first = sequence + 1;
-            lost_before = losses_of(robot);
+          if (seen.first != 0) {
+            seen.took.push_back(spent - clock);
+            if (done) ++seen.taken;
+            if (done) seen.last = sequence;
+          } else if ((clients.all_have() != 0 && clients.pages_have() && sequence > 50) || now > give_up) {
+            seen.first = sequence + 1;
+            seen.lost_before = losses_of(of.open);
           }
         }
       }};
-  if (is_first) say_grants("loop", loop.grants());
+  if (says_grants) say_grants("loop", loop.grants());
   loop.join();
-  const auto patient_until = monotonic_clock::now() + 10s;
-  while (clients.all_have() < last && monotonic_clock::now() < patient_until)
+  return seen;
+}
+
+bool measure(contender& of) {
+  auto measured = open_robot();
+  std::optional<robot> other;
+  if (of.elsewhere) other = open_robot();
+  if (!measured || (of.elsewhere && !other)) return false;
+  crowd clients{(other ? other : measured)->open.port(), of.connections};
+  if (!clients.ok()) return false;
+  std::optional<loop_beside> beside;
+  if (other) beside.emplace(*other);
+  const bool is_first = of.connections == 0 && of.publish_p50.empty();
+  if (is_first) say_grants("service thread", measured->open.service_grants());
+  cycles seen = run_loop(*measured, clients, is_first);
+
+  const auto until = monotonic_clock::now() + 10s;
+  while (!other && clients.all_have() < seen.last && monotonic_clock::now() < until)
     std::this_thread::sleep_for(1ms);
   clients.end();
   if (!clients.ok()) {
     std::fprintf(stderr, "%s: a connection ended\n", of.name);
     return false;
   }
-
+  of.publish_p50.push_back(std::max(quantile(seen.took, 0.5), 1.0));
+  of.publish_p99.push_back(std::max(quantile(seen.took, 0.99), 1.0));
+  of.published += static_cast<double>(seen.taken);
+  of.refused += static_cast<double>(seen.took.size() - seen.taken);
+  const double lost = losses_of(measured->open) - seen.lost_before;
+  if (lost != 0) say_losses(measured->open, of.name);
+  of.lost_by_name += lost;
+  if (other) return true;
   std::vector<double> arrivals;
   for (const auto& one : clients.clients()) {
-    one->add_times(first, arrivals);
-    if (one->takes_all())
-      of.lost = std::max(of.lost, static_cast<double>(taken) - static_cast<double>(one->heard_since(first)));
+    one->add_times(seen.first, arrivals);
+    if (!one->takes_all()) continue;
+    const auto heard = static_cast<double>(one->heard_since(seen.first));
+    of.lost = std::max(of.lost, static_cast<double>(seen.taken) - heard);
   }
-  const double lost = losses_of(robot) - lost_before;
-  if (lost != 0) say_losses(robot, of.name);
-  of.lost_by_name += lost;
-  of.published += static_cast<double>(taken);
-  of.refused += static_cast<double>(took.size() - taken);
-  of.publish_p50.push_back(std::max(quantile(took, 0.5), 1.0));
-  of.publish_p99.push_back(std::max(quantile(took, 0.99), 1.0));
   of.arrival_p50.push_back(quantile(arrivals, 0.5));
   of.arrival_p99.push_back(quantile(arrivals, 0.99));
   of.arrival_max.push_back(quantile(arrivals, 1));
@@ -307,17 +357,18 @@ double median_ratio(const std::vector<double>& of, const std::vector<double>& to
   return median(std::move(each));
 }
 
-void report(claims& into, const std::array<contender, 3>& all) {
-  const contender& none = all[0];
+void report(claims& into, const std::array<contender, 4>& all) {
+  const contender &none = all[0], &last = all[2], &elsewhere = all[3];
   for (const contender& one : all) {
     claims::counters of{{"publish_p50_ns", median(one.publish_p50)},
                         {"publish_p99_ns", median(one.publish_p99)},
                         {"publish_of_none", median_ratio(one.publish_p50, none.publish_p50)},
                         {"publish_p99_of_none", median_ratio(one.publish_p99, none.publish_p99)},
+                        {"publish_of_elsewhere", median_ratio(one.publish_p50, elsewhere.publish_p50)},
                         {"published", one.published},
                         {"refused", one.refused},
                         {"lost_by_name", one.lost_by_name}};
-    if (one.connections != 0) {
+    if (one.connections != 0 && !one.elsewhere) {
       of.insert(of.end(), {{"lost", one.lost},
                            {"arrival_p50_us", median(one.arrival_p50) / 1000},
                            {"arrival_p99_us", median(one.arrival_p99) / 1000},
@@ -327,9 +378,10 @@ void report(claims& into, const std::array<contender, 3>& all) {
     into.add_row("every_client/" + std::string{one.name}, std::move(of));
   }
   constexpr double least = -std::numeric_limits<double>::infinity();
-  const contender& last = all[2];
   into.want("cost of publish() in the loop with nine clients, p50, in that with none",
             median_ratio(last.publish_p50, none.publish_p50), 0.9, 1.1);
+  into.want("the same in that with none, while another robot of this process has the nine",
+            median_ratio(last.publish_p50, elsewhere.publish_p50), 0.9, 1.1);
   into.want("messages that a healthy client lost, the worst of nine", last.lost, 0, 0);
   into.want("messages that the endpoint counted as lost", last.lost_by_name, 0, 0);
   into.want("arrival, p99, us", median(last.arrival_p99) / 1000, least, 2000);
@@ -346,7 +398,7 @@ int main(int count, char** arguments) {
     return 1;
   }
   claims said{count, arguments};
-  const int rounds = number_option(count, arguments, "rounds", 5);
+  const int rounds = number_option(count, arguments, "rounds", 11);
   milliseconds = number_option(count, arguments, "milliseconds", milliseconds);
   rate = number_option(count, arguments, "rate", rate);
   priority = number_option(count, arguments, "prio", priority);
@@ -360,7 +412,8 @@ int main(int count, char** arguments) {
       "The loop is on core %d; the service thread and all clients share core %d. So what clients do is "
       "in these figures, too.\n",
       here, there);
-  std::array<contender, 3> all{contender{"none", 0}, contender{"one", 1}, contender{"nine", nine.size()}};
+  std::array<contender, 4> all{contender{"none", 0}, contender{"one", 1}, contender{"nine", nine.size()},
+                               contender{"elsewhere", nine.size(), true}};
   for (int round = 0; round < rounds; ++round) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       contender& one = all[round % 2 == 0 ? i : all.size() - 1 - i];

@@ -113,6 +113,8 @@ targets = (
                   "reader handles two messages, 60 µs, before it finds it (`in_front`)."),
     target(_nine, "every_client", "every_client/nine", "publish_of_none", at_most(1.1),
            of="cost of publish() in the loop, in that with no client"),
+    target(_nine, "every_client", "every_client/nine", "publish_of_elsewhere", at_most(1.1),
+           of="the same, in that with no client while another robot of the process has the nine"),
     target(_nine, "every_client", "every_client/nine", "lost", exactly(0),
            of="messages that the worst healthy client lost"),
     target(_nine, "every_client", "every_client/nine", "arrival_p99_us", at_most(2000),

@@ -33,13 +33,14 @@ def run(name, *options):
 class every_client(unittest.TestCase):
     def test_counts_what_nine_clients_get_of_what_is_published(self):
         rows, said = run("every_client", "--milliseconds=1000", "--rate=100")
-        self.assertEqual(list(rows), ["every_client/none", "every_client/one", "every_client/nine"])
+        self.assertEqual(list(rows), ["every_client/none", "every_client/one", "every_client/nine",
+                                      "every_client/elsewhere"])
         for name, one in rows.items():
             self.assertEqual(one["published"] + one["refused"], 100, name)
             self.assertGreater(one["publish_p50_ns"], 0, name)
             self.assertEqual(one.get("lost", 0), 0, said)
         self.assertGreater(rows["every_client/nine"]["arrival_p99_us"], 0)
-        self.assertEqual(said.count(": measured "), 4, said)
+        self.assertEqual(said.count(": measured "), 5, said)
         for what in ("cost of publish()", "a healthy client lost", "counted as lost", "arrival, p99"):
             self.assertRegex(said, rf"{what}.*: measured \S+, wanted .*, (not )?met\n")
         self.assertIn("share core", said)
