@@ -14,7 +14,8 @@
 // same round, `stop_p99_of_quiet` that of the ratio of the p99s. `stream_lost` are values of the stream that
 // its peer never got. `maps_per_s` is how many arrived whole. `woke_late` is by how much the probe woke after
 // its time, and `served` the time from its waking until the answer was in its kernel: what the peers' core
-// does to the probe is in neither end of it.
+// does to the probe is in neither end of it. `cycle_ran` is what the service thread itself ran in a cycle
+// (cycle_cost.hpp), and `cycle_max` its longest cycle, whatever held it up.
 //
 // The robot is on core --here: the service thread, SCHED_FIFO --prio where that is granted, idle::poll, and
 // the loop of the stream. All peers share core --there: who reads and sends maps, ordinary threads, and the
@@ -45,6 +46,7 @@
 #include <rowe/rt/periodic.hpp>
 
 #include "claims.hpp"
+#include "cycle_cost.hpp"
 #include "listener.hpp"
 #include "stamped.hpp"
 #include "stop_probe.hpp"
@@ -79,7 +81,8 @@ struct contender {
   stop_figures stops{};
   std::vector<double> stop_p50{}, served_p99{}, woke_late_p99{};
   std::vector<double> maps_per_s{};
-  double lost = 0; // values of the stream
+  std::vector<double> ran{}; // what the service thread itself ran in each cycle, of all rounds
+  double lost = 0;           // values of the stream
 };
 
 endpoint_options robot_options() {
@@ -257,6 +260,7 @@ bool measure(contender& of, const std::string& map) {
     std::this_thread::sleep_for(1ms);
   if (!maps.ok()) return false;
 
+  begin_cycles();
   const std::uint64_t before = maps.read();
   const auto counted = monotonic_clock::now();
   std::vector<double> late = run_stream(robot, of.lost);
@@ -271,6 +275,8 @@ bool measure(contender& of, const std::string& map) {
   call_stops(probe, std::chrono::milliseconds{milliseconds}, now);
   of.served_p99.push_back(quantile(now.served, 0.99));
   of.woke_late_p99.push_back(quantile(now.woke_late, 0.99));
+  const std::vector<double> ran = cycles_taken();
+  of.ran.insert(of.ran.end(), ran.begin(), ran.end());
   of.stop_p50.push_back(quantile(now.trips, 0.5));
   of.stops.p99s.push_back(now.p99s.front());
   of.stops.trips.insert(of.stops.trips.end(), now.trips.begin(), now.trips.end());
@@ -312,6 +318,8 @@ void report(claims& into, std::array<contender, 3>& all) {
                                                    {"stop_max_us", quantile(one.stops.trips, 1) / 1000},
                                                    {"stop_p99_of_quiet", ratio},
                                                    {"unanswered", lost_calls},
+                                                   {"cycle_ran_p99.9_us", quantile(one.ran, 0.999) / 1000},
+                                                   {"cycle_ran_max_us", quantile(one.ran, 1) / 1000},
                                                    {"cycle_max_us", quantile(one.stops.cycles, 1) / 1000},
                                                    {"maps_per_s", median(one.maps_per_s)}});
     if (one.maps == traffic::none) continue;
