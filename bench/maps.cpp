@@ -12,7 +12,7 @@
 // already.
 // `stream_later_p99_us` is the median over the rounds of how much larger the p99 is than the quiet one of the
 // same round, `stop_p99_of_quiet` that of the ratio of the p99s. `stream_lost` are values of the stream that
-// its peer never got. `maps_per_s` is how many arrived whole. `woke_late` is by how much the probe woke after
+// its peer never got. `maps` is how many arrived whole. `woke_late` is by how much the probe woke after
 // its time, and `served` the time from its waking until the answer was in its kernel: what the peers' core
 // does to the probe is in neither end of it. `cycle_ran` is what the service thread itself ran in a cycle
 // (cycle_cost.hpp), and `cycle_max` its longest cycle, whatever held it up.
@@ -83,6 +83,7 @@ struct contender {
   std::vector<double> maps_per_s{};
   std::vector<double> ran{}; // what the service thread itself ran in each cycle, of all rounds
   double lost = 0;           // values of the stream
+  double maps_read = 0;      // whole
 };
 
 endpoint_options robot_options() {
@@ -283,6 +284,7 @@ bool measure(contender& of, const std::string& map) {
   of.stops.asked += now.asked;
   of.stops.answered += now.answered;
   of.stops.cycles.push_back(count_of(robot, "cycle_ns_max"));
+  of.maps_read += static_cast<double>(maps.read());
   of.maps_per_s.push_back(static_cast<double>(maps.read() - before) * 1e9 / nanoseconds_since(counted));
   for (const count& one : robot.counts())
     if (one.group == "loss" && one.value != 0)
@@ -321,6 +323,7 @@ void report(claims& into, std::array<contender, 3>& all) {
                                                    {"cycle_ran_p99.9_us", quantile(one.ran, 0.999) / 1000},
                                                    {"cycle_ran_max_us", quantile(one.ran, 1) / 1000},
                                                    {"cycle_max_us", quantile(one.stops.cycles, 1) / 1000},
+                                                   {"maps", one.maps_read},
                                                    {"maps_per_s", median(one.maps_per_s)}});
     if (one.maps == traffic::none) continue;
     const std::string beside = std::string{"with maps "} + one.name + ": ";
