@@ -23,7 +23,8 @@
 //
 // Excluded: networks, where a map of 10 MB occupies the line.
 //
-// What would make it lie: other load; SCHED_FIFO refused (the program says what was granted), since the
+// What would make it lie: other load; a host that takes cores away (`cycle_max` is then some ms where
+// `cycle_ran` is a tenth of one); SCHED_FIFO refused (the program says what was granted), since the
 // stream's peer then waits for those who read maps; a sender that gives its kernel 10 MB at once, which keeps
 // the probe from their core for 5 ms: it gives 32 KiB. With few messages the p99 says little: of 100 a
 // second, that of 3 s is the third largest.
