@@ -1,66 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// What benches of two pinned threads stand on: the other core, the clock and its own cost, and the frame of a
-// main that takes the options, pins this thread and says what machine it was.
+// The frame of a main that takes the options, pins this thread and says what machine it was; and what benches
+// of two pinned threads stand on (two_cores.hpp).
 #pragma once
-#include <algorithm>
-#include <atomic>
-#include <cstdint>
 #include <cstdio>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include <benchmark/benchmark.h>
 
-#include <rowe/rt/attributes.hpp>
-#include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>
 
-#include "rounds.hpp"
+#include "two_cores.hpp"
 
 namespace rowe::bench {
-
-using rt::monotonic_clock;
-
-inline int here = 0;  // this thread's core
-inline int there = 1; // the other's
-
-inline double nanoseconds(rt::duration span) { return static_cast<double>(span.count()); }
-inline double nanoseconds_since(rt::time_point begin) { return nanoseconds(monotonic_clock::now() - begin); }
-
-// What timing a single call costs by itself.
-inline double clock_cost() {
-  std::vector<double> each;
-  for (int i = 0; i < 1'001; ++i) each.push_back(nanoseconds_since(monotonic_clock::now()));
-  return median(each);
-}
-
-// Runs `function` on the other core; begins when that thread runs there.
-template <class Function>
-rt::thread on_the_other_core(Function function) {
-  return rt::thread{rt::thread_options{.name = "partner", .cpu = there}, std::move(function)};
-}
-
-// One transfer of a cache line, nanoseconds: half of a word's way there and back.
-inline double line_cost() {
-  constexpr std::uint64_t trips = 2'000;
-  alignas(rt::line_bytes) static std::atomic<std::uint64_t> word;
-  word.store(0);
-  const rt::thread partner = on_the_other_core([] {
-    for (std::uint64_t trip = 0; trip < trips; ++trip) {
-      while (word.load(std::memory_order_acquire) != 2 * trip + 1) continue; // pairs with the release below
-      word.store(2 * trip + 2, std::memory_order_release);                   // pairs with the acquire below
-    }
-  });
-  std::vector<double> each;
-  for (std::uint64_t trip = 0; trip < trips; ++trip) {
-    const auto begin = monotonic_clock::now();
-    word.store(2 * trip + 1, std::memory_order_release);                   // pairs with the acquire above
-    while (word.load(std::memory_order_acquire) != 2 * trip + 2) continue; // pairs with the release above
-    each.push_back(nanoseconds_since(begin));
-  }
-  return std::max(median(each) - clock_cost(), 1.0) / 2;
-}
 
 // The main of a bench: `measure(rounds)` runs all rounds and registers what they said.
 template <class Measure>

@@ -15,11 +15,9 @@
 #include <utility>
 #include <vector>
 
-#include <benchmark/benchmark.h>
-
 #include <rowe/rowe.hpp>
 
-#include "stand.hpp"
+#include "two_cores.hpp"
 
 namespace rowe::bench {
 
@@ -48,6 +46,7 @@ struct stop_figures {
   std::vector<double> trips;     // of all rounds
   std::vector<double> woke_late; // the probe, by its own core
   std::vector<double> robot;     // the trips without that
+  std::vector<double> served;    // and without the probe's waking when it is answered, by those that know it
   std::vector<double> gaps;      // the witness's largest of each round
   std::vector<double> cycles;    // the longest of the robot's service thread in each round
   std::vector<double> p99s;      // of the trips of each round
@@ -129,6 +128,9 @@ void call_stops(Client& probe, rt::duration time, stop_figures& into) {
                  trips.push_back(nanoseconds(heard - due));
                  into.robot.push_back(nanoseconds(heard - (behind ? due : woke)));
                  if (!behind) into.woke_late.push_back(nanoseconds(woke - due));
+                 if constexpr (requires { probe.came_at(); }) {
+                   into.served.push_back(nanoseconds(probe.came_at() - (behind ? due : woke)));
+                 }
                }
              }}
       .join();
@@ -141,19 +143,6 @@ inline double count_of(const endpoint& robot, std::string_view name) {
   for (const rowe::count& one : robot.counts())
     if (one.name == name) return static_cast<double>(one.value);
   return 0;
-}
-
-inline void add_stop_counters(stop_figures& seen, benchmark::State& state) {
-  for (auto _ : state) state.SetIterationTime(quantile(seen.trips, 0.5) * 1e-9);
-  state.counters["p99_us"] = quantile(seen.trips, 0.99) / 1000;
-  state.counters["p99.9_us"] = quantile(seen.trips, 0.999) / 1000;
-  state.counters["max_us"] = quantile(seen.trips, 1) / 1000;
-  state.counters["witness_gap_us"] = quantile(seen.gaps, 1) / 1000;
-  state.counters["robot_p99.9_us"] = quantile(seen.robot, 0.999) / 1000;
-  state.counters["robot_max_us"] = quantile(seen.robot, 1) / 1000;
-  state.counters["cycle_max_us"] = quantile(seen.cycles, 1) / 1000;
-  state.counters["woke_late_p99.9_us"] = quantile(seen.woke_late, 0.999) / 1000;
-  state.counters["unanswered"] = static_cast<double>(seen.asked - seen.answered);
 }
 
 } // namespace rowe::bench

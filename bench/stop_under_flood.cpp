@@ -45,7 +45,7 @@
 #include <rowe/rowe.hpp>
 #include <rowe/rt/periodic.hpp>
 
-#include "stop_probe.hpp"
+#include "stop_counters.hpp"
 
 namespace rowe::bench {
 namespace {

@@ -50,7 +50,7 @@
 #include <rowe/rowe.hpp>
 
 #include "cycle_cost.hpp"
-#include "stop_probe.hpp"
+#include "stop_counters.hpp"
 #include "tls_client.hpp"
 
 namespace rowe::bench {

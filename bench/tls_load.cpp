@@ -43,7 +43,7 @@
 
 #include "cycle_cost.hpp"
 #include "loaded_robot.hpp"
-#include "stop_probe.hpp"
+#include "stop_counters.hpp"
 
 namespace rowe::bench {
 namespace {

@@ -55,6 +55,8 @@ programs = (
             command=("bench/urgent_clients/run", "{bin}/bench_urgent_servers", "--rounds=1", "--spend=30",
                      "--messages=50"),
             takes_rounds=False),
+    program("every_client", "Nine clients at 1 kHz"),
+    program("maps", "Maps beside a stream and the stop"),
     program("stop_under_flood", "The stop under a flood"),
     program("stop_under_handshakes", "The stop under TLS handshakes"),
     program("tls_load", "A thousand clients under TLS"),

@@ -73,6 +73,9 @@ _scale = "a message with many peers, topics, handles or calls, in one with one o
 _urgent = "urgent message behind a slow reader: default sockets' time in ours"
 _tls_echo = "echo under TLS, in times of OpenSSL's own SSL_read and SSL_write"
 _tls_send = "messages of 300 B a second to one client under TLS, as a share of OpenSSL's with full records"
+_nine = "1 kHz to three pages, three clients of roslib's and three of Foxglove's"
+_beside_maps = "another peer's 100 Hz stream while 10 MB maps come and go, p99, later by"
+_stop_beside_maps = "the stop's p99 while 10 MB maps come and go, in the quiet one"
 _shaken = "the stop's p99 while 100 TLS handshakes a second arrive, in the quiet one"
 
 targets = (
@@ -108,6 +111,18 @@ targets = (
            of="on a connection of its own, idle::poll",
            reason="The publish waits for the service thread's look (`poll_period`, 50 µs here), and the "
                   "reader handles two messages, 60 µs, before it finds it (`in_front`)."),
+    target(_nine, "every_client", "every_client/nine", "publish_of_none", at_most(1.1),
+           of="cost of publish() in the loop, in that with no client"),
+    target(_nine, "every_client", "every_client/nine", "publish_of_elsewhere", at_most(1.1),
+           of="the same, in that with no client while another robot of the process has the nine"),
+    target(_nine, "every_client", "every_client/nine", "lost", exactly(0),
+           of="messages that the worst healthy client lost"),
+    target(_nine, "every_client", "every_client/nine", "arrival_p99_us", at_most(2000),
+           of="arrival, p99, µs"),
+    target(_beside_maps, "maps", "maps/out", "stream_later_p99_us", at_most(2000), of="sent to one peer, µs"),
+    target(_beside_maps, "maps", "maps/in", "stream_later_p99_us", at_most(2000), of="sent in by one, µs"),
+    target(_stop_beside_maps, "maps", "maps/out", "stop_p99_of_quiet", at_most(1.5), of="sent to one peer"),
+    target(_stop_beside_maps, "maps", "maps/in", "stop_p99_of_quiet", at_most(1.5), of="sent in by one"),
     target(_shaken, "stop_under_handshakes", "stop_under_handshakes/handshakes/real_time", "p99_of_quiet",
            at_most(1.5), of="service thread alone on a core, SCHED_FIFO"),
     target(_shaken, "stop_under_handshakes", "stop_under_handshakes/mute/real_time", "p99_of_quiet",

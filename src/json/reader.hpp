@@ -163,6 +163,11 @@ ROWE_RT std::optional<value> find(const document& validated_object, std::string_
 // enough).
 ROWE_RT std::optional<std::string_view> unescape(std::string_view escaped, std::span<char> scratch) noexcept;
 
+// Resolves as many escapes as fit into `scratch`, which has room for a character (4 bytes), and takes them
+// off the front of `escaped`. So a long string can be read in parts, which end between characters of it that
+// were escaped, but perhaps within others.
+ROWE_RT std::string_view unescape_some(std::string_view& escaped, std::span<char> scratch) noexcept;
+
 // The string's text, as unescape(). Nothing when the value is no string.
 ROWE_RT std::optional<std::string_view> to_string(const value& v, std::span<char> scratch) noexcept;
 // The number's nearest double; -0.0 keeps its sign. Nothing when the value is no number.

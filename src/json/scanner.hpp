@@ -50,6 +50,11 @@ class scanner {
   // The text ends here. Is it valid?
   bool finish() noexcept;
 
+  // What came is a whole object or array; only white space may follow.
+  bool is_closed() const noexcept {
+    return state_ == state::behind_value && depth_ == 0 && found_.what == fault_kind::none;
+  }
+
   const fault& found() const noexcept { return found_; }
   // Of the pieces that were accepted.
   std::size_t bytes() const noexcept { return before_; }

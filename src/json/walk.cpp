@@ -165,6 +165,26 @@ std::optional<std::string_view> unescape(std::string_view escaped, std::span<cha
   return between(scratch.data(), into);
 }
 
+std::string_view unescape_some(std::string_view& escaped, std::span<char> scratch) noexcept {
+  assert(scratch.size() >= 4);
+  const char* at = escaped.data();
+  const char* const end = at + escaped.size();
+  char* into = scratch.data();
+  char* const limit = into + scratch.size();
+  while (at != end && limit - into >= 4) {
+    const char* const plain_end = at + std::min(end - at, limit - into);
+    const char* const backslash = std::find(at, plain_end, '\\');
+    into = std::copy(at, backslash, into);
+    at = backslash;
+    if (at == plain_end || limit - into < 4) continue;
+    std::array<char, 4> character;
+    const std::size_t bytes = take_escape(at, end, character);
+    into = std::copy_n(character.data(), bytes, into);
+  }
+  escaped.remove_prefix(static_cast<std::size_t>(at - escaped.data()));
+  return between(scratch.data(), into);
+}
+
 std::optional<std::string_view> to_string(const value& v, std::span<char> scratch) noexcept {
   if (v.type != kind::string) return std::nullopt;
   return unescape(inside_quotes(v), scratch);

@@ -195,6 +195,7 @@ export const losses = {
   evicted: "dropped to make room",
   no_slot: "no slot free",
   no_chunks: "no room, long message",
+  fragments_lost: "fragments without the rest",
   not_latched: "not kept for late ones",
   inbox_full: "dropped, slow subscriber",
   lost_with_peer: "gone with its peer",

@@ -47,6 +47,7 @@ std::optional<needed> needed_for(const wire::request& asked) noexcept {
   case verb::unsubscribe_parameters:
   case verb::unsubscribe_graph:
   case verb::set_parameters: // which takes a right for each of them (parameter_requests)
+  case verb::fragment:       // the whole message takes its own
   case verb::unsupported:
   case verb::unknown: break;
   }

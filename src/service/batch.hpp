@@ -57,13 +57,15 @@ struct batch {
     }
     std::memcpy(place(piece.size(), of), piece.data(), piece.size());
   }
+  // The space behind what was added. What is written to it from its beginning on can be added by place().
+  std::span<std::byte> room() noexcept {
+    begin_copies();
+    return buffer.subspan(bytes);
+  }
   // Adds a piece. The caller writes it to the address that this returns.
   std::byte* place(std::size_t piece_bytes, const batch_piece& of) noexcept {
     assert(piece_bytes <= buffer.size() - bytes);
-    if (start != buffer.data()) {
-      if (count != 0) std::memcpy(buffer.data(), start, bytes); // a second piece follows
-      start = buffer.data();
-    }
+    begin_copies();
     std::byte* const at = buffer.data() + bytes;
     note(piece_bytes, of);
     return at;
@@ -75,12 +77,17 @@ struct batch {
   std::size_t count = 0;
   std::size_t credit = 0;        // the peer's credit at the priority that is being gathered
   bool more = false;             // something was left out that another batch may take at once
-  bool in_fragments = false;     // it has, or waits for, a fragment of a long message
+  unsigned in_fragments = 0;     // how many of a long message, of those in a turn, it has or waits for
   bool out_of_credit = false;    // something was left out until the peer has read more
   rt::time_point clock_read{};   // for times to live: when the first of them was asked for
   std::span<batch_piece> pieces; // the first `count` are used
 
  private:
+  void begin_copies() noexcept {
+    if (start == buffer.data()) return;
+    if (count != 0) std::memcpy(buffer.data(), start, bytes); // a second piece follows
+    start = buffer.data();
+  }
   void note(std::size_t piece_bytes, const batch_piece& of) noexcept {
     pieces[count] = of;
     pieces[count].bytes = static_cast<std::uint32_t>(piece_bytes);

@@ -19,6 +19,7 @@
 #include "service/ids.hpp"
 #include "service/indexed_pool.hpp"
 #include "service/shares.hpp"
+#include "service/transport.hpp"
 
 namespace rowe::service {
 
@@ -43,11 +44,15 @@ class chunk_store {
   static bool in_use(const limits& bounds) noexcept {
     return bounds.long_message_bytes_max > bounds.message_bytes_max;
   }
+  // The pool also has a place for one text in one piece that is no long one, with what may be read behind it.
+  static std::size_t whole_bytes(const limits& bounds) noexcept {
+    return in_use(bounds) ? bounds.message_bytes_max + transport_sink::tailroom_bytes : 0;
+  }
   // How many chunks there are: as many longest messages as there are slots for long ones.
   static std::uint32_t chunk_count(const limits& bounds) noexcept;
   // The pool's memory, and what the store itself takes of the arena.
   static std::size_t pool_bytes(const limits& bounds) noexcept {
-    return std::size_t{chunk_count(bounds)} * chunk_bytes;
+    return std::size_t{chunk_count(bounds)} * chunk_bytes + whole_bytes(bounds);
   }
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   // `pool` has pool_bytes(), or is empty: then there are no long messages. `opener`: none, if all of it can
@@ -98,6 +103,9 @@ class chunk_store {
   std::span<const std::byte> read(text_id text, std::size_t at, place& from) const noexcept;
   // Copies bytes of the text, from `at` on.
   void copy(text_id text, std::size_t at, place& from, std::span<std::byte> into) const noexcept;
+
+  // The place for a text in one piece.
+  std::span<std::byte> whole() const noexcept { return pool_.subspan(links_.size() * chunk_bytes); }
 
   // No chunk is lost, and none belongs to two texts. For tests.
   bool check() const noexcept;

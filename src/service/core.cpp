@@ -299,7 +299,7 @@ void core::forget(connection& c) noexcept {
   listings_.forget({c.id.index});
   state_.due.disarm(peer_index{c.id.index});
   ingress_.forget({c.id.index});
-  long_ingress_.forget({c.id.index});
+  fragment_ingress_.forget({c.id.index});
   ++state_.cycle.places_freed;
   direct_messages_.forget({c.id.index});
   c.state = connection::phase::free;

@@ -25,6 +25,7 @@ std::string_view core_parts::inconsistency() const noexcept {
   if (!connection_graph_.check()) return "who is told of the connection graph";
   if (!ingress_.check()) return "what is read and not carried out";
   if (!state_.chunks.check() || !long_ingress_.check()) return "the texts of long messages";
+  if (!fragment_ingress_.check()) return "messages in fragments";
   return {};
 }
 

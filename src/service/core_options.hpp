@@ -2,6 +2,8 @@
 // What the core is given when it is made: its options, and the seams to what is outside it.
 #pragma once
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -22,6 +24,11 @@ namespace rowe::service {
 class entropy {
  public:
   virtual void fill(std::span<std::byte> bytes) noexcept = 0;
+  std::uint64_t number() noexcept {
+    std::array<std::byte, sizeof(std::uint64_t)> bytes;
+    fill(bytes);
+    return std::bit_cast<std::uint64_t>(bytes);
+  }
 
  protected:
   ~entropy() = default;

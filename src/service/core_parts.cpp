@@ -1,19 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/core_parts.hpp"
 
-#include <array>
-#include <bit>
-
 namespace rowe::service {
-namespace {
-
-std::uint64_t random_number(entropy& from) noexcept {
-  std::array<std::byte, sizeof(std::uint64_t)> bytes;
-  from.fill(bytes);
-  return std::bit_cast<std::uint64_t>(bytes);
-}
-
-} // namespace
 
 core_parts::core_parts(rt::arena& memory, const core_options& options, const shared_parts& with_threads,
                        const core_seams& seams, frame_handler& handler, rt::time_point start) noexcept
@@ -50,6 +38,8 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                 .receiver = receiver_,
                 .frame_handler = handler}},
       long_ingress_{memory, state_},
+      fragment_ingress_{
+          memory, {.state = state_, .outbox = outbox_, .refusals = refusals_, .long_ingress = long_ingress_}},
       direct_messages_{memory,
                        {.state = state_,
                         .message_store = message_store_,
@@ -60,7 +50,8 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                  .outbox = outbox_,
                  .sender = sender_,
                  .refusals = refusals_,
-                 .ingress = ingress_}},
+                 .ingress = ingress_,
+                 .fragment_ingress = fragment_ingress_}},
       call_completion_{memory,
                        {.state = state_,
                         .message_store = message_store_,
@@ -105,7 +96,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
       service_directory_{memory, state_.bounds()},
       service_providers_{memory,
                          {.state = state_, .service_directory = service_directory_, .refusals = refusals_}},
-      stop_rules_{options.stop, start, random_number(seams.random)},
+      stop_rules_{options.stop, start, seams.random.number()},
       stop_service_{memory,
                     {.state = state_,
                      .sender = sender_,
@@ -238,14 +229,15 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                    .receiver = receiver_,
                    .ingress = ingress_,
                    .long_ingress = long_ingress_,
+                   .fragment_ingress = fragment_ingress_,
                    .direct_messages = direct_messages_,
                    .broker = broker_,
                    .listings = listings_,
                    .registrations = registrations_,
                    .call_router = call_router_,
                    .stop_service = stop_service_}} {
-  state_.calls.begin(random_number(seams.random));
-  state_.epoch = random_number(seams.random);
+  state_.calls.begin(seams.random.number());
+  state_.epoch = seams.random.number();
   if (statistics_topic_) state_.topics.at(statistics_topic_).keep = keep::newest;
 }
 

@@ -22,6 +22,7 @@
 #include "service/direct_messages.hpp"
 #include "service/dispatcher.hpp"
 #include "service/endpoint_services.hpp"
+#include "service/fragment_ingress.hpp"
 #include "service/graph_services.hpp"
 #include "service/handle_registry.hpp"
 #include "service/handle_submissions.hpp"
@@ -95,6 +96,7 @@ class core_parts {
   receiver receiver_;
   ingress ingress_;
   long_ingress long_ingress_;
+  fragment_ingress fragment_ingress_;
   direct_messages direct_messages_;
   liveness liveness_;
   call_completion call_completion_;

@@ -49,6 +49,7 @@ dispatcher::dispatcher(rt::arena& memory, const needs& parts) noexcept
       receiver_{parts.receiver},
       ingress_{parts.ingress},
       long_ingress_{parts.long_ingress},
+      fragment_ingress_{parts.fragment_ingress},
       direct_messages_{parts.direct_messages},
       broker_{parts.broker},
       listings_{parts.listings},
@@ -67,8 +68,15 @@ void dispatcher::dispatch(peer_index from, std::span<std::byte> message, bool bi
 }
 
 void dispatcher::dispatch_again(peer_index from, std::span<std::byte> message, bool binary) noexcept {
-  heard_before_ = true;
-  read(state_.peers[from], message, binary);
+  connection& c = state_.peers[from];
+  if (fragment_ingress_.comes_again(from)) [[unlikely]] {
+    if (!fragment_ingress_.was_parked(from)) return take_fragments(c, fragment_ingress_.go_on(c, message));
+    heard_before_ = true;
+    carry_out_whole(c);
+  } else {
+    heard_before_ = true;
+    read(c, message, binary);
+  }
   heard_before_ = false;
 }
 
@@ -82,9 +90,10 @@ void dispatcher::dispatch_piece(peer_index from, const wire::frame_step& step) n
     state_.counts.add(counter::refused_requests);
     return state_.peers.close_later(c, no_binary_diagnostic, wire::close_code::unsupported_data);
   }
-  const long_arrival arrival = long_ingress_.end(from, binary, ingress_.front(from));
+  const std::span<const std::byte> front = ingress_.front(from);
+  const long_arrival arrival = long_ingress_.end(from, long_ingress::way::frames, binary, front);
   begin(c);
-  read_long(c, arrival, binary);
+  read_long(c, arrival, binary, front);
   if (std::exchange(excess_, false)) refusals_.note_excess(c);
   if (arrival.body) state_.chunks.release(arrival.body);
 }
@@ -145,7 +154,8 @@ void dispatcher::read_binary(connection& c, std::span<std::byte> message) noexce
 
 // Only messages of topics may be long. A long stop is a stop: also one that found no room, or that may not be
 // so long. Of such a message only some is known, so nothing else that it asks for is done.
-void dispatcher::read_long(connection& c, const long_arrival& message, bool binary) noexcept {
+void dispatcher::read_long(connection& c, const long_arrival& message, bool binary,
+                           std::span<const std::byte> front) noexcept {
   using verdict = long_arrival::verdict;
   diagnostic_buffer diagnostic;
   const std::string_view text = text_of(message.envelope);
@@ -159,7 +169,7 @@ void dispatcher::read_long(connection& c, const long_arrival& message, bool bina
                               : c.protocol->reads.decode(known, buffers, asked, why);
   // Where neither an operation nor an id is known, it is not known what it is.
   if (!fine && !binary && asked.what == wire::verb::message)
-    asked.codec = c.protocol->reads.guess(text_of(ingress_.front({c.id.index})), c.spoke_last);
+    asked.codec = c.protocol->reads.guess(text_of(front), c.spoke_last);
   c.spoke_last = asked.codec;
   if (read == wire::decoded::malformed || message.is == verdict::malformed)
     state_.counts.add(counter::malformed);
@@ -276,6 +286,8 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
   if (c.stop_only && !stop_gate::is_for_stop_peers(asked))
     return refusals_.refuse(c, asked.codec, asked.id_raw, {.code = "refused", .text = stop_only_diagnostic});
   if (!access_control_.permits(c, asked)) return;
+  if (asked.fragment_size != 0) [[unlikely]]
+    fragment_ingress_.ask({c.id.index}, asked.fragment_size);
   switch (asked.what) {
   case verb::publish: return broker_.relay(c, asked);
   case verb::call:
@@ -286,6 +298,7 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
   case verb::goal_feedback: return call_router_.take_feedback(c, asked);
   case verb::goal_result:
   case verb::reply: return call_router_.take_reply(c, asked);
+  case verb::fragment: return take_fragments(c, fragment_ingress_.take(c, asked, message));
   case verb::status: return take_status(c, asked);
   case verb::set_level: refusals_.set_level({c.id.index}, asked.level); return;
   case verb::subscribe:
@@ -307,6 +320,27 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
   case verb::unknown: break;
   }
   refusals_.refuse(c, asked.codec, asked.id_raw, unknown);
+}
+
+// ---- fragments
+
+void dispatcher::take_fragments(connection& c, fragment_ingress::due due) noexcept {
+  if (due == fragment_ingress::due::rest) return ingress_.go_on({c.id.index});
+  if (due == fragment_ingress::due::whole) carry_out_whole(c);
+}
+
+// A message all of whose fragments came is read as if it had come as it is. If it is parked, the last of its
+// fragments comes again.
+void dispatcher::carry_out_whole(connection& c) noexcept {
+  const peer_index peer{c.id.index};
+  if (const std::span<std::byte> text = fragment_ingress_.text(peer); !text.empty()) {
+    read_text(c, text);
+  } else {
+    const long_arrival arrival = long_ingress_.end(peer, long_ingress::way::messages, false, {});
+    read_long(c, arrival, false, {});
+    if (arrival.body) state_.chunks.release(arrival.body);
+  }
+  fragment_ingress_.end(peer, ingress_.parked(peer));
 }
 
 void dispatcher::take_status(connection& c, const wire::request& asked) noexcept {

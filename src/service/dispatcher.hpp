@@ -18,6 +18,7 @@
 #include "service/call_router.hpp"
 #include "service/core_state.hpp"
 #include "service/direct_messages.hpp"
+#include "service/fragment_ingress.hpp"
 #include "service/ingress.hpp"
 #include "service/listings.hpp"
 #include "service/long_ingress.hpp"
@@ -43,6 +44,7 @@ class dispatcher {
     class receiver& receiver;
     class ingress& ingress;
     class long_ingress& long_ingress;
+    class fragment_ingress& fragment_ingress;
     class direct_messages& direct_messages;
     class broker& broker;
     class listings& listings;
@@ -57,7 +59,7 @@ class dispatcher {
   void dispatch(peer_index from, std::span<std::byte> message, bool binary) noexcept;
   // A piece of a long message of a peer; the last one, with which it is complete, is its event.
   void dispatch_piece(peer_index from, const wire::frame_step& step) noexcept;
-  // A message that was parked (ingress::park).
+  // A message that was parked (ingress::park), or of which some is left (ingress::go_on).
   void dispatch_again(peer_index from, std::span<std::byte> message, bool binary) noexcept;
   // Whether dispatch() would carry out a stop. It makes the same decisions and changes nothing. It decodes
   // the message as a request, so it must not be called while another one is carried out.
@@ -82,7 +84,8 @@ class dispatcher {
   }
   void read_text(connection& c, std::span<std::byte> message) noexcept;
   void read_binary(connection& c, std::span<std::byte> message) noexcept;
-  void read_long(connection& c, const long_arrival& message, bool binary) noexcept;
+  void read_long(connection& c, const long_arrival& message, bool binary,
+                 std::span<const std::byte> front) noexcept;
   void refuse_long(connection& c, wire::request& asked, const long_arrival& message) noexcept;
   void refuse_malformed(connection& c, std::string_view text, const error& why) noexcept;
   void take(connection& c, wire::decoded read, wire::request& asked, const json::document& known,
@@ -95,6 +98,8 @@ class dispatcher {
                  const wire::diagnostic& unknown, std::span<std::byte> message) noexcept;
   void take_message(connection& c, const wire::request& asked, const json::document& text,
                     std::span<std::byte> message) noexcept;
+  void take_fragments(connection& c, fragment_ingress::due due) noexcept;
+  void carry_out_whole(connection& c) noexcept;
   void take_status(connection& c, const wire::request& asked) noexcept;
   bool drops_excess() noexcept;
 
@@ -104,6 +109,7 @@ class dispatcher {
   receiver& receiver_;
   ingress& ingress_;
   long_ingress& long_ingress_;
+  fragment_ingress& fragment_ingress_;
   direct_messages& direct_messages_;
   broker& broker_;
   listings& listings_;

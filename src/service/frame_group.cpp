@@ -31,7 +31,7 @@ bool frame_group::add(peer_index peer, subscription_id only) noexcept {
   batch frame{{}, {&one.piece, 1}}; // a single frame is not copied
   const batch_piece of{.from = &s.pending, .subscription = only, .slot = slot.index};
   if (!message_frames_.add_shared(false, 0, frame, of)) return false;
-  if (frame.bytes >= write_work_bytes) return false; // a member counts as one unit of work
+  if (frame.bytes >= queues.group_bytes_max) return false; // a member counts as one unit of work
   ++count_;
   slots_ = slots;
   one.peer = peer;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which frames are written to a peer next, and how many: the rest of a partial frame, then urgent frames,
 // then messages by their priority, as far as the batch and the peer's credit take them. The subscriptions of
-// one priority take turns. In the middle of a long message, its next fragment is the only message. Service
+// one priority take turns. In the middle of a long message, its next fragment is the only message. A
+// message in fragments that are texts goes behind urgent messages, and takes turns with others. Service
 // thread only; nothing waits or allocates.
 #pragma once
 #include <cstddef>
@@ -63,10 +64,19 @@ class frame_selection {
     return !frame.mid_frame() || add_rest(to, frame, into);
   }
 
+  // Adds all that is left of the message that is under way, as far as the batch takes it, whatever the
+  // credit. False: there is nothing, or it is under way as usual.
+  bool add_all_left(const recipient& to, batch& into) noexcept;
+
  private:
   bool add_rest(const recipient& to, partial_frame& frame, batch& into) noexcept;
+  void add_diverted(const recipient& to, partial_frame& frame, batch& into) noexcept;
   void add_next_fragment(const recipient& to, partial_frame& frame, batch& into) noexcept;
-  bool begin_long(const recipient& to, batch& into, const batch_piece& piece) noexcept;
+  bool add_texts(const recipient& to, partial_frame& frame, batch& into, std::size_t credit,
+                 std::size_t bytes) noexcept;
+  bool add_others(const recipient& to, std::size_t at, const queue* but, batch& into) noexcept;
+  enum class beginning : std::uint8_t { whole, begun, waits };
+  beginning begin_in_frames(const recipient& to, batch& into, const batch_piece& piece) noexcept;
   void drop_older(queue& from, rt::duration lifespan) noexcept;
   bool add_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept;
 
@@ -83,8 +93,8 @@ class frame_selection {
 
 inline void frame_selection::add_messages(const recipient& to, batch& into) noexcept {
   peer_queues& from = to.queues;
-  if (partial_frame& long_one = partial_frames_.of(to.index); long_one.is_long()) [[unlikely]]
-    return add_next_fragment(to, long_one, into);
+  if (partial_frame& begun = partial_frames_.of(to.index); begun.diverts()) [[unlikely]]
+    return add_diverted(to, begun, into);
   // A server must know of a topic before anything is published on it.
   const priority replies_at = to.peer.ours == side::client ? priority::urgent : priority::normal;
   for (std::size_t p = 0; p < from.ready.size(); ++p) {
@@ -102,7 +112,7 @@ inline void frame_selection::add_messages(const recipient& to, batch& into) noex
 inline bool frame_selection::add_rest(const recipient& to, partial_frame& frame, batch& into) noexcept {
   const batch_piece piece{
       .slot = frame.slot, .key = frame.key, .is = batch_piece::origin::partial, .own_head = frame.own_head};
-  if (frame.is_long()) [[unlikely]]
+  if (frame.in_frames()) [[unlikely]]
     return message_frames_.add_fragment(to.masked, frame, into, piece);
   if (frame.own_head) return message_frames_.add_headed(to.masked, frame.written, into, piece, frame.head);
   return message_frames_.add_shared(to.masked, frame.written, into, piece);
@@ -151,8 +161,11 @@ inline bool frame_selection::add_queue(const recipient& to, queue& from, subscri
       piece.ttl_ns = left.count();
     }
     if (to.masked) piece.key = mask_keys_.next();
-    if (slots_.chunked(slot.index)) [[unlikely]]
-      return begin_long(to, into, piece);
+    if (slots_.chunked(slot.index) || slots_.message_bytes(slot.index) > to.queues.whole_bytes_max)
+        [[unlikely]] {
+      const beginning made = begin_in_frames(to, into, piece);
+      if (made != beginning::whole) return made == beginning::waits;
+    }
     const bool fits =
         piece.own_head ? message_frames_.add_headed(to.masked, 0, into, piece, message_frames_.head_of(piece))
                        : message_frames_.add_shared(to.masked, 0, into, piece);

@@ -60,7 +60,7 @@ void ingress::open(peer_index peer) noexcept {
 }
 
 void ingress::forget(peer_index peer) noexcept {
-  if (inputs_[peer].parked()) state_.counts.add(counter::inbox_full);
+  if (parked(peer)) state_.counts.add(counter::inbox_full);
   end_backlog(peer);
 }
 
@@ -93,7 +93,8 @@ void ingress::read_alone(peer_index peer, std::span<std::byte> bytes) noexcept {
   lent_ = bytes;
   of.backlog = bytes;
   std::size_t work = 0;
-  while (!of.backlog.empty() && !of.parked() && work < read_work_per_cycle) work += read_one(peer);
+  while ((of.goes_on || (!of.backlog.empty() && !of.parked())) && work < read_work_per_cycle)
+    work += read_one(peer);
   of.left_backlog = !of.backlog.empty() || of.parked();
   if (of.left_backlog) keep_backlog(of);
   lent_ = {};
@@ -122,6 +123,7 @@ inline void ingress::end_backlog(peer_index peer) noexcept {
   input& of = inputs_[peer];
   of.backlog = {};
   of.parked_text = nullptr;
+  of.goes_on = false;
   connection& c = state_.peers[peer];
   if (!std::exchange(c.unheard, false)) return;
   c.heard_at = c.unheard_until = state_.cycle.now;
@@ -130,10 +132,19 @@ inline void ingress::end_backlog(peer_index peer) noexcept {
 
 // ---- parking
 
-void ingress::park(peer_index peer) noexcept {
+inline void ingress::keep_current(peer_index peer) noexcept {
   inputs_[peer].parked_text = current_text_.data();
   inputs_[peer].parked_bytes = static_cast<std::uint32_t>(current_text_.size());
   inputs_[peer].parked_binary = current_binary_;
+}
+
+void ingress::go_on(peer_index peer) noexcept {
+  keep_current(peer);
+  inputs_[peer].goes_on = true;
+}
+
+void ingress::park(peer_index peer) noexcept {
+  keep_current(peer);
   unparked_at_ = UINT64_MAX; // try once more: a slot may have been released meanwhile
   if (std::exchange(state_.peers[peer].unheard, true)) return;
   state_.seams.transport.read_enabled(state_.peers[peer].id, false);
@@ -157,7 +168,7 @@ inline void ingress::take_turn(peer_index peer) noexcept {
   if (of.in_ring) return;
   if (of.backlog.empty() && !of.parked()) return end_backlog(peer);
   of.in_ring = true;
-  (of.parked() ? parked_ : backlog_).push(peer);
+  (of.parked() && !of.goes_on ? parked_ : backlog_).push(peer);
 }
 
 // Carries out one message, or the part of it that was read. Returns its work.
@@ -171,8 +182,9 @@ inline std::size_t ingress::read_one(peer_index peer) noexcept {
   if (of.parked()) {
     current_text_ = {std::exchange(of.parked_text, nullptr), of.parked_bytes};
     current_binary_ = of.parked_binary;
+    const std::size_t bytes = std::exchange(of.goes_on, false) ? 0 : of.parked_bytes; // it was read once
     handler_.handle_again(peer, current_text_, current_binary_);
-    return work_of(1, of.parked_bytes + state_.cycle.work_bytes);
+    return work_of(1, bytes + state_.cycle.work_bytes);
   }
   const wire::frame_step step = of.parser.next(of.backlog);
   of.backlog = of.backlog.subspan(step.consumed);
@@ -276,7 +288,8 @@ bool ingress::check() const noexcept {
     const input& of = inputs_[i];
     in_rings += of.in_ring;
     if (state_.peers[i].state == connection::phase::free) continue;
-    if (of.parked() && (!of.in_ring || !state_.peers[i].unheard)) return false;
+    if (of.parked() && (!of.in_ring || !(of.goes_on || state_.peers[i].unheard))) return false;
+    if (of.goes_on && !of.parked()) return false;
     if (!of.backlog.empty() && !of.in_ring) return false;
   }
   return in_rings == backlog_.count() + parked_.count();

@@ -5,7 +5,8 @@
 // for all that they have sent. A stop does not even wait for that: it is carried out as it is read, before
 // what its own peer sent before it.
 //
-// A message for which the receiver has no room is parked. Its peer is not read until there is room.
+// A message for which the receiver has no room is parked. Its peer is not read until there is room. One that
+// takes several steps is kept in the same way, and comes again in its peer's next turn.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -67,6 +68,10 @@ class ingress {
   void park(peer_index peer) noexcept;
   // How the long message begins that is being carried out, or a piece of it is.
   std::span<const std::byte> front(peer_index peer) const noexcept { return inputs_[peer].parser.front(); }
+  // The message that is being carried out takes more than a step: its peer's next turn goes on with it.
+  void go_on(peer_index peer) noexcept;
+  // Whether its message was parked.
+  bool parked(peer_index peer) const noexcept { return inputs_[peer].parked() && !inputs_[peer].goes_on; }
   // When the unfinished message of a peer began; never: there is none.
   rt::time_point unfinished_since(peer_index peer) const noexcept { return inputs_[peer].message_began_at; }
 
@@ -86,6 +91,7 @@ class ingress {
     std::byte* parked_text = nullptr;
     std::uint32_t parked_bytes = 0;
     bool parked_binary = false;
+    bool goes_on = false;      // it waits for nothing but its peer's turn
     bool in_ring = false;      // in backlog_ or parked_
     bool left_backlog = false; // the last read that was large was not carried out in one turn
     rt::time_point message_began_at = rt::never;
@@ -95,6 +101,7 @@ class ingress {
   };
 
   std::uint64_t changes() const noexcept { return room_changes() + receiver_.looks_wanted(); }
+  void keep_current(peer_index peer) noexcept;
   void look_at_parked() noexcept;
   void read_backlogs() noexcept;
   void read_alone(peer_index peer, std::span<std::byte> bytes) noexcept;

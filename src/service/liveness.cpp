@@ -24,6 +24,7 @@ void liveness::check(peer_index peer) noexcept {
     state_.counts.add(counter::unfinished_messages);
     return state_.peers.close_later(c, "a message was not finished in time");
   }
+  fragment_ingress_.check_time(c);
   if (!c.protocol->can.control_frames) return; // it answers no pings
   c.unheard ? check_unread(c) : check_silent(c);
 }

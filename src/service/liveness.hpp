@@ -7,6 +7,7 @@
 #include <rowe/rt/timer_wheel.hpp>
 
 #include "service/core_state.hpp"
+#include "service/fragment_ingress.hpp"
 #include "service/ingress.hpp"
 #include "service/outbox.hpp"
 #include "service/refusals.hpp"
@@ -22,13 +23,15 @@ class liveness {
     class sender& sender;
     class refusals& refusals;
     const class ingress& ingress;
+    class fragment_ingress& fragment_ingress;
   };
   explicit liveness(const needs& parts) noexcept
       : state_{parts.state},
         outbox_{parts.outbox},
         sender_{parts.sender},
         refusals_{parts.refusals},
-        ingress_{parts.ingress} {}
+        ingress_{parts.ingress},
+        fragment_ingress_{parts.fragment_ingress} {}
 
   // A peer has connected, and is checked from now on.
   void open(peer_index peer) noexcept { check_later(peer); }
@@ -46,6 +49,7 @@ class liveness {
   sender& sender_;
   refusals& refusals_;
   const ingress& ingress_;
+  fragment_ingress& fragment_ingress_;
 };
 
 } // namespace rowe::service

@@ -40,22 +40,33 @@ long_ingress::long_ingress(rt::arena& memory, core_state& state) noexcept
 // ---- pieces
 
 void long_ingress::take(peer_index peer, const wire::frame_step& step) noexcept {
-  sender_row& from = senders_[peer];
-  state_.cycle.work_bytes += long_work_times * step.payload.size();
+  take(peer, way::frames, step.payload, step.known_bytes,
+       step.event == wire::frame_event::binary || step.message == wire::opcode::binary);
+}
+
+void long_ingress::take(peer_index peer, std::string_view text) noexcept {
+  take(peer, way::messages, std::as_bytes(std::span{text}), in(peer, way::messages).bytes + text.size(),
+       false);
+}
+
+void long_ingress::take(peer_index peer, way by, std::span<const std::byte> piece, std::uint64_t known_bytes,
+                        bool binary) noexcept {
+  incoming& from = in(peer, by);
+  state_.cycle.work_bytes += long_work_times * piece.size();
   receipt* of = from.receipt ? &receipts_[from.receipt] : nullptr;
-  if (of == nullptr && !from.dropped) of = begin(peer, step);
-  from.bytes = step.known_bytes;
+  const auto bytes = static_cast<std::size_t>(known_bytes);
+  if (of == nullptr && !from.dropped) of = begin(peer, by, bytes, binary);
+  from.bytes = static_cast<std::uint32_t>(known_bytes);
   if (of == nullptr) return;
   const std::uint32_t had = of->chunks;
-  const std::uint32_t wanted = chunk_store::chunks_for(static_cast<std::size_t>(step.known_bytes));
+  const std::uint32_t wanted = chunk_store::chunks_for(bytes);
   if (wanted > had) { // a further frame of it
-    if (!make_room(peer, wanted - had, false) ||
-        !state_.chunks.grow(of->text, static_cast<std::size_t>(step.known_bytes)))
-      return drop(peer);
+    if (!make_room(peer, wanted - had, false) || !state_.chunks.grow(of->text, bytes))
+      return drop(from.receipt);
     state_.chunks.begin_receiving(wanted - had);
     of->chunks = wanted;
   }
-  const auto body = of->binary ? take_head(*of, step.payload) : std::span<const std::byte>{step.payload};
+  const auto body = of->binary ? take_head(*of, piece) : piece;
   if (of->unsupported) return;
   state_.chunks.append(of->text, body);
   // If it is wrong, the rest is taken only because it comes.
@@ -65,12 +76,11 @@ void long_ingress::take(peer_index peer, const wire::frame_step& step) noexcept 
 }
 
 // The first piece of a message. None: there is no room for it.
-auto long_ingress::begin(peer_index peer, const wire::frame_step& step) noexcept -> receipt* {
-  sender_row& from = senders_[peer];
-  const auto bytes = static_cast<std::size_t>(step.known_bytes);
+auto long_ingress::begin(peer_index peer, way by, std::size_t bytes, bool binary) noexcept -> receipt* {
+  incoming& from = in(peer, by);
   from.dropped = true;
-  settle(from);
-  if (!make_room(peer, chunk_store::chunks_for(bytes), true)) return nullptr;
+  settle(senders_[peer]);
+  if (!make_room(peer, std::max(chunk_store::chunks_for(bytes), 1U), true)) return nullptr;
   const text_id text = state_.chunks.begin(bytes);
   if (!text) return nullptr;
   from.dropped = false;
@@ -78,9 +88,10 @@ auto long_ingress::begin(peer_index peer, const wire::frame_step& step) noexcept
   receipt& begun = receipts_[from.receipt];
   begun = {};
   begun.peer = peer;
+  begun.by = by;
   begun.text = text;
   begun.began = state_.cycle.now;
-  begun.binary = step.event == wire::frame_event::binary || step.message == wire::opcode::binary;
+  begun.binary = binary;
   begun.scanner = json::scanner{state_.bounds().depth_max};
   begun.chunks = state_.chunks.chunks_of(text);
   state_.chunks.begin_receiving(begun.chunks);
@@ -112,13 +123,19 @@ std::uint64_t long_ingress::cost_of(const receipt& one) const noexcept {
   return std::max(one.chunks, state_.chunks.receiving_max() / std::max(receipts_.size(), 1U));
 }
 
+// What a message has used so far.
+std::uint64_t long_ingress::used_by(const receipt& one) const noexcept {
+  return (ms_since(one.began) + 1) * cost_of(one);
+}
+
 std::uint64_t long_ingress::used_by(peer_index peer) const noexcept {
   const sender_row& one = senders_[peer];
   const std::uint64_t halvings = std::min<std::uint64_t>(ms_since(one.used_until) / long_use_half_ms, 63);
-  const std::uint64_t before = one.chunk_ms >> halvings;
-  if (!one.receipt) return before;
-  const receipt& now = receipts_[one.receipt];
-  return before + (ms_since(now.began) + 1) * cost_of(now);
+  std::uint64_t used = one.chunk_ms >> halvings;
+  for (const incoming& its : one.in) {
+    if (its.receipt) used += used_by(receipts_[its.receipt]);
+  }
+  return used;
 }
 
 // Forgets what was used long ago.
@@ -137,13 +154,14 @@ bool long_ingress::make_room(peer_index newcomer, std::uint32_t chunks, bool nee
     return in_share && store.free() >= chunks && !(needs_row && free_.empty());
   };
   while (!has_room()) {
-    peer_index most{};
+    receipt_id most{};
     std::uint64_t used = 0;
-    for (const receipt& one : receipts_) {
+    for (const receipt_id i : receipts_.ids()) {
+      const receipt& one = receipts_[i];
       if (!one.text || one.peer == newcomer) continue;
       const std::uint64_t its = used_by(one.peer);
       if (its > used && its > 2 * used_by(newcomer) + long_grace_ms * cost_of(one)) {
-        most = one.peer;
+        most = i;
         used = its;
       }
     }
@@ -153,12 +171,12 @@ bool long_ingress::make_room(peer_index newcomer, std::uint32_t chunks, bool nee
   return true;
 }
 
-// The peer's message is not kept any further.
-void long_ingress::drop(peer_index peer) noexcept {
-  sender_row& of = senders_[peer];
-  state_.chunks.release(receipts_[of.receipt].text);
-  close(of.receipt);
-  of.dropped = true;
+// A message is not kept any further.
+void long_ingress::drop(receipt_id which) noexcept {
+  const receipt& of = receipts_[which];
+  in(of.peer, of.by).dropped = true;
+  state_.chunks.release(of.text);
+  close(which);
 }
 
 // Its text belongs to somebody else, or is gone.
@@ -166,9 +184,9 @@ void long_ingress::close(receipt_id which) noexcept {
   receipt& of = receipts_[which];
   sender_row& its = senders_[of.peer];
   settle(its);
-  its.chunk_ms = used_by(of.peer);
+  its.chunk_ms += used_by(of);
   state_.chunks.end_receiving(std::exchange(of.chunks, 0));
-  its.receipt = {};
+  in(of.peer, of.by).receipt = {};
   of.text = {};
   of.peer = {};
   free_.give_back(which);
@@ -176,17 +194,40 @@ void long_ingress::close(receipt_id which) noexcept {
 
 void long_ingress::forget(peer_index peer) noexcept {
   sender_row& of = senders_[peer];
-  if (of.receipt && ROWE_MUTANT(long_left)) state_.chunks.retain(receipts_[of.receipt].text);
-  if (of.receipt) drop(peer);
+  for (const incoming& its : of.in) {
+    if (its.receipt && ROWE_MUTANT(long_left)) state_.chunks.retain(receipts_[its.receipt].text);
+    if (its.receipt) drop(its.receipt);
+  }
   // Who comes to its place has used as much, so nobody gains by coming again and again.
   of = {.chunk_ms = of.chunk_ms, .used_until = of.used_until};
 }
 
+// ---- texts that come in messages
+
+auto long_ingress::text_of(peer_index peer) const noexcept -> so_far {
+  const incoming& of = in(peer, way::messages);
+  return {.bytes = of.bytes,
+          .closed = of.receipt && receipts_[of.receipt].scanner.is_closed(),
+          .lost = of.dropped};
+}
+
+void long_ingress::copy_text(peer_index peer, std::span<std::byte> into) const noexcept {
+  chunk_store::place place;
+  state_.chunks.copy(receipts_[in(peer, way::messages).receipt].text, 0, place, into);
+}
+
+void long_ingress::drop_text(peer_index peer) noexcept {
+  incoming& of = in(peer, way::messages);
+  if (of.receipt) drop(of.receipt);
+  of = {};
+}
+
 // ---- the end
 
-long_arrival long_ingress::end(peer_index peer, bool binary, std::span<const std::byte> front) noexcept {
-  sender_row& from = senders_[peer];
-  const std::size_t bytes = static_cast<std::size_t>(std::exchange(from.bytes, 0));
+long_arrival long_ingress::end(peer_index peer, way by, bool binary,
+                               std::span<const std::byte> front) noexcept {
+  incoming& from = in(peer, by);
+  const std::size_t bytes = std::exchange(from.bytes, 0);
   if (std::exchange(from.dropped, false) || !from.receipt) {
     long_arrival lost{.is = long_arrival::verdict::no_room, .bytes = bytes, .envelope = front};
     if (!binary) lost.envelope = list_front(front);
@@ -291,7 +332,7 @@ bool long_ingress::check() const noexcept {
     const receipt& of = receipts_[i];
     if (!of.text) continue;
     chunks += of.chunks;
-    if (of.chunks != state_.chunks.chunks_of(of.text) || senders_[of.peer].receipt != i) return false;
+    if (of.chunks != state_.chunks.chunks_of(of.text) || in(of.peer, of.by).receipt != i) return false;
   }
   return chunks == state_.chunks.receiving() && chunks <= state_.chunks.receiving_max() &&
          free_.check([](const receipt& of) { return !of.text; });

@@ -3,15 +3,21 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
+#include <charconv>
 #include <cstring>
 #include <optional>
 #include <string_view>
 
 #include "wire/mask.hpp"
 #include "wire/websocket.hpp"
+#include "json/utf8.hpp"
+#include "json/writer.hpp"
 
 namespace rowe::service {
 namespace {
+
+constexpr std::size_t utf8_bytes_max = 4; // of a character
 
 // Whether a JSON object, which begins with its brace, has no members.
 bool has_no_members(std::span<const char> object) noexcept {
@@ -47,19 +53,87 @@ bool message_frames::add_shared(bool masked, std::size_t skip, batch& into,
   return true;
 }
 
-// ---- long messages
+// ---- messages in several frames
 
+// How many bytes its payload has, with the head of its own or without.
 std::size_t message_frames::payload_bytes(const partial_frame& of) const noexcept {
-  const std::size_t body = state_.chunks.bytes(slots_.chunks(of.slot));
-  if (!of.own_head) return slots_.text(of.slot).size() + body;
-  return of.head.size + body + (of.head.from == 0 ? 0 : slots_.text(of.slot).size() - of.head.from);
+  const bool chunked = slots_.chunked(of.slot);
+  const std::size_t text = slots_.text(of.slot).size();
+  const std::size_t body = chunked ? state_.chunks.bytes(slots_.chunks(of.slot)) : 0;
+  if (!of.own_head) return text + body;
+  if (of.head.from != 0) return of.head.size + text - of.head.from + body;
+  return of.head.size + (chunked ? body : slots_.body(of.slot).size());
+}
+
+partial_frame message_frames::begun(const batch_piece& piece, std::size_t whole_bytes_max) const noexcept {
+  partial_frame made{.slot = piece.slot, .own_head = piece.own_head, .from = piece.from};
+  if (made.own_head) made.head = head_of(piece);
+  const std::size_t bytes = payload_bytes(made);
+  const bool chunked = slots_.chunked(made.slot);
+  const bool binary =
+      made.own_head ? made.head.as == wire::message_kind::binary : !chunked && slots_.binary(made.slot);
+  if (bytes > whole_bytes_max && !binary) {
+    // Each may begin up to three bytes before its multiple, so that it does not begin within a character.
+    const std::size_t stride = std::min(whole_bytes_max, text_fragment_bytes_max) - (utf8_bytes_max - 1);
+    made.goes = partial_frame::way::texts;
+    made.stride = static_cast<std::uint32_t>(stride);
+    made.count = static_cast<std::uint32_t>((bytes + stride - 1) / stride);
+    made.payload = static_cast<std::uint32_t>(bytes);
+  } else if (chunked) {
+    made.goes = partial_frame::way::continued;
+    made.payload = static_cast<std::uint32_t>(bytes);
+  }
+  return made;
+}
+
+// A fragment is written anew each time that some of it is needed: it depends only on the message and its
+// number.
+bool message_frames::add_text(bool masked, partial_frame& of, batch& into,
+                              const batch_piece& piece) const noexcept {
+  const std::size_t end = std::min<std::size_t>((of.number + std::size_t{1}) * of.stride, of.payload);
+  std::array<std::byte, text_fragment_bytes_max + 1> buffer;
+  const auto plain = std::span{buffer}.first(std::min<std::size_t>(end + 1, of.payload) -
+                                             of.done); // and whether a character ends there
+  copy_payload(of, of.done, plain);
+  std::string_view data{reinterpret_cast<const char*>(plain.data()), plain.size()};
+  data = ROWE_MUTANT(fragments_cut) ? data.substr(0, end - of.done) : json::utf8_prefix(data, end - of.done);
+
+  std::array<char, 24> id;
+  const slot_ref slot = slots_.ref(of.slot);
+  const auto part = std::to_chars(id.data(), id.data() + id.size(), slot.index.value).ptr;
+  *part = '.';
+  const auto id_end = std::to_chars(part + 1, id.data() + id.size(), slot.generation).ptr;
+  const std::span<std::byte> room = into.room();
+  if (room.size() <= wire::frame_headroom_bytes) return false;
+  const auto payload = room.subspan(wire::frame_headroom_bytes);
+  json::writer out{{reinterpret_cast<char*>(payload.data()), payload.size()}};
+  state_.seams.protocols.envelope.write_fragment(
+      out, {.id = {id.data(), static_cast<std::size_t>(id_end - id.data())},
+            .data = data,
+            .number = of.number,
+            .count = of.count});
+  if (out.overflowed()) {
+    assert(into.count != 0); // a batch has room for one
+    return false;
+  }
+  const auto key = masked ? std::optional{piece.key} : std::nullopt;
+  const std::byte* const begin =
+      wire::write_frame_header_before(payload.data(), wire::opcode::text, out.bytes(), key);
+  if (masked) (void)wire::mask(payload.first(out.bytes()), piece.key);
+  const auto left = static_cast<std::size_t>(payload.data() + out.bytes() - begin) - of.written;
+  batch_piece as = piece;
+  as.fragment = static_cast<std::uint16_t>(data.size());
+  std::memmove(into.place(left, as), begin + of.written, left);
+  return true;
 }
 
 bool message_frames::add_fragment(bool masked, partial_frame& of, batch& into,
                                   const batch_piece& piece) const noexcept {
-  const auto bytes = of.fragment != 0
-                         ? of.fragment
-                         : static_cast<std::uint16_t>(std::min(long_fragment_bytes, of.payload - of.done));
+  if (of.goes == partial_frame::way::texts) return add_text(masked, of, into, piece);
+  const auto bytes =
+      of.fragment != 0
+          ? of.fragment
+          : static_cast<std::uint16_t>(std::min<std::size_t>(long_fragment_bytes, of.payload - of.done));
   const auto what = of.done != 0  ? wire::opcode::continuation
                     : of.own_head ? opcode_of(of.head.as)
                                   : wire::opcode::text;
@@ -89,10 +163,12 @@ bool message_frames::add_fragment(bool masked, partial_frame& of, batch& into,
 void message_frames::copy_payload(partial_frame& of, std::size_t at,
                                   std::span<std::byte> into) const noexcept {
   const std::span<const char> text = slots_.text(of.slot);
-  const std::size_t body_at = slots_.chunks_at(of.slot);
+  const bool chunked = slots_.chunked(of.slot);
+  const std::size_t body_at = chunked ? slots_.chunks_at(of.slot) : text.size();
   const bool alone = of.own_head && of.head.from == 0;
   const auto head = std::span{of.head.bytes}.first(of.own_head ? of.head.size : 0U);
-  const auto before = std::as_bytes(alone ? std::span<const char>{} : text.first(body_at))
+  const std::span<const char> body_alone = chunked ? std::span<const char>{} : slots_.body(of.slot);
+  const auto before = std::as_bytes(alone ? body_alone : text.first(body_at))
                           .subspan(of.own_head && !alone ? of.head.from : 0U);
   const auto behind = std::as_bytes(alone ? std::span<const char>{} : text.subspan(body_at));
   const text_id body = slots_.chunks(of.slot);
@@ -111,11 +187,12 @@ void message_frames::copy_payload(partial_frame& of, std::size_t at,
   };
   take_span(head);
   take_span(before);
-  take(state_.chunks.bytes(body), [&](std::span<std::byte> to) {
-    (void)state_.chunks.read(body, at, of.place); // the socket may not take all of it: never behind that
-    chunk_store::place from = of.place;
-    state_.chunks.copy(body, at, ROWE_MUTANT(long_place) ? of.place : from, to);
-  });
+  if (chunked)
+    take(state_.chunks.bytes(body), [&](std::span<std::byte> to) {
+      (void)state_.chunks.read(body, at, of.place); // the socket may not take all of it: never behind that
+      chunk_store::place from = of.place;
+      state_.chunks.copy(body, at, ROWE_MUTANT(long_place) ? of.place : from, to);
+    });
   take_span(behind);
 }
 

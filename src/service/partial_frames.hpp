@@ -5,8 +5,10 @@
 // cut because it takes too long while a peer waits.
 //
 // A long message goes as several frames, the fragments of RFC 6455 5.4. It counts as partial until its last
-// byte is written, but control frames may go between its fragments. Service thread only; nothing waits or
-// allocates.
+// byte is written, but control frames may go between its fragments. To a peer that asked for fragments
+// which are texts, a message goes as several texts, and any other message may go between these. If a socket
+// takes only a part of such another one, the message in texts is set aside until that is written. Service
+// thread only; nothing waits or allocates.
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -17,6 +19,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/core_state.hpp"
+#include "service/indexed_pool.hpp"
 #include "service/message_store.hpp"
 #include "service/outbox.hpp"
 #include "service/service_limits.hpp"
@@ -27,24 +30,41 @@ namespace rowe::service {
 
 // The rest of it is written before anything else.
 struct partial_frame {
+  enum class way : std::uint8_t {
+    whole,     // as one frame
+    continued, // a long message, as the frames of one message
+    texts,     // as several texts, which are its fragments
+    between,   // as one frame, while a message in texts is set aside
+  };
   slot_id slot{};            // none
-  std::size_t written = 0;   // of header and payload together
+  std::uint32_t written = 0; // of header and payload together
   wire::mask_key key{};      // client side: the rest is masked with the same key
   bool own_head = false;     // the peer's codec writes its own head:
   wire::message_head head{}; // that head
+  way goes = way::whole;
+  bool others_next = false; // texts: other messages go first in the next batch
   rt::time_point since{};
-  // Of a long message; `written` is then of its present fragment.
-  std::size_t payload = 0;    // its bytes: all,
-  std::size_t done = 0;       // those in the fragments before that,
+  // Of a message in several frames; `written` is then of its present fragment.
+  std::uint32_t payload = 0;  // its bytes: all,
+  std::uint32_t done = 0;     // those in the fragments before that,
   std::uint16_t fragment = 0; // and those in that one; 0: none was begun
   chunk_store::place place{}; // of what was read last, in the chunks
+  // In texts:
+  std::uint32_t stride = 0;    // each begins near a multiple of this, between two characters
+  std::uint32_t number = 0;    // of the present one (between: of the row where that is set aside),
+  std::uint32_t count = 0;     // and how many there are
+  const queue* from = nullptr; // whose other messages wait for their turn; only to be compared
 
   explicit operator bool() const noexcept { return static_cast<bool>(slot); }
   // The bytes of a frame have been written, but not all.
   bool mid_frame() const noexcept { return written != 0; }
-  // It is a long message. In its middle no other message may be begun.
-  bool is_long() const noexcept { return payload != 0; }
-  // Of a long message: the frame that goes next.
+  // It goes in several frames.
+  bool in_frames() const noexcept { return payload != 0; }
+  // In its middle no other message may be begun.
+  bool is_continued() const noexcept { return goes == way::continued; }
+  // What is written next is not chosen as usual.
+  bool diverts() const noexcept { return goes != way::whole; }
+  // In several frames: the one that goes next.
   void begin_fragment(std::uint16_t bytes, const wire::mask_key& with) noexcept {
     fragment = bytes;
     key = with;
@@ -59,7 +79,8 @@ class partial_frames {
     class outbox& outbox;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
-    return rt::arena::bytes_for<partial_frame>(bounds.connections_max);
+    return rt::arena::bytes_for<partial_frame>(bounds.connections_max) +
+           rt::arena::bytes_for<aside_row>(aside_count(bounds));
   }
   partial_frames(rt::arena& memory, const needs& parts) noexcept;
 
@@ -77,6 +98,8 @@ class partial_frames {
   }
   // A socket has taken the first bytes. The reference of the message goes with them.
   void begin(peer_index peer, const partial_frame& frame) noexcept;
+  // Whether a message in texts can be set aside, so that others may go between its fragments.
+  bool may_set_aside() const noexcept { return !free_aside_.empty(); }
   // More bytes of it are written; they end its frame or not. True if the whole message is written.
   bool advance(peer_index peer, std::size_t bytes, bool ends_frame) noexcept;
   // The last byte is written, or the peer has left.
@@ -98,10 +121,10 @@ class partial_frames {
     if (!waits_) return;
     rt::time_point next = state_.cycle.now + partial_time_min;
     for (const peer_index peer : state_.peers.ids()) {
-      const partial_frame& frame = frames_[peer];
-      if (!state_.peers[peer].open() || !frame) continue;
-      if (slots_.may_begin(slots_.class_of(frame.slot))) continue; // nobody waits for it
-      if (const rt::time_point due = due_of(frame); due > state_.cycle.now) {
+      if (!state_.peers[peer].open() || !frames_[peer]) continue;
+      const rt::time_point due =
+          std::min(due_for_others(frames_[peer]), due_for_others(aside_of(frames_[peer])));
+      if (due > state_.cycle.now) {
         next = std::min(next, due);
       } else {
         state_.counts.add(counter::stalled_peers);
@@ -117,8 +140,24 @@ class partial_frames {
   bool check() const noexcept;
 
  private:
+  using aside_id = id<struct aside_tag>;
+  // A message in texts, while a part of another one's frame is written.
+  struct aside_row {
+    partial_frame frame;
+    aside_id next_free{};
+  };
+  static std::size_t aside_count(const limits& bounds) noexcept {
+    return std::min<std::size_t>(bounds.connections_max, messages_aside_max);
+  }
+  // None, if nothing is set aside behind this one.
+  const partial_frame& aside_of(const partial_frame& one) const noexcept {
+    static constexpr partial_frame none{};
+    return one.goes == partial_frame::way::between ? aside_[{one.number}].frame : none;
+  }
+
   bool may_begin_or_wait(peer_index peer, slot_id slot) noexcept;
   rt::time_point due_of(const partial_frame& frame) noexcept;
+  rt::time_point due_for_others(const partial_frame& frame) noexcept;
   void look_again_from(std::uint32_t first) noexcept;
 
   core_state& state_;
@@ -126,6 +165,8 @@ class partial_frames {
   slot_pool& slots_;
   outbox& outbox_;
   rows<peer_index, partial_frame> frames_;
+  rows<aside_id, aside_row> aside_;
+  indexed_pool<aside_id, aside_row, &aside_row::next_free> free_aside_;
   bool waits_ = false;       // a peer waits to begin a frame
   bool stalled_due_ = false; // it has waited so long that a partial frame may be cut
 };

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What waits for one peer. Service thread only.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
 #include "service/index_list.hpp"
 #include "service/message_queue.hpp"
+#include "service/service_limits.hpp"
 #include "service/topic_rows.hpp"
 
 namespace rowe::service {
@@ -20,6 +22,9 @@ struct peer_queues {
   std::array<ready_list, 3> ready;
   std::uint32_t latched_pending = 0; // how many subscriptions still wait for their latched value
   std::uint32_t dropped = 0;         // messages of its topics so far, for which it read too slowly
+  // A longer text is sent in fragments, each a text of its own, and no frame so long is gathered.
+  std::uint32_t whole_bytes_max = UINT32_MAX;
+  std::uint32_t group_bytes_max = write_work_bytes;
   bool scheduled = false;            // it has something to write, and is in the ring of such peers
   bool blocked = false;              // the transport has no room; on_writable() comes
   bool out_of_credit = false;        // its credit is used up, but for urgent frames; a pong comes
@@ -37,6 +42,10 @@ struct peer_queues {
       found = ready[p].head;
     }
     return found;
+  }
+  void send_in_fragments(std::uint32_t bytes) noexcept {
+    whole_bytes_max = bytes;
+    group_bytes_max = std::min(whole_bytes_max, std::uint32_t{write_work_bytes});
   }
   // It reads more slowly than we could write, or it waits for peers that do.
   bool backpressured() const noexcept { return blocked || out_of_credit || waits_to_begin; }

@@ -34,6 +34,7 @@ void registrations::carry_out(connection& c, const wire::request& asked) noexcep
   case verb::status:
   case verb::set_level:
   case verb::unsupported:
+  case verb::fragment:
   case verb::unknown: break;
   }
   assert(false); // the dispatcher carries these out

@@ -54,9 +54,10 @@ sender::sender(rt::arena& memory, const needs& parts) noexcept
 // ---- peers
 
 void sender::forget(peer_index peer) noexcept {
-  if (!partial_.of(peer)) return;
-  partial_.end(peer);
-  state_.counts.add(counter::lost_with_peer);
+  while (partial_.of(peer)) { // perhaps with a message that was set aside
+    partial_.end(peer);
+    state_.counts.add(counter::lost_with_peer);
+  }
 }
 
 void sender::writable(peer_index peer) noexcept {
@@ -125,7 +126,7 @@ void sender::flush(peer_index peer) noexcept {
     const bool may_begin_now = waited && !queues.waits_to_begin; // its own partial frame has ended
     const bool more_latched = queues.latched_pending != 0 && !next.out_of_credit && !queues.waits_to_begin;
     more = next.more || more_latched || may_begin_now;
-    if (next.in_fragments && ++fragments == long_fragments_per_turn) break;
+    if ((fragments += next.in_fragments) >= long_fragments_per_turn) break;
   }
   queues.scheduled = scheduled;
   if (more) outbox_.schedule(peer);
@@ -153,7 +154,7 @@ inline void sender::settle(const recipient& to, batch& sent, std::size_t taken) 
   urgent_.wrote(to.index, taken);
   to.queues.blocked = taken < sent.bytes;
   commit(to, sent, taken);
-  if (partial_.of(to.index) && partial_.is_worth_handing_over(to.index)) hand_over_rest(to);
+  if (partial_.of(to.index)) hand_over_rest(to);
 }
 
 // ---- commit
@@ -187,7 +188,10 @@ inline void sender::commit_message(const recipient& to, const batch_piece& piece
     count_message_out(to.peer);
     return message_store_.delivered(piece.slot);
   }
-  partial_frame rest{.slot = piece.slot, .written = part, .key = piece.key, .own_head = piece.own_head};
+  partial_frame rest{.slot = piece.slot,
+                     .written = static_cast<std::uint32_t>(part),
+                     .key = piece.key,
+                     .own_head = piece.own_head};
   if (piece.own_head) rest.head = frames_.head_of(piece);
   partial_.begin(to.index, rest);
 }
@@ -201,11 +205,9 @@ void sender::commit_partial(const recipient& to, const batch_piece& piece, std::
   partial_.end(to.index);
 }
 
-// The first fragment of a long message, or a part of it.
+// The first fragment, or a part of it.
 void sender::commit_first_fragment(const recipient& to, const batch_piece& piece, std::size_t part) noexcept {
-  partial_frame begun{.slot = piece.slot, .own_head = piece.own_head};
-  if (piece.own_head) begun.head = frames_.head_of(piece);
-  begun.payload = frames_.payload_bytes(begun);
+  partial_frame begun = frames_.begun(piece, to.queues.whole_bytes_max);
   begun.begin_fragment(piece.fragment, piece.key);
   partial_.begin(to.index, begun);
   commit_partial(to, piece, part);
@@ -216,14 +218,21 @@ void sender::count_message_out(connection& peer) noexcept {
   ++peer.messages_out;
 }
 
-// The transport keeps the rest of the frame itself, if it can.
+// The transport keeps the rest of the frame itself, if it can; of a message in texts that waits, all. Only
+// what was refused may be handed over, so what lacks credit is written first.
 void sender::hand_over_rest(const recipient& to) noexcept {
-  batch rest{buffer_, pieces_};
-  (void)selection_.add_partial(to, rest); // a batch of its own
-  const std::size_t taken = state_.seams.transport.write_rest(to.peer.id, rest.whole());
-  state_.counts.add(counter::bytes_out, taken);
-  urgent_.wrote(to.index, taken);
-  commit(to, rest, taken);
+  while (partial_.of(to.index) && partial_.is_worth_handing_over(to.index)) {
+    batch rest{buffer_, pieces_};
+    if (!selection_.add_all_left(to, rest)) return;
+    const bool refused = to.queues.blocked;
+    const std::size_t taken = refused ? state_.seams.transport.write_rest(to.peer.id, rest.whole())
+                                      : state_.seams.transport.write(to.peer.id, rest.whole());
+    to.queues.blocked = refused || taken < rest.bytes;
+    state_.counts.add(counter::bytes_out, taken);
+    urgent_.wrote(to.index, taken);
+    commit(to, rest, taken);
+    if (refused && taken < rest.bytes) return;
+  }
 }
 
 // ---- urgent frames
@@ -261,7 +270,7 @@ bool sender::check() const noexcept {
     const peer_queues& queues = outbox_.of(i);
     if (!state_.peers[i].open() || queues.scheduled || queues.blocked) continue;
     const bool needs_pong = queues.out_of_credit && urgent_.waits_for_pong(i);
-    if (partial_.of(i).is_long() && needs_pong && !partial_.of(i).mid_frame()) continue;
+    if (partial_.of(i).in_frames() && needs_pong && !partial_.of(i).mid_frame()) continue;
     if (partial_.of(i) || urgent_.any(i)) return false;
     const bool others_end = queues.waits_to_begin && partial_.wakes_who_waits();
     if (needs_pong || others_end) continue;

@@ -2,12 +2,8 @@
 // Writes the messages in the outbox. Each scheduled peer gets what its queues have ready, many frames in one
 // call of the transport. Urgent frames go first, then messages by their priority; the subscriptions of one
 // priority take turns. A peer's credit bounds what may be on its way to it; pings measure the credit
-// (credit.hpp).
-//
-// A stop must not wait until a thousand peers have been written to. So the peers take turns, and one cycle
-// does a stated amount of work.
-//
-// Service thread only; nothing waits or allocates.
+// (credit.hpp). A stop must not wait until a thousand peers have been written to. So the peers take turns,
+// and one cycle does a stated amount of work. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -146,6 +146,9 @@ inline constexpr std::size_t tls_bytes = std::size_t{64} << 10;
 
 // ---- writing
 
+// Bytes of one byte of a text in JSON, at most: \u001f.
+inline constexpr std::size_t escaped_bytes_max = 6;
+
 // A batch ends with the frame that reaches this, or before one for which there is no room. A little less than
 // a segment of TCP can be (65 483 bytes on loopback): a longer batch leaves a tiny segment behind it.
 inline constexpr std::size_t batch_bytes_max = 60 * 1024;
@@ -154,6 +157,17 @@ inline constexpr std::size_t batch_pieces_max = 256;
 // their turns after so many.
 inline constexpr std::size_t long_fragment_bytes = 32 * 1024;
 inline constexpr unsigned long_fragments_per_turn = 2;
+// How much of a message one fragment of a text has at most, whatever its peer asked for. Each byte may
+// need six (\u0001), and around them are so many.
+inline constexpr std::size_t text_fragment_bytes_max = 8 * 1024;
+// Messages in fragments that may be set aside, because a part of another frame is written between them. If
+// there are so many, nothing goes between the fragments of others for the moment.
+inline constexpr std::size_t messages_aside_max = 8;
+inline constexpr std::size_t text_fragment_envelope_bytes = 160;
+inline constexpr std::size_t text_fragment_frame_bytes =
+    escaped_bytes_max * text_fragment_bytes_max + text_fragment_envelope_bytes;
+static_assert(text_fragment_frame_bytes + wire::frame_headroom_bytes <= batch_bytes_max);
+static_assert(wire::fragment_size_min <= text_fragment_bytes_max);
 static_assert(long_fragment_bytes <= UINT16_MAX);
 static_assert(long_fragment_bytes + wire::frame_header_bytes_max <= batch_bytes_max);
 // One peer takes a cycle's writing at most.
@@ -165,8 +179,6 @@ static_assert(mask_buffer_bytes % 4 == 0);
 
 // Bytes of the JSON around the text of a relayed message, besides its name and its id.
 inline constexpr std::size_t envelope_bytes_fixed = 64;
-// Bytes of one byte of a name in JSON, at most: \u001f.
-inline constexpr std::size_t escaped_bytes_max = 6;
 
 // Replies that may wait to be written to one peer. A backpressured peer may have fewer: otherwise a few peers
 // that ask and never read would take the slots of all.

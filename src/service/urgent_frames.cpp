@@ -70,9 +70,16 @@ bool urgent_frames::gather(peer_index peer, bool open, const partial_frame& behi
   if (open && to.credit.wants_ping(state_.cycle.now) && !gather_ping(peer, into.bytes)) into.more = true;
   if (!to.control.rest().empty()) into.add(to.control.rest(), {.is = batch_piece::origin::control});
   if (!open) return false;
-  if (!stop_first && !to.stop.rest().empty() && !behind.is_long())
+  if (!stop_first && !to.stop.rest().empty() && !behind.is_continued())
     into.add(to.stop.rest(), {.is = batch_piece::origin::stop});
   return true;
+}
+
+// A frame that was begun goes on before any other. Control frames do not say whether one was begun.
+void urgent_frames::gather_begun(peer_index peer, batch& into) noexcept {
+  const output& of = outputs_[peer];
+  if (of.stop.begun()) into.add(of.stop.rest(), {.is = batch_piece::origin::stop});
+  if (!of.control.rest().empty()) into.add(of.control.rest(), {.is = batch_piece::origin::control});
 }
 
 // Adds a ping to the control frames; `in_front` bytes are written before these. False: it has to wait until

@@ -57,6 +57,9 @@ class urgent_frames {
   // Gathers them, after a partial frame and before messages; behind a fragment of a long message only control
   // frames. False: no message may follow.
   bool gather(peer_index peer, bool open, const partial_frame& behind, batch& into) noexcept;
+  // Gathers what must be written before any other frame: the rest of one that was begun, with what is behind
+  // it.
+  void gather_begun(peer_index peer, batch& into) noexcept;
   void commit_control(peer_index peer, std::size_t taken) noexcept {
     outputs_[peer].control.written += taken;
   }

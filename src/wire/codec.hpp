@@ -170,6 +170,14 @@ struct delivery {
   std::int64_t ttl_ns = unlimited; // what is left of its time to live; unlimited: nothing is said of it
 };
 
+// A part of a text that is too long for its peer, who asked for such parts.
+struct text_fragment {
+  std::string_view id;   // the same in all of them
+  std::string_view data; // whole characters
+  std::uint32_t number = 0;
+  std::uint32_t count = 0;
+};
+
 // One message of a topic, for a codec that writes it whole: of a struct, or else its JSON.
 struct topic_message {
   std::string_view topic;   // as its peers call it
@@ -293,6 +301,9 @@ class codec {
   virtual message_kind write_feedback(json::writer&, const call_origin&, const body&) const noexcept {
     return message_kind::none;
   }
+
+  // A fragment of a text.
+  virtual void write_fragment(json::writer&, const text_fragment&) const noexcept {}
 
   // Writes an error, or nothing if this peer does not want to be told.
   virtual message_kind write_error(json::writer& out, const error_context& to,

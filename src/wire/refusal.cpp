@@ -39,6 +39,10 @@ std::string_view refusal::text(std::span<char> buffer) const noexcept {
     the_member().add("must not be negative");
     it_is();
     break;
+  case kind::too_small:
+    the_member().add("must be at least ").add(limit);
+    it_is();
+    break;
   case kind::too_large:
     the_member().add("must be at most ").add(limit);
     it_is();

@@ -17,7 +17,8 @@ struct refusal {
     twice,          // member
     wrong_type,     // member, expected; value, or empty
     negative,       // member, value
-    too_large,      // member, value, limit
+    too_small,      // member, value, limit
+    too_large,      // likewise
     too_long,       // member, bytes, limit
     empty,          // member
     bad_characters, // member, value: control characters, or escapes that are no character

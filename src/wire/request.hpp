@@ -38,6 +38,7 @@ enum class verb : std::uint8_t {
   goal_result,   // the last one
   status,
   set_level,
+  fragment,       // of a message, which is carried out when all of it is there
   get_parameters, // without a call; so the five below
   set_parameters,
   subscribe_parameters, // to their changes
@@ -50,13 +51,17 @@ enum class verb : std::uint8_t {
 
 // Whether only clients ask for this.
 constexpr bool is_for_servers(verb what) noexcept {
-  return what != verb::publish && what != verb::status && what != verb::call && what != verb::reply;
+  return what != verb::publish && what != verb::status && what != verb::call && what != verb::reply &&
+         what != verb::fragment;
 }
 
 // For a status, and for set_level: what is at least as severe is reported.
 enum class severity : std::uint8_t { none, error, warning, info };
 
 inline constexpr std::uint32_t no_number = UINT32_MAX;
+
+// The least that a peer may ask for as the size of fragments: what is around one is a third of it then.
+inline constexpr std::int64_t fragment_size_min = 256;
 
 inline constexpr std::int64_t unlimited = -1; // of a time: it has no end, or none was given
 
@@ -100,7 +105,8 @@ struct request {
   std::string_view service; // or action, likewise
   std::string_view type;    // unescaped; empty: none given
   // JSON: message, arguments, value, or what a status says. Empty: none. Of parameters, a list of names, or
-  // of objects with a `name` and perhaps a `value`; an empty list of names is all of them.
+  // of objects with a `name` and perhaps a `value`; an empty list of names is all of them. Of a fragment, a
+  // string.
   std::string_view body_raw;
   std::string_view code;                // reply that failed: a word for programs; empty: none
   std::int64_t ttl_ns = unlimited;      // message, publish, call: its time to live
@@ -109,6 +115,13 @@ struct request {
   std::int64_t queue_size = 100;        // advertise: 0 or more
   std::int64_t lifespan_ns = unlimited; // subscribe, advertise: a time to live
   std::int64_t deadline_ns = unlimited; // subscribe, advertise: most time between two messages
+  // fragment: its number, from 0 on, and how many there are; if the sender does not know exactly, it is a
+  // number with a fraction, rounded down.
+  std::uint32_t fragment_number = 0;
+  std::uint32_t fragment_count = 0;
+  bool fragment_count_exact = true;
+  // subscribe, call, send_goal: messages to the peer that are longer are sent in fragments; 0: not stated
+  std::uint32_t fragment_size = 0;
   // For codecs with numbers: the number that the peer gave its subscription, or the topic that it advertises.
   std::uint32_t tag = no_number;
   // by_number: the number of the topic or the service. It is ours, or one that the peer gave its topic. If

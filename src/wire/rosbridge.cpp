@@ -170,6 +170,7 @@ bool decoding::take_members() noexcept {
   case verb::cancel_goal: return take_action() && need_id();
   case verb::goal_feedback: return take_action() && take_values();
   case verb::goal_result: return take_goal_result();
+  case verb::fragment: return need_id() && accept(read_fragment(text_, out_));
   case verb::message:
   case verb::get_parameters:
   case verb::set_parameters:
@@ -325,8 +326,9 @@ bool decoding::take_level() noexcept {
 
 // How topics' messages are sent. Answers to calls are JSON, as those of the reference server.
 bool decoding::take_transfer() noexcept {
-  std::int64_t fragment_size = 0; // checked and not used
-  if (!take_count("fragment_size", any_count, fragment_size)) return false;
+  if (given("fragment_size") &&
+      !accept(read_at_least("fragment_size", value("fragment_size"), fragment_size_min, out_.fragment_size)))
+    return false;
   if (!given("compression")) return true;
   const json::value& v = value("compression");
   if (v.type != json::kind::string) return accept(wrong_type("compression", v, "a string"));

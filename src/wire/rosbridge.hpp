@@ -24,6 +24,10 @@ struct document;
 class writer;
 } // namespace rowe::json
 
+namespace rowe::wire {
+struct text_fragment;
+} // namespace rowe::wire
+
 namespace rowe::wire::rosbridge {
 
 std::string_view name_of(severity which) noexcept;
@@ -39,10 +43,10 @@ constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
 // read. verb::unsupported and verb::unknown are not refusals: refuse_op() makes one for an answer.
 //
 // Decided: null is a wrong type, but a null id means that there is none; both as in the reference server.
-// `fragment_size` is checked and then ignored: a peer that asks for fragments must take whole messages as
-// well. `compression` is an encoding of topics' messages, and has no effect on a call, as in the reference
-// server. `type` is optional everywhere. A publish without `msg` is refused (the reference server publishes
-// defaults, which only it knows).
+// `fragment_size` holds for all that the peer is sent from then on; fragment_size_min is its least.
+// `compression` is an encoding of topics' messages, and has no effect on a call, as in the reference server.
+// `type` is optional everywhere. A publish without `msg` is refused (the reference server publishes defaults,
+// which only it knows).
 //
 // Services: "/add#7" is the name "/add" and, if the call has no `id`, the id "7" (old clients write this; an
 // `id` takes precedence). A `timeout` of 0 means that there is none, as for the reference server, and so does
@@ -53,9 +57,8 @@ constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
 // read as that of a call. Cancelling needs the goal's id; an answer without one is read, as one of a service
 // is. A result's `status` is a GoalStatus of ROS (0 to 127), and 0 where it is left out.
 //
-// `fragment` is unsupported in both directions. The reference server sends fragments only to clients that
-// asked for a `fragment_size`, which rowe never does. And its fragments cannot be trusted: every id is 0, and
-// `total` is not the count.
+// A `fragment` needs its id, as in the protocol text. Its `total` may be a number with a fraction, as the
+// reference server writes it: that is not the count, but one less at the least when it is rounded down.
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out) noexcept;
 
@@ -135,6 +138,8 @@ void write_service_response_tail(json::writer& out) noexcept;
 void write_goal_head(json::writer& out, std::string_view action, std::string_view type, std::string_view id,
                      bool feedback) noexcept;
 void write_cancel_goal(json::writer& out, std::string_view action, std::string_view id) noexcept;
+// {"op":"fragment","id":"ID","data":"...","num":0,"total":3}
+void write_fragment(json::writer& out, const text_fragment& what) noexcept;
 // What the provider answers, for who sent the goal: head, one value, tail of a service_response. `id_raw` as
 // above. A result that failed has a string, unless its provider said something else.
 void write_feedback_head(json::writer& out, std::string_view action, std::string_view id_raw) noexcept;

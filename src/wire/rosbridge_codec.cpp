@@ -50,6 +50,10 @@ message_head rosbridge_codec::head_of(const delivery& to) const noexcept {
   return head;
 }
 
+void rosbridge_codec::write_fragment(json::writer& out, const text_fragment& what) const noexcept {
+  rosbridge::write_fragment(out, what);
+}
+
 message_kind rosbridge_codec::write_call(json::writer& out, std::string_view service, std::string_view id,
                                          const call_args& args) const noexcept {
   rosbridge::write_call_service_head(out, service, id);

@@ -24,6 +24,7 @@ class rosbridge_codec : public codec {
                             std::string_view id) const noexcept override;
   message_kind write_feedback(json::writer& out, const call_origin& call,
                               const body& value) const noexcept override;
+  void write_fragment(json::writer& out, const text_fragment& what) const noexcept override;
   message_kind write_error(json::writer& out, const error_context& to,
                            const diagnostic& why) const noexcept override;
 

@@ -11,7 +11,8 @@
 
 namespace rowe::wire::rosbridge {
 
-// The known members. Those that rowe does not read are among them, because they must not occur twice either.
+// The known members, but for those that only a fragment has (rosbridge_values.hpp). Those that rowe does not
+// read are among them, because they must not occur twice either.
 inline constexpr word_table member_names{"op",
                                          "id",
                                          "topic",
@@ -57,8 +58,8 @@ inline constexpr operation operations[] = {{"publish", verb::publish},
                                            {"cancel_action_goal", verb::cancel_goal},
                                            {"action_feedback", verb::goal_feedback},
                                            {"action_result", verb::goal_result},
+                                           {"fragment", verb::fragment},
                                            {"action_status", verb::unsupported},
-                                           {"fragment", verb::unsupported},
                                            {"png", verb::unsupported},
                                            {"auth", verb::unsupported}};
 inline constexpr word_table<std::size(operations)> operation_names{[] {

@@ -2,6 +2,7 @@
 // Encodes rowe's messages in rosbridge's format.
 #include <array>
 
+#include "wire/codec.hpp"
 #include "wire/rosbridge.hpp"
 #include "wire/text_out.hpp"
 #include "json/writer.hpp"
@@ -211,6 +212,21 @@ void write_action_result_head(json::writer& out, std::string_view action, std::s
   out.key("values");
 }
 
+void write_fragment(json::writer& out, const text_fragment& what) noexcept {
+  out.begin_object();
+  out.key("op");
+  out.string("fragment");
+  out.key("id");
+  out.string(what.id);
+  out.key("data");
+  out.string(what.data);
+  out.key("num");
+  out.number(std::int64_t{what.number});
+  out.key("total");
+  out.number(std::int64_t{what.count});
+  out.end_object();
+}
+
 refusal refuse_op(const request& asked) noexcept {
   const bool known = asked.what == verb::unsupported;
   if (asked.verb_text == "png")
@@ -222,7 +238,7 @@ refusal refuse_op(const request& asked) noexcept {
           .expected =
               "subscribe, unsubscribe, advertise, unadvertise, publish, call_service, service_response, "
               "advertise_service, unadvertise_service, advertise_action, unadvertise_action, "
-              "send_action_goal, cancel_action_goal, action_feedback, action_result and set_level"};
+              "send_action_goal, cancel_action_goal, action_feedback, action_result, fragment and set_level"};
 }
 
 } // namespace rowe::wire::rosbridge

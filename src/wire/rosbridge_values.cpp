@@ -34,9 +34,8 @@ bool is_integer(const json::value& v) noexcept {
 
 // Neither escapes nor control characters, as in nearly every name.
 bool is_plain(std::string_view escaped) noexcept {
-  return std::all_of(escaped.begin(), escaped.end(), [](char c) {
-    return static_cast<unsigned char>(c) >= 0x20 && c != 0x7f && c != '\\';
-  });
+  return std::all_of(escaped.begin(), escaped.end(),
+                     [](char c) { return static_cast<unsigned char>(c) >= 0x20 && c != 0x7f && c != '\\'; });
 }
 
 } // namespace
@@ -58,6 +57,42 @@ std::optional<refusal> read_count(std::string_view member, const json::value& v,
     return refusal{.what = refusal::kind::too_large, .member = member, .value = v.raw, .limit = most};
   }
   into = *number;
+  return std::nullopt;
+}
+
+std::optional<refusal> read_at_least(std::string_view member, const json::value& v, std::int64_t least,
+                                     std::uint32_t& into) noexcept {
+  std::int64_t number = 0;
+  const auto wrong = read_count(member, v, std::numeric_limits<std::int64_t>::max(), number);
+  if (wrong && wrong->what != refusal::kind::negative) return wrong;
+  if (wrong || number < least)
+    return refusal{.what = refusal::kind::too_small, .member = member, .value = v.raw, .limit = least};
+  into = static_cast<std::uint32_t>(std::min<std::int64_t>(number, UINT32_MAX));
+  return std::nullopt;
+}
+
+std::optional<refusal> read_fragment(const json::document& text, request& into) noexcept {
+  static constexpr word_table names{"data", "num", "total"};
+  const auto found = collect(text, names);
+  for (std::size_t i = 0; i != names.size(); ++i) {
+    const auto what = found.repeats(i) ? refusal::kind::twice : refusal::kind::missing;
+    if (found.repeats(i) || !found.given(i)) return refusal{.what = what, .member = names[i]};
+  }
+  const auto& [data, num, total] = found.values;
+  if (data.type != json::kind::string) return wrong_type("data", data, "a string");
+  into.body_raw = data.raw;
+  std::int64_t number = 0;
+  if (const auto wrong = read_count("num", num, UINT32_MAX, number)) return wrong;
+  into.fragment_number = static_cast<std::uint32_t>(number);
+  const auto count = json::to_double(total);
+  if (!count) return wrong_type("total", total, "a number");
+  if (*count < 1)
+    return refusal{.what = refusal::kind::too_small, .member = "total", .value = total.raw, .limit = 1};
+  if (*count > UINT32_MAX)
+    return refusal{
+        .what = refusal::kind::too_large, .member = "total", .value = total.raw, .limit = UINT32_MAX};
+  into.fragment_count = static_cast<std::uint32_t>(*count);
+  into.fragment_count_exact = is_integer(total);
   return std::nullopt;
 }
 

@@ -32,6 +32,15 @@ bool is_word(const json::value& v, std::string_view word) noexcept;
 std::optional<refusal> read_count(std::string_view member, const json::value& v, std::int64_t most,
                                   std::int64_t& into) noexcept;
 
+// From `least` on; the refusal of one that is negative says so, too. One that is larger than `into` can hold
+// becomes the largest.
+std::optional<refusal> read_at_least(std::string_view member, const json::value& v, std::int64_t least,
+                                     std::uint32_t& into) noexcept;
+
+// Reads the members that only a fragment has. The reference server writes a total with a fraction, which is
+// rounded down, and is not exact.
+std::optional<refusal> read_fragment(const json::document& text, request& into) noexcept;
+
 // Reads a number of seconds, into nanoseconds, at least 1; unlimited if it is 0 or 64 bits cannot hold it.
 std::optional<refusal> read_timeout(std::string_view member, const json::value& v,
                                     std::int64_t& into) noexcept;

@@ -55,6 +55,8 @@ rowe::endpoint_options options_of(std::uint8_t setup) {
   options.limits.calls_max = 6;
   options.limits.queued_max = 40;
   options.limits.queue_depth_max = 8;
+  options.limits.long_message_bytes_max = 32 * 1024; // so there are fragments of texts
+  options.limits.long_slots = 4;
   return options;
 }
 

@@ -2,6 +2,8 @@
 #include "memory_transport.hpp"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <iterator>
@@ -199,6 +201,10 @@ std::size_t memory_transport::write(connection_id id, std::span<const std::byte>
 std::size_t memory_transport::write_rest(connection_id id, std::span<const std::byte> rest) noexcept {
   link* const on = find(id);
   if (on == nullptr || on->asked || on->state != phase::open) return 0;
+  if (!on->refused) {
+    std::fputs("write_rest() without a write() that was refused: on_writable() would not follow\n", stderr);
+    std::abort();
+  }
   const std::size_t bytes = std::min(rest.size(), on->conditions.rest_bytes_max);
   note("write_rest", id, rest.first(bytes));
   on->outbound.send(rest.first(bytes), on->outbound.arrival(on->conditions.to_peer, now_));

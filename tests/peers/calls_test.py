@@ -113,6 +113,15 @@ class calling_ros(unittest.TestCase):
         self.repeat(50)
         self.assertEqual(len({asked["id"] for asked in self.calls()}), 50)
 
+    def test_understands_an_answer_in_fragments(self):
+        def answers(sender, message):
+            for sender.fragment_size in 20, 7, 1000:
+                self.bridge.respond(sender, message["id"], message["service"], {"sum": 3}, True)
+
+        self.bridge.on_call_service = answers
+        ended = self.call("/add_two_ints", '{"a":1,"b":2}')
+        self.assertEqual((ended.code, ended.stdout), (0, ['{"sum":3}']), ended.stderr)
+
     def test_fragments_are_not_asked_for(self):
         self.call("/add_two_ints")
         self.assertNotIn("fragment_size", self.calls()[0])

@@ -75,6 +75,7 @@ constexpr row table[] = {
     {verb::reply, outside, {}, "odspagnel"},
     {verb::status, "", {}, "odspagnel"},
     {verb::set_level, "", {}, "odspagnel"},
+    {verb::fragment, "", {}, "odspagnel"}, // the whole message needs its own
     {verb::unsupported, "", {}, "odspagnel"},
     {verb::unknown, outside, {}, "odspagnel"},
 };
@@ -166,6 +167,7 @@ void prepare(scene& in, verb what, about& of) {
   case verb::unsubscribe_parameters:
   case verb::subscribe_graph:
   case verb::unsubscribe_graph:
+  case verb::fragment:
   case verb::unsupported:
   case verb::unknown: break;
   }
@@ -241,6 +243,7 @@ bool has_effect(scene& in, const row& of) {
   case verb::unsubscribe_parameters:
   case verb::subscribe_graph:
   case verb::unsubscribe_graph:
+  case verb::fragment:
   case verb::unsupported:
   case verb::unknown: break;
   }
@@ -274,6 +277,7 @@ bool shows_effect(verb what) {
   case verb::unsubscribe_parameters:
   case verb::subscribe_graph:
   case verb::unsubscribe_graph:
+  case verb::fragment:
   case verb::unsupported:
   case verb::unknown: break;
   }

@@ -25,8 +25,15 @@ rowe::endpoint_options impatient() {
 struct liveness_test : reading_parts::reading_parts {
   liveness_test() : reading_parts{impatient()} {}
 
-  rowe::service::liveness checks{
-      {.state = state, .outbox = out, .sender = sending, .refusals = refused, .ingress = in}};
+  rowe::service::long_ingress pieces{memory, state};
+  rowe::service::fragment_ingress fragments{
+      memory, {.state = state, .outbox = out, .refusals = refused, .long_ingress = pieces}};
+  rowe::service::liveness checks{{.state = state,
+                                  .outbox = out,
+                                  .sender = sending,
+                                  .refusals = refused,
+                                  .ingress = in,
+                                  .fragment_ingress = fragments}};
   connection& peer = begin();
 
   int checked = 0;  // how often a peer was

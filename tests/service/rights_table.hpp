@@ -168,6 +168,7 @@ inline std::vector<frame> said_in_json(verb what, const about& of) {
              R"(,"values":)" + body + "}"}};
   case verb::status: return {{R"({"op":"status","level":"info","msg":"fine"})"}};
   case verb::set_level: return {{R"({"op":"set_level","level":"error"})"}};
+  case verb::fragment: return {{R"({"op":"fragment","id":"f","data":"{","num":0,"total":2})"}};
   case verb::unsupported: return {{R"({"op":"auth","mac":"x"})"}};
   case verb::unknown: return {{R"({"op":"rewire","topic":)" + name + "}"}};
   case verb::get_parameters:
@@ -211,6 +212,7 @@ inline std::vector<frame> said_by_numbers(verb what, const about& of) {
   case verb::unsubscribe_parameters:
   case verb::subscribe_graph:
   case verb::unsubscribe_graph:
+  case verb::fragment:
   case verb::unsupported: break;
   }
   return {};

@@ -24,8 +24,12 @@ enum class mischief : std::uint8_t {
   no_object,
   no_text, // not UTF-8
   leaves,
+  gap,         // in fragments, of which one is missing
+  no_last,     // of which the last one is
+  nested,      // a fragment in fragments
+  interleaved, // two messages
 };
-inline constexpr std::uint64_t mischiefs = 12;
+inline constexpr std::uint64_t mischiefs = 16;
 
 class long_hostile {
  public:
@@ -79,7 +83,23 @@ class long_hostile {
     case mischief::no_text: text[text.size() - 40 - random.below(400)] = '\xff'; break;
     default: break;
     }
-    link.says.add_message(as, text, random);
+    switch (what) {
+    case mischief::gap: link.says.add_in_fragments(text, random, 1); break;
+    case mischief::no_last: {
+      const auto all = fragments::cut(text, 3000);
+      for (std::size_t i = 0; i + 1 != all.size(); ++i) link.says.add(opcode::text, all[i]);
+      break;
+    }
+    case mischief::nested: link.says.add_in_fragments(fragments::fragment("1", "{", 0, "2"), random); break;
+    case mischief::interleaved: {
+      const auto first = fragments::cut(text, 3000, "1");
+      link.says.add(opcode::text, first[0]);
+      link.says.add(opcode::text, fragments::cut(text, 3000, "2")[random.below(3)]);
+      for (std::size_t i = 1; i != first.size(); ++i) link.says.add(opcode::text, first[i]);
+      break;
+    }
+    default: link.says.add_message(as, text, random);
+    }
     if (what == mischief::endless || what == mischief::leaves) link.says.cut_off(1 + random.below(bytes));
     constexpr std::size_t paces[] = {300, 3000, 1 << 20};
     // One that is mute is given some of a map before it is closed.
@@ -93,6 +113,9 @@ class long_hostile {
     case mischief::two_long: return "only one member";
     case mischief::call: return "message_bytes_max";
     case mischief::no_object: return "must be a JSON object";
+    case mischief::gap: return "is due";
+    case mischief::nested: return "must not hold another";
+    case mischief::interleaved: return "is under way";
     case mischief::envelope: return in_front ? "must be one of its first 16" : "";
     default: return {};
     }
@@ -107,7 +130,8 @@ class long_hostile {
     }
   }
   bool ends() const {
-    return kind != mischief::endless && kind != mischief::trickle && kind != mischief::leaves;
+    return kind != mischief::endless && kind != mischief::trickle && kind != mischief::leaves &&
+           kind != mischief::no_last;
   }
 
   long_link link;

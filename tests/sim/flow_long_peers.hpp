@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "flow.hpp"
+#include "service/fragments.hpp"
 #include "swarm_numbers.hpp"
 
 namespace flow {
@@ -48,6 +49,17 @@ class speech {
       if (last) return;
       text.remove_prefix(here);
       if (random.one_in(4)) add(opcode::ping, "between");
+    }
+  }
+  // In rosbridge's fragments, with other messages between them. `all_but`: these are left out.
+  void add_in_fragments(std::string_view text, swarm::choices& random, std::size_t all_but = SIZE_MAX) {
+    const std::size_t most = 1 + text.size() / 50;
+    const bool as_reference = random.one_in(3);
+    std::size_t number = 0;
+    for (const std::string& one : fragments::cut(text, std::min<std::size_t>(most + random.below(3500), 3600),
+                                                 as_reference ? "0" : R"("f")", as_reference)) {
+      if (number++ != all_but) add_message(opcode::text, one, random);
+      if (random.one_in(6)) add(opcode::text, R"({"op":"set_level","level":"warning"})");
     }
   }
   // Goes next, where a frame ends.
@@ -177,6 +189,7 @@ struct long_link {
   swarm::number_lists knows;
   std::uint64_t lost_own = 0; // that a message of its own was dropped, since the last settlement
   std::uint64_t told = 0;     // anything else but messages
+  fragments::reassembly whole; // of messages in fragments
 
   connection_id id() const { return peer.id(); }
   // All that it has said so far was carried out.
@@ -194,7 +207,14 @@ struct long_link {
                            : what == opcode::pong ? flow_event::long_pong_between
                                                   : flow_event::long_close_between);
                 });
-    std::vector<std::string> texts = peer.hear(most);
+    std::vector<std::string> texts;
+    for (std::string& one : peer.hear(most)) {
+      if (one.starts_with(R"({"op":"fragment")")) seen.add(flow_event::fragments_heard);
+      if (auto text = speaks == tongue::numbers ? std::optional{std::move(one)} : whole.take(one))
+        texts.push_back(std::move(*text));
+    }
+    if (!whole.between.empty()) seen.add(flow_event::fragments_let_pass);
+    whole.between.clear();
     std::erase_if(texts, [&](const std::string& text) {
       if (speaks == tongue::numbers && swarm::number_lists::is_list(text)) {
         (void)knows.take(text);

@@ -44,6 +44,7 @@ class long_traffic : public world {
     std::array<subscription, std::size(topics)> has{};
     bool quick = false;
     std::size_t pace = 0;
+    std::size_t fragment_size = 0; // that it asks for
   };
 
   long_traffic(std::uint64_t seed, swarm::coverage& seen, const std::set<std::string>& without, bool trace)
@@ -137,9 +138,11 @@ class long_traffic : public world {
     if (by.link->speaks == tongue::numbers)
       by.link->says.add_message(opcode::binary, "p" + numbers::four(static_cast<std::uint32_t>(topic)) + body,
                                 random_);
+    else if (const std::string text = publish_text(named(by.link->speaks, topics[topic]), body);
+             random_.one_in(3))
+      by.link->says.add_in_fragments(text, random_);
     else
-      by.link->says.add_message(opcode::text, publish_text(named(by.link->speaks, topics[topic]), body),
-                                random_);
+      by.link->says.add_message(opcode::text, text, random_);
   }
   void hear(sender& by) {
     for (const std::string& text : by.link->hear(SIZE_MAX, seen_))
@@ -150,6 +153,8 @@ class long_traffic : public world {
   }
   void check_link(const long_link& link, const std::string& who) {
     if (!link.peer.violated.empty()) fail("frames", who + " was sent " + link.peer.violated);
+    if (!link.whole.wrong.empty())
+      fail("fragments", who + " was sent: " + swarm::shortened(link.whole.wrong));
   }
 
   void say_by_handle() {
@@ -171,6 +176,8 @@ class long_traffic : public world {
     fresh.link = std::make_unique<long_link>(on_, random_.one_of(tongues), local);
     for (bool& one : fresh.wants) one = readers_.empty() || random_.one_in(2);
     set_pace(fresh);
+    constexpr std::size_t sizes[] = {0, 0, 0, 256, 1000, 8195, 30'000, 2'147'483'647};
+    fresh.fragment_size = random_.one_of(sizes);
     readers_.push_back(std::move(fresh));
   }
   void set_pace(reader& of) {
@@ -206,8 +213,9 @@ class long_traffic : public world {
         continue;
       }
       if (of.link->speaks != tongue::numbers) {
-        of.link->says.add(opcode::text,
-                          R"({"op":"subscribe","topic":")" + named(of.link->speaks, topics[i]) + "\"}");
+        std::string text = R"({"op":"subscribe","topic":")" + named(of.link->speaks, topics[i]) + '"';
+        if (of.fragment_size != 0) text += R"(,"fragment_size":)" + std::to_string(of.fragment_size);
+        of.link->says.add(opcode::text, text + "}");
       } else {
         const std::uint32_t number = of.link->knows.topics.number_of(topics[i]);
         if (number == rowe::wire::no_number) continue;
@@ -289,7 +297,7 @@ class long_traffic : public world {
       if (!one.link->all_read()) return false;
     }
     for (const reader& one : readers_) {
-      if (!on_.net.sent(one.link->id()).empty()) return false;
+      if (!on_.net.sent(one.link->id()).empty() || one.link->whole.under_way()) return false;
     }
     return true;
   }

@@ -158,6 +158,12 @@ enum class flow_event : std::uint8_t {
   long_no_object,
   long_no_text,
   long_leaves,
+  fragments_gap,
+  fragments_no_last,
+  fragments_nested,
+  fragments_interleaved,
+  fragments_heard,    // by who asked for them
+  fragments_let_pass, // other messages, that is
   long_stalled,       // a reader, whose place others want: it is closed
   long_displaced,     // endless messages, by another
   long_evicted,       // from who reads slowly
@@ -167,7 +173,7 @@ enum class flow_event : std::uint8_t {
   long_latched_read,  // by who subscribes later
   long_to_handle,
 };
-inline constexpr std::size_t flow_events = 64;
+inline constexpr std::size_t flow_events = 70;
 std::string_view name_of(flow_event what);
 
 class coverage {

@@ -184,6 +184,10 @@ class writing {
     case domain::answered_id: return answered_id(how);
     case domain::type: return type(how);
     case domain::period: return period(how);
+    case domain::fragment_size:
+      if (how == "least") return std::to_string(rowe::wire::fragment_size_min);
+      if (how == "too_small") return std::to_string(rowe::wire::fragment_size_min - 1);
+      return how == "few" ? std::to_string(300 + from_.below(3000)) : count(how);
     case domain::count:
     case domain::depth: return count(how);
     case domain::boolean: return how == "no_boolean" ? "\"yes\"" : std::string{how};

@@ -35,6 +35,7 @@ enum class domain : std::uint8_t {
   type,
   period, // milliseconds
   count,
+  fragment_size,
   depth, // of a queue
   boolean,
   compression,

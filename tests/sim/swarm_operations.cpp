@@ -118,6 +118,16 @@ const std::vector<std::vector<value_class>>& all_classes() {
        {"negative", bad},
        {"fraction", bad},
        {"no_number", bad}},
+      /* fragment_size */
+      {{"absent"},
+       {"least"},
+       {"few"},
+       {"huge"},
+       {"too_small", bad},
+       {"zero", bad},
+       {"negative", bad},
+       {"fraction", bad},
+       {"no_number", bad}},
       /* depth */
       {{"absent"},
        {"zero"},
@@ -219,7 +229,7 @@ const std::vector<std::vector<value_class>>& all_classes() {
       /* tick */
       {{"newest"}, {"old"}, {"before_last"}, {"future"}, {"zero"}, {"huge"}, {"no_number"}, {"absent"}},
       /* error */ {{"usual"}, {"no_service"}, {"long"}, {"no_code"}, {"no_object"}},
-      /* unsupported */ {{"action_status"}, {"fragment"}, {"png"}, {"auth"}},
+      /* unsupported */ {{"action_status"}, {"png"}, {"auth"}},
       /* unknown */ {{"word"}, {"escaped"}, {"longest"}, {"too_long", bad}, {"empty"}, {"control", bad}},
       /* payload */ {{"empty"}, {"short"}, {"longest"}},
       /* raw */
@@ -332,7 +342,7 @@ std::vector<operation> made_operations() {
              {"type", domain::type},
              {"throttle_rate", domain::period},
              {"queue_length", domain::depth},
-             {"fragment_size", domain::count},
+             {"fragment_size", domain::fragment_size},
              {"compression", domain::compression}},
             qos),
        {d::topic, d::subscription, d::connection}},
@@ -367,7 +377,7 @@ std::vector<operation> made_operations() {
         {"service", domain::called_service},
         {"args", domain::args},
         {"timeout", domain::timeout},
-        {"fragment_size", domain::count},
+        {"fragment_size", domain::fragment_size},
         {"compression", domain::compression}},
        {d::service, d::call, d::connection}},
       {"service_response",

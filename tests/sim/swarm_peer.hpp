@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "service/fragments.hpp"
 #include "swarm_context.hpp"
 #include "swarm_encodings.hpp"
 #include "wire/bare.hpp"
@@ -217,7 +218,11 @@ class untrusted_peer {
   }
 
   void hear(std::size_t bytes_max) {
-    for (const std::string& text : link_->hear(bytes_max)) hear_text(text);
+    for (const std::string& text : link_->hear(bytes_max)) {
+      if (const auto whole = fragments_.take(text)) hear_text(*whole);
+      if (!fragments_.wrong.empty())
+        return in_.fail("protocol", name_ + " was sent: " + shortened(fragments_.wrong));
+    }
     if (!link_->violated.empty() && !unmasked_is_right())
       in_.fail("frames", name_ + " was sent what breaks the protocol: " + link_->violated);
   }
@@ -629,6 +634,7 @@ class untrusted_peer {
   std::unique_ptr<far_end> link_;
   bool only_stops_;
   bool speaks_numbers_;
+  fragments::reassembly fragments_; // of what it asked for
   tongue tongue_;
   std::uint32_t number_;
   std::string name_;

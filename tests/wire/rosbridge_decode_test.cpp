@@ -59,8 +59,7 @@ TEST(rosbridge_decode, reads_roslibs_unsubscribe_and_unadvertise) {
 
 TEST(rosbridge_decode, names_what_rosbridge_has_and_rowe_has_not) {
   constexpr std::string_view texts[] = {
-      R"({"op":"action_status"})", R"({"op":"fragment","id":0,"data":"x","num":0,"total":3.90625})",
-      R"({"op":"png","data":"x"})",
+      R"({"op":"action_status"})", R"({"op":"png","data":"x"})",
       R"({"op":"auth","mac":"x","client":"c","dest":"d","rand":"r","t":0,"level":"l","end":0})"};
   for (const std::string_view text : texts) {
     const decoded d{std::string{text}};
@@ -82,7 +81,7 @@ TEST(rosbridge_decode, names_what_nobody_knows) {
             R"(the operation "subscribee" is unknown; offered are )"
             "subscribe, unsubscribe, advertise, unadvertise, publish, call_service, service_response, "
             "advertise_service, unadvertise_service, advertise_action, unadvertise_action, "
-            "send_action_goal, cancel_action_goal, action_feedback, action_result and set_level");
+            "send_action_goal, cancel_action_goal, action_feedback, action_result, fragment and set_level");
 }
 
 // What a rosbridge server sends
@@ -159,11 +158,69 @@ TEST(rosbridge_decode, takes_set_level) {
   }
 }
 
-TEST(rosbridge_decode, checks_fragment_size_and_ignores_it) {
+TEST(rosbridge_decode, takes_a_fragment_size_and_says_which_is_the_least) {
+  const auto with = [](std::string_view size) {
+    return R"({"op":"subscribe","topic":"/t","fragment_size":)" + std::string{size} + "}";
+  };
   EXPECT_EQ(
-      decoded { R"({"op":"subscribe","topic":"/t","fragment_size":1000})" } -> what, verb::subscribe);
-  EXPECT_EQ(diagnostic_for(R"({"op":"subscribe","topic":"/t","fragment_size":-1})"),
-            R"(subscribe: the member "fragment_size" must not be negative; it is -1)");
+      decoded { with("1000") } -> fragment_size, 1000);
+  EXPECT_EQ(
+      decoded { with("256") } -> fragment_size, 256);
+  EXPECT_EQ(
+      decoded { with("2147483647") } -> fragment_size, 2147483647); // as some clients always say
+  EXPECT_EQ(
+      decoded { R"({"op":"subscribe","topic":"/t"})" } -> fragment_size, 0);
+  for (const std::string_view small : {"255", "1", "0", "-1", "-0"}) {
+    EXPECT_EQ(diagnostic_for(with(small)),
+              R"(subscribe: the member "fragment_size" must be at least 256; it is )" + std::string{small});
+  }
+  EXPECT_EQ(diagnostic_for(with(R"("1000")")),
+            R"(subscribe: the member "fragment_size" must be an integer; it is "1000")");
+  EXPECT_EQ(diagnostic_for(with("1000.5")),
+            R"(subscribe: the member "fragment_size" must be an integer; it is 1000.5)");
+  EXPECT_EQ(diagnostic_for(with("null")),
+            R"(subscribe: the member "fragment_size" must be an integer; it is null)");
+}
+
+TEST(rosbridge_decode, takes_fragments) {
+  const decoded ours{R"({"op":"fragment","id":"a","data":"{\"op\":","num":2,"total":3})"};
+  EXPECT_EQ(ours->what, verb::fragment);
+  EXPECT_EQ(ours->id_raw, R"("a")");
+  EXPECT_EQ(ours->body_raw, R"("{\"op\":")");
+  EXPECT_EQ(ours->fragment_number, 2U);
+  EXPECT_EQ(ours->fragment_count, 3U);
+  EXPECT_TRUE(ours->fragment_count_exact);
+  const decoded reference{R"({"op":"fragment","id":0,"data":"x","num":0,"total":3.90625})"};
+  EXPECT_EQ(reference->id_raw, "0");
+  EXPECT_EQ(reference->fragment_count, 3U);
+  EXPECT_FALSE(reference->fragment_count_exact);
+  EXPECT_FALSE(decoded { R"({"op":"fragment","id":0,"data":"x","num":0,"total":3.0})" }
+               -> fragment_count_exact);
+}
+
+TEST(rosbridge_decode, refuses_fragments_that_lack_something) {
+  const std::string_view rows[][2] = {
+      {R"({"op":"fragment","data":"","num":0,"total":1})", R"(the member "id" is missing)"},
+      {R"({"op":"fragment","id":null,"data":"","num":0,"total":1})", R"(the member "id" is missing)"},
+      {R"({"op":"fragment","id":1,"num":0,"total":1})", R"(the member "data" is missing)"},
+      {R"({"op":"fragment","id":1,"data":"","total":1})", R"(the member "num" is missing)"},
+      {R"({"op":"fragment","id":1,"data":"","num":0})", R"(the member "total" is missing)"},
+      {R"({"op":"fragment","id":1,"data":{},"num":0,"total":1})",
+       R"(the member "data" must be a string; it is {})"},
+      {R"({"op":"fragment","id":1,"data":"","num":0.5,"total":1})",
+       R"(the member "num" must be an integer; it is 0.5)"},
+      {R"({"op":"fragment","id":1,"data":"","num":-1,"total":1})",
+       R"(the member "num" must not be negative; it is -1)"},
+      {R"({"op":"fragment","id":1,"data":"","num":0,"total":"1"})",
+       R"(the member "total" must be a number; it is "1")"},
+      {R"({"op":"fragment","id":1,"data":"","num":0,"total":0.5})",
+       R"(the member "total" must be at least 1; it is 0.5)"},
+      {R"({"op":"fragment","id":1,"data":"","num":0,"total":1e300})",
+       R"(the member "total" must be at most 4294967295; it is 1e300)"},
+      {R"({"op":"fragment","id":1,"data":"","data":"","num":0,"total":1})",
+       R"(the member "data" stands there twice)"},
+  };
+  for (const auto& [text, why] : rows) EXPECT_EQ(diagnostic_for(std::string{text}).substr(10), why) << text;
 }
 
 // Quality of service

@@ -175,7 +175,7 @@ TEST(rosbridge_services, refuses_with_a_diagnostic_that_names_member_value_and_l
       {R"({"op":"call_service","service":"/s","timeout":-0.5})",
        R"(call_service: the member "timeout" must not be negative; it is -0.5)"},
       {R"({"op":"call_service","service":"/s","fragment_size":-1})",
-       R"(call_service: the member "fragment_size" must not be negative; it is -1)"},
+       R"(call_service: the member "fragment_size" must be at least 256; it is -1)"},
       {R"({"op":"call_service","service":"/s","compression":"lz4"})",
        R"(call_service: the member "compression" asks for "lz4", which is not offered; use "none", "png", )"
        R"("cbor", "cbor-raw" or leave it out)"},
