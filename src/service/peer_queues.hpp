@@ -25,6 +25,7 @@ struct peer_queues {
   bool out_of_credit = false;        // its credit is used up, but for urgent frames; a pong comes
   bool marked_full = false;          // senders are told `full`: its share is used up by what is parked
   bool waits_to_begin = false;       // it may not begin a frame: others hold too many partial frames
+  std::uint8_t lost = 0;             // a bit for each teller whose message to it was evicted
 
   // The subscription that is ready, if it is the only one and nothing else waits.
   subscription_id only_ready() const noexcept {

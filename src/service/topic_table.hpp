@@ -38,6 +38,7 @@ class topic_table {
   std::string_view name(topic_id index) const noexcept; // with its slash
   // Finds a topic by its number; none: there is none. A number is never used for another topic or type.
   topic_id find_channel(std::uint32_t channel) const noexcept;
+  std::uint32_t newest_channel() const noexcept { return channels_; }
   std::string_view type(topic_id index) const noexcept;
   // A topic keeps the type that it is given first, in that spelling. False: it has another type already, or
   // the name is too long.
