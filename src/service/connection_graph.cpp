@@ -148,7 +148,7 @@ rt::time_point connection_graph::due(peer_index peer) const noexcept {
     if (state_.cycle.now < of.earliest) return of.earliest;
   }
   const peer_queues& its = outbox_.of(peer);
-  if (its.replies.count == 0 && !its.backpressured() && !of.waits.index) return state_.cycle.now;
+  if (its.replies.count == 0 && !its.backpressured() && !of.message.is_begun()) return state_.cycle.now;
   return state_.cycle.now + (its.backpressured() ? graph_retry_backpressured : graph_retry);
 }
 
@@ -168,9 +168,9 @@ rt::time_point connection_graph::tell(peer_index peer) noexcept {
   to.then_gone = next.to_gone;
   if (next.count != 0 || (to.ends && to.told_at == 0 && !to.said)) {
     const auto write = [&](json::writer& into) { return message_.write(into, c.protocol->topics, next); };
-    const slot_id slot = outbox_.reply(peer, write, rt::never, teller::connection_graph);
-    if (!slot) return state_.cycle.now + graph_retry;
-    to.waits = outbox_.ref(slot);
+    if (!outbox_.reply(peer, write, rt::never, teller::connection_graph))
+      return state_.cycle.now + graph_retry;
+    to.message.begin(outbox_.of(peer));
     --messages_left_;
   } else {
     go_on(to);
@@ -181,11 +181,8 @@ rt::time_point connection_graph::tell(peer_index peer) noexcept {
 // What became of its last message. One that is lost is told again, as it is then.
 void connection_graph::settle(peer_index peer) noexcept {
   subscriber& to = subscribers_[peer];
-  if (!to.waits.index) return;
-  const outbox::fate now = outbox_.fate_of(peer, teller::connection_graph, to.waits);
-  if (now == outbox::fate::waits) return;
-  to.waits = {};
-  if (now == outbox::fate::lost) return;
+  const auto now = to.message.take_fate(outbox_.of(peer), teller::connection_graph);
+  if (now != told_message::fate::written) return;
   to.said = true;
   go_on(to);
 }

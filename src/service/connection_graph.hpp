@@ -26,6 +26,7 @@
 #include "service/refusals.hpp"
 #include "service/service_directory.hpp"
 #include "service/stop_rules.hpp"
+#include "service/told_message.hpp"
 #include "wire/request.hpp"
 
 namespace rowe::service {
@@ -69,8 +70,8 @@ class connection_graph {
     std::uint32_t from = 0;      // then: the next row,
     std::uint32_t from_gone = 0; // and the next place of a name that is gone
     rt::time_point earliest{};   // when the next round may begin
-    slot_ref waits{};            // a message that waits to be written; no index: there is none
-    std::uint32_t then = 0;      // `from` and `from_gone` when it was
+    told_message message{};      // that waits to be written
+    std::uint32_t then = 0;      // `from` and `from_gone` when it was written
     std::uint32_t then_gone = 0;
     bool knows_some() const noexcept { return subscribed && (told_at != 0 || telling != 0); }
   };

@@ -48,7 +48,7 @@ class outbox {
   slot_id compose_message(topic_id topic, rt::time_point published, rt::time_point expires,
                           WriteBody&& write_body) noexcept;
   // Queues an answer to one peer. It is never thinned out, and expires only if it has a time to live. Returns
-  // its slot; none: it was lost, counted, or the peer is closing. `by`: see fate_of().
+  // its slot; none: it was lost, counted, or the peer is closing. `by`: see told_message.hpp.
   template <class WriteText>
   slot_id reply(peer_index to, WriteText&& write_text, rt::time_point expires = rt::never,
                 teller by = teller::none) noexcept;
@@ -60,14 +60,6 @@ class outbox {
       into.append(written.text());
       return kind;
     });
-  }
-  // A message that its teller queued for a peer, which has one of each teller at most.
-  slot_ref ref(slot_id of) const noexcept { return slots_.ref(of); }
-  // What became of it. What is lost was evicted, and is to be told again.
-  enum class fate : std::uint8_t { waits, written, lost };
-  fate fate_of(peer_index to, teller by, slot_ref told) const noexcept {
-    if (slots_.alive(told)) return fate::waits;
-    return (queues_[to].lost & bit_of(by)) != 0 ? fate::lost : fate::written;
   }
   // Whether the queue of replies takes one more.
   bool has_place_for_reply(peer_index to) noexcept {
@@ -152,9 +144,6 @@ class outbox {
   bool check() const noexcept;
 
  private:
-  static std::uint8_t bit_of(teller by) noexcept {
-    return static_cast<std::uint8_t>((1U << static_cast<unsigned>(by)) >> 1U); // of none: no bit
-  }
   bool drop_expired_front(queue& from) noexcept;
   peer_index holds_most(std::optional<slot_class> of) noexcept;
   void evict_entry() noexcept;
@@ -178,7 +167,7 @@ slot_id outbox::reply(peer_index to, WriteText&& write_text, rt::time_point expi
   if (!slot) return {};
   if (enqueue(queues_[to].replies, slot)) {
     slots_.set_teller(slot, by);
-    queues_[to].lost &= static_cast<std::uint8_t>(~bit_of(by));
+    queues_[to].lost.begin(by);
     schedule(to);
     return slot;
   }

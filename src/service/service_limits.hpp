@@ -197,7 +197,8 @@ static_assert(listings_queued_max < replies_max_backpressured);
 // This is looked at again after a pause, which is longer where the peer does not read.
 inline constexpr rt::duration listings_retry = std::chrono::milliseconds{1};
 inline constexpr rt::duration listings_retry_backpressured = std::chrono::milliseconds{20};
-static_assert(listings_retry < listings_retry_backpressured && listings_retry_backpressured < listings_period);
+static_assert(listings_retry < listings_retry_backpressured &&
+              listings_retry_backpressured < listings_period);
 
 // What one report of the statistics may spend on topics that only peers hold, and on connections: one byte in
 // so many of message_bytes_max. The rest of the report always finds room.
@@ -206,6 +207,9 @@ inline constexpr std::uint32_t report_connections_one_in = 2;
 static_assert(report_topics_one_in > 2 && report_connections_one_in >= 2); // together less than all
 
 // ---- deadlines
+
+// The id of a request for a deadline is kept if it is no longer than this, with its quotes.
+inline constexpr std::size_t kept_id_bytes_max = 23;
 
 // A subscription's deadline that is shorter is watched as if it were this long, so that each costs little.
 inline constexpr rt::duration deadline_min = std::chrono::milliseconds{100};

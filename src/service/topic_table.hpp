@@ -38,7 +38,6 @@ class topic_table {
   std::string_view name(topic_id index) const noexcept; // with its slash
   // Finds a topic by its number; none: there is none. A number is never used for another topic or type.
   topic_id find_channel(std::uint32_t channel) const noexcept;
-  std::uint32_t newest_channel() const noexcept { return channels_; }
   std::string_view type(topic_id index) const noexcept;
   // A topic keeps the type that it is given first, in that spelling. False: it has another type already, or
   // the name is too long.
@@ -82,7 +81,6 @@ class topic_table {
   std::size_t name_stride_;
   indexed_pool<topic_id, topic, &topic::next> free_;
   std::uint32_t own_topics_ = 0;
-  std::uint32_t channels_ = 0;
   topic_changes changes_;
 };
 
