@@ -26,8 +26,6 @@ inline constexpr std::string_view stop_only_diagnostic =
     "a connection on /rowe/stop may only stop the robot (/rowe/stop) and see that (/rowe/stop/state)";
 
 inline constexpr std::string_view no_binary_diagnostic = "binary messages have no meaning here";
-// The close reason of a peer that lost a list which it needs.
-inline constexpr std::string_view unread_diagnostic = "the peer does not read which topics there are";
 
 // What a peer is told for which messages were dropped. Lists of problems are kept by their words, so no
 // number is in it that changes.

@@ -81,7 +81,8 @@ void connection_graph::tell_again_if_rights_changed() noexcept {
   for (subscriber& one : subscribers_) {
     if (!one.knows_some()) continue;
     one.anew = true;
-    one.from = 0;
+    one.from = one.then = 0;
+    one.ends = false;
   }
 }
 
@@ -131,6 +132,7 @@ rt::time_point connection_graph::tell_some() noexcept {
   for (std::uint32_t looked = 0; looked < state_.peers.size(); ++looked) {
     if (work_.left == 0 || messages_left_ == 0) return now;
     work_.use(1);
+    settle(turn_);
     const rt::time_point at = due(turn_);
     next = std::min(next, at <= now ? tell(turn_) : at);
     turn_ = {turn_.value + 1 == state_.peers.size() ? 0 : turn_.value + 1};
@@ -146,7 +148,7 @@ rt::time_point connection_graph::due(peer_index peer) const noexcept {
     if (state_.cycle.now < of.earliest) return of.earliest;
   }
   const peer_queues& its = outbox_.of(peer);
-  if (its.replies.count == 0) return state_.cycle.now;
+  if (its.replies.count == 0 && !its.backpressured() && !of.message.is_begun()) return state_.cycle.now;
   return state_.cycle.now + (its.backpressured() ? graph_retry_backpressured : graph_retry);
 }
 
@@ -161,21 +163,38 @@ rt::time_point connection_graph::tell(peer_index peer) noexcept {
     to.earliest = state_.cycle.now + graph_period;
   }
   const graph_part next = gather(c, to);
-  const bool ends = next.to == record_.size();
-  if (next.count != 0 || (ends && to.told_at == 0 && !to.said)) {
+  to.ends = next.to == record_.size();
+  to.then = next.to;
+  to.then_gone = next.to_gone;
+  if (next.count != 0 || (to.ends && to.told_at == 0 && !to.said)) {
     const auto write = [&](json::writer& into) { return message_.write(into, c.protocol->topics, next); };
-    if (!outbox_.reply(peer, write, rt::never, true)) return state_.cycle.now + graph_retry;
-    to.said = true;
+    if (!outbox_.reply(peer, write, rt::never, teller::connection_graph))
+      return state_.cycle.now + graph_retry;
+    to.message.begin(outbox_.of(peer));
     --messages_left_;
-  }
-  to.from = next.to;
-  to.from_gone = next.to_gone;
-  if (ends) {
-    to.told_at = to.telling;
-    to.telling = 0;
-    to.anew = false;
+  } else {
+    go_on(to);
   }
   return due(peer);
+}
+
+// What became of its last message. One that is lost is told again, as it is then.
+void connection_graph::settle(peer_index peer) noexcept {
+  subscriber& to = subscribers_[peer];
+  const auto now = to.message.take_fate(outbox_.of(peer), teller::connection_graph);
+  if (now != told_message::fate::written) return;
+  to.said = true;
+  go_on(to);
+}
+
+// What the last message said is known.
+void connection_graph::go_on(subscriber& to) noexcept {
+  to.from = to.then;
+  to.from_gone = to.then_gone;
+  if (!to.ends) return;
+  to.told_at = to.telling;
+  to.telling = 0;
+  to.anew = to.ends = false;
 }
 
 graph_part connection_graph::gather(const connection& c, const subscriber& to) noexcept {

@@ -26,6 +26,7 @@
 #include "service/refusals.hpp"
 #include "service/service_directory.hpp"
 #include "service/stop_rules.hpp"
+#include "service/told_message.hpp"
 #include "wire/request.hpp"
 
 namespace rowe::service {
@@ -63,11 +64,15 @@ class connection_graph {
     bool subscribed = false;
     bool anew = false;           // it is told of all rows once more
     bool said = false;           // something, since `telling`
+    bool ends = false;           // the round ends with the message that waits
     std::uint32_t told_at = 0;   // all up to this comparison; 0: it knows nothing
     std::uint32_t telling = 0;   // likewise, while it is told in several messages; 0: it is not
     std::uint32_t from = 0;      // then: the next row,
     std::uint32_t from_gone = 0; // and the next place of a name that is gone
     rt::time_point earliest{};   // when the next round may begin
+    told_message message{};      // that waits to be written
+    std::uint32_t then = 0;      // `from` and `from_gone` when it was written
+    std::uint32_t then_gone = 0;
     bool knows_some() const noexcept { return subscribed && (told_at != 0 || telling != 0); }
   };
 
@@ -78,6 +83,8 @@ class connection_graph {
   rt::time_point tell_some() noexcept;
   rt::time_point due(peer_index peer) const noexcept;
   rt::time_point tell(peer_index peer) noexcept;
+  void settle(peer_index peer) noexcept;
+  void go_on(subscriber& to) noexcept;
   graph_part gather(const connection& c, const subscriber& to) noexcept;
   bool add_gone(const connection& c, const subscriber& to, graph_part& into) noexcept;
   bool add_row(const connection& c, const subscriber& to, graph_part& into) noexcept;

@@ -12,11 +12,14 @@
 namespace rowe::service {
 namespace {
 
-constexpr std::array names{wire::stats_name,           wire::list_topics_name,     wire::list_services_name,
-                           wire::topic_type_name,      wire::service_type_name,    wire::get_param_names_name,
-                           wire::get_param_name,       wire::set_param_name,       wire::has_param_name,
-                           wire::delete_param_name,    wire::types_name,           wire::message_details_name,
-                           wire::request_details_name, wire::response_details_name};
+constexpr std::array names{wire::stats_name,           wire::list_topics_name,
+                           wire::list_services_name,   wire::topic_type_name,
+                           wire::service_type_name,    wire::get_param_names_name,
+                           wire::get_param_name,       wire::set_param_name,
+                           wire::has_param_name,       wire::delete_param_name,
+                           wire::types_name,           wire::message_details_name,
+                           wire::request_details_name, wire::response_details_name,
+                           wire::search_param_name};
 
 } // namespace
 

@@ -128,7 +128,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   const slot_ref oldest = entries_.front(*longest);
   message_store_.note_evicted(oldest.index); // it may be a reply whose sender waits for the outcome
   state_.counts.add(its.backpressured() ? counter::outbox_full : counter::evicted);
-  if (slots_.needed(oldest.index)) state_.peers.close_later(state_.peers[from], unread_diagnostic);
+  its.lost.note(slots_.teller_of(oldest.index));
   drop_front(*longest);
   if (!topic) return;
   ++its.dropped;

@@ -48,10 +48,10 @@ class outbox {
   slot_id compose_message(topic_id topic, rt::time_point published, rt::time_point expires,
                           WriteBody&& write_body) noexcept;
   // Queues an answer to one peer. It is never thinned out, and expires only if it has a time to live. Returns
-  // its slot; none: it was lost, counted, or the peer is closing. `needed`: a peer that loses it is closed.
+  // its slot; none: it was lost, counted, or the peer is closing. `by`: see told_message.hpp.
   template <class WriteText>
   slot_id reply(peer_index to, WriteText&& write_text, rt::time_point expires = rt::never,
-                bool needed = false) noexcept;
+                teller by = teller::none) noexcept;
   // A reply that was written already. If it did not fit it is lost, and counted; an empty one is not sent.
   void reply_written(peer_index to, const json::writer& written, wire::message_kind kind) noexcept {
     if (written.overflowed()) return state_.counts.add(counter::outbox_full);
@@ -159,14 +159,15 @@ class outbox {
 };
 
 template <class WriteText>
-slot_id outbox::reply(peer_index to, WriteText&& write_text, rt::time_point expires, bool needed) noexcept {
+slot_id outbox::reply(peer_index to, WriteText&& write_text, rt::time_point expires, teller by) noexcept {
   if (!state_.peers[to].open()) return {};
   const bool has_place = has_place_for_reply(to);
   const slot_id slot = has_place ? compose(message_lifetime{expires}, write_text) : slot_id{};
   if (!has_place) state_.counts.add(counter::outbox_full);
   if (!slot) return {};
   if (enqueue(queues_[to].replies, slot)) {
-    if (needed) slots_.need(slot);
+    slots_.set_teller(slot, by);
+    queues_[to].lost.begin(by);
     schedule(to);
     return slot;
   }

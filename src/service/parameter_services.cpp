@@ -15,8 +15,8 @@
 namespace rowe::service {
 namespace {
 
-constexpr std::array names{wire::get_param_names_name, wire::get_param_name, wire::set_param_name,
-                           wire::has_param_name, wire::delete_param_name};
+constexpr std::array names{wire::get_param_names_name, wire::get_param_name,    wire::set_param_name,
+                           wire::has_param_name,       wire::delete_param_name, wire::search_param_name};
 
 using diagnostic_buffer = std::array<char, wire::refusal::text_bytes_max>;
 
@@ -69,6 +69,7 @@ void parameter_services::answer(call_index call, std::string_view service,
       into.boolean(exists);
     });
   }
+  if (service == wire::search_param_name) return search(call, *name);
   diagnostic_buffer text;
   wire::text_out why{text};
   fail(call, shown_diagnostic(why, *name, ": it belongs to the robot's program, so nobody can delete it"));
@@ -84,6 +85,16 @@ void parameter_services::list(call_index call) noexcept {
       if (parameters_.in_use(which)) into.string(parameters_.name(which, buffer));
     }
     into.end_array();
+  });
+}
+
+// There is one namespace, so a name is found in it or nowhere.
+void parameter_services::search(call_index call, std::string_view name) noexcept {
+  const parameter_id which = parameters_.find(name);
+  complete(call, [&](json::writer& into) {
+    std::array<char, parameters::name_bytes_max> buffer;
+    into.key("global_name");
+    into.string(which ? parameters_.name(which, buffer) : std::string_view{});
   });
 }
 

@@ -41,6 +41,7 @@ class parameter_services {
   void complete(call_index call, Write&& write) noexcept;
   void fail(call_index call, std::string_view why) noexcept;
   void list(call_index call) noexcept;
+  void search(call_index call, std::string_view name) noexcept;
   void get(call_index call, const wire::call_args& what, std::string_view name) noexcept;
   void set(call_index call, const wire::call_args& what, std::string_view name) noexcept;
   void write_quoted_value(parameter_id which, json::writer& into) noexcept;

@@ -16,6 +16,17 @@ namespace rowe::service {
 // The subscriptions of one peer and priority that have something to write, served in turn.
 using ready_list = index_queue<subscription_id, subscription, &subscription::next_ready>;
 
+// Whose newest message to the peer was evicted.
+class lost_messages {
+ public:
+  void begin(teller by) noexcept { lost_[static_cast<std::size_t>(by)] = false; }
+  void note(teller by) noexcept { lost_[static_cast<std::size_t>(by)] = true; }
+  bool has(teller by) const noexcept { return lost_[static_cast<std::size_t>(by)]; }
+
+ private:
+  std::array<bool, tellers> lost_{};
+};
+
 struct peer_queues {
   queue replies;               // what it alone is told: answers, refusals, announcements, lists
   std::array<queue, 3> direct; // messages to it, by priority
@@ -30,6 +41,7 @@ struct peer_queues {
   bool out_of_credit = false;        // its credit is used up, but for urgent frames; a pong comes
   bool marked_full = false;          // senders are told `full`: its share is used up by what is parked
   bool waits_to_begin = false;       // it may not begin a frame: others hold too many partial frames
+  lost_messages lost;                // of tellers
 
   // The subscription that is ready, if it is the only one and nothing else waits.
   subscription_id only_ready() const noexcept {

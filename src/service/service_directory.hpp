@@ -59,6 +59,7 @@ class service_directory {
     return {names(index) + name_bytes_max_, entries_[index].type_bytes};
   }
   service_index find_number(std::uint32_t number) const noexcept; // or none
+  std::uint32_t newest_number() const noexcept { return next_number_ - 1; }
   // How often one was added or removed.
   std::uint64_t changes() const noexcept { return changes_; }
   // All places, for a walk; those in use have a hash.

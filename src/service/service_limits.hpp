@@ -201,11 +201,16 @@ inline constexpr std::int64_t partial_bytes_per_second = 64 * 1024;
 // burst of so many.
 inline constexpr rt::duration listings_period = std::chrono::milliseconds{250};
 inline constexpr std::uint32_t listings_burst = 4;
-// A peer with so many replies gets no further part of a list until it has read some. This is checked again
-// after a pause.
+// How many peers are told in one cycle, each in one message at most. There may be a thousand of them.
+inline constexpr unsigned listings_per_cycle = 8;
+// A peer with so many replies is told no more until it has read some.
 inline constexpr std::uint32_t listings_queued_max = 4;
-inline constexpr rt::duration listings_retry = std::chrono::milliseconds{1};
 static_assert(listings_queued_max < replies_max_backpressured);
+// This is looked at again after a pause, which is longer where the peer does not read.
+inline constexpr rt::duration listings_retry = std::chrono::milliseconds{1};
+inline constexpr rt::duration listings_retry_backpressured = std::chrono::milliseconds{20};
+static_assert(listings_retry < listings_retry_backpressured &&
+              listings_retry_backpressured < listings_period);
 
 // What one report of the statistics may spend on topics that only peers hold, and on connections: one byte in
 // so many of message_bytes_max. The rest of the report always finds room.
@@ -214,6 +219,9 @@ inline constexpr std::uint32_t report_connections_one_in = 2;
 static_assert(report_topics_one_in > 2 && report_connections_one_in >= 2); // together less than all
 
 // ---- deadlines
+
+// The id of a request for a deadline is kept if it is no longer than this, with its quotes.
+inline constexpr std::size_t kept_id_bytes_max = 23;
 
 // A subscription's deadline that is shorter is watched as if it were this long, so that each costs little.
 inline constexpr rt::duration deadline_min = std::chrono::milliseconds{100};

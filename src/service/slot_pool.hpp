@@ -66,6 +66,9 @@ inline constexpr std::size_t index_of(slot_class of) noexcept { return static_ca
 template <class T>
 using by_class = std::array<T, slot_classes>;
 enum class slot_use : std::uint8_t { ordinary, stop };
+// The part that tells a peer again what was in a message that the peer lost.
+enum class teller : std::uint8_t { none, listings, connection_graph };
+inline constexpr std::size_t tellers = 3;
 
 class slot_pool {
  public:
@@ -170,9 +173,9 @@ class slot_pool {
   // Whether the message is sent in a binary frame, and when the value in its body was published.
   bool binary(slot_id index) const noexcept { return slots_[index].binary; }
   rt::time_point published(slot_id index) const noexcept { return slots_[index].published; }
-  // The peer must not miss this message. Whoever evicts it closes the peer.
-  void need(slot_id index) noexcept { slots_[index].needed = true; }
-  bool needed(slot_id index) const noexcept { return slots_[index].needed; }
+  // What the message says must reach its peer. Whoever evicts it notes that, and this part tells it again.
+  void set_teller(slot_id index, teller by) noexcept { slots_[index].by = by; }
+  teller teller_of(slot_id index) const noexcept { return slots_[index].by; }
   std::span<char> text(slot_id index) noexcept { return {base(index), slots_[index].bytes}; }
   std::span<const char> body(slot_id index) const noexcept {
     return {base(index) + slots_[index].body_at, slots_[index].body_bytes};
@@ -235,7 +238,7 @@ class slot_pool {
     bool tracked = false;
     bool pinned = false;
     bool binary = false;
-    bool needed = false;
+    teller by = teller::none;
     slot_id next_free{};
     std::uint32_t bytes = 0;
     std::uint32_t body_at = 0;
@@ -258,7 +261,8 @@ class slot_pool {
   slot_id begin_use(slot_id index) noexcept {
     slot& taken = slots_[index];
     taken.references = 1;
-    taken.tracked = taken.pinned = taken.needed = false;
+    taken.tracked = taken.pinned = false;
+    taken.by = teller::none;
     taken.bytes = taken.body_at = taken.body_bytes = 0;
     taken.lifetime = {};
     return index;

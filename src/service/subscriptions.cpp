@@ -69,7 +69,7 @@ void subscriptions::subscribe(connection& c, const wire::request& asked) noexcep
   audiences_.update(topic);
   topic_rates_.begin_for(topic);
   if (asked.lifespan_ns > 0) s.lifespan_ns = asked.lifespan_ns;
-  if (asked.deadline_ns > 0) watch_deadline(index, asked.deadline_ns);
+  if (asked.deadline_ns > 0) watch_deadline(index, asked);
   if (s.whole) [[unlikely]]
     warn_without_type(c, asked.id_raw, s);
   s.type_hash = hash_of_type(asked.type);
@@ -92,12 +92,13 @@ wire::codec_id subscriptions::codec_for(topic_id topic, const wire::request& ask
 // ---- deadlines
 
 // The state of the stop comes by itself, however often it must.
-void subscriptions::watch_deadline(subscription_id index, std::int64_t deadline_ns) noexcept {
+void subscriptions::watch_deadline(subscription_id index, const wire::request& asked) noexcept {
   subscription& s = state_.subscriptions.at(index);
   if (state_.topics.name(s.topic) == wire::stop_state_name) return;
-  s.deadline_ns = std::max<std::int64_t>(deadline_ns, deadline_min.count());
+  s.deadline_ns = std::max<std::int64_t>(asked.deadline_ns, deadline_min.count());
   s.watched_at = state_.cycle.now;
   s.missed = false;
+  s.deadline_of.keep(asked.id_raw);
   state_.due.arm(deadline_id{index.value}, rt::deadline_after(s.watched_at, rt::duration{s.deadline_ns}));
 }
 
@@ -123,7 +124,7 @@ void subscriptions::check_deadline(subscription_id index) noexcept {
   why.add("subscribe ").add_shortened(state_.topics.name(s.topic), topic_bytes_shown);
   why.add(": no message came within its deadline of ");
   why.add(std::chrono::duration_cast<std::chrono::milliseconds>(period).count()).add(" ms");
-  refusals_.warn(c, {}, why.text(), wire::severity::warning);
+  refusals_.warn(c, s.deadline_of.raw(), why.text(), wire::severity::warning);
 }
 
 // The codec that it asked for can write structs only in the form that it asked for, and none is published.

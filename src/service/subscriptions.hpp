@@ -54,7 +54,7 @@ class subscriptions {
  private:
   subscription_id add(connection& c, const wire::request& asked, topic_id topic) noexcept;
   wire::codec_id codec_for(topic_id topic, const wire::request& asked) const noexcept;
-  void watch_deadline(subscription_id subscription, std::int64_t deadline_ns) noexcept;
+  void watch_deadline(subscription_id subscription, const wire::request& asked) noexcept;
   void warn_without_type(connection& c, std::string_view id_raw, const subscription& s) noexcept;
   void remove(peer_index peer, subscription_id index) noexcept;
   void tell_other_type(connection& c, std::string_view id_raw, topic_id topic,

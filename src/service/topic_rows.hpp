@@ -27,6 +27,20 @@ struct subscribe_request {
   wire::codec_id codec{};         // of the messages
 };
 
+// The id of a request as it was written; empty if it was too long to be kept.
+class kept_id {
+ public:
+  void keep(std::string_view raw) noexcept {
+    size_ = static_cast<std::uint8_t>(raw.size() <= bytes_.size() ? raw.size() : 0);
+    raw.copy(bytes_.data(), size_);
+  }
+  std::string_view raw() const noexcept { return {bytes_.data(), size_}; }
+
+ private:
+  std::array<char, kept_id_bytes_max> bytes_{};
+  std::uint8_t size_ = 0;
+};
+
 struct subscription {
   topic_id topic{};
   peer_index peer{};
@@ -59,6 +73,7 @@ struct subscription {
   rt::time_point watched_at{};                // since when; or, behind a miss, when that was
   bool missed = false;                        // and the peer was told
   std::array<subscribe_request, subscribe_requests_max> requests;
+  kept_id deadline_of; // of the newest request that asked for a deadline
 };
 
 struct topic {
@@ -106,6 +121,7 @@ struct topic {
 // How often topics have changed.
 struct topic_changes {
   std::uint64_t listed = 0;  // one was added or removed, or got another type or schema
+  std::uint32_t channels = 0; // numbers that topics got; also the newest
   std::uint32_t holders = 0; // a publisher or a subscriber came or went, or a topic. Wraps around
 
   void note_publishers(topic& of) noexcept { of.publishers_at = ++holders; }

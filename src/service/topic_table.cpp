@@ -80,7 +80,7 @@ topic_id topic_table::find_or_add(std::string_view wanted) noexcept {
   topic& fresh = topics_[added];
   fresh = topic{};
   fresh.hash = hash_of(without_slash(wanted));
-  fresh.channel = ++channels_;
+  fresh.channel = ++changes_.channels;
   fresh.publishers_at = fresh.subscribers_at = ++changes_.holders;
   ++changes_.listed;
   fresh.name_bytes = static_cast<std::uint16_t>(bytes);
@@ -109,7 +109,7 @@ void topic_table::replace_type(topic_id index, std::string_view wanted) noexcept
   assert(wanted.size() <= name_bytes_max_);
   std::memcpy(names(index) + name_bytes_max_, wanted.data(), wanted.size());
   topics_[index].type_bytes = static_cast<std::uint16_t>(wanted.size());
-  topics_[index].channel = ++channels_; // a peer that knows it by number also knows its type
+  topics_[index].channel = ++changes_.channels; // a peer that knows it by number also knows its type
   ++changes_.listed;
 }
 
@@ -119,7 +119,7 @@ void topic_table::set_schema(topic_id index, const schema_description* schema) n
   if (its.schema == schema) return;
   its.schema = schema;
   if (its.holders <= 1) return;
-  its.channel = ++channels_;
+  its.channel = ++changes_.channels;
   ++changes_.listed;
 }
 

@@ -81,7 +81,6 @@ class topic_table {
   std::size_t name_stride_;
   indexed_pool<topic_id, topic, &topic::next> free_;
   std::uint32_t own_topics_ = 0;
-  std::uint32_t channels_ = 0;
   topic_changes changes_;
 };
 

@@ -49,6 +49,7 @@ inline constexpr std::string_view get_param_names_name = "/rosapi/get_param_name
 inline constexpr std::string_view get_param_name = "/rosapi/get_param";
 inline constexpr std::string_view set_param_name = "/rosapi/set_param";
 inline constexpr std::string_view has_param_name = "/rosapi/has_param";
+inline constexpr std::string_view search_param_name = "/rosapi/search_param";
 inline constexpr std::string_view delete_param_name = "/rosapi/delete_param";
 
 // For topics and services: "/odom" and "odom" are the same name, "//odom" is another one, and a lone "/"

@@ -210,16 +210,21 @@ TEST_F(core_numbers_codec, lists_more_than_one_message_holds) {
   for (const std::string& name : names) EXPECT_TRUE(p.topics.contains(name)) << name;
 }
 
-// It asks for more than it reads, and so loses what waits longest: the greeting.
-TEST_F(core_numbers_codec, is_closed_rather_than_told_of_a_part_of_what_there_is) {
+// It asks for more than it reads, and so loses what waits longest: the greeting. It is told that again.
+TEST_F(core_numbers_codec, is_greeted_again_when_it_has_lost_that) {
   peer p{on, side::server, "127.0.0.1:50000", "/", numbers::subprotocol};
   on.net.link_of(p.id()).capacity_bytes = 0;
   on.cycle();
   const std::string of_statistics = "c" + four(5);
   for (std::uint32_t i = 0; i < 8; ++i) p.send(opcode::binary, of_statistics + four(i) + "{}");
   on.cycles(4);
-  EXPECT_TRUE(p.cut());
   EXPECT_GT(on.count(counter::outbox_full), 0U);
+  EXPECT_FALSE(p.cut());
+  on.net.link_of(p.id()).capacity_bytes = 1U << 20U;
+  on.cycles(100);
+  const texts heard = p.hear();
+  EXPECT_EQ(std::count(heard.begin(), heard.end(), "hrobot"), 1);
+  EXPECT_TRUE(list_of(heard, 'T').contains("/rowe/stats"));
 }
 
 // ---- topics

@@ -200,6 +200,8 @@ TEST_F(parameters, list_those_of_the_endpoint_too) {
   EXPECT_TRUE(says(call(anyone, "has_param", R"({"name":"/no"})"), R"("exists":false)"));
   EXPECT_TRUE(says(get(anyone, "/no"), R"("value":"null","successful":false)"));
   EXPECT_TRUE(says(call(anyone, "get_param", R"({"name":"/no","default":"4"})"), R"("value":"4")"));
+  EXPECT_TRUE(says(call(anyone, "search_param", R"({"name":"gain"})"), R"("global_name":"/gain")"));
+  EXPECT_TRUE(says(call(anyone, "search_param", R"({"name":"/no"})"), R"("global_name":"")"));
   EXPECT_TRUE(says(call(anyone, "delete_param", R"({"name":"/gain"})"), "nobody can delete it"));
   EXPECT_TRUE(says(call(anyone, "get_param", "{}"), "need a member `name`"));
 }

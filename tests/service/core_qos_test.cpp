@@ -102,6 +102,21 @@ TEST_F(qos, deadline_is_counted_and_told_once_until_a_message_comes) {
 }
 
 // A nanosecond is watched as a tenth of a second.
+TEST_F(qos, deadline_is_told_by_the_id_of_its_subscription) {
+  peer page{on};
+  const auto told_by = [&](std::string_view topic, const std::string& id) {
+    page.say(R"({"op":"subscribe","id":)" + id + R"(,"topic":")" + std::string{topic} +
+             R"(","qos":{"deadline":0.5}})");
+    page.say(R"({"op":"subscribe","id":"other","topic":")" + std::string{topic} + "\"}");
+    on.cycles(8, 100ms);
+    return heard(page);
+  };
+  EXPECT_TRUE(has(told_by("/t", R"("subscribe:/t:1")"), R"("id":"subscribe:/t:1")"));
+  const std::string too_long = told_by("/u", '"' + std::string(rowe::service::kept_id_bytes_max, 'x') + '"');
+  EXPECT_TRUE(has(too_long, "subscribe /u: no message came within its deadline")) << too_long;
+  EXPECT_FALSE(has(too_long, "xx"));
+}
+
 TEST_F(qos, deadlines_of_no_time_cost_ten_looks_a_second) {
   peer page{on};
   for (int i = 0; i < 8; ++i)

@@ -414,7 +414,7 @@ TEST(seen_by_number, is_only_what_the_role_may_use_and_more_when_it_grows) {
   provider.say(R"({"op":"advertise_service","type":"c/D","service":"/secret/door"})");
   on.cycles(2);
   peer arm{on, rowe::service::side::server, far, "/", numbers::subprotocol, token_of("arm")};
-  on.cycles(2);
+  on.cycles(6);
   const auto heard = arm.hear();
   const numbers::numbered topics = numbers::list_of(heard, 'T');
   const numbers::numbered services = numbers::list_of(heard, 'S');

@@ -290,7 +290,7 @@ struct scene {
   about with_numbers(about of) {
     if (words != codec::numbers) return of;
     peer spy{on, rowe::service::side::server, here, "/", numbers::subprotocol, token_of("supervisor")};
-    on.cycles(2);
+    on.cycles(6);
     const auto lists = spy.hear();
     auto topics = numbers::list_of(lists, 'T');
     auto services = numbers::list_of(lists, 'S');

@@ -85,6 +85,7 @@ inline constexpr mutant mutants[] = {
     {"long_stall", "who does not read a long message keeps its place for no longer than a fragment takes"},
     {"long_stop", "a long stop is a stop"},
     {"long_stop_room", "also one for which there is no room"},
+    {"list_lost", "a list of topics or services that was evicted is told again"},
     {"graph_gone", "who knows the connection graph is told of each topic and service that is gone"},
     {"graph_moved", "but not of one that is there again, in another place"},
     {"pong_room", "a long pong that takes a short one's place fits there"},

@@ -25,7 +25,7 @@ last_value_store names
 policy_handover peer_rights
 message_queue pair_table topic_rows topic_table subscription_table call_table completion number_queue
 submission_queue shared_inbox core_options
-core_state topic_rates message_store check_sum peer_queues outbox long_outbox subscription_queues
+core_state topic_rates message_store check_sum peer_queues told_message outbox long_outbox subscription_queues
 batch mask_keys partial_frames control_frames round_trip credit urgent_frames message_frames
 frame_selection frame_group
 sender refusals access_control parameters parameter_requests
@@ -40,7 +40,7 @@ stop_rules stop_gate stop_switch thread_stops stop_service
 listed_topics topic_holders statistics_report metrics_report topic_pages own_pages statistics_feed
 parameters_feed gone_names graph_record graph_message connection_graph
 parameter_services graph_services type_services endpoint_services
-call_requests call_router listings registrations revocation stop_state_feed
+call_requests call_router numbered told_numbers listings registrations revocation stop_state_feed
 value_publisher long_publications handle_submissions thread_submissions pair_release handle_registry
 dispatcher
 core_parts core_check core memory_plan service_loop
@@ -137,7 +137,7 @@ def limits_are_tied(t):
 
 # Who asks the gate what a request wants of the stop, and how often: once each for what a peer said, for a
 # call of this process and for one of a peer that is no stop; and for the endpoint's own list of services.
-asks_the_gate = {"dispatcher.cpp": 1, "call_router.cpp": 2, "listings.cpp": 1}
+asks_the_gate = {"dispatcher.cpp": 1, "call_router.cpp": 2, "numbered.cpp": 1}
 
 
 def the_stop_is_recognised_at_the_gate(t):

@@ -88,7 +88,7 @@ result<demo::handles> demo::open(endpoint& on) {
   auto odom =
       on.advertise<ros::odometry>(topic, {.ttl = 100ms, .keep = keep::all, .depth = 64, .period = cycle});
   if (!odom) return odom.error();
-  auto speed = on.serve<speed_setting, speed_setting>(service);
+  auto speed = on.serve<speed_setting, speed_setting>(service, {.type = "rowe_demo/SetSpeed"});
   if (!speed) return speed.error();
   auto latch = on.stop_latch({.name = "robot", .loop_timeout = loop_timeout});
   if (!latch) return latch.error();
