@@ -30,7 +30,8 @@ std::size_t chunk_store::footprint_bytes(const limits& bounds) noexcept {
 chunk_store::chunk_store(rt::arena& memory, std::span<std::byte> pool, const limits& bounds,
                          pool_opener* opener) noexcept
     : text_bytes_max_{pool.empty() ? 0 : bounds.long_message_bytes_max},
-      pool_{pool},
+      whole_{pool.first(pool.empty() ? 0 : whole_bytes(bounds))},
+      chunks_{pool.subspan(whole_.size())},
       links_{memory.carve<chunk_id>(pool.empty() ? 0 : chunk_count(bounds))},
       opener_{opener},
       open_{opener != nullptr ? 0 : links_.size()},
@@ -47,7 +48,7 @@ bool chunk_store::open_for(std::uint32_t more) noexcept {
   const std::uint32_t wanted = untouched_ + (more > used_before ? more - used_before : 0);
   if (wanted <= open_) return true;
   const std::uint32_t opened = std::min(std::max(wanted, open_ + chunks_opened_min), chunks());
-  if (!opener_->open(std::size_t{opened} * chunk_bytes)) return false;
+  if (!opener_->open(whole_.size() + std::size_t{opened} * chunk_bytes)) return false;
   open_ = opened;
   return true;
 }

@@ -44,7 +44,8 @@ class chunk_store {
   static bool in_use(const limits& bounds) noexcept {
     return bounds.long_message_bytes_max > bounds.message_bytes_max;
   }
-  // The pool also has a place for one text in one piece that is no long one, with what may be read behind it.
+  // In front of the chunks there is a place for one text in one piece that is no long one, with what may be
+  // read behind it. Who uses it has used a chunk before.
   static std::size_t whole_bytes(const limits& bounds) noexcept {
     return in_use(bounds) ? bounds.message_bytes_max + transport_sink::tailroom_bytes : 0;
   }
@@ -105,7 +106,7 @@ class chunk_store {
   void copy(text_id text, std::size_t at, place& from, std::span<std::byte> into) const noexcept;
 
   // The place for a text in one piece.
-  std::span<std::byte> whole() const noexcept { return pool_.subspan(links_.size() * chunk_bytes); }
+  std::span<std::byte> whole() const noexcept { return whole_; }
 
   // No chunk is lost, and none belongs to two texts. For tests.
   bool check() const noexcept;
@@ -125,7 +126,7 @@ class chunk_store {
   static std::size_t text_count(const limits& bounds) noexcept;
 
   std::span<std::byte> bytes_of(chunk_id chunk) const noexcept {
-    return pool_.subspan(chunk.value * chunk_bytes, chunk_bytes);
+    return chunks_.subspan(chunk.value * chunk_bytes, chunk_bytes);
   }
   bool open_for(std::uint32_t chunks) noexcept;
   chunk_id take_chunk() noexcept;
@@ -133,7 +134,8 @@ class chunk_store {
   void free(text_id text) noexcept;
 
   std::size_t text_bytes_max_;
-  std::span<std::byte> pool_;
+  std::span<std::byte> whole_;
+  std::span<std::byte> chunks_;
   rows<chunk_id, chunk_id> links_; // to the next one of the same text, or the next free one
   chunk_id free_chunk_{};          // of those that were used before; the others come in their order
   std::uint32_t untouched_ = 0;

@@ -153,20 +153,24 @@ TEST(chunk_store_pool, is_opened_as_it_is_used_and_not_again) {
   const std::unique_ptr<std::byte[]> pool{new std::byte[all]};
   counting_opener opener;
   chunk_store store{memory, {pool.get(), all}, bounds, &opener};
+  // The place for a text in one piece is in front, so it is open where any chunk is.
+  const std::size_t whole = chunk_store::whole_bytes(bounds);
+  EXPECT_EQ(store.whole().data(), pool.get());
+  EXPECT_EQ(store.whole().size(), whole);
   EXPECT_EQ(opener.opened, 0U);
   EXPECT_EQ(store.free(), 400U);
   const text_id first = store.begin(chunk);
-  EXPECT_EQ(opener.opened, 64 * chunk);
+  EXPECT_EQ(opener.opened, whole + 64 * chunk);
   const text_id second = store.begin(80 * chunk);
-  EXPECT_EQ(opener.opened, 128 * chunk);
-  opener.most = 130 * chunk;
+  EXPECT_EQ(opener.opened, whole + 128 * chunk);
+  opener.most = whole + 130 * chunk;
   EXPECT_TRUE(store.check());
   EXPECT_FALSE(store.grow(first, 51 * chunk)); // the system has no more
   EXPECT_FALSE(store.begin(51 * chunk));
   EXPECT_TRUE(store.check());
   store.release(second);
   EXPECT_TRUE(store.grow(first, 100 * chunk)); // what was used before is open
-  EXPECT_EQ(opener.opened, 128 * chunk);
+  EXPECT_EQ(opener.opened, whole + 128 * chunk);
   store.release(first);
   EXPECT_TRUE(store.check());
 }

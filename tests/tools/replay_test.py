@@ -152,8 +152,7 @@ class replaying(unittest.TestCase):
         ended = nobody_at("replay", "127.0.0.1:1", "--tum", self.path, "--topic", "/odom")
         self.assertEqual(ended.code, 3)
         self.assertRegex(ended.stderr[-1],
-                         r"could not connect to ws://127\.0\.0\.1:1 within \d+\.\d{3} s$")
-        self.assertEqual(sum("nobody listens" in line for line in ended.stderr), 1)
+                         r"could not connect to ws://127\.0\.0\.1:1 within \d+\.\d{3} s: nobody listens")
 
     def test_a_broken_file_is_named_with_its_line(self):
         with open(self.path, "w") as file:

@@ -154,8 +154,8 @@ std::optional<exit_code> remote::wait(std::optional<rt::duration> timeout) {
       told = true;
     }
   }
-  to_.error("could not connect to ", url_, " within ", seconds_text(*timeout),
-            failure_.empty() ? ": no answer" : ""); // report() has said why
+  to_.error("could not connect to ", url_, " within ", seconds_text(*timeout), ": ",
+            failure_.empty() ? "no answer" : failure_);
   return exit_code::no_connection;
 }
 

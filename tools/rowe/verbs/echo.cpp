@@ -44,6 +44,7 @@ struct echo_options {
   std::optional<rt::duration> timeout;
   std::size_t profile = 0;
   bool quiet = false;
+  bool takes_long = false;
   std::uint32_t text_bytes_max = short_bytes_max;
 
   message_format::kind format() const noexcept {
@@ -63,9 +64,9 @@ command table_of(echo_options& o) {
           "passes without a message, and with 1 when a message has no such --field. What is below /rowe/\n"
           "is the server's.\n"
           "\n"
-          "Messages may have 1 MiB, or what ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX says, up to 64 MiB. The "
-          "longer\n"
-          "they may be, the fewer are kept while the reader of the output is slow; with 0 most are.\n",
+          "Messages may have 60 KiB; with --long, --once or a small -n they may have 1 MiB, or what\n"
+          "ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX says, up to 64 MiB. The longer they may be, the fewer are kept\n"
+          "while the reader of the output is slow.\n",
       .operands = {url_operand(o.at.url),
                    {.name = "TOPIC",
                     .meaning = "their names, such as /odom; without any they are listed",
@@ -83,6 +84,7 @@ command table_of(echo_options& o) {
               {"--once", "", "", "end after one message", &o.once},
               {"--timeout", "", "TIME", "for the connection and for each message (default: until Ctrl-C)",
                time_span{&o.timeout}},
+              {"--long", "", "", "also long messages, such as maps", &o.takes_long},
               {"--bare", "", "", "plain messages in place of a topic's", &o.bare},
               profile_option(o.profile),
               {"--quiet", "-q", "", "print errors only on stderr", &o.quiet},
@@ -409,6 +411,8 @@ exit_code print_from(endpoint hub, const std::string& url, const echo_options& o
     to.note(counted(printing.odd_rows(), "message"), " had other members than the table");
   if (interrupt::seen() || lost > 0)
     to.note(counted(printing.printed(), "message"), lost == 0 ? std::string{} : joined(", lost ", lost));
+  if (lost > 0 && !o.bare && !o.takes_long)
+    to.note("with --long, messages of more than ", short_bytes_max, " bytes are printed, too");
   if (lost > 0 && end == exit_code::done) return exit_code::lost;
   return end;
 }
@@ -427,7 +431,11 @@ exit_code echo(argument_list arguments) {
 
   auto bounds = limits_for("echo");
   if (!bounds) return exit_code::usage;
-  if (!chosen.bare) chosen.text_bytes_max = std::max(short_bytes_max, bounds->long_message_bytes_max);
+  const std::uint32_t longest = std::max(short_bytes_max, bounds->long_message_bytes_max);
+  // So few are kept, however fast they come.
+  const auto wanted = static_cast<std::uint64_t>(chosen.count);
+  if (wanted != 0 && wanted <= queue_bytes / longest) chosen.takes_long = true;
+  if (!chosen.bare && chosen.takes_long) chosen.text_bytes_max = longest;
   const std::size_t depth =
       chosen.bare ? queue_depth : depth_for(chosen) * std::max<std::size_t>(chosen.topics.size(), 1);
   bounds->lane_bytes = std::max(bounds->lane_bytes, depth * (chosen.text_bytes_max + std::size_t{1024}) +
