@@ -65,8 +65,8 @@ command table_of(echo_options& o) {
           "is the server's.\n"
           "\n"
           "Messages may have 60 KiB; with --long, --once or a small -n they may have 1 MiB, or what\n"
-          "ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX says, up to 64 MiB. The longer they may be, the fewer are kept\n"
-          "while the reader of the output is slow.\n",
+          "ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX says, up to 64 MiB. The longer they may be, the fewer\n"
+          "are kept while the reader of the output is slow.\n",
       .operands = {url_operand(o.at.url),
                    {.name = "TOPIC",
                     .meaning = "their names, such as /odom; without any they are listed",
