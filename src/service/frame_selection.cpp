@@ -55,7 +55,7 @@ bool frame_selection::add_all_left(const recipient& to, batch& into) noexcept {
   if (texts && !to.queues.blocked && !to.queues.out_of_credit) return false; // it goes on
   if (add_partial(to, into) && texts) {
     // Between two fragments an urgent frame may have been begun.
-    if (!frame.mid_frame() && !ROWE_MUTANT(rest_in_urgent)) urgent_frames_.gather_begun(to.index, into);
+    if (!frame.mid_frame()) urgent_frames_.gather_begun(to.index, into);
     (void)add_texts(to, frame, into, SIZE_MAX, SIZE_MAX);
   }
   return into.count != 0;

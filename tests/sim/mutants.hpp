@@ -75,7 +75,6 @@ inline constexpr mutant mutants[] = {
     {"long_left", "what comes of a long message whose peer leaves in its middle is given back"},
     {"long_told", "a peer whose long message has lost its place is told so"},
     {"fragments_order", "a fragment is taken only when it is its turn"},
-    {"rest_in_urgent", "the rest of a message in fragments is handed over behind a frame that was begun"},
     {"fragments_cut", "a fragment ends between two characters"},
     {"fragments_passed", "what one queue has goes in its order, also beside a message in fragments"},
     {"long_place", "what a socket did not take of a fragment is written again, from its place"},
