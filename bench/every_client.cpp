@@ -392,18 +392,12 @@ void report(claims& into, const std::array<contender, 4>& all) {
 
 int main(int count, char** arguments) {
   using namespace rowe::bench;
-  const auto cpus = two_cpus();
-  if (!cpus) {
-    std::fprintf(stderr, "bench_every_client needs two cores\n");
-    return 1;
-  }
+  if (!choose_cores("bench_every_client", count, arguments)) return 1;
   claims said{count, arguments};
   const int rounds = number_option(count, arguments, "rounds", 11);
   milliseconds = number_option(count, arguments, "milliseconds", milliseconds);
   rate = number_option(count, arguments, "rate", rate);
   priority = number_option(count, arguments, "prio", priority);
-  here = number_option(count, arguments, "here", cpus->first);
-  there = number_option(count, arguments, "there", cpus->second);
   if (count != 1 || rate < 1 || milliseconds < 1 || rounds < 1) {
     std::fprintf(stderr, "bench_every_client: what is %s?\n", count > 1 ? arguments[1] : "that rate or time");
     return 1;

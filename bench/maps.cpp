@@ -340,18 +340,12 @@ void report(claims& into, std::array<contender, 3>& all) {
 
 int main(int count, char** arguments) {
   using namespace rowe::bench;
-  const auto cpus = two_cpus();
-  if (!cpus) {
-    std::fprintf(stderr, "bench_maps needs two cores\n");
-    return 1;
-  }
+  if (!choose_cores("bench_maps", count, arguments)) return 1;
   claims said{count, arguments};
   const int rounds = number_option(count, arguments, "rounds", 5);
   milliseconds = number_option(count, arguments, "milliseconds", milliseconds);
   megabytes = number_option(count, arguments, "megabytes", megabytes);
   priority = number_option(count, arguments, "prio", priority);
-  here = number_option(count, arguments, "here", cpus->first);
-  there = number_option(count, arguments, "there", cpus->second);
   if (count != 1 || megabytes < 1 || megabytes > 60 || milliseconds < 1 || rounds < 1) {
     std::fprintf(stderr, "bench_maps: what is %s?\n", count > 1 ? arguments[1] : "that size or time");
     return 1;

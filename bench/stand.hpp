@@ -16,14 +16,8 @@ namespace rowe::bench {
 // The main of a bench: `measure(rounds)` runs all rounds and registers what they said.
 template <class Measure>
 int run_on_two_cores(const char* name, int count, char** arguments, Measure&& measure) {
-  const auto cpus = two_cpus();
-  if (!cpus) {
-    std::fprintf(stderr, "%s needs two cores\n", name);
-    return 1;
-  }
+  if (!choose_cores(name, count, arguments)) return 1;
   const int rounds = number_option(count, arguments, "rounds", 11);
-  here = number_option(count, arguments, "here", cpus->first);
-  there = number_option(count, arguments, "there", cpus->second);
   benchmark::Initialize(&count, arguments);
   if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 1;
   (void)rt::prepare_this_thread({.name = "bench", .cpu = here}); // refused: the bench still runs

@@ -24,6 +24,19 @@ using rt::monotonic_clock;
 inline int here = 0;  // this thread's core
 inline int there = 1; // the other's
 
+// Takes `--here=CPU` and `--there=CPU` out of the arguments; without them they are two that this process may
+// use. False: there are not two, which it says.
+inline bool choose_cores(const char* bench, int& count, char** arguments) {
+  const auto cpus = two_cpus();
+  if (!cpus) {
+    std::fprintf(stderr, "%s needs two cores\n", bench);
+    return false;
+  }
+  here = number_option(count, arguments, "here", cpus->first);
+  there = number_option(count, arguments, "there", cpus->second);
+  return true;
+}
+
 inline double nanoseconds(rt::duration span) { return static_cast<double>(span.count()); }
 inline double nanoseconds_since(rt::time_point begin) { return nanoseconds(monotonic_clock::now() - begin); }
 
