@@ -18,7 +18,7 @@ with_tests = ["-DROWE_TESTS=ON", "-DROWE_TOOLS=ON"]
 # What tools/test --all runs longer than tools/test does, or alone.
 long_runs = ["^rt_contract/", "^sim/(sim|messaging_sim|swarm_|growth)", "^failures/",
              "^conformance/tls_(client|json|limits)$", "^counts/cycles", "^faults/testssl$",
-             "^install/fetched$", "^load/.*minute"]
+             "^install/fetched$", "^load/.*minute", "^model/promela.*long$"]
 # Most tests that take long wait for something.
 tests_per_core = 3
 
@@ -53,7 +53,9 @@ class report:
             if one.unsteady:
                 print(f"UNSTEADY: {one.name}: failed beside other tests, passed alone")
             if not one.passed:
-                print(f"FAILED: {one.name}")
+                inside = [inner for inner in one.inside if not one.name.endswith(inner)]
+                for inner in inside or [""]:
+                    print(f"FAILED: {one.name} {inner}".rstrip())
         if self.broken:
             print(f"NOT BUILT: {self.broken}")
         count, failed = sum(one.count for one in self.tests), sum(one.failed for one in self.tests)

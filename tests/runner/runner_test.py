@@ -12,6 +12,7 @@ import unittest
 
 import areas
 import builds
+import discover
 import main
 import suites
 
@@ -59,6 +60,19 @@ not ok 2 - group
 ok 3 - third # SKIP no browser
 1..3
 # tests 3
+"""
+
+GTEST = """[==========] Running 4 tests from 2 test suites.
+[ RUN      ] queue.takes_one
+said without an end[       OK ] queue.takes_one (0 ms)
+[ RUN      ] queue.gives_one
+queue_test.cpp:7: Failure
+[  FAILED  ] queue.gives_one (1 ms)
+[ RUN      ] all/queue.is_empty/0
+queue_test.cpp:9: Skipped
+not here
+[  SKIPPED ] all/queue.is_empty/0 (0 ms)
+[ RUN      ] queue.ends
 """
 
 JUNIT = """<?xml version="1.0"?>
@@ -144,6 +158,24 @@ class a_test(unittest.TestCase):
     def test_of_node_counts_the_leaves(self):
         self.assertEqual(suites.parts_of(TAP), (4, 1, [("third", "no browser")]))
 
+    def test_of_a_file_counts_what_is_in_it_and_what_never_ended(self):
+        self.assertEqual(suites.parts_of(GTEST), (4, 2, [("all/queue.is_empty/0", "not here")]))
+
+    def test_of_a_file_names_what_failed_in_it_and_shows_only_that(self):
+        junit = JUNIT.replace("wrong", GTEST)
+        failed = {one.name: one for one in suites.taken_in(junit)}["json/a.fails"]
+        self.assertEqual((failed.passed, failed.count, failed.failed), (False, 4, 2))
+        self.assertEqual(failed.inside, ["queue.gives_one", "queue.ends"])
+        shown = suites.of_those(failed.said, failed.inside)
+        self.assertIn("queue_test.cpp:7: Failure", shown)
+        self.assertNotIn("takes_one", shown)
+        self.assertNotIn("not here", shown)
+
+    def test_of_a_file_shows_what_a_sanitizer_said_in_another(self):
+        said = GTEST.replace("said without an end", "WARNING: ThreadSanitizer: data race\n")
+        self.assertIn("ThreadSanitizer", suites.of_those(said, ["queue.gives_one"]))
+        self.assertEqual(suites.of_those(said, []), said)
+
     def test_of_no_known_sort_has_no_parts(self):
         self.assertEqual(suites.parts_of("ok, everything is well\n"), (0, 0, []))
 
@@ -201,6 +233,10 @@ class a_test_that_failed(unittest.TestCase):
         many = [self.one(str(each), False) for each in range(suites.unsteady_max + 1)]
         self.assertFalse(any(each.passed for each in self.run_with((many, set()))))
 
+    def test_of_a_file_among_many_in_it_is_not_run_again(self):
+        one = self.one("a", False)._replace(inside=["b.c"] * (suites.unsteady_max + 1))
+        self.assertFalse(any(each.passed for each in self.run_with(([one], set()))))
+
     def test_beside_a_crash_is_not_run_again(self):
         self.assertFalse(any(each.passed for each in self.run_with(
             ([self.one("a", False), self.one("b", False)], {"b"}))))
@@ -216,7 +252,26 @@ class a_test_that_failed(unittest.TestCase):
         self.assertTrue(told.ok())
 
 
+class the_tests_of_a_program(unittest.TestCase):
+    def test_are_one_for_each_file(self):
+        def suite(name, *tests):
+            return {"name": name, "testsuite": [{"name": test, "file": f"/x/{file}"} for test, file in tests]}
+        self.assertEqual(
+            discover.by_file({"testsuites": [suite("a", ("one", "a_test.cpp"), ("two", "a_test.cpp")),
+                                             suite("all/a", ("one/0", "a_test.cpp")),
+                                             suite("b", ("one", "a_test.cpp"), ("two", "b_test.cpp"))]}),
+            {"a": ["a.*", "all/a.*", "b.one"], "b": ["b.two"]})
+
+
 class a_report(unittest.TestCase):
+    def test_names_what_failed_in_a_file(self):
+        told = main.report()
+        told.add("asan", suites.taken_in(JUNIT.replace("wrong", GTEST)))
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            told.write()
+        self.assertIn("FAILED: asan: json/a.fails queue.ends", said.getvalue().splitlines())
+
     def test_counts_what_passed_failed_and_was_skipped(self):
         told = main.report()
         told.add("asan", suites.taken_in(JUNIT))

@@ -20,17 +20,19 @@ shown_max = 10
 unsteady_max = 3
 of_sanitizers = re.compile(r"(ERROR|WARNING): \w+Sanitizer|runtime error: ")
 
-# What a test of ctest was: `count` and `failed` are of single tests, since a script can have many. `skipped`
-# has a (name, reason) for each that did not run. `unsteady`: it failed beside others and passed alone.
-test = collections.namedtuple("test", "name seconds passed count failed skipped said unsteady",
-                              defaults=(False,))
+# What a test of ctest was: `count` and `failed` are of single tests, since a script, or a file of tests, can
+# have many. `skipped` has a (name, reason) for each that did not run. `unsteady`: it failed beside others and
+# passed alone. `inside`: those that failed in it, where it names them.
+test = collections.namedtuple("test", "name seconds passed count failed skipped said unsteady inside",
+                              defaults=(False, ()))
 
 
 def run(preset, jobs, options=(), environment=None):
     """Returns the tests that ran, or did not; prints those that failed, also if they passed then alone."""
     tests, crashed = run_once(preset, jobs, options, environment)
     again = [one.name for one in tests if may_run_again(one, crashed)]
-    if 0 < len(again) <= unsteady_max and len(again) == sum(not one.passed for one in tests):
+    bad = [one for one in tests if not one.passed]
+    if again and len(again) == len(bad) and sum(len(one.inside) or 1 for one in bad) <= unsteady_max:
         terminal.line(f"again, alone: {' '.join(again)}")
         of_all = [option for option in options if option == "all"]  # ctest -C all
         alone, _ = run_once(preset, 1, [*(["-C", "all"] if of_all else []), "-R",
@@ -81,7 +83,7 @@ def run_once(preset, jobs, options, environment):
 
 def show(tests, log):
     for one in tests[:shown_max]:
-        lines = one.said.rstrip().splitlines()
+        lines = of_those(one.said, one.inside).rstrip().splitlines()
         if len(lines) > output_lines_max:
             lines = [f"... ({len(lines) - output_lines_max} lines more above)", *lines[-output_lines_max:]]
         terminal.line(f"FAILED: {one.name} ({one.seconds:.1f} s)")
@@ -107,14 +109,44 @@ def taken(case):
         why = (reason[1] or reason[2]) if reason else said.strip().split("\n")[-1] or message
         return test(name, 0.0, True, 1, 0, [(name, why)], said)
     passed = case.find("failure") is None and case.get("status") == "run"
+    ran = pieces(said)
+    inside = [] if passed else [inner for inner, of_it in ran.items() if how(inner, of_it) == "FAILED"]
     count, failed, skipped = parts_of(said)
     return test(name, float(case.get("time", 0)), passed, max(count, 1), 0 if passed else max(failed, 1),
-                [(f"{name} {inner}", why) for inner, why in skipped], said if passed or said else message)
+                [(f"{name} {inner}", why) for inner, why in skipped], said if passed or said else message,
+                inside=inside)
+
+
+def pieces(said):
+    """What each test of a GoogleTest program said, by its name."""
+    parts = re.split(r"\[ RUN      \] (\S+)\n", said)
+    return dict(zip(parts[1::2], parts[2::2]))
+
+
+def how(name, said):
+    """How such a test ended; one that crashed did not."""
+    for end in ("OK", "SKIPPED"):
+        if re.search(rf"\[ +{end} \] {re.escape(name)} \(", said):
+            return end
+    return "FAILED"
+
+
+def of_those(said, inside):
+    """What these tests said, and what a sanitizer says; all of it where no tests are named."""
+    kept = [f"[ RUN      ] {name}\n{of_it}" for name, of_it in pieces(said).items()
+            if name in inside or of_sanitizers.search(of_it)]
+    return "".join(kept) if inside else said
 
 
 def parts_of(said):
-    """How many tests a script had, how many of them failed, and which it skipped, by its own words: Python's
-    unittest, or the TAP of node --test."""
+    """How many tests a script had, how many of them failed, and which it skipped, by its own words:
+    GoogleTest, Python's unittest, or the TAP of node --test."""
+    ended = {name: how(name, of_it) for name, of_it in pieces(said).items()}
+    if ended:
+        reasons = {name: re.search(r": Skipped\n(.*)", of_it) for name, of_it in pieces(said).items()}
+        skipped = [(name, reasons[name][1] if reasons[name] else "") for name, end in ended.items()
+                   if end == "SKIPPED"]
+        return len(ended), sum(end == "FAILED" for end in ended.values()), skipped
     ran = re.findall(r"^Ran (\d+) tests? in ", said, re.MULTILINE)
     if ran:
         skipped = re.findall(r"^(\S+) \([^)]*\).* skipped ['\"](.*)['\"]$", said, re.MULTILINE)

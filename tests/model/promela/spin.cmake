@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake -D spin=PROGRAM -D compiler=PROGRAM -D model=FILE -D work=FOLDER -P spin.cmake
+# cmake -D spin=PROGRAM -D compiler=PROGRAM -D model=FILE -D work=FOLDER [-D long=ON] -P spin.cmake
 # Verifies a model, the variants of it that its `variants:` lines name, and then each mutant of its `mutants:`
-# lines, which must fail: A+B is defined as A and B.
+# lines, which must fail: A+B is defined as A and B. `long`: the variants of its `long:` lines, and no more.
 if(NOT spin)
   message("skipped: spin is not installed")
   return()
@@ -45,6 +45,16 @@ function(words_of label words)
   set(${words} ${found} PARENT_SCOPE)
 endfunction()
 
+if(long)
+  words_of(long variants)
+  foreach(variant ${variants})
+    verify(${variant} errors)
+    if(NOT errors EQUAL 0)
+      message(FATAL_ERROR "${model} does not hold: ${variant}")
+    endif()
+  endforeach()
+  return()
+endif()
 words_of(variants variants)
 words_of(mutants mutants)
 if(NOT mutants)

@@ -13,6 +13,7 @@
  * And a reset is accepted only from somebody who has seen every stop.
  *
  * variants: RACES
+ * long: A_STOP
  * mutants: RACES+RESET_WITHOUT_LOOPS RACES+RESET_OF_ANY_NUMBER RACES+SECOND_SOURCE_KEEPS_NUMBER
  * mutants: RACES+STOP_KEEPS_NUMBER
  * mutants: LEASE_FROM_ARRIVAL NO_SERVICE_TIMEOUT NO_MEMORY_OF_TRIPS IGNORES_SLOW_LOOPS GUARD_LOSS_IGNORED
@@ -26,7 +27,11 @@
 #else                                          /* time */
 #define TIMES 3
 #define RESETS 1
+#ifdef A_STOP                                  /* that somebody asks for in between: four times as many states */
 #define STOPS_OF_ONE 1
+#else
+#define STOPS_OF_ONE 0
+#endif
 #define STOPS_OF_OTHER 0
 #define HEARTBEATS 1
 #endif
