@@ -1,15 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Schemas that must not compile. Each case is compiled by a test of its own, which looks for the sentence
-// that tells the user what is wrong; without a case the file compiles, which a test checks too.
-#include <array>
-#include <chrono>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include <rowe/json_value.hpp>
-#include <rowe/schema.hpp>
+// Schemas that must not compile. Each case is compiled by a test of its own (refused_test.py), which looks for
+// the sentence that tells the user what is wrong; with nothing wrong the file compiles, which a test checks too.
+#include "refused.hpp"
 
 struct sound {
   double x = 0;

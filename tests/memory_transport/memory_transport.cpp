@@ -242,6 +242,7 @@ void memory_transport::read_enabled(connection_id id, bool enabled) noexcept {
 // FNV-1a.
 void memory_transport::note(std::string_view call, connection_id id,
                             std::span<const std::byte> bytes) noexcept {
+  if (!traces_) return;
   const auto mix = [this](std::uint64_t value) { trace_ = (trace_ ^ value) * 1099511628211U; };
   for (const char each : call) mix(static_cast<unsigned char>(each));
   mix(id.index);

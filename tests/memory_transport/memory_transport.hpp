@@ -62,6 +62,8 @@ class memory_transport : public service::transport {
 
   // A hash of all that the core has asked of this transport so far: every byte, in its order.
   std::uint64_t trace() const noexcept { return trace_; }
+  // For who does not ask for it.
+  void leave_trace_out() noexcept { traces_ = false; }
 
   // How attempts to connect end: nothing (they are open until open() or reject() is called).
   std::uint64_t attempts() const noexcept { return attempts_; }
@@ -143,6 +145,7 @@ class memory_transport : public service::transport {
   std::uint32_t handshake_polls_ = 0;
   std::uint64_t attempts_ = 0;
   std::uint64_t trace_ = 0;
+  bool traces_ = true;
 };
 
 } // namespace rowe::net

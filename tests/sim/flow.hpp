@@ -45,7 +45,9 @@ class world {
         seen_{seen},
         result_{without},
         seed_{seed},
-        trace_{trace} {}
+        trace_{trace} {
+    on_.net.leave_trace_out();
+  }
   world(const world&) = delete;
   world& operator=(const world&) = delete;
   virtual ~world() = default;

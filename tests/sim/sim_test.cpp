@@ -19,20 +19,13 @@ std::uint64_t seeds() {
 
 constexpr int steps = 2000;
 
-TEST(sim, keeps_order_ttl_and_protocol_whatever_the_network_and_the_peers_do) {
+TEST(sim, keeps_order_ttl_and_protocol_whatever_the_network_and_the_peers_do_and_loses_no_slot) {
   for (std::uint64_t seed = 1; seed <= seeds(); ++seed) {
     world w{seed, {}};
     for (int i = 0; i < steps; ++i) {
       w.step();
       ASSERT_EQ(w.broken(), "") << "seed " << seed;
     }
-  }
-}
-
-TEST(sim, loses_no_slot_when_everyone_has_left) {
-  for (std::uint64_t seed = 1; seed <= seeds() / 4 + 1; ++seed) {
-    world w{seed, {}};
-    for (int i = 0; i < steps; ++i) w.step();
     w.everyone_leaves();
     ASSERT_EQ(w.broken(), "") << "seed " << seed;
     ASSERT_EQ(w.on().core.slots_in_use(), 0U) << "seed " << seed;

@@ -128,6 +128,7 @@ void run_seed(std::uint64_t seed, std::uint64_t steps, const std::vector<bool>& 
   alarm(hang_seconds); // which ends the child
   {
     swarm::world w{seed, seen, asked.without, traces};
+    w.on().net.leave_trace_out();
     run_world(w, 0, std::min(steps, asked.steps), left_out, out);
     out.served += w.honest_peer().served;
   }

@@ -8,7 +8,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { chromium } from "playwright-core";
-import { artefact, flags, phone, program } from "../support/browser.js";
+import { artefact, flags, phone, whole } from "../support/browser.js";
 import { start_robot } from "../support/robot_on_network.js";
 import { watchdog_ms } from "../support/watchdog.js";
 
@@ -31,7 +31,7 @@ async function at_home(name, use) {
   const home = join(homes, name);
   mkdirSync(home, { recursive: true });
   const env = { ...process.env, HOME: home };
-  const browser = await chromium.launch({ executablePath: program, headless: true, args: flags, env });
+  const browser = await chromium.launch({ executablePath: whole, headless: true, args: flags, env });
   try {
     const context = await browser.newContext({
       viewport: phone, isMobile: true, hasTouch: true, deviceScaleFactor: 1,
