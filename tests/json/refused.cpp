@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Schemas that must not compile. Each case is compiled by a test of its own (refused_test.py), which looks for
-// the sentence that tells the user what is wrong; with nothing wrong the file compiles, which a test checks too.
+// Schemas that must not compile. Each case is compiled by a test of its own (refused_test.py), which looks
+// for the sentence that tells the user what is wrong; with nothing wrong the file compiles, which a test
+// checks too.
 #include "refused.hpp"
 
 struct sound {

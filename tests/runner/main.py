@@ -19,11 +19,12 @@ with_tests = ["-DROWE_TESTS=ON", "-DROWE_TOOLS=ON"]
 long_runs = ["^rt_contract/", "^sim/(sim|messaging_sim|swarm_|growth)", "^failures/",
              "^conformance/tls_(client|json|limits)$", "^counts/cycles", "^faults/testssl$",
              "^install/fetched$", "^load/.*minute", "^model/promela.*long$"]
-# What the sanitizers' presets leave out: nothing of it is compiled by them, or they find nothing that they do not
-# find in its neighbours.
+# What the sanitizers' presets leave out: nothing of it is compiled by them, or they find nothing in it that
+# they do not find in its neighbours.
 same_everywhere = ["^(tidy|runner)/", "^model/promela", "^json/refused$", "^arm64/memory_orders",
                    "^bench/(report|releases|pages)$", "needs_every_memory_order",
-                   "^sim/stop_silence.needs_a_lease", "^sim/backlog_sim.follows", "^sim/delays.let_all_messages"]
+                   "^sim/stop_silence.needs_a_lease", "^sim/backlog_sim.follows",
+                   "^sim/delays.let_all_messages"]
 # Most tests that take long wait for something.
 tests_per_core = 3
 

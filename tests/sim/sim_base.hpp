@@ -36,9 +36,9 @@ class random_source {
   std::uint64_t state_;
 };
 
-// Whether the core's structures are compared with each other after this step. That takes half the time of many
-// worlds, and those that do not agree seldom do again by themselves: behind the first thousand seeds, which
-// long runs have, it is done every fourth time, and at the end.
+// Whether the core's structures are compared with each other after this step. That takes half the time of
+// many worlds, and those that do not agree seldom do again by themselves. So behind the first thousand seeds,
+// in long runs, it is done every fourth time, and at the end.
 inline bool looks_inside(std::uint64_t seed, std::uint64_t step) { return seed <= 1000 || step % 4 == 0; }
 
 class sim_base {

@@ -27,7 +27,7 @@
 #else                                          /* time */
 #define TIMES 3
 #define RESETS 1
-#ifdef A_STOP                                  /* that somebody asks for in between: four times as many states */
+#ifdef A_STOP                                  /* that somebody asks for: four times as many states */
 #define STOPS_OF_ONE 1
 #else
 #define STOPS_OF_ONE 0
