@@ -98,6 +98,10 @@ class record:
         """name -> seconds, the last time."""
         return json.loads(self.times.read_text(encoding="utf-8")) if self.times.exists() else {}
 
+    def forget_times(self):
+        """Before all tests run: some may have other names now."""
+        self.times.unlink(missing_ok=True)
+
     def remember(self, tests):
         """Takes in (name, seconds) of tests that ran."""
         self.folder.mkdir(exist_ok=True)

@@ -142,7 +142,9 @@ def whole(told, asked):
     build(told, "release", asked, options=[*with_tests, *ros1])
     terminal.heading("preset release: testing")
     record.failed(areas.known())
-    remember(record, run(told, "release", asked), areas.known(), began)
+    tests = run(told, "release", asked)
+    record.forget_times()
+    remember(record, tests, areas.known(), began)
     if not asked.all:
         told.left_out.append("presets asan and tsan, the long runs and the benches: tools/test --all")
         return
