@@ -42,7 +42,7 @@ void call_goals::cancel(connection& c, const wire::request& asked) noexcept {
   if (!index || !state_.calls.is_goal(index) || state_.calls.service(index) != asked.service)
     return refusals_.refuse(c, asked.id_raw, "cancel_action_goal: no goal of this action has this id");
   call& goal = state_.calls.at(index);
-  if (goal.cancelled) return;
+  if (goal.cancelled || goal.answered) return;
   abandon(index);
   const rt::time_point until = rt::deadline_after(state_.cycle.now, state_.options.call_timeout);
   if (until >= goal.deadline || ROWE_MUTANT(goal_taken_back)) return;

@@ -27,6 +27,7 @@ call_requests::call_requests(const needs& parts) noexcept
       receiver_{parts.receiver},
       direct_messages_{parts.direct_messages},
       call_completion_{parts.call_completion},
+      long_calls_{parts.long_calls},
       stop_service_{parts.stop_service} {}
 
 void call_requests::send(call_index index, const connection* to, const wire::codec& in,
@@ -38,6 +39,8 @@ void call_requests::send(call_index index, const connection* to, const wire::cod
     if (!asked.goal) return in.write_call(into, asked.service, id, asked.what);
     return in.write_goal(into, {asked.service, asked.type, id, asked.what, open.wants_feedback});
   };
+  if (asked.value) [[unlikely]]
+    return long_calls_.send(index, *to, in.id(), asked.value, write);
   const bool stops = asked.of_stop == stop_verb::stop;
   const slot_id slot =
       outbox_.compose(message_lifetime{}, write, stops ? slot_use::stop : slot_use::ordinary);

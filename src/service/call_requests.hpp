@@ -11,6 +11,7 @@
 #include "service/core_state.hpp"
 #include "service/direct_messages.hpp"
 #include "service/local_delivery.hpp"
+#include "service/long_calls.hpp"
 #include "service/outbox.hpp"
 #include "service/receiver.hpp"
 #include "service/stop_service.hpp"
@@ -23,6 +24,7 @@ namespace rowe::service {
 struct call_request {
   std::string_view service; // empty: only the text names it
   wire::call_args what;
+  long_value value{}; // what a stand-in in the text stands for
   stop_verb of_stop = stop_verb::none;
   bool goal = false;       // of an action,
   std::string_view type{}; // which has this type
@@ -38,6 +40,7 @@ class call_requests {
     class receiver& receiver;
     class direct_messages& direct_messages;
     class call_completion& call_completion;
+    class long_calls& long_calls;
     class stop_service& stop_service;
   };
   explicit call_requests(const needs& parts) noexcept;
@@ -72,6 +75,7 @@ class call_requests {
   receiver& receiver_;
   direct_messages& direct_messages_;
   call_completion& call_completion_;
+  long_calls& long_calls_;
   stop_service& stop_service_;
   pair_index awaited_{};
 };

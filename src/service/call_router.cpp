@@ -23,6 +23,7 @@ call_router::call_router(const needs& parts) noexcept
       receiver_{parts.receiver},
       local_delivery_{parts.local_delivery},
       call_completion_{parts.call_completion},
+      long_calls_{parts.long_calls},
       call_requests_{parts.call_requests},
       endpoint_services_{parts.endpoint_services},
       stop_service_{parts.stop_service} {}
@@ -62,7 +63,7 @@ inline bool call_router::refuses_more(connection& c, const wire::request& asked)
 }
 
 // Only peers provide actions.
-void call_router::take_goal(connection& c, const wire::request& asked) noexcept {
+void call_router::take_goal(connection& c, const wire::request& asked, const long_value& value) noexcept {
   if (refuses_more(c, asked)) return;
   const service_index found = service_directory_.find(asked.service, offer::action);
   const connection* const provider = found ? state_.peers.find(service_directory_.at(found).peer) : nullptr;
@@ -84,11 +85,17 @@ void call_router::take_goal(connection& c, const wire::request& asked) noexcept 
   call_requests_.send(index, provider, state_.seams.protocols.of(service_directory_.at(found).speaks),
                       {.service = service_directory_.name(found),
                        .what = {.is = asked.form, .text = asked.body_raw},
+                       .value = value,
                        .goal = true,
                        .type = service_directory_.type(found)});
 }
 
-bool call_router::take_call(connection& c, const wire::request& asked) noexcept {
+void call_router::take_long(connection& c, const wire::request& asked, const long_value& value) noexcept {
+  if (asked.what == wire::verb::send_goal) return take_goal(c, asked, value);
+  (void)take_call(c, asked, value); // it is not parked
+}
+
+bool call_router::take_call(connection& c, const wire::request& asked, const long_value& value) noexcept {
   const auto refuse = [&](cause by, std::string_view code, std::string_view why) {
     this->refuse(c, asked, by, code, why);
     return true;
@@ -97,7 +104,7 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
   if (c.stop_only && !stop_gate::is_for_stop_peers(of_stop))
     return refuse(cause::peer, "refused", stop_only_diagnostic);
   if (refuses_more(c, asked)) return true;
-  if (goes_to_receiver(asked.service, of_stop)) {
+  if (!value && goes_to_receiver(asked.service, of_stop)) {
     switch (receiver_.admit({c.id.index})) {
     case admission::now: break;
     case admission::later: return false;
@@ -109,7 +116,12 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
   const call_index index = call_completion_.open(call_endpoint::of(c.id, asked.codec), asked.id_raw,
                                                  asked.service, time_limit(c.said_at, asked.ttl_ns));
   if (!index) return refuse(cause::busy, "busy", "all calls_max calls are in flight");
-  route(index, {asked.service, {.is = asked.form, .text = asked.body_raw}, of_stop}, {});
+  route(index,
+        {.service = asked.service,
+         .what = {.is = asked.form, .text = asked.body_raw},
+         .value = value,
+         .of_stop = of_stop},
+        {});
   return true;
 }
 
@@ -136,7 +148,7 @@ void call_router::start(const call_start& asked) noexcept {
   if (state_.cycle.closing) return fails({errc::closed});
   std::array<char, 2 * detail::queue_pair::name_bytes_max> buffer; // of a service's name with escapes
   const result<std::string_view> service = service_of(asked, buffer);
-  call_request request{service ? *service : asked.service, asked.what};
+  call_request request{.service = service ? *service : asked.service, .what = asked.what};
   const bool says_what = service || asked.what.is != form::object;
   if (asked.to.generation == 0 && says_what) request.of_stop = stop_gate::find(request.service, asked.what);
   // A stop needs neither a deadline nor a row of the call table: only its answer does.
@@ -179,19 +191,26 @@ void call_router::route(call_index index, const call_request& asked, detail::pee
     const service_index found = service_directory_.find(asked.service);
     if (found) {
       const service_entry& provider = service_directory_.at(found);
+      if (provider.pair && asked.value) return long_calls_.refuse(index, asked.value);
       if (provider.pair) return call_requests_.hand_to_pair(index, provider.pair, asked.what);
       const connection* const peer = state_.peers.find(provider.peer);
       if ((from_here || state_.options.relay) && peer != nullptr && peer->open())
         return call_requests_.send(index, peer, state_.seams.protocols.of(provider.speaks),
-                                   {service_directory_.name(found), asked.what, asked.of_stop});
+                                   {.service = service_directory_.name(found),
+                                    .what = asked.what,
+                                    .value = asked.value,
+                                    .of_stop = asked.of_stop});
     }
     if (asked.of_stop != stop_verb::none && !ask_server)
       return call_completion_.fail(index, {errc::no_service});
     const std::string_view own = endpoint_services::find(asked.service);
-    if (!found && !ask_server && !own.empty()) return endpoint_services_.answer(index, own, asked.what);
+    if (!found && !ask_server && !own.empty() && !asked.value)
+      return endpoint_services_.answer(index, own, asked.what);
   }
   if (from_here) return ask_anyone(index, asked);
-  if (receiver_.is_there()) return call_requests_.hand_to_receiver(index, asked);
+  if (receiver_.is_there() && !asked.value) return call_requests_.hand_to_receiver(index, asked);
+  if (asked.value && (receiver_.is_there() || !endpoint_services::find(asked.service).empty()))
+    return long_calls_.refuse(index, asked.value);
   call_completion_.fail(index, {errc::no_service});
 }
 

@@ -14,6 +14,7 @@
 #include "service/core_state.hpp"
 #include "service/endpoint_services.hpp"
 #include "service/local_delivery.hpp"
+#include "service/long_calls.hpp"
 #include "service/receiver.hpp"
 #include "service/refusals.hpp"
 #include "service/service_directory.hpp"
@@ -44,6 +45,7 @@ class call_router {
     class receiver& receiver;
     class local_delivery& local_delivery;
     class call_completion& call_completion;
+    class long_calls& long_calls;
     class call_requests& call_requests;
     class endpoint_services& endpoint_services;
     class stop_service& stop_service;
@@ -52,17 +54,21 @@ class call_router {
 
   // Takes a call of a peer that is within its rate and not for the stop. False: the receiver has no room now,
   // but it takes messages; the call was not taken.
-  bool take_call(connection& c, const wire::request& asked) noexcept;
+  bool take_call(connection& c, const wire::request& asked) noexcept { return take_call(c, asked, {}); }
   // Takes a goal of a peer that is within its rate.
-  void take_goal(connection& c, const wire::request& asked) noexcept;
+  void take_goal(connection& c, const wire::request& asked) noexcept { take_goal(c, asked, {}); }
+  // Takes a call or a goal with a long value, for a service of a peer.
+  void take_long(connection& c, const wire::request& asked, const long_value& value) noexcept;
   void cancel_goal(connection& c, const wire::request& asked) noexcept {
     call_completion_.goals().cancel(c, asked);
   }
   void take_feedback(const connection& c, const wire::request& said) noexcept {
     call_completion_.goals().take_feedback(c, said);
   }
-  // Takes a peer's answer to a call or a goal that was given to it.
-  void take_reply(connection& c, const wire::request& said) noexcept { call_completion_.take_reply(c, said); }
+  // Takes a peer's answer to a call or a goal that was given to it, perhaps with a long value.
+  void take_reply(connection& c, const wire::request& said, const long_value& value = {}) noexcept {
+    value && !said.failed ? long_calls_.take_reply(c, said, value) : call_completion_.take_reply(c, said);
+  }
   void start(const call_start& asked) noexcept;
 
  private:
@@ -70,6 +76,8 @@ class call_router {
   enum class cause : std::uint8_t { peer, busy };
   void refuse(connection& c, const wire::request& asked, cause by, std::string_view code,
               std::string_view why) noexcept;
+  bool take_call(connection& c, const wire::request& asked, const long_value& value) noexcept;
+  void take_goal(connection& c, const wire::request& asked, const long_value& value) noexcept;
   bool refuses_more(connection& c, const wire::request& asked) noexcept;
   void add(counter which) noexcept { state_.counts.add(which); }
   rt::time_point time_limit(rt::time_point since, std::int64_t time_ns) const noexcept;
@@ -84,6 +92,7 @@ class call_router {
   receiver& receiver_;
   local_delivery& local_delivery_;
   call_completion& call_completion_;
+  long_calls& long_calls_;
   call_requests& call_requests_;
   endpoint_services& endpoint_services_;
   stop_service& stop_service_;

@@ -66,9 +66,9 @@ call_index call_table::open(const call_endpoint& caller, std::string_view id,
   call& opened = calls_[taken];
   opened = {.generation = opened.generation,
             .open = true,
-            .caller = caller,
             .id_bytes = static_cast<std::uint16_t>(id.size()),
-            .service_bytes = static_cast<std::uint16_t>(name.size())};
+            .service_bytes = static_cast<std::uint16_t>(name.size()),
+            .caller = caller};
   std::copy(id.begin(), id.end(), texts(index));
   std::copy(name.begin(), name.end(), texts(index) + call_id_bytes_max);
   if (has_bucket(index)) opened.next = std::exchange(bucket(caller.connection(), id), taken);
@@ -101,6 +101,13 @@ call* call_table::find(detail::call_ref ref) noexcept {
   call& found = calls_[{ref.index}];
   const bool same = found.generation == ref.generation || ROWE_MUTANT(goal_late);
   return found.open && same ? &found : nullptr;
+}
+
+void call_table::note(detail::call_ref which, slot_id slot, bool written) noexcept {
+  call* const of = find(which);
+  if (of == nullptr || of->request.index != slot) return;
+  (written ? of->long_written : of->long_lost) = true;
+  noted_ = true;
 }
 
 call_index& call_table::bucket(connection_id by, std::string_view id_raw) const noexcept {

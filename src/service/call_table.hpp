@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
@@ -60,17 +61,20 @@ struct call {
   call_index next{}; // in the free list; of a peer's call: in its bucket
   bool open = false;
   std::int8_t goal_status = wire::call_origin::no_goal; // of an action's goal: what its provider said of it
-  std::uint32_t goal_epoch = 0;                         // with which its provider was told its id
   bool wants_feedback = false;
   bool cancelled = false;
+  bool answered = false;     // by a long answer, which is on its way
+  bool long_written = false; // what became of its long request or answer (long_calls)
+  bool long_lost = false;
+  std::uint16_t id_bytes = 0;
+  std::uint16_t service_bytes = 0;
+  std::uint32_t goal_epoch = 0; // with which its provider was told its id
   call_endpoint caller{};
   call_endpoint callee{};
   detail::call_ref own{}; // if the caller is a handle: the place in its own table
   rt::time_point deadline = rt::never;
   rt::duration timeout = rt::for_ever; // of a call of this process: as it was given
-  slot_ref request{};                  // the request, until it is written
-  std::uint16_t id_bytes = 0;
-  std::uint16_t service_bytes = 0;
+  slot_ref request{};                  // the request, until it is written; answered: the long answer
 };
 
 class call_table {
@@ -122,6 +126,11 @@ class call_table {
   // The call that an id names. `id_raw` is as in the message. Nothing if it cannot be an id of ours.
   std::optional<detail::call_ref> read_id(std::string_view id_raw) const noexcept;
 
+  // What became of the long request or answer of a call that was in this slot.
+  void note(detail::call_ref which, slot_id slot, bool written) noexcept;
+  // Whether something was noted since the last look.
+  bool take_noted() noexcept { return std::exchange(noted_, false); }
+
   auto ids() const noexcept { return calls_.ids(); }
   std::uint32_t in_flight() const noexcept { return free_.in_use(); }
   bool check() const noexcept;
@@ -144,6 +153,7 @@ class call_table {
   const std::uint32_t of_peers_max_;
   std::uint32_t of_peers_ = 0;
   claims claims_;
+  bool noted_ = false;
   std::uint64_t nonce_ = 0;
 };
 

@@ -73,6 +73,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
     cut(state_.peers[peer], "it reads a message too slowly, and others wait for its slot");
   });
   direct_messages_.take_outcomes();
+  long_calls_.end();
   arm_what_stays();
   state_.counts.raise_to(counter::queued_max, outbox_.entries().in_use());
   show(state_.seams.transport.memory(), state_.counts);
@@ -120,7 +121,9 @@ void core::expire() noexcept {
     case timer::subscription: subscription_queues_.throttle_over({index}); break;
     case timer::deadline: subscriptions_.check_deadline({index}); break;
     case timer::peer: liveness_.check({index}); break;
-    case timer::call: call_completion_.time_out({index}); break;
+    case timer::call:
+      if (!long_calls_.waits_for_answer({index})) call_completion_.time_out({index});
+      break;
     case timer::statistics: statistics_feed_.publish(); break;
     case timer::reconnect: state_.seams.transport.connect(); break;
     case timer::partial_frames: sender_.partial().look_again(); break;

@@ -30,6 +30,7 @@
 #include "service/listings.hpp"
 #include "service/liveness.hpp"
 #include "service/local_delivery.hpp"
+#include "service/long_calls.hpp"
 #include "service/long_deliveries.hpp"
 #include "service/long_ingress.hpp"
 #include "service/long_outbox.hpp"
@@ -45,6 +46,7 @@
 #include "service/receiver.hpp"
 #include "service/refusals.hpp"
 #include "service/registrations.hpp"
+#include "service/request_router.hpp"
 #include "service/revocation.hpp"
 #include "service/sender.hpp"
 #include "service/service_directory.hpp"
@@ -100,6 +102,7 @@ class core_parts {
   direct_messages direct_messages_;
   liveness liveness_;
   call_completion call_completion_;
+  long_calls long_calls_;
   publish_predictor publish_predictor_;
   audiences audiences_;
   advertisement_table advertisement_table_;
@@ -134,6 +137,7 @@ class core_parts {
   handle_submissions handle_submissions_;
   thread_submissions thread_submissions_;
   handle_registry handle_registry_;
+  request_router request_router_;
   dispatcher dispatcher_;
 
  private:

@@ -163,9 +163,11 @@ status direct_messages::send_request(slot_id slot, peer_index to, detail::call_r
   return {};
 }
 
-void direct_messages::track_reply(slot_id slot, const call_endpoint& sender, detail::call_ref own) noexcept {
+void direct_messages::track_reply(slot_id slot, const call_endpoint& sender, detail::call_ref own,
+                                  detail::call_ref of) noexcept {
   take_outcomes(); // of the slot's former message
-  trackers_.at(slot) = {.now = tracker::state::queued, .sender = sender, .own = own};
+  trackers_.at(slot) = {.now = tracker::state::queued, .sender = sender, .own = own, .request_of = of};
+  trackers_.at(slot).is_long = of.generation != 0;
   message_store_.track(slot, false);
 }
 
@@ -214,6 +216,7 @@ inline void direct_messages::end(slot_id slot, const status& outcome) noexcept {
   const tracker over = trackers_.at(slot);
   trackers_.forget(slot);
   if (slots_.pinned(slot)) message_store_.drop_pinned(slot);
+  if (over.is_long) state_.calls.note(over.request_of, slot, static_cast<bool>(outcome));
   local_delivery_.complete(over.sender, over.own, outcome);
 }
 

@@ -66,8 +66,9 @@ class direct_messages {
   // Sends the composed request of a call. `to` none: to the first peer that has room. Errors: full; then the
   // caller of this function ends the call.
   status send_request(slot_id slot, peer_index to, detail::call_ref call, bool stops) noexcept;
-  // Tells whoever answered a call when the reply has been written.
-  void track_reply(slot_id slot, const call_endpoint& sender, detail::call_ref own) noexcept;
+  // Tells whoever answered a call when the reply has been written; and the call `of`, if it is its long part.
+  void track_reply(slot_id slot, const call_endpoint& sender, detail::call_ref own,
+                   detail::call_ref of = {}) noexcept;
   // The call has ended: its request is not sent any more, unless a socket is in the middle of it.
   void cancel(slot_ref which) noexcept;
 

@@ -11,6 +11,7 @@
 #include <rowe/result.hpp>
 
 #include "service/ids.hpp"
+#include "service/stand_in.hpp"
 #include "wire/codec.hpp"
 #include "wire/request.hpp"
 #include "wire/text_out.hpp"
@@ -33,13 +34,14 @@ struct long_arrival {
   };
   verdict is = verdict::no_room;
   error wrong = errc::malformed;
+  bool binary = false;
   std::size_t bytes = 0;  // of the whole message
   std::size_t others = 0; // other_long: of all but the longest member
   // fine: a small message; tailroom behind it may be read. Else what is known of the message, enough to say
   // what it asks for: an object of some of its members, or how it begins if it is binary.
   std::span<const std::byte> envelope{};
   std::size_t stand_in_at = 0;      // where in it the stand-in is
-  text_id body{};                   // what it stands for; the caller releases it
+  long_value body{};                // and what it stands for; the caller releases its text
   std::array<char, 8> wrong_text{}; // malformed: what stands where it is wrong
 
   // How a sender is told what is not fine: what it asked for, as far as that is known, and why it is refused.

@@ -202,6 +202,12 @@ void long_ingress::forget(peer_index peer) noexcept {
   of = {.chunk_ms = of.chunk_ms, .used_until = of.used_until};
 }
 
+bool long_ingress::began_by(peer_index peer, rt::time_point then) const noexcept {
+  return std::ranges::any_of(senders_[peer].in, [&](const incoming& its) {
+    return its.receipt && receipts_[its.receipt].began <= then;
+  });
+}
+
 // ---- texts that come in messages
 
 auto long_ingress::text_of(peer_index peer) const noexcept -> so_far {
@@ -229,13 +235,15 @@ long_arrival long_ingress::end(peer_index peer, way by, bool binary,
   incoming& from = in(peer, by);
   const std::size_t bytes = std::exchange(from.bytes, 0);
   if (std::exchange(from.dropped, false) || !from.receipt) {
-    long_arrival lost{.is = long_arrival::verdict::no_room, .bytes = bytes, .envelope = front};
+    long_arrival lost{
+        .is = long_arrival::verdict::no_room, .binary = binary, .bytes = bytes, .envelope = front};
     if (!binary) lost.envelope = list_front(front);
     return lost;
   }
   receipt& of = receipts_[from.receipt];
   const text_id text = of.text;
   long_arrival made = put_together(of);
+  made.binary = of.binary;
   const json::scanner& scanned = of.scanner;
   if (made.is != long_arrival::verdict::fine) {
     made.bytes = bytes;
@@ -290,8 +298,7 @@ long_arrival long_ingress::put_together(receipt& of) noexcept {
   }
   const auto members = of.scanner.members();
   if (members.empty()) return {.is = verdict::no_object};
-  long_arrival made{
-      .is = verdict::fine, .bytes = state_.chunks.bytes(of.text) + of.head_bytes, .body = of.text};
+  long_arrival made{.is = verdict::fine, .bytes = state_.chunks.bytes(of.text) + of.head_bytes};
   std::size_t used = 0;
   const auto add = [&](std::span<const std::byte> bytes) {
     std::memcpy(envelope_.data() + used, bytes.data(), bytes.size());
@@ -300,7 +307,8 @@ long_arrival long_ingress::put_together(receipt& of) noexcept {
   if (of.binary) {
     add(std::span{of.head}.first(of.head_bytes));
     made.stand_in_at = used;
-    add(std::as_bytes(std::span{stand_in_for(json::kind::object)}));
+    made.body = {of.text, stand_in_for(json::kind::object)};
+    add(std::as_bytes(std::span{made.body.stand_in}));
   } else {
     const auto& longest =
         *std::ranges::max_element(members, {}, [](const json::placed_member& one) { return one.raw.bytes; });
@@ -314,6 +322,7 @@ long_arrival long_ingress::put_together(receipt& of) noexcept {
     chunk_store::place place;
     state_.chunks.copy(of.text, 0, place, envelope_.first(longest.raw.at));
     used = made.stand_in_at = longest.raw.at;
+    made.body = {of.text, stand_in};
     add(std::as_bytes(std::span{stand_in}));
     state_.chunks.copy(of.text, end, place, envelope_.subspan(used, all - end));
     used += all - end;

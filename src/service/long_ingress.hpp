@@ -61,6 +61,8 @@ class long_ingress {
   void drop_text(peer_index peer) noexcept;
   // The peer has left, or begins anew.
   void forget(peer_index peer) noexcept;
+  // Whether a message of the peer, which is not complete yet, began by then.
+  bool began_by(peer_index peer, rt::time_point then) const noexcept;
 
   bool check() const noexcept;
 
@@ -89,7 +91,7 @@ class long_ingress {
     bool unsupported = false;
     std::uint8_t head_bytes = 0; // of a binary message in front of its body
     std::uint8_t head_have = 0;
-    std::array<std::byte, 8> head{};
+    std::array<std::byte, 20> head{};
     json::scanner scanner{};
     receipt_id next_free{};
   };

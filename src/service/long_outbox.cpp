@@ -12,14 +12,17 @@ bool long_outbox::make_room(std::uint32_t chunks) noexcept {
   return true;
 }
 
-slot_id long_outbox::compose(topic_id topic, rt::time_point published, rt::time_point expires,
-                             text_id body) noexcept {
+bool long_outbox::has_room() noexcept {
   if (message_store_.slots().free_for_all(slot_class::chunked) == 0)
     (void)outbox_.evict_for(slot_class::chunked);
-  if (!make_room(0)) {
-    state_.counts.add(counter::no_chunks);
-    return {};
-  }
+  if (make_room(0)) return true;
+  state_.counts.add(counter::no_chunks);
+  return false;
+}
+
+slot_id long_outbox::compose(topic_id topic, rt::time_point published, rt::time_point expires,
+                             text_id body) noexcept {
+  if (!has_room()) return {};
   const message_lifetime lifetime = message_lifetime::of_topic(expires, state_.cycle.now);
   return message_store_.compose_chunked(body, lifetime, published, [&](json::writer& out) {
     out.append(state_.topics.head(topic));

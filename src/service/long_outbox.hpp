@@ -28,8 +28,23 @@ class long_outbox {
   // Composes a topic's message whose body is a long text. None, counted: what is on its way has all slots for
   // long messages, or all chunks but those for what is received.
   slot_id compose(topic_id topic, rt::time_point published, rt::time_point expires, text_id body) noexcept;
+  // Queues a call, or an answer, with a long value in it to one peer, among its replies: it may be evicted
+  // for others. `write_text(json::writer&)` writes it with the stand-in. Returns its slot; none: it was lost,
+  // counted, or the peer is closing.
+  template <class WriteText>
+  slot_id reply(peer_index to, const long_value& value, WriteText&& write_text) noexcept {
+    return outbox_.reply_with(
+        to, [&] { return has_room() ? message_store_.compose_around(value, write_text) : slot_id{}; });
+  }
+
+  std::uint32_t generation_of(slot_id slot) const noexcept {
+    return message_store_.slots().ref(slot).generation;
+  }
 
  private:
+  // Makes room for one message more. False, counted: there is none.
+  bool has_room() noexcept;
+
   core_state& state_;
   message_store& message_store_;
   outbox& outbox_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small object in place of a long one: enough to know what the message asks for. Nothing waits or
-// allocates.
+// A small object in place of a long one: enough to know what a message that is refused asks for. Nothing
+// waits or allocates.
 #pragma once
 #include <cassert>
 #include <cstddef>
@@ -8,20 +8,10 @@
 #include <span>
 #include <string_view>
 
-#include "json/reader.hpp"
+#include "service/stand_in.hpp"
 #include "json/scanner.hpp"
 
 namespace rowe::service {
-
-// The shortest value of the same kind, so that a decoder judges the stand-in as it would judge the value.
-constexpr std::string_view stand_in_for(json::kind type) noexcept {
-  switch (type) {
-  case json::kind::object: return "{}";
-  case json::kind::array: return "[]";
-  case json::kind::string: return R"("")";
-  default: return "null";
-  }
-}
 
 // Longer values are replaced by a stand-in.
 inline constexpr std::size_t listed_value_bytes_max = 1024;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstring>
 
 #include "service/service_limits.hpp"
 #include "wire/websocket.hpp"
@@ -52,6 +53,19 @@ void message_store::finalize_chunked(slot_id slot, std::size_t bytes,
                                      const message_lifetime& lifetime) noexcept {
   slots_.finish(slot, bytes, lifetime);
   watch_expiry(slot, lifetime.expires);
+}
+
+// The text of the slot leaves the place of the stand-in to the value. False: nobody knows that place.
+bool message_store::leave_place(slot_id slot, std::string_view text, const long_value& value,
+                                wire::message_kind kind) noexcept {
+  const auto place = find_stand_in(text, value.stand_in);
+  if (!place || (place->inside && !strip_brackets(state_.chunks, value))) return false;
+  const std::span<char> into = slots_.buffer(slot, slot_class::chunked);
+  const std::string_view rest = text.substr(place->at + place->bytes);
+  std::memmove(into.data() + place->at, rest.data(), rest.size());
+  slots_.finish(slot, place->at + rest.size(), {}, kind == wire::message_kind::binary);
+  slots_.mark_chunks(slot, place->at, {});
+  return true;
 }
 
 void message_store::arm_all_unwritten() noexcept {

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -23,6 +24,7 @@
 #include "service/core_state.hpp"
 #include "service/index_list.hpp"
 #include "service/slot_pool.hpp"
+#include "service/stand_in.hpp"
 #include "wire/codec.hpp"
 #include "json/writer.hpp"
 
@@ -88,6 +90,24 @@ class message_store {
     finalize_chunked(slot, text.bytes(), lifetime);
     slots_.mark_chunks(slot, at, published);
     return slot;
+  }
+
+  // Composes a message with a long value in it, whose text the slot refers to from then on. `write_text`
+  // writes it with the stand-in, once, and returns the message's kind. None, counted: no slot is free, or all
+  // else in the message is too long.
+  template <class WriteText>
+  slot_id compose_around(const long_value& value, WriteText&& write_text) noexcept {
+    const slot_id slot = slots_.take_chunked(value.text);
+    if (!slot) {
+      state_.counts.add(counter::no_slot);
+      return {};
+    }
+    json::writer text{slots_.buffer(slot, slot_class::chunked)};
+    const wire::message_kind kind = write_text(text);
+    if (!text.overflowed() && leave_place(slot, text.text(), value, kind)) return slot;
+    release(slot);
+    state_.counts.add(counter::too_big);
+    return {};
   }
 
   void release(slot_id slot) noexcept {
@@ -167,6 +187,8 @@ class message_store {
   }
   void watch_expiry(slot_id slot, rt::time_point expires) noexcept;
   void finalize_chunked(slot_id slot, std::size_t bytes, const message_lifetime& lifetime) noexcept;
+  bool leave_place(slot_id slot, std::string_view text, const long_value& value,
+                   wire::message_kind kind) noexcept;
   void finalize(slot_id slot, std::size_t bytes, const message_lifetime& lifetime, bool binary) noexcept;
   tracking& note(slot_id slot) noexcept {
     tracking& one = tracked_[slot];

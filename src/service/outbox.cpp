@@ -34,6 +34,18 @@ void outbox::open(peer_index peer) noexcept {
     direct.owner = queue_entries::owner_of(peer, queued_as::direct_message);
 }
 
+bool outbox::queue_reply(peer_index to, slot_id slot, teller by) noexcept {
+  if (!enqueue(queues_[to].replies, slot)) {
+    message_store_.release(slot);
+    state_.counts.add(counter::outbox_full);
+    return false;
+  }
+  slots_.set_teller(slot, by);
+  queues_[to].lost.begin(by);
+  schedule(to);
+  return true;
+}
+
 bool outbox::push_direct(peer_index to, priority at, slot_id slot) noexcept {
   if (!enqueue(queues_[to].direct[static_cast<std::size_t>(at)], slot)) {
     state_.counts.add(counter::outbox_full);

@@ -51,7 +51,13 @@ class outbox {
   // its slot; none: it was lost, counted, or the peer is closing. `by`: see told_message.hpp.
   template <class WriteText>
   slot_id reply(peer_index to, WriteText&& write_text, rt::time_point expires = rt::never,
-                teller by = teller::none) noexcept;
+                teller by = teller::none) noexcept {
+    return reply_with(
+        to, [&] { return compose(message_lifetime{expires}, write_text); }, by);
+  }
+  // The same with a slot that `compose()` returns, or none.
+  template <class Compose>
+  slot_id reply_with(peer_index to, Compose&& compose, teller by = teller::none) noexcept;
   // A reply that was written already. If it did not fit it is lost, and counted; an empty one is not sent.
   void reply_written(peer_index to, const json::writer& written, wire::message_kind kind) noexcept {
     if (written.overflowed()) return state_.counts.add(counter::outbox_full);
@@ -144,6 +150,7 @@ class outbox {
   bool check() const noexcept;
 
  private:
+  bool queue_reply(peer_index to, slot_id slot, teller by) noexcept;
   bool drop_expired_front(queue& from) noexcept;
   peer_index holds_most(std::optional<slot_class> of) noexcept;
   void evict_entry() noexcept;
@@ -158,22 +165,13 @@ class outbox {
   index_ring<peer_index> scheduled_;
 };
 
-template <class WriteText>
-slot_id outbox::reply(peer_index to, WriteText&& write_text, rt::time_point expires, teller by) noexcept {
+template <class Compose>
+slot_id outbox::reply_with(peer_index to, Compose&& compose, teller by) noexcept {
   if (!state_.peers[to].open()) return {};
   const bool has_place = has_place_for_reply(to);
-  const slot_id slot = has_place ? compose(message_lifetime{expires}, write_text) : slot_id{};
   if (!has_place) state_.counts.add(counter::outbox_full);
-  if (!slot) return {};
-  if (enqueue(queues_[to].replies, slot)) {
-    slots_.set_teller(slot, by);
-    queues_[to].lost.begin(by);
-    schedule(to);
-    return slot;
-  }
-  message_store_.release(slot);
-  state_.counts.add(counter::outbox_full);
-  return {};
+  const slot_id slot = has_place ? compose() : slot_id{};
+  return slot && queue_reply(to, slot, by) ? slot : slot_id{};
 }
 
 template <class WriteBody>

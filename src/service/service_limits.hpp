@@ -177,6 +177,9 @@ static_assert(batch_bytes_max < 65'483);
 inline constexpr std::size_t mask_buffer_bytes = 4096;
 static_assert(mask_buffer_bytes % 4 == 0);
 
+// Calls whose time is over while a long answer comes are looked at again after this.
+inline constexpr rt::duration long_answer_look_period = std::chrono::milliseconds{100};
+
 // Bytes of the JSON around the text of a relayed message, besides its name and its id.
 inline constexpr std::size_t envelope_bytes_fixed = 64;
 

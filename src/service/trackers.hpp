@@ -29,10 +29,11 @@ struct tracker {
   bool everyone = false; // else to one peer; if that leaves, the message is lost
   bool sent = false;
   bool counted = false;          // trackers::begin() counted it
+  bool is_long = false;          // the call is told what becomes of it
   peer_index charged{};          // the peer whose share of the slots it is
   call_endpoint sender{};        // who is told the outcome; or nobody
   detail::call_ref own{};        // if that is a handle: its own name for it
-  detail::call_ref request_of{}; // the call whose request this is
+  detail::call_ref request_of{}; // the call whose request this is, or whose long answer
   slot_id previous{};            // in the list of pending ones
   slot_id next{};
 };

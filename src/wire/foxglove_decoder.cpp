@@ -239,7 +239,11 @@ decoded foxglove_decoder::decode_binary(std::span<const std::byte> message, cons
 }
 
 std::size_t foxglove_decoder::body_begins(std::byte first) const noexcept {
-  return static_cast<char>(first) == client_message ? channel_head_bytes : 0;
+  switch (static_cast<char>(first)) {
+  case client_message: return channel_head_bytes;
+  case service_request: return call_head_bytes + json_encoding.size(); // another encoding is refused anyway
+  default: return 0;
+  }
 }
 
 bool foxglove_decoder::may_be_stop(opcode what, std::string_view begins) const noexcept {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "service/call_completion.hpp"
+#include "service/long_calls.hpp"
 #include "service/peer_parts.hpp"
 
 namespace call_parts {
@@ -38,6 +39,7 @@ struct call_parts : peer_parts::peer_parts {
   rowe::service::direct_messages messages{
       memory,
       {.state = state, .message_store = store, .outbox = out, .local_delivery = delivery, .receiver = inbox}};
+  rowe::service::long_ingress long_in{memory, state};
   rowe::service::call_completion completion{memory,
                                             {.state = state,
                                              .message_store = store,
@@ -45,6 +47,11 @@ struct call_parts : peer_parts::peer_parts {
                                              .refusals = refused,
                                              .direct_messages = messages,
                                              .local_delivery = delivery}};
+  rowe::service::long_calls of_long{{.state = state,
+                                     .long_outbox = long_out,
+                                     .long_ingress = long_in,
+                                     .direct_messages = messages,
+                                     .call_completion = completion}};
 
   // What is queued for a peer as answers, oldest first.
   std::vector<std::string> replies(const connection& to) { return told(to); }

@@ -60,6 +60,7 @@ struct call_router_test : call_parts::call_parts {
                                          .receiver = inbox,
                                          .direct_messages = messages,
                                          .call_completion = completion,
+                                         .long_calls = of_long,
                                          .stop_service = stop}};
   rowe::service::call_router router{{.state = state,
                                      .service_directory = directory,
@@ -67,6 +68,7 @@ struct call_router_test : call_parts::call_parts {
                                      .receiver = inbox,
                                      .local_delivery = delivery,
                                      .call_completion = completion,
+                                     .long_calls = of_long,
                                      .call_requests = requests,
                                      .endpoint_services = own,
                                      .stop_service = stop}};

@@ -193,8 +193,8 @@ TEST_F(fragments_in_test, of_a_message_that_is_too_long_are_refused) {
 }
 
 TEST_F(fragments_in_test, of_what_may_not_be_long_are_refused_as_a_long_message_is) {
-  const std::string call = R"({"op":"call_service","service":"/x","args":)" + map_of(20'000) + "}";
-  EXPECT_NE(refusal_of(cut(call, 7000)).find("message_bytes_max"), std::string::npos);
+  const std::string request = R"({"op":"advertise","topic":"/x","x":)" + map_of(20'000) + "}";
+  EXPECT_NE(refusal_of(cut(request, 7000)).find("message_bytes_max"), std::string::npos);
 }
 
 TEST_F(fragments_in_test, that_never_end_are_given_up_in_time) {

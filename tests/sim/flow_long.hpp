@@ -15,6 +15,7 @@
 
 #include <rowe/stop_latch.hpp>
 
+#include "flow_long_calls.hpp"
 #include "flow_long_hostile.hpp"
 #include "flow_long_traffic.hpp"
 
@@ -25,7 +26,8 @@ class long_messages final : public long_traffic {
   long_messages(std::uint64_t seed, swarm::coverage& seen, const std::set<std::string>& without, bool trace)
       : long_traffic{seed, seen, without, trace},
         pose_to_{on_, tongue::slashed, local},
-        pose_from_{on_, tongue::slashed, local} {
+        pose_from_{on_, tongue::slashed, local},
+        calls_{on_, random_, seen} {
     on_.offer(rowe::detail::latch_request({.name = "loop", .loop_timeout = 10s})); // so there is a stop
     pose_to_.says.add(opcode::text, R"({"op":"subscribe","topic":"/pose"})");
     for (std::uint64_t i = 1 + random_.below(3); i != 0; --i) add_sender();
@@ -39,8 +41,11 @@ class long_messages final : public long_traffic {
   void finish(std::uint64_t number) override {
     world::finish(number);
     settle();
+    for (int i = 0; i < 160 && !broken() && !calls_.open().empty(); ++i) turn(50ms);
     if (broken()) return;
+    if (const std::string open = calls_.open(); !open.empty()) return fail("answered", open);
     leave_all();
+    calls_.leave_all();
     for (const auto& one : hostile_) one->link.peer.leave();
     pose_from_.peer.leave();
     pose_to_.peer.leave();
@@ -59,7 +64,7 @@ class long_messages final : public long_traffic {
   // ---- a step
 
   void act() override {
-    switch (random_.below(24)) {
+    switch (random_.below(28)) {
     case 0:
     case 1:
     case 2:
@@ -86,6 +91,12 @@ class long_messages final : public long_traffic {
     case 9:
       if (handle_says_ != nullptr) say_by_handle();
       break;
+    case 10:
+    case 11:
+    case 12: calls_.call(!strict_); break;
+    case 13:
+      if (random_.one_in(6)) calls_.leave();
+      break;
     default:
       if (sender* const one = any_sender(); one->link->says.left() == 0)
         say_message(*one, random_.below(own), some_bytes());
@@ -99,6 +110,7 @@ class long_messages final : public long_traffic {
   void turn(duration later) {
     say_some();
     for (const auto& one : hostile_) one->link.says.feed(on_, one->link.id(), one->pace);
+    calls_.say();
     say_pose();
     for (long_link* one : {&pose_from_, &pose_to_}) one->says.feed(on_, one->id(), SIZE_MAX);
     const std::uint64_t evicted = on_.count(counter::evicted);
@@ -106,6 +118,7 @@ class long_messages final : public long_traffic {
     if (on_.count(counter::evicted) != evicted) seen_.add(flow_event::long_evicted);
     hear_pose();
     hear_some();
+    if (const std::string wrong = calls_.hear(); !wrong.empty()) fail("answered", wrong);
     for (std::size_t i = 0; i < hostile_.size() && !broken();) hear_hostile(i) ? (void)++i : forget(i);
     check_stop();
   }
@@ -278,8 +291,9 @@ class long_messages final : public long_traffic {
     int quiet = 0;
     for (int i = 0; i < 1500 && quiet < 20 && !broken(); ++i) { // a handle's text is taken in 12 cycles
       let_all_read();
+      calls_.hurry();
       turn(2ms);
-      quiet = is_quiet() ? quiet + 1 : 0;
+      quiet = is_quiet() && calls_.is_quiet() ? quiet + 1 : 0;
     }
     if (broken()) return;
     std::uint64_t told = told_gone_;
@@ -287,6 +301,7 @@ class long_messages final : public long_traffic {
     for (const sender& one : senders_) told_senders += one.link->lost_own;
     for (const auto& one : hostile_) told += one->link.lost_own;
     told += told_senders;
+    untold_ += calls_.without_room() - calls_without_room_;
     const std::uint64_t dropped = on_.count(counter::no_chunks) - dropped_before_;
     if (told > dropped)
       fail("told", std::to_string(told) + " were told that a message was dropped, and " +
@@ -301,6 +316,7 @@ class long_messages final : public long_traffic {
   void begin_account() {
     dropped_before_ = on_.count(counter::no_chunks);
     lost_before_ = lost();
+    calls_without_room_ = calls_.without_room();
     told_gone_ = untold_ = 0;
     for (sender& one : senders_) one.link->lost_own = 0;
     for (const auto& one : hostile_) one->link.lost_own = 0;
@@ -318,6 +334,8 @@ class long_messages final : public long_traffic {
   time_point pose_next_{};
   std::uint64_t pose_said_ = 0, pose_heard_ = 0;
   std::vector<std::uint64_t> pose_said_in_; // cycles
+  long_callers calls_;
+  std::uint64_t calls_without_room_ = 0; // before the last settlement
   std::unique_ptr<swarm::far_end> stopper_;
   std::uint64_t stops_ = 0;
   std::uint64_t stop_waits_ = 0; // cycles

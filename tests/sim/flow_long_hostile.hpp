@@ -111,7 +111,7 @@ class long_hostile {
     switch (kind) {
     case mischief::wrong_end: return "no valid JSON";
     case mischief::two_long: return "only one member";
-    case mischief::call: return "message_bytes_max";
+    case mischief::call: return "does not exist";
     case mischief::no_object: return "must be a JSON object";
     case mischief::gap: return "is due";
     case mischief::nested: return "must not hold another";

@@ -222,7 +222,7 @@ struct long_link {
       }
       const bool full = text.find("was dropped: others use the room") != std::string::npos;
       lost_own += full;
-      return full;
+      return full && !text.starts_with(R"({"op":"service_response")"); // which says whose call has failed
     });
     return texts;
   }

@@ -54,6 +54,7 @@ inline const std::vector<swarm::invariant>& invariants() {
       {"stream", "a stream of short messages beside long ones loses nothing, and waits for a few cycles"},
       {"judged", "a long message that is wrong is told why, or closed with the code for it"},
       {"told", "whoever loses a long message that it sends is told so, and nobody else"},
+      {"answered", "a call between peers, long or not, ends once, by its answer or for a reason"},
       {"floor_long", "endless messages keep nobody out who has sent no long message before"},
       {"floor_reading", "who does not read a long message keeps others from theirs for a second at most"},
       {"honest_refused", "nobody is refused what is right"},

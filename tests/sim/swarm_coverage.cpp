@@ -262,7 +262,11 @@ std::string_view name_of(flow_event what) {
                                         "long, pong between fragments",
                                         "long, close between fragments",
                                         "long, latched value read",
-                                        "long, to a handle"};
+                                        "long, to a handle",
+                                        "long, arguments of a call",
+                                        "long, answer to a call",
+                                        "long, call given up",
+                                        "long, call without room"};
   static_assert(std::size(names) == flow_events);
   return names[static_cast<std::size_t>(what)];
 }

@@ -172,8 +172,12 @@ enum class flow_event : std::uint8_t {
   long_close_between, // likewise: the message never ends
   long_latched_read,  // by who subscribes later
   long_to_handle,
+  long_request,
+  long_answer,
+  long_call_late, // it is given up
+  long_call_lost, // it found no room, or lost it
 };
-inline constexpr std::size_t flow_events = 70;
+inline constexpr std::size_t flow_events = 74;
 std::string_view name_of(flow_event what);
 
 class coverage {

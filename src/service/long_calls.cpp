@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/long_calls.hpp"
+
+#include <array>
+#include <cstdint>
+#include <utility>
+
+#include <rowe/detail/mutation_points.hpp>
+
+#include "service/service_limits.hpp"
+#include "wire/codec.hpp"
+#include "wire/protocols.hpp"
+#include "wire/text_out.hpp"
+
+namespace rowe::service {
+
+long_calls::long_calls(const needs& parts) noexcept
+    : state_{parts.state},
+      long_outbox_{parts.long_outbox},
+      long_ingress_{parts.long_ingress},
+      direct_messages_{parts.direct_messages},
+      call_completion_{parts.call_completion} {}
+
+void long_calls::track(call_index index, slot_id slot) noexcept {
+  state_.calls.at(index).request = {slot, long_outbox_.generation_of(slot)};
+  direct_messages_.track_reply(slot, {}, {}, state_.calls.ref(index));
+}
+
+void long_calls::take_reply(const connection& c, const wire::request& said,
+                            const long_value& value) noexcept {
+  const bool of_goal = said.what == wire::verb::goal_result;
+  const call_index index = call_completion_.goals().find_answered(c, said.id_raw, of_goal);
+  if (!index) return;
+  call& open = state_.calls.at(index);
+  if (of_goal) open.goal_status = said.goal_status;
+  if (open.caller.who != call_endpoint::kind::peer) return refuse(index, value);
+  const connection* const caller = state_.peers.find(open.caller.connection());
+  if (caller == nullptr || !caller->open()) {
+    state_.counts.add(counter::replies_unsent);
+    return call_completion_.close(index);
+  }
+  const wire::codec& codec = state_.seams.protocols.of(open.caller.speaks);
+  const wire::call_origin asked = state_.calls.origin(index);
+  const slot_id slot = long_outbox_.reply({caller->id.index}, value, [&](json::writer& into) {
+    return codec.write_reply(into, asked, wire::body{said.body_raw});
+  });
+  if (!slot) return call_completion_.fail_for_room(index);
+  state_.due.disarm(index);
+  open.deadline = rt::never;
+  open.callee = {}; // nobody answers it any more
+  open.answered = true;
+  track(index, slot);
+}
+
+void long_calls::refuse(call_index index, const long_value& value) noexcept {
+  state_.counts.add(counter::too_big);
+  const auto bytes = static_cast<std::int64_t>(state_.chunks.bytes(value.text));
+  const auto most = static_cast<std::int64_t>(state_.bounds().message_bytes_max);
+  std::array<char, detail::diagnostic_bytes_max> buffer;
+  wire::text_out why{buffer};
+  why.add("a value of ").add(bytes).add(" bytes exceeds the limit message_bytes_max of ").add(most);
+  why.add(": only calls between peers may be longer");
+  call_completion_.fail(index, {errc::too_big, bytes, most}, why.text());
+}
+
+bool long_calls::waits_for_answer(call_index index) noexcept {
+  const call& late = state_.calls.at(index);
+  if (late.callee.who != call_endpoint::kind::peer || ROWE_MUTANT(long_answer_late) ||
+      !long_ingress_.began_by({late.callee.index}, late.deadline))
+    return false;
+  state_.due.arm(index, state_.cycle.now + long_answer_look_period);
+  return true;
+}
+
+void long_calls::end_noted() noexcept {
+  for (const call_index i : state_.calls.ids()) {
+    call& one = state_.calls.at(i);
+    const bool written = std::exchange(one.long_written, false);
+    const bool lost = std::exchange(one.long_lost, false);
+    if (!one.open) continue;
+    if (written && one.answered) call_completion_.close(i);
+    if (lost && !ROWE_MUTANT(long_answer_lost)) call_completion_.fail_for_room(i);
+  }
+}
+
+} // namespace rowe::service

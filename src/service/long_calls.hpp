@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Calls between peers whose arguments or answers are long. Such a request, and such an answer, is queued
+// among the replies to its peer, and may lose its room to others. So its slot is tracked: a call ends when
+// its long answer was written, and fails if its request or its answer was lost. Service thread only; nothing
+// waits or allocates.
+#pragma once
+#include <string_view>
+
+#include "service/call_completion.hpp"
+#include "service/core_state.hpp"
+#include "service/direct_messages.hpp"
+#include "service/long_ingress.hpp"
+#include "service/long_outbox.hpp"
+#include "service/stand_in.hpp"
+#include "wire/request.hpp"
+
+namespace rowe::service {
+
+class long_calls {
+ public:
+  struct needs {
+    core_state& state;
+    class long_outbox& long_outbox;
+    const class long_ingress& long_ingress;
+    class direct_messages& direct_messages;
+    class call_completion& call_completion;
+  };
+  explicit long_calls(const needs& parts) noexcept;
+
+  // Sends the request of a call to a peer. `write(json::writer&)` writes it with the stand-in.
+  template <class Write>
+  void send(call_index call, const connection& to, wire::codec_id in, const long_value& value,
+            Write&& write) noexcept {
+    const slot_id slot = long_outbox_.reply({to.id.index}, value, write);
+    if (!slot) return call_completion_.fail_for_room(call);
+    state_.counts.add(counter::calls_out);
+    state_.calls.at(call).callee = call_endpoint::of(to.id, in);
+    track(call, slot);
+  }
+  // A peer answers a call or a goal with a long value.
+  void take_reply(const connection& c, const wire::request& said, const long_value& value) noexcept;
+  // Ends a call with a value that only calls between peers may have.
+  void refuse(call_index call, const long_value& value) noexcept;
+
+  // The time of a call is over. True: an answer that began in time is still coming, and is waited for.
+  bool waits_for_answer(call_index call) noexcept;
+  // Ends the calls whose long answer was written, and fails those that lost their request or answer.
+  void end() noexcept {
+    if (state_.calls.take_noted()) [[unlikely]]
+      end_noted();
+  }
+
+ private:
+  void track(call_index call, slot_id slot) noexcept;
+  void end_noted() noexcept;
+
+  core_state& state_;
+  long_outbox& long_outbox_;
+  const long_ingress& long_ingress_;
+  direct_messages& direct_messages_;
+  call_completion& call_completion_;
+};
+
+} // namespace rowe::service

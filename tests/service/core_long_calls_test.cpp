@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+// The core with calls whose arguments or answers are longer than message_bytes_max: what reaches whom, by
+// each codec, and what becomes of a call whose long part finds no room, or comes late.
+#include <random>
+
+#include "core_fixtures.hpp"
+
+#include "service/stand_in.hpp"
+
+namespace harness {
+namespace core_long_calls_test {
+namespace {
+
+using rowe::service::counter;
+using rowe::service::side;
+
+rowe::endpoint_options options_with(std::uint32_t slots) {
+  rowe::endpoint_options chosen = small_options();
+  chosen.limits.long_message_bytes_max = 64 * 1024;
+  chosen.limits.long_slots = slots;
+  chosen.relay = true;
+  return chosen;
+}
+
+// The members of an object of about so many bytes.
+std::string map_members(std::size_t bytes, int seed = 1) {
+  std::mt19937 random{static_cast<std::uint32_t>(seed)};
+  std::string made = R"("data":[0)";
+  while (made.size() + 8 < bytes) made += "," + std::to_string(random() % 100);
+  return made + R"(],"é":"ü")";
+}
+std::string map_of(std::size_t bytes, int seed = 1) { return "{" + map_members(bytes, seed) + "}"; }
+std::string four(std::uint32_t number) {
+  std::string bytes;
+  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
+  return bytes;
+}
+bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+// What stands behind `name`, as it stands there.
+std::string member(const std::string& text, std::string_view name) {
+  const std::size_t at = text.find(name);
+  if (at == std::string::npos) return {};
+  const std::size_t from = at + name.size();
+  return text.substr(from, text.find_first_of(",}", from) - from);
+}
+
+struct long_calls_test : testing::Test {
+  explicit long_calls_test(std::uint32_t slots = 8) : on{options_with(slots)} {}
+  core_harness on;
+
+  texts heard_by(peer& by, int cycles = 100) {
+    texts all;
+    for (int i = 0; i < cycles; ++i) {
+      on.cycle();
+      for (std::string& one : by.hear()) all.push_back(std::move(one));
+    }
+    return all;
+  }
+  std::string only(peer& by) {
+    const texts all = heard_by(by);
+    std::string together;
+    for (const std::string& one : all) together += one;
+    EXPECT_EQ(all.size(), 1U) << together.substr(0, 300);
+    return together;
+  }
+  void provide(peer& by, std::string_view service = "/map") {
+    by.say(R"({"op":"advertise_service","service":")" + std::string{service} +
+           R"(","type":"nav_msgs/GetMap"})");
+    on.cycle();
+    (void)by.hear();
+  }
+  void answer(peer& provider, const std::string& asked, std::string_view values) {
+    provider.say(R"({"op":"service_response","result":true,"id":)" + member(asked, R"("id":)") +
+                 R"(,"service":"/map","values":)" + std::string{values} + "}");
+  }
+  void TearDown() override {
+    EXPECT_EQ(on.core.inconsistency(), "");
+    EXPECT_EQ(on.count(counter::violations), 0U);
+  }
+};
+
+TEST_F(long_calls_test, go_from_peer_to_peer_with_their_answers) {
+  peer provider{on};
+  peer caller{on};
+  provide(provider);
+  const std::string args = map_of(40'000);
+  const std::string values = map_of(50'000, 2);
+  caller.say(R"({"op":"call_service","id":"c1","service":"/map","args":)" + args + "}");
+  const std::string asked = only(provider);
+  EXPECT_TRUE(asked.starts_with(R"({"op":"call_service",)")) << asked.substr(0, 100);
+  EXPECT_TRUE(has(asked, R"("args":)" + args));
+  answer(provider, asked, values);
+  EXPECT_TRUE(only(caller) ==
+              R"({"op":"service_response","id":"c1","service":"/map","result":true,"values":)" + values +
+                  "}");
+  EXPECT_TRUE(heard_by(provider).empty());
+  // The call is over, and its id is free again.
+  caller.say(R"({"op":"call_service","id":"c1","service":"/map","args":{"x":1}})");
+  answer(provider, only(provider), R"({"y":2})");
+  EXPECT_TRUE(has(only(caller), R"("values":{"y":2})"));
+  EXPECT_EQ(on.count(counter::replies_unsent) + on.count(counter::replies_late), 0U);
+}
+
+TEST_F(long_calls_test, go_between_all_codecs) {
+  peer provider{on};
+  provide(provider);
+  const std::string values = map_of(30'000, 2);
+
+  peer bare{on, side::server, "127.0.0.1:2", "/", "rowe.v1"};
+  bare.say(R"({"service":"/map","image":")" + std::string(30'000, 'x') + R"(","message_id":7})");
+  std::string asked = only(provider);
+  EXPECT_TRUE(has(asked, R"("args":{"image":")" + std::string(30'000, 'x') + "\"}")) << asked.substr(0, 200);
+  answer(provider, asked, values);
+  EXPECT_TRUE(only(bare) == "{" + map_members(30'000, 2) + R"(,"in_reply_to":7})");
+
+  peer fox{on, side::server, "127.0.0.1:2", "/", "foxglove.websocket.v1"};
+  const texts lists = heard_by(fox);
+  std::string all;
+  for (const std::string& one : lists) all += one;
+  const std::size_t map = all.find(R"("name":"/map")");
+  ASSERT_NE(map, std::string::npos) << all;
+  const std::size_t number = all.rfind(R"("id":)", map);
+  const std::string id = four(static_cast<std::uint32_t>(std::stoul(all.substr(number + 5))));
+  const std::string args = map_of(20'000, 3);
+  fox.send(rowe::wire::opcode::binary, "\x02" + id + four(10) + four(4) + "json" + args);
+  asked = only(provider);
+  EXPECT_TRUE(has(asked, R"("args":)" + args)) << asked.substr(0, 200);
+  answer(provider, asked, values);
+  EXPECT_TRUE(only(fox) == "\x03" + id + four(10) + four(4) + "json" + values);
+  EXPECT_EQ(provider.violated + bare.violated + fox.violated, "");
+}
+
+TEST_F(long_calls_test, go_to_programs_that_speak_plain_messages) {
+  peer provider{on, side::server, "127.0.0.1:2", "/", "rowe.v1"};
+  provider.say(R"({"op":"advertise_service","service":"/map"})"); // bare peers say this as others do
+  peer caller{on};
+  on.cycle();
+  (void)provider.hear();
+  caller.say(R"({"op":"call_service","id":"c1","service":"/map","args":{"data":")" +
+             std::string(20'000, 'x') + R"("}})");
+  const std::string asked = only(provider);
+  EXPECT_TRUE(has(asked, R"("data":")" + std::string(20'000, 'x') + "\"")) << asked.substr(0, 200);
+}
+
+TEST_F(long_calls_test, go_in_fragments_to_who_asked_for_them) {
+  peer provider{on};
+  peer caller{on};
+  provide(provider);
+  caller.say(R"({"op":"call_service","id":"c1","service":"/map","fragment_size":8000})");
+  answer(provider, only(provider), map_of(30'000));
+  const texts heard = heard_by(caller);
+  EXPECT_GT(heard.size(), 3U);
+  for (const std::string& one : heard)
+    EXPECT_TRUE(one.starts_with(R"({"op":"fragment")")) << one.substr(0, 80);
+}
+
+TEST_F(long_calls_test, fail_where_only_short_ones_are_taken) {
+  peer caller{on};
+  caller.say(R"({"op":"call_service","id":"c1","service":"/nobody","args":)" + map_of(20'000) + "}");
+  std::string heard = only(caller);
+  EXPECT_TRUE(has(heard, R"("id":"c1")") && has(heard, R"("result":false)") && has(heard, "/nobody"))
+      << heard;
+  caller.say(R"({"op":"call_service","id":"c2","service":"/rosapi/topics","args":)" + map_of(20'000) + "}");
+  heard = only(caller);
+  EXPECT_TRUE(has(heard, R"("id":"c2")") && has(heard, R"("result":false)") && has(heard, "20")) << heard;
+  EXPECT_EQ(on.count(counter::too_big), 1U);
+}
+
+TEST_F(long_calls_test, of_a_mark_that_is_no_stand_in_are_refused) {
+  peer provider{on};
+  peer caller{on};
+  provide(provider);
+  const std::string id = R"("<a long value>")";
+  caller.say(R"({"op":"call_service","id":)" + id + R"(,"service":"/map"})");
+  answer(provider, only(provider), map_of(20'000));
+  const std::string heard = only(caller);
+  EXPECT_TRUE(has(heard, R"("result":false)")) << heard;
+  EXPECT_EQ(on.count(counter::too_big), 1U);
+}
+
+TEST_F(long_calls_test, whose_id_is_what_is_long_are_refused) {
+  peer provider{on};
+  peer caller{on};
+  provide(provider);
+  caller.say(R"({"op":"call_service","id":")" + std::string(20'000, 'x') +
+             R"(","service":"/map","args":{}})");
+  EXPECT_TRUE(has(only(caller), "message_bytes_max"));
+  EXPECT_TRUE(heard_by(provider).empty());
+}
+
+TEST_F(long_calls_test, wait_for_an_answer_that_began_in_time) {
+  peer provider{on};
+  peer caller{on};
+  provide(provider);
+  caller.say(R"({"op":"call_service","id":"c1","service":"/map","timeout":2})");
+  const std::string asked = only(provider);
+  const std::string said = R"({"op":"service_response","result":true,"id":)" + member(asked, R"("id":)") +
+                           R"(,"service":"/map","values":)" + map_of(60'000) + "}";
+  std::vector<std::byte> frame(rowe::wire::frame_header_bytes_max + said.size());
+  const std::size_t header = rowe::wire::write_frame_header(frame.data(), rowe::wire::opcode::text,
+                                                            said.size(), rowe::wire::mask_key{});
+  said.copy(reinterpret_cast<char*>(frame.data() + header), said.size());
+  frame.resize(header + said.size());
+  texts heard;
+  for (std::size_t at = 0; at < frame.size(); at += 4'000) { // some 4 s
+    provider.send_raw({frame.begin() + static_cast<std::ptrdiff_t>(at),
+                       frame.begin() + static_cast<std::ptrdiff_t>(std::min(frame.size(), at + 4'000))});
+    for (int i = 0; i < 3; ++i) {
+      on.cycle(80ms);
+      (void)provider.hear();
+      for (std::string& one : caller.hear()) heard.push_back(std::move(one));
+    }
+  }
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_TRUE(has(heard[0], R"("result":true)")) << heard[0].substr(0, 200);
+  EXPECT_EQ(on.count(counter::calls_timed_out), 0U);
+}
+
+TEST_F(long_calls_test, end_when_their_time_is_over_and_nothing_comes) {
+  peer provider{on};
+  peer caller{on};
+  provide(provider);
+  caller.say(R"({"op":"call_service","id":"c1","service":"/map","timeout":2,"args":)" + map_of(20'000) + "}");
+  const std::string asked = only(provider);
+  texts heard;
+  for (int i = 0; i < 30; ++i) {
+    on.cycle(100ms);
+    (void)provider.hear();
+    for (std::string& one : caller.hear()) heard.push_back(std::move(one));
+  }
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_TRUE(has(heard[0], "in time")) << heard[0];
+  answer(provider, asked, map_of(20'000));
+  EXPECT_TRUE(heard_by(caller).empty());
+  EXPECT_EQ(on.count(counter::replies_late), 1U);
+}
+
+TEST_F(long_calls_test, of_one_that_leaves_are_forgotten) {
+  peer provider{on};
+  provide(provider);
+  for (int i = 0; i < 20; ++i) {
+    peer caller{on};
+    caller.say(R"({"op":"call_service","id":"c1","service":"/map","args":)" + map_of(30'000) + "}");
+    const std::string asked = only(provider);
+    on.net.link_of(caller.id()).capacity_bytes = 1000;
+    answer(provider, asked, map_of(30'000));
+    on.cycles(10);
+    caller.leave();
+    on.cycles(3);
+    EXPECT_EQ(on.core.inconsistency(), "");
+  }
+  peer caller{on};
+  caller.say(R"({"op":"call_service","id":"c1","service":"/map"})");
+  answer(provider, only(provider), map_of(30'000));
+  EXPECT_TRUE(has(only(caller), R"("result":true)"));
+}
+
+TEST_F(long_calls_test, whose_provider_leaves_have_their_answer_all_the_same) {
+  peer provider{on};
+  peer caller{on};
+  provide(provider);
+  caller.say(R"({"op":"call_service","id":"c1","service":"/map"})");
+  const std::string asked = only(provider);
+  on.net.link_of(caller.id()).capacity_bytes = 1000;
+  answer(provider, asked, map_of(30'000));
+  on.cycles(20);
+  provider.leave();
+  on.cycles(3);
+  texts heard;
+  for (int i = 0; i < 200; ++i) {
+    on.cycle();
+    for (std::string& one : caller.hear()) heard.push_back(std::move(one));
+  }
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_TRUE(has(heard[0], R"("result":true)")) << heard[0].substr(0, 200);
+}
+
+struct few_long_calls_test : long_calls_test {
+  few_long_calls_test() : long_calls_test{4} {}
+};
+
+// Who does not read loses the answer to others, and is told.
+TEST_F(few_long_calls_test, whose_answer_loses_its_room_are_told) {
+  peer provider{on};
+  provide(provider);
+  peer caller{on};
+  on.net.link_of(caller.id()).capacity_bytes = 0; // nothing is read
+  for (int i = 0; i < 3; ++i)
+    caller.say(R"({"op":"call_service","id":"c)" + std::to_string(i) + R"(","service":"/map"})");
+  const texts asked = heard_by(provider);
+  ASSERT_EQ(asked.size(), 3U);
+  for (const std::string& one : asked) {
+    answer(provider, one, map_of(50'000));
+    on.cycles(20);
+  }
+  // Now another peer's messages want all the slots.
+  peer robot{on};
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/map"})");
+  on.cycle();
+  std::size_t got = 0;
+  for (int i = 0; i < 10; ++i) {
+    robot.say(R"({"op":"publish","topic":"/map","msg":)" + map_of(50'000, i) + "}");
+    got += heard_by(browser, 30).size();
+  }
+  EXPECT_EQ(got, 10U) << on.count(counter::no_chunks) << " " << on.count(counter::no_slot) << " "
+                      << on.count(counter::evicted) << " " << on.count(counter::outbox_full) << " "
+                      << robot.close_code << browser.close_code;
+  on.net.link_of(caller.id()).capacity_bytes = 1'000'000;
+  const texts heard = heard_by(caller, 400);
+  int fine = 0;
+  int failed = 0;
+  for (const std::string& one : heard) {
+    fine += has(one, R"("result":true)");
+    failed += has(one, R"("result":false)") && has(one, "no room");
+  }
+  EXPECT_EQ(fine + failed, 3) << fine << " " << failed;
+  EXPECT_GE(failed, 1);
+}
+
+TEST(stand_in_test, is_found_where_it_is_once) {
+  using rowe::service::find_stand_in;
+  const auto object = rowe::service::stand_in_for(rowe::json::kind::object);
+  const auto place = find_stand_in(R"({"a":{"<a long value>":0},"b":1})", object);
+  ASSERT_TRUE(place);
+  EXPECT_EQ(place->at, 5U);
+  EXPECT_EQ(place->bytes, object.size());
+  EXPECT_FALSE(place->inside);
+  const auto inside = find_stand_in(R"({"<a long value>":0,"id":1})", object);
+  ASSERT_TRUE(inside);
+  EXPECT_EQ(inside->at, 1U);
+  EXPECT_TRUE(inside->inside);
+  EXPECT_FALSE(find_stand_in(R"({"a":{"<a long value>":0},"b":"<a long value>"})", object));
+  EXPECT_FALSE(find_stand_in(R"({"a":"<a long value>"})", object));
+  EXPECT_FALSE(find_stand_in(R"({"a":1})", object));
+  EXPECT_FALSE(find_stand_in("<a long value>", object));
+}
+
+} // namespace
+} // namespace core_long_calls_test
+} // namespace harness
