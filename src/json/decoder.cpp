@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 
+#include "base64.hpp"
 #include "cursor.hpp"
 #include "decoder_program.hpp"
 #include "numbers.hpp"
@@ -20,15 +21,6 @@ namespace rowe::json {
 namespace {
 
 bool begins_number(char c) noexcept { return c == '-' || (c >= '0' && c <= '9'); }
-
-const char* skip_value(const char* at, const char* end) noexcept {
-  switch (*at) {
-  case '{':
-  case '[': return skip_container(at, end);
-  case '"': return skip_string(at, end);
-  default: return skip_scalar(at, end);
-  }
-}
 
 } // namespace
 
@@ -328,7 +320,7 @@ class decoder::run {
 
   // The array's offsets are counted from `base`. For a counted array that is the object that it is part of.
   const char* array(const step& s, char* base, const char* at) noexcept {
-    if (*at != '[') return wrong_type(at);
+    if (*at != '[') return s.base64 && *at == '"' ? base64(s, base, at) : wrong_type(at);
     const char* const begin = at;
     char* into = base + s.elements_offset;
     std::size_t count = 0;
@@ -345,10 +337,29 @@ class decoder::run {
       if (more) at = skip_space(at + 1, end_);
       more = more && at != end_;
     }
-    if (s.all_of_it && count != s.count) return fail(errc::too_long, count, s.count);
-    if (s.resize != nullptr) (void)s.resize(base + s.offset, count); // holds them: no more were written
+    return end_array(s, base, count) ? behind(at, 1) : nullptr;
+  }
+
+  // So many elements were written, and no more than it holds.
+  bool end_array(const step& s, char* base, std::size_t count) noexcept {
+    if (s.all_of_it && count != s.count) {
+      fail(errc::too_long, count, s.count);
+      return false;
+    }
+    if (s.resize != nullptr) (void)s.resize(base + s.offset, count); // holds them
     if (s.set_count != nullptr) s.set_count(base, count);
-    return behind(at, 1);
+    return true;
+  }
+
+  // Bytes in base64.
+  [[gnu::noinline]] const char* base64(const step& s, char* base, const char* at) noexcept {
+    const char* const quote = find_quote(at + 1, end_);
+    const base64_text text{between(at + 1, quote)};
+    const std::optional<std::size_t> bytes = text.bytes();
+    if (!bytes) return wrong_type(at);
+    if (*bytes > s.count) return fail(errc::too_long, *bytes, s.count);
+    if (!text.read(base + s.elements_offset)) return wrong_type(at);
+    return end_array(s, base, *bytes) ? behind(quote, 1) : nullptr;
   }
 
   std::size_t elements(const char* array) const noexcept {

@@ -5,6 +5,8 @@
 #include <array>
 #include <string_view>
 
+#include <rowe/detail/schema.hpp>
+
 #include "json/digits.hpp"
 #include "json/times.hpp"
 
@@ -74,6 +76,7 @@ class schema_text {
     case value_kind::object: return add_object(*d.object);
     case value_kind::optional: return add_value(*d.element, m, in_array);
     case value_kind::array:
+      if (rowe::detail::is_base64(d, m)) return to_.add(R"({"type":"string","contentEncoding":"base64"})");
       if (in_array) return to_.add(R"({"type":"object","properties":{}})");
       to_.add(R"({"type":"array","items":)");
       add_value(*d.element, m, true);
