@@ -4,14 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <span>
 
+#include "bytes.hpp"
 #include "reader.hpp"
 
 namespace rowe::json {
 namespace {
 
-constexpr std::string_view alphabet{"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"};
+constexpr std::array<char, 65> digits{"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"};
 constexpr char padding = '=';
 constexpr std::uint32_t none = 0xff00'0000; // beyond the bits of four digits
 
@@ -21,8 +23,8 @@ std::uint32_t byte_of(char c) noexcept { return static_cast<std::uint8_t>(c); }
 constexpr auto values_at(unsigned shift) noexcept {
   std::array<std::uint32_t, 256> all{};
   all.fill(none);
-  for (std::size_t i = 0; i < alphabet.size(); ++i)
-    all[static_cast<std::uint8_t>(alphabet[i])] = static_cast<std::uint32_t>(i) << shift;
+  for (std::size_t i = 0; i < 64; ++i)
+    all[static_cast<std::uint8_t>(digits[i])] = static_cast<std::uint32_t>(i) << shift;
   return all;
 }
 constexpr std::array values{values_at(18), values_at(12), values_at(6), values_at(0)};
@@ -66,12 +68,20 @@ bool each_piece(std::string_view escaped, const Take& take) noexcept {
 
 char* write_base64(char* at, const char* bytes, std::size_t count) noexcept {
   const auto write = [&at](std::uint32_t bits) {
-    at[0] = alphabet[bits >> 18];
-    at[1] = alphabet[bits >> 12 & 63];
-    at[2] = alphabet[bits >> 6 & 63];
-    at[3] = alphabet[bits & 63];
+    at[0] = digits[bits >> 18];
+    at[1] = digits[bits >> 12 & 63];
+    at[2] = digits[bits >> 6 & 63];
+    at[3] = digits[bits & 63];
     at += 4;
   };
+  // Six bytes of eight that may be read, and one store for their digits.
+  for (; count >= 8; count -= 6, bytes += 6, at += 8) {
+    const std::uint64_t bits = __builtin_bswap64(load_eight(bytes));
+    std::uint64_t text = 0;
+    for (unsigned i = 0; i < 8; ++i)
+      text |= std::uint64_t{static_cast<std::uint8_t>(digits[bits >> (58 - 6 * i) & 63])} << 8 * i;
+    std::memcpy(at, &text, sizeof text);
+  }
   for (; count >= 3; count -= 3, bytes += 3)
     write(byte_of(bytes[0]) << 16 | byte_of(bytes[1]) << 8 | byte_of(bytes[2]));
   if (count == 0) return at;
@@ -98,15 +108,15 @@ std::optional<std::size_t> base64_text::bytes() const noexcept {
 }
 
 bool base64_text::read(char* into) const noexcept {
-  const std::size_t digits = length_ - padding_;
+  const std::size_t count = length_ - padding_;
   std::array<char, 4> last{'A', 'A', 'A', 'A'}; // the digits behind the last four
   if (plain_) {
-    const std::size_t whole = digits / 4 * 4;
+    const std::size_t whole = count / 4 * 4;
     into = read_digits(escaped_.substr(0, whole), into);
-    escaped_.copy(last.data(), digits - whole, whole);
+    escaped_.copy(last.data(), count - whole, whole);
   } else {
     std::size_t held = 0;
-    std::size_t left = digits;
+    std::size_t left = count;
     const bool read = each_piece(escaped_, [&](std::string_view piece) {
       for (const char c : piece.substr(0, std::min(left, piece.size()))) {
         last[held++] = c;
@@ -123,7 +133,7 @@ bool base64_text::read(char* into) const noexcept {
   }
   if (into == nullptr) return false;
   const std::uint32_t bits = bits_of(last.data());
-  store_bits(into, bits, digits % 4 * 3 / 4);
+  store_bits(into, bits, count % 4 * 3 / 4);
   return bits < none;
 }
 
