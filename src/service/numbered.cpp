@@ -35,7 +35,7 @@ listed numbered::service_in(std::uint32_t row) const noexcept {
     const std::string_view name = service(row);
     if (name.empty()) return {};
     const own_service_type& its = own_service_types()[row - 1];
-    return {.number = row, .name = name, .type = its.type, .schema = its.answer, .request = its.request};
+    return {.number = row, .name = name, .type = its.type, .schema = its.listed, .request = its.request};
   }
   const service_index index{row - first_service_number};
   if (!service_directory_.is_service(index)) return {};

@@ -14,9 +14,14 @@ namespace {
 static_assert(describe<told::counts>().members.size() == counter_descriptions.size());
 static_assert(describe<told::bounds>().members.size() == limit_table.size());
 
-template <class Request, class Answer>
+template <class Request, class Answer, class Listed = Answer>
 consteval own_service_type typed(std::string_view name, std::string_view type) noexcept {
-  return {name, type, name.starts_with(wire::stop_name), &describe<Request>(), &describe<Answer>()};
+  return {.name = name,
+          .type = type,
+          .of_stop = name.starts_with(wire::stop_name),
+          .request = &describe<Request>(),
+          .answer = &describe<Answer>(),
+          .listed = &describe<Listed>()};
 }
 
 constexpr std::array topic_types{
@@ -31,7 +36,7 @@ constexpr std::array service_types{
     typed<told::reset_request, told::reset_answer>(wire::stop_reset_name, "rowe/ResetStop"),
     typed<told::lease_request, told::lease_answer>(wire::stop_lease_name, "rowe/LeaseStop"),
     typed<told::anything, told::stop_state>(wire::stop_state_name, "rowe/GetStopState"),
-    typed<told::anything, told::all_stats>(wire::stats_name, "rowe/GetStats"),
+    typed<told::anything, told::all_stats, told::stats>(wire::stats_name, "rowe/GetStats"),
     typed<told::anything, told::topics_and_types>(wire::list_topics_name, "rosapi/Topics"),
     typed<told::anything, told::services>(wire::list_services_name, "rosapi/Services"),
     typed<told::of_topic, told::of_type>(wire::topic_type_name, "rosapi/TopicType"),

@@ -27,6 +27,7 @@ struct own_service_type {
   bool of_stop = false; // it is there only where there is a stop
   const schema_description* request = nullptr;
   const schema_description* answer = nullptr;
+  const schema_description* listed = nullptr; // in lists for peers: `answer`, or less where that is long
 };
 
 std::span<const own_topic_type> own_topic_types() noexcept;

@@ -2,6 +2,8 @@
 // JSON values: built, read, written, and every wrong use of them.
 #include "check.h"
 
+#include <rowe/loop.h>
+
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
