@@ -186,7 +186,7 @@ inline std::size_t unescaped_bytes(std::string_view escaped) noexcept {
 }
 
 // Behind the value that begins at `at`, which is not the end.
-inline const char* skip_value(const char* at, const char* end) noexcept {
+[[gnu::noinline]] inline const char* skip_value(const char* at, const char* end) noexcept {
   switch (*at) {
   case '{':
   case '[': return skip_container(at, end);

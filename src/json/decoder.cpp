@@ -320,7 +320,8 @@ class decoder::run {
 
   // The array's offsets are counted from `base`. For a counted array that is the object that it is part of.
   const char* array(const step& s, char* base, const char* at) noexcept {
-    if (*at != '[') return s.base64 && *at == '"' ? base64(s, base, at) : wrong_type(at);
+    if (*at != '[') [[unlikely]]
+      return base64(s, base, at);
     const char* const begin = at;
     char* into = base + s.elements_offset;
     std::size_t count = 0;
@@ -337,29 +338,25 @@ class decoder::run {
       if (more) at = skip_space(at + 1, end_);
       more = more && at != end_;
     }
-    return end_array(s, base, count) ? behind(at, 1) : nullptr;
-  }
-
-  // So many elements were written, and no more than it holds.
-  bool end_array(const step& s, char* base, std::size_t count) noexcept {
-    if (s.all_of_it && count != s.count) {
-      fail(errc::too_long, count, s.count);
-      return false;
-    }
-    if (s.resize != nullptr) (void)s.resize(base + s.offset, count); // holds them
+    if (s.all_of_it && count != s.count) return fail(errc::too_long, count, s.count);
+    if (s.resize != nullptr) (void)s.resize(base + s.offset, count); // holds them: no more were written
     if (s.set_count != nullptr) s.set_count(base, count);
-    return true;
+    return behind(at, 1);
   }
 
-  // Bytes in base64.
+  // Bytes as text.
   [[gnu::noinline]] const char* base64(const step& s, char* base, const char* at) noexcept {
+    if (!s.base64 || *at != '"') return wrong_type(at);
     const char* const quote = find_quote(at + 1, end_);
     const base64_text text{between(at + 1, quote)};
     const std::optional<std::size_t> bytes = text.bytes();
     if (!bytes) return wrong_type(at);
     if (*bytes > s.count) return fail(errc::too_long, *bytes, s.count);
     if (!text.read(base + s.elements_offset)) return wrong_type(at);
-    return end_array(s, base, *bytes) ? behind(quote, 1) : nullptr;
+    if (s.all_of_it && *bytes != s.count) return fail(errc::too_long, *bytes, s.count);
+    if (s.resize != nullptr) (void)s.resize(base + s.offset, *bytes); // holds them, likewise
+    if (s.set_count != nullptr) s.set_count(base, *bytes);
+    return behind(quote, 1);
   }
 
   std::size_t elements(const char* array) const noexcept {
