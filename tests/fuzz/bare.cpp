@@ -105,8 +105,8 @@ void write_around(reader& validator, std::string_view text, const request& from,
   const auto body = [text](json::writer& w) { w.raw(text); };
   const std::string call = written(
       validator, [&](json::writer& w) { write_call(w, service, "i.1", body); }, less);
-  const bool apart = !object || has_names_of_calls(json::root(text).raw);
-  require(members_of(call) == (apart ? 3 : members + 2),
+  const bool args_apart = !object || has_names_of_calls(json::root(text).raw);
+  require(members_of(call) == (args_apart ? 3 : members + 2),
           "a call has two members more, or its arguments apart");
   if (read_back(call, back)) {
     require(back.out.service == service && back.out.id_raw == "\"i.1\"", "a call keeps its service");
