@@ -31,6 +31,31 @@ inline constexpr auto rowe::schema<rowe::bench::odometry> =
 
 namespace rowe::bench {
 
+// A laser scan: 360 floats.
+struct laser_scan {
+  ros::header header;
+  float angle_min = 0, angle_max = 0, range_max = 0;
+  std::array<float, 360> ranges{};
+};
+// A picture: 16 KiB of bytes that look random.
+struct picture {
+  ros::header header;
+  std::array<std::uint8_t, 16 * 1024> data{};
+};
+
+} // namespace rowe::bench
+
+template <>
+inline constexpr auto rowe::schema<rowe::bench::laser_scan> =
+    rowe::fields<&rowe::bench::laser_scan::header, &rowe::bench::laser_scan::angle_min,
+                 &rowe::bench::laser_scan::angle_max, &rowe::bench::laser_scan::range_max,
+                 &rowe::bench::laser_scan::ranges>{};
+template <>
+inline constexpr auto rowe::schema<rowe::bench::picture> =
+    rowe::fields<&rowe::bench::picture::header, &rowe::bench::picture::data>{};
+
+namespace rowe::bench {
+
 inline constexpr std::size_t messages = 256;
 
 // A small invocation.
@@ -63,6 +88,28 @@ class message_source {
   std::vector<odometry> odometries() {
     std::vector<odometry> all;
     for (std::size_t i = 0; i < messages; ++i) all.push_back({header(i), "base_link", pose(), twist()});
+    return all;
+  }
+
+  std::vector<laser_scan> scans() {
+    std::vector<laser_scan> all;
+    for (std::size_t i = 0; i < messages; ++i) {
+      laser_scan& scan = all.emplace_back();
+      scan.header = header(i);
+      scan.angle_min = -3.14f;
+      scan.angle_max = 3.14f;
+      scan.range_max = 12.0f;
+      for (float& range : scan.ranges) range = static_cast<float>(number());
+    }
+    return all;
+  }
+
+  std::vector<picture> pictures(std::size_t count) {
+    std::vector<picture> all(count);
+    for (picture& one : all) {
+      one.header = header(0);
+      for (std::uint8_t& byte : one.data) byte = static_cast<std::uint8_t>(random_());
+    }
     return all;
   }
 

@@ -11,6 +11,7 @@
 
 #include "json_messages.hpp"
 #include "json/cbor.hpp"
+#include "json/decoder.hpp"
 #include "json/encoder.hpp"
 #include "json/reader.hpp"
 #include "json/scanner.hpp"
@@ -46,6 +47,24 @@ COUNTED encode_covariances_as_cbor(const json::encoder& by, const ros::odometry&
   json::writer to{buffer};
   by.encode(&o, to);
   use(to.text());
+}
+COUNTED encode_scan(const json::encoder& by, const bench::laser_scan& scan, std::span<char> buffer) {
+  json::writer to{buffer};
+  by.encode(&scan, to);
+  use(to.text());
+}
+COUNTED encode_scan_as_cbor(const json::encoder& by, const bench::laser_scan& scan, std::span<char> buffer) {
+  json::writer to{buffer};
+  by.encode(&scan, to);
+  use(to.text());
+}
+COUNTED encode_16k_of_bytes(const json::encoder& by, const bench::picture& of, std::span<char> buffer) {
+  json::writer to{buffer};
+  by.encode(&of, to);
+  use(to.text());
+}
+COUNTED decode_16k_of_bytes(const json::decoder& by, std::string_view text, bench::picture& into) {
+  use(by.decode(text, &into));
 }
 COUNTED write_text_as_cbor(std::string_view odometry, std::span<char> buffer) {
   json::writer to{buffer};
@@ -127,7 +146,15 @@ void json_steps() {
   const json::encoder full_cbor =
       json::encoder::compile(describe<ros::odometry>(), json::encoding::cbor).value();
   json::reader reader = json::reader::create(64 * 1024).value();
-  static std::array<char, 16 * 1024> buffer;
+  const auto scans = source.scans();
+  const json::encoder scan_encoder = json::encoder::compile(describe<laser_scan>()).value();
+  const json::encoder scan_cbor =
+      json::encoder::compile(describe<laser_scan>(), json::encoding::cbor).value();
+  const auto pictures = source.pictures(2);
+  const json::encoder picture_encoder = json::encoder::compile(describe<picture>()).value();
+  const json::decoder picture_decoder = json::decoder::compile(describe<picture>()).value();
+  static picture picture_read;
+  static std::array<char, 32 * 1024> buffer;
   const auto padded = [](std::string_view text) {
     return std::string{text} + std::string(json::reader::tailroom_bytes, ' ');
   };
@@ -137,6 +164,12 @@ void json_steps() {
     steps::encode_odometry_as_cbor(plain_cbor, plain[k], buffer);
     steps::encode_covariances(full_encoder, full[k], buffer);
     steps::encode_covariances_as_cbor(full_cbor, full[k], buffer);
+    steps::encode_scan(scan_encoder, scans[k], buffer);
+    steps::encode_scan_as_cbor(scan_cbor, scans[k], buffer);
+    steps::encode_16k_of_bytes(picture_encoder, pictures[0], buffer);
+    json::writer shown{buffer};
+    picture_encoder.encode(&pictures[1], shown);
+    steps::decode_16k_of_bytes(picture_decoder, shown.text(), picture_read);
     json::writer text{buffer};
     plain_encoder.encode(&plain[k], text);
     static std::array<char, 16 * 1024> binary;

@@ -12,6 +12,9 @@
 //   covariances_write/…  the same with two covariances of 36: 12 of the 85 doubles are not 0
 //   dense_write/…        the same, no double 0
 //   …/rowe_cbor         the same encoder's CBOR; `x_rowe` says how many times as fast as our JSON it is
+//   scan_write/…         a laser scan of 360 floats: rowe and rowe_cbor
+//   picture_write/…      16 KiB of bytes: rowe writes base64, rowe_cbor copies them; straight is base64 by
+//               straight-line code, a byte after the other, to which `of_straight` is a ratio
 //   call_write/…         a small invocation: a service, two integers, an id
 // `x_json_c` says how many times as fast as json-c a contender is; `of_plain` is a ratio to rowe's
 // odometry_write.
@@ -24,6 +27,7 @@
 // Run: bench_json_write [--rounds=11] [Google Benchmark's options]
 #include <charconv>
 #include <cstring>
+#include <span>
 
 #include <json-c/json.h>
 #include <nlohmann/json.hpp>
@@ -88,6 +92,21 @@ std::size_t write_straight(char* buffer, const odometry& o, Digits digits) {
   w(R"(},"angular":{"x":)")(o.twist.angular.x)(R"(,"y":)")(o.twist.angular.y)(R"(,"z":)")(o.twist.angular.z);
   w("}}}");
   return static_cast<std::size_t>(w.at() - buffer);
+}
+
+// Each byte by itself: what a program writes that has not thought of it.
+std::size_t write_base64_straight(char* buffer, std::span<const std::uint8_t> bytes) {
+  constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  char* at = buffer;
+  std::uint32_t bits = 0;
+  int held = 0;
+  for (const std::uint8_t byte : bytes) {
+    bits = bits << 8 | byte;
+    for (held += 8; held >= 6; held -= 6) *at++ = digits[bits >> (held - 6) & 63];
+  }
+  if (held != 0) *at++ = digits[bits << (6 - held) & 63];
+  while ((at - buffer) % 4 != 0) *at++ = '=';
+  return static_cast<std::size_t>(at - buffer);
 }
 
 char* standard_digits(char* at, double x) { return std::to_chars(at, at + 32, x).ptr; }
@@ -285,9 +304,15 @@ struct field {
   json::encoder plain_encoder = json::encoder::compile(describe<odometry>()).value();
   json::encoder full_encoder = json::encoder::compile(describe<ros::odometry>()).value();
   json::encoder plain_cbor = json::encoder::compile(describe<odometry>(), json::encoding::cbor).value();
+  std::vector<laser_scan> scans = source.scans();
+  std::vector<picture> pictures = source.pictures(8);
+  json::encoder scan_encoder = json::encoder::compile(describe<laser_scan>()).value();
+  json::encoder scan_cbor = json::encoder::compile(describe<laser_scan>(), json::encoding::cbor).value();
+  json::encoder picture_encoder = json::encoder::compile(describe<picture>()).value();
+  json::encoder picture_cbor = json::encoder::compile(describe<picture>(), json::encoding::cbor).value();
   json::encoder full_cbor = json::encoder::compile(describe<ros::odometry>(), json::encoding::cbor).value();
   by_rapidjson rapidjson;
-  std::array<char, 16 * 1024> buffer;
+  std::array<char, 32 * 1024> buffer;
 
   std::size_t encode(const json::encoder& e, const void* object) {
     json::writer w{buffer};
@@ -340,6 +365,22 @@ std::vector<way> ways() {
                  [](std::size_t i) { return f.encode(f.full_encoder, &f.dense[i]); },
                  {of_plain, times_json_c("dense_write")}});
   add_libraries(all, "dense_write", f, f.dense);
+  const auto add_pair = [&all](const char* group, const json::encoder& text, const json::encoder& cbor,
+                               const auto& messages_of) {
+    const std::string slash = std::string{group} + "/";
+    const auto at = [&](const json::encoder& by) {
+      return
+          [&by, &messages_of](std::size_t i) { return f.encode(by, &messages_of[i % messages_of.size()]); };
+    };
+    all.push_back({slash + "rowe", at(text)});
+    all.push_back({slash + "rowe_cbor", at(cbor), {{"x_rowe", slash + "rowe", true}}});
+  };
+  add_pair("scan_write", f.scan_encoder, f.scan_cbor, f.scans);
+  add_pair("picture_write", f.picture_encoder, f.picture_cbor, f.pictures);
+  all.push_back({"picture_write/straight", [](std::size_t i) {
+                   return write_base64_straight(f.buffer.data(), f.pictures[i % f.pictures.size()].data);
+                 }});
+  all[all.size() - 3].ratios.push_back({"of_straight", "picture_write/straight"});
   all.push_back({"call_write/rowe",
                  [](std::size_t i) { return write_call(f.buffer, f.calls[i]); },
                  {times_json_c("call_write")}});

@@ -58,6 +58,9 @@ class json_range;
 //   fixed_string            a string that is no longer, its escapes resolved
 //   std::string_view        a string that is written without escapes, in place. For any other: get(path,
 //                           scratch), fixed_string, or std::string, which allocates
+//   std::array, bounded_array of std::uint8_t or std::byte
+//                           base64, with padding; or an array of numbers. Errors: also too_long (value: its
+//                           bytes, limit: those that it has; of a std::array exactly so many)
 //   std::optional           nothing where nothing or null stands; anything but that must be as above
 //   json_value              any value
 template <class T>
@@ -94,8 +97,8 @@ class json_value {
   requires(!json_readable<T> && !std::same_as<T, std::string>) json_result<T> get(std::string_view = {})
   const noexcept {
     static_assert(json_readable<T>, "rowe: get<T>() reads bool, numbers, enums, durations, strings, "
-                                    "std::optional of these, and json_value; a struct with a schema is "
-                                    "read by as<T>()");
+                                    "bytes, std::optional of these, and json_value; a struct with a "
+                                    "schema is read by as<T>()");
     return json_error{};
   }
 

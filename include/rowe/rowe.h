@@ -288,6 +288,7 @@ enum rowe_type {
   rowe_type_string,  // const char*: UTF-8, ends in '\0'
   rowe_type_object,  // const struct rowe_object*: copied
   rowe_type_array,   // const struct rowe_object*: copied
+  rowe_type_bytes,   // const void*, size_t: bytes, as a string in base64. No value is of this type
 };
 
 // An object with the given members, in this order. Each has a name, a type, and a value of the C type that is
@@ -345,6 +346,10 @@ int rowe_object_as_int(const struct rowe_object* value, int* into);
 int rowe_object_as_int64(const struct rowe_object* value, int64_t* into);
 int rowe_object_as_double(const struct rowe_object* value, double* into);
 int rowe_object_as_boolean(const struct rowe_object* value, bool* into);
+// Bytes: of a string in base64 with padding, or of an array of numbers from 0 to 255. Copies them to `into`,
+// where there is room for `size`, and tells how many there are in `count` (which may be NULL). Errors:
+// wrong_type; too_long; `into` may then have some of them.
+int rowe_object_as_bytes(const struct rowe_object* value, void* into, size_t size, size_t* count);
 
 // The same for an object's member. Errors: those of rowe_object_get(), too.
 const char* rowe_object_get_string(const struct rowe_object* object, const char* key);
@@ -352,6 +357,8 @@ int rowe_object_get_int(const struct rowe_object* object, const char* key, int* 
 int rowe_object_get_int64(const struct rowe_object* object, const char* key, int64_t* into);
 int rowe_object_get_double(const struct rowe_object* object, const char* key, double* into);
 int rowe_object_get_boolean(const struct rowe_object* object, const char* key, bool* into);
+int rowe_object_get_bytes(const struct rowe_object* object, const char* key, void* into, size_t size,
+                          size_t* count);
 
 #ifdef __cplusplus
 }

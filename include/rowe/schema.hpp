@@ -16,14 +16,16 @@
 //                rowe::field<&scan::angle>.decimals(4),              // fixed precision: shorter, faster
 //                rowe::field<&scan::mode>.by_name(),                 // "mapping", see below
 //                rowe::field<&scan::age>.as_seconds(),               // 0.0125, of std::chrono::nanoseconds
+//                rowe::field<&scan::bits>.as_numbers(),              // [1,255]: bytes, else in base64
 //                rowe::counted<&scan::ranges, &scan::range_count>    // the first `range_count` elements
 //               >{}.type("sensor_msgs/LaserScan")                    // the type's name for ROS and others
 //
 // A member may be a bool, an integer, a float or a double, an enum (written as its number), a
 // std::chrono::duration or time_point (written as its count(): the number of its own units), a type with a
 // schema of its own, a std::array or C array of these, a rowe::bounded_array, a rowe::fixed_string, or a
-// std::optional (left out of the text while empty; null inside an array). Anything else does not compile, and
-// the message says why.
+// std::optional (left out of the text while empty; null inside an array). Arrays of std::uint8_t or std::byte
+// are bytes: they are written as text, in base64 with padding, and read from that or from an array of
+// numbers. Anything else does not compile, and the message says why.
 //
 // The names of an enum's values are listed once, beside the enum. Members that are by_name() are written with
 // them, and all descriptions of the type (rowe/types.hpp) have them:
@@ -88,6 +90,7 @@ struct value_description {
   value_kind kind{};
   std::size_t bytes = 0;                                         // its size in memory
   std::size_t count_max = 0;                                     // array: elements; text: bytes
+  bool is_bytes = false;                                         // array: of std::uint8_t or std::byte
   const value_description* element = nullptr;                    // array, optional
   const schema_description* object = nullptr;                    // object
   const void* (*elements)(const void* array) noexcept = nullptr; // array: the first element; the rest follow
@@ -129,6 +132,7 @@ struct member_description {
 
   bool by_name = false;    // an enum's names are written instead of its numbers
   bool as_seconds = false; // integers of a unit of 10^-n seconds are written in seconds, with a point
+  bool as_numbers = false; // bytes are written as an array of numbers, not in base64
 };
 
 // A struct.
@@ -203,6 +207,7 @@ struct field_spec {
   bool may_miss = false;
   bool named = false;
   bool seconds = false;
+  bool numbers = false;
 
   // An integer is written in quotes, because a browser rounds numbers beyond 2^53.
   consteval field_spec as_string() const noexcept { return with(&field_spec::quoted, true); }
@@ -216,6 +221,8 @@ struct field_spec {
   // A duration or a time is written in seconds, exactly: 1.5 for 1500 ms. Its unit is 1, 10^-1 ... 10^-9
   // seconds, and its count an integer. What is read is rounded to that unit; beyond its range it is refused.
   consteval field_spec as_seconds() const noexcept { return with(&field_spec::seconds, true); }
+  // An array of std::uint8_t or std::byte is written as an array of numbers.
+  consteval field_spec as_numbers() const noexcept { return with(&field_spec::numbers, true); }
 
  private:
   template <class Value>

@@ -2,6 +2,8 @@
 // JSON text in place, for C loops: nothing here allocates.
 #include <rowe/loop.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdarg>
 #include <span>
@@ -10,6 +12,7 @@
 #include <rowe/json_value.hpp>
 
 #include "capi/error.hpp"
+#include "json/base64.hpp"
 #include "json/writer.hpp"
 
 using namespace rowe;
@@ -32,6 +35,21 @@ bool write_members(json::writer& to, const char* key, std::va_list& from) noexce
         break;
       }
       return false;
+    case rowe_type_bytes: {
+      const auto* const bytes = static_cast<const char*>(va_arg(from, const void*));
+      const std::size_t count = va_arg(from, std::size_t);
+      if (bytes == nullptr && count != 0) return false;
+      to.raw("\"");
+      for (std::size_t done = 0; done < count;) { // in pieces, each but the last one of whole threes
+        std::array<char, 256> text;
+        const std::size_t some = std::min(count - done, text.size() / 4 * 3);
+        const char* const end = json::write_base64(text.data(), bytes + done, some);
+        to.append({text.data(), static_cast<std::size_t>(end - text.data())});
+        done += some;
+      }
+      to.append("\"");
+      break;
+    }
     case rowe_type_object:
     case rowe_type_array:
       if (const char* const text = va_arg(from, const char*)) {

@@ -7,6 +7,7 @@
 #include "capi/error.hpp"
 #include "capi/object.hpp"
 #include "wire/utf8.hpp"
+#include "json/base64.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::capi {
@@ -57,6 +58,15 @@ result<rowe_object> take(int type, arguments& from) {
     if (!is_utf8(text)) return errc::malformed;
     rowe_object value{json::kind::string};
     value.text = text;
+    return value;
+  }
+  case rowe_type_bytes: {
+    const auto* const bytes = static_cast<const char*>(va_arg(from.list, const void*));
+    const std::size_t count = va_arg(from.list, std::size_t);
+    if (bytes == nullptr && count != 0) return errc::misuse;
+    rowe_object value{json::kind::string};
+    value.text.resize(json::base64_text_bytes(count));
+    json::write_base64(value.text.data(), bytes, count);
     return value;
   }
   case rowe_type_object: return nested(va_arg(from.list, const rowe_object*), json::kind::object);

@@ -7,9 +7,11 @@
 #include <bit>
 #include <charconv>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "capi/error.hpp"
+#include "json/base64.hpp"
 #include "json/utf8.hpp"
 
 using namespace rowe::capi;
@@ -157,6 +159,33 @@ int as_boolean(const rowe_object* value, bool* into, const char* key = nullptr) 
   return rowe_ok;
 }
 
+int as_bytes(const rowe_object* value, void* into, std::size_t size, std::size_t* count,
+             const char* key = nullptr) noexcept {
+  if (into == nullptr && size != 0) return fail(errc::misuse);
+  constexpr std::string_view wanted = "base64, or an array of numbers from 0 to 255,";
+  const bool is_text = value != nullptr && value->type == kind::string;
+  if (!is_text && (value == nullptr || value->type != kind::array)) return wrong(value, key, wanted);
+  const auto is_none = [&] {
+    words why;
+    return fail(errc::wrong_type, why.add_member(key).add(wanted).add(" is wanted").text());
+  };
+  const rowe::json::base64_text text{is_text ? std::string_view{value->text} : std::string_view{}};
+  const bool escapes = is_text && value->text.find('\\') != std::string::npos; // its own are resolved
+  const auto bytes = is_text ? text.bytes() : std::optional{value->values.size()};
+  if (!bytes || escapes) return is_none();
+  if (*bytes > size)
+    return fail({errc::too_long, static_cast<std::int64_t>(*bytes), static_cast<std::int64_t>(size)});
+  if (is_text && !text.read(static_cast<char*>(into))) return is_none();
+  for (std::size_t i = 0; !is_text && i < *bytes; ++i) {
+    const rowe_object& one = value->values[i];
+    const auto number = one.type == kind::number ? rowe::json::to_unsigned(number_in(one)) : std::nullopt;
+    if (!number || *number > 255) return is_none();
+    static_cast<unsigned char*>(into)[i] = static_cast<unsigned char>(*number);
+  }
+  if (count != nullptr) *count = *bytes;
+  return rowe_ok;
+}
+
 } // namespace
 
 void rowe_object_free(struct rowe_object* object) { delete object; }
@@ -222,6 +251,9 @@ int rowe_object_as_int(const struct rowe_object* value, int* into) { return as_i
 int rowe_object_as_int64(const struct rowe_object* value, int64_t* into) { return as_integer(value, into); }
 int rowe_object_as_double(const struct rowe_object* value, double* into) { return as_double(value, into); }
 int rowe_object_as_boolean(const struct rowe_object* value, bool* into) { return as_boolean(value, into); }
+int rowe_object_as_bytes(const struct rowe_object* value, void* into, size_t size, size_t* count) {
+  return as_bytes(value, into, size, count);
+}
 
 const char* rowe_object_get_string(const struct rowe_object* object, const char* key) {
   const rowe_object* const value = rowe_object_get(object, key);
@@ -242,4 +274,9 @@ int rowe_object_get_double(const struct rowe_object* object, const char* key, do
 int rowe_object_get_boolean(const struct rowe_object* object, const char* key, bool* into) {
   const rowe_object* const value = rowe_object_get(object, key);
   return value == nullptr ? rowe_last_error() : as_boolean(value, into, key);
+}
+int rowe_object_get_bytes(const struct rowe_object* object, const char* key, void* into, size_t size,
+                          size_t* count) {
+  const rowe_object* const value = rowe_object_get(object, key);
+  return value == nullptr ? rowe_last_error() : as_bytes(value, into, size, count, key);
 }

@@ -73,6 +73,11 @@ std::string integer_schema(const value_description& d, const member_description&
 
 std::string array_schema(const value_description& d, const member_description& m, bool is_member) {
   const element_count count = count_of(d, is_member ? &m : nullptr);
+  if (detail::is_base64(d, m)) {
+    const std::string length = std::to_string((count.most + 2) / 3 * 4);
+    return R"("type":"string","contentEncoding":"base64",)" +
+           (count.is_fixed ? R"("minLength":)" + length + "," : "") + R"("maxLength":)" + length;
+  }
   std::string text = R"("type":"array","items":)" + value_schema(*d.element, m, false);
   if (count.is_fixed) text += R"(,"minItems":)" + std::to_string(count.most);
   return text + R"(,"maxItems":)" + std::to_string(count.most);

@@ -102,7 +102,7 @@ class declarations {
   std::string used(const schema_description* type) const {
     if (type == nullptr) return "unknown";
     const auto known = names_.find(type);
-    return known == names_.end() ? object(*type, "  ") : known->second;
+    return known == names_.end() ? inlined(*type, "  ") : known->second;
   }
 
  private:
@@ -110,6 +110,11 @@ class declarations {
     const schema_description* type;
     std::string name;
   };
+
+  // Where it has no interface of its own.
+  std::string inlined(const schema_description& type, const std::string& indent) const {
+    return type.members.empty() ? "Record<string, unknown>" : object(type, indent);
+  }
 
   std::string object(const schema_description& type, const std::string& indent) const {
     std::string text = "{\n";
@@ -134,9 +139,10 @@ class declarations {
     case value_kind::text: return "string";
     case value_kind::object: {
       const auto known = names_.find(d.object);
-      return known == names_.end() ? object(*d.object, indent) : known->second;
+      return known == names_.end() ? inlined(*d.object, indent) : known->second;
     }
     case value_kind::array: {
+      if (detail::is_base64(d, m)) return "string";
       const std::string element = value(*d.element, m, indent);
       const bool is_one_word = element.find_first_of(" |") == std::string::npos;
       return is_one_word ? element + "[]" : "(" + element + ")[]";
@@ -163,7 +169,9 @@ class declarations {
     for (bool outermost = is_member; d->element != nullptr; d = d->element, outermost = false) {
       if (d->kind != value_kind::array) continue;
       const element_count count = count_of(*d, outermost ? &m : nullptr);
-      add((count.is_fixed ? "" : "at most ") + std::to_string(count.most) + " elements");
+      const bool is_base64 = detail::is_base64(*d, m);
+      add((is_base64 ? "base64 of " : "") + std::string{count.is_fixed ? "" : "at most "} +
+          std::to_string(count.most) + (is_base64 ? " bytes" : " elements"));
     }
     if (d->kind == value_kind::text) add("at most " + std::to_string(d->count_max) + " bytes");
     add(unit(*d, m.as_seconds));

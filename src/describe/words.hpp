@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include <rowe/schema.hpp>
+#include <rowe/detail/schema.hpp>
 
 namespace rowe::describe_words {
 

@@ -185,4 +185,14 @@ inline std::size_t unescaped_bytes(std::string_view escaped) noexcept {
   return bytes;
 }
 
+// Behind the value that begins at `at`, which is not the end.
+[[gnu::noinline]] inline const char* skip_value(const char* at, const char* end) noexcept {
+  switch (*at) {
+  case '{':
+  case '[': return skip_container(at, end);
+  case '"': return skip_string(at, end);
+  default: return skip_scalar(at, end);
+  }
+}
+
 } // namespace rowe::json

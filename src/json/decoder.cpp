@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 
+#include "base64.hpp"
 #include "cursor.hpp"
 #include "decoder_program.hpp"
 #include "numbers.hpp"
@@ -20,15 +21,6 @@ namespace rowe::json {
 namespace {
 
 bool begins_number(char c) noexcept { return c == '-' || (c >= '0' && c <= '9'); }
-
-const char* skip_value(const char* at, const char* end) noexcept {
-  switch (*at) {
-  case '{':
-  case '[': return skip_container(at, end);
-  case '"': return skip_string(at, end);
-  default: return skip_scalar(at, end);
-  }
-}
 
 } // namespace
 
@@ -328,7 +320,8 @@ class decoder::run {
 
   // The array's offsets are counted from `base`. For a counted array that is the object that it is part of.
   const char* array(const step& s, char* base, const char* at) noexcept {
-    if (*at != '[') return wrong_type(at);
+    if (*at != '[') [[unlikely]]
+      return base64(s, base, at);
     const char* const begin = at;
     char* into = base + s.elements_offset;
     std::size_t count = 0;
@@ -349,6 +342,21 @@ class decoder::run {
     if (s.resize != nullptr) (void)s.resize(base + s.offset, count); // holds them: no more were written
     if (s.set_count != nullptr) s.set_count(base, count);
     return behind(at, 1);
+  }
+
+  // Bytes as text.
+  [[gnu::noinline]] const char* base64(const step& s, char* base, const char* at) noexcept {
+    if (!s.base64 || *at != '"') return wrong_type(at);
+    const char* const quote = find_quote(at + 1, end_);
+    const base64_text text{between(at + 1, quote)};
+    const std::optional<std::size_t> bytes = text.bytes();
+    if (!bytes) return wrong_type(at);
+    if (*bytes > s.count) return fail(errc::too_long, *bytes, s.count);
+    if (!text.read(base + s.elements_offset)) return wrong_type(at);
+    if (s.all_of_it && *bytes != s.count) return fail(errc::too_long, *bytes, s.count);
+    if (s.resize != nullptr) (void)s.resize(base + s.offset, *bytes); // holds them, likewise
+    if (s.set_count != nullptr) s.set_count(base, *bytes);
+    return behind(quote, 1);
   }
 
   std::size_t elements(const char* array) const noexcept {

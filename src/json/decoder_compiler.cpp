@@ -213,6 +213,7 @@ class decoder::compiler {
     case value_kind::array:
       if (!may_nest(depth + 1)) break;
       s.all_of_it = d.count == nullptr;
+      s.base64 = d.is_bytes && !how.as_string && !how.by_name;
       s.resize = d.resize;
       s.count = d.count_max;
       s.elements_offset = offset_of(d.elements(where), from);

@@ -28,8 +28,8 @@ words& add_integer(words& to) noexcept {
 std::string_view decoder::diagnosis::write(std::span<char> buffer, piece asked) const noexcept {
   words to{buffer};
   const auto add_elements = [&](const step& s) {
-    to.add(s.all_of_it ? "an array of " : "an array of at most ").add(s.count);
-    to.add(s.count == 1 ? " element" : " elements");
+    to.add(s.base64 ? "base64 of " : "an array of ").add(s.all_of_it ? "" : "at most ").add(s.count);
+    to.add(s.base64 ? " byte" : " element").add(s.count == 1 ? "" : "s");
   };
   const auto add_seconds = [&](const step& s) {
     const auto index = static_cast<int>(s.what) - static_cast<int>(value_kind::int8);
@@ -75,15 +75,7 @@ std::string_view decoder::diagnosis::write(std::span<char> buffer, piece asked) 
     if (s != &wanted) to.add(" or null");
   };
   const auto add_found = [&] {
-    const char* last = end_;
-    if (found_ != end_) {
-      switch (*found_) {
-      case '{':
-      case '[': last = skip_container(found_, end_); break;
-      case '"': last = skip_string(found_, end_); break;
-      default: last = skip_scalar(found_, end_);
-      }
-    }
+    const char* const last = found_ == end_ ? end_ : skip_value(found_, end_);
     to.add_shortened(between(found_, last), value_bytes_max);
   };
 

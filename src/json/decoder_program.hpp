@@ -20,6 +20,7 @@ struct decoder::step {
       -1;                 // a time since 1970, which may be {"sec","nsec"}: those of its unit; -1: none
   bool unused = false;    // a counting member, which its array sets: read, and forgotten
   bool all_of_it = false; // an array of exactly `count` elements
+  bool base64 = false;    // an array of bytes: may be text
   std::uint32_t offset = 0;
   std::uint32_t elements_offset = 0; // array: of its first element
   std::uint32_t stride = 0;          // array: from element to element

@@ -4,6 +4,8 @@
 #include <array>
 #include <string_view>
 
+#include <rowe/detail/schema.hpp>
+
 namespace rowe::json {
 namespace {
 
@@ -39,7 +41,9 @@ void write_number(writer& into, const value_description& d) noexcept {
   into.end_array();
 }
 
-void write_value(writer& into, const value_description& d, const member_description* owner) noexcept {
+// `outermost`: it is the member itself.
+void write_value(writer& into, const value_description& d, const member_description& owner,
+                 bool outermost) noexcept {
   into.key("is");
   into.string(kinds[static_cast<std::size_t>(d.kind)]);
   switch (d.kind) {
@@ -53,17 +57,18 @@ void write_value(writer& into, const value_description& d, const member_descript
     write_description(into, *d.object);
     break;
   case value_kind::array: {
-    const array_count count = count_of(d, owner);
+    const array_count count = count_of(d, outermost ? &owner : nullptr);
     into.key("most");
     into.number(count.most);
     into.key("fixed");
     into.boolean(count.fixed);
+    flag(into, "base64", rowe::detail::is_base64(d, owner));
     [[fallthrough]];
   }
   case value_kind::optional:
     into.key("of");
     into.begin_object();
-    write_value(into, *d.element, nullptr);
+    write_value(into, *d.element, owner, false);
     into.end_object();
     break;
   default: write_number(into, d);
@@ -87,7 +92,7 @@ void write_description(writer& into, const schema_description& type) noexcept {
     into.begin_object();
     into.key("name");
     into.string(m.name);
-    write_value(into, *m.type, &m);
+    write_value(into, *m.type, m, true);
     flag(into, "as_string", m.as_string);
     flag(into, "by_name", m.by_name);
     flag(into, "as_seconds", m.as_seconds);

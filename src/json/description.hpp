@@ -5,7 +5,8 @@
 //
 //   numbers       "names": [["moving",1],...] of an enum, "unit": [1,1000,false] as in unit_description
 //   text          "most": bytes
-//   array         "most": elements, "fixed": whether it always has as many, "of": the value of an element
+//   array         "most": elements, "fixed": whether it always has as many, "of": the value of an element,
+//                 "base64": true where it is text
 //   optional      "of": the value
 //   object        "object": the type
 //

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base64.hpp"
 #include "digits.hpp"
 #include "encoder_program.hpp"
 #include "stored.hpp"
@@ -71,6 +72,7 @@ class encoder::run {
     case operation::text: return text(s.text_of(base + s.argument), at);
     case operation::named: return named(s, base, at);
     case operation::scalars: return array(s, base, at);
+    case operation::base64: return base64(s, base, at);
     case operation::repeat: return repeat(s, base, at);
     case operation::perhaps: return perhaps(s, base, at);
     default: return scalar(s, s.what, base + s.offset, at);
@@ -83,6 +85,11 @@ class encoder::run {
 
   char* array(const step& s, const char* base, char* at) noexcept {
     return scalars(s, base + s.offset, count(s, base), at);
+  }
+
+  char* base64(const step& s, const char* base, char* at) const noexcept {
+    const std::size_t n = count(s, base);
+    return base64_text_bytes(n) <= left(at) ? write_base64(at, base + s.offset, n) : nullptr;
   }
 
   char* scalars(const step& s, const char* from, std::size_t n, char* at) noexcept {

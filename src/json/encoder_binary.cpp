@@ -55,6 +55,7 @@ class encoder::binary_run {
   char* value(const step& s, const char* base, char* at) noexcept {
     switch (s.what) {
     case operation::nothing:
+    case operation::base64: // of text only
     case operation::comma: return at;
     case operation::text: return text(s.text_of(base + s.argument), at);
     case operation::named: return named(s, base, at);

@@ -10,6 +10,7 @@
 
 #include <rowe/detail/schema.hpp>
 
+#include "base64.hpp"
 #include "binary.hpp"
 #include "cbor.hpp"
 #include "digits.hpp"
@@ -45,13 +46,8 @@ std::size_t scalar_bytes_max(encoding into, operation what) noexcept {
 // Bytes that a byte of a text may need: escaped, \u001f; or replaced because it is no UTF-8.
 constexpr std::size_t escaped_bytes_max = 6;
 
-// The form that a member gives to the numbers in it.
-struct form {
-  bool as_string = false;
-  int decimals = -1;
-  bool by_name = false;
-  bool as_seconds = false;
-};
+// The form that a member gives to the values in it.
+using form = const member_description&;
 
 } // namespace
 
@@ -202,15 +198,14 @@ class encoder::compiler {
         add_name(is_timed ? sec_or_nsec(m.name) : m.name);
       };
       const void* const where = m.address(at);
-      const form how{m.as_string, m.decimals, m.by_name, m.as_seconds};
       if (m.type->kind == value_kind::optional) {
-        optional(*m.type, where, how, depth, false, begin_member);
+        optional(*m.type, where, m, depth, false, begin_member);
       } else {
         begin_member();
         if (m.type->kind == value_kind::array) {
-          array(*m.type, where, how, depth, m.count, at);
+          array(*m.type, where, m, depth, m.count, at);
         } else {
-          value(*m.type, where, how, depth);
+          value(*m.type, where, m, depth);
         }
         some_written = true;
       }
@@ -304,14 +299,18 @@ class encoder::compiler {
     if (!may_nest(depth + 1)) return;
     const value_description& element = *d.element;
     if (into_ == encoding::ros1 && element.kind == value_kind::array) return fail(depth + 1, 1);
-    if (is_text(into_)) add("[");
+    const bool is_base64 = is_text(into_) && rowe::detail::is_base64(d, how);
+    if (is_text(into_)) add(is_base64 ? "\"" : "[");
     step s;
     s.offset = offset_of(d.elements(where));
     s.count = static_cast<std::uint32_t>(d.count_max);
     s.stride = static_cast<std::uint32_t>(element.bytes);
     s.count_of = count_of != nullptr ? count_of : d.count;
     s.argument = count_of != nullptr ? offset_of(owner) : offset_of(where);
-    if (is_scalar(element.kind) && !how.by_name) {
+    if (is_base64) {
+      s.what = operation::base64;
+      emit(s, base64_text_bytes(d.count_max));
+    } else if (is_scalar(element.kind) && !how.by_name) {
       s.what = operation::scalars;
       s.element = scalar(element, how, s);
       add_count(s, s.element);
@@ -321,7 +320,7 @@ class encoder::compiler {
       add_count(s, operation::nothing);
       emit_with_body(s, d.count_max, [&] { value(element, base_, how, depth + 1); });
     }
-    if (is_text(into_)) add("]");
+    if (is_text(into_)) add(is_base64 ? "\"" : "]");
   }
 
   // How many elements follow. Where that is constant it belongs to the literal, and in ROS it is not said.

@@ -40,6 +40,7 @@ enum class operation : std::uint8_t {
   text,
   named,   // the integer `plain`, by the name that it has
   scalars, // an array of the scalar `element`
+  base64,  // bytes, between quotes that are literals
   repeat,  // an array of anything else
   perhaps, // an optional
   comma,   // if the object has a member so far

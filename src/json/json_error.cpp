@@ -40,6 +40,10 @@ void add_wanted(json::words& to, const json_bounds& wanted) noexcept {
     json::add_names(to, wanted.names.size(), found_bytes_max,
                     [&](std::size_t i) { return wanted.names[i].name; });
     break;
+  case json_form::bytes:
+    to.add("base64 of ").add(wanted.exact ? "" : "at most ").add(wanted.most);
+    to.add(wanted.most == 1 ? " byte" : " bytes");
+    break;
   case json_form::plain_text: to.add("a string without escapes"); break;
   }
 }

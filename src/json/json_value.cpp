@@ -4,6 +4,7 @@
 // first.
 #include <rowe/json_value.hpp>
 
+#include "base64.hpp"
 #include "cursor.hpp"
 #include "fault.hpp"
 #include "numbers.hpp"
@@ -261,6 +262,36 @@ bool json_access::read(json_place& at, std::span<char> scratch, std::string_view
   at.is = json_outcome::too_long;
   at.count = json::unescaped_bytes(escaped);
   return false;
+}
+
+// Base64, or an array of numbers.
+bool json_access::read_bytes(json_place& at, const json_bounds& of, void* into, std::size_t& count) noexcept {
+  auto* const bytes = static_cast<char*>(into);
+  const auto fail = [&at](json_outcome why) {
+    at.is = why;
+    return false;
+  };
+  const auto fits = [&](std::size_t some) {
+    at.count = count = some;
+    return of.exact ? some == of.most : some <= of.most;
+  };
+  const json_kind is = kind_of(at.value);
+  if (is == json_kind::string) {
+    const json::base64_text text{inside_quotes(at.value)};
+    const auto some = text.bytes();
+    if (!some) return fail(json_outcome::wrong_type);
+    if (!fits(*some)) return fail(json_outcome::too_long);
+    return text.read(bytes) || fail(json_outcome::wrong_type);
+  }
+  if (is != json_kind::array) return fail(json_outcome::wrong_type);
+  std::size_t elements = 0;
+  json::array_walk walk{at.value};
+  for (json::value one; walk.next(one); ++elements) {
+    const auto number = json::to_unsigned(one);
+    if (!number || *number > 255) return fail(json_outcome::wrong_type);
+    if (elements < of.most) bytes[elements] = static_cast<char>(*number);
+  }
+  return fits(elements) || fail(json_outcome::too_long);
 }
 
 bool json_access::read_plain(json_place& at, std::string_view& into) noexcept {

@@ -22,14 +22,21 @@ splice::splice(writer& into) noexcept
   into_.comma_ = false;
 }
 
-void splice::end(std::string_view name) noexcept {
+std::string_view splice::value() const noexcept {
+  return {into_.begin_ + from_, static_cast<std::size_t>(into_.at_ - (into_.begin_ + from_))};
+}
+
+void splice::end(std::string_view name) noexcept { end(name, true); }
+void splice::end_apart(std::string_view name) noexcept { end(name, false); }
+
+void splice::end(std::string_view name, bool merges) noexcept {
   if (into_.overflowed_) return;
   assert(into_.bytes() >= from_);
   char* first = into_.begin_ + from_;
   char* last = into_.at_; // behind the value
   while (first != last && is_space(*first)) ++first;
   while (first != last && is_space(last[-1])) --last;
-  if (last - first >= 2 && *first == '{' && last[-1] == '}') return merge(first, last - 1);
+  if (merges && last - first >= 2 && *first == '{' && last[-1] == '}') return merge(first, last - 1);
   if (first != last) return wrap(name);
   into_.at_ = into_.begin_ + from_;
   into_.comma_ = members_precede_;

@@ -26,8 +26,13 @@ class splice {
   // value becomes one member with this name (plain characters that need no escape). White space in and around
   // the value, which may be a user's text, is allowed. If nothing was written, nothing is added.
   ROWE_RT void end(std::string_view name) noexcept;
+  // Likewise, but an object, too, becomes one member with this name.
+  ROWE_RT void end_apart(std::string_view name) noexcept;
+  // What was written so far, of which nothing is known if it did not fit.
+  ROWE_RT std::string_view value() const noexcept;
 
  private:
+  void end(std::string_view name, bool merges) noexcept;
   void merge(char* first, char* last) noexcept;
   void wrap(std::string_view name) noexcept;
 

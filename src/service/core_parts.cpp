@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/core_parts.hpp"
 
+#include "service/own_types.hpp"
+
 namespace rowe::service {
 
 core_parts::core_parts(rt::arena& memory, const core_options& options, const shared_parts& with_threads,
@@ -146,7 +148,10 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                        .service_directory = service_directory_,
                        .stop_rules = stop_rules_,
                        .statistics_report = statistics_report_}},
-      type_services_{{.state = state_, .outbox = outbox_, .call_completion = call_completion_}},
+      type_services_{{.state = state_,
+                      .stop_rules = stop_rules_,
+                      .outbox = outbox_,
+                      .call_completion = call_completion_}},
       endpoint_services_{{.state = state_,
                           .service_directory = service_directory_,
                           .stop_rules = stop_rules_,
@@ -255,6 +260,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
 
 topic_id core_parts::own_topic(std::string_view name) noexcept {
   const topic_id topic = state_.topics.find_or_add(name);
+  describe_own(state_.topics, topic);
   state_.topics.hold_as_own(topic);
   return topic;
 }

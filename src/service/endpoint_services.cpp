@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "service/listed_topics.hpp"
+#include "service/own_types.hpp"
 #include "wire/own_names.hpp"
 
 #include "service/service_limits.hpp"
@@ -22,6 +23,15 @@ constexpr std::array names{wire::stats_name,           wire::list_topics_name,
                            wire::search_param_name};
 
 } // namespace
+
+// Of a service of the endpoint itself; empty: it is none, or the peer may not call it.
+std::string_view endpoint_services::own_type_for(const connection* c,
+                                                 std::string_view service) const noexcept {
+  const own_service_type* const own = own_type_of_service(service);
+  if (own == nullptr) return {};
+  const bool may = c == nullptr || state_.rights.calls(*c, own->name);
+  return may && (!own->of_stop || stop_rules_.in_use()) ? own->type : std::string_view{};
+}
 
 endpoint_services::endpoint_services(const needs& parts) noexcept
     : state_{parts.state},
@@ -101,7 +111,8 @@ void endpoint_services::answer(call_index index, std::string_view service,
     } else {
       const service_index found = service_directory_.find(named("service"));
       into.key("type");
-      into.string(!calls(found) ? std::string_view{} : service_directory_.type(found));
+      into.string(found ? (calls(found) ? service_directory_.type(found) : std::string_view{})
+                        : own_type_for(c, named("service")));
     }
     into.end_object();
   });

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/numbered.hpp"
 
-#include <array>
-
+#include "service/own_types.hpp"
 #include "service/service_limits.hpp"
-#include "service/stop_gate.hpp"
 #include "wire/own_names.hpp"
 
 namespace rowe::service {
@@ -12,19 +10,7 @@ namespace {
 
 using wire::listed;
 
-// Their positions are their numbers, from 1 on.
-constexpr std::array own_services{wire::stop_name,
-                                  wire::stop_reset_name,
-                                  wire::stop_lease_name,
-                                  wire::stop_state_name,
-                                  wire::stats_name,
-                                  wire::list_topics_name,
-                                  wire::list_services_name,
-                                  wire::topic_type_name,
-                                  wire::publishers_name,
-                                  wire::service_type_name};
-static_assert(own_services.size() < first_service_number);
-static_assert(own_services[wire::stop_service_number - 1] == wire::stop_name);
+static_assert(numbered_own_services < first_service_number);
 
 } // namespace
 
@@ -47,7 +33,9 @@ listed numbered::topic_in(topic_id row) const noexcept {
 listed numbered::service_in(std::uint32_t row) const noexcept {
   if (row < first_service_number) {
     const std::string_view name = service(row);
-    return name.empty() ? listed{} : listed{.number = row, .name = name};
+    if (name.empty()) return {};
+    const own_service_type& its = own_service_types()[row - 1];
+    return {.number = row, .name = name, .type = its.type, .schema = its.listed, .request = its.request};
   }
   const service_index index{row - first_service_number};
   if (!service_directory_.is_service(index)) return {};
@@ -65,10 +53,9 @@ std::string_view numbered::service(std::uint32_t number) const noexcept {
     const service_index found = service_directory_.find_number(number);
     return !found ? std::string_view{} : service_directory_.name(found);
   }
-  if (number == 0 || number > own_services.size()) return {};
-  const std::string_view own = own_services[number - 1];
-  const bool of_stop = stop_gate::service_named(own) != stop_verb::none;
-  return of_stop && !stop_rules_.in_use() ? std::string_view{} : own;
+  if (number == 0 || number > numbered_own_services) return {};
+  const own_service_type& own = own_service_types()[number - 1];
+  return own.of_stop && !stop_rules_.in_use() ? std::string_view{} : own.name;
 }
 
 topic_id numbered::topic_subscribed(peer_index peer, std::uint32_t tag) const noexcept {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "service/own_types.hpp"
 #include "service/service_limits.hpp"
 #include "wire/own_names.hpp"
 
@@ -37,6 +38,7 @@ void parameters_feed::publish() noexcept {
                              "raise `limits::topics_max`");
       return;
     }
+    describe_own(state_.topics, topic_);
     state_.topics.hold_as_own(topic_);
     state_.topics.at(topic_).keep = keep::newest;
   }

@@ -7,6 +7,7 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/names.hpp"
+#include "service/own_types.hpp"
 #include "service/service_limits.hpp"
 #include "wire/codec.hpp"
 #include "wire/text_out.hpp"
@@ -20,7 +21,7 @@ status topic_handles::attach(pair_index pair) noexcept {
   const topic_id topic_index = hold_topic(queues.name());
   if (!topic_index) return error{errc::too_many_topics, state_.topics.count(), state_.bounds().topics_max};
   bool typed = !state_.topics.type(topic_index).empty();
-  if (!state_.topics.set_type(topic_index, queues.type())) {
+  if (!state_.topics.set_type(topic_index, queues.type()) && !is_own_name(queues.name())) {
     if (state_.topics.at(topic_index).own_holders > 1 || ROWE_MUTANT(pinned_type)) {
       report_conflict(topic_index, queues);
       topic_places_.let_go_own(topic_index);
@@ -119,9 +120,13 @@ bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
   return false;
 }
 
-// What the publisher that came first says of the topic's messages; else what a subscriber expects.
+// What the endpoint says of its own topic; else what the publisher that came first says of its messages; else
+// what a subscriber expects.
 const schema_description* topic_handles::schema_of(topic_id topic) const noexcept {
   const schema_description* found = nullptr;
+  if (state_.options.ours == side::server) {
+    if (const own_topic_type* own = own_type_of_topic(state_.topics.name(topic))) return own->message;
+  }
   std::uint64_t order = 0;
   bool published = false;
   for (const pair_index i : state_.pairs.ids()) {

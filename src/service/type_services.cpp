@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "service/names.hpp"
+#include "service/own_types.hpp"
 #include "service/service_limits.hpp"
 #include "wire/own_names.hpp"
 #include "wire/refusal.hpp"
@@ -55,6 +56,11 @@ bool type_services::calls(std::string_view service, const connection* by) const 
   return by == nullptr || state_.rights.calls(*by, service);
 }
 
+// Whether the endpoint has this service of its own, and the peer may call it.
+bool type_services::is_own_service(const own_service_type& own, const connection* by) const noexcept {
+  return calls(own.name, by) && (!own.of_stop || stop_rules_.in_use());
+}
+
 void type_services::answer(call_index call, std::string_view service, const wire::call_args& what,
                            const connection* by) noexcept {
   state_.cycle.work_bytes += answer_work;
@@ -90,7 +96,8 @@ void type_services::complete(call_index call, slot_id slot, bool too_large, std:
 
 // ---- /rowe/types
 
-// Topics by their rows, then services by theirs; a page ends where the next entry does not fit.
+// Topics by their rows, then services by theirs, then the endpoint's own services; a page ends where the next
+// entry does not fit.
 struct type_services::pages {
   json::writer& into;
   const std::uint64_t from;
@@ -105,7 +112,9 @@ struct type_services::pages {
     write();
     json::writer behind = into;
     behind.append(page_end);
-    if (first_name.empty()) {
+    if (first_name.empty() && is_own_name(name) && behind.overflowed()) {
+      into = before; // no message here is long enough for it; what the program has is told all the same
+    } else if (first_name.empty()) {
       first_name = name;
     } else if (behind.overflowed()) {
       into = before;
@@ -148,6 +157,15 @@ void type_services::answer_page(call_index call, const wire::call_args& what, co
         into.end_object();
       });
     }
+    for (const own_service_type& own : own_service_types()) {
+      if (!is_own_service(own, by)) continue;
+      page.add(own.name, [&] {
+        write_entry(into, "service", own.name, own.type);
+        write_member(into, "request", own.request);
+        write_member(into, "answer", own.answer);
+        into.end_object();
+      });
+    }
     into.end_array();
     into.key("next");
     page.next == 0 ? into.null() : into.number(page.next);
@@ -179,7 +197,7 @@ const schema_description* type_services::find_inside(std::string_view type,
   return nullptr;
 }
 
-// Of who provides a service of this type, or calls one.
+// Of who provides a service of this type, or calls one; else of the endpoint's own.
 const schema_description* type_services::find_call(std::string_view type, side_of_call which,
                                                    const connection* by) const noexcept {
   for (const pair_index i : state_.pairs.ids()) {
@@ -190,6 +208,10 @@ const schema_description* type_services::find_call(std::string_view type, side_o
     if (!same_type(one.type(), type)) continue;
     const bool comes_in = responds == (which == side_of_call::request);
     if (const schema_description* found = comes_in ? one.decoded : one.encoded) return found;
+  }
+  for (const own_service_type& own : own_service_types()) {
+    if (same_type(own.type, type) && is_own_service(own, by))
+      return which == side_of_call::request ? own.request : own.answer;
   }
   return nullptr;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The services that say what types look like, of the topics and services for which a handle of this process
-// has a schema: /rowe/types for programs that make declarations of them, and rosapi's for ROS's clients. A
-// peer is told of nothing that its role may not subscribe to or call. Service thread only; nothing waits or
-// allocates.
+// has a schema, and of the endpoint's own: /rowe/types for programs that make declarations of them, and
+// rosapi's for ROS's clients. A peer is told of nothing that its role may not subscribe to or call.
+// Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -12,6 +12,8 @@
 #include "service/call_completion.hpp"
 #include "service/core_state.hpp"
 #include "service/outbox.hpp"
+#include "service/own_types.hpp"
+#include "service/stop_rules.hpp"
 #include "wire/request.hpp"
 #include "json/writer.hpp"
 
@@ -21,11 +23,13 @@ class type_services {
  public:
   struct needs {
     core_state& state;
+    const class stop_rules& stop_rules;
     class outbox& outbox;
     class call_completion& call_completion;
   };
   explicit type_services(const needs& parts) noexcept
       : state_{parts.state},
+        stop_rules_{parts.stop_rules},
         outbox_{parts.outbox},
         call_completion_{parts.call_completion} {}
 
@@ -47,12 +51,14 @@ class type_services {
                       const connection* by) noexcept;
   bool sees(topic_id topic, const connection* by) const noexcept;
   bool calls(std::string_view service, const connection* by) const noexcept;
+  bool is_own_service(const own_service_type& own, const connection* by) const noexcept;
   const schema_description* find_message(std::string_view type, const connection* by) const noexcept;
   const schema_description* find_inside(std::string_view type, const connection* by) const noexcept;
   const schema_description* find_call(std::string_view type, side_of_call which,
                                       const connection* by) const noexcept;
 
   core_state& state_;
+  const stop_rules& stop_rules_;
   outbox& outbox_;
   call_completion& call_completion_;
 };

@@ -134,6 +134,16 @@ void detail::write_in_reply_to(json::writer& out, std::string_view in_reply_to_r
   out.raw(in_reply_to_raw);
 }
 
+void detail::end_args(const json::writer& out, json::splice& body) noexcept {
+  const bool apart = !out.overflowed() && has_names_of_calls(json::root(body.value()).raw);
+  apart ? body.end_apart("args") : body.end("args");
+}
+
+void detail::end_result(const json::writer& out, json::splice& body) noexcept {
+  const bool apart = !out.overflowed() && find_reserved(json::root(body.value()).raw);
+  apart ? body.end_apart("result") : body.end("result");
+}
+
 void write_invocation(json::writer& out, std::string_view object_text, std::string_view id) noexcept {
   out.begin_object();
   write_members(out, object_text, "args");

@@ -68,12 +68,15 @@ bool names_id(std::string_view text) noexcept;
 
 namespace detail {
 void write_in_reply_to(json::writer& out, std::string_view in_reply_to_raw) noexcept;
+void end_args(const json::writer& out, json::splice& body) noexcept;
+void end_result(const json::writer& out, json::splice& body) noexcept;
 } // namespace detail
 
 // The object and a last member, "message_id":"id". A text that is no object goes under "args".
 void write_invocation(json::writer& out, std::string_view object_text, std::string_view id) noexcept;
 
-// {"service":"service", members of the body, "message_id":"id"}. A body that is no object goes under "args".
+// {"service":"service", members of the body, "message_id":"id"}. A body that is no object goes under "args",
+// and so does one that has a member service, op, message_id or in_reply_to itself.
 template <class WriteBody>
 void write_call(json::writer& out, std::string_view service, std::string_view id,
                 WriteBody&& write_body) noexcept {
@@ -81,20 +84,20 @@ void write_call(json::writer& out, std::string_view service, std::string_view id
   write_service_member(out, service);
   json::splice body{out};
   std::forward<WriteBody>(write_body)(out);
-  body.end("args");
+  detail::end_args(out, body);
   write_id_member(out, id);
   out.end_object();
 }
 
 // {members of the body, "in_reply_to":ID}; ID is the invocation's message_id as it was written. A body that
-// is no object goes under "result".
+// is no object goes under "result", and so does one that has a member op, message_id or in_reply_to itself.
 template <class WriteBody>
 requires(!std::is_convertible_v<WriteBody, std::string_view>) void write_reply(
     json::writer& out, std::string_view in_reply_to_raw, WriteBody&& write_body) noexcept {
   out.begin_object();
   json::splice body{out};
   std::forward<WriteBody>(write_body)(out);
-  body.end("result");
+  detail::end_result(out, body);
   detail::write_in_reply_to(out, in_reply_to_raw);
   out.end_object();
 }

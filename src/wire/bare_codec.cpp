@@ -28,11 +28,7 @@ message_kind bare_codec::write_call(json::writer& out, std::string_view service,
 
 message_kind bare_codec::write_reply(json::writer& out, const call_origin& call,
                                      const body& value) const noexcept {
-  // Such members would collide with our own in the same object.
-  const bool wraps = value.is_text() && find_reserved(value.text());
-  bare::write_reply(out, call.id_raw, [&](json::writer& body) {
-    wraps ? write_result(body, value.text()) : value.write(body);
-  });
+  bare::write_reply(out, call.id_raw, [&](json::writer& body) { value.write(body); });
   return message_kind::text;
 }
 

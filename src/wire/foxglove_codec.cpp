@@ -270,9 +270,9 @@ std::size_t foxglove_codec::schema_bytes(const listed& one) const noexcept {
   constexpr std::size_t words = 128;
   const auto bytes = [](const schema_description* of) {
     const std::size_t name = of != nullptr ? 2 * of->type_name.size() : 0;
-    return words + name +
-           std::max(foxglove_schema_bytes(of, foxglove_times::sec_nsec),
-                    foxglove_schema_bytes(of, foxglove_times::as_described));
+    const std::size_t described = foxglove_schema_bytes(of, foxglove_times::as_described);
+    if (of == nullptr || !json::holds_time(*of)) return words + name + described;
+    return words + name + std::max(described, foxglove_schema_bytes(of, foxglove_times::sec_nsec));
   };
   return bytes(one.schema) + bytes(one.request);
 }

@@ -5,49 +5,54 @@
 #include <array>
 #include <string_view>
 
+#include <rowe/detail/schema.hpp>
+
 #include "json/digits.hpp"
 #include "json/times.hpp"
 
 namespace rowe::wire {
 namespace {
 
-// Escapes JSON text for a JSON string, and counts its bytes; without a writer, it only counts.
+// JSON text for a JSON string, and how many bytes it has; without a writer, it only counts. Each peer of a
+// long list gets it, so all that is known beforehand is written escaped.
 class escaped_text {
  public:
   explicit escaped_text(json::writer* into) noexcept : into_{into} {}
 
-  void add(std::string_view json) noexcept {
-    while (!json.empty()) {
-      const std::size_t plain = std::min(json.find_first_of("\"\\"), json.size());
-      append(json.substr(0, plain));
-      json.remove_prefix(plain);
-      if (json.empty()) return;
-      append("\\");
-      append(json.substr(0, 1));
-      json.remove_prefix(1);
-    }
+  // What is escaped already.
+  void add(std::string_view escaped) noexcept {
+    bytes_ += escaped.size();
+    if (into_ != nullptr) into_->append(escaped);
   }
   void add_name(std::string_view name) noexcept {
-    add("\"");
-    for (const char& c : name) {
-      if (c == '"' || c == '\\') add("\\");
-      if (static_cast<unsigned char>(c) >= ' ') {
-        add({&c, 1});
-      } else {
-        const auto code = static_cast<unsigned char>(c);
-        const std::array<char, 6> escape{
-            '\\', 'u', '0', '0', json::hex_digits[code >> 4], json::hex_digits[code & 15U]};
-        add({escape.data(), escape.size()});
-      }
+    add(R"(\")");
+    const auto is_plain = [](char c) {
+      return c != '"' && c != '\\' && static_cast<unsigned char>(c) >= ' ';
+    };
+    if (std::all_of(name.begin(), name.end(), is_plain)) {
+      add(name);
+    } else {
+      add_characters(name);
     }
-    add("\"");
+    add(R"(\")");
   }
   std::size_t bytes() const noexcept { return bytes_; }
 
  private:
-  void append(std::string_view text) noexcept {
-    bytes_ += text.size();
-    if (into_ != nullptr) into_->append(text);
+  // JSON's escapes, escaped once more.
+  void add_characters(std::string_view name) noexcept {
+    for (const char& c : name) {
+      if (c == '"' || c == '\\') {
+        add(c == '"' ? R"(\\\")" : R"(\\\\)");
+      } else if (static_cast<unsigned char>(c) >= ' ') {
+        add({&c, 1});
+      } else {
+        const auto code = static_cast<unsigned char>(c);
+        const std::array<char, 7> escape{
+            '\\', '\\', 'u', '0', '0', json::hex_digits[code >> 4], json::hex_digits[code & 15U]};
+        add({escape.data(), escape.size()});
+      }
+    }
   }
 
   json::writer* into_;
@@ -60,45 +65,47 @@ class schema_text {
 
   void add(const schema_description* type) noexcept {
     if (type != nullptr) return add_object(*type);
-    to_.add(R"({"type":"object","properties":{}})");
+    to_.add(R"({\"type\":\"object\",\"properties\":{}})");
   }
   std::size_t bytes() const noexcept { return to_.bytes(); }
 
  private:
   void add_value(const value_description& d, const member_description& m, bool in_array) noexcept {
     switch (d.kind) {
-    case value_kind::boolean: return to_.add(R"({"type":"boolean"})");
+    case value_kind::boolean: return to_.add(R"({\"type\":\"boolean\"})");
     case value_kind::float32:
-    case value_kind::float64: return to_.add(R"({"type":"number"})");
-    case value_kind::text: return to_.add(R"({"type":"string"})");
+    case value_kind::float64: return to_.add(R"({\"type\":\"number\"})");
+    case value_kind::text: return to_.add(R"({\"type\":\"string\"})");
     case value_kind::object: return add_object(*d.object);
     case value_kind::optional: return add_value(*d.element, m, in_array);
     case value_kind::array:
-      if (in_array) return to_.add(R"({"type":"object","properties":{}})");
-      to_.add(R"({"type":"array","items":)");
+      if (rowe::detail::is_base64(d, m))
+        return to_.add(R"({\"type\":\"string\",\"contentEncoding\":\"base64\"})");
+      if (in_array) return to_.add(R"({\"type\":\"object\",\"properties\":{}})");
+      to_.add(R"({\"type\":\"array\",\"items\":)");
       add_value(*d.element, m, true);
       return to_.add("}");
     default: break;
     }
     if (times_ == foxglove_times::sec_nsec && json::is_time(d)) return add_time();
-    if (m.as_string || m.by_name) return to_.add(R"({"type":"string"})");
-    to_.add(m.as_seconds ? R"({"type":"number"})" : R"({"type":"integer"})");
+    if (m.as_string || m.by_name) return to_.add(R"({\"type\":\"string\"})");
+    to_.add(m.as_seconds ? R"({\"type\":\"number\"})" : R"({\"type\":\"integer\"})");
   }
 
   void add_time() noexcept {
-    to_.add(R"({"title":"time","type":"object","properties":)"
-            R"({"sec":{"type":"integer"},"nsec":{"type":"integer"}}})");
+    to_.add(R"({\"title\":\"time\",\"type\":\"object\",\"properties\":)"
+            R"({\"sec\":{\"type\":\"integer\"},\"nsec\":{\"type\":\"integer\"}}})");
   }
 
   void add_object(const schema_description& type) noexcept {
     if (times_ == foxglove_times::sec_nsec && json::is_time(type)) return add_time();
     to_.add("{");
     if (!type.type_name.empty()) {
-      to_.add(R"("title":)");
+      to_.add(R"(\"title\":)");
       to_.add_name(type.type_name);
       to_.add(",");
     }
-    to_.add(R"("type":"object","properties":{)");
+    to_.add(R"(\"type\":\"object\",\"properties\":{)");
     bool first = true;
     for (const member_description& m : type.members) {
       if (!first) to_.add(",");

@@ -13,15 +13,11 @@
 #include "json/writer.hpp"
 
 namespace rowe::wire {
-namespace {
 
-// Whether the object has a member that would occur twice in a delivered call, or would change its meaning.
-bool has_delivered_names(std::string_view object) noexcept {
+bool has_names_of_calls(std::string_view validated_object) noexcept {
   static constexpr word_table names{"service", "op", "message_id", "in_reply_to"};
-  return collect(object, names).seen != 0;
+  return collect(validated_object, names).seen != 0;
 }
-
-} // namespace
 
 std::optional<std::size_t> find_reserved(std::string_view validated_text, bool with_ttl) noexcept {
   json::object_walk walk{validated_text};
@@ -57,7 +53,7 @@ void write_delivered_call(json::writer& out, std::string_view service, std::stri
                           std::string_view id) noexcept {
   out.begin_object();
   write_service_member(out, service);
-  if (json::is_object(args_raw) && !has_delivered_names(args_raw)) {
+  if (json::is_object(args_raw) && !has_names_of_calls(args_raw)) {
     write_members(out, args_raw, "args");
   } else if (!args_raw.empty()) {
     out.key("args");

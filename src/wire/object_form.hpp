@@ -20,6 +20,9 @@ namespace rowe::wire {
 // the text is no object.
 std::optional<std::size_t> find_reserved(std::string_view validated_text, bool with_ttl = false) noexcept;
 
+// Whether the object has a member that would stand twice in a call in this form, or would change what it is.
+bool has_names_of_calls(std::string_view validated_object) noexcept;
+
 // Writes the arguments alone, as one JSON value. Of an object, these are the members that neither belong to
 // the endpoint nor name the service.
 void write_args(json::writer& out, const call_args& what) noexcept;

@@ -2,9 +2,12 @@
 // JSON values: built, read, written, and every wrong use of them.
 #include "check.h"
 
+#include <rowe/loop.h>
+
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 // The value's text, checked and freed.
 static void check_json(const char* file, int line, const struct rowe_object* value, const char* expected) {
@@ -90,6 +93,41 @@ static void text_goes_through_unharmed(void) {
   CHECK_ROUND_TRIP("[[],{},[{\"a\":[1,2,{\"b\":null}]}]]");
   CHECK_ROUND_TRIP("\"caf\xc3\xa9 \xe2\x82\xac \xf0\x9f\xa4\x96\"");
   CHECK_ROUND_TRIP("\"quote \\\" backslash \\\\ tab \\t line \\n bell \\u0007\"");
+}
+
+static void bytes_are_base64_or_numbers(void) {
+  const unsigned char some[] = {0, 255, 128, 7};
+  struct rowe_object* const made = rowe_message("data", rowe_type_bytes, some, sizeof some, "none",
+                                                rowe_type_bytes, NULL, (size_t)0, NULL);
+  char* const text = rowe_object_to_text(made);
+  CHECK_TEXT(text, "{\"data\":\"AP+ABw==\",\"none\":\"\"}");
+  char written[64];
+  CHECK(rowe_write(written, sizeof written, "data", rowe_type_bytes, some, sizeof some, "none",
+                   rowe_type_bytes, NULL, (size_t)0, NULL) == strlen(text));
+  CHECK_TEXT(written, text);
+  free(text);
+  struct rowe_object* const read = rowe_object_from_text(
+      "{\"text\":\"AP+ABw==\",\"list\":[0,255,128,7],\"odd\":\"AP+AB\",\"digit\":\"AP-ABw==\","
+      "\"back\":\"\\\\/AAA\",\"large\":[256],\"n\":7}");
+  const char* const good[] = {"text", "list"};
+  for (size_t i = 0; i < 2; ++i) {
+    unsigned char into[4] = {0};
+    size_t count = 0;
+    CHECK_EQUAL(rowe_object_get_bytes(read, good[i], into, sizeof into, &count), rowe_ok);
+    CHECK_EQUAL(count, sizeof some);
+    CHECK(memcmp(into, some, sizeof some) == 0);
+    CHECK_EQUAL(rowe_object_as_bytes(rowe_object_get(read, good[i]), into, sizeof into, NULL), rowe_ok);
+    CHECK_CODE(rowe_object_get_bytes(read, good[i], into, 3, &count), rowe_error_too_long);
+  }
+  unsigned char into[16];
+  const char* const wrong[] = {"odd", "digit", "back", "large", "n"};
+  for (size_t i = 0; i < sizeof wrong / sizeof *wrong; ++i)
+    CHECK_CODE(rowe_object_get_bytes(read, wrong[i], into, sizeof into, NULL), rowe_error_wrong_type);
+  CHECK_CODE(rowe_object_get_bytes(read, "missing", into, sizeof into, NULL), rowe_error_missing_member);
+  CHECK_CODE(rowe_object_get_bytes(read, "text", NULL, 4, NULL), rowe_error_misuse);
+  CHECK(rowe_message("data", rowe_type_bytes, NULL, (size_t)1, NULL) == NULL);
+  rowe_object_free(made);
+  rowe_object_free(read);
 }
 
 static void numbers_keep_every_digit(void) {
@@ -271,6 +309,7 @@ int main(void) {
   values_nest_as_copies();
   an_array_of_many_holds_them_all();
   text_goes_through_unharmed();
+  bytes_are_base64_or_numbers();
   numbers_keep_every_digit();
   escapes_are_resolved();
   of_two_members_with_one_name_the_first_is_found();

@@ -157,8 +157,8 @@ export namespace robot {
       x: number;
       y: number;
     })[];
-    /** at most 8 elements */
-    cells: number[];
+    /** base64 of at most 8 bytes */
+    cells: string;
     goal?: {
       x: number;
       y: number;

@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -53,6 +54,10 @@ struct everything {
   std::int8_t count = 0;
   double much[300]{};
   std::uint8_t much_count = 0; // cannot count as far
+  std::optional<rowe::bounded_array<std::uint8_t, 7>> bytes;
+  std::optional<std::array<std::byte, 4>> raw;
+  std::optional<rowe::bounded_array<std::uint8_t, 3>> plain;
+  std::optional<std::array<rowe::bounded_array<std::byte, 2>, 2>> rows;
 };
 
 // Whatever is there is read; nothing need be.
@@ -108,7 +113,9 @@ template <> inline constexpr auto rowe::schema<rowe::tests::everything> =
                  rowe::counted<&rowe::tests::everything::ranges, &rowe::tests::everything::count>,
                  rowe::counted<&rowe::tests::everything::intensities, &rowe::tests::everything::count>,
                  &rowe::tests::everything::count,
-                 rowe::counted<&rowe::tests::everything::much, &rowe::tests::everything::much_count, "\u00fc">>{};
+                 rowe::counted<&rowe::tests::everything::much, &rowe::tests::everything::much_count, "\u00fc">,
+                 &rowe::tests::everything::bytes, &rowe::tests::everything::raw,
+                 rowe::field<&rowe::tests::everything::plain>.as_numbers(), &rowe::tests::everything::rows>{};
 template <> inline constexpr auto rowe::schema<rowe::tests::anything> =
     rowe::fields<&rowe::tests::anything::yes, &rowe::tests::anything::i8, &rowe::tests::anything::i64,
                  &rowe::tests::anything::u64, &rowe::tests::anything::f, &rowe::tests::anything::d,

@@ -505,7 +505,7 @@ TEST(decoder, says_which_member_was_wanted_and_what_was_found) {
   EXPECT_EQ(diagnosis_of<anything>(R"({"list":[1,null,true]})"),
             R"(the member "list[2]" must be a number; it is true)");
   EXPECT_EQ(diagnosis_of<anything>(R"({"two":[1]})"),
-            R"(the member "two" must be an array of 2 elements or null; it has 1)");
+            R"(the member "two" must be base64 of 2 bytes or null; it has 1)");
   EXPECT_EQ(diagnosis_of<anything>(R"({"yes":0})"),
             R"(the member "yes" must be true or false or null; it is 0)");
 }
@@ -653,6 +653,26 @@ class random_everything {
     }
     e.much_count = static_cast<std::uint8_t>(coin() ? 0 : random_() % 256);
     for (int i = 0; i < e.much_count; ++i) e.much[i] = real();
+    if (coin()) {
+      e.bytes.emplace();
+      while (coin() && e.bytes->push_back(integer<std::uint8_t>())) {
+      }
+    }
+    if (coin()) {
+      e.raw.emplace();
+      for (std::byte& x : *e.raw) x = std::byte{integer<std::uint8_t>()};
+    }
+    if (coin()) {
+      e.plain.emplace();
+      while (coin() && e.plain->push_back(integer<std::uint8_t>())) {
+      }
+    }
+    if (coin()) {
+      e.rows.emplace();
+      for (auto& row : *e.rows)
+        while (coin() && row.push_back(std::byte{integer<std::uint8_t>()})) {
+        }
+    }
     return e;
   }
 
@@ -685,6 +705,30 @@ class random_everything {
 
   std::mt19937_64& random_;
 };
+
+TEST(decoder, reads_bytes_from_base64_and_from_numbers) {
+  const auto bytes = [](std::string_view value) {
+    const auto read = decoded<everything>(everything_with(
+        std::string{R"("ranges":[],"intensities":[],"count":0,"ü":[],"bytes":)"} + std::string{value}));
+    std::string all;
+    for (const std::uint8_t one : *read.bytes) all += static_cast<char>(one);
+    return all;
+  };
+  EXPECT_EQ(bytes("[104,105]"), "hi");
+  EXPECT_EQ(bytes(R"("aGk=")"), "hi");
+  EXPECT_EQ(bytes(R"("")"), "");
+  EXPECT_EQ(bytes(R"("\u0061G\u006b\u003d")"), "hi");
+  EXPECT_EQ(bytes(R"("\/\/79")"), "\xff\xfe\xfd") << "as servers write it that escape each slash";
+  EXPECT_EQ(decoded<anything>(R"({"two":"AQI="})").two->at(1), 2);
+  EXPECT_EQ(refused<anything>(R"({"two":"AQ=="})"), (error{errc::too_long, 1, 2}));
+  EXPECT_EQ(diagnosis_of<anything>(R"({"two":"AQID"})"),
+            R"(the member "two" must be base64 of 2 bytes or null; it has 3)");
+  for (const std::string_view wrong : {"AQI", "AQ=", "A===", "====", "A-I=", "A=I=", "A I="})
+    EXPECT_EQ(refused<anything>(R"({"two":")" + std::string{wrong} + "\"}"), (error{errc::wrong_type, 7}))
+        << wrong;
+  EXPECT_EQ(diagnosis_of<anything>(R"({"two":"A-I="})"),
+            R"(the member "two" must be base64 of 2 bytes or null; it is "A-I=")");
+}
 
 TEST(decoder, reads_back_what_the_encoder_writes) {
   const std::uint64_t s = seed();

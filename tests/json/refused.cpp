@@ -124,6 +124,8 @@ template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::fie
 template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::field<&subject::wait>.as_seconds()>{};
 #elif defined(SECONDS_OF_MINUTES)
 template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::field<&subject::minutes>.as_seconds()>{};
+#elif defined(NUMBERS_OF_INTEGERS)
+template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::field<&subject::count>.as_numbers()>{};
 #elif defined(TWO_FORMS)
 template <> inline constexpr auto rowe::schema<subject> = rowe::fields<rowe::field<&subject::age>.as_seconds().as_string()>{};
 #elif defined(STEADY_TIME)

@@ -46,6 +46,7 @@ sentences = {
     "rowe::names: names must read": "NO_ENUMERATORS",
     "rowe::field: as_seconds() is for std::chrono durations and times":
         "SECONDS_OF_INTEGER SECONDS_OF_REAL SECONDS_OF_MINUTES",
+    "rowe::field: as_numbers() is for arrays of std::uint8_t or std::byte": "NUMBERS_OF_INTEGERS",
     "rowe::field: give one form": "TWO_FORMS",
     "rowe::schema: a time of a steady clock means nothing to another program": "STEADY_TIME",
 }

@@ -3,12 +3,14 @@
 // member's, numbers as strings of digits and by the C library, the description asked at every step. It shares
 // nothing with the decoder but the walkers, which are tested against simdjson.
 #pragma once
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -97,7 +99,13 @@ class slow_decoder {
     std::size_t count = 0;
     json::array_walk walk{v.raw};
     for (json::value e; walk.next(e);) ++count;
-    if (v.type == json::kind::array && count <= m.count_limit) {
+    const bool is_text = v.type == json::kind::string && takes_base64(*m.type, m);
+    if (is_text) {
+      const auto bytes = bytes_in(v);
+      if (!bytes) return wrong_type(v);
+      count = bytes->size();
+    }
+    if ((is_text || v.type == json::kind::array) && count <= m.count_limit) {
       // As if the array were no longer.
       value_description type = *m.type;
       type.count_max = count;
@@ -154,8 +162,50 @@ class slow_decoder {
     return {};
   }
 
+  static bool takes_base64(const value_description& d, const member_description& form) {
+    return d.is_bytes && !form.as_string && !form.by_name;
+  }
+
+  // Bit by bit. What is no digit stays in the text, as '?', until its length was looked at.
+  static std::optional<std::string> bytes_in(const json::value& v) {
+    std::string text = unescaped(v.raw.substr(1, v.raw.size() - 2));
+    if (text.size() % 4 != 0) return std::nullopt;
+    std::size_t padding = 0;
+    for (; text.ends_with('='); ++padding) text.pop_back();
+    if (padding > 2) return std::nullopt;
+    static const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::vector<bool> bits;
+    for (const char c : text)
+      for (int bit = 5; bit >= 0; --bit) bits.push_back((digits.find(c) >> bit & 1) != 0);
+    std::string bytes;
+    for (std::size_t i = 0; i + 8 <= bits.size(); i += 8) {
+      unsigned byte = 0;
+      for (std::size_t k = 0; k < 8; ++k) byte = byte << 1 | (bits[i + k] ? 1U : 0U);
+      bytes += static_cast<char>(byte);
+    }
+    return bytes;
+  }
+  static bool has_only_digits(const json::value& v) {
+    std::string text = unescaped(v.raw.substr(1, v.raw.size() - 2));
+    while (text.ends_with('=')) text.pop_back();
+    return std::all_of(text.begin(), text.end(), [](char c) {
+      return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '+' ||
+             c == '/';
+    });
+  }
+
   status read_array(const value_description& d, const json::value& v, char* where,
                     const member_description& form, std::int64_t number) const {
+    if (v.type == json::kind::string && takes_base64(d, form)) {
+      const auto bytes = bytes_in(v);
+      if (!bytes) return wrong_type(v);
+      if (bytes->size() > d.count_max) return too_long(bytes->size(), d.count_max);
+      if (!has_only_digits(v)) return wrong_type(v);
+      if (d.resize == nullptr && bytes->size() != d.count_max) return too_long(bytes->size(), d.count_max);
+      bytes->copy(static_cast<char*>(const_cast<void*>(d.elements(where))), bytes->size());
+      if (d.resize != nullptr) (void)d.resize(where, bytes->size());
+      return {};
+    }
     if (v.type != json::kind::array) return wrong_type(v);
     auto* const elements = static_cast<char*>(const_cast<void*>(d.elements(where)));
     std::size_t count = 0;

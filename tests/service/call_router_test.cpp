@@ -41,9 +41,8 @@ struct call_router_test : call_parts::call_parts {
                                        .service_directory = directory,
                                        .stop_rules = rules,
                                        .statistics_report = report}};
-  rowe::service::type_services of_types{{.state = state,
-                                         .outbox = out,
-                                         .call_completion = completion}};
+  rowe::service::type_services of_types{
+      {.state = state, .stop_rules = rules, .outbox = out, .call_completion = completion}};
   rowe::service::endpoint_services own{{.state = state,
                                         .service_directory = directory,
                                         .stop_rules = rules,

@@ -114,6 +114,18 @@ TEST_F(core_foxglove, is_told_who_we_are_and_what_there_is) {
   }
 }
 
+TEST_F(core_foxglove, is_told_what_the_endpoints_own_topics_and_services_look_like) {
+  client p{on};
+  EXPECT_TRUE(has(p.greeting, R"("topic":"/rowe/stats","encoding":"json","schemaName":"rowe/Stats",)"
+                              R"("schemaEncoding":"jsonschema","schema":"{\"title\":\"rowe/Stats\",)"));
+  EXPECT_TRUE(
+      has(p.greeting, R"(\"losses\":{\"type\":\"object\",\"properties\":{\"full\":{\"type\":\"integer\"},)"));
+  EXPECT_TRUE(
+      has(p.greeting, R"("name":"/rosapi/topics","type":"rosapi/Topics","request":{"encoding":"json",)"));
+  EXPECT_TRUE(has(p.greeting, R"("schema":"{\"type\":\"object\",\"properties\":{)"
+                              R"(\"topics\":{\"type\":\"array\",\"items\":{\"type\":\"string\"}},)"));
+}
+
 TEST_F(core_foxglove, is_told_of_a_topic_anew_when_its_schema_comes) {
   peer other{on};
   other.say(R"({"op":"subscribe","topic":"/pose","type":"test/Pose"})");

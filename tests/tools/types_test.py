@@ -6,6 +6,10 @@ import unittest
 from program import hub, run
 
 
+def programs_own(names):
+    return {name for name in names if not name.startswith(("/rowe/", "/rosapi/"))}
+
+
 class types(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -22,16 +26,22 @@ class types(unittest.TestCase):
                      "    pose: geometry_msgs.PoseWithCovariance;\n", "    /** 36 elements */\n",
                      "export interface robot_set_speed_request {\n  speed: number;\n}",
                      "export interface robot_set_speed_answer {\n  speed: number;\n}",
-                     'export interface topics {\n  "/odom": nav_msgs.Odometry;\n}',
-                     "export interface services {\n  \"/robot/set_speed\": { "
-                     "request: robot_set_speed_request; response: robot_set_speed_answer };\n}"):
+                     'export interface topics {\n', '  "/odom": nav_msgs.Odometry;\n',
+                     '  "/rowe/stats": rowe.Stats;\n',
+                     "export namespace rowe {\n  export interface Stats {\n",
+                     "  \"/robot/set_speed\": { "
+                     "request: robot_set_speed_request; response: robot_set_speed_answer };\n",
+                     '  "/rosapi/topics": { request: '):
             self.assertIn(part, text)
 
     def test_are_one_schema_for_each_name(self):
         schemas = json.loads(self.said("--json-schema")[0])
         odom = schemas["topics"]["/odom"]
-        self.assertEqual(set(schemas["topics"]), {"/odom"})
-        self.assertEqual(set(schemas["services"]), {"/robot/set_speed"})
+        self.assertEqual(programs_own(schemas["topics"]), {"/odom"})
+        self.assertEqual(programs_own(schemas["services"]), {"/robot/set_speed"})
+        stats = schemas["topics"]["/rowe/stats"]
+        self.assertEqual((stats["title"], stats["properties"]["losses"]["properties"]["full"]["type"]),
+                         ("rowe/Stats", "integer"))
         speed = schemas["services"]["/robot/set_speed"]
         self.assertEqual((set(speed), speed["request"]["required"]), ({"request", "response"}, ["speed"]))
         self.assertEqual(odom["title"], "nav_msgs/Odometry")
@@ -43,15 +53,15 @@ class types(unittest.TestCase):
         self.assertIn("# /odom is nav_msgs/Odometry\nstd_msgs/Header header\nstring child_frame_id\n", text)
         self.assertIn("MSG: geometry_msgs/PoseWithCovariance\ngeometry_msgs/Pose pose\nfloat64[36] cov", text)
         self.assertIn("/robot/set_speed request: the type has no name", why)
+        self.assertNotIn("/rosapi", why)
 
-    def test_of_a_hub_without_handles_are_none(self):
+    def test_of_a_hub_without_handles_are_its_own(self):
         with hub() as empty:
-            done = run("types", f"ws://127.0.0.1:{empty.port}")
+            done = run("types", f"ws://127.0.0.1:{empty.port}", "--json-schema")
             self.assertEqual(done.code, 0)
-            self.assertEqual(done.stdout, ["export interface topics {", "}", "",
-                                           "export interface services {", "}"])
-            schemas = run("types", f"ws://127.0.0.1:{empty.port}", "--json-schema").stdout
-            self.assertEqual(json.loads("".join(schemas)), {"topics": {}, "services": {}})
+            schemas = json.loads("".join(done.stdout))
+            self.assertEqual([programs_own(schemas[part]) for part in ("topics", "services")], [set(), set()])
+            self.assertEqual(run("types", f"ws://127.0.0.1:{empty.port}", "--ros").code, 0)
 
     def test_need_one_form_and_somebody_who_answers(self):
         done = run("types", "127.0.0.1:1", "--ros", "--json-schema")

@@ -340,6 +340,16 @@ TEST(bare_write, keeps_arguments_apart_that_would_be_mistaken_for_the_envelope) 
   }
 }
 
+TEST(bare_write, keeps_bodies_apart_that_have_its_own_members) {
+  for (const std::string name : {"service", "op", "message_id", "in_reply_to", "m\\u0065ssage_id"}) {
+    const std::string body = R"({"a":1,")" + name + R"(":2})";
+    EXPECT_EQ(call(body), R"({"service":"/a\"dd","args":)" + body + R"(,"message_id":"7.1"})");
+    const std::string replied = written([&](json::writer& w) { write_reply(w, "7", body); });
+    EXPECT_EQ(replied, name == "service" ? R"({"a":1,"service":2,"in_reply_to":7})"
+                                         : R"({"result":)" + body + R"(,"in_reply_to":7})");
+  }
+}
+
 TEST(bare_write, writes_what_it_can_read) {
   const std::string service = "/\xc3\xa9\"\\/x";
   const decoded called{written([&](json::writer& w) {

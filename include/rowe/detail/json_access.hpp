@@ -36,12 +36,14 @@ enum class json_form : std::uint8_t {
   number,
   text,
   plain_text,
-  name
+  name,
+  bytes
 };
 struct json_bounds {
   json_form what{};
   std::int64_t least = 0;
-  std::uint64_t most = 0;                          // text: bytes; 0: any number of them
+  std::uint64_t most = 0;                          // text: bytes; 0: any number of them. bytes: their number,
+  bool exact = false;                              // or exactly so many
   std::span<const enumerator_description> names{}; // name: of an enum
 };
 
@@ -66,6 +68,7 @@ struct json_access {
   static bool read(json_place& at, const json_bounds& of, std::uint64_t& bits) noexcept;
   static bool read(json_place& at, std::span<char> scratch, std::string_view& into) noexcept;
   static bool read_plain(json_place& at, std::string_view& into) noexcept;
+  static bool read_bytes(json_place& at, const json_bounds& of, void* into, std::size_t& count) noexcept;
   static bool read_named(json_place& at, const json_bounds& of, std::int64_t& into) noexcept;
   [[gnu::cold]] static json_error failure(const json_place& at, std::string_view path,
                                           const json_bounds& wanted) noexcept;
@@ -186,6 +189,27 @@ struct json_wanted<fixed_string<N>> : json_wanted_once<fixed_string<N>> {
     at.is = json_outcome::too_long;
     at.count = text.size();
     return false;
+  }
+};
+
+template <class T>
+inline constexpr bool is_byte = std::same_as<T, std::uint8_t> || std::same_as<T, std::byte>;
+
+template <class T, std::size_t N>
+requires(is_byte<T>) struct json_wanted<bounded_array<T, N>> : json_wanted_once<bounded_array<T, N>> {
+  static constexpr json_bounds bounds{.what = json_form::bytes, .most = N};
+  static bool read(json_place& at, bounded_array<T, N>& into) noexcept {
+    std::size_t count = 0;
+    return json_access::read_bytes(at, bounds, into.data(), count) && into.resize(count);
+  }
+};
+
+template <class T, std::size_t N>
+requires(is_byte<T>&& N > 0) struct json_wanted<std::array<T, N>> : json_wanted_once<std::array<T, N>> {
+  static constexpr json_bounds bounds{.what = json_form::bytes, .most = N, .exact = true};
+  static bool read(json_place& at, std::array<T, N>& into) noexcept {
+    std::size_t count = 0;
+    return json_access::read_bytes(at, bounds, into.data(), count);
   }
 };
 

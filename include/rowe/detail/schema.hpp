@@ -21,6 +21,15 @@ constexpr const value_description& innermost(const value_description& d) noexcep
   return d.kind == value_kind::array || d.kind == value_kind::optional ? innermost(*d.element) : d;
 }
 
+// Whether the value is bytes, or consists of such.
+constexpr bool holds_bytes(const value_description& d) noexcept {
+  return d.is_bytes || (d.element != nullptr && holds_bytes(*d.element));
+}
+// Whether JSON has this array, of a member or inside of one, as text in base64.
+constexpr bool is_base64(const value_description& d, const member_description& owner) noexcept {
+  return d.is_bytes && !owner.as_numbers && !owner.as_string && !owner.by_name;
+}
+
 // How many decimals a second has in this unit; -1 if it is no second divided by ten, a few times.
 constexpr int decimals_of(const unit_description& unit) noexcept {
   constexpr int decimals_max = 9;
@@ -122,14 +131,17 @@ consteval member_description describe_entry() noexcept {
       static_assert(!spec.seconds || (is_integer(value.kind) && decimals_of(value.unit) >= 0),
                     "rowe::field: as_seconds() is for std::chrono durations and times that count seconds, or "
                     "decimal parts of a second down to 10^-9, as integers");
-      static_assert(spec.quoted + spec.named + spec.seconds <= 1,
-                    "rowe::field: give one form: as_string(), by_name() or as_seconds()");
+      static_assert(!spec.numbers || holds_bytes(type),
+                    "rowe::field: as_numbers() is for arrays of std::uint8_t or std::byte");
+      static_assert(spec.quoted + spec.named + spec.seconds + spec.numbers <= 1,
+                    "rowe::field: give one form: as_string(), by_name(), as_seconds() or as_numbers()");
       m.as_string = spec.quoted;
       m.or_default = spec.may_miss;
       m.other_name = Other.view();
       m.decimals = spec.digits;
       m.by_name = spec.named;
       m.as_seconds = spec.seconds;
+      m.as_numbers = spec.numbers;
       if constexpr (!std::same_as<std::remove_cv_t<decltype(Count)>, std::nullptr_t>) {
         using pointer = member_pointer<decltype(Count)>;
         static_assert(type.kind == value_kind::array && !is_bounded_array<member_type>,

@@ -188,6 +188,7 @@ consteval value_description describe_array(std::size_t count_max) noexcept {
   d.bytes = sizeof(Array);
   d.count_max = count_max;
   if constexpr (!is_character<Element>) d.element = &value_description_of<Element>;
+  d.is_bytes = std::same_as<Element, std::uint8_t> || std::same_as<Element, std::byte>;
   d.elements = &elements_of<Array>;
   if constexpr (is_bounded_array<Array>) {
     d.count = [](const void* array) noexcept { return static_cast<const Array*>(array)->size(); };

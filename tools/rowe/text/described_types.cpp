@@ -91,6 +91,8 @@ const value_description* described_types::read_value(json_value from, member_des
     const auto fixed = from.get<bool>("fixed");
     if (!fixed) return fail("an array does not say whether its length is fixed");
     if (!*fixed) d.count = some_count;
+    const auto base64 = from.get<bool>("base64");
+    d.is_bytes = base64 && *base64;
     if (owner != nullptr) owner->count_limit = d.count_max;
   }
   return &values_.emplace_back(d);

@@ -34,21 +34,23 @@ struct types_settings {
 };
 
 command types_table(types_settings& o) {
-  return {.verb = "types",
-          .examples = {{{"rowe types ws://127.0.0.1:8080 > robot.ts", "declarations for TypeScript"},
-                        {"rowe types 127.0.0.1:8080 --json-schema", "a JSON Schema for each"}}},
-          .description =
-              "Prints the types that the program of an endpoint gave its topics and services by schemas.\n"
-              "Topics and services of others, and those with JSON text, have none.\n",
-          .operands = {url_operand(o.at.url)},
-          .options = with_remote(
-              o.at,
-              {
-                  {"--json-schema", "", "", "one JSON object: topics and services, by name", &o.json_schema},
-                  {"--ros", "", "", "the text of each message in ROS", &o.ros},
-                  {"--timeout", "", "TIME", "for the connection and for each answer (default 2s)",
-                   time_span{&o.timeout}},
-              })};
+  return {
+      .verb = "types",
+      .examples = {{{"rowe types ws://127.0.0.1:8080 > robot.ts", "declarations for TypeScript"},
+                    {"rowe types 127.0.0.1:8080 --json-schema", "a JSON Schema for each"}}},
+      .description =
+          "Prints the types that the program of an endpoint gave its topics and services by schemas, and\n"
+          "those of the endpoint's own. Topics and services of others, and those with JSON text, have "
+          "none.\n",
+      .operands = {url_operand(o.at.url)},
+      .options = with_remote(
+          o.at,
+          {
+              {"--json-schema", "", "", "one JSON object: topics and services, by name", &o.json_schema},
+              {"--ros", "", "", "the text of each message in ROS", &o.ros},
+              {"--timeout", "", "TIME", "for the connection and for each answer (default 2s)",
+               time_span{&o.timeout}},
+          })};
 }
 
 // What one topic or service is called, and its types; null: the program has JSON text there.
@@ -199,12 +201,18 @@ std::string as_json_schema(const std::vector<typed_name>& all) {
   return joined("{\"topics\":{", topics, "},\n\"services\":{", services, "}}\n");
 }
 
-// Types that ROS does not have are named on stderr; the others are printed.
+// The endpoint's own, of which ROS does not have all.
+bool is_endpoints(std::string_view name) {
+  return name.starts_with("/rowe/") || name.starts_with("/rosapi/");
+}
+
+// Types that ROS does not have are named on stderr, if the program's; the others are printed.
 std::string as_ros(const std::vector<typed_name>& all, const console& to, bool& complete) {
   std::string text;
   const auto add = [&](const typed_name& one, const schema_description* type, std::string_view part) {
     if (type == nullptr) return;
     const ros_text made = ros_message(*type);
+    if (!made && is_endpoints(one.name)) return;
     if (!made) {
       to.error(printable(one.name), part, ": ", printable(made.reason));
       complete = false;
