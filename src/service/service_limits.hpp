@@ -90,6 +90,8 @@ inline constexpr rt::duration asked_topic_kept_for = std::chrono::seconds{60};
 static_assert(page_wait_max < asked_topic_kept_for);
 // The memory for them, in the longest messages that there may be.
 inline constexpr std::uint32_t last_values_messages = 2;
+// Long values that are sent as pages at once.
+inline constexpr std::uint32_t long_pages_max = 2;
 
 // ---- reading
 

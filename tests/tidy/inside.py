@@ -21,7 +21,7 @@ service_order = """
 ids index_list indexed_pool index_ring counters transport service_limits
 local_stop limit_table parameter_table parameter_values shared_state cycle_state rate_limit event_log
 stop_frames shares chunk_store slot_pool timers peer_set connection peer_table latch_store
-last_value_store names
+last_value_store page_texts names
 policy_handover peer_rights
 message_queue pair_table topic_rows topic_table subscription_table call_table completion number_queue
 submission_queue shared_inbox core_options
