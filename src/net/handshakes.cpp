@@ -155,20 +155,6 @@ void handshakes::on_event(const socket_event& event) noexcept {
   }
 }
 
-// One in a turn, and each in its turn: the kernel always names those that are writable in the same order.
-void handshakes::drive_next() noexcept {
-  if (!any_writable_) return;
-  const auto count = static_cast<std::uint32_t>(handshakes_.size());
-  for (std::uint32_t i = 1; i <= count; ++i) {
-    const std::uint32_t index = (driven_ + i) % count;
-    handshake& one = handshakes_[index];
-    if (one.writable_in != turn_ || (one.now != phase::page && one.now != phase::body)) continue;
-    driven_ = index;
-    page_was_driven_ = true;
-    return one.now == phase::page ? drive_page(one) : drive_body(one);
-  }
-}
-
 // A page may be long: the time is for each 64 KiB of it.
 void handshakes::drive_page(handshake& one) noexcept {
   constexpr std::size_t timed_bytes = std::size_t{64} << 10;

@@ -25,6 +25,20 @@ constexpr std::uint32_t unsent_bytes = 128 * 1024;
 
 } // namespace
 
+// One in a turn, and each in its turn: the kernel always names those that are writable in the same order.
+void handshakes::drive_next() noexcept {
+  if (!any_writable_) return;
+  const auto count = static_cast<std::uint32_t>(handshakes_.size());
+  for (std::uint32_t i = 1; i <= count; ++i) {
+    const std::uint32_t index = (driven_ + i) % count;
+    handshake& one = handshakes_[index];
+    if (one.writable_in != turn_ || (one.now != phase::page && one.now != phase::body)) continue;
+    driven_ = index;
+    page_was_driven_ = true;
+    return one.now == phase::page ? drive_page(one) : drive_body(one);
+  }
+}
+
 void handshakes::begin_body(handshake& one, const wire::http_judgement& request,
                             const service::http_answer& answer) noexcept {
   char head[long_page_head_bytes_max];

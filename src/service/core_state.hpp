@@ -72,7 +72,7 @@ struct core_state {
   peer_table peers;
   latch_store latches;
   last_value_store last_values;
-  class page_texts page_texts;
+  page_texts long_pages;
   peer_rights rights;
   topic_table topics;
   subscription_table subscriptions;

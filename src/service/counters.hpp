@@ -56,7 +56,7 @@ namespace rowe::service {
   X(pages_cut, refusal, "long values over HTTP that were cut: too slow a reader, or others needed the room") \
   X(slowed_handshakes, refusal, "wrong tokens answered late: many had come from the same address")           \
   X(stop_peers_displaced, refusal, "connections on /rowe/stop whose place the next one needed")              \
-  X(names_left_out, refusal, "names for which answers of /rosapi/topics and /rosapi/services had no room")    \
+  X(names_left_out, refusal, "names for which answers of /rosapi/topics and /rosapi/services had no room")   \
   X(over_rate, refusal, "messages of peers beyond messages_per_second_max, dropped but for stops")           \
   X(refusals_unsaid, refusal, "refusals beyond refusals_per_second_max, not answered")                       \
   X(flooding_peers, refusal, "connections closed because they went on beyond a rate")                        \

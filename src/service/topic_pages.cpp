@@ -100,7 +100,7 @@ http_answer topic_pages::too_long(topic_id topic, std::size_t bytes, std::span<c
 
 http_answer topic_pages::in_pieces(const latched_value& value, const access::subject& who,
                                    std::span<char> out) noexcept {
-  page_texts& texts = state_.page_texts;
+  page_texts& texts = state_.long_pages;
   const bool full = texts.full();
   if (full || !texts.has_room_for(value.chunks)) {
     wire::text_out words{out};
@@ -124,7 +124,7 @@ http_answer topic_pages::in_pieces(const latched_value& value, const access::sub
 
 std::span<const std::byte> topic_pages::read_body(std::uint32_t which, std::size_t at) noexcept {
   if (state_.cycle.closing || state_.rights.outdated(readers_[which])) return {};
-  return state_.page_texts.read(which, at);
+  return state_.long_pages.read(which, at);
 }
 
 http_answer topic_pages::value_of(const latched_value& value, const access::subject& who, std::span<char> out,

@@ -46,7 +46,7 @@ class topic_pages final : public body_source {
 
   // Of a long value. If rights change, or the endpoint closes, there is nothing more of it.
   std::span<const std::byte> read_body(std::uint32_t which, std::size_t at) noexcept override;
-  void end_body(std::uint32_t which) noexcept override { state_.page_texts.end(which); }
+  void end_body(std::uint32_t which) noexcept override { state_.long_pages.end(which); }
 
   // Once in a while: publishers of topics that nobody asks for any more are not heard for that any longer.
   void end_unasked() noexcept;
