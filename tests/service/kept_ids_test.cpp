@@ -15,7 +15,7 @@ using rowe::service::peer_index;
 rowe::limits few() {
   rowe::limits bounds;
   bounds.connections_max = 4;
-  bounds.subscriptions_max = 64; // 32 blocks of 28 bytes, 4 of them the claim of each peer
+  bounds.subscriptions_max = 256; // 128 blocks of 28 bytes, 16 of them the claim of each peer
   return bounds;
 }
 
@@ -47,15 +47,15 @@ TEST_F(kept_ids_test, are_read_as_they_were_written) {
 }
 
 TEST_F(kept_ids_test, of_one_peer_leave_others_their_share) {
-  std::array<kept_id, 40> many;
+  std::array<kept_id, 120> many;
   std::uint32_t kept = 0;
   for (kept_id& one : many) {
     ids.keep(one, peer_index{0}, "an id");
     kept += read(one) == "an id";
   }
   EXPECT_EQ(kept, ids.in_use());
-  EXPECT_GE(kept, 8U);
-  EXPECT_LE(kept, 32U - 3 * 4);
+  EXPECT_GE(kept, 32U);
+  EXPECT_LE(kept, 128U - 3 * 16);
   for (std::uint32_t peer = 1; peer < 4; ++peer) {
     kept_id one;
     ids.keep(one, peer_index{peer}, std::string(100, 'x'));
