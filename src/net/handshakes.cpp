@@ -42,13 +42,16 @@ handshakes::handshakes(const socket_limits& limits, const wire::handshake_policy
       header_{limits.header_timeout},
       waiting_{service::page_wait_max},
       page_{limits.page_timeout},
+      body_{service::long_body_step_max},
       closing_{limits.close_timeout} {
   ready_.reserve(limits.handshakes_max);
 }
 
 handshakes::~handshakes() {
-  for (handshake& one : handshakes_)
+  for (handshake& one : handshakes_) {
+    one.body = {}; // its source may be gone
     if (one.now != phase::free) leave(one);
+  }
 }
 
 void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept {
@@ -73,6 +76,7 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
   one->scanned = 0;
   one->events = 0;
   one->turn = turn_;
+  one->writable_in = 0;
   one->looked_at = false;
   one->crowded = crowded;
   const auto index = static_cast<std::uint32_t>(one - handshakes_.data());
@@ -100,6 +104,7 @@ service::credentials handshakes::shown_by(const handshake& one, const wire::http
 void handshakes::enter(handshake& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept {
   if (is_page(one.now)) --pages_;
   if (is_page(next)) ++pages_;
+  if (next == phase::closing) end_body(one);
   unqueue(one);
   one.now = next;
   deadlines.arm(one, now_);
@@ -110,6 +115,7 @@ void handshakes::enter(handshake& one, phase next, deadline_list& deadlines, std
 // Frees the place. The socket is closed unless a connection has taken it.
 void handshakes::leave(handshake& one) noexcept {
   if (is_page(one.now)) --pages_;
+  end_body(one);
   host_.let_go(one.watch);
   unqueue(one);
   one.disarm();
@@ -137,9 +143,10 @@ void handshakes::on_event(const socket_event& event) noexcept {
     if (event.events & (EPOLLERR | EPOLLHUP)) leave(one);
     return;
   case phase::page:
+  case phase::body:
     if (event.events & (EPOLLERR | EPOLLHUP)) return leave(one);
-    if (std::exchange(page_was_driven_, true)) return; // level triggered: the next turn hears of it again
-    drive_page(one);
+    one.writable_in = turn_;
+    any_writable_ = true;
     return;
   case phase::closing:
     const ssize_t bytes = discard_input(one.socket.get());
@@ -160,6 +167,7 @@ void handshakes::drive_page(handshake& one) noexcept {
 
 // In every other turn pages that wait come first: whoever asks again and again keeps none of them waiting.
 void handshakes::step(transport_sink& sink) noexcept {
+  drive_next();
   if ((turn_ % 2 == 0 || ready_.empty()) && answer_waiting(sink)) return;
   if (ready_.empty()) return;
   handshake& one = handshakes_[ready_.front()];
@@ -241,6 +249,7 @@ void handshakes::serve(handshake& one, const wire::http_judgement& request, tran
 
 void handshakes::write_page(handshake& one, const wire::http_judgement& request,
                             const service::http_answer& answer, transport_sink& sink) noexcept {
+  if (answer.in_pieces.from != nullptr) return begin_body(one, request, answer);
   do {
     hand_over(one, request, &answer);
   } while (one.watch.starved && one.watch.in_pieces && end_oldest_page()); // one read quickly is written
@@ -367,11 +376,13 @@ void handshakes::expire(transport_sink& sink) noexcept {
     reset_on_close(one.socket.get());
     leave(one);
   }
+  expire_bodies();
   while (deadline_node* node = closing_.take_due(now_)) leave(static_cast<handshake&>(*node));
 }
 
 rt::time_point handshakes::next_deadline() const noexcept {
-  return std::min({header_.next(), waiting_.next(), page_.next(), closing_.next(), tries_.next()});
+  return std::min(
+      {header_.next(), waiting_.next(), page_.next(), body_.next(), closing_.next(), tries_.next()});
 }
 
 } // namespace rowe::net

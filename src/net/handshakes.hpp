@@ -51,11 +51,13 @@ class handshakes {
   void begin_turn(rt::time_point now) noexcept {
     now_ = now;
     page_was_driven_ = false;
+    any_writable_ = false;
     ++turn_;
   }
   void begin(accepted_socket accepted, service::transport_sink& sink) noexcept;
   void on_event(const socket_event& event) noexcept;
-  // Looks at one of the headers that are ready, or answers one of the pages that wait. Called once a turn.
+  // Drives one of the pages that can be written to. Looks at one of the headers that are ready, or answers
+  // one of the pages that wait. Called once a turn, when all events were reported.
   void step(service::transport_sink& sink) noexcept;
   bool has_ready() const noexcept { return !ready_.empty() || look_again_; }
   // True while there is no place for a newcomer, but will be.
@@ -69,6 +71,7 @@ class handshakes {
     header,
     waiting, // a page, for what it shows (waiting_pages.cpp)
     page,
+    body, // a page whose body is long (long_pages.cpp)
     closing,
   };
   struct handshake : deadline_node {
@@ -80,16 +83,22 @@ class handshakes {
     service::awaited_page awaited; // waiting
     bool to_head = false;          // likewise: it was asked for by HEAD
     std::size_t page_left = 0;     // of a page in pieces, when its time was last set
+    service::long_body body;       // body
+    std::size_t body_at = 0;       // likewise: so much is in the socket
+    std::size_t body_taken = 0;    // and so much the reader had taken when its time was last set
     std::uint32_t generation = 0;
     std::uint32_t scanned = 0; // bytes of the header seen without its end
     std::uint32_t events = 0;  // that wait for step(); not 0 while it is in `ready_`
     phase now = phase::free;
-    std::uint64_t turn = 0; // in which it came: what it has sent is not known before the next turn
-    bool looked_at = false; // its header was looked at, and was not whole
-    bool crowded = false;   // its source has all it may have, so it may only stop
+    std::uint64_t turn = 0;        // in which it came: what it has sent is not known before the next turn
+    std::uint64_t writable_in = 0; // page, body: the turn in which its socket was last writable
+    bool looked_at = false;        // its header was looked at, and was not whole
+    bool crowded = false;          // its source has all it may have, so it may only stop
   };
 
-  static bool is_page(phase now) noexcept { return now == phase::waiting || now == phase::page; }
+  static bool is_page(phase now) noexcept {
+    return now == phase::waiting || now == phase::page || now == phase::body;
+  }
   static service::credentials shown_by(const handshake& one, const wire::http_judgement& request,
                                        std::span<char> address) noexcept;
   handshake* free_or_closing() noexcept;
@@ -110,6 +119,12 @@ class handshakes {
                   service::transport_sink& sink) noexcept;
   void await(handshake& one, const service::awaited_page& page, bool head,
              service::transport_sink& sink) noexcept;
+  void begin_body(handshake& one, const wire::http_judgement& request,
+                  const service::http_answer& answer) noexcept;
+  void drive_body(handshake& one) noexcept;
+  void end_body(handshake& one) noexcept;
+  void cut_body(handshake& one) noexcept;
+  void expire_bodies() noexcept;
   std::uint32_t pages_max() const noexcept;
   bool answer_waiting(service::transport_sink& sink) noexcept;
   void hand_over(handshake& one, const wire::http_judgement& request,
@@ -121,6 +136,7 @@ class handshakes {
   void refuse(handshake& one, const service::admit_answer& why, const wire::http_judgement& request,
               service::transport_sink& sink) noexcept;
   void reject_tls(handshake& one, service::transport_sink& sink) noexcept;
+  void drive_next() noexcept;
   void drive_page(handshake& one) noexcept;
   bool end_oldest_page() noexcept;
   bool too_many_from(const socket_address& peer) const noexcept;
@@ -140,9 +156,12 @@ class handshakes {
   bool look_again_ = false;     // there may be an answer for another page that waits
   std::uint64_t turn_ = 0;
   bool page_was_driven_ = false;
+  bool any_writable_ = false; // a page's socket, in this turn
+  std::uint32_t driven_ = 0;  // the page that was driven last
   deadline_list header_;
   deadline_list waiting_;
   deadline_list page_;
+  deadline_list body_;
   deadline_list closing_;
   rt::time_point now_{};
 };

@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "wire/text_out.hpp"
+
 namespace rowe::net {
 
 namespace {
@@ -109,6 +111,8 @@ bool write_page(lws* wsi, const wire::http_judgement& request, const service::ht
   headers.add("content-security-policy:", security_policy_of(answer.kind));
   headers.add("x-content-type-options:", "nosniff");
   headers.add("referrer-policy:", answer.kind == service::page_kind::form ? "same-origin" : "no-referrer");
+  if (answer.retry_after_s != 0)
+    headers.add("retry-after:", {age, std::to_chars(age, age + sizeof age, answer.retry_after_s).ptr});
   headers.add("connection:", "close");
   if (!headers.send()) return false;
   if (unchanged || request.head || answer.body.empty()) return true;
@@ -118,6 +122,18 @@ bool write_page(lws* wsi, const wire::http_judgement& request, const service::ht
   auto* const body =
       reinterpret_cast<unsigned char*>(const_cast<std::byte*>(rest.data())); // read only, as in write_rest()
   return lws_write(wsi, body, std::exchange(rest, {}).size(), LWS_WRITE_HTTP_FINAL) >= 0;
+}
+
+std::string_view write_long_page_head(std::span<char> out, const service::http_answer& answer) noexcept {
+  wire::text_out head{out};
+  head.add("HTTP/1.1 200 OK\r\ncontent-type: ").add(answer.content_type);
+  head.add("\r\ncontent-length: ").add(static_cast<std::int64_t>(answer.in_pieces.bytes));
+  head.add("\r\ncache-control: ").add(answer.cache_control);
+  if (answer.age_ms >= 0) head.add("\r\nrowe-age-ms: ").add(answer.age_ms);
+  head.add("\r\ncontent-security-policy: ").add(security_policy_of(answer.kind));
+  head.add(
+      "\r\nx-content-type-options: nosniff\r\nreferrer-policy: no-referrer\r\nconnection: close\r\n\r\n");
+  return head.text();
 }
 
 } // namespace rowe::net

@@ -41,6 +41,9 @@ inline constexpr std::size_t page_piece_bytes = std::size_t{4} << 10;
 // use then.
 bool write_page(lws* wsi, const wire::http_judgement& request, const service::http_answer& answer,
                 std::span<const std::byte>& rest) noexcept;
+// What stands before a body in pieces, which libwebsockets does not write: the same headers.
+inline constexpr std::size_t long_page_head_bytes_max = 1024;
+std::string_view write_long_page_head(std::span<char> out, const service::http_answer& answer) noexcept;
 // One piece more, and asks to be called again if that was not the last. False as above.
 bool write_rest(lws* wsi, std::span<const std::byte>& rest) noexcept;
 

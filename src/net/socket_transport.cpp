@@ -104,6 +104,7 @@ class epoll_transport final : public socket_transport {
             .allocations = heap.allocations(),
             .refusals = heap.refusals() + counters_.handshakes_starved,
             .evictions = counters_.handshakes_evicted + (terminator_ ? terminator_->evictions() : 0),
+            .pages_cut = counters_.pages_cut,
             .tls = terminator_ ? &terminator_->counters() : nullptr};
   }
   const socket_counters& counters() const noexcept override { return counters_; }
@@ -347,9 +348,7 @@ void epoll_transport::take_news(transport_sink& sink) noexcept {
     case tls::arrival::kind::warning:
       sink.on_warning(news->rejection.what(), news->rejection.remedy());
       break;
-    case tls::arrival::kind::paused:
-      ++counters_.accept_pauses;
-      tell_pause(sink);
+    case tls::arrival::kind::paused: ++counters_.accept_pauses; tell_pause(sink);
     }
   }
 }

@@ -111,6 +111,7 @@ struct socket_counters {
   std::uint64_t accept_pauses = 0;      // the process ran out of descriptors or memory
   std::uint64_t handshakes_cut = 0;     // refused on the spot because no place was left, nor to be had
   std::uint64_t handshakes_evicted = 0; // ended before their request was whole: a newer one needed the place
+  std::uint64_t pages_cut = 0;          // whose body was long, and was not sent to its end
   std::uint64_t handshakes_slowed = 0;  // wrong tokens that are answered late
   std::uint64_t handshakes_starved = 0; // refused because `handshake_bytes` were used up
 };

@@ -88,7 +88,7 @@ void broker::publish_long(topic_id index, rt::time_point published, rt::time_poi
   }
   for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
     deliver_long_to(i, value, expires, who);
-  if (on.asked) state_.last_values.note_long(on.asked, state_.chunks.bytes(value));
+  if (on.asked) state_.last_values.keep_long(on.asked, value, published, expires);
 }
 
 void broker::deliver_long_to(pair_index pair, text_id value, rt::time_point over,

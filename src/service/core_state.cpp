@@ -23,6 +23,7 @@ core_state::core_state(rt::arena& memory, const core_options& chosen, const shar
       peers{memory, options.bounds},
       latches{memory, chunks, options.bounds},
       last_values{memory, chunks, options.bounds},
+      long_pages{chunks},
       rights{outside.access},
       topics{memory, options.bounds, outside.protocols.envelope},
       subscriptions{memory, options.bounds, topics},

@@ -21,6 +21,7 @@
 #include "service/ids.hpp"
 #include "service/last_value_store.hpp"
 #include "service/latch_store.hpp"
+#include "service/page_texts.hpp"
 #include "service/pair_table.hpp"
 #include "service/peer_rights.hpp"
 #include "service/peer_table.hpp"
@@ -71,6 +72,7 @@ struct core_state {
   peer_table peers;
   latch_store latches;
   last_value_store last_values;
+  page_texts long_pages;
   peer_rights rights;
   topic_table topics;
   subscription_table subscriptions;

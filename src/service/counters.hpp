@@ -53,8 +53,10 @@ namespace rowe::service {
   X(refused_handshakes, refusal, "connections refused before they were established")                         \
   X(handshakes_starved, refusal, "handshakes and pages for which handshake_bytes had no room")               \
   X(handshakes_evicted, refusal, "handshakes and pages under way whose place a newer one needed")            \
+  X(pages_cut, refusal, "long values over HTTP that were cut: too slow a reader, or others needed the room") \
   X(slowed_handshakes, refusal, "wrong tokens answered late: many had come from the same address")           \
   X(stop_peers_displaced, refusal, "connections on /rowe/stop whose place the next one needed")              \
+  X(names_left_out, refusal, "names for which answers of /rosapi/topics and /rosapi/services had no room")   \
   X(over_rate, refusal, "messages of peers beyond messages_per_second_max, dropped but for stops")           \
   X(refusals_unsaid, refusal, "refusals beyond refusals_per_second_max, not answered")                       \
   X(flooding_peers, refusal, "connections closed because they went on beyond a rate")                        \

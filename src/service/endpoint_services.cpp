@@ -4,7 +4,9 @@
 #include <array>
 #include <optional>
 
+#include "service/fitting_names.hpp"
 #include "service/listed_topics.hpp"
+#include "service/names.hpp"
 #include "service/own_types.hpp"
 #include "wire/own_names.hpp"
 
@@ -21,6 +23,41 @@ constexpr std::array names{wire::stats_name,           wire::list_topics_name,
                            wire::types_name,           wire::message_details_name,
                            wire::request_details_name, wire::response_details_name,
                            wire::search_param_name};
+
+struct listed_name {
+  bool shown = false;
+  bool own = false; // of this process
+  std::string_view name{};
+  std::string_view type{};
+};
+
+// Writes the names of all rows that are shown, and their types if these have a key. The answer says how many
+// found no room.
+template <class Ids, class RowOf>
+std::uint32_t list(json::writer& into, fitting_names fits, std::string_view key,
+                   std::string_view key_of_types, const Ids& ids, const RowOf& row_of) noexcept {
+  const auto bytes_of = [&](const listed_name& one) {
+    return bytes_in_json(one.name) + 3 + (key_of_types.empty() ? 0 : bytes_in_json(one.type) + 3);
+  };
+  for (const auto i : ids)
+    if (const listed_name one = row_of(i); one.shown) fits.add(bytes_of(one), one.own);
+  const auto write = [&](std::string_view named, auto what) {
+    fits.begin();
+    into.key(named);
+    into.begin_array();
+    for (const auto i : ids) {
+      const listed_name one = row_of(i);
+      if (one.shown && fits.take(bytes_of(one), one.own)) into.string(one.*what);
+    }
+    into.end_array();
+  };
+  write(key, &listed_name::name);
+  if (!key_of_types.empty()) write(key_of_types, &listed_name::type);
+  if (fits.left_out() == 0) return 0;
+  into.key("left_out");
+  into.number(fits.left_out());
+  return fits.left_out();
+}
 
 } // namespace
 
@@ -70,21 +107,19 @@ void endpoint_services::answer(call_index index, std::string_view service,
     const auto text = found ? json::to_string(*found, buffer) : std::nullopt;
     return text.value_or(std::string_view{});
   };
-  const auto list = [](json::writer& into, std::string_view key, const auto ids, const auto& shown,
-                       const auto& text_of) {
-    into.key(key);
-    into.begin_array();
-    for (const auto i : ids) {
-      if (shown(i)) into.string(text_of(i));
-    }
-    into.end_array();
-  };
   const auto sees = [&](topic_id i) {
     return i && (c == nullptr || state_.rights.sees(*c, state_.topics.name(i)));
   };
   const auto calls = [&](service_index i) {
     return i && (c == nullptr || state_.rights.calls(*c, service_directory_.name(i)));
   };
+  const auto room = [&] {
+    const wire::call_origin asked = state_.calls.origin(index);
+    const std::size_t around = list_envelope_bytes + asked.id_raw.size() + bytes_in_json(asked.service);
+    const std::size_t most = state_.bounds().message_bytes_max;
+    return most > around ? most - around : 0;
+  };
+  std::uint32_t left_out = 0;
   const slot_id slot = outbox_.compose(message_lifetime{}, [&](json::writer& into) {
     if (service == wire::stats_name) {
       const statistics_report::reader by{.who = c != nullptr ? c->who : access::subject{}, .peer = c};
@@ -93,15 +128,19 @@ void endpoint_services::answer(call_index index, std::string_view service,
     into.begin_object();
     if (service == wire::list_topics_name) {
       const listed_topics held{state_.topics, stop_rules_};
-      const auto shown = [&](topic_id i) { return held(i) && sees(i); };
-      list(into, "topics", state_.topics.topic_ids(), shown,
-           [&](topic_id i) { return state_.topics.name(i); });
-      list(into, "types", state_.topics.topic_ids(), shown,
-           [&](topic_id i) { return state_.topics.type(i); });
+      left_out = list(
+          into, fitting_names{room(), state_.bounds().topics_max}, "topics", "types",
+          state_.topics.topic_ids(), [&](topic_id i) -> listed_name {
+            if (!held(i) || !sees(i)) return {};
+            return {true, state_.topics.at(i).own_holders != 0, state_.topics.name(i), state_.topics.type(i)};
+          });
     } else if (service == wire::list_services_name) {
-      const auto shown = [&](service_index i) { return service_directory_.is_service(i) && calls(i); };
-      list(into, "services", service_directory_.ids(), shown,
-           [&](service_index i) { return service_directory_.name(i); });
+      left_out = list(
+          into, fitting_names{room(), state_.bounds().services_max}, "services", {}, service_directory_.ids(),
+          [&](service_index i) -> listed_name {
+            if (!service_directory_.is_service(i) || !calls(i)) return {};
+            return {true, static_cast<bool>(service_directory_.at(i).pair), service_directory_.name(i), {}};
+          });
     } else if (service == wire::topic_type_name) {
       const topic_id topic = state_.topics.find(named("topic"));
       into.key("type");
@@ -117,6 +156,8 @@ void endpoint_services::answer(call_index index, std::string_view service,
     into.end_object();
   });
   if (!slot) return call_completion_.fail_for_room(index);
+  if (left_out != 0) [[unlikely]]
+    state_.counts.add(counter::names_left_out, left_out);
   call_completion_.complete(index, slot);
 }
 

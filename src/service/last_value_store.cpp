@@ -27,7 +27,8 @@ std::size_t last_value_store::footprint_bytes(const limits& bounds) noexcept {
 }
 
 last_value_store::last_value_store(rt::arena& memory, chunk_store& chunks, const limits& bounds) noexcept
-    : rows_{memory.carve<row>(asked_topics_max)},
+    : chunks_{chunks},
+      rows_{memory.carve<row>(asked_topics_max)},
       free_{rows_},
       texts_{memory, chunks, limits_of_texts(bounds)} {}
 
@@ -71,18 +72,29 @@ void last_value_store::keep(last_value_id which, std::string_view body, rt::time
                             rt::time_point expires) noexcept {
   row& one = rows_[which];
   while (!texts_.store(one.value, body, keeper, expires))
-    if (!drop_oldest_but(which)) return;
+    if (!drop_oldest_but(which, false)) return;
   one.value.published = published;
   one.long_bytes = 0;
   if (std::exchange(one.awaited, false)) ++came_;
 }
 
-void last_value_store::note_long(last_value_id which, std::size_t bytes) noexcept {
+void last_value_store::keep_long(last_value_id which, text_id value, rt::time_point published,
+                                 rt::time_point expires) noexcept {
   row& one = rows_[which];
-  texts_.clear(one.value);
-  one.long_bytes = bytes;
+  one.long_bytes = chunks_.bytes(value);
   if (std::exchange(one.awaited, false)) ++came_;
+  while (!texts_.store_long(one.value, value, keeper, expires))
+    if (!drop_oldest_but(which, true)) return;
+  one.value.published = published;
+  while (chunks_.left() < 0 && drop_oldest_but(which, true)) {
+  }
+  if (chunks_.left() < 0)
+    texts_.clear(one.value);
+  else
+    one.long_bytes = 0;
 }
+
+bool last_value_store::give_up_long() noexcept { return drop_oldest_but({}, true); }
 
 const latched_value& last_value_store::ask(last_value_id which, rt::time_point now, bool waits) noexcept {
   row& one = rows_[which];
@@ -92,10 +104,12 @@ const latched_value& last_value_store::ask(last_value_id which, rt::time_point n
   return one.value;
 }
 
-bool last_value_store::drop_oldest_but(last_value_id kept) noexcept {
+bool last_value_store::drop_oldest_but(last_value_id kept, bool long_ones) noexcept {
+  if (long_ones && texts_.chunks_in_use() == 0) return false;
+  const row* const spared = kept ? &rows_[kept] : nullptr;
   row* oldest = nullptr;
   for (row& one : rows_) {
-    if (&one == &rows_[kept] || one.value.empty()) continue;
+    if (&one == spared || one.value.empty() || static_cast<bool>(one.value.chunks) != long_ones) continue;
     if (oldest == nullptr || one.asked_at < oldest->asked_at) oldest = &one;
   }
   if (oldest == nullptr) return false;
@@ -105,11 +119,13 @@ bool last_value_store::drop_oldest_but(last_value_id kept) noexcept {
 
 bool last_value_store::check() const noexcept {
   std::uint32_t blocks = 0;
+  std::uint32_t chunks = 0;
   for (const row& one : rows_) {
     if (!one.topic && !one.value.empty()) return false;
-    blocks += one.value.blocks;
+    (one.value.chunks ? chunks : blocks) += one.value.blocks;
   }
-  return blocks == texts_.in_use() && free_.check([](const row& one) { return !one.topic; });
+  return blocks == texts_.in_use() && chunks == texts_.chunks_in_use() &&
+         free_.check([](const row& one) { return !one.topic; });
 }
 
 } // namespace rowe::service

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The last values of topics that somebody has asked for over HTTP lately. They have memory of their own, and
 // take no wire slot from messages. Where it is short, the value that was asked for longest ago goes. A topic
-// has the number of its row (topic::asked), so nothing is searched for when it is published. Service thread
-// only; nothing here waits or allocates.
+// has the number of its row (topic::asked), so nothing is searched for when it is published.
+//
+// A long value stays in its chunks. All long ones here have a quarter of the chunks at most, and go where
+// others need the chunks.
+//
+// Service thread only; nothing here waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -21,7 +25,7 @@ namespace rowe::service {
 class last_value_store {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  // `chunks`: no value here is in any.
+  // `chunks`: where long values are.
   last_value_store(rt::arena& memory, chunk_store& chunks, const limits& bounds) noexcept;
 
   // Begins to keep the values of a topic. None: asked_topics_max are taken.
@@ -36,8 +40,11 @@ class last_value_store {
   // The topic has a new value.
   void keep(last_value_id which, std::string_view body, rt::time_point published,
             rt::time_point expires) noexcept;
-  // The topic has a new value, which is long: it is not kept, only its length is.
-  void note_long(last_value_id which, std::size_t bytes) noexcept;
+  // The topic has a new value, which is long. If it finds no room, only its length is kept.
+  void keep_long(last_value_id which, text_id value, rt::time_point published,
+                 rt::time_point expires) noexcept;
+  // Others need chunks: gives up the long value that was asked for longest ago. False: there is none.
+  bool give_up_long() noexcept;
   // How long the last value was, if it was not kept for that; else 0.
   std::size_t long_bytes(last_value_id which) const noexcept { return rows_[which].long_bytes; }
   // Somebody asks for the value, and, if there is none that has not expired, waits for the next one or not.
@@ -64,8 +71,9 @@ class last_value_store {
     std::size_t long_bytes = 0;
   };
 
-  bool drop_oldest_but(last_value_id kept) noexcept;
+  bool drop_oldest_but(last_value_id kept, bool long_ones) noexcept;
 
+  chunk_store& chunks_;
   rows<last_value_id, row> rows_;
   indexed_pool<last_value_id, row, &row::next_free> free_;
   latch_store texts_;

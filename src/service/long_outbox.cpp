@@ -7,7 +7,10 @@ namespace rowe::service {
 
 bool long_outbox::make_room(std::uint32_t chunks) noexcept {
   for (unsigned left = evictions_max; state_.chunks.left() < std::int64_t{chunks}; --left) {
-    if (left == 0 || !outbox_.evict_for(slot_class::chunked)) return false;
+    if (left == 0) return false;
+    if (!state_.last_values.give_up_long() && !outbox_.evict_for(slot_class::chunked) &&
+        !state_.long_pages.give_up())
+      return false;
   }
   return true;
 }

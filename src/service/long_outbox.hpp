@@ -23,7 +23,8 @@ class long_outbox {
   explicit long_outbox(const needs& parts) noexcept
       : state_{parts.state}, message_store_{parts.message_store}, outbox_{parts.outbox} {}
 
-  // Whether so many chunks are free, besides those for what is received: evicts long messages for them.
+  // Whether so many chunks are free, besides those for what is received. For them it gives up what is kept
+  // for pages, then evicts long messages, then ends pages.
   bool make_room(std::uint32_t chunks) noexcept;
   // Composes a topic's message whose body is a long text. None, counted: what is on its way has all slots for
   // long messages, or all chunks but those for what is received.

@@ -20,13 +20,14 @@ std::size_t core_parts::footprint_bytes(const limits& bounds) noexcept {
          long_ingress::footprint_bytes(bounds) + fragment_ingress::footprint_bytes(bounds) +
          long_deliveries::footprint_bytes(bounds) + advertisement_table::footprint_bytes(bounds) +
          publish_predictor::footprint_bytes(bounds) + receiver::footprint_bytes(bounds) +
-         direct_messages::footprint_bytes(bounds) + call_completion::footprint_bytes(bounds) +
-         service_directory::footprint_bytes(bounds) + service_providers::footprint_bytes(bounds) +
-         thread_submissions::footprint_bytes(bounds) + dispatcher::footprint_bytes(bounds) +
-         listings::footprint_bytes(bounds) + stop_state_feed::footprint_bytes(bounds) +
-         stop_service::footprint_bytes(bounds) + topic_pages::footprint_bytes(bounds) +
-         own_pages::footprint_bytes(bounds) + parameters::footprint_bytes(bounds) +
-         parameter_requests::footprint_bytes(bounds) + connection_graph::footprint_bytes(bounds);
+         direct_messages::footprint_bytes(bounds) + subscriptions::footprint_bytes(bounds) +
+         call_completion::footprint_bytes(bounds) + service_directory::footprint_bytes(bounds) +
+         service_providers::footprint_bytes(bounds) + thread_submissions::footprint_bytes(bounds) +
+         dispatcher::footprint_bytes(bounds) + listings::footprint_bytes(bounds) +
+         stop_state_feed::footprint_bytes(bounds) + stop_service::footprint_bytes(bounds) +
+         topic_pages::footprint_bytes(bounds) + own_pages::footprint_bytes(bounds) +
+         parameters::footprint_bytes(bounds) + parameter_requests::footprint_bytes(bounds) +
+         connection_graph::footprint_bytes(bounds);
 }
 
 memory_plan plan_memory(const limits& bounds, transport_security with) noexcept {

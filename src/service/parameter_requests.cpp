@@ -162,7 +162,10 @@ void parameter_requests::subscribe(connection& c, const wire::request& asked) no
   parameters_.take();
   if (names_too_many(c, asked, parameters_.count())) return;
   subscriber& of = subscribers_[{c.id.index}];
-  if (!of.any()) of.told_at = parameters_.changes();
+  if (!of.any()) {
+    of = {};
+    of.told_at = parameters_.changes();
+  }
   bool named = false;
   for_each(asked.body_raw, [&](const json::value& one) {
     named = true;
@@ -225,6 +228,20 @@ bool parameter_requests::is_to_be_told(peer_index peer, parameter_id which) cons
   return of.to_all || is_named(peer, name);
 }
 
+// What became of its last message. One that was evicted is told again, as it is then. False: it waits.
+bool parameter_requests::settle(peer_index peer) noexcept {
+  subscriber& of = subscribers_[peer];
+  const auto now = of.message.take_fate(outbox_.of(peer), teller::parameters);
+  if (now == told_message::fate::written) go_on(of);
+  return now != told_message::fate::waits;
+}
+
+// What the last message said is known.
+void parameter_requests::go_on(subscriber& of) noexcept {
+  of.from = of.then;
+  if (of.from == 0) of.told_at = of.telling;
+}
+
 // One message. The rest, or all, is told later if there is too much of it, or the peer does not read.
 void parameter_requests::tell(connection& c) noexcept {
   const peer_index peer{c.id.index};
@@ -252,10 +269,10 @@ void parameter_requests::tell(connection& c) noexcept {
     }
     return codec.end_parameters(into);
   };
-  if (bytes != 0 && !outbox_.reply(peer, write)) return;
   const bool ended = to == parameters_.count() || parameters_.is_read_only({to});
-  of.from = ended ? 0 : to;
-  if (ended) of.told_at = of.telling;
+  of.then = ended ? 0 : to;
+  if (bytes == 0) return go_on(of);
+  if (outbox_.reply(peer, write, rt::never, teller::parameters)) of.message.begin(outbox_.of(peer));
 }
 
 auto parameter_requests::tell_changes() noexcept -> round {
@@ -264,7 +281,7 @@ auto parameter_requests::tell_changes() noexcept -> round {
     return state_.peers[peer].open() && of.any() && of.told_at != parameters_.changes();
   };
   for (unsigned left = parameter_tells_per_cycle; turn_.value < state_.peers.size(); ++turn_.value) {
-    if (!must_be_told(turn_)) continue;
+    if (!settle(turn_) || !must_be_told(turn_)) continue;
     if (left == 0) return round::more_next;
     --left;
     tell(state_.peers[turn_]);

@@ -3,8 +3,8 @@
 // them, and are told of changes. Who may call `/rosapi/get_param` may get all, and subscribe to them; to set
 // one takes the right `set` for its name. Of the endpoint's own ones nobody is told changes: counters change
 // all the time. A peer that does not read is told later, each parameter once, with the value that it has
-// then. If another parameter takes the place of one that is gone before that, the peer is not told that this
-// is gone. Service thread only; nothing waits or allocates.
+// then; so is one whose message was evicted. If another parameter takes the place of one that is gone before
+// that, the peer is not told that this is gone. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -19,6 +19,7 @@
 #include "service/outbox.hpp"
 #include "service/parameters.hpp"
 #include "service/refusals.hpp"
+#include "service/told_message.hpp"
 #include "wire/request.hpp"
 #include "wire/text_out.hpp"
 #include "json/reader.hpp"
@@ -65,7 +66,9 @@ class parameter_requests {
     std::uint32_t named = 0;   // names that it has in named_
     std::uint64_t told_at = 0; // parameters::changes() before it was told last
     std::uint64_t telling = 0; // likewise, while it is told in several messages
-    std::uint32_t from = 0;    // then: where the next one begins
+    told_message message{};    // that waits to be written
+    std::uint32_t from = 0;    // where the next one begins
+    std::uint32_t then = 0;    // `from` when it is written; 0: it ends the round
     bool any() const noexcept { return to_all || named != 0; }
   };
 
@@ -82,6 +85,8 @@ class parameter_requests {
   void write_named(json::writer& into, const wire::codec& codec, std::string_view list) const noexcept;
   void write_value(json::writer& into, const wire::codec& codec, parameter_id which) const noexcept;
   std::size_t bytes_of(parameter_id which) const noexcept;
+  bool settle(peer_index peer) noexcept;
+  static void go_on(subscriber& of) noexcept;
   void tell(connection& c) noexcept;
   bool is_to_be_told(peer_index peer, parameter_id which) const noexcept;
 

@@ -61,6 +61,8 @@ inline constexpr unsigned evictions_max = 64;
 // Topics or services that one message lists, and the bytes for each besides its name and type.
 inline constexpr std::size_t listed_max = 64;
 inline constexpr std::size_t listed_bytes = 128;
+// What an answer of /rosapi says around the names that it lists, besides the id and the service.
+inline constexpr std::size_t list_envelope_bytes = 192;
 // The work of looking at one place that a peer holds for a topic.
 inline constexpr std::size_t held_topic_work_bytes = 4;
 static_assert(held_topic_work_bytes < push_work);
@@ -90,6 +92,8 @@ inline constexpr rt::duration asked_topic_kept_for = std::chrono::seconds{60};
 static_assert(page_wait_max < asked_topic_kept_for);
 // The memory for them, in the longest messages that there may be.
 inline constexpr std::uint32_t last_values_messages = 2;
+// Long values that are sent as pages at once.
+inline constexpr std::uint32_t long_pages_max = 2;
 
 // ---- reading
 
@@ -223,8 +227,11 @@ static_assert(report_topics_one_in > 2 && report_connections_one_in >= 2); // to
 
 // ---- deadlines
 
-// The id of a request for a deadline is kept if it is no longer than this, with its quotes.
-inline constexpr std::size_t kept_id_bytes_max = 23;
+// The ids of requests for deadlines have blocks of so many bytes, one for so many subscriptions. With the
+// number of the next block they fill 32 bytes.
+inline constexpr std::size_t id_block_bytes_max = 28;
+static_assert(id_block_bytes_max + sizeof(id_block_id) == 32);
+inline constexpr std::uint32_t id_blocks_one_in = 2;
 
 // A subscription's deadline that is shorter is watched as if it were this long, so that each costs little.
 inline constexpr rt::duration deadline_min = std::chrono::milliseconds{100};

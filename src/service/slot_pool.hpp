@@ -67,8 +67,8 @@ template <class T>
 using by_class = std::array<T, slot_classes>;
 enum class slot_use : std::uint8_t { ordinary, stop };
 // The part that tells a peer again what was in a message that the peer lost.
-enum class teller : std::uint8_t { none, listings, connection_graph };
-inline constexpr std::size_t tellers = 3;
+enum class teller : std::uint8_t { none, listings, connection_graph, parameters };
+inline constexpr std::size_t tellers = 4;
 
 class slot_pool {
  public:

@@ -33,14 +33,15 @@ std::uint8_t place_of(const subscription& s, std::uint64_t id) noexcept {
 
 } // namespace
 
-subscriptions::subscriptions(const needs& parts) noexcept
+subscriptions::subscriptions(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
       subscription_queues_{parts.subscription_queues},
       refusals_{parts.refusals},
       audiences_{parts.audiences},
       topic_rates_{parts.topic_rates},
       topic_places_{parts.topic_places},
-      claims_{state_.bounds().subscriptions_max, state_.claimants()} {}
+      claims_{state_.bounds().subscriptions_max, state_.claimants()},
+      ids_{memory, state_.bounds(), state_.claimants()} {}
 
 void subscriptions::forget(peer_index peer) noexcept {
   while (const subscription_id s = state_.subscriptions.first_of(peer)) remove(peer, s);
@@ -98,7 +99,7 @@ void subscriptions::watch_deadline(subscription_id index, const wire::request& a
   s.deadline_ns = std::max<std::int64_t>(asked.deadline_ns, deadline_min.count());
   s.watched_at = state_.cycle.now;
   s.missed = false;
-  s.deadline_of.keep(asked.id_raw);
+  ids_.keep(s.deadline_of, s.peer, asked.id_raw);
   state_.due.arm(deadline_id{index.value}, rt::deadline_after(s.watched_at, rt::duration{s.deadline_ns}));
 }
 
@@ -124,7 +125,8 @@ void subscriptions::check_deadline(subscription_id index) noexcept {
   why.add("subscribe ").add_shortened(state_.topics.name(s.topic), topic_bytes_shown);
   why.add(": no message came within its deadline of ");
   why.add(std::chrono::duration_cast<std::chrono::milliseconds>(period).count()).add(" ms");
-  refusals_.warn(c, s.deadline_of.raw(), why.text(), wire::severity::warning);
+  std::array<char, call_id_bytes_max> id;
+  refusals_.warn(c, ids_.read(s.deadline_of, id), why.text(), wire::severity::warning);
 }
 
 // The codec that it asked for can write structs only in the form that it asked for, and none is published.
@@ -197,6 +199,7 @@ void subscriptions::unsubscribe(connection& c, const wire::request& asked) noexc
 
 void subscriptions::remove(peer_index peer, subscription_id index) noexcept {
   const topic_id topic = state_.subscriptions.at(index).topic;
+  ids_.drop(state_.subscriptions.at(index).deadline_of, peer);
   state_.due.disarm(deadline_id{index.value});
   subscription_queues_.drop(index);
   std::uint32_t held = state_.subscriptions.count_of(peer);
@@ -280,7 +283,7 @@ bool subscriptions::check() const noexcept {
     if (subscribed != state_.subscriptions.count_of(peer) || (free && subscribed != 0)) return false;
     if (!free) unclaimed -= claims_.claim() - claims_.kept_for(subscribed);
   }
-  return unclaimed == claims_.unclaimed();
+  return unclaimed == claims_.unclaimed() && ids_.check();
 }
 
 } // namespace rowe::service

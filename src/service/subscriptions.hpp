@@ -5,9 +5,11 @@
 #include <string_view>
 
 #include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
 
 #include "service/audiences.hpp"
 #include "service/core_state.hpp"
+#include "service/kept_ids.hpp"
 #include "service/refusals.hpp"
 #include "service/shares.hpp"
 #include "service/subscription_queues.hpp"
@@ -27,7 +29,10 @@ class subscriptions {
     class topic_rates& topic_rates;
     class topic_places& topic_places;
   };
-  subscriptions(const needs& parts) noexcept;
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return kept_ids::footprint_bytes(bounds);
+  }
+  subscriptions(rt::arena& memory, const needs& parts) noexcept;
 
   // A peer leaves.
   void forget(peer_index peer) noexcept;
@@ -67,6 +72,7 @@ class subscriptions {
   topic_rates& topic_rates_;
   topic_places& topic_places_;
   claims claims_;
+  kept_ids ids_; // of requests for deadlines
 };
 
 } // namespace rowe::service

@@ -74,13 +74,11 @@ http_answer topic_pages::answer(const awaited_page& page, bool last, std::span<c
   const topic& on = state_.topics.at(index);
   if (on.holders == 0 || on.channel != page.channel)
     return fresh(404, "the topic went, or has another type now\nask again\n");
-  if (!on.last.empty() && on.last.expires > state_.cycle.now)
-    return on.last.bytes > state_.bounds().message_bytes_max ? too_long(index, on.last.bytes, out)
-                                                             : page_of(on.last, out, true);
+  if (!on.last.empty() && on.last.expires > state_.cycle.now) return value_of(on.last, page.who, out, true);
   if (!on.asked && !last) begin(index);
   if (on.asked) {
     const latched_value& newest = state_.last_values.ask(on.asked, state_.cycle.now, !last);
-    if (!newest.empty()) return page_of(newest, out, false);
+    if (!newest.empty()) return value_of(newest, page.who, out, false);
     if (const std::size_t bytes = state_.last_values.long_bytes(on.asked); bytes != 0)
       return too_long(index, bytes, out);
   }
@@ -93,11 +91,51 @@ http_answer topic_pages::answer(const awaited_page& page, bool last, std::span<c
 
 http_answer topic_pages::too_long(topic_id topic, std::size_t bytes, std::span<char> out) const noexcept {
   wire::text_out words{out};
-  words.add("the last value has ").add(static_cast<std::int64_t>(bytes)).add(" bytes, and this page gives ");
-  words.add(state_.bounds().message_bytes_max)
-      .add(" (message_bytes_max)\nsubscribe to the topic, as `rowe echo URL ");
+  words.add("the last value has ").add(static_cast<std::int64_t>(bytes));
+  words.add(" bytes, and there was no room to keep it\nraise long_slots (").add(state_.bounds().long_slots);
+  words.add("), or subscribe to the topic, as `rowe echo URL ");
   words.add_shortened(state_.topics.name(topic), 200).add(" --json --once` does\n");
   return fresh(404, words.text());
+}
+
+http_answer topic_pages::in_pieces(const latched_value& value, const access::subject& who,
+                                   std::span<char> out) noexcept {
+  page_texts& texts = state_.long_pages;
+  const bool full = texts.full();
+  if (full || !texts.has_room_for(value.chunks)) {
+    wire::text_out words{out};
+    if (full)
+      words.add(long_pages_max).add(" long values are being sent over HTTP, which is the limit\n");
+    else
+      words.add(
+          "another long value is being sent over HTTP, and both have more than a quarter of the room for "
+          "long ones\n");
+    words.add("ask again in a second, or subscribe to the topic\n");
+    http_answer answer = fresh(503, words.text());
+    answer.retry_after_s = 1;
+    return answer;
+  }
+  http_answer answer = fresh(200, {});
+  const std::uint32_t which = texts.begin(value.chunks);
+  readers_[which] = who;
+  answer.in_pieces = {.from = this, .which = which, .bytes = value.bytes};
+  return answer;
+}
+
+std::span<const std::byte> topic_pages::read_body(std::uint32_t which, std::size_t at) noexcept {
+  if (state_.cycle.closing || state_.rights.outdated(readers_[which])) return {};
+  return state_.long_pages.read(which, at);
+}
+
+http_answer topic_pages::value_of(const latched_value& value, const access::subject& who, std::span<char> out,
+                                  bool latched) noexcept {
+  http_answer answer = value.bytes > state_.bounds().message_bytes_max ? in_pieces(value, who, out)
+                                                                       : page_of(value, out, latched);
+  if (answer.status != 200) return answer;
+  answer.content_type = "application/json";
+  const auto age = std::chrono::duration_cast<std::chrono::milliseconds>(state_.cycle.now - value.published);
+  answer.age_ms = std::max<std::int64_t>(age.count(), 0);
+  return answer;
 }
 
 http_answer topic_pages::page_of(const latched_value& value, std::span<char> out, bool latched) noexcept {
@@ -105,11 +143,7 @@ http_answer topic_pages::page_of(const latched_value& value, std::span<char> out
   latched ? state_.latches.write(value, into) : state_.last_values.write(value, into);
   into.append("\n"); // for who reads it in a terminal
   state_.cycle.work_bytes += value.bytes;
-  http_answer answer = fresh(200, {out.data(), into.bytes()});
-  answer.content_type = "application/json";
-  const auto age = std::chrono::duration_cast<std::chrono::milliseconds>(state_.cycle.now - value.published);
-  answer.age_ms = std::max<std::int64_t>(age.count(), 0);
-  return answer;
+  return fresh(200, {out.data(), into.bytes()});
 }
 
 void topic_pages::begin(topic_id topic) noexcept {

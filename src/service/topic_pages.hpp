@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pages of topics, for scripts: the last value of each. A latched value is kept anyway. Another topic's
 // values are kept from when somebody has asked for one, and until nobody has for a while: then its publishers
-// are heard, as by a subscriber. The first who asks waits for the next value. Service thread only; nothing
-// waits or allocates.
+// are heard, as by a subscriber. The first who asks waits for the next value. A long value is read out of its
+// chunks while it is sent. Service thread only; nothing waits or allocates.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -15,13 +16,14 @@
 
 #include "service/audiences.hpp"
 #include "service/core_state.hpp"
+#include "service/service_limits.hpp"
 #include "service/stop_rules.hpp"
 #include "service/topic_rates.hpp"
 #include "service/transport.hpp"
 
 namespace rowe::service {
 
-class topic_pages {
+class topic_pages final : public body_source {
  public:
   struct needs {
     core_state& state;
@@ -42,6 +44,10 @@ class topic_pages {
   http_answer answer(const http_request& request, std::span<char> out) noexcept;
   http_answer answer(const awaited_page& page, bool last, std::span<char> out) noexcept;
 
+  // Of a long value. If rights change, or the endpoint closes, there is nothing more of it.
+  std::span<const std::byte> read_body(std::uint32_t which, std::size_t at) noexcept override;
+  void end_body(std::uint32_t which) noexcept override { state_.long_pages.end(which); }
+
   // Once in a while: publishers of topics that nobody asks for any more are not heard for that any longer.
   void end_unasked() noexcept;
 
@@ -52,6 +58,9 @@ class topic_pages {
   }
   void begin(topic_id topic) noexcept;
   void end(topic_id topic) noexcept;
+  http_answer value_of(const latched_value& value, const access::subject& who, std::span<char> out,
+                       bool latched) noexcept;
+  http_answer in_pieces(const latched_value& value, const access::subject& who, std::span<char> out) noexcept;
   http_answer too_long(topic_id topic, std::size_t bytes, std::span<char> out) const noexcept;
   http_answer page_of(const latched_value& value, std::span<char> out, bool latched) noexcept;
 
@@ -60,6 +69,7 @@ class topic_pages {
   topic_rates& topic_rates_;
   const stop_rules& stop_rules_;
   std::span<char> name_;
+  std::array<access::subject, long_pages_max> readers_{}; // of long values
 };
 
 } // namespace rowe::service

@@ -27,18 +27,10 @@ struct subscribe_request {
   wire::codec_id codec{};         // of the messages
 };
 
-// The id of a request as it was written; empty if it was too long to be kept.
-class kept_id {
- public:
-  void keep(std::string_view raw) noexcept {
-    size_ = static_cast<std::uint8_t>(raw.size() <= bytes_.size() ? raw.size() : 0);
-    raw.copy(bytes_.data(), size_);
-  }
-  std::string_view raw() const noexcept { return {bytes_.data(), size_}; }
-
- private:
-  std::array<char, kept_id_bytes_max> bytes_{};
-  std::uint8_t size_ = 0;
+// The id of a request as it was written: where it is (kept_ids.hpp).
+struct kept_id {
+  id_block_id first{}; // none: there is none, or it was not kept
+  std::uint16_t bytes = 0;
 };
 
 struct subscription {
@@ -62,6 +54,7 @@ struct subscription {
   bool discards = false;        // a value within the throttle period is dropped, not queued
   bool whole = false;           // its codec writes whole messages;
   bool of_types = false;        // and needs no JSON of structs
+  bool missed = false;          // its deadline, and the peer was told
   wire::codec_id codec{};
   std::uint8_t request_count = 0;
   std::uint32_t tag = wire::no_number; // the peer's number for the subscription
@@ -71,7 +64,6 @@ struct subscription {
   std::int64_t lifespan_ns = wire::unlimited; // a message that was published longer ago is not written
   std::int64_t deadline_ns = wire::unlimited; // the most time between two messages, watched
   rt::time_point watched_at{};                // since when; or, behind a miss, when that was
-  bool missed = false;                        // and the peer was told
   std::array<subscribe_request, subscribe_requests_max> requests;
   kept_id deadline_of; // of the newest request that asked for a deadline
 };

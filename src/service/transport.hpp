@@ -120,6 +120,30 @@ enum class page_kind : std::uint8_t {
 
 // The texts of an answer must stay valid until it is written: they are static assets, or memory of the core
 // that does not change before the next poll().
+// Where the body of an answer lies that is sent piece by piece. The transport reads it from its beginning to
+// its end, with calls of poll() between.
+class body_source {
+ public:
+  // The bytes from `at` on that lie together, valid until poll() returns. None: nothing more will come, and
+  // whoever reads is to see that the body was cut.
+  virtual std::span<const std::byte> read_body(std::uint32_t which, std::size_t at) noexcept = 0;
+  // The transport will not read that one any more. Once for each answer that has one, unless the transport is
+  // destroyed first.
+  virtual void end_body(std::uint32_t which) noexcept = 0;
+
+ protected:
+  ~body_source() = default;
+};
+
+struct long_body {
+  body_source* from = nullptr; // none: the answer has none
+  std::uint32_t which = 0;
+  std::size_t bytes = 0;
+};
+// Whoever takes fewer of its bytes in such a time is not waited for.
+inline constexpr std::size_t long_body_step_bytes = std::size_t{32} << 10;
+inline constexpr rt::duration long_body_step_max = std::chrono::seconds{1};
+
 struct http_answer {
   std::uint16_t status = 404;
   std::string_view content_type = "text/plain; charset=utf-8";
@@ -129,9 +153,11 @@ struct http_answer {
   page_kind kind = page_kind::own;
   bool lasts = false; // the body is valid as long as the transport is open, so it may be written in pieces
   bool later = false; // there is no answer yet: on_http() is to be asked again, about `awaited`
-  awaited_page awaited{};   // later
-  std::int64_t age_ms = -1; // of the value in the body; -1: it has none
+  awaited_page awaited{};          // later
+  std::int64_t age_ms = -1;        // of the value in the body; -1: it has none
+  std::uint16_t retry_after_s = 0; // 0: that is not said
   std::span<const std::byte> body;
+  long_body in_pieces{}; // in place of that
 };
 
 // What is served over HTTP besides the endpoint's own pages.
@@ -201,6 +227,7 @@ struct transport_memory {
   std::uint64_t allocations = 0;           // none while peers are only connected
   std::uint64_t refusals = 0;              // handshakes or pages for which there was none
   std::uint64_t evictions = 0;             // handshakes that did not end and lost their place to a newer one
+  std::uint64_t pages_cut = 0;             // bodies in pieces that were not sent to their end
   const class tls_counters* tls = nullptr; // null: no TLS
 };
 
@@ -229,6 +256,7 @@ inline void show(const transport_memory& now, counters& in) noexcept {
   in.set(counter::handshake_allocations, now.allocations);
   in.set(counter::handshakes_starved, now.refusals);
   in.set(counter::handshakes_evicted, now.evictions);
+  in.set(counter::pages_cut, now.pages_cut);
   if (now.tls == nullptr) return;
   for (auto i = static_cast<std::size_t>(tls_counters::first);
        i <= static_cast<std::size_t>(tls_counters::last); ++i)

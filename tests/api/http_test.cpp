@@ -141,5 +141,33 @@ TEST(http, gives_scripts_the_last_value_of_a_topic) {
   EXPECT_NE(body_of(stats).find(R"("topic":"/odom")"), stats.npos);
 }
 
+TEST(http, gives_scripts_a_long_value_byte_for_byte) {
+  rowe::endpoint_options options = quick();
+  options.limits.long_message_bytes_max = 12 * 1024 * 1024;
+  options.limits.lane_bytes = 128 * 1024 * 1024;
+  rowe::endpoint one = hub(options);
+  std::string map = R"({"data":[0)";
+  for (std::uint32_t i = 1; map.size() < 10'000'000; ++i) map += "," + std::to_string(i * 2654435761U % 101);
+  map += "]}";
+  rowe::topic_options latched;
+  latched.latched = true;
+  latched.depth = 1;
+  latched.text_bytes_max = static_cast<std::uint32_t>(map.size());
+  auto topic = one.advertise<rowe::json_text>("/map", latched).value();
+  ASSERT_TRUE(topic.publish(map));
+  std::string head;
+  while (!(head = ask(one, "HEAD /api/v1/topics/map")).starts_with("HTTP/1.1 200")) {
+  }
+  EXPECT_NE(head.find("content-length: " + std::to_string(map.size()) + "\r\n"), head.npos) << head;
+  EXPECT_EQ(body_of(head), "");
+  for (int i = 0; i < 3; ++i) {
+    const std::string answer = ask(one, "GET /api/v1/topics/map");
+    EXPECT_TRUE(answer.starts_with("HTTP/1.1 200"));
+    EXPECT_NE(answer.find("rowe-age-ms: "), answer.npos);
+    EXPECT_TRUE(body_of(answer) == map) << body_of(answer).size();
+  }
+  EXPECT_EQ(count_of(one, "pages_cut"), 0U);
+}
+
 } // namespace
 } // namespace http_test

@@ -186,6 +186,16 @@ class script_run {
     }
     require(answer.status == 200 || answer.status == 404 || answer.status == 503, "a value is there or not");
     std::string text{reinterpret_cast<const char*>(answer.body.data()), answer.body.size()};
+    if (const auto& body = answer.in_pieces; body.from != nullptr) {
+      while (text.size() < body.bytes) {
+        const auto piece = body.from->read_body(body.which, text.size());
+        require(!piece.empty(), "a long value has all its bytes");
+        text.append(reinterpret_cast<const char*>(piece.data()), piece.size());
+      }
+      require(text.size() == body.bytes, "and no more");
+      body.from->end_body(body.which);
+      text += '\n'; // as a short one has
+    }
     require(text.ends_with('\n'), "an answer is whole");
     if (answer.status != 200) return;
     const std::size_t bytes = text.size();

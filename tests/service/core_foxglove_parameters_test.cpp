@@ -271,6 +271,50 @@ TEST_F(foxglove_parameters, are_told_to_some_peers_in_a_cycle_and_to_the_others_
   EXPECT_EQ(told(), 0U);
 }
 
+// Few messages so long find a place. The oldest of who has most makes way: that is what it is told of
+// changes.
+TEST_F(foxglove_parameters, are_told_again_to_who_lost_what_it_was_told) {
+  std::deque<rowe::parameter<rowe::fixed_string<64>>> changed, others;
+  std::string names;
+  for (int i = 0; i < 15; ++i) {
+    changed.push_back(open<rowe::fixed_string<64>>("/p" + std::to_string(i), ""));
+    others.push_back(open<rowe::fixed_string<64>>("/q" + std::to_string(i), ""));
+    names += (i == 0 ? "\"/q" : ",\"/q") + std::to_string(i) + "\"";
+  }
+  rowe::fixed_string<64> text;
+  ASSERT_TRUE(text.assign(std::string(60, 'o')));
+  for (auto& each : others) EXPECT_TRUE(each.set(text));
+  peer& one = viewer("observer");
+  (void)say(one, subscribe_all);
+  pause();
+  (void)heard(one);
+  on.net.link_of(one.id()).capacity_bytes = 0;
+  ASSERT_TRUE(text.assign(std::string(60, 'c')));
+  for (auto& each : changed) EXPECT_TRUE(each.set(text));
+  pause();
+  const auto lost = [&] { return on.count(counter::evicted) + on.count(counter::outbox_full); };
+  ASSERT_EQ(lost(), 0U);
+  const std::string get_others = R"({"op":"getParameters","parameterNames":[)" + names + "]}";
+  one.say(get_others);
+  on.cycles(2);
+  for (int i = 0; i < 3 && lost() == 0; ++i) {
+    peer& other = viewer("observer");
+    on.net.link_of(other.id()).capacity_bytes = 0;
+    other.say(get_others);
+    on.cycles(2);
+  }
+  ASSERT_EQ(lost(), 1U);
+  on.net.link_of(one.id()).capacity_bytes = 1U << 20U;
+  std::string told;
+  for (int i = 0; i < 4; ++i) {
+    pause();
+    told += heard(one);
+  }
+  EXPECT_TRUE(says(told, std::string(60, 'o')));
+  for (int i = 0; i < 15; ++i)
+    EXPECT_TRUE(says(told, "\"/p" + std::to_string(i) + "\",\"value\":\"" + std::string(60, 'c'))) << i;
+}
+
 struct foxglove_parameters_in_small_messages : foxglove_parameters {
   static rowe::endpoint_options small_messages() {
     rowe::endpoint_options options = with_roles();

@@ -97,5 +97,61 @@ TEST_F(graph, knows_the_time_in_the_words_of_both_ros) {
   EXPECT_GE(rowe::json::to_integer(*rowe::json::find(at->raw, "secs")).value(), 0);
 }
 
+// ---- names that fill a message
+
+struct graph_of_long_names : access {
+  static rowe::endpoint_options with_long_names() {
+    rowe::endpoint_options options = with_roles();
+    options.limits.topic_bytes_max = 3000;
+    return options;
+  }
+  peer& page = comes("supervisor");
+  peer& rude = comes("driver", "10.0.0.8:1");
+
+  graph_of_long_names() : access{with_long_names()} {}
+  std::string ask(std::string_view service) {
+    (void)page.hear();
+    return answer_to(page, R"({"op":"call_service","service":"/rosapi/)" + std::string{service} + "\"}");
+  }
+  static std::size_t count_of(const std::string& text, std::string_view what) {
+    std::size_t count = 0;
+    for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; at += what.size()) ++count;
+    return count;
+  }
+};
+
+TEST_F(graph_of_long_names, lists_as_many_topics_as_fit_and_says_how_many_do_not) {
+  on.offer(pair_kind::publish_text, "/odom", 100);
+  for (const char c : {'a', 'b', 'c', 'd'})
+    rude.say(R"({"op":"advertise","topic":"/)" + std::string(2900, c) + R"(","type":"a/B"})");
+  rude.say(R"({"op":"subscribe","topic":"/short"})");
+  on.cycles(3);
+  const std::string answer = ask("topics");
+  EXPECT_NE(answer.find(R"("result":true)"), answer.npos) << answer;
+  for (const std::string_view name : {"\"/odom\"", "\"/short\"", "\"/rowe/stats\""})
+    EXPECT_NE(answer.find(name), answer.npos) << name;
+  EXPECT_EQ(count_of(answer, "\"a/B\""), 2U) << "types are those of the names";
+  EXPECT_NE(answer.find(R"("left_out":2)"), answer.npos);
+  EXPECT_EQ(on.count(counter::names_left_out), 2U);
+}
+
+TEST_F(graph_of_long_names, lists_as_many_services_as_fit) {
+  const auto provide = [](peer& by, const std::string& name) {
+    by.say(R"({"op":"advertise_service","service":"/arm/)" + name + R"(","type":"a/B"})");
+  };
+  peer& first = comes("arm", "10.0.0.9:1");
+  peer& second = comes("arm", "10.0.0.9:2");
+  provide(first, std::string(2900, 'a'));
+  provide(first, std::string(2900, 'b'));
+  provide(second, std::string(2900, 'c'));
+  provide(second, "short");
+  on.cycles(3);
+  const std::string answer = ask("services");
+  EXPECT_NE(answer.find(R"("result":true)"), answer.npos);
+  EXPECT_NE(answer.find("\"/arm/short\""), answer.npos);
+  EXPECT_NE(answer.find(R"("left_out":1)"), answer.npos) << answer.size();
+  EXPECT_EQ(on.count(counter::names_left_out), 1U);
+}
+
 } // namespace
 } // namespace core_graph_test

@@ -14,6 +14,7 @@ using rowe::detail::pair_kind;
 rowe::endpoint_options hub() {
   rowe::endpoint_options options = small_options();
   options.relay = true;
+  options.limits.subscriptions_max = 256; // so there are 128 blocks for ids
   return options;
 }
 
@@ -112,9 +113,34 @@ TEST_F(qos, deadline_is_told_by_the_id_of_its_subscription) {
     return heard(page);
   };
   EXPECT_TRUE(has(told_by("/t", R"("subscribe:/t:1")"), R"("id":"subscribe:/t:1")"));
-  const std::string too_long = told_by("/u", '"' + std::string(rowe::service::kept_id_bytes_max, 'x') + '"');
-  EXPECT_TRUE(has(too_long, "subscribe /u: no message came within its deadline")) << too_long;
-  EXPECT_FALSE(has(too_long, "xx"));
+  const std::string as_roslib = R"("subscribe:/robot/camera/front/odometry:17")";
+  EXPECT_TRUE(has(told_by("/u", as_roslib), R"("id":)" + as_roslib));
+  const std::string longest = '"' + std::string(rowe::service::call_id_bytes_max - 2, 'x') + '"';
+  EXPECT_TRUE(has(told_by("/v", longest), R"("id":)" + longest));
+}
+
+// 128 blocks of 28 bytes, of which each of 8 peers has a claim to 8. Four ids of 252 bytes are what one may
+// have.
+TEST_F(qos, deadline_is_told_without_an_id_only_to_who_has_many_long_ones) {
+  peer greedy{on};
+  peer other{on};
+  const auto told_by = [&](peer& by, int topic, const std::string& id) {
+    by.say(R"({"op":"subscribe","id":")" + id + R"(","topic":"/t)" + std::to_string(topic) +
+           R"(","qos":{"deadline":0.5}})");
+    on.cycles(12, 100ms);
+    const std::string told = heard(by);
+    EXPECT_TRUE(has(told, "/t" + std::to_string(topic) + ": no message came within its deadline")) << told;
+    return has(told, R"("id":")" + id + '"');
+  };
+  const std::string long_id(250, 'g');
+  for (int i = 0; i < 4; ++i) EXPECT_TRUE(told_by(greedy, i, long_id)) << i;
+  EXPECT_FALSE(told_by(greedy, 4, long_id));
+  EXPECT_TRUE(told_by(other, 0, "subscribe:/robot/camera/front/odometry:17"));
+  for (int i = 0; i < 4; ++i) {
+    greedy.say(R"({"op":"unsubscribe","topic":"/t)" + std::to_string(i) + "\"}");
+    on.cycle();
+  }
+  EXPECT_TRUE(told_by(greedy, 5, long_id));
 }
 
 TEST_F(qos, deadlines_of_no_time_cost_ten_looks_a_second) {

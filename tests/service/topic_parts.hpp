@@ -46,7 +46,8 @@ struct topic_parts : peer_parts::peer_parts {
   rowe::service::advertisement_table advertised{memory, bounds};
   rowe::service::topic_places places{
       {.state = state, .advertisement_table = advertised, .refusals = refused}};
-  rowe::service::subscriptions readers{{.state = state,
+  rowe::service::subscriptions readers{memory,
+                                       {.state = state,
                                         .subscription_queues = queues,
                                         .refusals = refused,
                                         .audiences = audience,

@@ -21,7 +21,7 @@ service_order = """
 ids index_list indexed_pool index_ring counters transport service_limits
 local_stop limit_table parameter_table parameter_values shared_state cycle_state rate_limit event_log
 stop_frames shares chunk_store stand_in slot_pool timers peer_set connection peer_table latch_store
-last_value_store names
+last_value_store page_texts names
 policy_handover peer_rights
 message_queue pair_table topic_rows topic_table own_type_structs own_type_schemas own_types
 subscription_table call_table completion number_queue
@@ -35,11 +35,11 @@ long_arrival member_list long_ingress
 fragment_ingress
 checked_text trackers message_parking direct_messages liveness call_goals
 call_completion long_calls
-publish_predictor audiences advertisement_table topic_places subscriptions advertisements broker topic_handles
-service_directory service_providers
+publish_predictor audiences advertisement_table topic_places kept_ids subscriptions advertisements broker
+topic_handles service_directory service_providers
 stop_rules stop_gate stop_switch thread_stops stop_service
-listed_topics topic_holders statistics_report metrics_report topic_pages own_pages statistics_feed
-parameters_feed gone_names graph_record graph_message connection_graph
+listed_topics topic_holders fitting_names statistics_report metrics_report topic_pages own_pages
+statistics_feed parameters_feed gone_names graph_record graph_message connection_graph
 parameter_services graph_services type_services endpoint_services
 call_requests call_router numbered told_numbers listings registrations revocation stop_state_feed
 value_publisher long_publications handle_submissions thread_submissions pair_release handle_registry

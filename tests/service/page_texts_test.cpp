@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/page_texts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+namespace page_texts_test {
+namespace {
+
+using rowe::service::chunk_store;
+using rowe::service::page_texts;
+using rowe::service::text_id;
+
+rowe::limits few() {
+  rowe::limits bounds;
+  bounds.message_bytes_max = 1024;
+  bounds.long_message_bytes_max = 2 * chunk_store::chunk_bytes;
+  bounds.long_slots = 4; // 8 chunks: a quarter are 2
+  return bounds;
+}
+
+struct page_texts_test : testing::Test {
+  rowe::limits bounds = few();
+  rowe::rt::arena memory{chunk_store::footprint_bytes(bounds), rowe::rt::page_lock::none};
+  std::unique_ptr<std::byte[]> pool{new std::byte[chunk_store::pool_bytes(bounds)]};
+  chunk_store store{memory, {pool.get(), chunk_store::pool_bytes(bounds)}, bounds};
+  page_texts pages{store};
+
+  text_id text_of(std::size_t chunks, char filled = 'x') {
+    const std::string content(chunks * chunk_store::chunk_bytes, filled);
+    const text_id made = store.begin(content.size());
+    store.append(made, std::as_bytes(std::span{content}));
+    return made;
+  }
+  void TearDown() override {
+    EXPECT_EQ(pages.in_use(), 0U);
+    EXPECT_EQ(store.texts(), 0U);
+    EXPECT_TRUE(store.check());
+  }
+};
+
+TEST_F(page_texts_test, keep_a_text_until_its_page_ends) {
+  const text_id text = text_of(2, 'y');
+  const std::uint32_t which = pages.begin(text);
+  store.release(text); // the topic has another value
+  std::size_t at = 0;
+  while (at < 2 * chunk_store::chunk_bytes) {
+    const auto piece = pages.read(which, at);
+    ASSERT_FALSE(piece.empty());
+    EXPECT_EQ(piece.front(), std::byte{'y'});
+    at += piece.size();
+  }
+  pages.end(which);
+}
+
+TEST_F(page_texts_test, are_two_at_a_time) {
+  const text_id text = text_of(1);
+  const std::uint32_t first = pages.begin(text);
+  EXPECT_FALSE(pages.full());
+  const std::uint32_t second = pages.begin(text);
+  EXPECT_NE(first, second);
+  EXPECT_TRUE(pages.full());
+  pages.end(first);
+  EXPECT_FALSE(pages.full());
+  pages.end(second);
+  store.release(text);
+}
+
+TEST_F(page_texts_test, of_two_texts_have_a_quarter_of_the_chunks) {
+  const text_id small = text_of(1), other = text_of(1), large = text_of(2);
+  EXPECT_TRUE(pages.has_room_for(large)) << "one may be as long as any";
+  const std::uint32_t which = pages.begin(small);
+  EXPECT_TRUE(pages.has_room_for(other));
+  EXPECT_FALSE(pages.has_room_for(large));
+  EXPECT_TRUE(pages.has_room_for(small)) << "one text is counted once";
+  pages.end(which);
+  EXPECT_TRUE(pages.has_room_for(large));
+  for (const text_id text : {small, other, large}) store.release(text);
+}
+
+TEST_F(page_texts_test, give_up_what_only_a_page_keeps) {
+  const text_id text = text_of(2);
+  const std::uint32_t which = pages.begin(text);
+  EXPECT_FALSE(pages.give_up()) << "it would free nothing";
+  store.release(text);
+  EXPECT_EQ(store.free(), 6U);
+  EXPECT_TRUE(pages.give_up());
+  EXPECT_EQ(store.free(), 8U);
+  EXPECT_TRUE(pages.read(which, 0).empty());
+  EXPECT_FALSE(pages.give_up());
+  EXPECT_EQ(pages.in_use(), 1U) << "until whoever sends it has seen that";
+  pages.end(which);
+}
+
+} // namespace
+} // namespace page_texts_test
