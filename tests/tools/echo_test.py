@@ -77,7 +77,7 @@ class echoing(unittest.TestCase):
         ended = run("echo", self.demo.url)
         self.assertEqual(ended.code, 0, ended.stderr)
         self.assertIn(["/odom", "nav_msgs/Odometry"], [line.split() for line in ended.stdout])
-        self.assertIn(["/rowe/stats"], [line.split() for line in ended.stdout])
+        self.assertIn(["/rowe/stats", "rowe/Stats"], [line.split() for line in ended.stdout])
         self.assertIn("TOPIC prints", ended.stderr[-1])
         ended = run("echo", self.demo.url, "--json", "-q")
         self.assertIn("/odom", json.loads(ended.stdout[0])["topics"])
