@@ -31,10 +31,10 @@ struct limits {
                                                   // that goes on for 5 s is disconnected (1008). 0: none
   std::uint32_t refusals_per_second_max = 20;     // of one peer that are answered, likewise; 0: no limit
 
-  // Long messages (docs/long-messages.md): topics' messages that are longer than message_bytes_max. A message
-  // that is longer than long_message_bytes_max ends its connection (1009). Their texts have memory of their
-  // own, the product of the two limits, which is not locked and is touched only as it is used. With 0 bytes,
-  // or no more than message_bytes_max, there are none.
+  // Long messages (docs/long-messages.md): topics' messages, and calls between peers, that are longer than
+  // message_bytes_max. One that is longer than long_message_bytes_max ends its connection (1009). Their texts
+  // have memory of their own, the product of the two limits, which is not locked and is touched only as it is
+  // used. With 0 bytes, or no more than message_bytes_max, there are none.
   std::uint32_t long_message_bytes_max = 1024 * 1024;
   std::uint32_t long_slots = 8; // such messages on their way out at once
 
