@@ -92,6 +92,7 @@ rt::time_point core::write_answer(rt::time_point now) noexcept {
   expire();
   sender_.flush_all();
   direct_messages_.take_outcomes();
+  long_calls_.end();
   arm_what_stays();
   return next_cycle();
 }

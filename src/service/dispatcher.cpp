@@ -96,7 +96,7 @@ inline void dispatcher::read_text(connection& c, std::span<std::byte> payload) n
     from = one.asked.next;
     if (from == 0 || !c.open()) return;
     request_router_.count_another(c);
-    state_.cycle.work_bytes += read_work_bytes; // likewise
+    state_.cycle.work_bytes += read_work_bytes; // as much as a message of its own
     if (--left == 0 || text.size() > bytes_left) {
       if (request_router_.drops_excess()) return;
       return refusals_.refuse(c, one.asked.codec, {}, {.code = "refused", .text = long_list_diagnostic});

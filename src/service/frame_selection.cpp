@@ -41,7 +41,8 @@ bool frame_selection::add_others(const recipient& to, std::size_t at, const queu
   const auto add = [&](queue& one, subscription_id of) {
     return one.empty() || (&one == but && !ROWE_MUTANT(fragments_passed)) || add_queue(to, one, of, into);
   };
-  if (at == static_cast<std::size_t>(replies_at) && !add(from.replies, {})) return false;
+  if (at == static_cast<std::size_t>(replies_at) && !(add(from.replies, {}) && add(from.long_replies, {})))
+    return false;
   if (!add(from.direct[at], {})) return false;
   for (subscription_id i = from.ready[at].head; i; i = subscription_rows_[i].next_ready) {
     if (!add(subscription_rows_[i].pending, i)) return false;

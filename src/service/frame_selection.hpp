@@ -98,10 +98,12 @@ inline void frame_selection::add_messages(const recipient& to, batch& into) noex
   // A server must know of a topic before anything is published on it.
   const priority replies_at = to.peer.ours == side::client ? priority::urgent : priority::normal;
   for (std::size_t p = 0; p < from.ready.size(); ++p) {
-    const bool replies = p == static_cast<std::size_t>(replies_at) && !from.replies.empty();
+    const bool replies =
+        p == static_cast<std::size_t>(replies_at) && !(from.replies.empty() && from.long_replies.empty());
     if (!replies && from.direct[p].empty() && from.ready[p].empty()) continue;
     into.credit = urgent_frames_.room(to.index, static_cast<priority>(p));
-    if (replies && !add_queue(to, from.replies, {}, into)) return;
+    if (replies && !(add_queue(to, from.replies, {}, into) && add_queue(to, from.long_replies, {}, into)))
+      return;
     if (!from.direct[p].empty() && !add_queue(to, from.direct[p], {}, into)) return;
     for (subscription_id i = from.ready[p].head; i; i = subscription_rows_[i].next_ready) {
       if (!add_queue(to, subscription_rows_[i].pending, i, into)) return;

@@ -22,8 +22,11 @@ long_calls::long_calls(const needs& parts) noexcept
       call_completion_{parts.call_completion} {}
 
 void long_calls::track(call_index index, slot_id slot) noexcept {
-  state_.calls.at(index).request = {slot, long_outbox_.generation_of(slot)};
-  direct_messages_.track_reply(slot, {}, {}, state_.calls.ref(index));
+  direct_messages_.track_reply(slot, {}, {},
+                               state_.calls.ref(index)); // first, what the slot's former one was
+  call& of = state_.calls.at(index);
+  of.request = {slot, long_outbox_.generation_of(slot)};
+  of.long_written = of.long_lost = false;
 }
 
 void long_calls::take_reply(const connection& c, const wire::request& said,
@@ -41,15 +44,33 @@ void long_calls::take_reply(const connection& c, const wire::request& said,
   }
   const wire::codec& codec = state_.seams.protocols.of(open.caller.speaks);
   const wire::call_origin asked = state_.calls.origin(index);
-  const slot_id slot = long_outbox_.reply({caller->id.index}, value, [&](json::writer& into) {
+  const auto slot = long_outbox_.reply({caller->id.index}, value, [&](json::writer& into) {
     return codec.write_reply(into, asked, wire::body{said.body_raw});
   });
-  if (!slot) return call_completion_.fail_for_room(index);
+  if (!slot) return fail(index, value, slot.error());
+  open.deadline = rt::deadline_after(state_.cycle.now, state_.options.call_timeout); // to begin to write it
   state_.due.disarm(index);
-  open.deadline = rt::never;
+  state_.due.arm(index, open.deadline);
   open.callee = {}; // nobody answers it any more
   open.answered = true;
-  track(index, slot);
+  track(index, *slot);
+}
+
+void long_calls::fail(call_index index, const long_value& value, const error& why) noexcept {
+  const auto bytes = static_cast<std::int64_t>(state_.chunks.bytes(value.text));
+  std::array<char, wire::no_service_bytes_max> buffer;
+  wire::text_out text{buffer};
+  if (why.code == errc::full) {
+    text.add("no room: a message of ").add(bytes).add(" bytes was dropped: others use the room for long ");
+    text.add("messages now; call again later, or raise long_slots (")
+        .add(state_.bounds().long_slots)
+        .add(")");
+  } else if (why.value > why.limit) {
+    text.add("all but the long value has ").add(why.value).add(" bytes, and may have ").add(why.limit);
+  } else {
+    text.add("what is sent on must not say ").add(long_mark).add(" itself");
+  }
+  call_completion_.fail(index, why, text.text());
 }
 
 void long_calls::refuse(call_index index, const long_value& value) noexcept {
@@ -65,7 +86,10 @@ void long_calls::refuse(call_index index, const long_value& value) noexcept {
 
 bool long_calls::waits_for_answer(call_index index) noexcept {
   const call& late = state_.calls.at(index);
-  if (late.callee.who != call_endpoint::kind::peer || ROWE_MUTANT(long_answer_late) ||
+  if (late.answered) return long_outbox_.is_being_written(late.request);
+  const bool between_peers =
+      late.caller.who == call_endpoint::kind::peer && late.callee.who == call_endpoint::kind::peer;
+  if (!between_peers || ROWE_MUTANT(long_answer_late) ||
       !long_ingress_.began_by({late.callee.index}, late.deadline))
     return false;
   state_.due.arm(index, state_.cycle.now + long_answer_look_period);

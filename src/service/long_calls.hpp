@@ -31,18 +31,19 @@ class long_calls {
   template <class Write>
   void send(call_index call, const connection& to, wire::codec_id in, const long_value& value,
             Write&& write) noexcept {
-    const slot_id slot = long_outbox_.reply({to.id.index}, value, write);
-    if (!slot) return call_completion_.fail_for_room(call);
+    const auto slot = long_outbox_.reply({to.id.index}, value, write);
+    if (!slot) return fail(call, value, slot.error());
     state_.counts.add(counter::calls_out);
     state_.calls.at(call).callee = call_endpoint::of(to.id, in);
-    track(call, slot);
+    track(call, *slot);
   }
   // A peer answers a call or a goal with a long value.
   void take_reply(const connection& c, const wire::request& said, const long_value& value) noexcept;
   // Ends a call with a value that only calls between peers may have.
   void refuse(call_index call, const long_value& value) noexcept;
 
-  // The time of a call is over. True: an answer that began in time is still coming, and is waited for.
+  // The time of a call is over. True: an answer that began in time is still coming, or is being written, and
+  // is waited for.
   bool waits_for_answer(call_index call) noexcept;
   // Ends the calls whose long answer was written, and fails those that lost their request or answer.
   void end() noexcept {
@@ -51,6 +52,7 @@ class long_calls {
   }
 
  private:
+  void fail(call_index call, const long_value& value, const error& why) noexcept;
   void track(call_index call, slot_id slot) noexcept;
   void end_noted() noexcept;
 

@@ -5,6 +5,7 @@
 #pragma once
 #include <cstdint>
 
+#include <rowe/result.hpp>
 #include <rowe/rt/clock.hpp>
 
 #include "service/core_state.hpp"
@@ -29,17 +30,26 @@ class long_outbox {
   // Composes a topic's message whose body is a long text. None, counted: what is on its way has all slots for
   // long messages, or all chunks but those for what is received.
   slot_id compose(topic_id topic, rt::time_point published, rt::time_point expires, text_id body) noexcept;
-  // Queues a call, or an answer, with a long value in it to one peer, among its replies: it may be evicted
-  // for others. `write_text(json::writer&)` writes it with the stand-in. Returns its slot; none: it was lost,
-  // counted, or the peer is closing.
+  // Queues a call, or an answer, with a long value in it to one peer: it may be evicted for others.
+  // `write_text(json::writer&)` writes it with the stand-in. Returns its slot. Errors, counted: full, or the
+  // peer is closing; too_big, as message_store::compose_around().
   template <class WriteText>
-  slot_id reply(peer_index to, const long_value& value, WriteText&& write_text) noexcept {
-    return outbox_.reply_with(
-        to, [&] { return has_room() ? message_store_.compose_around(value, write_text) : slot_id{}; });
+  result<slot_id> reply(peer_index to, const long_value& value, WriteText&& write_text) noexcept {
+    result<slot_id> composed = errc::full;
+    const slot_id queued = outbox_.reply_with(to, [&] {
+      if (has_room()) composed = message_store_.compose_around(value, write_text);
+      return composed ? *composed : slot_id{};
+    });
+    return queued || !composed ? composed : errc::full;
   }
 
   std::uint32_t generation_of(slot_id slot) const noexcept {
     return message_store_.slots().ref(slot).generation;
+  }
+  // Whether some of a message was written, but not all.
+  bool is_being_written(slot_ref which) const noexcept {
+    const slot_pool& slots = message_store_.slots();
+    return slots.alive(which) && slots.partial(which.index) != 0;
   }
 
  private:

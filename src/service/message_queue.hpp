@@ -67,16 +67,16 @@ class queue_entries {
   }
 
   slot_ref front(const queue& of) const noexcept { return entries_[of.entries.head].slot; }
+  slot_ref pop(queue& from) noexcept { return taken(from, from.entries.pop_front(entries_)); }
 
-  slot_ref pop(queue& from) noexcept {
-    const entry_id popped = from.entries.pop_front(entries_);
-    const slot_ref slot = entries_[popped].slot;
-    --from.count;
-    ++from.popped;
-    ++popped_;
-    --held_[from.owner].of[class_of(slot)];
-    free_.give_back(popped);
-    return slot;
+  // The entry behind another one of the queue; behind none it is the front.
+  slot_ref behind(const queue& of, entry_id before) const noexcept {
+    return before ? entries_[entries_[before].next].slot : front(of);
+  }
+  slot_ref take_behind(queue& from, entry_id before) noexcept {
+    const entry_id which = before ? entries_[before].next : from.entries.head;
+    from.entries.erase_behind(entries_, before);
+    return taken(from, which);
   }
 
   // For a walk over a queue, which begins at its front.
@@ -125,6 +125,16 @@ class queue_entries {
   struct held {
     by_class<std::uint32_t> of{};
   };
+  // An entry was taken out of its queue.
+  slot_ref taken(queue& from, entry_id which) noexcept {
+    const slot_ref slot = entries_[which].slot;
+    --from.count;
+    ++from.popped;
+    ++popped_;
+    --held_[from.owner].of[class_of(slot)];
+    free_.give_back(which);
+    return slot;
+  }
   static std::size_t owner_count(const limits& bounds) noexcept {
     return 2 * std::size_t{bounds.connections_max};
   }

@@ -59,7 +59,7 @@ void message_store::finalize_chunked(slot_id slot, std::size_t bytes,
 bool message_store::leave_place(slot_id slot, std::string_view text, const long_value& value,
                                 wire::message_kind kind) noexcept {
   const auto place = find_stand_in(text, value.stand_in);
-  if (!place || (place->inside && !strip_brackets(state_.chunks, value))) return false;
+  if (!place) return false;
   const std::span<char> into = slots_.buffer(slot, slot_class::chunked);
   const std::string_view rest = text.substr(place->at + place->bytes);
   std::memmove(into.data() + place->at, rest.data(), rest.size());

@@ -18,6 +18,7 @@
 #include <utility>
 
 #include <rowe/limits.hpp>
+#include <rowe/result.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
@@ -93,21 +94,23 @@ class message_store {
   }
 
   // Composes a message with a long value in it, whose text the slot refers to from then on. `write_text`
-  // writes it with the stand-in, once, and returns the message's kind. None, counted: no slot is free, or all
-  // else in the message is too long.
+  // writes it with the stand-in, once, and returns the message's kind. Errors, counted: full: no slot is
+  // free; too_big: all else in the message is too long, or says what the stand-in says.
   template <class WriteText>
-  slot_id compose_around(const long_value& value, WriteText&& write_text) noexcept {
+  result<slot_id> compose_around(const long_value& value, WriteText&& write_text) noexcept {
     const slot_id slot = slots_.take_chunked(value.text);
     if (!slot) {
       state_.counts.add(counter::no_slot);
-      return {};
+      return errc::full;
     }
-    json::writer text{slots_.buffer(slot, slot_class::chunked)};
+    const std::span<char> into = slots_.buffer(slot, slot_class::chunked);
+    json::writer text{into};
     const wire::message_kind kind = write_text(text);
     if (!text.overflowed() && leave_place(slot, text.text(), value, kind)) return slot;
     release(slot);
     state_.counts.add(counter::too_big);
-    return {};
+    return error{errc::too_big, static_cast<std::int64_t>(text.bytes()),
+                 static_cast<std::int64_t>(into.size())};
   }
 
   void release(slot_id slot) noexcept {

@@ -30,12 +30,13 @@ void outbox::open(peer_index peer) noexcept {
   queues_[peer] = {};
   queues_[peer].scheduled = scheduled;
   queues_[peer].replies.owner = queue_entries::owner_of(peer, queued_as::evictable);
+  queues_[peer].long_replies.owner = queues_[peer].replies.owner;
   for (queue& direct : queues_[peer].direct)
     direct.owner = queue_entries::owner_of(peer, queued_as::direct_message);
 }
 
 bool outbox::queue_reply(peer_index to, slot_id slot, teller by) noexcept {
-  if (!enqueue(queues_[to].replies, slot)) {
+  if (!enqueue(slots_.chunked(slot) ? queues_[to].long_replies : queues_[to].replies, slot)) {
     message_store_.release(slot);
     state_.counts.add(counter::outbox_full);
     return false;
@@ -61,8 +62,12 @@ bool outbox::push_direct(peer_index to, priority at, slot_id slot) noexcept {
 // Drops the message at the front if it is freed or expired. False: the queue is empty, or begins with a
 // message that is to be sent.
 bool outbox::drop_expired_front(queue& from) noexcept {
-  if (from.empty()) return false;
-  const slot_ref front = entries_.front(from);
+  return !from.empty() && drop_expired_behind(from, {});
+}
+
+// The same for the message behind an entry; behind none it is the front.
+bool outbox::drop_expired_behind(queue& from, entry_id before) noexcept {
+  const slot_ref front = entries_.behind(from, before);
   if (slots_.alive(front)) {
     if (slots_.expires(front.index) >= state_.cycle.now) return false;
     message_store_.expire(front.index); // in all queues at once, and counted
@@ -72,7 +77,7 @@ bool outbox::drop_expired_front(queue& from) noexcept {
       message_store_.release(front.index);
     }
   }
-  (void)entries_.pop(from); // the reference is released already
+  (void)entries_.take_behind(from, before); // the reference is released already
   return true;
 }
 
@@ -86,6 +91,7 @@ void outbox::drop_all(queue& from, counter as) noexcept {
 
 void outbox::forget(peer_index peer) noexcept {
   drop_all(queues_[peer].replies, counter::lost_with_peer);
+  drop_all(queues_[peer].long_replies, counter::lost_with_peer);
   for (queue& direct : queues_[peer].direct) drop_all(direct, counter::lost_with_peer);
   entries_.forget(peer);
 }
@@ -115,33 +121,35 @@ void outbox::evict_entry() noexcept {
   if (const peer_index most = holds_most(std::nullopt)) evict(most, std::nullopt);
 }
 
-// Evicts the oldest message of the peer's longest queue. Queues whose front is a slot of the class come
-// first. The peer must have something queued.
+// Evicts the oldest message of the class in the peer's longest queue that has one: also out of its middle, or
+// many others would be lost for it. The peer must have something of the class queued.
 void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   state_.cycle.work_bytes += eviction_work;
   peer_queues& its = queues_[from];
   queue* longest = nullptr;
   topic_id topic{};
-  bool fits = false;
+  entry_id before{}; // the entry in front of it
   const auto look_at = [&](queue& one, topic_id its_topic) {
-    if (one.empty()) return;
-    const bool this_fits = !of || slots_.class_of(entries_.front(one).index) == *of;
-    if (longest != nullptr && (fits > this_fits || (fits == this_fits && longest->count >= one.count)))
-      return;
+    if (longest != nullptr && longest->count >= one.count) return;
+    const auto found = first_of(one, of);
+    if (!found) return;
     longest = &one;
     topic = its_topic;
-    fits = this_fits;
+    before = *found;
   };
-  look_at(its.replies, {});
+  // Of replies only the front: who tells lists counts how many have left (told_message.hpp).
+  if (!its.replies.empty() && (!of || slots_.class_of(entries_.front(its.replies).index) == *of))
+    longest = &its.replies;
+  look_at(its.long_replies, {});
   for (subscription_id i = state_.subscriptions.first_of(from); i; i = subscriptions_[i].next_on_peer)
     look_at(subscriptions_[i].pending, subscriptions_[i].topic);
-  assert(longest != nullptr);
-  if (drop_expired_front(*longest)) return;
-  const slot_ref oldest = entries_.front(*longest);
+  if (longest == nullptr) longest = &its.replies; // it stands behind others there
+  if (drop_expired_behind(*longest, before)) return;
+  const slot_ref oldest = entries_.behind(*longest, before);
   message_store_.note_evicted(oldest.index); // it may be a reply whose sender waits for the outcome
   state_.counts.add(its.backpressured() ? counter::outbox_full : counter::evicted);
   its.lost.note(slots_.teller_of(oldest.index));
-  drop_front(*longest);
+  message_store_.release(entries_.take_behind(*longest, before).index);
   if (!topic) return;
   ++its.dropped;
   // Other subscribers lose this message, too, if they are backpressured or hold more than an equal share.
@@ -152,12 +160,26 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
        i = subscriptions_[i].next_on_topic) {
     subscription& same = subscriptions_[i];
     const bool reads = !queues_[same.peer].backpressured();
-    if (same.pending.empty() || entries_.front(same.pending) != oldest) continue;
+    const auto found = first_of(same.pending, size);
+    if (!found || entries_.behind(same.pending, *found) != oldest) continue;
     if (reads && entries_.held_by(same.peer, queued_as::evictable, size) <= share) continue;
     state_.counts.add(reads ? counter::evicted : counter::outbox_full);
     ++queues_[same.peer].dropped;
-    drop_front(same.pending);
+    message_store_.release(entries_.take_behind(same.pending, *found).index);
   }
+}
+
+// The oldest message of a class, or of any, in a queue: the entry in front of it, or nothing.
+std::optional<entry_id> outbox::first_of(const queue& in, std::optional<slot_class> of) noexcept {
+  std::size_t passed = 0;
+  entry_id before{};
+  for (entry_id at = in.entries.head; at; before = at, at = entries_.after(at), ++passed) {
+    if (of && slots_.class_of(entries_.at(at).index) != *of) continue;
+    state_.cycle.work_bytes += passed * eviction_pass_work;
+    return before;
+  }
+  state_.cycle.work_bytes += passed * eviction_pass_work;
+  return std::nullopt;
 }
 
 // ---- checks
@@ -198,7 +220,8 @@ bool outbox::check() const noexcept {
       if (!charged(i)) return false;
       continue;
     }
-    if (!fits(of.replies) || !std::all_of(of.direct.begin(), of.direct.end(), fits)) return false;
+    if (!fits(of.replies) || !fits(of.long_replies) || !std::all_of(of.direct.begin(), of.direct.end(), fits))
+      return false;
     for (subscription_id s = state_.subscriptions.first_of(i); s; s = subscriptions_[s].next_on_peer) {
       if (!fits(subscriptions_[s].pending)) return false;
     }

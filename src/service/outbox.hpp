@@ -152,6 +152,8 @@ class outbox {
  private:
   bool queue_reply(peer_index to, slot_id slot, teller by) noexcept;
   bool drop_expired_front(queue& from) noexcept;
+  bool drop_expired_behind(queue& from, entry_id before) noexcept;
+  std::optional<entry_id> first_of(const queue& in, std::optional<slot_class> of) noexcept;
   peer_index holds_most(std::optional<slot_class> of) noexcept;
   void evict_entry() noexcept;
   void evict(peer_index from, std::optional<slot_class> of) noexcept;

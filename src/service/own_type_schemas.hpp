@@ -155,14 +155,15 @@ inline constexpr auto schema<told::of_name> = fields<&told::of_name::name>{};
 template <>
 inline constexpr auto schema<told::topics> = fields<&told::topics::topics>{};
 template <>
-inline constexpr auto schema<told::services> = fields<&told::services::services>{};
+inline constexpr auto schema<told::services> = fields<&told::services::services, &told::services::left_out>{};
 template <>
 inline constexpr auto schema<told::nodes> = fields<&told::nodes::nodes>{};
 template <>
 inline constexpr auto schema<told::names_list> = fields<&told::names_list::names>{};
 template <>
 inline constexpr auto schema<told::topics_and_types> =
-    fields<&told::topics_and_types::topics, &told::topics_and_types::types>{};
+    fields<&told::topics_and_types::topics, &told::topics_and_types::types,
+           &told::topics_and_types::left_out>{};
 template <>
 inline constexpr auto schema<told::topics_and_raw_types> =
     fields<&told::topics_and_raw_types::topics, &told::topics_and_raw_types::types,

@@ -173,6 +173,7 @@ struct topics {
 };
 struct services {
   list<name_text> services;
+  std::optional<std::uint32_t> left_out;
 };
 struct nodes {
   list<name_text> nodes;
@@ -182,6 +183,7 @@ struct names_list {
 };
 struct topics_and_types {
   list<name_text> topics, types;
+  std::optional<std::uint32_t> left_out;
 };
 struct topics_and_raw_types {
   list<name_text> topics, types, typedefs_full_text;

@@ -29,6 +29,7 @@ class lost_messages {
 
 struct peer_queues {
   queue replies;               // what it alone is told: answers, refusals, announcements, lists
+  queue long_replies;          // long answers and requests: one that is evicted takes no other one with it
   std::array<queue, 3> direct; // messages to it, by priority
   std::array<ready_list, 3> ready;
   std::uint32_t latched_pending = 0; // how many subscriptions still wait for their latched value
@@ -45,7 +46,7 @@ struct peer_queues {
 
   // The subscription that is ready, if it is the only one and nothing else waits.
   subscription_id only_ready() const noexcept {
-    if (!replies.empty() || latched_pending != 0) return {};
+    if (!replies.empty() || !long_replies.empty() || latched_pending != 0) return {};
     subscription_id found{};
     for (std::size_t p = 0; p != ready.size(); ++p) {
       if (!direct[p].empty()) return {};

@@ -212,8 +212,7 @@ void request_router::take_long(connection& c, read_request& one, const long_arri
 }
 
 // Carries out a request whose body is long, or has a long member. False: it may not be long.
-bool request_router::takes_long(connection& c, const wire::request& asked,
-                                const long_arrival& message) noexcept {
+bool request_router::takes_long(connection& c, wire::request& asked, const long_arrival& message) noexcept {
   using wire::verb;
   const char* const stand_in = reinterpret_cast<const char*>(message.envelope.data()) + message.stand_in_at;
   if (asked.what == verb::publish) {
@@ -232,7 +231,15 @@ bool request_router::takes_long(connection& c, const wire::request& asked,
     if (access_control_.permits(c, asked)) call_router_.take_long(c, asked, message.body);
     return true;
   case verb::reply:
-  case verb::goal_result: call_router_.take_reply(c, asked, message.body); return true;
+  case verb::goal_result: {
+    std::array<char, 96> reason;
+    wire::text_out words{reason};
+    words.add("\"the reason has ").add(static_cast<std::int64_t>(message.bytes));
+    words.add(" bytes, and is not sent on\"");
+    if (asked.failed) asked.body_raw = words.text();
+    call_router_.take_reply(c, asked, message.body);
+    return true;
+  }
   default: return false;
   }
 }

@@ -98,7 +98,7 @@ class request_router {
   due carry_out(connection& c, const read_request& one) noexcept;
   void take_message(connection& c, const read_request& one) noexcept;
   void take_status(connection& c, const wire::request& asked) noexcept;
-  bool takes_long(connection& c, const wire::request& asked, const long_arrival& message) noexcept;
+  bool takes_long(connection& c, wire::request& asked, const long_arrival& message) noexcept;
   void refuse_long(connection& c, wire::request& asked, const long_arrival& message) noexcept;
 
   core_state& state_;

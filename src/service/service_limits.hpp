@@ -54,6 +54,7 @@ static_assert(group_max <= write_work_per_cycle);
 // answer of the endpoint itself, which walks all topics, services or counters.
 inline constexpr std::size_t push_work = 128;
 inline constexpr std::size_t eviction_work = 1024;
+inline constexpr std::size_t eviction_pass_work = 16; // for each entry that is passed over
 inline constexpr std::size_t answer_work = 10 * 1024;
 static_assert(push_work < eviction_work && answer_work / read_work_bytes < read_work_per_cycle);
 // Messages that may be dropped until one slot is free.

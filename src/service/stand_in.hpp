@@ -7,8 +7,8 @@
 #include <optional>
 #include <string_view>
 
-#include "service/chunk_store.hpp"
 #include "service/ids.hpp"
+#include "wire/object_form.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {
@@ -19,7 +19,7 @@ inline constexpr std::string_view long_mark = "<a long value>";
 // A value of the same kind, so that a decoder judges the stand-in as it would judge the value.
 constexpr std::string_view stand_in_for(json::kind type) noexcept {
   switch (type) {
-  case json::kind::object: return R"({"<a long value>":0})";
+  case json::kind::object: return wire::long_object;
   case json::kind::array: return R"(["<a long value>"])";
   case json::kind::string: return R"("<a long value>")";
   default: return "null";
@@ -38,11 +38,8 @@ struct long_value {
 struct stand_in_place {
   std::size_t at = 0;
   std::size_t bytes = 0;
-  bool inside = false; // its brackets were left out, since its members went into another object
 };
 // None: it is not there, or more than once.
 std::optional<stand_in_place> find_stand_in(std::string_view text, std::string_view stand_in) noexcept;
-// Takes the brackets off a long value. False: it does not begin and end with those of its stand-in.
-bool strip_brackets(chunk_store& chunks, const long_value& value) noexcept;
 
 } // namespace rowe::service

@@ -81,7 +81,7 @@ void statistics_report::write_connections(json::writer& into, const reader* by) 
       continue;
     }
     const peer_queues& queues = outbox_.of({c.id.index});
-    std::uint64_t queued = queues.replies.count;
+    std::uint64_t queued = queues.replies.count + queues.long_replies.count;
     for (const queue& waiting : queues.direct) queued += waiting.count;
     for (subscription_id i = state_.subscriptions.first_of({c.id.index}); i;
          i = state_.subscriptions.at(i).next_on_peer) {

@@ -255,7 +255,8 @@ bool subscription_queues::any_due(peer_index peer) const noexcept {
     return false;
   };
   const peer_queues& of = std::as_const(outbox_).of(peer);
-  if (any_in(of.replies) || std::any_of(of.direct.begin(), of.direct.end(), any_in)) return true;
+  if (any_in(of.replies) || any_in(of.long_replies)) return true;
+  if (std::any_of(of.direct.begin(), of.direct.end(), any_in)) return true;
   for (const ready_list& on : of.ready) {
     for (subscription_id s = on.head; s; s = subscription_rows_[s].next_ready) {
       if (subscription_rows_[s].latched_pending || any_in(subscription_rows_[s].pending)) return true;

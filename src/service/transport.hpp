@@ -142,7 +142,7 @@ struct long_body {
 };
 // Whoever takes fewer of its bytes in such a time is not waited for.
 inline constexpr std::size_t long_body_step_bytes = std::size_t{32} << 10;
-inline constexpr rt::duration long_body_step_max = std::chrono::seconds{1};
+inline constexpr rt::duration long_body_step_max = std::chrono::seconds{5};
 
 struct http_answer {
   std::uint16_t status = 404;

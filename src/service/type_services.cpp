@@ -101,6 +101,7 @@ void type_services::complete(call_index call, slot_id slot, bool too_large, std:
 struct type_services::pages {
   json::writer& into;
   const std::uint64_t from;
+  const bool longest; // no message is longer than `into`
   std::uint64_t at = 0;
   std::uint64_t next = 0; // 0: this is the last page
   std::string_view first_name{};
@@ -112,7 +113,7 @@ struct type_services::pages {
     write();
     json::writer behind = into;
     behind.append(page_end);
-    if (first_name.empty() && is_own_name(name) && behind.overflowed()) {
+    if (first_name.empty() && is_own_name(name) && behind.overflowed() && longest) {
       into = before; // no message here is long enough for it; what the program has is told all the same
     } else if (first_name.empty()) {
       first_name = name;
@@ -130,8 +131,9 @@ void type_services::answer_page(call_index call, const wire::call_args& what, co
     return call_completion_.fail(call, errc::refused, "the member `from` must be a number, 0 or more");
   std::string_view first_name;
   bool too_large = false;
+  unsigned tries = 0;
   const slot_id slot = compose(too_large, [&](json::writer& into) {
-    pages page{.into = into, .from = *from};
+    pages page{.into = into, .from = *from, .longest = tries++ != 0}; // a small slot is tried first
     into.begin_object();
     into.key("types");
     into.begin_array();

@@ -135,12 +135,14 @@ void detail::write_in_reply_to(json::writer& out, std::string_view in_reply_to_r
 }
 
 void detail::end_args(const json::writer& out, json::splice& body) noexcept {
-  const bool apart = !out.overflowed() && has_names_of_calls(json::root(body.value()).raw);
+  const std::string_view value = out.overflowed() ? std::string_view{} : body.value();
+  const bool apart = value == long_object || (!value.empty() && has_names_of_calls(json::root(value).raw));
   apart ? body.end_apart("args") : body.end("args");
 }
 
 void detail::end_result(const json::writer& out, json::splice& body) noexcept {
-  const bool apart = !out.overflowed() && find_reserved(json::root(body.value()).raw);
+  const std::string_view value = out.overflowed() ? std::string_view{} : body.value();
+  const bool apart = value == long_object || (!value.empty() && find_reserved(json::root(value).raw));
   apart ? body.end_apart("result") : body.end("result");
 }
 

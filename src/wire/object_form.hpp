@@ -15,6 +15,10 @@
 
 namespace rowe::wire {
 
+// What stands for a long object whose members are not known (service/stand_in.hpp). They go into no other
+// object.
+inline constexpr std::string_view long_object = R"({"<a long value>":0})";
+
 // Finds a member of the endpoint at the top level of a user's text (escapes are understood). `ttl_ms` is one
 // where the endpoint writes it. Returns the index of its name's opening quote; nothing if there is none, or
 // the text is no object.

@@ -111,7 +111,7 @@ TEST_F(long_calls_test, go_between_all_codecs) {
   std::string asked = only(provider);
   EXPECT_TRUE(has(asked, R"("args":{"image":")" + std::string(30'000, 'x') + "\"}")) << asked.substr(0, 200);
   answer(provider, asked, values);
-  EXPECT_TRUE(only(bare) == "{" + map_members(30'000, 2) + R"(,"in_reply_to":7})");
+  EXPECT_TRUE(only(bare) == R"({"result":)" + values + R"(,"in_reply_to":7})");
 
   peer fox{on, side::server, "127.0.0.1:2", "/", "foxglove.websocket.v1"};
   const texts lists = heard_by(fox);
@@ -325,11 +325,7 @@ TEST(stand_in_test, is_found_where_it_is_once) {
   ASSERT_TRUE(place);
   EXPECT_EQ(place->at, 5U);
   EXPECT_EQ(place->bytes, object.size());
-  EXPECT_FALSE(place->inside);
-  const auto inside = find_stand_in(R"({"<a long value>":0,"id":1})", object);
-  ASSERT_TRUE(inside);
-  EXPECT_EQ(inside->at, 1U);
-  EXPECT_TRUE(inside->inside);
+  EXPECT_FALSE(find_stand_in(R"({"<a long value>":0,"id":1})", object));
   EXPECT_FALSE(find_stand_in(R"({"a":{"<a long value>":0},"b":"<a long value>"})", object));
   EXPECT_FALSE(find_stand_in(R"({"a":"<a long value>"})", object));
   EXPECT_FALSE(find_stand_in(R"({"a":1})", object));

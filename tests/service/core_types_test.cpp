@@ -142,7 +142,7 @@ TEST_F(types, of_what_a_role_may_not_see_are_not_told) {
   constexpr std::string_view of_path = R"({"type":"test/Path"})";
   constexpr std::string_view of_plan = R"({"type":"test/Plan"})";
   const std::string none = all_types(part);
-  EXPECT_FALSE(says(none, R"("topic":)")) << none;
+  EXPECT_FALSE(says(none, R"("topic":"/path")")) << none;
   EXPECT_FALSE(says(none, "/plan")) << none;
   EXPECT_TRUE(says(call(part, "/rosapi/message_details", of_path), "no handle of this endpoint"));
   EXPECT_TRUE(says(call(part, "/rosapi/service_request_details", of_plan), "no handle of this endpoint"));

@@ -34,6 +34,7 @@ class long_callers {
     const std::int64_t ms = random_.one_of(timeouts_ms);
     calls_.push_back({.by = by.number, .args = long_body(n, some_bytes(), random_), .timeout = ms * 1ms});
     ++by.open;
+    by.last = n;
     std::string text = R"({"op":"call_service","id":)" + std::to_string(n) +
                        R"(,"service":"/plan","timeout":)" + std::to_string(ms) + "e-3";
     if (by.fragment_size != 0) text += R"(,"fragment_size":)" + std::to_string(by.fragment_size);
@@ -52,7 +53,11 @@ class long_callers {
   }
 
   void say() {
-    for (const auto& one : callers_) one->link.says.feed(on_, one->link.id(), 1 + random_.below(20'000));
+    for (const auto& one : callers_) {
+      one->link.says.feed(on_, one->link.id(), 1 + random_.below(20'000));
+      if (one->link.says.left() == 0 && one->last) calls_[*std::exchange(one->last, {})].said_at = on_.now;
+    }
+    if (provider_.all_read()) saying_.reset();
     if (provider_.all_read() && !answers_.empty()) answer_next();
     provider_.says.feed(on_, provider_.id(), 1 + random_.below(answer_pace_));
   }
@@ -60,6 +65,12 @@ class long_callers {
   std::string hear() {
     for (const std::string& text : provider_.hear(SIZE_MAX, seen_)) {
       if (std::string wrong = take_request(text); !wrong.empty()) return wrong;
+    }
+    // An answer that found no room is no answer. Its provider is told behind its end.
+    if (suspect_ && !saying_ && ++suspect_->turns > 5) {
+      const given_up over = *std::exchange(suspect_, {});
+      if (provider_.lost_own == over.lost_before)
+        return "a call was given up though its answer had begun: " + over.text;
     }
     if (provider_.peer.cut()) return "a provider was disconnected: " + provider_.peer.close_reason;
     for (std::size_t i = 0; i < callers_.size();) {
@@ -113,16 +124,24 @@ class long_callers {
     bool slow = false;
     std::size_t fragment_size = 0;
     int open = 0;
+    std::optional<std::uint32_t> last{}; // the call that it is about to say
   };
   struct one_call {
     std::uint32_t by = 0;
     std::string args{};
     duration timeout{};
+    time_point said_at{};     // when the last of it was said: its time begins then, or later
     time_point asked_at{};    // when the provider had it
     std::string answer{};     // that it began to give
     time_point answer_from{}; // then
     bool fails = false;       // the answer is that it failed
     bool ended = false;
+  };
+  // A call that was given up while its answer came.
+  struct given_up {
+    std::string text;
+    std::uint64_t lost_before = 0; // of the provider's messages
+    int turns = 0;                 // behind the answer's end
   };
   struct pending {
     std::uint32_t n;
@@ -183,6 +202,7 @@ class long_callers {
     std::string text = R"({"op":"service_response","id":)" + next.id + R"(,"service":"/plan","result":)" +
                        (asked.fails ? "false" : "true") + R"(,"values":)" + asked.answer + "}";
     asked.answer_from = on_.now;
+    saying_ = next.n;
     constexpr std::size_t paces[] = {1500, 8000, 40'000, 1 << 20};
     if (answer_pace_ != 1 << 20) answer_pace_ = random_.one_of(paces) - 1;
     if (random_.one_in(6)) { // first to somebody else's call
@@ -215,11 +235,10 @@ class long_callers {
     }
     if (text.find("in time") != std::string::npos) {
       seen_.add(flow_event::long_call_late);
-      // Its time began before the provider had it, perhaps by as long as somebody is waited for who reads
-      // nothing.
-      if (one.timeout == 2s && is_long(one.answer) && one.answer_from != time_point{} &&
-          one.answer_from + 60ms < one.asked_at + 500ms)
-        return "a call was given up though its answer had begun: " + swarm::shortened(text);
+      const bool began = is_long(one.answer) && one.answer_from != time_point{} &&
+                         one.answer_from + 60ms < one.said_at + one.timeout &&
+                         saying_ == static_cast<std::uint32_t>(n);
+      if (began && !suspect_) suspect_ = given_up{swarm::shortened(text), provider_.lost_own};
       return {};
     }
     if (text.find("no room") != std::string::npos || text.find("others use the room") != std::string::npos) {
@@ -238,6 +257,8 @@ class long_callers {
   std::vector<std::unique_ptr<caller>> callers_;
   std::vector<one_call> calls_;
   std::deque<pending> answers_;
+  std::optional<std::uint32_t> saying_{}; // the call whose answer is not wholly said
+  std::optional<given_up> suspect_{};
   std::size_t answer_pace_ = 8000;
   std::uint32_t numbers_ = 0;
   std::uint64_t without_room_ = 0;

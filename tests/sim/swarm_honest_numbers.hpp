@@ -63,7 +63,7 @@ class honest_by_number {
 
  private:
   static constexpr std::uint32_t tag = 7;
-  static constexpr auto catches_up = 1s;
+  static constexpr auto catches_up = 2s;
   static constexpr std::string_view offer_in_foxglove =
       R"({"op":"advertise","channels":[{"id":1,"topic":"/of/numbers","encoding":"json","schemaName":""}]})";
   static constexpr std::string_view steady = "/honest/steady";
