@@ -89,9 +89,7 @@ bool long_calls::waits_for_answer(call_index index) noexcept {
   if (late.answered) return long_outbox_.is_being_written(late.request);
   const bool between_peers =
       late.caller.who == call_endpoint::kind::peer && late.callee.who == call_endpoint::kind::peer;
-  if (!between_peers || ROWE_MUTANT(long_answer_late) ||
-      !long_ingress_.began_by({late.callee.index}, late.deadline))
-    return false;
+  if (!between_peers || !long_ingress_.began_by({late.callee.index}, late.deadline)) return false;
   state_.due.arm(index, state_.cycle.now + long_answer_look_period);
   return true;
 }

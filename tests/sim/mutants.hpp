@@ -85,7 +85,6 @@ inline constexpr mutant mutants[] = {
     {"long_stop", "a long stop is a stop"},
     {"long_stop_room", "also one for which there is no room"},
     {"long_answer_lost", "a call whose long answer loses its room fails, and its caller is told"},
-    {"long_answer_late", "a long answer that began in time ends its call, however long it takes"},
     {"list_lost", "a list of topics or services that was evicted is told again"},
     {"graph_gone", "who knows the connection graph is told of each topic and service that is gone"},
     {"graph_moved", "but not of one that is there again, in another place"},
