@@ -22,14 +22,13 @@ rowe::endpoint_options options_with(std::uint32_t slots) {
   return chosen;
 }
 
-// The members of an object of about so many bytes.
-std::string map_members(std::size_t bytes, int seed = 1) {
+// An object of about so many bytes.
+std::string map_of(std::size_t bytes, int seed = 1) {
   std::mt19937 random{static_cast<std::uint32_t>(seed)};
-  std::string made = R"("data":[0)";
+  std::string made = R"({"data":[0)";
   while (made.size() + 8 < bytes) made += "," + std::to_string(random() % 100);
-  return made + R"(],"é":"ü")";
+  return made + R"(],"é":"ü"})";
 }
-std::string map_of(std::size_t bytes, int seed = 1) { return "{" + map_members(bytes, seed) + "}"; }
 std::string four(std::uint32_t number) {
   std::string bytes;
   for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
@@ -275,6 +274,54 @@ TEST_F(long_calls_test, whose_provider_leaves_have_their_answer_all_the_same) {
   EXPECT_TRUE(has(heard[0], R"("result":true)")) << heard[0].substr(0, 200);
 }
 
+// Nobody has looked for such names in what is long, so it stands by itself.
+TEST_F(long_calls_test, with_names_of_the_endpoint_cannot_be_taken_for_another_message) {
+  peer provider{on};
+  provide(provider);
+  peer bare{on, side::server, "127.0.0.1:2", "/", "rowe.v1"};
+  const std::string spaces(20'000, ' ');
+  for (const std::string& values :
+       {R"({"op":"publish","topic":"/cmd","msg":{},"in_reply_to":"9")" + spaces + "}", "{" + spaces + "}"}) {
+    bare.say(R"({"service":"/map","message_id":7})");
+    answer(provider, only(provider), values);
+    EXPECT_TRUE(only(bare) == R"({"result":)" + values + R"(,"in_reply_to":7})");
+  }
+}
+
+TEST_F(long_calls_test, that_fail_say_why) {
+  peer provider{on};
+  peer caller{on};
+  provide(provider);
+  const auto called = [&](const std::string& id) {
+    caller.say(R"({"op":"call_service","id":)" + id + R"(,"service":"/map"})");
+    return only(provider);
+  };
+  const std::string itself = called(R"("<a long value>")");
+  answer(provider, itself, map_of(20'000));
+  EXPECT_TRUE(has(only(caller), "must not say <a long value> itself"));
+  const std::string failed = called(R"("c2")");
+  provider.say(R"({"op":"service_response","result":false,"id":)" + member(failed, R"("id":)") +
+               R"(,"service":"/map","values":")" + std::string(20'000, 'x') + "\"}");
+  const std::string heard = only(caller);
+  EXPECT_TRUE(has(heard, R"("result":false)") && has(heard, "the reason has 20")) << heard;
+}
+
+TEST_F(long_calls_test, whose_answer_nobody_begins_to_write_end_in_time) {
+  peer provider{on};
+  provide(provider);
+  peer caller{on};
+  caller.say(R"({"op":"call_service","id":"c1","service":"/map"})");
+  const std::string asked = only(provider);
+  on.net.link_of(caller.id()).capacity_bytes = 0;
+  answer(provider, asked, map_of(20'000));
+  for (int i = 0; i < 350; ++i) { // beyond call_timeout; who pings hears nothing, but may be silent so long
+    on.cycle(100ms);
+    (void)provider.hear();
+  }
+  EXPECT_EQ(on.count(counter::calls_timed_out) + on.count(counter::silent_peers), 1U);
+  EXPECT_EQ(on.core.chunks_in_use(), 0U);
+}
+
 struct few_long_calls_test : long_calls_test {
   few_long_calls_test() : long_calls_test{4} {}
 };
@@ -316,6 +363,63 @@ TEST_F(few_long_calls_test, whose_answer_loses_its_room_are_told) {
   }
   EXPECT_EQ(fine + failed, 3) << fine << " " << failed;
   EXPECT_GE(failed, 1);
+}
+
+// What is short and was there first is not lost with a long answer behind it.
+TEST_F(few_long_calls_test, that_lose_their_room_take_no_short_answer_with_them) {
+  peer provider{on};
+  provide(provider);
+  peer caller{on};
+  on.net.link_of(caller.id()).capacity_bytes = 0;
+  for (int i = 0; i < 3; ++i)
+    caller.say(R"({"op":"call_service","id":"c)" + std::to_string(i) + R"(","service":"/map"})");
+  const texts asked = heard_by(provider);
+  ASSERT_EQ(asked.size(), 3U);
+  answer(provider, asked[0], R"({"short":1})");
+  answer(provider, asked[1], map_of(50'000));
+  answer(provider, asked[2], map_of(50'000));
+  on.cycles(40);
+  peer robot{on};
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/map"})");
+  on.cycle();
+  for (int i = 0; i < 10; ++i) {
+    robot.say(R"({"op":"publish","topic":"/map","msg":)" + map_of(50'000, i) + "}");
+    EXPECT_EQ(heard_by(browser, 30).size(), 1U);
+  }
+  on.net.link_of(caller.id()).capacity_bytes = 1'000'000;
+  std::string all;
+  for (const std::string& one : heard_by(caller, 400)) all += one;
+  EXPECT_TRUE(has(all, R"("values":{"short":1})")) << all.substr(0, 300);
+  for (const std::string_view id : {"c0", "c1", "c2"}) EXPECT_TRUE(has(all, R"("id":")" + std::string{id}));
+}
+
+// A queue that begins with something short gives a long message all the same, and nothing else.
+TEST_F(few_long_calls_test, and_maps_of_who_does_not_read_make_way_from_behind_what_is_short) {
+  peer robot{on};
+  peer deaf{on};
+  for (const std::string_view topic : {"/map", "/odom"})
+    deaf.say(R"({"op":"subscribe","topic":")" + std::string{topic} + R"("})");
+  on.cycle();
+  on.net.link_of(deaf.id()).capacity_bytes = 0;
+  const auto published = [](std::string_view topic, const std::string& body) {
+    return R"({"op":"publish","topic":")" + std::string{topic} + R"(","msg":)" + body + "}";
+  };
+  robot.say(published("/map", R"({"short":1})"));
+  for (int i = 0; i < 40; ++i) robot.say(published("/odom", R"({"x":1})"));
+  for (int i = 0; i < 4; ++i) {
+    robot.say(published("/map", map_of(50'000, i)));
+    (void)heard_by(robot, 20);
+  }
+  const auto lost = on.count(counter::outbox_full) + on.count(counter::evicted);
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/grid"})");
+  on.cycle();
+  for (int i = 0; i < 10; ++i) {
+    robot.say(published("/grid", map_of(50'000, i)));
+    EXPECT_EQ(heard_by(browser, 30).size(), 1U) << i;
+  }
+  EXPECT_LE(on.count(counter::outbox_full) + on.count(counter::evicted) - lost, 4U);
 }
 
 TEST(stand_in_test, is_found_where_it_is_once) {
