@@ -103,11 +103,11 @@ call* call_table::find(detail::call_ref ref) noexcept {
   return found.open && same ? &found : nullptr;
 }
 
-void call_table::note(detail::call_ref which, slot_id slot, bool written) noexcept {
+call_index call_table::note(detail::call_ref which, slot_id slot, bool written) noexcept {
   call* const of = find(which);
-  if (of == nullptr || of->request.index != slot) return;
+  if (of == nullptr || of->request.index != slot || (written && !of->answered)) return {};
   (written ? of->long_written : of->long_lost) = true;
-  noted_ = true;
+  return {which.index};
 }
 
 call_index& call_table::bucket(connection_id by, std::string_view id_raw) const noexcept {

@@ -12,7 +12,6 @@
 #include <optional>
 #include <span>
 #include <string_view>
-#include <utility>
 
 #include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
@@ -64,8 +63,8 @@ struct call {
   bool wants_feedback = false;
   bool cancelled = false;
   bool answered = false;     // by a long answer, which is on its way
-  bool long_written = false; // what became of its long request or answer (long_calls)
-  bool long_lost = false;
+  bool long_lost = false;    // its long request or answer (long_calls)
+  bool long_written = false;
   std::uint16_t id_bytes = 0;
   std::uint16_t service_bytes = 0;
   std::uint32_t goal_epoch = 0; // with which its provider was told its id
@@ -126,10 +125,9 @@ class call_table {
   // The call that an id names. `id_raw` is as in the message. Nothing if it cannot be an id of ours.
   std::optional<detail::call_ref> read_id(std::string_view id_raw) const noexcept;
 
-  // What became of the long request or answer of a call that was in this slot.
-  void note(detail::call_ref which, slot_id slot, bool written) noexcept;
-  // Whether something was noted since the last look.
-  bool take_noted() noexcept { return std::exchange(noted_, false); }
+  // What became of the long request or answer of a call that was in this slot. Returns the call if it is over
+  // now; none: it has ended already, or only its request was written.
+  call_index note(detail::call_ref which, slot_id slot, bool written) noexcept;
 
   auto ids() const noexcept { return calls_.ids(); }
   std::uint32_t in_flight() const noexcept { return free_.in_use(); }
@@ -153,7 +151,6 @@ class call_table {
   const std::uint32_t of_peers_max_;
   std::uint32_t of_peers_ = 0;
   claims claims_;
-  bool noted_ = false;
   std::uint64_t nonce_ = 0;
 };
 

@@ -73,7 +73,6 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
     cut(state_.peers[peer], "it reads a message too slowly, and others wait for its slot");
   });
   direct_messages_.take_outcomes();
-  long_calls_.end();
   arm_what_stays();
   state_.counts.raise_to(counter::queued_max, outbox_.entries().in_use());
   show(state_.seams.transport.memory(), state_.counts);
@@ -92,7 +91,6 @@ rt::time_point core::write_answer(rt::time_point now) noexcept {
   expire();
   sender_.flush_all();
   direct_messages_.take_outcomes();
-  long_calls_.end();
   arm_what_stays();
   return next_cycle();
 }
@@ -123,7 +121,7 @@ void core::expire() noexcept {
     case timer::deadline: subscriptions_.check_deadline({index}); break;
     case timer::peer: liveness_.check({index}); break;
     case timer::call:
-      if (!long_calls_.waits_for_answer({index})) call_completion_.time_out({index});
+      if (!long_calls_.take_due({index})) call_completion_.time_out({index});
       break;
     case timer::statistics: statistics_feed_.publish(); break;
     case timer::reconnect: state_.seams.transport.connect(); break;

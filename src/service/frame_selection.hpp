@@ -98,8 +98,7 @@ inline void frame_selection::add_messages(const recipient& to, batch& into) noex
   // A server must know of a topic before anything is published on it.
   const priority replies_at = to.peer.ours == side::client ? priority::urgent : priority::normal;
   for (std::size_t p = 0; p < from.ready.size(); ++p) {
-    const bool replies =
-        p == static_cast<std::size_t>(replies_at) && !(from.replies.empty() && from.long_replies.empty());
+    const bool replies = p == static_cast<std::size_t>(replies_at) && from.any_replies();
     if (!replies && from.direct[p].empty() && from.ready[p].empty()) continue;
     into.credit = urgent_frames_.room(to.index, static_cast<priority>(p));
     if (replies && !(add_queue(to, from.replies, {}, into) && add_queue(to, from.long_replies, {}, into)))

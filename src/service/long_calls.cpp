@@ -94,15 +94,17 @@ bool long_calls::waits_for_answer(call_index index) noexcept {
   return true;
 }
 
-void long_calls::end_noted() noexcept {
-  for (const call_index i : state_.calls.ids()) {
-    call& one = state_.calls.at(i);
-    const bool written = std::exchange(one.long_written, false);
-    const bool lost = std::exchange(one.long_lost, false);
-    if (!one.open) continue;
-    if (written && one.answered) call_completion_.close(i);
-    if (lost && !ROWE_MUTANT(long_answer_lost)) call_completion_.fail_for_room(i);
+bool long_calls::take_due(call_index index) noexcept {
+  call& one = state_.calls.at(index);
+  if (one.long_written) {
+    call_completion_.close(index);
+    return true;
   }
+  if (std::exchange(one.long_lost, false)) {
+    if (!ROWE_MUTANT(long_answer_lost)) call_completion_.fail_for_room(index);
+    return true;
+  }
+  return waits_for_answer(index);
 }
 
 } // namespace rowe::service

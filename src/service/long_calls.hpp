@@ -42,19 +42,15 @@ class long_calls {
   // Ends a call with a value that only calls between peers may have.
   void refuse(call_index call, const long_value& value) noexcept;
 
-  // The time of a call is over. True: an answer that began in time is still coming, or is being written, and
-  // is waited for.
-  bool waits_for_answer(call_index call) noexcept;
-  // Ends the calls whose long answer was written, and fails those that lost their request or answer.
-  void end() noexcept {
-    if (state_.calls.take_noted()) [[unlikely]]
-      end_noted();
-  }
+  // A call is due. Ends one whose long answer was written, and fails one that lost its request or answer.
+  // True: that was it, or its answer began in time and is still coming, or being written. False: its time is
+  // over.
+  bool take_due(call_index call) noexcept;
 
  private:
   void fail(call_index call, const long_value& value, const error& why) noexcept;
   void track(call_index call, slot_id slot) noexcept;
-  void end_noted() noexcept;
+  bool waits_for_answer(call_index call) noexcept;
 
   core_state& state_;
   long_outbox& long_outbox_;

@@ -44,9 +44,10 @@ struct peer_queues {
   bool waits_to_begin = false;       // it may not begin a frame: others hold too many partial frames
   lost_messages lost;                // of tellers
 
+  bool any_replies() const noexcept { return (replies.count | long_replies.count) != 0; }
   // The subscription that is ready, if it is the only one and nothing else waits.
   subscription_id only_ready() const noexcept {
-    if (!replies.empty() || !long_replies.empty() || latched_pending != 0) return {};
+    if ((replies.count | long_replies.count | latched_pending) != 0) return {};
     subscription_id found{};
     for (std::size_t p = 0; p != ready.size(); ++p) {
       if (!direct[p].empty()) return {};

@@ -23,7 +23,8 @@ constexpr const value_description& innermost(const value_description& d) noexcep
 
 // Whether the value is bytes, or consists of such.
 constexpr bool holds_bytes(const value_description& d) noexcept {
-  return d.is_bytes || (d.element != nullptr && holds_bytes(*d.element));
+  const bool has_element = d.kind == value_kind::array || d.kind == value_kind::optional;
+  return d.is_bytes || (has_element && holds_bytes(*d.element));
 }
 // Whether JSON has this array, of a member or inside of one, as text in base64.
 constexpr bool is_base64(const value_description& d, const member_description& owner) noexcept {
