@@ -216,9 +216,8 @@ inline void direct_messages::end(slot_id slot, const status& outcome) noexcept {
   const tracker over = trackers_.at(slot);
   trackers_.forget(slot);
   if (slots_.pinned(slot)) message_store_.drop_pinned(slot);
-  if (const call_index ends =
-          over.is_long ? state_.calls.note(over.request_of, slot, !!outcome) : call_index{})
-    state_.due.arm(ends, state_.cycle.now);
+  const auto ends = over.is_long ? state_.calls.note(over.request_of, slot, !!outcome) : call_index{};
+  if (ends) state_.due.arm(ends, state_.cycle.now);
   local_delivery_.complete(over.sender, over.own, outcome);
 }
 
