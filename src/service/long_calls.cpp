@@ -22,8 +22,8 @@ long_calls::long_calls(const needs& parts) noexcept
       call_completion_{parts.call_completion} {}
 
 void long_calls::track(call_index index, slot_id slot) noexcept {
-  direct_messages_.track_reply(slot, {}, {},
-                               state_.calls.ref(index)); // first, what the slot's former one was
+  // Takes the outcome of the slot's former message, which may have been this call's own request.
+  direct_messages_.track_reply(slot, {}, {}, state_.calls.ref(index));
   call& of = state_.calls.at(index);
   of.request = {slot, long_outbox_.generation_of(slot)};
   of.long_written = of.long_lost = false;

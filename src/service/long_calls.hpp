@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls between peers whose arguments or answers are long. Such a request, and such an answer, is queued
-// among the replies to its peer, and may lose its room to others. So its slot is tracked: a call ends when
-// its long answer was written, and fails if its request or its answer was lost. Service thread only; nothing
-// waits or allocates.
+// Calls between peers whose arguments or answers are long. Such a request, and such an answer, waits in a
+// queue of its peer's for long ones, and may lose its room to others. So its slot is tracked: a call ends
+// when its long answer was written, and fails if its request or its answer was lost. Service thread only;
+// nothing waits or allocates.
 #pragma once
 #include <string_view>
 

@@ -233,10 +233,11 @@ bool request_router::takes_long(connection& c, wire::request& asked, const long_
   case verb::reply:
   case verb::goal_result: {
     std::array<char, 96> reason;
-    wire::text_out words{reason};
-    words.add("\"the reason has ").add(static_cast<std::int64_t>(message.bytes));
-    words.add(" bytes, and is not sent on\"");
-    if (asked.failed) asked.body_raw = words.text();
+    if (asked.failed) {
+      wire::text_out words{reason};
+      words.add("\"the reason has ").add(static_cast<std::int64_t>(message.bytes));
+      asked.body_raw = words.add(" bytes, and is not sent on\"").text();
+    }
     call_router_.take_reply(c, asked, message.body);
     return true;
   }

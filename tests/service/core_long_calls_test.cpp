@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core with calls whose arguments or answers are longer than message_bytes_max: what reaches whom, by
 // each codec, and what becomes of a call whose long part finds no room, or comes late.
-#include <random>
-
-#include "core_fixtures.hpp"
+#include "long_fixtures.hpp"
 
 #include "service/stand_in.hpp"
 
@@ -11,30 +9,10 @@ namespace harness {
 namespace core_long_calls_test {
 namespace {
 
+using namespace long_fixtures;
 using rowe::service::counter;
 using rowe::service::side;
 
-rowe::endpoint_options options_with(std::uint32_t slots) {
-  rowe::endpoint_options chosen = small_options();
-  chosen.limits.long_message_bytes_max = 64 * 1024;
-  chosen.limits.long_slots = slots;
-  chosen.relay = true;
-  return chosen;
-}
-
-// An object of about so many bytes.
-std::string map_of(std::size_t bytes, int seed = 1) {
-  std::mt19937 random{static_cast<std::uint32_t>(seed)};
-  std::string made = R"({"data":[0)";
-  while (made.size() + 8 < bytes) made += "," + std::to_string(random() % 100);
-  return made + R"(],"é":"ü"})";
-}
-std::string four(std::uint32_t number) {
-  std::string bytes;
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
-  return bytes;
-}
-bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
 // What stands behind `name`, as it stands there.
 std::string member(const std::string& text, std::string_view name) {
   const std::size_t at = text.find(name);
@@ -44,7 +22,7 @@ std::string member(const std::string& text, std::string_view name) {
 }
 
 struct long_calls_test : testing::Test {
-  explicit long_calls_test(std::uint32_t slots = 8) : on{options_with(slots)} {}
+  explicit long_calls_test(std::uint32_t slots = 8) : on{options_with(64 * 1024, slots)} {}
   core_harness on;
 
   texts heard_by(peer& by, int cycles = 100) {
@@ -195,11 +173,7 @@ TEST_F(long_calls_test, wait_for_an_answer_that_began_in_time) {
   const std::string asked = only(provider);
   const std::string said = R"({"op":"service_response","result":true,"id":)" + member(asked, R"("id":)") +
                            R"(,"service":"/map","values":)" + map_of(60'000) + "}";
-  std::vector<std::byte> frame(rowe::wire::frame_header_bytes_max + said.size());
-  const std::size_t header = rowe::wire::write_frame_header(frame.data(), rowe::wire::opcode::text,
-                                                            said.size(), rowe::wire::mask_key{});
-  said.copy(reinterpret_cast<char*>(frame.data() + header), said.size());
-  frame.resize(header + said.size());
+  const auto frame = begun(said, said.size());
   texts heard;
   for (std::size_t at = 0; at < frame.size(); at += 4'000) { // some 4 s
     provider.send_raw({frame.begin() + static_cast<std::ptrdiff_t>(at),

@@ -2,9 +2,8 @@
 // The core with messages that are longer than message_bytes_max: who gets them, what they do to others, and
 // what becomes of those that are wrong, or never end.
 #include <optional>
-#include <random>
 
-#include "core_fixtures.hpp"
+#include "long_fixtures.hpp"
 
 #include "service/chunk_store.hpp"
 
@@ -12,35 +11,11 @@ namespace harness {
 namespace core_long_messages_test {
 namespace {
 
+using namespace long_fixtures;
 using rowe::service::chunk_store;
 
-rowe::endpoint_options options_with(std::uint32_t long_bytes, std::uint32_t slots = 8) {
-  rowe::endpoint_options chosen = small_options();
-  chosen.limits.long_message_bytes_max = long_bytes;
-  chosen.limits.long_slots = slots;
-  chosen.relay = true;
-  return chosen;
-}
-
-// A JSON object of about so many bytes; each is different.
-std::string map_of(std::size_t bytes, int seed = 1) {
-  std::mt19937 random{static_cast<std::uint32_t>(seed)};
-  std::string made = R"({"data":[0)";
-  while (made.size() + 8 < bytes) made += "," + std::to_string(random() % 100);
-  return made + R"(],"é":"ü"})";
-}
 std::string published(std::string_view topic, std::string_view msg) {
   return R"({"op":"publish","topic":")" + std::string{topic} + R"(","msg":)" + std::string{msg} + "}";
-}
-
-// The frame of a text, of which only so many bytes come.
-std::vector<std::byte> begun(std::string_view text, std::size_t bytes) {
-  std::vector<std::byte> frame(rowe::wire::frame_header_bytes_max + bytes);
-  const std::size_t header = rowe::wire::write_frame_header(frame.data(), rowe::wire::opcode::text,
-                                                            text.size(), rowe::wire::mask_key{});
-  text.copy(reinterpret_cast<char*>(frame.data() + header), bytes);
-  frame.resize(header + bytes);
-  return frame;
 }
 
 struct long_messages_test : testing::Test {
@@ -118,15 +93,9 @@ TEST_F(long_messages_test, are_refused_with_a_reason_when_they_are_wrong) {
   EXPECT_EQ(on.count(rowe::service::counter::violations), 0U);
 }
 
-std::string four(std::uint32_t number) {
-  std::string bytes;
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
-  return bytes;
-}
 std::string with_id(std::string_view id, std::string text) {
   return R"({"id":")" + std::string{id} + "\"," + text.substr(1);
 }
-bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
 
 // A peer of each codec says something long that is refused, and looks at what it is told.
 struct refused_long_messages_test : long_messages_test {
