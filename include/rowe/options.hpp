@@ -79,13 +79,13 @@ struct endpoint_options {
   tls_options tls = {};
 
   // endpoint::listen only.
-  std::string address = "127.0.0.1";           // numeric; beyond loopback only with `tls` and with
-                                               // identities in `access`, or with `insecure`
-  std::uint16_t port = 8080;                   // where listen() is not given one; 0: any free one
-  bool insecure = false;                       // nothing is encrypted; and without identities in `access`
-                                               // whoever reaches the address may read and publish
-  access_options access = {};                  // who may do what; see access.hpp
-  bool page = true;                            // serve the page at /
+  std::string address = "127.0.0.1"; // numeric; beyond loopback only with `tls` and with
+                                     // identities in `access`, or with `insecure`
+  std::uint16_t port = 8080;         // where listen() is not given one; 0: any free one
+  bool insecure = false;             // nothing is encrypted; and without identities in `access`
+                                     // whoever reaches the address may read and publish
+  access_options access = {};        // who may do what; see access.hpp
+  bool page = true;                  // serve the page at /
   std::string web = {}; // serve the files of this folder, in place of the page's where names are the same.
                         // Whoever reaches the address may read them. listen() reads them into memory: 4096
                         // files and 64 MiB at most, which limits::footprint_bytes() does not know
@@ -129,6 +129,8 @@ struct topic_options {
                            // many as 64 KiB hold, but 16 to 64
   rowe::priority priority = rowe::priority::normal;
   bool latched = false; // a late subscriber gets the last value
+  bool shared = false; // advertise: peers may publish on the topic, too. False: only those whose role has the
+                       // right `override` to it (docs/network.md)
   // A topic whose ttl is shorter than its period and than 10 ms is not predicted, but polled.
   duration period = {}; // advertise: how often it is published, for idle::phase; 100 us to 1 h; 0: not known
   std::string_view type = {}; // the type's name on the wire; empty: the schema's, or none
@@ -144,6 +146,9 @@ struct service_options {
                               // many as 32 KiB hold, but 8 to 16
   std::string_view type = {}; // the service's type on the wire; empty: none
   std::uint32_t text_bytes_max = 4096; // of json_text: the longest request or reply
+  // serve: answer in place of the endpoint, which has a service of this name below /rosapi/ (docs/wire.md).
+  // False: such a name is refused (reserved_topic). No peer may provide one.
+  bool replaces_own = false;
 };
 
 // endpoint::open_lane. With the defaults a lane takes 170 KiB of `lane_bytes`.

@@ -43,7 +43,7 @@ namespace rowe {
   X(too_many_lanes, "%v handles are open; the limit `lanes_max` is %l")                                      \
   X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                        \
   X(lane_memory, "%v bytes of handle memory are needed, %l of %w are left: raise `lane_bytes`")              \
-  X(reserved_topic, "names below /rowe/ are the endpoint's own")                                             \
+  X(reserved_topic, "the name is one of the endpoint's own")                                                 \
   X(type_conflict, "the topic exists with another type (an event names both)")                               \
   X(too_many_latches, "%v stop latches exist; the limit is %l")                                              \
   X(no_memory, "%v bytes of memory cannot be had or locked (limit %l)")                                      \

@@ -42,7 +42,7 @@ extern "C" {
   X(14, too_many_lanes)    /* handles */                                                                     \
   X(15, too_many_topics)                                                                                     \
   X(16, lane_memory)       /* no memory left for the handle */                                               \
-  X(17, reserved_topic)    /* names below /rowe/ are the endpoint's own */                                   \
+  X(17, reserved_topic)    /* the name is one of the endpoint's own */                                       \
   X(18, type_conflict)     /* the topic exists with another type */                                          \
   X(19, no_memory)                                                                                           \
   X(20, no_thread)         /* the service thread cannot be started */                                        \

@@ -166,7 +166,10 @@ bool policy::everywhere(role_number role, right what) const noexcept {
 }
 
 bool policy::names(role_number role, right what, std::string_view name) const noexcept {
-  if (everywhere(role, what)) return true;
+  return everywhere(role, what) || spells(role, what, name);
+}
+
+bool policy::spells(role_number role, right what, std::string_view name) const noexcept {
   const auto index = static_cast<std::size_t>(what);
   if (role >= roles_.size() || index >= named_rights) return false;
   const auto& patterns = roles_[role].patterns[index];

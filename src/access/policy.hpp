@@ -76,6 +76,8 @@ class policy {
   // Whether it has that right everywhere, or one of its patterns is this name written out.
   bool names(role_number role, right what, std::string_view name) const noexcept;
   bool everywhere(role_number role, right what) const noexcept;
+  // Whether one of its patterns is this name written out.
+  bool spells(role_number role, right what, std::string_view name) const noexcept;
 
   // How many patterns allows() may have to look at.
   std::size_t patterns(role_number role, right what) const noexcept;

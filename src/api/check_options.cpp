@@ -9,6 +9,7 @@
 
 #include "config/keys.hpp"
 #include "service/names.hpp"
+#include "service/own_types.hpp"
 #include "service/stop_rules.hpp"
 #include "wire/members.hpp"
 #include "wire/utf8.hpp"
@@ -47,7 +48,9 @@ status check_service(const pair_request& asked, const endpoint_options& options)
   const std::size_t bytes = asked.name.size() + (slash ? 0 : 1);
   const std::size_t most{options.limits.topic_bytes_max};
   if (const status ok = in_range(argument::name, bytes, std::size_t{2}, most); !ok) return ok;
-  if (responds(asked.kind) && service::is_own_name(asked.name)) return errc::reserved_topic;
+  const bool own =
+      asked.replaces_own ? service::is_own_name(asked.name) : service::is_own_service(asked.name);
+  if (responds(asked.kind) && own) return errc::reserved_topic;
   return {};
 }
 

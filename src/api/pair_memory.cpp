@@ -134,6 +134,7 @@ void build_pair(queue_pair& built, const pair_request& asked,
   built.keep = asked.keep;
   built.priority = asked.priority;
   built.latched = asked.latched;
+  built.shared = asked.shared;
   built.ttl = asked.ttl;
   built.period = asked.period;
   built.receives = asked.receives;

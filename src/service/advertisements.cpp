@@ -26,46 +26,65 @@ void advertisements::forget(peer_index peer) noexcept {
   }
 }
 
-void advertisements::advertise(connection& c, const wire::request& asked) noexcept {
-  if (is_own_name(asked.topic))
-    return refusals_.refuse(c, asked.id_raw, "advertise: topics below /rowe/ are the endpoint's own");
+bool advertisements::refuse(connection& c, const wire::request& asked, std::string_view why,
+                            std::string_view value) noexcept {
+  std::array<char, detail::diagnostic_bytes_max> buffer;
+  wire::text_out text{buffer};
+  text.add(asked.verb_text).add(": ").add(why).add(value.substr(0, name_bytes_shown));
+  refusals_.refuse(c, asked.id_raw, text.text());
+  return false;
+}
+
+bool advertisements::advertise(connection& c, const wire::request& asked) noexcept {
+  if (is_own_name(asked.topic)) return refuse(c, asked, "topics below /rowe/ are the endpoint's own");
+  if (const topic_id known = state_.topics.find(asked.topic);
+      known && state_.topics.at(known).own_alone != 0 && !state_.rights.publishes_beside(c, asked.topic)) {
+    refusals_.refuse_own_topic(c, asked.id_raw, asked.verb_text, asked.topic);
+    return false;
+  }
   const topic_id topic = topic_places_.topic_for(c, asked);
-  if (!topic) return;
+  if (!topic) return false;
   const bool typed = !state_.topics.type(topic).empty();
   const peer_index peer{c.id.index};
   const auto mine = advertisement_table_.of(peer);
   advertisement* const known = advertisement_table_.find(peer, topic);
   topic_places_.hold(topic); // the advertisement's
-  if (!state_.topics.set_type(topic, asked.type)) {
-    std::array<char, detail::diagnostic_bytes_max> why;
-    const std::string_view type = state_.topics.type(topic);
-    const int bytes = std::snprintf(why.data(), why.size(), "advertise: the topic exists with the type %.*s",
-                                    static_cast<int>(std::min(type.size(), name_bytes_shown)), type.data());
+  const auto lets_go = [&](bool done) {
     topic_places_.let_go(topic);
-    return refusals_.refuse(c, asked.id_raw, {why.data(), static_cast<std::size_t>(bytes)});
-  }
+    return done;
+  };
+  if (!state_.topics.set_type(topic, asked.type))
+    return lets_go(refuse(c, asked, "the topic exists with the type ", state_.topics.type(topic)));
   if (!typed) subscriptions_.tell_other_types(topic);
   const bool renumbers = std::any_of(mine.begin(), mine.end(), [&](const advertisement& a) {
     return asked.tag != wire::no_number && (a.topic == topic) != (a.tag == asked.tag);
   });
-  if (renumbers) {
-    topic_places_.let_go(topic);
-    return refusals_.refuse(c, asked.id_raw,
-                            "advertise: this peer has the topic by another number, or the number");
-  }
+  if (renumbers) return lets_go(refuse(c, asked, "this peer has the topic by another number, or the number"));
   if (known != nullptr) {
     known->latched = known->latched || asked.latch;
     if (asked.lifespan_ns > 0) known->lifespan_ns = asked.lifespan_ns;
-    return topic_places_.let_go(topic);
+    return lets_go(true);
   }
   if (advertisement_table_.full(peer)) {
-    topic_places_.let_go(topic);
-    return refusals_.refuse_limit(c, asked.id_raw, "topics advertised by one peer",
-                                  advertisement_table_.places(), "advertisements_per_connection_max");
+    refusals_.refuse_limit(c, asked.id_raw, "topics advertised by one peer", advertisement_table_.places(),
+                           "advertisements_per_connection_max");
+    return lets_go(false);
   }
   advertisement_table_.add(
       peer, {.topic = topic, .lifespan_ns = asked.lifespan_ns, .latched = asked.latch, .tag = asked.tag});
   state_.topics.changes().note_publishers(state_.topics.at(topic));
+  return true;
+}
+
+// A client's server relays what others publish.
+bool advertisements::advertise_published(connection& c, const wire::request& asked) noexcept {
+  if (c.ours == side::client) return true;
+  const topic_id topic = state_.topics.find(asked.topic);
+  const advertisement* const known = topic ? advertisement_table_.find({c.id.index}, topic) : nullptr;
+  const bool says_new = known == nullptr || (asked.latch && !known->latched) ||
+                        !(asked.type.empty() || same_type(state_.topics.type(topic), asked.type));
+  if (!says_new || !state_.rights.allow(c, access::right::advertise, asked.topic)) return true;
+  return advertise(c, asked);
 }
 
 void advertisements::unadvertise(connection& c, const wire::request& asked) noexcept {
@@ -87,6 +106,15 @@ bool advertisements::withdraw(peer_index peer, topic_id topic) noexcept {
   topic_places_.forget_latched(topic, {latch_owner::kind::peer, peer.value});
   topic_places_.let_go(topic);
   return true;
+}
+
+void advertisements::withdraw_others(topic_id topic) noexcept {
+  const std::string_view name = state_.topics.name(topic);
+  for (const peer_index peer : state_.peers.ids()) {
+    connection& c = state_.peers[peer];
+    if (c.open() && !state_.rights.publishes_beside(c, name) && withdraw(peer, topic))
+      refusals_.refuse_own_topic(c, {}, "advertise", name);
+  }
 }
 
 void advertisements::replace_type(topic_id topic, std::string_view type) noexcept {

@@ -111,6 +111,8 @@ void broker::relay(connection& c, const wire::request& asked, text_id body) noex
     return refusals_.refuse(c, asked.id_raw, "publish: topics below /rowe/ are the endpoint's own");
   const topic_id index = state_.topics.find(asked.topic);
   if (!index) return state_.counts.add(counter::no_peer); // nobody has asked for it
+  if (state_.topics.at(index).own_alone != 0 && !state_.rights.publishes_beside(c, asked.topic)) [[unlikely]]
+    return refusals_.refuse_own_topic(c, asked.id_raw, "publish", asked.topic);
   const advertisement* const mine =
       c.ours == side::server ? advertisement_table_.find({c.id.index}, index) : nullptr;
   rt::time_point over =

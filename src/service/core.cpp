@@ -127,6 +127,7 @@ void core::expire() noexcept {
     case timer::reconnect: state_.seams.transport.connect(); break;
     case timer::partial_frames: sender_.partial().look_again(); break;
     case timer::graph: connection_graph_.show(); break;
+    case timer::clock: clock_feed_.show(); break;
     }
     if (state_.peers.wants_close()) close_marked();
     direct_messages_.take_outcomes();
@@ -241,6 +242,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   state_.shared.set_connection(id.index, id.generation, c.peer(), c.identity);
   stop_service_.open({id.index});
   stop_state_feed_.open({id.index});
+  clock_feed_.open(c);
   const bool stays = !state_.cycle.closing && !outdated;
   if (c.ours == side::client && stays) handle_registry_.announce_all(c);
   c.takes_messages = !c.stop_only && (c.ours == side::client || state_.options.messages_unasked ||

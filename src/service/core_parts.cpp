@@ -131,6 +131,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                         .broker = broker_,
                         .parameters = parameters_,
                         .parameter_requests = parameter_requests_}},
+      clock_feed_{{.state = state_, .outbox = outbox_}},
       connection_graph_{memory,
                         {.state = state_,
                          .outbox = outbox_,

@@ -17,6 +17,7 @@
 #include "service/call_completion.hpp"
 #include "service/call_requests.hpp"
 #include "service/call_router.hpp"
+#include "service/clock_feed.hpp"
 #include "service/connection_graph.hpp"
 #include "service/core_state.hpp"
 #include "service/direct_messages.hpp"
@@ -121,6 +122,7 @@ class core_parts {
   own_pages own_pages_;
   statistics_feed statistics_feed_;
   parameters_feed parameters_feed_;
+  clock_feed clock_feed_;
   connection_graph connection_graph_;
   parameter_services parameter_services_;
   graph_services graph_services_;

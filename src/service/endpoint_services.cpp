@@ -2,7 +2,9 @@
 #include "service/endpoint_services.hpp"
 
 #include <array>
+#include <cstdint>
 #include <optional>
+#include <ranges>
 
 #include "service/fitting_names.hpp"
 #include "service/listed_topics.hpp"
@@ -14,15 +16,6 @@
 
 namespace rowe::service {
 namespace {
-
-constexpr std::array names{wire::stats_name,           wire::list_topics_name,
-                           wire::list_services_name,   wire::topic_type_name,
-                           wire::service_type_name,    wire::get_param_names_name,
-                           wire::get_param_name,       wire::set_param_name,
-                           wire::has_param_name,       wire::delete_param_name,
-                           wire::types_name,           wire::message_details_name,
-                           wire::request_details_name, wire::response_details_name,
-                           wire::search_param_name};
 
 struct listed_name {
   bool shown = false;
@@ -61,15 +54,6 @@ std::uint32_t list(json::writer& into, fitting_names fits, std::string_view key,
 
 } // namespace
 
-// Of a service of the endpoint itself; empty: it is none, or the peer may not call it.
-std::string_view endpoint_services::own_type_for(const connection* c,
-                                                 std::string_view service) const noexcept {
-  const own_service_type* const own = own_type_of_service(service);
-  if (own == nullptr) return {};
-  const bool may = c == nullptr || state_.rights.calls(*c, own->name);
-  return may && (!own->of_stop || stop_rules_.in_use()) ? own->type : std::string_view{};
-}
-
 endpoint_services::endpoint_services(const needs& parts) noexcept
     : state_{parts.state},
       service_directory_{parts.service_directory},
@@ -82,10 +66,8 @@ endpoint_services::endpoint_services(const needs& parts) noexcept
       type_services_{parts.type_services} {}
 
 std::string_view endpoint_services::find(std::string_view asked) noexcept {
-  for (const std::string_view own : names) {
-    if (asked == own || asked == own.substr(1)) return own;
-  }
-  return graph_services::find(asked);
+  const own_service_type* const own = own_type_of_service(asked);
+  return own == nullptr || own->of_stop ? std::string_view{} : own->name;
 }
 
 void endpoint_services::answer(call_index index, std::string_view service,
@@ -110,9 +92,6 @@ void endpoint_services::answer(call_index index, std::string_view service,
   const auto sees = [&](topic_id i) {
     return i && (c == nullptr || state_.rights.sees(*c, state_.topics.name(i)));
   };
-  const auto calls = [&](service_index i) {
-    return i && (c == nullptr || state_.rights.calls(*c, service_directory_.name(i)));
-  };
   const auto room = [&] {
     const wire::call_origin asked = state_.calls.origin(index);
     const std::size_t around = list_envelope_bytes + asked.id_raw.size() + bytes_in_json(asked.service);
@@ -135,12 +114,12 @@ void endpoint_services::answer(call_index index, std::string_view service,
             return {true, state_.topics.at(i).own_holders != 0, state_.topics.name(i), state_.topics.type(i)};
           });
     } else if (service == wire::list_services_name) {
-      left_out = list(
-          into, fitting_names{room(), state_.bounds().services_max}, "services", {}, service_directory_.ids(),
-          [&](service_index i) -> listed_name {
-            if (!service_directory_.is_service(i) || !calls(i)) return {};
-            return {true, static_cast<bool>(service_directory_.at(i).pair), service_directory_.name(i), {}};
-          });
+      left_out = list(into, fitting_names{room(), graph_services_.services_max()}, "services", {},
+                      std::views::iota(std::uint32_t{0}, graph_services_.services_max()),
+                      [&](std::uint32_t i) -> listed_name {
+                        const graph_services::listed_service one = graph_services_.service(c, i);
+                        return {!one.name.empty(), one.own, one.name, {}};
+                      });
     } else if (service == wire::topic_type_name) {
       const topic_id topic = state_.topics.find(named("topic"));
       into.key("type");
@@ -148,10 +127,8 @@ void endpoint_services::answer(call_index index, std::string_view service,
     } else if (service != wire::service_type_name) {
       graph_services_.write(into, service, what, c);
     } else {
-      const service_index found = service_directory_.find(named("service"));
       into.key("type");
-      into.string(found ? (calls(found) ? service_directory_.type(found) : std::string_view{})
-                        : own_type_for(c, named("service")));
+      into.string(graph_services_.find(c, named("service")).type);
     }
     into.end_object();
   });

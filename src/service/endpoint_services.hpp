@@ -42,8 +42,6 @@ class endpoint_services {
   void answer(call_index call, std::string_view service, const wire::call_args& what) noexcept;
 
  private:
-  std::string_view own_type_for(const connection* c, std::string_view service) const noexcept;
-
   core_state& state_;
   const service_directory& service_directory_;
   const stop_rules& stop_rules_;

@@ -27,6 +27,7 @@ void graph_message::for_each_holder(std::uint32_t of, graph_list which, const Ta
   const auto take_peer = [&](peer_index peer) {
     if (state_.peers[peer].open()) take(state_.peers[peer].peer());
   };
+  if (graph_record_.is_own_service(of)) return take(endpoint_name_);
   if (which == graph_list::advertised_services) {
     const service_entry& one = service_directory_.at(graph_record_.service_of(of));
     if (one.pair) return take(endpoint_name_);

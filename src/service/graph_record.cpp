@@ -16,22 +16,26 @@ graph_record::graph_record(rt::arena& memory, const needs& parts) noexcept
       service_directory_{parts.service_directory},
       stop_rules_{parts.stop_rules},
       rows_{memory.carve<row>(rows_of(state_.bounds()))},
-      names_{memory.carve<char>(rows_.size() * gone_names::name_bytes_max(state_.bounds()))},
+      names_{
+          memory.carve<char>(named_rows_of(state_.bounds()) * gone_names::name_bytes_max(state_.bounds()))},
       gone_{memory, state_.bounds()},
       row_{static_cast<std::uint32_t>(rows_.size())} {}
 
 std::string_view graph_record::name(std::uint32_t of) const noexcept {
+  if (is_own_service(of)) return rows_[of].name_bytes == 0 ? std::string_view{} : own_service_of(of).name;
   return {names_.data() + of * gone_names::name_bytes_max(state_.bounds()), rows_[of].name_bytes};
 }
 
 void graph_record::set_name(std::uint32_t of, std::string_view name) noexcept {
   rows_[of].name_bytes = static_cast<std::uint16_t>(name.size());
+  if (is_own_service(of)) return;
   name.copy(names_.data() + of * gone_names::name_bytes_max(state_.bounds()), name.size());
 }
 
 bool graph_record::holds(std::uint32_t of) const noexcept {
   if (rows_[of].name_bytes == 0) return false;
   if (is_topic(of)) return state_.topics.at({of}).holders != 0 && state_.topics.name({of}) == name(of);
+  if (is_own_service(of)) return is_listed(own_service_of(of));
   const service_index service = service_of(of);
   return service_directory_.is_service(service) &&
          service_directory_.at(service).number == rows_[of].publishers;
@@ -57,7 +61,10 @@ void graph_record::go_on(graph_work& work) noexcept {
   const listed_topics listed{state_.topics, stop_rules_};
   for (; row_ != rows_.size() && work.left != 0; ++row_) {
     work.use(1);
-    is_topic(row_) ? compare_topic(row_, listed({row_}), work) : compare_service(row_, work);
+    if (is_topic(row_))
+      compare_topic(row_, listed({row_}), work);
+    else
+      is_own_service(row_) ? compare_own_service(row_, work) : compare_service(row_, work);
   }
   if (row_ != rows_.size()) return;
   compared_ = comparing_;
@@ -89,6 +96,13 @@ void graph_record::compare_service(std::uint32_t of, graph_work& work) noexcept 
   was.publishers = number;
 }
 
+// One that a handle provides instead is in that one's row.
+void graph_record::compare_own_service(std::uint32_t of, graph_work& work) noexcept {
+  const own_service_type& own = own_service_of(of);
+  const bool listed = is_listed(own);
+  if ((rows_[of].name_bytes != 0) != listed) (void)replace(of, listed ? own.name : std::string_view{}, work);
+}
+
 // The row has another name from now on; empty: none. False: the name before finds no place yet, and so the
 // row stays as it is. What comes again, in this row or another one, is not told to be gone.
 bool graph_record::replace(std::uint32_t of, std::string_view now, graph_work& work) noexcept {
@@ -116,6 +130,11 @@ bool graph_record::is_elsewhere(std::uint32_t of) const noexcept {
     return found && found.value != of && name(found.value) == name(of);
   }
   const service_index found = service_directory_.find(name(of));
+  if (!found && !is_own_service(of)) {
+    const own_service_type* const own = own_type_of_service(name(of));
+    if (own != nullptr && own < own_service_types().data() + numbered_own_services && is_listed(*own))
+      return true;
+  }
   const std::uint32_t other = found ? state_.bounds().topics_max + found.value : of;
   return other != of && name(other) == name(of);
 }

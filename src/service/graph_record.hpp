@@ -16,6 +16,7 @@
 
 #include "service/core_state.hpp"
 #include "service/gone_names.hpp"
+#include "service/own_types.hpp"
 #include "service/service_directory.hpp"
 #include "service/stop_rules.hpp"
 
@@ -38,15 +39,16 @@ class graph_record {
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<row>(rows_of(bounds)) +
-           rt::arena::bytes_for(rows_of(bounds) * gone_names::name_bytes_max(bounds)) +
+           rt::arena::bytes_for(named_rows_of(bounds) * gone_names::name_bytes_max(bounds)) +
            gone_names::footprint_bytes(bounds);
   }
   graph_record(rt::arena& memory, const needs& parts) noexcept;
 
-  // ---- rows: those of topics come first
+  // ---- rows: those of topics come first, then of services, then of the endpoint's own that have numbers
 
   std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(rows_.size()); }
   bool is_topic(std::uint32_t of) const noexcept { return of < state_.bounds().topics_max; }
+  bool is_own_service(std::uint32_t of) const noexcept { return of >= named_rows_of(state_.bounds()); }
   service_index service_of(std::uint32_t of) const noexcept { return {of - state_.bounds().topics_max}; }
   std::string_view name(std::uint32_t of) const noexcept; // empty: there is none
   // Whether the row is of what stands there now. Else the next comparison replaces it.
@@ -81,13 +83,23 @@ class graph_record {
     std::uint32_t subscribed_at = 0;
     std::uint16_t name_bytes = 0;
   };
-  static std::size_t rows_of(const limits& bounds) noexcept {
+  static std::size_t named_rows_of(const limits& bounds) noexcept {
     return std::size_t{bounds.topics_max} + bounds.services_max;
+  }
+  static std::size_t rows_of(const limits& bounds) noexcept {
+    return named_rows_of(bounds) + numbered_own_services;
+  }
+  const own_service_type& own_service_of(std::uint32_t of) const noexcept {
+    return own_service_types()[of - named_rows_of(state_.bounds())];
+  }
+  bool is_listed(const own_service_type& own) const noexcept {
+    return (!own.of_stop || stop_rules_.in_use()) && !service_directory_.find(own.name);
   }
   void set_name(std::uint32_t of, std::string_view name) noexcept;
   std::uint64_t changes() const noexcept;
   void compare_topic(std::uint32_t of, bool listed, graph_work& work) noexcept;
   void compare_service(std::uint32_t of, graph_work& work) noexcept;
+  void compare_own_service(std::uint32_t of, graph_work& work) noexcept;
   bool replace(std::uint32_t of, std::string_view now, graph_work& work) noexcept;
   bool is_elsewhere(std::uint32_t of) const noexcept;
 

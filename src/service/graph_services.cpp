@@ -16,39 +16,16 @@
 namespace rowe::service {
 namespace {
 
-constexpr std::array names{wire::nodes_name,
-                           wire::node_details_name,
-                           wire::topics_for_type_name,
-                           wire::services_for_type_name,
-                           wire::publishers_name,
-                           wire::subscribers_name,
-                           wire::service_providers_name,
-                           wire::service_node_name,
-                           wire::action_servers_name,
-                           wire::topics_and_raw_types_name,
-                           wire::get_time_name};
-
 std::int64_t floor_of(std::int64_t ns) noexcept {
   return ns / 1'000'000'000 - (ns % 1'000'000'000 < 0 ? 1 : 0);
 }
 
 } // namespace
 
-std::string_view graph_services::find(std::string_view asked) noexcept {
-  const auto* const found = std::find_if(names.begin(), names.end(), [asked](std::string_view own) {
-    return asked == own || asked == own.substr(1);
-  });
-  return found == names.end() ? std::string_view{} : *found;
-}
-
 // ---- who sees what
 
 bool graph_services::sees(const connection* c, topic_id topic) const noexcept {
   return topic && (c == nullptr || state_.rights.sees(*c, state_.topics.name(topic)));
-}
-
-bool graph_services::calls(const connection* c, service_index service) const noexcept {
-  return service && (c == nullptr || state_.rights.calls(*c, service_directory_.name(service)));
 }
 
 bool graph_services::sees_node(const connection* c, const connection& peer) const noexcept {
@@ -75,20 +52,43 @@ bool graph_services::is_subscribed(const node& by, topic_id topic) const noexcep
   return static_cast<bool>(state_.subscriptions.find(topic, {by.peer->id.index}));
 }
 
-bool graph_services::is_provided(const node& by, service_index service) const noexcept {
-  const service_entry& one = service_directory_.at(service);
-  return by.peer == nullptr ? static_cast<bool>(one.pair) : !one.pair && one.peer == by.peer->id;
+// ---- services
+
+std::uint32_t graph_services::services_max() const noexcept {
+  return state_.bounds().services_max + static_cast<std::uint32_t>(own_service_types().size());
 }
 
-// The name of the node; empty: nobody, or the peer may not call the service.
-std::string_view graph_services::provider_of(const connection* c, std::string_view service) const noexcept {
-  const service_index found = service_directory_.find(service);
-  if (!found) return is_own_name(service) ? statistics_report_.name() : std::string_view{};
-  if (!calls(c, found)) return {};
-  const service_entry& one = service_directory_.at(found);
-  if (one.pair) return statistics_report_.name();
-  const connection* const peer = state_.peers.find(one.peer);
-  return peer != nullptr ? peer->peer() : std::string_view{};
+graph_services::listed_service graph_services::service(const connection* c,
+                                                       std::uint32_t number) const noexcept {
+  const std::uint32_t given_max = state_.bounds().services_max;
+  if (number >= given_max) return own(c, own_service_types()[number - given_max]);
+  return service_directory_.is_service({number}) ? given(c, {number}) : listed_service{};
+}
+
+graph_services::listed_service graph_services::find(const connection* c,
+                                                    std::string_view service) const noexcept {
+  if (const service_index found = service_directory_.find(service)) return given(c, found);
+  const own_service_type* const its = own_type_of_service(service);
+  return its != nullptr ? own(c, *its) : listed_service{};
+}
+
+graph_services::listed_service graph_services::given(const connection* c,
+                                                     service_index service) const noexcept {
+  const std::string_view name = service_directory_.name(service);
+  if (c != nullptr && !state_.rights.calls(*c, name)) return {};
+  const service_entry& one = service_directory_.at(service);
+  return {.name = name,
+          .type = service_directory_.type(service),
+          .own = static_cast<bool>(one.pair),
+          .provider = one.pair ? nullptr : state_.peers.find(one.peer)};
+}
+
+// One that a handle provides instead is listed as that one's.
+graph_services::listed_service graph_services::own(const connection* c,
+                                                   const own_service_type& service) const noexcept {
+  const bool may = c == nullptr || state_.rights.calls(*c, service.name);
+  if (!may || (service.of_stop && !stop_rules_.in_use()) || service_directory_.find(service.name)) return {};
+  return {.name = service.name, .type = service.type, .own = true};
 }
 
 // ---- writing
@@ -110,8 +110,8 @@ void graph_services::write_services(json::writer& into, std::string_view key, co
                                     const Shown& shown) const noexcept {
   into.key(key);
   into.begin_array();
-  for (const service_index i : service_directory_.ids()) {
-    if (service_directory_.is_service(i) && shown(i) && calls(c, i)) into.string(service_directory_.name(i));
+  for (std::uint32_t i = 0; i != services_max(); ++i) {
+    if (const listed_service one = service(c, i); !one.name.empty() && shown(one)) into.string(one.name);
   }
   into.end_array();
 }
@@ -133,7 +133,9 @@ void graph_services::write_details(json::writer& into, const connection* c,
   const node of = find_node(c, name);
   write_topics(into, "subscribing", c, [&](topic_id i) { return of.known && is_subscribed(of, i); });
   write_topics(into, "publishing", c, [&](topic_id i) { return of.known && is_published(of, i); });
-  write_services(into, "services", c, [&](service_index i) { return of.known && is_provided(of, i); });
+  write_services(into, "services", c, [&](const listed_service& one) {
+    return of.known && (of.peer == nullptr ? one.own : one.provider == of.peer);
+  });
 }
 
 // What the types are made of nobody has told us.
@@ -150,6 +152,40 @@ void graph_services::write_raw_types(json::writer& into, const connection* c) co
   list("topics", [&](topic_id i) { return state_.topics.name(i); });
   list("types", [&](topic_id i) { return state_.topics.type(i); });
   list("typedefs_full_text", [](topic_id) { return std::string_view{}; });
+}
+
+// The types of topics and services. Each is written once, unless there are very many of them.
+void graph_services::write_interfaces(json::writer& into, const connection* c) const noexcept {
+  std::array<std::uint32_t, 1024> written{}; // hashes; 0: free
+  const auto write = [&](std::string_view type) {
+    const std::uint32_t hash = hash_of_type(type);
+    for (std::size_t i = 0; hash != 0 && i != 8; ++i) {
+      std::uint32_t& place = written[(hash + i) % written.size()];
+      if (place == hash) return;
+      if (place != 0) continue;
+      place = hash;
+      break;
+    }
+    if (hash != 0) into.string(type);
+  };
+  const listed_topics held{state_.topics, stop_rules_};
+  into.key("interfaces");
+  into.begin_array();
+  for (const topic_id i : state_.topics.topic_ids())
+    if (held(i) && sees(c, i)) write(state_.topics.type(i));
+  for (std::uint32_t i = 0; i != services_max(); ++i) write(service(c, i).type);
+  into.end_array();
+}
+
+// Neither it is, but its clients ask how types are spelled here and what a time has as its members.
+void graph_services::write_version(json::writer& into) const noexcept {
+  bool as_ros2 = false;
+  for (const topic_id i : state_.topics.topic_ids())
+    as_ros2 |= state_.topics.at(i).holders != 0 && parts_of_type(state_.topics.type(i)).kind == "msg";
+  into.key("version");
+  into.number(as_ros2 ? 2 : 1);
+  into.key("distro");
+  into.string("rowe");
 }
 
 // As both ROS 1 and ROS 2 call the members.
@@ -181,6 +217,8 @@ void graph_services::write(json::writer& into, std::string_view service, const w
   if (service == wire::node_details_name) return write_details(into, c, named("node"));
   if (service == wire::get_time_name) return write_time(into);
   if (service == wire::topics_and_raw_types_name) return write_raw_types(into, c);
+  if (service == wire::interfaces_name) return write_interfaces(into, c);
+  if (service == wire::ros_version_name) return write_version(into);
   if (service == wire::topics_for_type_name) {
     const std::string_view type = named("type");
     return write_topics(into, "topics", c,
@@ -189,7 +227,7 @@ void graph_services::write(json::writer& into, std::string_view service, const w
   if (service == wire::services_for_type_name) {
     const std::string_view type = named("type");
     return write_services(into, "services", c,
-                          [&](service_index i) { return same_type(service_directory_.type(i), type); });
+                          [&](const listed_service& one) { return same_type(one.type, type); });
   }
   if (service == wire::publishers_name || service == wire::subscribers_name) {
     const bool publishers = service == wire::publishers_name;
@@ -203,14 +241,26 @@ void graph_services::write(json::writer& into, std::string_view service, const w
     into.begin_array();
     for (const service_index i : service_directory_.ids()) {
       const bool action = service_directory_.in_use(i) && !service_directory_.is_service(i);
-      if (action && calls(c, i)) into.string(service_directory_.name(i));
+      if (action && !given(c, i).name.empty()) into.string(service_directory_.name(i));
     }
     return into.end_array();
   }
-  const std::string_view provider = provider_of(c, named("service"));
+  if (service == wire::action_type_name) {
+    const service_index action = service_directory_.find(named("action"), offer::action);
+    into.key("type");
+    return into.string(action ? given(c, action).type : std::string_view{});
+  }
+  const listed_service its = find(c, named("service"));
+  const std::string_view provider = its.own                   ? statistics_report_.name()
+                                    : its.provider != nullptr ? its.provider->peer()
+                                                              : std::string_view{};
   if (service == wire::service_node_name) {
     into.key("node");
     return into.string(provider);
+  }
+  if (service == wire::service_host_name) {
+    into.key("host");
+    return into.string(its.own ? provider : provider.substr(0, provider.rfind(':')));
   }
   into.key("providers");
   into.begin_array();

@@ -8,6 +8,7 @@
 
 #include "service/advertisement_table.hpp"
 #include "service/core_state.hpp"
+#include "service/own_types.hpp"
 #include "service/service_directory.hpp"
 #include "service/statistics_report.hpp"
 #include "service/stop_rules.hpp"
@@ -32,8 +33,18 @@ class graph_services {
         stop_rules_{parts.stop_rules},
         statistics_report_{parts.statistics_report} {}
 
-  // The full name of the service, if it is one of these; `asked`: its name in either spelling.
-  static std::string_view find(std::string_view asked) noexcept;
+  // ---- services: those of the directory, then the endpoint's own. `c` as below
+
+  struct listed_service {
+    std::string_view name{}; // empty: there is none, or the peer may not call it
+    std::string_view type{};
+    bool own = false; // of this process
+    const connection* provider = nullptr;
+  };
+  std::uint32_t services_max() const noexcept;
+  listed_service service(const connection* c, std::uint32_t number) const noexcept;
+  listed_service find(const connection* c, std::string_view service) const noexcept;
+
   // Writes the members of the answer. `c`: a peer with a role; null: whoever asks sees everything.
   void write(json::writer& into, std::string_view service, const wire::call_args& what,
              const connection* c) const noexcept;
@@ -46,13 +57,12 @@ class graph_services {
   };
 
   bool sees(const connection* c, topic_id topic) const noexcept;
-  bool calls(const connection* c, service_index service) const noexcept;
+  listed_service given(const connection* c, service_index service) const noexcept;
+  listed_service own(const connection* c, const own_service_type& service) const noexcept;
   bool sees_node(const connection* c, const connection& peer) const noexcept;
   node find_node(const connection* c, std::string_view name) const noexcept;
-  std::string_view provider_of(const connection* c, std::string_view service) const noexcept;
   bool is_published(const node& by, topic_id topic) const noexcept;
   bool is_subscribed(const node& by, topic_id topic) const noexcept;
-  bool is_provided(const node& by, service_index service) const noexcept;
 
   template <class Shown>
   void write_topics(json::writer& into, std::string_view key, const connection* c,
@@ -63,6 +73,8 @@ class graph_services {
   template <class Shown>
   void write_nodes(json::writer& into, std::string_view key, const Shown& shown) const noexcept;
   void write_details(json::writer& into, const connection* c, std::string_view name) const noexcept;
+  void write_interfaces(json::writer& into, const connection* c) const noexcept;
+  void write_version(json::writer& into) const noexcept;
   void write_raw_types(json::writer& into, const connection* c) const noexcept;
   void write_time(json::writer& into) const noexcept;
 

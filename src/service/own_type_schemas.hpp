@@ -151,6 +151,15 @@ inline constexpr auto schema<told::of_service> = fields<&told::of_service::servi
 template <>
 inline constexpr auto schema<told::of_node> = fields<&told::of_node::node>{};
 template <>
+inline constexpr auto schema<told::of_host> = fields<&told::of_host::host>{};
+template <>
+inline constexpr auto schema<told::of_action> = fields<&told::of_action::action>{};
+template <>
+inline constexpr auto schema<told::interfaces> = fields<&told::interfaces::interfaces>{};
+template <>
+inline constexpr auto schema<told::ros_version> =
+    fields<&told::ros_version::version, &told::ros_version::distro>{};
+template <>
 inline constexpr auto schema<told::of_name> = fields<&told::of_name::name>{};
 template <>
 inline constexpr auto schema<told::topics> = fields<&told::topics::topics>{};

@@ -165,6 +165,19 @@ struct of_service {
 struct of_node {
   name_text node;
 };
+struct of_host {
+  name_text host;
+};
+struct of_action {
+  name_text action;
+};
+struct interfaces {
+  list<name_text> interfaces;
+};
+struct ros_version {
+  std::uint8_t version = 0;
+  name_text distro;
+};
 struct of_name {
   name_text name;
 };

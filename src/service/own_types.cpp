@@ -50,6 +50,10 @@ constexpr std::array service_types{
     typed<told::of_topic, told::subscribers>(wire::subscribers_name, "rosapi/Subscribers"),
     typed<told::of_service, told::providers>(wire::service_providers_name, "rosapi/ServiceProviders"),
     typed<told::of_service, told::of_node>(wire::service_node_name, "rosapi/ServiceNode"),
+    typed<told::of_service, told::of_host>(wire::service_host_name, "rosapi/ServiceHost"),
+    typed<told::anything, told::interfaces>(wire::interfaces_name, "rosapi/Interfaces"),
+    typed<told::anything, told::ros_version>(wire::ros_version_name, "rosapi/GetROSVersion"),
+    typed<told::of_action, told::of_type>(wire::action_type_name, "rosapi/ActionType"),
     typed<told::anything, told::action_servers>(wire::action_servers_name, "rosapi/GetActionServers"),
     typed<told::anything, told::topics_and_raw_types>(wire::topics_and_raw_types_name,
                                                       "rosapi/TopicsAndRawTypes"),
@@ -58,6 +62,9 @@ constexpr std::array service_types{
     typed<told::of_type, told::type_definitions>(wire::request_details_name, "rosapi/ServiceRequestDetails"),
     typed<told::of_type, told::type_definitions>(wire::response_details_name,
                                                  "rosapi/ServiceResponseDetails"),
+    typed<told::of_type, told::type_definitions>(wire::goal_details_name, "rosapi/ActionGoalDetails"),
+    typed<told::of_type, told::type_definitions>(wire::result_details_name, "rosapi/ActionResultDetails"),
+    typed<told::of_type, told::type_definitions>(wire::feedback_details_name, "rosapi/ActionFeedbackDetails"),
     typed<told::anything, told::names_list>(wire::get_param_names_name, "rosapi/GetParamNames"),
     typed<told::get_param, told::param>(wire::get_param_name, "rosapi/GetParam"),
     typed<told::set_param, told::is_done>(wire::set_param_name, "rosapi/SetParam"),
@@ -88,6 +95,10 @@ const own_topic_type* own_type_of_topic(std::string_view name) noexcept {
 }
 const own_service_type* own_type_of_service(std::string_view name) noexcept {
   return find(own_service_types(), name);
+}
+
+bool is_own_service(std::string_view name) noexcept {
+  return is_own_name(name) || own_type_of_service(name) != nullptr;
 }
 
 void describe_own(topic_table& topics, topic_id topic) noexcept {

@@ -39,6 +39,9 @@ std::span<const own_service_type> own_service_types() noexcept;
 const own_topic_type* own_type_of_topic(std::string_view name) noexcept;
 const own_service_type* own_type_of_service(std::string_view name) noexcept;
 
+// Whether no peer may provide a service of this name, because the endpoint answers it, or may one day.
+bool is_own_service(std::string_view name) noexcept;
+
 // Gives a topic of the endpoint, which exists, its type and its schema.
 void describe_own(topic_table& topics, topic_id topic) noexcept;
 

@@ -66,6 +66,11 @@ class peer_rights {
   bool sees(const access::subject& who, std::string_view topic) const noexcept {
     return ROWE_MUTANT(role_lists) || allow(who, access::right::subscribe, topic);
   }
+  // Whether the peer may publish on a topic beside a publisher of this process that does not share it.
+  bool publishes_beside(const connection& c, std::string_view topic) const noexcept {
+    return c.ours == side::client || ROWE_MUTANT(own_topic) ||
+           (in_use_ && policy_->spells(c.who.role, access::right::publish, topic));
+  }
   // Stops are for everyone.
   static bool is_for_everyone(std::string_view service) noexcept {
     return without_slash(service) == without_slash(wire::stop_name) ||

@@ -47,12 +47,21 @@ void refusals::refuse(connection& c, wire::codec_id in, std::string_view id_raw,
 }
 
 void refusals::refuse(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept {
-  if (!asked.by_number || asked.what != wire::verb::call) return refuse(c, asked.codec, asked.id_raw, why);
-  refuse_call(c, asked, why);
+  const bool call = asked.what == wire::verb::call || asked.what == wire::verb::send_goal;
+  call && (asked.by_number || !asked.id_raw.empty()) ? refuse_call(c, asked, why)
+                                                     : refuse(c, asked.codec, asked.id_raw, why);
 }
 
 void refusals::refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept {
   refuse(c, c.protocol->topics.id(), id_raw, {.code = "refused", .text = why});
+}
+
+void refusals::refuse_own_topic(connection& c, std::string_view id_raw, std::string_view verb,
+                                std::string_view topic) noexcept {
+  std::array<char, detail::diagnostic_bytes_max> buffer;
+  wire::text_out why{buffer};
+  why.add(verb).add(": ").add_shortened(topic, name_bytes_shown);
+  refuse(c, id_raw, why.add(" is published by the program here, which does not share it").text());
 }
 
 void refusals::refuse_limit(connection& c, std::string_view id_raw, std::string_view what,

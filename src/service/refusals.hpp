@@ -51,8 +51,8 @@ class refusals {
   // either happens too often.
   void refuse(connection& c, wire::codec_id in, std::string_view id_raw,
               const wire::diagnostic& why) noexcept;
-  // The same. A call by number is answered as a call, even if it was not decoded, and however often: its
-  // caller waits.
+  // The same. A call or a goal with a number to answer to is answered as one, even if it was not decoded, and
+  // however often: its caller waits.
   void refuse(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept;
   // Refuses a call or a goal. It is always answered, because its caller waits.
   void refuse_call(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept {
@@ -61,6 +61,9 @@ class refusals {
   }
   // Refuses a request about topics or services.
   void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
+  // The same for a topic that a publisher of this process does not share.
+  void refuse_own_topic(connection& c, std::string_view id_raw, std::string_view verb,
+                        std::string_view topic) noexcept;
   // `what` is used up. The peer is told which limit that is, and an event says how to raise it.
   void refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
                     std::string_view option) noexcept;

@@ -11,7 +11,7 @@ void registrations::carry_out(connection& c, const wire::request& asked) noexcep
   switch (asked.what) {
   case verb::subscribe: return subscriptions_.subscribe(c, asked);
   case verb::unsubscribe: return subscriptions_.unsubscribe(c, asked);
-  case verb::advertise: return advertisements_.advertise(c, asked);
+  case verb::advertise: return (void)advertisements_.advertise(c, asked);
   case verb::unadvertise: return advertisements_.unadvertise(c, asked);
   case verb::advertise_action:
   case verb::advertise_service: return service_providers_.advertise(c, asked);

@@ -31,6 +31,10 @@ class registrations {
 
   // A request other than a message, a call or an answer. The peer has the right to ask.
   void carry_out(connection& c, const wire::request& asked) noexcept;
+  // What a peer publishes with a type, or latched, it advertises by that. False: it may not, and was told.
+  bool registers(connection& c, const wire::request& asked) noexcept {
+    return (!asked.latch && asked.type.empty()) || advertisements_.advertise_published(c, asked);
+  }
   // Its services are taken out of the directory before this, when nobody may call them any more.
   void forget(peer_index peer) noexcept;
 

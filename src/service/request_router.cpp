@@ -111,14 +111,16 @@ inline request_router::due request_router::carry_out(connection& c, const read_r
   if (asked.what == verb::call && !heard_before_) state_.counts.add(counter::calls_in);
   if (drops_excess()) return due::next_fragment;
   if (c.stop_only && !stop_gate::is_for_stop_peers(asked)) {
-    refusals_.refuse(c, asked.codec, asked.id_raw, {.code = "refused", .text = stop_only_diagnostic});
+    refusals_.refuse(c, asked, {.code = "refused", .text = stop_only_diagnostic});
     return due::next_fragment;
   }
   if (!access_control_.permits(c, asked)) return due::next_fragment;
   if (asked.fragment_size != 0) [[unlikely]]
     fragment_ingress_.ask({c.id.index}, asked.fragment_size);
   switch (asked.what) {
-  case verb::publish: broker_.relay(c, asked); break;
+  case verb::publish:
+    if (registrations_.registers(c, asked)) broker_.relay(c, asked);
+    break;
   case verb::call:
     if (!call_router_.take_call(c, asked)) ingress_.park({c.id.index});
     break;
@@ -217,7 +219,8 @@ bool request_router::takes_long(connection& c, wire::request& asked, const long_
   const char* const stand_in = reinterpret_cast<const char*>(message.envelope.data()) + message.stand_in_at;
   if (asked.what == verb::publish) {
     if (asked.body_raw.data() != stand_in) return false;
-    if (access_control_.permits(c, asked)) broker_.relay(c, asked, message.body.text);
+    if (access_control_.permits(c, asked) && registrations_.registers(c, asked))
+      broker_.relay(c, asked, message.body.text);
     return true;
   }
   const auto has_it = [stand_in](std::string_view text) {

@@ -256,6 +256,10 @@ inline constexpr std::size_t parameter_work_bytes = 256;
 // ---- the connection graph
 
 // How often changes are looked for, while somebody wants to be told of them; and how often one peer is told.
+// How often peers with a clock are told the time: often enough that what they show moves smoothly, and of who
+// gets no messages, so that it has a time to show.
+inline constexpr rt::duration clock_period = std::chrono::milliseconds{12}; // with the wheel's ticks, 60 Hz
+inline constexpr rt::duration idle_clock_period = std::chrono::milliseconds{250};
 inline constexpr rt::duration graph_period = std::chrono::milliseconds{250};
 // Messages about it in one cycle, each to another peer; and the work: looks at a row, a holder, or a peer.
 inline constexpr unsigned graph_messages_per_cycle = 4;

@@ -6,6 +6,7 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/names.hpp"
+#include "service/own_types.hpp"
 #include "wire/text_out.hpp"
 
 #include "service/service_limits.hpp"
@@ -30,11 +31,11 @@ service_providers::service_providers(rt::arena& memory, const needs& parts) noex
       claims_{services_of_peers(state_.bounds()), state_.claimants()} {}
 
 void service_providers::advertise(connection& c, const wire::request& asked) noexcept {
-  if (is_own_name(asked.service)) {
-    return refusals_.refuse(c, asked.id_raw,
-                            of_action(asked)
-                                ? "advertise_action: names below /rowe/ are the endpoint's own"
-                                : "advertise_service: services below /rowe/ are the endpoint's own");
+  if (of_action(asked) ? is_own_name(asked.service) : is_own_service(asked.service)) {
+    std::array<char, detail::diagnostic_bytes_max> buffer;
+    wire::text_out why{buffer};
+    why.add(asked.verb_text).add(": ").add(asked.service.substr(0, name_bytes_shown));
+    return refusals_.refuse(c, asked.id_raw, why.add(" is the endpoint's own").text());
   }
   if (const service_index found = service_directory_.find(asked.service, kind_of(asked))) {
     if (provides(c.id, found)) return; // clients that reconnect say it again

@@ -64,6 +64,7 @@ void topic_handles::begin_publishing(pair_index pair) noexcept {
   state_.pair_rows[pair].long_texts = queues.kind == detail::pair_kind::publish_text &&
                                       queues.service.out.slots.bytes_max > state_.bounds().message_bytes_max;
   topic& on = state_.topics.at(state_.pair_rows[pair].topic);
+  if (!queues.shared && on.own_alone++ == 0) advertisements_.withdraw_others(state_.pair_rows[pair].topic);
   on.keep = queues.keep;
   on.priority = queues.priority;
   // An early value of a predicted topic waits. So a topic is not predicted if such a value would expire
@@ -80,6 +81,8 @@ void topic_handles::detach(pair_index pair) noexcept {
   const topic_id topic = row.topic;
   if (detail::subscribes(state_.pairs[pair].kind)) {
     state_.topics.at(topic).inboxes.erase(state_.pair_rows, pair);
+  } else if (!state_.pairs[pair].shared) {
+    --state_.topics.at(topic).own_alone;
   }
   note_holders(pair);
   announce_to_servers(pair, false);

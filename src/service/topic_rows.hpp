@@ -73,6 +73,7 @@ struct topic {
   topic_id next{};               // in its bucket, or in the free list
   std::uint32_t holders = 0;     // subscriptions, advertisements and handles
   std::uint32_t own_holders = 0; // those of this process
+  std::uint32_t own_alone = 0;   // publishers of this process that do not share the topic with peers
   std::uint32_t channel = 0;     // its number, for codecs that number their topics
   std::uint32_t charged_in = 0;  // the count of topic_places::claims_now() in which its place was charged
   index_list<subscription_id, subscription, &subscription::next_on_topic, &subscription::previous_on_topic>
@@ -81,9 +82,9 @@ struct topic {
   std::uint32_t of_types = 0; // likewise
   index_queue<pair_index, pair_row, &pair_row::next_inbox> inboxes; // handles of this process that subscribe
   const schema_description* schema = nullptr; // of a typed handle of this process; null: there is none
-  std::uint32_t audience_changes = 0;                               // how often a subscriber came or went
-  std::uint32_t publishers_at = 0;  // when one came or went last: topic_changes::holders then,
-  std::uint32_t subscribers_at = 0; // likewise
+  std::uint32_t audience_changes = 0;         // how often a subscriber came or went
+  std::uint32_t publishers_at = 0;            // when one came or went last: topic_changes::holders then,
+  std::uint32_t subscribers_at = 0;           // likewise
   std::uint16_t name_bytes = 0;
   std::uint16_t type_bytes = 0;
   std::uint16_t head_bytes = 0;
@@ -112,9 +113,9 @@ struct topic {
 
 // How often topics have changed.
 struct topic_changes {
-  std::uint64_t listed = 0;  // one was added or removed, or got another type or schema
+  std::uint64_t listed = 0;   // one was added or removed, or got another type or schema
   std::uint32_t channels = 0; // numbers that topics got; also the newest
-  std::uint32_t holders = 0; // a publisher or a subscriber came or went, or a topic. Wraps around
+  std::uint32_t holders = 0;  // a publisher or a subscriber came or went, or a topic. Wraps around
 
   void note_publishers(topic& of) noexcept { of.publishers_at = ++holders; }
   void note_subscribers(topic& of) noexcept { of.subscribers_at = ++holders; }

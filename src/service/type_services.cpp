@@ -18,8 +18,10 @@
 namespace rowe::service {
 namespace {
 
-constexpr std::array names{wire::types_name, wire::message_details_name, wire::request_details_name,
-                           wire::response_details_name};
+constexpr std::array names{wire::types_name,           wire::message_details_name,
+                           wire::request_details_name, wire::response_details_name,
+                           wire::goal_details_name,    wire::result_details_name,
+                           wire::feedback_details_name};
 
 // What stands behind the last entry of a page, at most.
 constexpr std::string_view page_end = R"(],"next":18446744073709551615})";
@@ -57,7 +59,7 @@ bool type_services::calls(std::string_view service, const connection* by) const 
 }
 
 // Whether the endpoint has this service of its own, and the peer may call it.
-bool type_services::is_own_service(const own_service_type& own, const connection* by) const noexcept {
+bool type_services::has_own(const own_service_type& own, const connection* by) const noexcept {
   return calls(own.name, by) && (!own.of_stop || stop_rules_.in_use());
 }
 
@@ -160,7 +162,7 @@ void type_services::answer_page(call_index call, const wire::call_args& what, co
       });
     }
     for (const own_service_type& own : own_service_types()) {
-      if (!is_own_service(own, by)) continue;
+      if (!has_own(own, by)) continue;
       page.add(own.name, [&] {
         write_entry(into, "service", own.name, own.type);
         write_member(into, "request", own.request);
@@ -212,7 +214,7 @@ const schema_description* type_services::find_call(std::string_view type, side_o
     if (const schema_description* found = comes_in ? one.decoded : one.encoded) return found;
   }
   for (const own_service_type& own : own_service_types()) {
-    if (same_type(own.type, type) && is_own_service(own, by))
+    if (same_type(own.type, type) && has_own(own, by))
       return which == side_of_call::request ? own.request : own.answer;
   }
   return nullptr;
@@ -221,9 +223,10 @@ const schema_description* type_services::find_call(std::string_view type, side_o
 void type_services::answer_details(call_index call, std::string_view service, std::string_view type,
                                    const connection* by) noexcept {
   const schema_description* const found =
-      service == wire::message_details_name   ? find_message(type, by)
-      : service == wire::request_details_name ? find_call(type, side_of_call::request, by)
-                                              : find_call(type, side_of_call::answer, by);
+      service == wire::message_details_name    ? find_message(type, by)
+      : service == wire::request_details_name  ? find_call(type, side_of_call::request, by)
+      : service == wire::response_details_name ? find_call(type, side_of_call::answer, by)
+                                               : nullptr; // of actions, which only peers provide
   std::array<char, wire::refusal::text_bytes_max> buffer;
   wire::text_out why{buffer};
   why.add("the type ").add_shortened(type, topic_bytes_shown);

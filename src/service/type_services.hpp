@@ -51,7 +51,7 @@ class type_services {
                       const connection* by) noexcept;
   bool sees(topic_id topic, const connection* by) const noexcept;
   bool calls(std::string_view service, const connection* by) const noexcept;
-  bool is_own_service(const own_service_type& own, const connection* by) const noexcept;
+  bool has_own(const own_service_type& own, const connection* by) const noexcept;
   const schema_description* find_message(std::string_view type, const connection* by) const noexcept;
   const schema_description* find_inside(std::string_view type, const connection* by) const noexcept;
   const schema_description* find_call(std::string_view type, side_of_call which,

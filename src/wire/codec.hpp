@@ -323,6 +323,9 @@ class codec {
   // As a server: what a client is told without a request, if its protocol has listings. First it is told who
   // we are, then which topics and services were added, and the numbers of those that were removed. A topic
   // that gets a type is removed, and added under another number.
+  virtual message_kind write_time(json::writer&, std::int64_t) const noexcept { // nanoseconds since 1970
+    return message_kind::none;
+  }
   virtual message_kind write_hello(json::writer&, const greeting&) const noexcept {
     return message_kind::none;
   }

@@ -10,6 +10,7 @@ namespace rowe::wire::foxglove_words {
 
 // Binary messages, by their first bytes. Integers have their lowest byte first.
 inline constexpr char message_data = 1;     // to the client: subscription, time, body
+inline constexpr char server_time = 2;      // nanoseconds since 1970
 inline constexpr char service_response = 3; // service, call, bytes of the encoding's name, the name, body
 inline constexpr char client_message = 1;   // from it: channel, body
 inline constexpr char service_request = 2;  // as service_response

@@ -137,14 +137,18 @@ message_kind foxglove_codec::write_error(json::writer& out, const error_context&
   return message_kind::text;
 }
 
-// `time` is not among the capabilities: it says that this server's clock is a simulated one, which replaces
-// the clock of who looks on. A robot's is the wall's, and each message says when it was published.
+message_kind foxglove_codec::write_time(json::writer& out, std::int64_t wall_ns) const noexcept {
+  append_number(out, server_time, 1);
+  append_number(out, static_cast<std::uint64_t>(wall_ns), 8);
+  return message_kind::binary;
+}
+
 message_kind foxglove_codec::write_hello(json::writer& out, const greeting& who) const noexcept {
   begin(out, "serverInfo");
   out.key("name");
   out.string(who.name);
   out.key("capabilities");
-  out.raw(R"(["clientPublish","services","parameters","parametersSubscribe","connectionGraph"])");
+  out.raw(R"(["clientPublish","services","parameters","parametersSubscribe","connectionGraph","time"])");
   out.key("supportedEncodings");
   out.raw(R"(["json"])");
   out.key("metadata");

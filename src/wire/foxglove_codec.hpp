@@ -24,6 +24,7 @@ class foxglove_codec : public codec {
   }
   message_kind write_error(json::writer& out, const error_context& to,
                            const diagnostic& why) const noexcept override;
+  message_kind write_time(json::writer& out, std::int64_t wall_ns) const noexcept override;
   message_kind write_hello(json::writer& out, const greeting& who) const noexcept override;
   message_kind write_topics(json::writer& out, std::span<const listed> which,
                             bool added) const noexcept override;

@@ -46,7 +46,7 @@ constexpr protocol row_of_foxglove(std::string_view subprotocol) noexcept {
           .reads = foxglove_texts,
           .first = foxglove,
           .topics = foxglove,
-          .can = {.binary = true, .losses = true, .listing = true, .ttl_in_messages = false}};
+          .can = {.binary = true, .losses = true, .listing = true, .clock = true, .ttl_in_messages = false}};
 }
 constexpr std::array<protocol, 4> standard{
     {{.subprotocol = {}, .reads = json_texts, .first = bare, .topics = rosbridge, .can = {}},

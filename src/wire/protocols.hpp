@@ -22,6 +22,7 @@ struct capabilities {
   bool binary = false;         // binary messages have a meaning
   bool losses = false;         // it is told that messages for it were dropped
   bool listing = false;        // a client is told at once who we are, and which topics and services there are
+  bool clock = false;          // a client is told the time all along, and shows what it gets at that time
   bool ttl_in_messages = true; // plain messages tell it what is left of their time to live;
   bool ttl_in_topics = false;  // so do those of topics, which rosbridge has not
   bool state_as_message = false; // it knows no topics: the stop's state is a plain message, unasked

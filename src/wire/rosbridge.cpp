@@ -71,6 +71,10 @@ class decoding {
   bool take_service() noexcept { return take_name("service", out_.service); }
   bool take_name(member_name which, std::string_view& into) noexcept;
   bool take_action() noexcept { return take_name("action", out_.service); }
+  // In an answer, whose id says what it answers.
+  bool take_answered(member_name which) noexcept {
+    return (!given(which) && !out_.id_raw.empty()) || take_name(which, out_.service);
+  }
   bool take_values() noexcept;
   bool need_id() noexcept {
     return !out_.id_raw.empty() || accept(refusal{.what = refusal::kind::missing, .member = "id"});
@@ -81,6 +85,9 @@ class decoding {
   bool take_timeout() noexcept;
   bool take_ttl() noexcept { return !given("ttl_ms") || accept(read_ttl(value("ttl_ms"), out_.ttl_ns)); }
   bool take_type(member_name which) noexcept;
+  bool take_throttle() noexcept {
+    return !given("throttle_rate") || accept(read_throttle(value("throttle_rate"), out_.throttle_ms));
+  }
   bool take_count(member_name which, std::int64_t most, std::int64_t& into) noexcept;
   bool take_boolean(member_name which, bool& into) noexcept;
   bool take_level() noexcept;
@@ -191,7 +198,7 @@ bool decoding::take_publish() noexcept {
   const json::value& v = value("msg");
   if (v.type != json::kind::object) return accept(wrong_type("msg", v, "an object"));
   out_.body_raw = v.raw;
-  return take_boolean("latch", out_.latch) && take_ttl();
+  return take_type("type") && take_boolean("latch", out_.latch) && take_ttl();
 }
 
 bool decoding::take_status() noexcept {
@@ -204,8 +211,7 @@ bool decoding::take_status() noexcept {
 
 bool decoding::take_subscribe() noexcept {
   out_.has_queue_length = given("queue_length");
-  return take_topic() && take_type("type") &&
-         take_count("throttle_rate", milliseconds_max, out_.throttle_ms) &&
+  return take_topic() && take_type("type") && take_throttle() &&
          take_count("queue_length", any_count, out_.queue_length) && take_transfer() && take_qos();
 }
 
@@ -220,7 +226,7 @@ bool decoding::take_call_service() noexcept {
 
 bool decoding::take_service_response() noexcept {
   bool succeeded = true;
-  if (!take_service() || !take_boolean("result", succeeded)) return false;
+  if (!take_answered("service") || !take_boolean("result", succeeded)) return false;
   out_.failed = !succeeded;
   if (given("values")) out_.body_raw = value("values").raw;
   return true;
@@ -240,7 +246,7 @@ bool decoding::take_values() noexcept {
 bool decoding::take_goal_result() noexcept {
   bool succeeded = true;
   std::int64_t goal_status = 0;
-  const bool good = take_action() && take_boolean("result", succeeded) &&
+  const bool good = take_answered("action") && take_boolean("result", succeeded) &&
                     take_count("status", std::numeric_limits<std::int8_t>::max(), goal_status);
   out_.failed = !succeeded;
   out_.goal_status = static_cast<std::int8_t>(goal_status);
@@ -284,7 +290,7 @@ bool decoding::take_id_of_service(std::string_view escaped) noexcept {
 }
 
 bool decoding::take_args() noexcept {
-  if (!given("args")) return true;
+  if (!given("args") || value("args").type == json::kind::null) return true;
   const json::value& v = value("args");
   if (v.type != json::kind::object && v.type != json::kind::array) {
     return accept(wrong_type("args", v, "an object or an array"));
@@ -326,7 +332,7 @@ bool decoding::take_level() noexcept {
 
 // How topics' messages are sent. Answers to calls are JSON, as those of the reference server.
 bool decoding::take_transfer() noexcept {
-  if (given("fragment_size") &&
+  if (given("fragment_size") && value("fragment_size").type != json::kind::null &&
       !accept(read_at_least("fragment_size", value("fragment_size"), fragment_size_min, out_.fragment_size)))
     return false;
   if (!given("compression")) return true;

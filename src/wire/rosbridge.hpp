@@ -45,12 +45,13 @@ constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
 // Decided: null is a wrong type, but a null id means that there is none; both as in the reference server.
 // `fragment_size` holds for all that the peer is sent from then on; fragment_size_min is its least.
 // `compression` is an encoding of topics' messages, and has no effect on a call, as in the reference server.
-// `type` is optional everywhere. A publish without `msg` is refused (the reference server publishes defaults,
-// which only it knows).
+// A throttle_rate below 0 is 0. `type` is optional everywhere. A publish without `msg` is refused (the
+// reference server publishes defaults, which only it knows).
 //
 // Services: "/add#7" is the name "/add" and, if the call has no `id`, the id "7" (old clients write this; an
 // `id` takes precedence). A `timeout` of 0 means that there is none, as for the reference server, and so does
-// one that 64 bits cannot hold. A service_response without `result` succeeded. Its `values` are not looked
+// one that 64 bits cannot hold. Arguments and a fragment_size that are null are none. An answer with an `id`
+// need not name what it answers. A service_response without `result` succeeded. Its `values` are not looked
 // into, even if it failed and they should be a string.
 //
 // Actions: a goal has no end of its own, as for the reference server, unless it has a `timeout`, which is

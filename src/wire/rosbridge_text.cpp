@@ -39,6 +39,7 @@ void begin_answer(json::writer& into, std::string_view op_text, std::string_view
     into.key("id");
     into.raw(id_raw);
   }
+  if (name.empty()) return; // the call that is refused had no good one
   into.key(member);
   into.string(name);
 }

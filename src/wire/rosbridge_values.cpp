@@ -60,6 +60,11 @@ std::optional<refusal> read_count(std::string_view member, const json::value& v,
   return std::nullopt;
 }
 
+std::optional<refusal> read_throttle(const json::value& v, std::int64_t& into) noexcept {
+  if (v.type == json::kind::number && v.raw.starts_with('-')) return std::nullopt;
+  return read_count("throttle_rate", v, milliseconds_max, into);
+}
+
 std::optional<refusal> read_at_least(std::string_view member, const json::value& v, std::int64_t least,
                                      std::uint32_t& into) noexcept {
   std::int64_t number = 0;

@@ -32,6 +32,9 @@ bool is_word(const json::value& v, std::string_view word) noexcept;
 std::optional<refusal> read_count(std::string_view member, const json::value& v, std::int64_t most,
                                   std::int64_t& into) noexcept;
 
+// Milliseconds; below 0 is none, as for the reference server, and leaves `into` alone.
+std::optional<refusal> read_throttle(const json::value& v, std::int64_t& into) noexcept;
+
 // From `least` on; the refusal of one that is negative says so, too. One that is larger than `into` can hold
 // becomes the largest.
 std::optional<refusal> read_at_least(std::string_view member, const json::value& v, std::int64_t least,

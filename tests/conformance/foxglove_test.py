@@ -34,9 +34,10 @@ class viewer:
     def event(self):
         while True:
             opcode, payload = self.s.event()
-            if opcode != PING:
+            if opcode == PING:
+                self.s.send(frame(PONG, payload))
+            elif opcode != BINARY or payload[0] != 2:  # the time, which comes all along
                 return opcode, payload
-            self.s.send(frame(PONG, payload))
 
     def learn(self, event):
         """False: it is none of the lists."""

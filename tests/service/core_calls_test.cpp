@@ -729,13 +729,13 @@ TEST_F(core_calls, reports_itself) {
        {R"("connections":[{"address":"127.0.0.1:50000")", R"("calls_max":24)", R"("expired":0)"})
     EXPECT_NE(heard[0].find(part), std::string::npos) << heard[0];
   EXPECT_NE(heard[1].find(R"("topics":["/rowe/stats"])"), std::string::npos) << heard[1];
-  EXPECT_NE(heard[2].find(R"("services":["/add"])"), std::string::npos) << heard[2];
+  EXPECT_NE(heard[2].find(R"("services":["/add","/rowe/stats",)"), std::string::npos) << heard[2];
   EXPECT_NE(heard[3].find(R"("type":"test/Add")"), std::string::npos) << heard[3];
   EXPECT_NE(heard[4].find(R"("type":"")"), std::string::npos) << heard[4];
 }
 
 TEST_F(core_calls, tells_who_publishes_a_topic) {
-  on.offer(pair_kind::publish_text, "/odom", 100);
+  on.offer(pair_kind::publish_text, "/odom", 100, {.shared = true});
   on.offer(pair_kind::subscribe_text, "/heard", 100);
   peer page{on};
   peer other{on, rowe::service::side::server, "10.0.0.7:4711"};

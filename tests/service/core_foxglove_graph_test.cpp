@@ -40,6 +40,14 @@ std::string update(std::string_view published, std::string_view subscribed, std:
          R"(],"removedServices":[)" + std::string{gone_services} + "]}";
 }
 
+// The endpoint's own services that have numbers, but for those of the stop.
+const std::string of_ros = R"({"name":"/rosapi/topics","providerIds":["robot"]},)"
+                           R"({"name":"/rosapi/services","providerIds":["robot"]},)"
+                           R"({"name":"/rosapi/topic_type","providerIds":["robot"]},)"
+                           R"({"name":"/rosapi/publishers","providerIds":["robot"]},)"
+                           R"({"name":"/rosapi/service_type","providerIds":["robot"]})";
+const std::string own_services = R"({"name":"/rowe/stats","providerIds":["robot"]},)" + of_ros;
+
 struct foxglove_graph : access {
   static constexpr std::string_view arm_at = "10.0.0.9:1";
   static constexpr std::string_view page_at = "10.0.0.8:2";
@@ -97,7 +105,7 @@ TEST_F(foxglove_graph, is_told_whole_to_who_subscribes) {
           R"({"name":"/odom","subscriberIds":["10.0.0.8:2"]},)"
           R"({"name":"/cmd_vel","subscriberIds":["robot","10.0.0.8:2"]},)"
           R"({"name":"/arm/goal","subscriberIds":["10.0.0.9:1"]})",
-          R"({"name":"/arm/open","providerIds":["10.0.0.9:1"]})"));
+          R"({"name":"/arm/open","providerIds":["10.0.0.9:1"]},)" + own_services));
   pause(3);
   EXPECT_EQ(heard(one), "") << "nothing has changed";
   EXPECT_EQ(say(one, subscribe), "") << "it is told already";
@@ -105,13 +113,14 @@ TEST_F(foxglove_graph, is_told_whole_to_who_subscribes) {
 
 TEST_F(foxglove_graph, is_told_as_publishers_subscribers_and_services_come_and_go) {
   peer& one = viewer("all");
-  EXPECT_EQ(say(one, subscribe), update(R"({"name":"/rowe/stats","publisherIds":["robot"]})", "", ""));
+  EXPECT_EQ(say(one, subscribe),
+            update(R"({"name":"/rowe/stats","publisherIds":["robot"]})", "", own_services));
   peer& page = comes("all", page_at);
   page.say(R"({"op":"subscribe","topic":"/odom"})");
   pause();
   EXPECT_EQ(heard(one), update(R"({"name":"/odom","publisherIds":[]})",
                                R"({"name":"/odom","subscriberIds":["10.0.0.8:2"]})", ""));
-  auto& odom = on.offer(pair_kind::publish_text, "/odom", 100);
+  auto& odom = on.offer(pair_kind::publish_text, "/odom", 100, {.shared = true});
   pause();
   EXPECT_EQ(heard(one), update(R"({"name":"/odom","publisherIds":["robot"]})", "", ""));
   page.say(R"({"op":"advertise","topic":"/odom"})");
@@ -145,7 +154,11 @@ TEST_F(foxglove_graph, has_what_the_endpoint_itself_publishes) {
   stoppable_loop base{on};
   pause();
   EXPECT_EQ(heard(one), update(R"({"name":"/rowe/stop/state","publisherIds":["robot"]})",
-                               R"({"name":"/rowe/stop/state","subscriberIds":[]})", ""));
+                               R"({"name":"/rowe/stop/state","subscriberIds":[]})",
+                               R"({"name":"/rowe/stop","providerIds":["robot"]},)"
+                               R"({"name":"/rowe/stop/reset","providerIds":["robot"]},)"
+                               R"({"name":"/rowe/stop/lease","providerIds":["robot"]},)"
+                               R"({"name":"/rowe/stop/state","providerIds":["robot"]})"));
 }
 
 TEST_F(foxglove_graph, is_told_once_in_a_period_of_what_comes_and_goes_all_the_time) {
@@ -195,7 +208,7 @@ TEST_F(foxglove_graph, has_nothing_that_a_role_may_not_see) {
   boss.say(R"({"op":"advertise_service","service":"/far/away"})");
   peer& arm = viewer("arm", arm_at);
   EXPECT_EQ(say(arm, subscribe), update(R"({"name":"/arm/pose","publisherIds":["robot"]})", "",
-                                        R"({"name":"/arm/open","providerIds":["10.0.0.8:2"]})"));
+                                        R"({"name":"/arm/open","providerIds":["10.0.0.8:2"]},)" + of_ros));
   boss.say(R"({"op":"subscribe","topic":"/odom"})");
   boss.say(R"({"op":"subscribe","topic":"/hidden"})");
   boss.say(R"({"op":"unadvertise_service","service":"/secret"})");
@@ -219,6 +232,8 @@ TEST_F(foxglove_graph, takes_the_right_to_ask_what_nodes_do) {
 
 TEST_F(foxglove_graph, is_told_anew_to_a_role_that_may_see_more) {
   on.offer(pair_kind::publish_text, "/odom", 100);
+  on.options.access.roles[0].call = {"/rosapi/node_details"};
+  on.set_access(on.options.access);
   peer& arm = viewer("arm", arm_at);
   EXPECT_EQ(say(arm, subscribe), update("", "", "")) << "it is told that there is nothing";
   rowe::access_options more = on.options.access;

@@ -157,6 +157,47 @@ TEST_F(core_foxglove, gets_messages_behind_its_own_number_and_the_wall_clocks_ti
   EXPECT_FALSE(publish(on, pose_pair, {3, 0})) << "nobody listens";
 }
 
+TEST_F(core_foxglove, is_told_the_time_by_which_messages_are_stamped) {
+  auto& pose_pair = advertise_pose(on);
+  on.cycle();
+  client one{on};
+  client idle{on};
+  one.say(R"({"op":"subscribe","subscriptions":[{"id":5,"channelId":)" + std::to_string(one.topic("/pose")) +
+          "}]}");
+  on.cycles(2);
+  (void)one.hear();
+  (void)idle.hear();
+  one.times.clear();
+  idle.times.clear();
+  for (int i = 0; i < 1000; ++i) {
+    on.cycle(std::chrono::milliseconds{1});
+    (void)one.hear();
+    (void)idle.hear();
+  }
+  EXPECT_NEAR(static_cast<double>(one.times.size()), 60, 8);
+  EXPECT_NEAR(static_cast<double>(idle.times.size()), 4, 1);
+  ASSERT_TRUE(publish(on, pose_pair, {1, 2}));
+  on.cycle();
+  const texts heard = one.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  std::int64_t stamp = 0;
+  std::memcpy(&stamp, heard[0].data() + 5, sizeof stamp);
+  EXPECT_GE(stamp, one.times.back()) << "it is the same clock";
+  EXPECT_LT(stamp - one.times.back(), 20'000'000);
+  on.net.link_of(one.id()).capacity_bytes = 0;
+  for (int i = 0; i < 1000; ++i) on.cycle(std::chrono::milliseconds{1});
+  EXPECT_LE(on.core.slots_in_use(), 2U) << "who does not read is not told ever more";
+  one.leave();
+  idle.leave();
+  on.cycles(2);
+  on.cycle(std::chrono::seconds{1});
+  client again{on};
+  on.cycle(std::chrono::milliseconds{300});
+  on.cycle();
+  (void)again.hear();
+  EXPECT_FALSE(again.times.empty());
+}
+
 TEST_F(core_foxglove, publishes_to_those_who_speak_rosbridge) {
   client p{on};
   peer other{on};

@@ -102,7 +102,7 @@ TEST_F(foxglove_times, of_a_latched_value_are_in_the_same_form) {
 }
 
 TEST_F(foxglove_times, that_a_peer_publishes_are_in_the_same_form) {
-  advertise();
+  advertise({.shared = true});
   subscribe(first, 5);
   other.say(R"({"op":"publish","topic":"/stamped","msg":)" + std::string{in_ros} + "}");
   on.cycles(2);

@@ -97,10 +97,15 @@ class core_harness_over {
         core{*memory.make<rowe::service::core>(
             memory, rowe::service::core_options::from(options, ours, "robot"),
             rowe::service::shared_parts{pairs, shared, submissions, inbox},
-            rowe::service::core_seams{
-                net, random, validator, nullptr,
-                protocols != nullptr ? *protocols : rowe::wire::protocols_of(options.profile), rights,
-                nullptr, {chunk_pool.get(), rowe::service::plan_memory(chosen.limits).chunks}},
+            rowe::service::core_seams{net,
+                                      random,
+                                      validator,
+                                      nullptr,
+                                      protocols != nullptr ? *protocols
+                                                           : rowe::wire::protocols_of(options.profile),
+                                      rights,
+                                      nullptr,
+                                      {chunk_pool.get(), rowe::service::plan_memory(chosen.limits).chunks}},
             now)} {}
 
   // Moves the time and does one cycle.
@@ -166,6 +171,7 @@ class core_harness_over {
                                      .keep = how.keep,
                                      .priority = how.priority,
                                      .latched = how.latched,
+                                     .shared = how.shared,
                                      .ttl = how.ttl,
                                      .period = how.period};
     const bool publishes = rowe::detail::publishes(kind);
@@ -182,7 +188,7 @@ class core_harness_over {
   static rowe::detail::pair_handle handle_of(rowe::detail::queue_pair& on) { return {nullptr, on}; }
 
   rowe::endpoint_options options;
-  rowe::access::policy access;             // the first
+  rowe::access::policy access;               // the first
   std::deque<rowe::access::policy> policies; // those after it
   rowe::service::policy_handover<> rights;
   rowe::rt::arena memory;
@@ -210,7 +216,8 @@ class peer {
                 std::string_view subprotocol = {}, std::string_view token = {})
       : net_{in.net},
         id_{in.net.open(ours, address, path, subprotocol, token)},
-        masks_{ours == rowe::service::side::server} {
+        masks_{ours == rowe::service::side::server},
+        has_clock_{subprotocol.starts_with("foxglove")} {
     assembly_.resize(128 * 1024); // more than the options of a core in a harness allow, and filled in no time
     parser_.reset(masks_ ? rowe::wire::role::client : rowe::wire::role::server,
                   {.message_bytes_max = assembly_.size() - 64, .fragments_max = 1000}, assembly_);
@@ -231,7 +238,8 @@ class peer {
   }
   void send_raw(std::span<const std::byte> bytes) { net_.arrive(id_, bytes); }
 
-  // What has come since the last call: texts, and binary messages; pings are answered, the close code kept.
+  // What has come since the last call: texts, and binary messages; pings are answered, the close code kept,
+  // and times of Foxglove's clock too.
   std::vector<std::string> hear(std::size_t bytes_max = SIZE_MAX) {
     std::vector<std::string> texts;
     const auto sent = net_.sent(id_);
@@ -244,6 +252,7 @@ class peer {
       rest = rest.subspan(step.consumed);
       const std::string_view text{reinterpret_cast<const char*>(step.payload.data()), step.payload.size()};
       const bool binary = step.event == rowe::wire::frame_event::binary;
+      if (binary && takes_time(text)) continue;
       if (step.event == rowe::wire::frame_event::text || binary) texts.emplace_back(text);
       if (binary) ++binaries;
       if (step.event == rowe::wire::frame_event::ping) {
@@ -280,16 +289,27 @@ class peer {
 
   std::uint16_t close_code = 0;
   std::string close_reason;
-  int binaries = 0; // of what was heard
+  int binaries = 0;                // of what was heard
+  std::vector<std::int64_t> times; // nanoseconds since 1970
   int pings = 0;
   int pongs = 0;
   bool answers_pings = true;
   std::string violated; // what was wrong with what we were sent
 
  private:
+  bool takes_time(std::string_view message) {
+    if (!has_clock_ || message.size() != 9 || message[0] != 2) return false;
+    std::int64_t ns = 0;
+    std::memcpy(&ns, message.data() + 1, sizeof ns);
+    if (!times.empty() && ns < times.back()) violated = "the time goes back";
+    times.push_back(ns);
+    return true;
+  }
+
   rowe::net::memory_transport& net_;
   connection_id id_;
   bool masks_;
+  bool has_clock_;
   std::vector<std::byte> assembly_;
   std::vector<std::byte> skimmed_;
   rowe::wire::frame_parser parser_;

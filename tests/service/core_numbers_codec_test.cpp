@@ -384,7 +384,7 @@ TEST_F(core_numbers_codec, keeps_one_number_for_a_subscription_and_for_a_channel
   client second{on};
   EXPECT_EQ(say(second, subscribe_to(1, second.topics.at("/other"))), texts{}) << "another peer's own";
 
-  constexpr std::string_view refusal = "eadvertise: this peer has the topic by another number, or the number";
+  constexpr std::string_view refusal = "eoffer: this peer has the topic by another number, or the number";
   const auto errors_of = [](const texts& heard) {
     texts errors;
     std::copy_if(heard.begin(), heard.end(), std::back_inserter(errors),
@@ -537,7 +537,7 @@ TEST_F(numbers_and_a_latch, stops_on_the_path_of_the_stop_and_does_nothing_else_
 // ---- next to the others
 
 TEST_F(core_numbers_codec, leaves_the_other_codecs_as_they_are) {
-  auto& pose_pair = advertise_pose(on);
+  auto& pose_pair = advertise_pose(on, {.shared = true});
   rowe::responder<pose, pose> echo{core_harness::handle_of(offer_echo())};
   client p{on};
   peer page{on};

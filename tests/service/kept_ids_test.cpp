@@ -25,7 +25,7 @@ struct kept_ids_test : testing::Test {
   rowe::service::kept_ids ids{memory, bounds, bounds.connections_max};
 
   std::string read(const kept_id& what) {
-    std::array<char, call_id_bytes_max> buffer;
+    std::array<char, call_id_bytes_max> buffer{};
     return std::string{ids.read(what, buffer)};
   }
   void TearDown() override { EXPECT_TRUE(ids.check()); }

@@ -108,7 +108,10 @@ TEST_F(own_types, agree_with_what_services_answer) {
     if (own.name.starts_with("/rowe/stop")) continue; // below
     const std::string answer = call(boss, own.name, args_of(own.name));
     const std::string values = values_of(answer);
-    if (own.name == "/rosapi/delete_param") continue; // it is always refused
+    if (own.name == "/rosapi/delete_param" || own.name.starts_with("/rosapi/action_")) {
+      EXPECT_TRUE(answer.find("\"result\":false") != std::string::npos || values.starts_with("{")) << answer;
+      continue; // nobody has types of actions here, and a parameter is never deleted
+    }
     ASSERT_TRUE(values.starts_with('{')) << own.name << ": " << answer;
     EXPECT_EQ(object_fault(values, *own.answer, ""), "") << own.name << ": " << values;
   }

@@ -196,17 +196,24 @@ TEST_F(refusals_test, are_warnings_within_the_rate_and_statuses_at_any) {
   EXPECT_EQ(counts.read(counter::refused_requests), 10U) << "neither is a refusal";
 }
 
-TEST_F(refusals_test, of_a_call_by_number_answer_the_call) {
+TEST_F(refusals_test, of_a_call_with_a_number_answer_the_call) {
   rowe::wire::request asked;
   asked.codec = peer.protocol->first.id();
   asked.what = rowe::wire::verb::call;
   asked.service = "/add";
+  refused.refuse(peer, asked, {.code = "bad_request", .text = "without"});
+  EXPECT_EQ(counts.read(counter::calls_refused), 0U);
   asked.id_raw = "\"9\"";
   refused.refuse(peer, asked, {.code = "bad_request", .text = "by name"});
-  EXPECT_EQ(counts.read(counter::calls_refused), 0U);
+  EXPECT_EQ(counts.read(counter::calls_refused), 1U);
+  asked.what = rowe::wire::verb::send_goal;
+  refused.refuse(peer, asked, {.code = "bad_request", .text = "a goal"});
+  EXPECT_EQ(counts.read(counter::calls_refused), 2U);
+  asked.what = rowe::wire::verb::call;
+  asked.id_raw = {};
   asked.by_number = true;
   refused.refuse(peer, asked, {.code = "bad_request", .text = "by number"});
-  EXPECT_EQ(counts.read(counter::calls_refused), 1U);
+  EXPECT_EQ(counts.read(counter::calls_refused), 3U);
   EXPECT_TRUE(was_told(peer, "by number"));
 }
 

@@ -66,9 +66,18 @@ class subscribing(unittest.TestCase):
             with self.assertRaises(TimeoutError):
                 p.receive(wait=0.2)
 
+    def test_a_topic_of_the_program_is_its_own(self):
+        with peer(self.demo.port) as p:
+            for op, more in (("advertise", {"type": "nav_msgs/Odometry"}), ("publish", {"msg": {}})):
+                p.send({"op": op, "id": "a9", "topic": "/odom", **more})
+                answer = p.receive()
+                self.assertEqual((answer["op"], answer["level"], answer["id"]), ("status", "error", "a9"))
+                self.assertIn("/odom is published by the program here", answer["msg"])
+
     def test_a_topic_keeps_its_type(self):
         with peer(self.demo.port) as p:
-            p.send({"op": "advertise", "id": "a9", "topic": "/odom", "type": "std_msgs/String"})
+            p.send({"op": "advertise", "topic": "/tool", "type": "nav_msgs/Odometry"})
+            p.send({"op": "advertise", "id": "a9", "topic": "/tool", "type": "std_msgs/String"})
             answer = p.receive()
             self.assertEqual((answer["op"], answer["level"], answer["id"]), ("status", "error", "a9"))
             self.assertIn("nav_msgs/Odometry", answer["msg"])
@@ -110,7 +119,7 @@ class publishing(unittest.TestCase):
 
     def test_what_is_not_understood_is_answered_with_a_status_error_and_the_id(self):
         for wrong in ({"op": "explode"}, {"op": "subscribe"}, {"op": "subscribe", "topic": 7},
-                      {"op": "subscribe", "topic": "/t", "throttle_rate": -1},
+                      {"op": "subscribe", "topic": "/t", "queue_length": -1},
                       {"op": "publish", "topic": "/t"}):
             self.one.send({"id": "w", **wrong})
             answer = self.one.receive()

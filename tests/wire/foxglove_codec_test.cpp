@@ -272,7 +272,7 @@ TEST(foxglove_codec, says_who_it_is_and_what_it_is_capable_of) {
                     }),
             R"({"op":"serverInfo","name":"a\"b",)"
             R"("capabilities":["clientPublish","services","parameters","parametersSubscribe",)"
-            R"("connectionGraph"],)"
+            R"("connectionGraph","time"],)"
             R"("supportedEncodings":["json"],"metadata":{},"sessionId":"18446744073709551615"})");
 }
 

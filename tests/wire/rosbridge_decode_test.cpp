@@ -43,6 +43,10 @@ TEST(rosbridge_decode, reads_roslibs_advertise_and_publish) {
   EXPECT_EQ(publish->what, verb::publish);
   EXPECT_EQ(publish->topic, "/probe/chatter");
   EXPECT_EQ(publish->body_raw, R"({"data":"hello"})");
+  EXPECT_EQ(publish->type, "");
+  const decoded registers{R"({"op":"publish","topic":"/t","type":"a/B","latch":true,"msg":{}})"};
+  EXPECT_EQ(registers->type, "a/B");
+  EXPECT_TRUE(registers->latch);
 }
 
 TEST(rosbridge_decode, reads_roslibs_unsubscribe_and_unadvertise) {
@@ -178,8 +182,17 @@ TEST(rosbridge_decode, takes_a_fragment_size_and_says_which_is_the_least) {
             R"(subscribe: the member "fragment_size" must be an integer; it is "1000")");
   EXPECT_EQ(diagnostic_for(with("1000.5")),
             R"(subscribe: the member "fragment_size" must be an integer; it is 1000.5)");
-  EXPECT_EQ(diagnostic_for(with("null")),
-            R"(subscribe: the member "fragment_size" must be an integer; it is null)");
+  EXPECT_EQ(
+      decoded { with("null") } -> fragment_size, 0);
+}
+
+TEST(rosbridge_decode, takes_a_throttle_rate_below_0_for_none) {
+  for (const std::string_view rate : {"-5", "-0.5", "-1e9", "0"}) {
+    const std::string text = R"({"op":"subscribe","topic":"/t","throttle_rate":)" + std::string{rate} + "}";
+    EXPECT_EQ(
+        decoded { text } -> throttle_ms, 0)
+        << rate;
+  }
 }
 
 TEST(rosbridge_decode, takes_fragments) {
@@ -310,8 +323,8 @@ TEST(rosbridge_decode, refuses_with_a_diagnostic_that_names_member_value_and_lim
        R"(subscribe: the member "throttle_rate" must be an integer; it is "50")"},
       {R"({"op":"subscribe","topic":"/t","throttle_rate":1.5})",
        R"(subscribe: the member "throttle_rate" must be an integer; it is 1.5)"},
-      {R"({"op":"subscribe","topic":"/t","throttle_rate":-5})",
-       R"(subscribe: the member "throttle_rate" must not be negative; it is -5)"},
+      {R"({"op":"subscribe","topic":"/t","throttle_rate":"-5"})",
+       R"(subscribe: the member "throttle_rate" must be an integer; it is "-5")"},
       {R"({"op":"subscribe","topic":"/t","throttle_rate":9223372036855})",
        R"(subscribe: the member "throttle_rate" must be at most 9223372036854; it is 9223372036855)"},
       {R"({"op":"subscribe","topic":"/t","queue_length":-1})",

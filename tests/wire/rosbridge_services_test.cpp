@@ -168,8 +168,6 @@ TEST(rosbridge_services, refuses_with_a_diagnostic_that_names_member_value_and_l
        R"(advertise_service: the member "type" must be a string; it is 3)"},
       {R"({"op":"call_service","service":"/s","args":"x"})",
        R"(call_service: the member "args" must be an object or an array; it is "x")"},
-      {R"({"op":"call_service","service":"/s","args":null})",
-       R"(call_service: the member "args" must be an object or an array; it is null)"},
       {R"({"op":"call_service","service":"/s","timeout":"1"})",
        R"(call_service: the member "timeout" must be seconds; it is "1")"},
       {R"({"op":"call_service","service":"/s","timeout":-0.5})",

@@ -21,6 +21,8 @@ struct pair_request {
   rowe::keep keep = rowe::keep::all; // of the one queue that a topic's handle has
   rowe::priority priority = rowe::priority::normal;
   bool latched = false;
+  bool shared = false;       // topic: peers may publish on it, too
+  bool replaces_own = false; // service: of the endpoint
   duration ttl = rt::for_ever;
   duration period = {};
   bool receives = false;                // talk
@@ -87,6 +89,7 @@ constexpr pair_request topic_request(std::string_view topic, const topic_options
                      .keep = options.keep,
                      .priority = options.priority,
                      .latched = options.latched,
+                     .shared = options.shared,
                      .ttl = options.ttl};
   if constexpr (!is_text<T>) {
     if (asked.type.empty()) asked.type = schema<T>.type_name;
@@ -131,6 +134,7 @@ constexpr pair_request serve_request(std::string_view name, const service_option
   return {.kind = is_text<Q> ? pair_kind::respond_text : pair_kind::respond_value,
           .name = name,
           .type = options.type,
+          .replaces_own = options.replaces_own,
           .out_depth = 2 * depth, // on their way, and reserved
           .in_depth = depth,
           .out_bytes = answer_bytes<A>(options.text_bytes_max),

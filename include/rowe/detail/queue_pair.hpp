@@ -182,6 +182,7 @@ struct queue_pair {
   rowe::keep keep = rowe::keep::all;
   rowe::priority priority = rowe::priority::normal;
   bool latched = false;
+  bool shared = false; // what is published: peers may publish on the topic, too
   std::uint8_t name_bytes = 0;
   std::uint8_t type_bytes = 0;
   std::array<char, name_bytes_max> name_text{};

@@ -13,7 +13,9 @@ const limit = { timeout: 60000 };
 const { FoxgloveClient } = foxglove;
 const encode = (value) => new TextEncoder().encode(JSON.stringify(value));
 const decode = (view) => JSON.parse(new TextDecoder().decode(view));
-const capabilities = ["clientPublish", "services", "parameters", "parametersSubscribe", "connectionGraph"];
+const capabilities = [
+  "clientPublish", "services", "parameters", "parametersSubscribe", "connectionGraph", "time",
+];
 let server;
 
 before(async () => {
