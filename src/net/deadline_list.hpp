@@ -2,7 +2,14 @@
 // Deadlines that are all equally far away when they are set. So they come in the order in which they were
 // set: they form a queue, and only its front is looked at. All deadlines of the transport are of this kind.
 // So it needs no wheel, and a turn costs the same with one socket or a thousand.
+//
+// A deadline that is found long after its time tells that this process did not run: a debugger, SIGSTOP, a
+// suspended machine. Then nobody is judged by that time. All deadlines move, so that the first of them is as
+// far away as it may be found late.
 #pragma once
+#include <algorithm>
+#include <chrono>
+
 #include <rowe/rt/clock.hpp>
 
 namespace rowe::net {
@@ -53,10 +60,16 @@ class deadline_list {
     return nullptr;
   }
 
+  static constexpr rt::duration late_max = std::chrono::seconds{1};
+
   // Takes oldest() out of the list and returns it, if its time has come; else nullptr.
   deadline_node* take_due(rt::time_point now) noexcept {
     deadline_node* node = oldest();
     if (!node || node->due_ > now) return nullptr;
+    if (now - node->due_ > late_max) {
+      postpone(now - node->due_ + std::min(timeout_, late_max));
+      return nullptr;
+    }
     node->disarm();
     return node;
   }
@@ -65,6 +78,11 @@ class deadline_list {
   rt::time_point next() const noexcept { return head_.next_ == &head_ ? rt::never : head_.next_->due_; }
 
  private:
+  void postpone(rt::duration by) noexcept {
+    for (deadline_node* node = head_.next_; node != &head_; node = node->next_)
+      node->due_ = rt::deadline_after(node->due_, by);
+  }
+
   rt::duration timeout_;
   deadline_node head_;
 };

@@ -169,4 +169,19 @@ bool advertisements::take_back_topic() noexcept {
   return true;
 }
 
+// ---- checks
+
+bool advertisements::check() const noexcept {
+  for (const connection& c : state_.peers) {
+    if (!c.open() || c.ours == side::client) continue;
+    for (const advertisement& one : advertisement_table_.of({c.id.index})) {
+      const bool spelled = state_.rights.apply_to(c) &&
+                           state_.rights.policy().spells(c.who.role, access::right::publish,
+                                                         state_.topics.name(one.topic));
+      if (state_.topics.at(one.topic).own_alone != 0 && !spelled) return false;
+    }
+  }
+  return true;
+}
+
 } // namespace rowe::service

@@ -47,6 +47,9 @@ class advertisements {
   // most loses one, and all holders of that topic are told. False if there is no such topic.
   bool take_back_topic() noexcept;
 
+  // No peer advertises a topic that a publisher of this process does not share, unless its role spells it.
+  bool check() const noexcept;
+
  private:
   bool refuse(connection& c, const wire::request& asked, std::string_view why,
               std::string_view value = {}) noexcept;

@@ -22,6 +22,7 @@ std::string_view core_parts::inconsistency() const noexcept {
   if (!receiver_.check()) return "what peers have with whoever receives";
   if (!check_holders()) return "who holds topics";
   if (!advertisement_table_.check()) return "who advertises topics";
+  if (!advertisements_.check()) return "topics of the program that peers advertise";
   if (!connection_graph_.check()) return "who is told of the connection graph";
   if (!ingress_.check()) return "what is read and not carried out";
   if (!state_.chunks.check() || !long_ingress_.check()) return "the texts of long messages";

@@ -28,7 +28,7 @@ namespace rowe::service {
   X(inbound_expired, loss, "arrived, but was not taken within its time to live")                             \
   X(lost_with_peer, loss, "queued for a peer that went away")                                                \
   X(lost_at_close, loss, "published, but the endpoint closed before it was taken")                           \
-  X(no_peer, chosen, "nobody listened")                                                                      \
+  X(no_peer, flow, "nobody listened")                                                                        \
   X(replaced, chosen, "a newer value took its place")                                                        \
   X(throttled, chosen, "within the throttle_rate a peer asked for")                                          \
   X(deadlines_missed, flow, "periods in which a subscription with a deadline got no message")                \
@@ -70,6 +70,7 @@ namespace rowe::service {
   X(stalled_peers, refusal, "connections closed because they did not read")                                  \
   X(events_lost, own, "events nobody asked for in time, and those that peers bring about beyond their rate") \
   X(cycles, own, "cycles of the service thread")                                                             \
+  X(pauses, own, "times when this process did not run for a second or longer, by which nobody is judged")    \
   X(cycle_ns_max, own, "its longest cycle, in nanoseconds")                                                  \
   X(queued_max, own, "messages waiting at one time, at most")                                                \
   X(phase_hits, own, "idle::phase: values that came while it was awake for them")                            \

@@ -193,7 +193,7 @@ void fragment_ingress::end(peer_index peer, bool parked) noexcept {
 void fragment_ingress::look_at_time(connection& c) noexcept {
   const peer_index peer{c.id.index};
   const row& of = rows_[peer];
-  if (state_.cycle.now - of.since <= state_.options.message_time_max) return;
+  if (state_.cycle.waited_since(of.since) <= state_.options.message_time_max) return;
   why_buffer buffer;
   wire::text_out why{buffer};
   why.add("a message in fragments was not finished in time: number ").add(of.next).add(" of ").add(of.count);

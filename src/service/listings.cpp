@@ -6,6 +6,7 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
+#include "service/listed_numbers.hpp"
 #include "service/names.hpp"
 #include "service/service_limits.hpp"
 
@@ -236,7 +237,8 @@ void listings::gather(const connection& c, reader& to, part& into) noexcept {
     if (number == now.number) continue;
     if (told_.is(mark::unseen, number)) told_.forget(number); // the peer was not told that it came
     const bool is_new = now.number != no_number && number == no_number;
-    if (is_new && now.number > newest) continue; // of the next round
+    const bool counts = topics || now.number >= first_service_number; // the endpoint's own do not
+    if (is_new && counts && listed_numbers::is_newer(now.number, newest)) continue; // of the next round
     if (is_new && !(topics ? state_.rights.sees(c, now.name) : state_.rights.calls(c, now.name))) {
       number = now.number;
       told_.set(mark::unseen, number, true);

@@ -20,7 +20,7 @@ void liveness::check(peer_index peer) noexcept {
   if (c.protocol->can.losses) tell_losses(c);
   if (c.unheard) ++state_.cycle.places_freed; // a receiver may have become absent meanwhile
   const rt::time_point began = ingress_.unfinished_since(peer);
-  if (began != rt::never && state_.cycle.now - began > state_.options.message_time_max) {
+  if (began != rt::never && state_.cycle.waited_since(began) > state_.options.message_time_max) {
     state_.counts.add(counter::unfinished_messages);
     return state_.peers.close_later(c, "a message was not finished in time");
   }
@@ -48,7 +48,7 @@ void liveness::check_unread(connection& c) noexcept {
 
 void liveness::check_silent(connection& c) noexcept {
   const peer_index peer{c.id.index};
-  const rt::duration silence = state_.cycle.now - c.heard_at;
+  const rt::duration silence = state_.cycle.waited_since(c.heard_at);
   if (silence > state_.options.silence_max) {
     // It does not read: it answers no ping, and messages wait for it.
     const bool unread = sender_.urgent().unresponsive(peer) && outbox_.of(peer).out_of_credit;
@@ -57,7 +57,7 @@ void liveness::check_silent(connection& c) noexcept {
   }
   // A peer that goes on sending is not silent, but it may have stopped reading.
   const rt::time_point waits_since = std::max(sender_.urgent().waits_for_pong_since(peer), c.unheard_until);
-  if (state_.cycle.now - waits_since > silences_unanswered_max * state_.options.silence_max) {
+  if (state_.cycle.waited_since(waits_since) > silences_unanswered_max * state_.options.silence_max) {
     state_.counts.add(counter::stalled_peers);
     return state_.peers.close_later(c, "the peer does not answer pings");
   }

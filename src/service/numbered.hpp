@@ -28,7 +28,7 @@ class numbered {
   std::uint64_t changes() const noexcept {
     return state_.topics.changes().listed + service_directory_.changes() + (stop_rules_.in_use() ? 1 : 0);
   }
-  std::uint32_t newest_topic() const noexcept { return state_.topics.changes().channels; }
+  std::uint32_t newest_topic() const noexcept { return state_.topics.changes().channels.newest(); }
   std::uint32_t newest_service() const noexcept { return service_directory_.newest_number(); }
 
  private:

@@ -133,7 +133,7 @@ inline bool receiver::has_share(peer_index peer) const noexcept {
 }
 
 bool receiver::is_absent() const noexcept {
-  return !is_there() || (untaken_ != 0 && state_.cycle.now - taken_at_ > receiver_absent_after);
+  return !is_there() || (untaken_ != 0 && state_.cycle.waited_since(taken_at_) > receiver_absent_after);
 }
 
 admission receiver::admit(peer_index peer) noexcept {

@@ -19,10 +19,12 @@ std::size_t service_directory::footprint_bytes(const limits& bounds) noexcept {
          rt::arena::bytes_for(std::size_t{bounds.services_max} * 2 * bounds.topic_bytes_max);
 }
 
-service_directory::service_directory(rt::arena& memory, const limits& bounds) noexcept
+service_directory::service_directory(rt::arena& memory, const limits& bounds,
+                                     std::uint32_t newest_number) noexcept
     : entries_{memory.carve<service_entry>(bounds.services_max)},
       names_{memory.carve<char>(std::size_t{bounds.services_max} * 2 * bounds.topic_bytes_max)},
-      name_bytes_max_{bounds.topic_bytes_max} {}
+      name_bytes_max_{bounds.topic_bytes_max},
+      numbers_{first_service_number, newest_number} {}
 
 // A handful of services: a walk over their hashes is as quick as a table.
 service_index service_directory::find(std::string_view wanted, offer what) const noexcept {
@@ -53,7 +55,7 @@ service_directory::added service_directory::add(std::string_view name, std::stri
            .pair = pair,
            .peer = peer,
            .what = what,
-           .number = next_number_++,
+           .number = numbers_.take([this](std::uint32_t n) { return static_cast<bool>(find_number(n)); }),
            .name_bytes = static_cast<std::uint16_t>(name.size()),
            .type_bytes = static_cast<std::uint16_t>(type.size())};
   const service_index index{static_cast<std::uint32_t>(free - entries_.begin())};

@@ -10,6 +10,7 @@
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 
+#include "service/listed_numbers.hpp"
 #include "service/service_limits.hpp"
 #include "service/slot_pool.hpp"
 #include "service/transport.hpp"
@@ -34,7 +35,9 @@ struct service_entry {
 class service_directory {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  service_directory(rt::arena& memory, const limits& bounds) noexcept;
+  // `newest_number`: services get those that follow.
+  service_directory(rt::arena& memory, const limits& bounds,
+                    std::uint32_t newest_number = first_service_number - 1) noexcept;
 
   // none: nobody provides it.
   service_index find(std::string_view name, offer what = offer::service) const noexcept;
@@ -59,7 +62,7 @@ class service_directory {
     return {names(index) + name_bytes_max_, entries_[index].type_bytes};
   }
   service_index find_number(std::uint32_t number) const noexcept; // or none
-  std::uint32_t newest_number() const noexcept { return next_number_ - 1; }
+  std::uint32_t newest_number() const noexcept { return numbers_.newest(); }
   // How often one was added or removed.
   std::uint64_t changes() const noexcept { return changes_; }
   // All places, for a walk; those in use have a hash.
@@ -81,7 +84,7 @@ class service_directory {
   std::size_t name_bytes_max_;
   std::uint32_t count_ = 0;
   std::uint32_t of_peers_ = 0;
-  std::uint32_t next_number_ = first_service_number;
+  listed_numbers numbers_;
   std::uint64_t changes_ = 0;
 };
 

@@ -31,7 +31,8 @@ service_providers::service_providers(rt::arena& memory, const needs& parts) noex
       claims_{services_of_peers(state_.bounds()), state_.claimants()} {}
 
 void service_providers::advertise(connection& c, const wire::request& asked) noexcept {
-  if (of_action(asked) ? is_own_name(asked.service) : is_own_service(asked.service)) {
+  const bool own = of_action(asked) ? is_own_name(asked.service) : is_own_service(asked.service);
+  if (own && !ROWE_MUTANT(own_service)) {
     std::array<char, detail::diagnostic_bytes_max> buffer;
     wire::text_out why{buffer};
     why.add(asked.verb_text).add(": ").add(asked.service.substr(0, name_bytes_shown));
@@ -100,8 +101,13 @@ void service_providers::remove(service_index service) noexcept {
 
 // ---- checks
 
-// Peers are charged for what they provide, and the rest of their claims is kept.
+// Peers are charged for what they provide, and the rest of their claims is kept. What the endpoint answers
+// itself none of them provides.
 bool service_providers::check() const noexcept {
+  for (const auto i : service_directory_.ids()) {
+    const bool of_peer = service_directory_.is_service(i) && !service_directory_.at(i).pair;
+    if (of_peer && is_own_service(service_directory_.name(i))) return false;
+  }
   std::uint32_t all = 0;
   std::uint32_t unclaimed = claims_.connections() * claims_.claim();
   for (const peer_index peer : state_.peers.ids()) {

@@ -11,6 +11,7 @@
 #include "service/ids.hpp"
 #include "service/index_list.hpp"
 #include "service/latch_store.hpp"
+#include "service/listed_numbers.hpp"
 #include "service/message_queue.hpp"
 #include "service/pair_table.hpp"
 #include "service/service_limits.hpp"
@@ -114,7 +115,7 @@ struct topic {
 // How often topics have changed.
 struct topic_changes {
   std::uint64_t listed = 0;   // one was added or removed, or got another type or schema
-  std::uint32_t channels = 0; // numbers that topics got; also the newest
+  listed_numbers channels{1, 0};
   std::uint32_t holders = 0;  // a publisher or a subscriber came or went, or a topic. Wraps around
 
   void note_publishers(topic& of) noexcept { of.publishers_at = ++holders; }

@@ -80,7 +80,7 @@ topic_id topic_table::find_or_add(std::string_view wanted) noexcept {
   topic& fresh = topics_[added];
   fresh = topic{};
   fresh.hash = hash_of(without_slash(wanted));
-  fresh.channel = ++changes_.channels;
+  fresh.channel = next_channel();
   fresh.publishers_at = fresh.subscribers_at = ++changes_.holders;
   ++changes_.listed;
   fresh.name_bytes = static_cast<std::uint16_t>(bytes);
@@ -88,6 +88,10 @@ topic_id topic_table::find_or_add(std::string_view wanted) noexcept {
   fresh.next = bucket(fresh.hash);
   bucket(fresh.hash) = added;
   return added;
+}
+
+std::uint32_t topic_table::next_channel() noexcept {
+  return changes_.channels.take([this](std::uint32_t n) { return static_cast<bool>(find_channel(n)); });
 }
 
 topic_id topic_table::find_channel(std::uint32_t channel) const noexcept {
@@ -110,7 +114,7 @@ void topic_table::replace_type(topic_id index, std::string_view wanted) noexcept
   std::memcpy(names(index) + name_bytes_max_, wanted.data(), wanted.size());
   topics_[index].type_bytes = static_cast<std::uint16_t>(wanted.size());
   if (topics_[index].holders == 0) return;      // nobody was told of it
-  topics_[index].channel = ++changes_.channels; // a peer that knows it by number also knows its type
+  topics_[index].channel = next_channel(); // a peer that knows it by number also knows its type
   ++changes_.listed;
 }
 
@@ -120,7 +124,7 @@ void topic_table::set_schema(topic_id index, const schema_description* schema) n
   if (its.schema == schema) return;
   its.schema = schema;
   if (its.holders <= 1) return;
-  its.channel = ++changes_.channels;
+  its.channel = next_channel();
   ++changes_.listed;
 }
 

@@ -69,6 +69,7 @@ class topic_table {
 
  private:
   char* names(topic_id index) const noexcept { return names_.data() + index.value * name_stride_; }
+  std::uint32_t next_channel() noexcept;
   topic_id& bucket(std::uint64_t hash) const noexcept { return buckets_[hash & (buckets_.size() - 1)]; }
 
   const wire::codec& envelope_;

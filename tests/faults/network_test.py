@@ -8,6 +8,7 @@ import re
 import signal
 import socket
 import struct
+import time
 import unittest
 
 import bad_network
@@ -219,6 +220,19 @@ class bad_networks(unittest.TestCase):
         self.serving.process.send_signal(signal.SIGCONT)
         answer = writer.receive_until(lambda m: m["op"] == "service_response")
         self.assertEqual((answer["id"], answer["result"]), ("now", True))
+        got += numbers_until(reader, 199)
+        self.none_is_missing(got, 200)
+
+    def test_a_robot_that_is_stopped_for_longer_than_peers_may_be_silent_keeps_them(self):
+        self.serve("--inbound-ttl", "1 h")
+        reader, writer = self.peer("observer", "subscriber"), self.peer("peer")
+        publish(writer, range(100))
+        got = numbers_until(reader, 99)
+        self.serving.process.send_signal(signal.SIGSTOP)
+        time.sleep(9)  # silence_max is 8 s
+        self.serving.process.send_signal(signal.SIGCONT)
+        time.sleep(1)  # it has looked at its peers twice
+        publish(writer, range(100, 200))
         got += numbers_until(reader, 199)
         self.none_is_missing(got, 200)
 

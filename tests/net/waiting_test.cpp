@@ -176,6 +176,21 @@ TEST_P(poll_set_by, sleeps_long_after_a_short_sleep) {
 
 INSTANTIATE_TEST_SUITE_P(both, poll_set_by, testing::Values(sleeping_by::epoll_pwait2, sleeping_by::timerfd));
 
+TEST(deadline_list, gives_nobody_out_who_is_found_long_after_its_time) {
+  using rowe::net::deadline_node;
+  rowe::net::deadline_list list{5s};
+  deadline_node a;
+  deadline_node b;
+  const rowe::rt::time_point start{};
+  list.arm(a, start);
+  list.arm(b, start + 3s);
+  EXPECT_EQ(list.take_due(start + 1h), nullptr) << "this process did not run";
+  EXPECT_EQ(list.take_due(start + 1h + 900ms), nullptr);
+  EXPECT_EQ(list.take_due(start + 1h + 1s), &a);
+  EXPECT_EQ(list.take_due(start + 1h + 3900ms), nullptr) << "they keep their distance";
+  EXPECT_EQ(list.take_due(start + 1h + 4s), &b);
+}
+
 TEST(deadline_list, gives_out_in_the_order_of_arming) {
   const rt::time_point start{1000s};
   deadline_list list{5s};

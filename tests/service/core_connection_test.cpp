@@ -128,6 +128,35 @@ TEST_F(core_test, cuts_a_peer_that_answers_no_ping) {
   EXPECT_EQ(on.count(counter::silent_peers), 1U);
 }
 
+TEST_F(core_test, holds_nothing_against_its_peers_that_passed_while_the_process_did_not_run) {
+  peer listens{on};
+  peer writes{on};
+  peer gone{on};
+  gone.answers_pings = false;
+  on.cycle();
+  const std::byte begun[] = {std::byte{0x01}, std::byte{0x81}, std::byte{0},  std::byte{0},
+                             std::byte{0},    std::byte{0},    std::byte{'a'}};
+  writes.send_raw(begun);
+  on.cycle(3500ms); // all of them are asked whether they are there
+  for (const rowe::rt::duration time : {rowe::rt::duration{9s}, rowe::rt::duration{1h}}) {
+    on.pause(time);
+    on.cycles(3);
+    for (peer* one : {&listens, &writes}) EXPECT_EQ(one->close_code, 0);
+    EXPECT_FALSE(listens.cut() || writes.cut() || gone.cut());
+    for (peer* one : {&listens, &writes, &gone}) (void)one->hear();
+    on.cycles(3);
+  }
+  EXPECT_EQ(on.count(counter::pauses), 2U);
+  for (int i = 0; i < 20; ++i) {
+    on.cycle(500ms);
+    for (peer* one : {&listens, &writes, &gone}) (void)one->hear();
+  }
+  EXPECT_EQ(listens.close_code, 0);
+  EXPECT_EQ(gone.close_code, 1008) << "it was asked again, and is not there";
+  EXPECT_EQ(on.count(counter::silent_peers), 1U);
+  EXPECT_EQ(on.count(counter::unfinished_messages), 1U) << "it had its time again, and did not use it";
+}
+
 TEST_F(core_test, cuts_a_peer_that_does_not_finish_its_message_though_it_goes_on_sending) {
   peer p{on};
   on.cycle();

@@ -108,11 +108,20 @@ class core_harness_over {
                                       {chunk_pool.get(), rowe::service::plan_memory(chosen.limits).chunks}},
             now)} {}
 
-  // Moves the time and does one cycle.
+  // Moves the time and does one cycle. In a long time the core runs when it wants to, as its thread does.
   rowe::rt::time_point cycle(rowe::rt::duration later = 1ms) {
-    now += later;
+    const auto end = now + later;
+    while (later > rowe::service::pause_min && next_wake < end) {
+      now = std::max(now + 1us, next_wake);
+      next_wake = core.cycle(now);
+    }
+    now = end;
+    return next_wake = core.cycle(now);
+  }
+  // The process does not run for so long: it is stopped, or its machine is suspended.
+  void pause(rowe::rt::duration time) {
+    now += time;
     next_wake = core.cycle(now);
-    return next_wake;
   }
   void cycles(int count, rowe::rt::duration each = 1ms) {
     while (count-- > 0) cycle(each);

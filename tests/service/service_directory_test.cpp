@@ -51,6 +51,19 @@ TEST_F(service_directory_test, has_one_provider_for_both_spellings_of_a_name) {
   EXPECT_EQ(directory.count(), 1U);
 }
 
+TEST_F(service_directory_test, gives_numbers_again_that_nothing_has_and_never_one_of_the_endpoints_own) {
+  rowe::rt::arena more{service_directory::footprint_bytes(bounds), rowe::rt::page_lock::none};
+  service_directory late{more, bounds, UINT32_MAX - 3};
+  const auto number = [&](std::string_view name) {
+    return late.at(late.add(name, {}, {}, connection_id{0, 1}).index).number;
+  };
+  EXPECT_EQ(number("/a"), UINT32_MAX - 2);
+  EXPECT_EQ(number("/b"), UINT32_MAX - 1) << "the last one that means something";
+  EXPECT_EQ(number("/c"), rowe::service::first_service_number);
+  late.remove(late.find("/b"));
+  EXPECT_EQ(number("/b"), rowe::service::first_service_number + 1);
+}
+
 TEST_F(service_directory_test, says_no_room_only_of_a_name_that_is_not_there) {
   fill();
   EXPECT_EQ(add("/more").why, refusal::no_room);

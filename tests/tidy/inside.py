@@ -23,7 +23,7 @@ local_stop limit_table parameter_table parameter_values shared_state cycle_state
 stop_frames shares chunk_store stand_in slot_pool timers peer_set connection peer_table latch_store
 last_value_store page_texts names
 policy_handover peer_rights
-message_queue pair_table topic_rows topic_table own_type_structs own_type_schemas own_types
+message_queue listed_numbers pair_table topic_rows topic_table own_type_structs own_type_schemas own_types
 subscription_table call_table completion number_queue
 submission_queue shared_inbox core_options
 core_state topic_rates message_store check_sum peer_queues told_message outbox long_outbox subscription_queues
