@@ -214,7 +214,6 @@ export const losses = {
 
 // Counters of messages that somebody chose not to have.
 export const thinned = {
-  no_peer: "nobody listening",
   throttled: "slower rate asked for",
   replaced: "newer value replaced it",
 };

@@ -36,8 +36,10 @@ inline void core::notify_room() noexcept {
 
 rt::time_point core::cycle(rt::time_point now) noexcept {
   const rt::time_point before = std::exchange(state_.cycle.now, now);
-  if (now - wanted_at_ > pause_min) [[unlikely]]
-    note_pause();
+  if (topic_rates_.mark_if_due()) {
+    own_pages_.end_period(now - before, now);
+    liveness_.note_gap(now - before);
+  }
   (void)call_requests_.take_awaited(); // of the last cycle
   if (state_.rights.renew()) { // before anything is read, so nothing is judged by rights that are gone
     revocation_.judge_all();
@@ -65,7 +67,6 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   thread_submissions_.take();
   notify_room();
   expire();
-  if (topic_rates_.mark_if_due()) own_pages_.end_period(now - before, now);
   stop_state_feed_.show();
   parameters_feed_.show();
   listings_.tell_changes();
@@ -78,14 +79,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   arm_what_stays();
   state_.counts.raise_to(counter::queued_max, outbox_.entries().in_use());
   show(state_.seams.transport.memory(), state_.counts);
-  return wanted_at_ = next_cycle();
-}
-
-// This process did not run: a debugger, SIGSTOP, a suspended machine. Nobody is judged by that time.
-void core::note_pause() noexcept {
-  if (ROWE_MUTANT(pause)) return;
-  state_.cycle.awake_since = state_.cycle.now;
-  state_.counts.add(counter::pauses);
+  return next_cycle();
 }
 
 bool core::has_answer() const noexcept {
@@ -101,7 +95,7 @@ rt::time_point core::write_answer(rt::time_point now) noexcept {
   sender_.flush_all();
   direct_messages_.take_outcomes();
   arm_what_stays();
-  return wanted_at_ = next_cycle();
+  return next_cycle();
 }
 
 inline rt::time_point core::next_cycle() noexcept {

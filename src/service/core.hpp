@@ -113,7 +113,6 @@ class core final : public transport_sink, private frame_handler, private core_pa
   }
 
   // the cycle
-  void note_pause() noexcept;
   rt::time_point next_cycle() noexcept;
   void expire() noexcept;
   void arm_what_stays() noexcept;
@@ -132,7 +131,6 @@ class core final : public transport_sink, private frame_handler, private core_pa
   std::uint64_t retried_at_ = 0;  // ingress::room_changes() when what is parked was tried last
   std::uint64_t came_before_ = 0; // awaited_came() when the transport was polled last
   std::uint32_t attempts_failed_ = 0;
-  rt::time_point wanted_at_ = rt::never; // when this cycle was needed at the latest
 };
 
 } // namespace rowe::service

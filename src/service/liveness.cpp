@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/service_limits.hpp"
 
 namespace rowe::service {
@@ -10,6 +12,12 @@ namespace rowe::service {
 void liveness::check_later(peer_index peer) noexcept {
   const rt::duration when = state_.cycle.now.time_since_epoch() + liveness_period;
   state_.due.arm(peer, rt::time_point{when / liveness_step * liveness_step});
+}
+
+void liveness::note_gap(rt::duration since_last_cycle) noexcept {
+  if (since_last_cycle <= pause_min || state_.peers.count() == 0 || ROWE_MUTANT(pause)) return;
+  state_.cycle.awake_since = state_.cycle.now;
+  state_.counts.add(counter::pauses);
 }
 
 void liveness::check(peer_index peer) noexcept {

@@ -37,6 +37,10 @@ class liveness {
   void open(peer_index peer) noexcept { check_later(peer); }
   // Its timer is due.
   void check(peer_index peer) noexcept;
+  // Once a second. Peers are looked at twice a second, so where some are connected a cycle that came much
+  // later than the one before tells that this process did not run: a debugger, SIGSTOP, a suspended machine.
+  // Nobody is judged by that time.
+  void note_gap(rt::duration since_last_cycle) noexcept;
 
  private:
   void check_later(peer_index peer) noexcept;

@@ -97,8 +97,9 @@ rt::time_point partial_frames::due_of(const partial_frame& frame) noexcept {
 
 // Never, if nobody waits for its slot.
 rt::time_point partial_frames::due_for_others(const partial_frame& frame) noexcept {
-  return !frame || slots_.may_begin(slots_.class_of(frame.slot)) ? rt::never
-                                                                           : std::max(due_of(frame), state_.cycle.awake_since + partial_time_min);
+  return !frame || slots_.may_begin(slots_.class_of(frame.slot))
+             ? rt::never
+             : std::max(due_of(frame), state_.cycle.awake_since + partial_time_min);
 }
 
 // Begins with one peer, so the peer that held up the others comes last.

@@ -47,9 +47,17 @@ void refusals::refuse(connection& c, wire::codec_id in, std::string_view id_raw,
 }
 
 void refusals::refuse(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept {
-  const bool call = asked.what == wire::verb::call || asked.what == wire::verb::send_goal;
-  call && (asked.by_number || !asked.id_raw.empty()) ? refuse_call(c, asked, why)
-                                                     : refuse(c, asked.codec, asked.id_raw, why);
+  is_answerable(asked) ? refuse_call(c, asked, why) : refuse(c, asked.codec, asked.id_raw, why);
+}
+
+void refusals::fail_excess(connection& c, const wire::request& asked) noexcept {
+  if (!is_answerable(asked)) return;
+  add(counter::calls_refused);
+  std::array<char, detail::diagnostic_bytes_max> buffer;
+  wire::text_out why{buffer};
+  why.add("dropped: more than ").add(std::int64_t{state_.bounds().messages_per_second_max});
+  why.add(" messages a second (limit messages_per_second_max)");
+  fail_call(c, asked.codec, wire::origin_of(asked), {.code = "busy", .text = why.text()});
 }
 
 void refusals::refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept {

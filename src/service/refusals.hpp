@@ -59,6 +59,8 @@ class refusals {
     report(c, event::kind::refused_request, why.text, {});
     answer_call(c, asked, why);
   }
+  // A request that is dropped because its peer exceeds its rate. A call or a goal with a number fails.
+  void fail_excess(connection& c, const wire::request& asked) noexcept;
   // Refuses a request about topics or services.
   void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   // The same for a topic that a publisher of this process does not share.
@@ -105,6 +107,10 @@ class refusals {
   };
 
   void add(counter which) noexcept { state_.counts.add(which); }
+  static bool is_answerable(const wire::request& asked) noexcept {
+    const bool call = asked.what == wire::verb::call || asked.what == wire::verb::send_goal;
+    return call && (asked.by_number || !asked.id_raw.empty());
+  }
   void answer_call(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept;
   bool admits(connection& c, event::kind kind, std::string_view why, std::string_view remedy) noexcept;
   void answer(connection& c, wire::codec_id in, std::string_view id_raw,

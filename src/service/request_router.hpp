@@ -78,6 +78,11 @@ class request_router {
     if (excess_) state_.counts.add(counter::over_rate);
     return excess_;
   }
+  // The same for a request that was read: who asks with a number is told.
+  bool drops_excess(connection& c, const wire::request& asked) noexcept {
+    if (excess_) refusals_.fail_excess(c, asked);
+    return drops_excess();
+  }
 
   // ---- its requests
 

@@ -37,8 +37,7 @@ static_assert(values_per_cycle < values_per_cycle_ample);
 // About 100 us on a fast core.
 inline constexpr std::size_t read_work_per_cycle = 100;
 inline constexpr std::size_t read_work_bytes = 1024;
-// A cycle that begins so much later than it was needed: this process did not run.
-inline constexpr rt::duration pause_min = std::chrono::seconds{1};
+inline constexpr rt::duration pause_min = std::chrono::seconds{1}; // between cycles, while there are peers
 inline constexpr std::uint32_t stops_ahead_max = 64; // stops that are carried out before their turn
 // One read in turn does not take more than a cycle's work.
 static_assert(transport_sink::read_bytes_in_turn / read_work_bytes < read_work_per_cycle);
@@ -258,8 +257,7 @@ inline constexpr std::size_t parameter_work_bytes = 256;
 // ---- the connection graph
 
 // How often changes are looked for, while somebody wants to be told of them; and how often one peer is told.
-// How often peers with a clock are told the time: often enough that what they show moves smoothly, and of who
-// gets no messages, so that it has a time to show.
+// How often peers with a clock are told the time, so that what they show moves smoothly, or has a time.
 inline constexpr rt::duration clock_period = std::chrono::milliseconds{12}; // with the wheel's ticks, 60 Hz
 inline constexpr rt::duration idle_clock_period = std::chrono::milliseconds{250};
 inline constexpr rt::duration graph_period = std::chrono::milliseconds{250};

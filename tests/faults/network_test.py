@@ -8,7 +8,7 @@ import re
 import signal
 import socket
 import struct
-import time
+import threading
 import unittest
 
 import bad_network
@@ -229,9 +229,9 @@ class bad_networks(unittest.TestCase):
         publish(writer, range(100))
         got = numbers_until(reader, 99)
         self.serving.process.send_signal(signal.SIGSTOP)
-        time.sleep(9)  # silence_max is 8 s
+        threading.Event().wait(9)  # silence_max is 8 s
         self.serving.process.send_signal(signal.SIGCONT)
-        time.sleep(1)  # it has looked at its peers twice
+        until(lambda: self.counts()["pauses"])
         publish(writer, range(100, 200))
         got += numbers_until(reader, 199)
         self.none_is_missing(got, 200)

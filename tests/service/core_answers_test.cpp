@@ -75,6 +75,34 @@ TEST_F(answers, take_args_and_a_fragment_size_that_are_null_for_none) {
   EXPECT_EQ(asks(page, text({plain, R"(,"args":null,"fragment_size":null})"})), expected);
 }
 
+rowe::endpoint_options with_a_low_rate() {
+  rowe::endpoint_options options = with_roles();
+  options.limits.messages_per_second_max = 100;
+  return options;
+}
+struct low_rate : answers {
+  low_rate() : answers{with_a_low_rate()} {}
+};
+
+TEST_F(low_rate, answers_each_call_and_goal_beyond_it) {
+  peer& page = comes("driver");
+  std::string heard;
+  for (int i = 0; i < 150; ++i) {
+    const std::string id = R"("id":"n)" + std::to_string(i) + R"(.")";
+    page.say(text({R"({"op":"call_service",)", id, R"(,"service":"/rosapi/get_time"})"}));
+    page.say(text({R"({"op":"send_action_goal",)", id, R"(,"action":"/dock"})"}));
+    on.cycle(1us);
+    for (const std::string& one : page.hear()) heard += one;
+  }
+  on.cycles(3);
+  for (const std::string& one : page.hear()) heard += one;
+  for (int i = 0; i < 150; ++i)
+    for (const std::string_view op : {"service_response", "action_result"})
+      EXPECT_TRUE(has(heard, text({R"("op":")", op, R"(","id":"n)", std::to_string(i), ".\""}))) << op << i;
+  EXPECT_TRUE(has(heard, "more than 100 messages a second (limit messages_per_second_max)"));
+  EXPECT_EQ(on.count(counter::over_rate), 200U);
+}
+
 // ---- what a message says of its topic
 
 TEST_F(answers, to_a_latched_message_reach_late_subscribers_without_an_advertisement) {

@@ -370,6 +370,7 @@ class process {
                               .depth = in_.random.one_of(depths),
                               .priority = static_cast<rowe::priority>(in_.random.below(3)),
                               .latched = in_.random.one_in(2),
+                              .shared = in_.random.one_in(2),
                               .type = in_.random.one_of(types),
                               .text_bytes_max = in_.random.one_in(2) ? 200U : 3000U};
     if (in_.random.one_in(3)) topic.period = 20ms;

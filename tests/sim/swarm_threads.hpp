@@ -116,6 +116,7 @@ class threads {
   std::optional<state> answer(const recipe& what, const saying& said, rowe::detail::entry as) {
     const std::string_view which = value_of(what, "call");
     std::deque<rowe::detail::call_ref>& of = which == "answered" ? answered_calls_ : asked_calls_;
+    if (asked_calls_.empty()) (void)receive(); // a thread that has no call to answer looks for one
     if (of.empty()) return {};
     const rowe::detail::call_ref call = which == "newest" ? of.back() : of.front();
     if (which != "answered") {

@@ -576,7 +576,7 @@ class world {
     constexpr duration waits[] = {1us, 50us, 500us, 1ms, 5ms, 20ms};
     on_.now += random_.one_of(waits);
     if (plan_.jumps && random_.one_in(400)) {
-      const duration time = random_.one_in(2) ? 3s : 9s; // longer than anybody may be silent
+      const duration time = random_.one_in(4) ? 9s : 3s; // longer than anybody may be silent
       on_.now += time;
       context_.jumped += time;
       context_.say("the process does not run for " + std::to_string(time / 1s) + " s");

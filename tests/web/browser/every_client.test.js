@@ -23,7 +23,7 @@ before(async () => (browser = await start_browser()));
 after(() => browser?.close());
 
 // What thins out as a client asked for it.
-const chosen = ["no_peer", "replaced", "throttled"];
+const chosen = ["replaced", "throttled"];
 const losses_of = ({ losses }) =>
   Object.entries(losses).filter(([name, count]) => count > 0 && !chosen.includes(name));
 
