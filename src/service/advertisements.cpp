@@ -45,6 +45,7 @@ bool advertisements::advertise(connection& c, const wire::request& asked) noexce
   const topic_id topic = topic_places_.topic_for(c, asked);
   if (!topic) return false;
   const bool typed = !state_.topics.type(topic).empty();
+  const bool keeps_all = asked.latch && asked.what == wire::verb::advertise; // else this one message
   const peer_index peer{c.id.index};
   const auto mine = advertisement_table_.of(peer);
   advertisement* const known = advertisement_table_.find(peer, topic);
@@ -61,7 +62,7 @@ bool advertisements::advertise(connection& c, const wire::request& asked) noexce
   });
   if (renumbers) return lets_go(refuse(c, asked, "this peer has the topic by another number, or the number"));
   if (known != nullptr) {
-    known->latched = known->latched || asked.latch;
+    known->latched = known->latched || keeps_all;
     if (asked.lifespan_ns > 0) known->lifespan_ns = asked.lifespan_ns;
     return lets_go(true);
   }
@@ -71,7 +72,7 @@ bool advertisements::advertise(connection& c, const wire::request& asked) noexce
     return lets_go(false);
   }
   advertisement_table_.add(
-      peer, {.topic = topic, .lifespan_ns = asked.lifespan_ns, .latched = asked.latch, .tag = asked.tag});
+      peer, {.topic = topic, .lifespan_ns = asked.lifespan_ns, .latched = keeps_all, .tag = asked.tag});
   state_.topics.changes().note_publishers(state_.topics.at(topic));
   return true;
 }
@@ -81,8 +82,8 @@ bool advertisements::advertise_published(connection& c, const wire::request& ask
   if (c.ours == side::client) return true;
   const topic_id topic = state_.topics.find(asked.topic);
   const advertisement* const known = topic ? advertisement_table_.find({c.id.index}, topic) : nullptr;
-  const bool says_new = known == nullptr || (asked.latch && !known->latched) ||
-                        !(asked.type.empty() || same_type(state_.topics.type(topic), asked.type));
+  const bool says_new =
+      known == nullptr || !(asked.type.empty() || same_type(state_.topics.type(topic), asked.type));
   if (!says_new || !state_.rights.allow(c, access::right::advertise, asked.topic)) return true;
   return advertise(c, asked);
 }
@@ -175,9 +176,9 @@ bool advertisements::check() const noexcept {
   for (const connection& c : state_.peers) {
     if (!c.open() || c.ours == side::client) continue;
     for (const advertisement& one : advertisement_table_.of({c.id.index})) {
-      const bool spelled = state_.rights.apply_to(c) &&
-                           state_.rights.policy().spells(c.who.role, access::right::publish,
-                                                         state_.topics.name(one.topic));
+      const bool spelled =
+          state_.rights.apply_to(c) &&
+          state_.rights.policy().spells(c.who.role, access::right::publish, state_.topics.name(one.topic));
       if (state_.topics.at(one.topic).own_alone != 0 && !spelled) return false;
     }
   }

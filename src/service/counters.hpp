@@ -70,7 +70,7 @@ namespace rowe::service {
   X(stalled_peers, refusal, "connections closed because they did not read")                                  \
   X(events_lost, own, "events nobody asked for in time, and those that peers bring about beyond their rate") \
   X(cycles, own, "cycles of the service thread")                                                             \
-  X(pauses, own, "times when this process did not run for a second or longer, by which nobody is judged")    \
+  X(pauses, own, "times when this process did not run for three seconds or more, by which nobody is judged") \
   X(cycle_ns_max, own, "its longest cycle, in nanoseconds")                                                  \
   X(queued_max, own, "messages waiting at one time, at most")                                                \
   X(phase_hits, own, "idle::phase: values that came while it was awake for them")                            \

@@ -39,13 +39,13 @@ std::size_t credit::room(priority of) const noexcept {
   return std::min(within_bound, left(ping_every_ + batch_bytes, written_ - pinged_));
 }
 
-bool credit::late(rt::time_point now, rt::time_point awake_since) const noexcept {
-  return now - std::max(under_way_[pings_ - 1U].at, awake_since) > 2 * round_trip_.last() + pong_late_after;
+bool credit::late(rt::time_point now) const noexcept {
+  return now - under_way_[pings_ - 1U].at > 2 * round_trip_.last() + pong_late_after;
 }
 
 bool credit::wants_ping(rt::time_point now) const noexcept {
   if (!begun_ || pings_ == under_way_.size()) return false;
-  if (pings_ != 0) return late(now, {});
+  if (pings_ != 0) return late(now);
   return asked_ || settling() || written_ - pinged_ >= ping_every_;
 }
 

@@ -79,10 +79,7 @@ class credit {
   rt::time_point waits_since() const noexcept { return pings_ == 0 ? rt::never : under_way_[0].at; }
   bool settling() const noexcept { return round_trip_.settling(); }
   // Neither a ping nor the one after it was answered in time.
-  // `awake_since`: cycle_state.
-  bool unresponsive(rt::time_point now, rt::time_point awake_since = {}) const noexcept {
-    return pings_ == under_way_.size() && late(now, awake_since);
-  }
+  bool unresponsive(rt::time_point now) const noexcept { return pings_ == under_way_.size() && late(now); }
   bool low_rtt() const noexcept { return round_trip_.low(); }
   std::uint64_t in_flight() const noexcept { return written_ - read_; }
   std::size_t bound() const noexcept { return bound_; }
@@ -107,7 +104,7 @@ class credit {
   rt::duration queue_time() const noexcept { return low_rtt() ? queue_time_low_rtt : queue_time_high_rtt; }
   std::size_t least() const noexcept { return low_rtt() ? bytes_min_low_rtt : bytes_min; }
   std::size_t most() const noexcept { return low_rtt() ? bytes_max_low_rtt : bytes_max; }
-  bool late(rt::time_point now, rt::time_point awake_since) const noexcept;
+  bool late(rt::time_point now) const noexcept;
   void note_rate(std::uint64_t bytes, rt::duration took, rt::duration waited) noexcept;
   void update_bound(rt::duration waited) noexcept;
 

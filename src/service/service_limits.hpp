@@ -37,7 +37,7 @@ static_assert(values_per_cycle < values_per_cycle_ample);
 // About 100 us on a fast core.
 inline constexpr std::size_t read_work_per_cycle = 100;
 inline constexpr std::size_t read_work_bytes = 1024;
-inline constexpr rt::duration pause_min = std::chrono::seconds{1}; // between cycles, while there are peers
+inline constexpr rt::duration pause_min = std::chrono::seconds{3}; // between cycles, while there are peers
 inline constexpr std::uint32_t stops_ahead_max = 64; // stops that are carried out before their turn
 // One read in turn does not take more than a cycle's work.
 static_assert(transport_sink::read_bytes_in_turn / read_work_bytes < read_work_per_cycle);

@@ -123,9 +123,7 @@ void urgent_frames::take_pong(peer_index peer, std::span<const std::byte> payloa
 void urgent_frames::check_responsive(peer_index peer) noexcept {
   output& to = outputs_[peer];
   if (to.credit.wants_ping(state_.cycle.now)) outbox_.schedule(peer);
-  if (to.unresponsive || state_.peers[peer].unheard ||
-      !to.credit.unresponsive(state_.cycle.now, state_.cycle.awake_since))
-    return;
+  if (to.unresponsive || state_.peers[peer].unheard || !to.credit.unresponsive(state_.cycle.now)) return;
   to.unresponsive = true;
   state_.counts.add(counter::slow_peers);
 }
