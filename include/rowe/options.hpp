@@ -129,8 +129,8 @@ struct topic_options {
                            // many as 64 KiB hold, but 16 to 64
   rowe::priority priority = rowe::priority::normal;
   bool latched = false; // a late subscriber gets the last value
-  bool shared = false; // advertise: peers may publish on the topic, too. False: only those whose role has the
-                       // right `override` to it (docs/network.md)
+  bool shared = false; // advertise: peers may publish on the topic, too. False: only those whose role
+                       // spells its name (docs/network.md)
   // A topic whose ttl is shorter than its period and than 10 ms is not predicted, but polled.
   duration period = {}; // advertise: how often it is published, for idle::phase; 100 us to 1 h; 0: not known
   std::string_view type = {}; // the type's name on the wire; empty: the schema's, or none

@@ -5,10 +5,12 @@
 //
 // A deadline that is found long after its time tells that this process did not run: a debugger, SIGSTOP, a
 // suspended machine. Then nobody is judged by that time. All deadlines move, so that the first of them is as
-// far away as it may be found late.
+// far away as it may be found late. Not twice in a row: where a thread gets so little of its core that each
+// deadline is found late, they end all the same.
 #pragma once
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include <rowe/rt/clock.hpp>
 
@@ -66,10 +68,12 @@ class deadline_list {
   deadline_node* take_due(rt::time_point now) noexcept {
     deadline_node* node = oldest();
     if (!node || node->due_ > now) return nullptr;
-    if (now - node->due_ > late_max) {
+    const bool late = now - node->due_ > late_max;
+    if (late && !std::exchange(postponed_, true)) {
       postpone(now - node->due_ + std::min(timeout_, late_max));
       return nullptr;
     }
+    postponed_ = late;
     node->disarm();
     return node;
   }
@@ -85,6 +89,7 @@ class deadline_list {
 
   rt::duration timeout_;
   deadline_node head_;
+  bool postponed_ = false; // nothing was found in time since
 };
 
 } // namespace rowe::net

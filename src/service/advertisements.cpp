@@ -113,8 +113,9 @@ void advertisements::withdraw_others(topic_id topic) noexcept {
   const std::string_view name = state_.topics.name(topic);
   for (const peer_index peer : state_.peers.ids()) {
     connection& c = state_.peers[peer];
-    if (c.open() && !state_.rights.publishes_beside(c, name) && withdraw(peer, topic))
-      refusals_.refuse_own_topic(c, {}, "advertise", name);
+    if (!c.open() || state_.rights.publishes_beside(c, name)) continue;
+    topic_places_.forget_latched(topic, {latch_owner::kind::peer, peer.value}); // also of who only publishes
+    if (withdraw(peer, topic)) refusals_.refuse_own_topic(c, {}, "advertise", name);
   }
 }
 

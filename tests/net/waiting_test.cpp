@@ -191,6 +191,24 @@ TEST(deadline_list, gives_nobody_out_who_is_found_long_after_its_time) {
   EXPECT_EQ(list.take_due(start + 1h + 4s), &b);
 }
 
+TEST(deadline_list, gives_out_who_is_found_late_once_more_where_the_thread_hardly_runs) {
+  using rowe::net::deadline_node;
+  rowe::net::deadline_list list{5s};
+  deadline_node a;
+  deadline_node b;
+  deadline_node c;
+  const rowe::rt::time_point start{};
+  list.arm(a, start);
+  list.arm(b, start);
+  EXPECT_EQ(list.take_due(start + 10s), nullptr);
+  EXPECT_EQ(list.take_due(start + 20s), &a) << "nobody could keep a place for ever";
+  EXPECT_EQ(list.take_due(start + 20s), &b);
+  list.arm(c, start + 20s);
+  EXPECT_EQ(list.take_due(start + 25s), &c) << "in time";
+  list.arm(a, start + 25s);
+  EXPECT_EQ(list.take_due(start + 40s), nullptr) << "so the next one is late for the first time";
+}
+
 TEST(deadline_list, gives_out_in_the_order_of_arming) {
   const rt::time_point start{1000s};
   deadline_list list{5s};

@@ -170,6 +170,18 @@ TEST_F(answers, and_topics_of_the_program_belong_to_it) {
   EXPECT_EQ(page.hear().size(), 1U) << "the program shares it";
 }
 
+TEST_F(answers, and_what_a_peer_latched_on_a_topic_of_the_program_is_not_kept) {
+  peer& arm = comes("arm"); // publishes "/*", advertises "/arm/*"
+  peer& keeps = comes("driver");
+  (void)asks(keeps, R"({"op":"subscribe","topic":"/where"})"); // so the topic is there
+  EXPECT_EQ(asks(arm, R"({"op":"publish","topic":"/where","latch":true,"msg":{"n":1}})"), "");
+  EXPECT_TRUE(has(asks(comes("observer"), R"({"op":"subscribe","topic":"/where"})"), R"("msg":{"n":1})"));
+  on.offer(pair_kind::publish_text, "/where", 100, {.latched = true});
+  on.cycles(2);
+  EXPECT_EQ(asks(comes("supervisor"), R"({"op":"subscribe","topic":"/where"})"), "")
+      << "the program has not said yet where it is";
+}
+
 TEST_F(answers, and_topics_of_the_program_are_free_again_when_it_has_left_them) {
   peer& other = comes("driver");
   auto& first = on.offer(pair_kind::publish_text, "/odom", 100);
