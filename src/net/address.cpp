@@ -92,6 +92,13 @@ bool same_source(const socket_address& one, const socket_address& other) noexcep
          v6(one).sin6_scope_id == v6(other).sin6_scope_id;
 }
 
+std::uint64_t source_number(const socket_address& address) noexcept {
+  if (const auto four = v4_of(address)) return four->s_addr;
+  std::uint64_t network = 0;
+  std::memcpy(&network, &v6(address).sin6_addr, sizeof network);
+  return network ^ (std::uint64_t{v6(address).sin6_scope_id} << 32U);
+}
+
 std::string_view write_host(std::span<char> out, const socket_address& address) noexcept {
   const auto capacity = static_cast<socklen_t>(out.size());
   if (::getnameinfo(address.get(), address.bytes, out.data(), capacity, nullptr, 0, NI_NUMERICHOST) != 0)

@@ -39,6 +39,8 @@ bool same_host(const socket_address& one, const socket_address& other) noexcept;
 // have all of them, so a /64 is one source. An IPv4 address is one source, also if it is written as IPv6
 // (::ffff:192.0.2.1).
 bool same_source(const socket_address& one, const socket_address& other) noexcept;
+// The same for the same source; of different ones mostly different.
+std::uint64_t source_number(const socket_address& address) noexcept;
 
 // "127.0.0.1:8080", "[::1]:8080"; empty when `out` is too small.
 std::string_view write_address(std::span<char> out, const socket_address& address) noexcept;

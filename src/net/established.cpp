@@ -109,6 +109,10 @@ connection_id established::open(tls::place_id place, const socket_address& peer,
   return id_of(one);
 }
 
+void established::answer_late(tls::place_id place) noexcept {
+  if (place) sessions_->answer_late(place);
+}
+
 void established::attach(connection_id id, std::unique_ptr<tls::session> secure,
                          transport_sink& sink) noexcept {
   connection* const one = find(id);

@@ -58,6 +58,8 @@ class established {
   // The same for a connection under TLS, whose session the terminator has at that place. Until it comes,
   // nothing can be read or written, and the peer has no answer to its upgrade.
   service::connection_id open(tls::place_id place, const socket_address& peer, purpose why) noexcept;
+  // Under TLS: who is at that place is answered later, and nobody else waits for the place.
+  void answer_late(tls::place_id place) noexcept;
   // The session, or null if it has ended.
   void attach(service::connection_id id, std::unique_ptr<tls::session> secure,
               service::transport_sink& sink) noexcept;

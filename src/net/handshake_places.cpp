@@ -3,6 +3,7 @@
 #include "net/handshakes.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "net/handshake_answers.hpp"
 #include "net/send_answer.hpp"
@@ -23,39 +24,50 @@ bool handshakes::may_be_evicted(const handshake& one) const noexcept {
   return one.now == phase::header && one.turn != turn_ && (one.events == 0 || one.looked_at);
 }
 
-// The oldest `wanted` socket whose request is not complete, as far as we know; nullptr if there is none.
-// Sockets without unread bytes come first, because unread bytes may complete a request.
-template <class Wanted>
-handshakes::handshake* handshakes::oldest_unfinished(Wanted&& wanted) noexcept {
-  const auto handshake_of = [](deadline_node& node) -> handshake& { return static_cast<handshake&>(node); };
-  auto* found = header_.oldest_of([&](deadline_node& node) {
-    const handshake& one = handshake_of(node);
-    return one.events == 0 && may_be_evicted(one) && wanted(one);
+// Of the sockets whose request is not complete, as far as we know, the one that is `weaker` than all others,
+// and of those the oldest; nullptr if there is none. weaker(one, nullptr): whether it is looked at.
+template <class Weaker>
+handshakes::handshake* handshakes::unfinished(Weaker&& weaker) noexcept {
+  handshake* found = nullptr;
+  (void)header_.oldest_of([&](deadline_node& node) {
+    auto& one = static_cast<handshake&>(node);
+    if (may_be_evicted(one) && weaker(one, found)) found = &one;
+    return false;
   });
-  if (found == nullptr) {
-    found = header_.oldest_of([&](deadline_node& node) {
-      const handshake& one = handshake_of(node);
-      return may_be_evicted(one) && wanted(one);
-    });
-  }
-  return found != nullptr ? &handshake_of(*found) : nullptr;
+  return found;
 }
 
 // A free place; else the place of the socket that has been closing longest, because its answer is sent; else
-// the place of the oldest socket whose request is not complete. A source that has used up its limit gets only
-// the places for the stop in addition; for a third it displaces no other source.
-handshakes::handshake* handshakes::place(const socket_address& peer, bool crowded) noexcept {
+// that of one whose request is not complete: of the source that had begun most handshakes lately which have
+// led to nothing, and of those of one without unread bytes, because these may complete a request. Whose own
+// source had begun more than that displaces one of its own. A source that has used up its limit gets only the
+// places for the stop in addition; for a third it displaces no other source.
+handshakes::handshake* handshakes::place(const socket_address& peer, bool crowded,
+                                         std::uint32_t before) noexcept {
   const auto is_such = [&](const handshake& one) {
     return one.now == phase::header && one.crowded && same_source(one.peer, peer);
+  };
+  const auto unread = [](const handshake& one) { return one.events != 0; };
+  const auto weaker_of = [&](auto&& wanted) {
+    return [&](const handshake& one, const handshake* than) {
+      return wanted(one) && (than == nullptr || unread(*than) > unread(one));
+    };
   };
   handshake* one = nullptr;
   if (crowded && std::count_if(handshakes_.begin(), handshakes_.end(), is_such) >=
                      static_cast<std::ptrdiff_t>(kept_for_stop(limits_.handshakes_max))) {
-    one = oldest_unfinished(is_such);
+    one = unfinished(weaker_of(is_such));
     if (one == nullptr) return nullptr;
   } else {
     one = free_or_closing();
-    if (one == nullptr) one = oldest_unfinished([](const handshake&) { return true; });
+    if (one == nullptr) {
+      one = unfinished([&](const handshake& next, const handshake* than) {
+        return than == nullptr ||
+               std::pair{next.before, unread(*than)} > std::pair{than->before, unread(next)};
+      });
+      if (one != nullptr && one->before < before)
+        one = unfinished(weaker_of([&](const handshake& own) { return same_source(own.peer, peer); }));
+    }
   }
   if (one != nullptr && one->now != phase::free) evict(*one);
   return one;

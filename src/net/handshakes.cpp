@@ -56,7 +56,8 @@ handshakes::~handshakes() {
 
 void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept {
   const bool crowded = too_many_from(accepted.peer);
-  handshake* one = place(accepted.peer, crowded);
+  const std::uint32_t before = begun_.note(accepted.peer, now_);
+  handshake* one = place(accepted.peer, crowded, before);
   const bool beyond = crowded && one == nullptr;
   if (beyond) one = free_or_closing(); // to be rejected in good order
   if (!one) {
@@ -76,6 +77,8 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
   one->scanned = 0;
   one->events = 0;
   one->turn = turn_;
+  one->before = before;
+  one->welcome = false;
   one->writable_in = 0;
   one->looked_at = false;
   one->crowded = crowded;
@@ -126,6 +129,7 @@ void handshakes::leave(handshake& one) noexcept {
 }
 
 void handshakes::begin_close(handshake& one) noexcept {
+  if (std::exchange(one.welcome, false)) begun_.forgive(one.peer, now_);
   ::shutdown(one.socket.get(), SHUT_WR); // libwebsockets may have done so already
   enter(one, phase::closing, closing_, EPOLLIN);
 }
@@ -249,6 +253,8 @@ void handshakes::serve(handshake& one, const wire::http_judgement& request, tran
 
 void handshakes::write_page(handshake& one, const wire::http_judgement& request,
                             const service::http_answer& answer, transport_sink& sink) noexcept {
+  constexpr std::uint16_t first_error = 400;
+  one.welcome = answer.status < first_error;
   if (answer.in_pieces.from != nullptr) return begin_body(one, request, answer);
   do {
     hand_over(one, request, &answer);
@@ -276,6 +282,7 @@ void handshakes::answer_form(handshake& one, const wire::http_judgement& form,
     if (known.status != 0) return refuse(one, known, shown, sink);
   }
   char text[wire::login_answer_bytes_max];
+  one.welcome = true;
   send_answer(one.socket.get(), wire::write_login_answer(text, form, shown.token, policy_));
   begin_close(one);
 }
@@ -299,6 +306,7 @@ void handshakes::upgrade(handshake& one, const wire::http_judgement& request, tr
   const auto why = for_stop ? established::purpose::stop : established::purpose::any;
   const service::connection_id id = one.place ? connections_.open(one.place, peer, why)
                                               : connections_.open(std::move(one.socket), peer, why);
+  begun_.forgive(peer, now_);
   leave(one);
   ++counters_.opened;
   sink.on_open(id, {.ours = service::side::server,
@@ -319,6 +327,7 @@ void handshakes::refuse(handshake& one, const service::admit_answer& why, const 
   ++counters_.handshakes_slowed;
   report(one.peer, answer::too_many_wrong_tokens(), sink);
   polled_.remove(one.socket.get());
+  connections_.answer_late(one.place);
   tries_.answer_late(std::move(one.socket), now_);
   leave(one);
 }
@@ -339,6 +348,7 @@ void handshakes::starve(handshake& one, transport_sink& sink) noexcept {
 
 void handshakes::reject(handshake& one, const wire::http_rejection& rejection,
                         transport_sink& sink) noexcept {
+  one.welcome = false;
   send_answer(one.socket.get(), rejection);
   begin_close(one);
   report(one.peer, rejection, sink);

@@ -11,8 +11,9 @@
 // A turn takes one step with libwebsockets. So a stop on an open connection waits behind one such step, not
 // behind as many as strangers send. Headers that are ready wait in a queue.
 //
-// Sockets that send nothing, or only a part of their request, keep nobody out: if no place is left, the
-// oldest of them is evicted. A socket with bytes that were not looked at yet keeps its place until they were.
+// Sockets that send nothing, or only a part of their request, keep nobody out: if no place is left, one of
+// them is evicted, of the source that has begun most handshakes lately (one that was let in, or got its page,
+// does not count). A socket with bytes that were not looked at yet keeps its place until they were.
 // While there are only such sockets, newcomers wait in the kernel's queue, for a few turns at most.
 //
 // A socket that was answered and must be closed is *closing*: our end is shut, and what arrives is discarded
@@ -32,6 +33,7 @@
 #include "net/lws_host.hpp"
 #include "net/poll_set.hpp"
 #include "net/socket_transport.hpp"
+#include "net/source_tally.hpp"
 #include "net/token_tries.hpp"
 #include "service/transport.hpp"
 #include "wire/http_request.hpp"
@@ -93,6 +95,8 @@ class handshakes {
     std::uint64_t turn = 0;        // in which it came: what it has sent is not known before the next turn
     std::uint64_t writable_in = 0; // page, body: the turn in which its socket was last writable
     bool looked_at = false;        // its header was looked at, and was not whole
+    std::uint32_t before = 0;      // handshakes_begun() of its source, when it came
+    bool welcome = false;          // its answer is not that of an error
     bool crowded = false;          // its source has all it may have, so it may only stop
   };
 
@@ -103,9 +107,9 @@ class handshakes {
                                        std::span<char> address) noexcept;
   handshake* free_or_closing() noexcept;
   bool may_be_evicted(const handshake& one) const noexcept;
-  template <class Wanted>
-  handshake* oldest_unfinished(Wanted&& wanted) noexcept;
-  handshake* place(const socket_address& peer, bool crowded) noexcept;
+  template <class Weaker>
+  handshake* unfinished(Weaker&& weaker) noexcept;
+  handshake* place(const socket_address& peer, bool crowded, std::uint32_t before) noexcept;
   void evict(handshake& one) noexcept;
   void enter(handshake& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept;
   void leave(handshake& one) noexcept;
@@ -151,6 +155,7 @@ class handshakes {
   std::vector<handshake> handshakes_;
   std::vector<std::uint32_t> ready_; // a queue of indices
   token_tries tries_;
+  source_tally begun_ = handshakes_begun();
   std::uint32_t pages_ = 0;     // under way, or waiting
   std::uint64_t came_seen_ = 0; // transport_sink::awaited_came() when all that wait were asked about
   bool look_again_ = false;     // there may be an answer for another page that waits

@@ -181,6 +181,29 @@ TEST(silent_handshakes, give_their_place_to_newcomers_oldest_first) {
   EXPECT_EQ(drive.sink().opens.size(), 2U);
 }
 
+TEST(silent_handshakes, of_many_sources_keep_no_place_from_who_comes_for_the_first_time) {
+  auto transport = listening({.limits = {.handshakes_max = 4}});
+  driver drive{*transport};
+  std::vector<raw_socket> flood;
+  const auto goes_on = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      const std::string from = "127.0.9." + std::to_string(1 + flood.size() % 40);
+      const std::uint64_t before = transport->counters().accepted;
+      ASSERT_TRUE(
+          flood.emplace_back(transport->port(), "127.0.0.1", 0, from.c_str()).send("GET / HTTP/1.1\r\n"));
+      ASSERT_TRUE(drive.until([&] { return transport->counters().accepted > before; }));
+    }
+  };
+  goes_on(80);
+  raw_socket slow{transport->port()};
+  const std::string asked = upgrade_request(transport->port());
+  ASSERT_TRUE(slow.send(asked.substr(0, 10)));
+  goes_on(80);
+  ASSERT_TRUE(slow.send(asked.substr(10)));
+  ASSERT_TRUE(drive.until([&] { return slow.has("\r\n\r\n"); }));
+  EXPECT_TRUE(is_in(slow));
+}
+
 TEST(silent_handshakes, that_go_on_with_their_request_byte_by_byte_keep_nobody_out) {
   auto transport = listening({.limits = {.handshakes_max = 4}});
   driver drive{*transport};

@@ -57,9 +57,8 @@ struct recording_sink final : service::transport_sink {
   };
 
   void on_open(connection_id id, const service::peer_info& peer) noexcept override {
-    opens.push_back(
-        {id, peer.ours, std::string{peer.address}, std::string{peer.path}, std::string{peer.subprotocol},
-         peer.who});
+    opens.push_back({id, peer.ours, std::string{peer.address}, std::string{peer.path},
+                     std::string{peer.subprotocol}, peer.who});
     if (when_open) when_open(id);
   }
   void on_bytes(connection_id id, std::span<std::byte> bytes) noexcept override {
@@ -186,7 +185,8 @@ class driver {
 class raw_socket {
  public:
   raw_socket() = default;
-  explicit raw_socket(std::uint16_t port, const char* address = "127.0.0.1", int receive_buffer = 0) {
+  explicit raw_socket(std::uint16_t port, const char* address = "127.0.0.1", int receive_buffer = 0,
+                      const char* from = nullptr) {
     const bool v6 = std::strchr(address, ':') != nullptr;
     fd_.reset(::socket(v6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
     if (receive_buffer) ::setsockopt(fd(), SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
@@ -195,6 +195,12 @@ class raw_socket {
     four.sin_family = AF_INET;
     four.sin_port = six.sin6_port = htons(port);
     six.sin6_family = AF_INET6;
+    if (from != nullptr) { // IPv4
+      ::inet_pton(AF_INET, from, &four.sin_addr);
+      four.sin_port = 0;
+      EXPECT_EQ(::bind(fd(), reinterpret_cast<const sockaddr*>(&four), sizeof four), 0);
+      four.sin_port = htons(port);
+    }
     ::inet_pton(v6 ? AF_INET6 : AF_INET, address, v6 ? static_cast<void*>(&six.sin6_addr) : &four.sin_addr);
     const auto* any = v6 ? reinterpret_cast<const sockaddr*>(&six) : reinterpret_cast<const sockaddr*>(&four);
     connected_ =

@@ -98,8 +98,7 @@ TEST(tls_client, trusts_a_key_that_is_pinned_and_no_other) {
   }
   { // as others write fingerprints
     std::string pairs;
-    for (std::size_t i = 0; i < pin.size(); i += 2)
-      pairs.append(i == 0 ? "" : ":").append(pin, i, 2);
+    for (std::size_t i = 0; i < pin.size(); i += 2) pairs.append(i == 0 ? "" : ":").append(pin, i, 2);
     std::transform(pairs.begin(), pairs.end(), pairs.begin(),
                    [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
     both all{files.server(), {.pin = pairs}, "127.0.0.1"};

@@ -39,6 +39,10 @@ struct stranger {
     char first = 0;
     return ::recv(socket.get(), &first, 1, MSG_PEEK) == 1;
   }
+  bool ended() const {
+    char first = 0;
+    return ::recv(socket.get(), &first, 1, MSG_PEEK) <= 0 && errno != EAGAIN;
+  }
   bool shaken() const { return SSL_do_handshake(ssl.get()) == 1; }
 
   struct freed {
@@ -110,7 +114,7 @@ TEST_F(tls_order, forgives_what_a_source_has_begun) {
   for (int i = 0; i < 3; ++i) come(crowd.emplace_back("10.0.0.7"));
   turn();
   while (places.shake_next()) continue;
-  turn(300ms); // one each 100 ms
+  turn(6s); // one each 2 s
   stranger again{"10.0.0.7"};
   stranger other{"10.0.0.8"};
   come(again);
@@ -119,6 +123,49 @@ TEST_F(tls_order, forgives_what_a_source_has_begun) {
   ASSERT_TRUE(places.shake_next());
   EXPECT_TRUE(again.answered());
   EXPECT_FALSE(other.answered());
+}
+
+// Without a word, and without an end.
+struct flood {
+  tls_order& at;
+  int sources;
+  std::vector<descriptor> held{};
+  int begun = 0;
+
+  void go_on(int count) {
+    for (; count > 0; --count, ++begun) {
+      int pair[2];
+      ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair), 0);
+      held.emplace_back(pair[0]);
+      if (held.size() > 64) held.erase(held.begin()); // they come again
+      const std::string address = "10.0.9." + std::to_string(begun % sources);
+      at.places.accept({.socket = descriptor{pair[1]}, .peer = numeric_address(address, 1).value()});
+      at.turn(rt::duration{500us});
+    }
+  }
+};
+
+TEST_F(tls_order, keeps_the_first_handshakes_of_a_source_beside_a_flood_of_200_sources) {
+  flood others{*this, 200};
+  others.go_on(400);
+  std::vector<stranger> newcomers;
+  for (int i = 1; i <= 20; ++i) come(newcomers.emplace_back("10.0.0." + std::to_string(i)));
+  others.go_on(1000); // half a second
+  turn();
+  while (places.shake_next()) continue;
+  others.go_on(1000);
+  for (stranger& one : newcomers) EXPECT_TRUE(one.shaken());
+}
+
+TEST_F(tls_order, evicts_the_oldest_of_sources_that_are_alike) {
+  places.begin_turn(now);
+  std::vector<stranger> first;
+  for (int i = 0; i < 32; ++i) come(first.emplace_back("10.0.0." + std::to_string(i)));
+  stranger newcomer{"10.0.1.1"};
+  come(newcomer);
+  EXPECT_TRUE(first[0].ended());
+  EXPECT_FALSE(first[1].ended());
+  EXPECT_FALSE(newcomer.ended());
 }
 
 } // namespace

@@ -41,23 +41,41 @@ TEST(token_tries, are_forgiven_one_each_ten_seconds_after_the_last_one) {
   EXPECT_EQ(slow(of, at("10.0.0.7"), start + 1h, 6), 1);
 }
 
-TEST(token_tries, of_those_who_tried_last_are_remembered) {
+TEST(token_tries, are_remembered_however_many_others_try) {
   token_tries of;
-  for (std::size_t i = 0; i < source_tally::sources_max; ++i)
-    EXPECT_EQ(slow(of, at("10.0.1." + std::to_string(i)), start + 1ms * static_cast<int>(i), 5), 0);
-  EXPECT_EQ(slow(of, at("10.0.1.0"), start + 1s, 1), 1);
-  EXPECT_EQ(slow(of, at("10.0.2.1"), start + 1s, 1), 0); // takes the place of 10.0.1.1
-  EXPECT_EQ(slow(of, at("10.0.1.0"), start + 1s, 1), 1);
-  EXPECT_EQ(slow(of, at("10.0.1.2"), start + 1s, 1), 1);
-  EXPECT_EQ(slow(of, at("10.0.1.1"), start + 1s, 1), 0);
+  EXPECT_EQ(slow(of, at("10.0.0.7"), start, 5), 0);
+  for (int i = 0; i < 200; ++i) slow(of, at("10.0.1." + std::to_string(i)), start + 1ms, 5);
+  EXPECT_EQ(slow(of, at("10.0.0.7"), start + 1s, 1), 1);
+}
+
+TEST(source_tally, takes_hardly_anybody_for_another) {
+  source_tally of{2s, 64};
+  for (int times = 0; times < 20; ++times)
+    for (int i = 0; i < 200; ++i) (void)of.note(at("10.0.1." + std::to_string(i)), start + 1ms * times);
+  int mistaken = 0;
+  for (int i = 0; i < 1000; ++i)
+    if (of.note(at("10." + std::to_string(1 + i / 250) + ".2." + std::to_string(i % 250)), start + 1s) != 0)
+      ++mistaken;
+  EXPECT_LE(mistaken, 60); // the last of the thousand stand beside 1200 others
+}
+
+TEST(source_tally, forgives_what_does_not_count_after_all) {
+  source_tally of{2s, 64};
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(of.note(at("10.0.0.7"), start + 1ms * i), 0U);
+    of.forgive(at("10.0.0.7"), start + 1ms * i);
+  }
+  EXPECT_EQ(of.note(at("10.0.0.7"), start + 5ms), 0U);
+  EXPECT_EQ(of.note(at("10.0.0.7"), start + 5ms), 1U);
+  EXPECT_EQ(of.note(at("10.0.0.7"), start + 4s + 6ms), 0U);
 }
 
 // A peer that shows a token, and how far the answer has come.
 struct try_of_token {
   explicit try_of_token(const socket_transport& to, std::string_view token, std::string_view path = "/")
       : socket{to.port()} {
-    EXPECT_TRUE(socket.send(upgrade_request(
-        to.port(), "Authorization: Bearer " + std::string{token} + "\r\n", path)));
+    EXPECT_TRUE(socket.send(
+        upgrade_request(to.port(), "Authorization: Bearer " + std::string{token} + "\r\n", path)));
   }
   std::string status() {
     socket.read();
@@ -118,7 +136,7 @@ TEST_F(tries, wait_for_their_answers_only_so_many_at_a_time) {
   int answered = 0;
   for (try_of_token& one : wrong) answered += one.status() == "HTTP/1.1 429" ? 1 : 0;
   EXPECT_EQ(answered, 3); // the oldest
-  wrong.clear(); // they do not wait for their answers
+  wrong.clear();          // they do not wait for their answers
   drive.skip(1s);
   for (int i = 0; i < 10; ++i) drive.turn();
   EXPECT_EQ(transport->counters().handshakes_slowed, token_tries::waiting_max + 3);

@@ -52,12 +52,13 @@ struct arrival {
 struct request {
   enum class kind : std::uint8_t {
     hand_over, // the session of a place: the upgrade is answered
+    late,      // a place whose answer will come later
     destroy,   // a session
     connect,   // client: take this connected socket through the handshake
     drop,      // client: a place whose attempt was given up
   };
   kind what = kind::destroy;
-  place_id place{};                    // hand_over, drop
+  place_id place{};                    // hand_over, late, drop
   service::connection_id connection{}; // hand_over
   session* given = nullptr;            // destroy
   int socket = -1;                     // connect

@@ -22,47 +22,28 @@ place_id relays::id_of(const relay& one) const noexcept {
   return {static_cast<std::uint32_t>(&one - relays_.data()), one.generation};
 }
 
-// Whose request is not complete, and who loses its place for that. It is one of the source that holds most
-// places (decision 0028): of those the one that has come least far, and of those the oldest. So a source that
-// begins handshakes and leaves them displaces itself. With `from`, only that source is looked at. nullptr:
-// there is none. Only the 64 oldest are looked through, so that a newcomer costs little.
+// Who loses its place: one whose request is not complete, or that does not read its answer. It is one whose
+// source had begun most handshakes lately that have led to nothing, and of those the oldest. So the first
+// handshake of a source comes before all those of a flood, however many sources that has, and a source that
+// begins handshakes and leaves them displaces itself. With `from`, the oldest of that source alone. nullptr:
+// there is none.
 relays::relay* relays::to_evict(const socket_address* from) noexcept {
-  constexpr int looked_through_max = 64;
-  struct claim {
-    std::ptrdiff_t held = 0; // by its source
-    int missing = 0;         // of its handshake; less if it has sent something that was not looked at
-    bool operator<(const claim& other) const noexcept {
-      return held != other.held ? held < other.held : missing < other.missing;
-    }
-  };
-  const auto claim_of = [&](const relay& one) -> claim {
-    const auto of_its_source = [&](const relay& other) {
-      return (other.now == phase::shaking || other.now == phase::reading) &&
-             same_source(other.peer, one.peer);
-    };
-    return {from != nullptr ? 0 : std::count_if(relays_.begin(), relays_.end(), of_its_source),
-            one.now == phase::shaking ? (one.secure->has_hello() ? 1 : 3) - one.waits : 0};
-  };
   relay* found = nullptr;
-  claim largest;
-  int seen = 0;
-  (void)opening_.oldest_of([&](deadline_node& node) {
-    auto& one = static_cast<relay&>(node);
-    if (from != nullptr && !same_source(one.peer, *from)) return false;
-    const claim its = claim_of(one);
-    if (found == nullptr || largest < its) {
-      found = &one;
-      largest = its;
-    }
-    return ++seen == looked_through_max;
-  });
+  for (deadline_list* const list : {&draining_, &opening_})
+    (void)list->oldest_of([&](deadline_node& node) {
+      auto& one = static_cast<relay&>(node);
+      if (from != nullptr ? found == nullptr && same_source(one.peer, *from)
+                          : found == nullptr || found->before < one.before)
+        found = &one;
+      return false;
+    });
   return found;
 }
 
 // A free place; else that of the socket which has been closing longest, because its answer is sent; else that
-// of one whose request is not complete; else that of the oldest which does not read its answer. Pages that
-// are being written are no more than leave places for the stop (handshakes.hpp).
-relays::relay* relays::place_for(const socket_address& peer) noexcept {
+// of one whose answer is late on purpose; else the one to be evicted. Pages that are being written are no
+// more than leave places for the stop (handshakes.hpp).
+relays::relay* relays::place_for(const socket_address& peer, std::uint32_t before) noexcept {
   const auto from_there = std::count_if(relays_.begin(), relays_.end(), [&](const relay& one) {
     return one.now != phase::free && one.now != phase::closing && same_source(one.peer, peer);
   });
@@ -75,8 +56,11 @@ relays::relay* relays::place_for(const socket_address& peer) noexcept {
         std::find_if(relays_.begin(), relays_.end(), [](const relay& one) { return one.now == phase::free; });
     if (unused != relays_.end()) return &*unused;
     found = static_cast<relay*>(closing_.oldest());
-    if (found == nullptr) found = to_evict(nullptr);
-    if (found == nullptr) found = static_cast<relay*>(draining_.oldest());
+    if (found == nullptr) found = static_cast<relay*>(late_.oldest());
+    if (found == nullptr) {
+      found = to_evict(nullptr);
+      if (found != nullptr && found->before < before) found = to_evict(&peer); // it has the weakest claim
+    }
   }
   if (found == nullptr || found->now != phase::closing) outlet_.note_eviction();
   if (found != nullptr) {
@@ -88,7 +72,7 @@ relays::relay* relays::place_for(const socket_address& peer) noexcept {
 
 void relays::begin(relay& one, descriptor socket, const socket_address& peer) {
   one.peer = peer;
-  one.looked_at = one.header_passed = one.answered = one.upgrades = one.waits = false;
+  one.looked_at = one.header_passed = one.answered = one.welcome = one.upgrades = one.waits = false;
   one.of_pair = 0;
   one.header_bytes = 0;
   send_at_once(socket.get());
@@ -104,11 +88,12 @@ void relays::begin(relay& one, descriptor socket, const socket_address& peer) {
 }
 
 void relays::accept(accepted_socket accepted) {
-  relay* const one = place_for(accepted.peer);
+  const std::uint32_t before = begun_.note(accepted.peer, now_);
+  relay* const one = place_for(accepted.peer, before);
   if (one == nullptr)
     return outlet_.count(service::counter::tls_failed_evicted); // in no words: it has no TLS
   if (++one->generation == 0) one->generation = 1;
-  one->before = begun_.note(accepted.peer, now_);
+  one->before = before;
   begin(*one, std::move(accepted.socket), accepted.peer);
 }
 

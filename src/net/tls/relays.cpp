@@ -21,10 +21,6 @@ namespace {
 // Read from a pair at once; one record.
 constexpr std::size_t relayed_bytes = session::record_bytes_max;
 
-// What a source has begun counts against it for so long each, and so often at most.
-constexpr rt::duration begun_forgiven_after = std::chrono::milliseconds{100};
-constexpr std::uint32_t begun_max = 64;
-
 } // namespace
 
 relays::relays(const socket_limits& limits, std::string remote, certificates& with, poll_set& polled,
@@ -38,7 +34,7 @@ relays::relays(const socket_limits& limits, std::string remote, certificates& wi
       opening_{remote_.empty() ? limits.header_timeout : limits.connect_timeout},
       draining_{limits.page_timeout},
       closing_{limits.close_timeout},
-      begun_{begun_forgiven_after, begun_max} {
+      late_{limits.page_timeout} {
   for (relay& one : relays_) one.header.resize(limits.header_bytes_max);
 }
 
@@ -198,10 +194,12 @@ void relays::pass_header(relay& one) {
 // Whether the answer is one to an upgrade. It must not be sent before there is a connection.
 bool relays::sees_upgrade(relay& one) noexcept {
   constexpr std::string_view switching = "HTTP/1.1 101 ";
+  constexpr std::size_t status_at = switching.find("101");
   if (one.answered || !remote_.empty()) return one.upgrades;
   std::array<char, switching.size()> begin;
   const ssize_t seen = ::recv(one.pair.get(), begin.data(), begin.size(), MSG_PEEK | MSG_DONTWAIT);
   one.answered = seen == static_cast<ssize_t>(begin.size());
+  one.welcome = one.answered && begin[status_at] < '4';
   one.upgrades = one.answered && std::string_view{begin.data(), begin.size()} == switching;
   if (one.upgrades) opening_.arm(one, now_); // hand_over() follows, unless something goes wrong there
   return one.upgrades;
@@ -240,9 +238,15 @@ void relays::hand_over(place_id place, service::connection_id connection) {
     seal_answer(*one);
     polled_.remove(one->secure->descriptor_number());
     if (one->secure->broken() == 0) taken = one->secure.release();
+    begun_.forgive(one->peer, now_);
     leave(*one);
   }
   if (!outlet_.tell({.what = arrival::kind::session, .connection = connection, .taken = taken})) delete taken;
+}
+
+void relays::answer_late(place_id place) noexcept {
+  relay* const one = find(place);
+  if (one != nullptr && one->now == phase::relaying) late_.arm(*one, now_);
 }
 
 // ---- the end
@@ -271,7 +275,9 @@ void relays::begin_draining(relay& one) {
 }
 
 void relays::drain(relay& one) {
-  if (one.secure->flush() || one.secure->broken() != 0) return begin_close(one);
+  const bool sent = one.secure->flush();
+  if (sent && one.welcome) begun_.forgive(one.peer, now_);
+  if (sent || one.secure->broken() != 0) return begin_close(one);
   watch(one);
 }
 
@@ -328,11 +334,12 @@ void relays::expire() {
     reset_on_close(one.secure->descriptor_number());
     leave(one);
   }
-  while (deadline_node* const node = closing_.take_due(now_)) leave(static_cast<relay&>(*node));
+  for (deadline_list* const list : {&closing_, &late_})
+    while (deadline_node* const node = list->take_due(now_)) leave(static_cast<relay&>(*node));
 }
 
 rt::time_point relays::next_deadline() const noexcept {
-  return std::min({opening_.next(), draining_.next(), closing_.next()});
+  return std::min({opening_.next(), draining_.next(), closing_.next(), late_.next()});
 }
 
 } // namespace rowe::net::tls

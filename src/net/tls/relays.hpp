@@ -8,9 +8,10 @@
 // Of what the peer sends, exactly the header goes to the service thread, with a form if there is one. The
 // bytes behind it belong to the connection, and stay in the session.
 //
-// Sockets that do not end their handshake keep nobody out: if no place is left, the oldest of them is
-// evicted. One source has only so many places, and beyond them evicts its own. And a source that has begun
-// few handshakes lately comes before one that has begun many, so nobody waits behind all those of another.
+// Sockets that do not end their handshake keep nobody out: if no place is left, one of them is evicted. A
+// source that has begun few handshakes lately comes before one that has begun many, for places and for the
+// work of a handshake. One that was let in, or got its page, does not count. One source has only so many
+// places, and beyond them evicts its own. An answer that is late on purpose keeps its place from nobody.
 //
 // Terminator's thread; allocates.
 #pragma once
@@ -67,6 +68,8 @@ class relays {
   void connect(descriptor socket, std::uint32_t attempt);
   // The service thread has answered with an upgrade, and has closed its end of the pair, or will.
   void hand_over(place_id place, service::connection_id connection);
+  // The service thread will answer later, because the token was wrong.
+  void answer_late(place_id place) noexcept;
   // Client: the attempt has taken too long.
   void drop(place_id place) noexcept;
 
@@ -94,9 +97,10 @@ class relays {
     phase now = phase::free;
     bool looked_at = false;      // the first byte was
     bool waits = false;          // its handshake can go on: shake_next()
-    std::uint32_t before = 0;    // handshakes that its source had begun lately, when this one came
+    std::uint32_t before = 0;    // handshakes_begun() of its source, when it came
     bool upgrades = false;       // the answer is one to an upgrade, which waits for hand_over()
     bool answered = false;       // some of the answer was seen
+    bool welcome = false;        // and it is not that of an error
     bool header_passed = false;  // nothing more of what the peer sends is read here
     std::uint32_t of_socket = 0; // events that the poll_set looks for
     std::uint32_t of_pair = 0;
@@ -106,7 +110,7 @@ class relays {
 
   relay* find(place_id place) noexcept;
   place_id id_of(const relay& one) const noexcept;
-  relay* place_for(const socket_address& peer) noexcept;
+  relay* place_for(const socket_address& peer, std::uint32_t before) noexcept;
   relay* to_evict(const socket_address* from) noexcept;
   void begin(relay& one, descriptor socket, const socket_address& peer);
   bool speaks_tls(relay& one);
@@ -136,7 +140,8 @@ class relays {
   deadline_list opening_; // shaking, reading
   deadline_list draining_;
   deadline_list closing_;
-  source_tally begun_; // handshakes
+  deadline_list late_; // relaying, of those whose answer is late on purpose
+  source_tally begun_ = handshakes_begun();
   rt::time_point now_{};
 };
 

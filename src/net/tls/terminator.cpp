@@ -193,6 +193,7 @@ void terminator::take_requests() noexcept {
 void terminator::carry_out(const request& one) {
   switch (one.what) {
   case request::kind::hand_over: return relays_.hand_over(one.place, one.connection);
+  case request::kind::late: return relays_.answer_late(one.place);
   case request::kind::destroy:
     if (one.given->cut_by()) counters_.add(*one.given->cut_by());
     delete one.given;

@@ -68,6 +68,8 @@ class terminator final : relay_outlet {
   bool ask_session(place_id place, service::connection_id connection) noexcept {
     return ask({.what = request::kind::hand_over, .place = place, .connection = connection});
   }
+  // A place is answered later, so it may be given to others.
+  void answer_late(place_id place) noexcept { (void)ask({.what = request::kind::late, .place = place}); }
   // Client: takes a connected socket. False as above.
   bool connect(descriptor socket, std::uint32_t attempt) noexcept;
   void drop(place_id place) noexcept { (void)ask({.what = request::kind::drop, .place = place}); }
