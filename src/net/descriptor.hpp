@@ -2,9 +2,13 @@
 #pragma once
 #include <unistd.h>
 
+#include <cerrno>
 #include <utility>
 
 namespace rowe::net {
+
+// Whether a call failed for want of one.
+constexpr bool has_no_descriptor(int code) noexcept { return code == EMFILE || code == ENFILE; }
 
 // Owns a file descriptor, and closes it at the end. Closing does not take it out of an epoll: the
 // registration belongs to the open file, which a duplicate or a forked child may keep alive

@@ -71,13 +71,15 @@ std::uint32_t established::count_from(const socket_address& source) const noexce
                     [&](const auto& one) { return is_in_use(one) && same_source(one.peer, source); }));
 }
 
-established::connection& established::take_place(const socket_address& peer, purpose why) noexcept {
+established::connection& established::take_place(const socket_address& peer, purpose why,
+                                                 bool lent) noexcept {
   const std::uint32_t index = free_.back();
   free_.pop_back();
   connection& one = connections_[index];
   if (++one.generation == 0) one.generation = 1; // 0 is never a connection that was reported
   one.opened_at = now_;
   one.why = why;
+  one.lent = lent;
   if (why == purpose::any) {
     ++ordinary_;
   } else {
@@ -93,8 +95,9 @@ established::connection& established::take_place(const socket_address& peer, pur
   return one;
 }
 
-connection_id established::open(descriptor socket, const socket_address& peer, purpose why) noexcept {
-  connection& one = take_place(peer, why);
+connection_id established::open(descriptor socket, const socket_address& peer, purpose why,
+                                bool lent) noexcept {
+  connection& one = take_place(peer, why, lent);
   one.bytes = stream{std::move(socket)};
   prepare_for_frames(one.bytes.get(), limits_);
   watch(one);
@@ -103,8 +106,9 @@ connection_id established::open(descriptor socket, const socket_address& peer, p
 
 // ---- connections under TLS
 
-connection_id established::open(tls::place_id place, const socket_address& peer, purpose why) noexcept {
-  connection& one = take_place(peer, why);
+connection_id established::open(tls::place_id place, const socket_address& peer, purpose why,
+                                bool lent) noexcept {
+  connection& one = take_place(peer, why, lent);
   if (!sessions_->ask_session(place, id_of(one))) end(one, close_cause::reset);
   return id_of(one);
 }

@@ -48,16 +48,17 @@ class established {
 
   // Whether there is a place for a peer on service::stop_path; another peer on the path may be displaced for
   // it (established.cpp). Only inside poll(). Linear.
-  bool make_room_for_stop(const socket_address& peer, service::transport_sink& sink) noexcept;
+  bool make_room_for_stop(const socket_address& peer, bool lent, service::transport_sink& sink) noexcept;
 
   enum class purpose : std::uint8_t { any, stop };
   // Takes over a socket that is already in the poll_set, under any token. There must be a place: full(),
   // make_room_for_stop().
-  service::connection_id open(descriptor socket, const socket_address& peer,
-                              purpose why = purpose::any) noexcept;
+  service::connection_id open(descriptor socket, const socket_address& peer, purpose why = purpose::any,
+                              bool lent = false) noexcept;
   // The same for a connection under TLS, whose session the terminator has at that place. Until it comes,
   // nothing can be read or written, and the peer has no answer to its upgrade.
-  service::connection_id open(tls::place_id place, const socket_address& peer, purpose why) noexcept;
+  service::connection_id open(tls::place_id place, const socket_address& peer, purpose why,
+                              bool lent = false) noexcept;
   // Under TLS: who is at that place is answered later, and nobody else waits for the place.
   void answer_late(tls::place_id place) noexcept;
   // The session, or null if it has ended.
@@ -106,6 +107,7 @@ class established {
     std::uint32_t generation = 0;
     phase now = phase::free;
     purpose why = purpose::any;
+    bool lent = false; // its descriptor is one that is kept for who comes to stop
     bool reading = true;
     bool refused = false;
     bool held = false;              // it is in `held_`
@@ -119,7 +121,7 @@ class established {
     std::uint32_t stop_visit = 0; // number
   };
 
-  connection& take_place(const socket_address& peer, purpose why) noexcept;
+  connection& take_place(const socket_address& peer, purpose why, bool lent) noexcept;
   bool is_in_use(const connection& one) const noexcept {
     return one.now == phase::open || one.now == phase::closing;
   }

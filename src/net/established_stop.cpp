@@ -19,7 +19,10 @@ using service::transport_sink;
 // When it comes again, or beyond connections_per_address_max, its own connection is displaced. A connection
 // of another source is displaced only when that source has had its place for stop_place_kept_for. The time is
 // counted for the source, so closing and coming back does not begin it anew.
-bool established::make_room_for_stop(const socket_address& peer, transport_sink& sink) noexcept {
+//
+// Where the process has no descriptor left, so many may come as such places are kept. Beyond them it is the
+// same among those.
+bool established::make_room_for_stop(const socket_address& peer, bool lent, transport_sink& sink) noexcept {
   const auto of_its_own = [&](const connection& one) { return same_source(one.peer, peer); };
   const auto held_long = [&](const connection& one) {
     return now_ - stop_visits_.since(one.stop_visit) >= stop_place_kept_for;
@@ -31,8 +34,14 @@ bool established::make_room_for_stop(const socket_address& peer, transport_sink&
                        std::any_of(connections_.begin(), connections_.end(), [&](const connection& one) {
                          return is_in_use(one) && one.why == purpose::stop && of_its_own(one);
                        });
-  if (!instead && !free_.empty()) return true;
-  return displace_oldest(sink, of_its_own) || (!instead && displace_oldest(sink, held_long));
+  const auto is_lent = [&](const connection& one) { return is_in_use(one) && one.lent; };
+  const bool none_kept = lent && std::count_if(connections_.begin(), connections_.end(), is_lent) >=
+                                     static_cast<std::ptrdiff_t>(kept_for_stop(limits_.connections_max));
+  if (!instead && !none_kept && !free_.empty()) return true;
+  const auto among = [&](const auto& wanted) {
+    return [&](const connection& one) { return (!none_kept || one.lent) && wanted(one); };
+  };
+  return displace_oldest(sink, among(of_its_own)) || (!instead && displace_oldest(sink, among(held_long)));
 }
 
 template <class Wanted>

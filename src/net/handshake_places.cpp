@@ -24,52 +24,60 @@ bool handshakes::may_be_evicted(const handshake& one) const noexcept {
   return one.now == phase::header && one.turn != turn_ && (one.events == 0 || one.looked_at);
 }
 
-// Of the sockets whose request is not complete, as far as we know, the one that is `weaker` than all others,
-// and of those the oldest; nullptr if there is none. weaker(one, nullptr): whether it is looked at.
-template <class Weaker>
-handshakes::handshake* handshakes::unfinished(Weaker&& weaker) noexcept {
+// Of the `wanted` sockets whose request is not complete, as far as we know, the oldest; nullptr if there is
+// none. One without unread bytes comes first, because unread bytes may complete a request; and, `by_claim`,
+// before that one whose source had begun more handshakes lately which have led to nothing.
+template <class Wanted>
+handshakes::handshake* handshakes::unfinished(bool by_claim, Wanted&& wanted) noexcept {
+  const auto rank = [&](const handshake& one) {
+    return std::pair{by_claim ? one.before : 0, one.events == 0};
+  };
   handshake* found = nullptr;
   (void)header_.oldest_of([&](deadline_node& node) {
     auto& one = static_cast<handshake&>(node);
-    if (may_be_evicted(one) && weaker(one, found)) found = &one;
+    if (may_be_evicted(one) && wanted(one) && (found == nullptr || rank(one) > rank(*found))) found = &one;
     return false;
   });
   return found;
 }
 
 // A free place; else the place of the socket that has been closing longest, because its answer is sent; else
-// that of one whose request is not complete: of the source that had begun most handshakes lately which have
-// led to nothing, and of those of one without unread bytes, because these may complete a request. Whose own
-// source had begun more than that displaces one of its own. A source that has used up its limit gets only the
-// places for the stop in addition; for a third it displaces no other source.
-handshakes::handshake* handshakes::place(const socket_address& peer, bool crowded,
+// that of one whose request is not complete, by claim. Whoever has the weakest claim itself displaces one of
+// its own source. A source that has used up its limit gets only the places for the stop in addition; for a
+// third it displaces no other source. Where no descriptor is left, there are only those, for all.
+handshakes::handshake* handshakes::place(const accepted_socket& came, bool crowded,
                                          std::uint32_t before) noexcept {
-  const auto is_such = [&](const handshake& one) {
-    return one.now == phase::header && one.crowded && same_source(one.peer, peer);
+  const auto own = [&](const handshake& one) { return same_source(one.peer, came.peer); };
+  const auto own_crowded = [&](const handshake& one) {
+    return one.now == phase::header && one.crowded && own(one);
   };
-  const auto unread = [](const handshake& one) { return one.events != 0; };
-  const auto weaker_of = [&](auto&& wanted) {
-    return [&](const handshake& one, const handshake* than) {
-      return wanted(one) && (than == nullptr || unread(*than) > unread(one));
-    };
+  const auto lent = [](const handshake& one) { return one.now != phase::free && one.lent; };
+  const auto all_taken = [&](const auto& such) {
+    return std::count_if(handshakes_.begin(), handshakes_.end(), such) >=
+           static_cast<std::ptrdiff_t>(kept_for_stop(limits_.handshakes_max));
+  };
+  const auto by_claim = [&](const auto& such) {
+    handshake* const weakest = unfinished(true, such);
+    const bool weaker_still = weakest != nullptr && weakest->before < before;
+    return weaker_still ? unfinished(false, [&](const handshake& one) { return such(one) && own(one); })
+                        : weakest;
   };
   handshake* one = nullptr;
-  if (crowded && std::count_if(handshakes_.begin(), handshakes_.end(), is_such) >=
-                     static_cast<std::ptrdiff_t>(kept_for_stop(limits_.handshakes_max))) {
-    one = unfinished(weaker_of(is_such));
-    if (one == nullptr) return nullptr;
+  if (came.lent && all_taken(lent)) {
+    one = static_cast<handshake*>(
+        closing_.oldest_of([&](deadline_node& node) { return lent(static_cast<handshake&>(node)); }));
+    if (one == nullptr) one = by_claim(lent);
+  } else if (crowded && all_taken(own_crowded)) {
+    one = unfinished(false, own_crowded);
   } else {
     one = free_or_closing();
-    if (one == nullptr) {
-      one = unfinished([&](const handshake& next, const handshake* than) {
-        return than == nullptr ||
-               std::pair{next.before, unread(*than)} > std::pair{than->before, unread(next)};
-      });
-      if (one != nullptr && one->before < before)
-        one = unfinished(weaker_of([&](const handshake& own) { return same_source(own.peer, peer); }));
-    }
+    if (one == nullptr) one = by_claim([](const handshake&) { return true; });
   }
-  if (one != nullptr && one->now != phase::free) evict(*one);
+  if (one == nullptr || one->now == phase::free) return one;
+  if (one->now == phase::closing)
+    leave(*one);
+  else
+    evict(*one);
   return one;
 }
 

@@ -29,13 +29,14 @@ bool is_for_stop(const wire::http_judgement& request) noexcept {
 } // namespace
 
 handshakes::handshakes(const socket_limits& limits, const wire::handshake_policy& policy, poll_set& polled,
-                       lws_host& host, established& connections, socket_counters& counters,
-                       std::span<std::byte> scratch)
+                       lws_host& host, established& connections, kept_descriptors& kept,
+                       socket_counters& counters, std::span<std::byte> scratch)
     : limits_{limits},
       policy_{policy},
       polled_{polled},
       host_{host},
       connections_{connections},
+      kept_{kept},
       counters_{counters},
       scratch_{scratch},
       handshakes_(limits.handshakes_max),
@@ -57,8 +58,8 @@ handshakes::~handshakes() {
 void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept {
   const bool crowded = too_many_from(accepted.peer);
   const std::uint32_t before = begun_.note(accepted.peer, now_);
-  handshake* one = place(accepted.peer, crowded, before);
-  const bool beyond = crowded && one == nullptr;
+  handshake* one = place(accepted, crowded, before);
+  const bool beyond = crowded && !accepted.lent && one == nullptr;
   if (beyond) one = free_or_closing(); // to be rejected in good order
   if (!one) {
     // There is no place for an orderly end, so a reset may destroy this answer.
@@ -82,6 +83,7 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
   one->writable_in = 0;
   one->looked_at = false;
   one->crowded = crowded;
+  one->lent = accepted.lent;
   const auto index = static_cast<std::uint32_t>(one - handshakes_.data());
   send_at_once(one->socket.get());
   if (!polled_.add(one->socket.get(), EPOLLIN | EPOLLRDHUP | EPOLLET,
@@ -159,16 +161,6 @@ void handshakes::on_event(const socket_event& event) noexcept {
   }
 }
 
-// A page may be long: the time is for each 64 KiB of it.
-void handshakes::drive_page(handshake& one) noexcept {
-  constexpr std::size_t timed_bytes = std::size_t{64} << 10;
-  host_.drive(one.watch);
-  if (!one.watch.wsi) return begin_close(one);
-  if (one.page_left < one.watch.rest.size() + timed_bytes) return;
-  one.page_left = one.watch.rest.size();
-  page_.arm(one, now_);
-}
-
 // In every other turn pages that wait come first: whoever asks again and again keeps none of them waiting.
 void handshakes::step(transport_sink& sink) noexcept {
   drive_next();
@@ -206,8 +198,11 @@ void handshakes::read_header(handshake& one, std::uint32_t events, transport_sin
   const ssize_t taken = ::recv(one.socket.get(), text, end, MSG_DONTWAIT);
   if (taken != static_cast<ssize_t>(end)) return leave(one); // reset in between
   const wire::http_judgement judgement = wire::judge_request(seen.substr(0, end), policy_);
-  if (one.crowded && judgement.outcome != wire::http_outcome::rejected && !is_for_stop(judgement))
-    return reject(one, answer::too_many_from_one_address(limits_.connections_per_address_max), sink);
+  if (judgement.outcome != wire::http_outcome::rejected && !is_for_stop(judgement)) {
+    if (one.lent) return reject(one, answer::no_descriptor(), sink);
+    if (one.crowded)
+      return reject(one, answer::too_many_from_one_address(limits_.connections_per_address_max), sink);
+  }
   switch (judgement.outcome) {
   case wire::http_outcome::rejected: return reject(one, judgement.rejection, sink);
   case wire::http_outcome::page: return serve(one, judgement, sink);
@@ -222,7 +217,10 @@ void handshakes::read_header(handshake& one, std::uint32_t events, transport_sin
 void handshakes::hand_over(handshake& one, const wire::http_judgement& request,
                            const service::http_answer* answer) noexcept {
   char text[wire::http_clean_bytes_max];
+  kept_.take_back();
   descriptor duplicate{::fcntl(one.socket.get(), F_DUPFD_CLOEXEC, 0)};
+  if (!duplicate && has_no_descriptor(errno) && is_for_stop(request) && kept_.give())
+    duplicate.reset(::fcntl(one.socket.get(), F_DUPFD_CLOEXEC, 0));
   wire::http_judgement pathless = request;
   pathless.target = "/";
   const std::string_view clean = wire::write_clean_request(text, pathless);
@@ -232,40 +230,6 @@ void handshakes::hand_over(handshake& one, const wire::http_judgement& request,
   host_.adopt(one.watch, std::move(duplicate), clean);
   one.watch.judgement = nullptr;
   one.watch.answer = nullptr;
-}
-
-std::uint32_t handshakes::pages_max() const noexcept {
-  return limits_.handshakes_max - kept_for_stop(limits_.handshakes_max);
-}
-
-void handshakes::serve(handshake& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
-  if (pages_ >= pages_max()) return reject(one, answer::too_many_pages(pages_max()), sink);
-  char address[address_text_bytes_max];
-  const service::admit_answer allowed = sink.may_read(shown_by(one, request, address));
-  if (allowed.status != 0) return refuse(one, allowed, request, sink);
-  const service::http_answer answer = sink.on_http({.path = request.path,
-                                                    .if_none_match = request.if_none_match,
-                                                    .accepts_gzip = request.accepts_gzip,
-                                                    .who = allowed.who});
-  if (answer.later) return await(one, answer.awaited, request.head, sink);
-  write_page(one, request, answer, sink);
-}
-
-void handshakes::write_page(handshake& one, const wire::http_judgement& request,
-                            const service::http_answer& answer, transport_sink& sink) noexcept {
-  constexpr std::uint16_t first_error = 400;
-  one.welcome = answer.status < first_error;
-  if (answer.in_pieces.from != nullptr) return begin_body(one, request, answer);
-  do {
-    hand_over(one, request, &answer);
-  } while (one.watch.starved && one.watch.in_pieces && end_oldest_page()); // one read quickly is written
-  one.page_left = one.watch.rest.size();
-  if (one.watch.wsi) return enter(one, phase::page, page_, EPOLLOUT);
-  if (one.watch.answered) return begin_close(one);
-  if (one.watch.duplicate < 0) return reject(one, answer::no_descriptor(), sink);
-  if (one.watch.starved) return starve(one, sink);
-  if (has_gone(one.socket.get())) return leave(one);
-  reject(one, answer::page_not_written(), sink);
 }
 
 // libwebsockets sees nothing of it.
@@ -292,7 +256,7 @@ void handshakes::upgrade(handshake& one, const wire::http_judgement& request, tr
   const service::admit_answer admitted = sink.admit(shown_by(one, request, address));
   if (admitted.status != 0) return refuse(one, admitted, request, sink);
   const bool for_stop = is_for_stop(request);
-  if (for_stop && !connections_.make_room_for_stop(one.peer, sink))
+  if (for_stop && !connections_.make_room_for_stop(one.peer, one.lent, sink))
     return reject(one, answer::no_place_for_stop(), sink);
   if (!for_stop && connections_.full())
     return reject(one, answer::too_many_connections(connections_.ordinary_max()), sink);
@@ -304,8 +268,8 @@ void handshakes::upgrade(handshake& one, const wire::http_judgement& request, tr
   if (!one.watch.established) return reject(one, answer::upgrade_not_answered(), sink);
   const socket_address peer = one.peer;
   const auto why = for_stop ? established::purpose::stop : established::purpose::any;
-  const service::connection_id id = one.place ? connections_.open(one.place, peer, why)
-                                              : connections_.open(std::move(one.socket), peer, why);
+  const service::connection_id id = one.place ? connections_.open(one.place, peer, why, one.lent)
+                                              : connections_.open(std::move(one.socket), peer, why, one.lent);
   begun_.forgive(peer, now_);
   leave(one);
   ++counters_.opened;
@@ -330,15 +294,6 @@ void handshakes::refuse(handshake& one, const service::admit_answer& why, const 
   connections_.answer_late(one.place);
   tries_.answer_late(std::move(one.socket), now_);
   leave(one);
-}
-
-bool handshakes::end_oldest_page() noexcept {
-  auto* const oldest = static_cast<handshake*>(page_.oldest());
-  if (oldest == nullptr) return false;
-  reset_on_close(oldest->socket.get());
-  leave(*oldest);
-  ++counters_.handshakes_evicted;
-  return true;
 }
 
 void handshakes::starve(handshake& one, transport_sink& sink) noexcept {

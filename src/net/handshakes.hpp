@@ -29,6 +29,7 @@
 
 #include "net/deadline_list.hpp"
 #include "net/established.hpp"
+#include "net/kept_descriptors.hpp"
 #include "net/listener.hpp"
 #include "net/lws_host.hpp"
 #include "net/poll_set.hpp"
@@ -44,7 +45,7 @@ class handshakes {
  public:
   // `scratch` is shared with the reading of connections and holds header_bytes_max.
   handshakes(const socket_limits& limits, const wire::handshake_policy& policy, poll_set& polled,
-             lws_host& host, established& connections, socket_counters& counters,
+             lws_host& host, established& connections, kept_descriptors& kept, socket_counters& counters,
              std::span<std::byte> scratch);
   ~handshakes();
   handshakes(const handshakes&) = delete;
@@ -97,6 +98,7 @@ class handshakes {
     bool looked_at = false;        // its header was looked at, and was not whole
     std::uint32_t before = 0;      // handshakes_begun() of its source, when it came
     bool welcome = false;          // its answer is not that of an error
+    bool lent = false;             // its descriptor is one that is kept for who comes to stop
     bool crowded = false;          // its source has all it may have, so it may only stop
   };
 
@@ -107,9 +109,9 @@ class handshakes {
                                        std::span<char> address) noexcept;
   handshake* free_or_closing() noexcept;
   bool may_be_evicted(const handshake& one) const noexcept;
-  template <class Weaker>
-  handshake* unfinished(Weaker&& weaker) noexcept;
-  handshake* place(const socket_address& peer, bool crowded, std::uint32_t before) noexcept;
+  template <class Wanted>
+  handshake* unfinished(bool by_claim, Wanted&& wanted) noexcept;
+  handshake* place(const accepted_socket& came, bool crowded, std::uint32_t before) noexcept;
   void evict(handshake& one) noexcept;
   void enter(handshake& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept;
   void leave(handshake& one) noexcept;
@@ -150,6 +152,7 @@ class handshakes {
   poll_set& polled_;
   lws_host& host_;
   established& connections_;
+  kept_descriptors& kept_;
   socket_counters& counters_;
   std::span<std::byte> scratch_;
   std::vector<handshake> handshakes_;

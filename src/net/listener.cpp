@@ -58,13 +58,22 @@ bool listener::join(poll_set& polled) noexcept {
   return polled.add(socket_.get(), EPOLLIN, {source::listener});
 }
 
-std::optional<accepted_socket> listener::accept(poll_set& polled, rt::time_point now) noexcept {
+std::optional<accepted_socket> listener::accept(poll_set& polled, kept_descriptors& kept,
+                                                rt::time_point now) noexcept {
   if (paused()) return std::nullopt;
+  kept.take_back(); // before this takes it
   accepted_socket next;
-  next.peer.bytes = sizeof next.peer.storage;
-  next.socket.reset(
-      ::accept4(socket_.get(), next.peer.get(), &next.peer.bytes, SOCK_NONBLOCK | SOCK_CLOEXEC));
-  if (next.socket) return next;
+  const auto take = [&] {
+    next.peer.bytes = sizeof next.peer.storage;
+    next.socket.reset(
+        ::accept4(socket_.get(), next.peer.get(), &next.peer.bytes, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    return static_cast<bool>(next.socket);
+  };
+  if (take()) return next;
+  if (has_no_descriptor(errno) && kept.give()) {
+    next.lent = true;
+    if (take()) return next;
+  }
   if (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM) {
     polled.modify(socket_.get(), 0, {source::listener});
     resume_ = rt::deadline_after(now, pause);

@@ -9,6 +9,7 @@
 
 #include "net/address.hpp"
 #include "net/descriptor.hpp"
+#include "net/kept_descriptors.hpp"
 #include "net/poll_set.hpp"
 #include "net/socket_transport.hpp"
 #include "net/tls/arrival.hpp"
@@ -20,6 +21,7 @@ struct accepted_socket {
   socket_address peer;
   tls::place_id place{}; // under TLS: where its session is; the socket is local then, and plain
   tls::client_certificate shown{};
+  bool lent = false; // a descriptor that is kept for who comes to stop
 };
 
 class listener {
@@ -34,9 +36,10 @@ class listener {
 
   bool join(poll_set& polled) noexcept;
 
-  // The next connection, if one waits. If the process has no descriptor or memory for it, nothing; then
-  // paused() is true.
-  std::optional<accepted_socket> accept(poll_set& polled, rt::time_point now) noexcept;
+  // The next connection, if one waits. If the process has no descriptor left, it gets one of `kept`. If there
+  // is none, or no memory, nothing; then paused() is true.
+  std::optional<accepted_socket> accept(poll_set& polled, kept_descriptors& kept,
+                                        rt::time_point now) noexcept;
   bool paused() const noexcept { return resume_ != rt::never; }
 
   // Ends the pause when its time has come.

@@ -21,6 +21,7 @@
 #include "net/policy_owner.hpp"
 #include "net/poll_set.hpp"
 #include "net/read_pace.hpp"
+#include "net/socket_limits.hpp"
 #include "net/tls/terminator.hpp"
 
 namespace rowe::net {
@@ -34,38 +35,6 @@ constexpr int accepts_per_turn = 4;
 constexpr int news_per_turn = 4; // the same, of the terminator
 // libwebsockets' timers and deferred work. Nothing here depends on them: sockets are driven by our epoll.
 constexpr rt::duration lws_turn_period = std::chrono::milliseconds{250};
-
-status check(const socket_limits& limits) noexcept {
-  const auto outside = [](std::uint64_t value, std::uint64_t least, std::uint64_t most) {
-    return value < least || value > most;
-  };
-  const auto bad = [](std::uint64_t value, std::uint64_t limit) {
-    return error{errc::bad_argument, static_cast<std::int64_t>(value), static_cast<std::int64_t>(limit)};
-  };
-  constexpr std::uint64_t most_bytes = 65536;
-  struct range {
-    std::uint64_t value, least, most;
-  };
-  const range ranges[] = {
-      {limits.connections_max, 1, 65536},
-      {limits.connections_per_address_max, 1, UINT32_MAX},
-      {limits.handshakes_max, 1, 1024},
-      {limits.handshake_bytes, lws_host::memory_bytes_least, std::uint64_t{1} << 26},
-      {limits.header_bytes_max, 256, wire::http_header_bytes_max},
-      {limits.read_quantum_bytes, 512, most_bytes},
-      {limits.read_alone_bytes_min, limits.read_quantum_bytes, most_bytes},
-      {limits.read_alone_bytes_max, limits.read_alone_bytes_min, std::uint64_t{1} << 20},
-      {limits.send_buffer_bytes, 0, INT_MAX / 2},
-      {limits.unsent_bytes_max, 1, INT_MAX},
-  };
-  for (const range& one : ranges)
-    if (outside(one.value, one.least, one.most))
-      return bad(one.value, one.value < one.least ? one.least : one.most);
-  for (const rt::duration one : {limits.header_timeout, limits.page_timeout, limits.connect_timeout,
-                                 limits.write_timeout, limits.close_timeout})
-    if (one <= rt::duration::zero()) return error{errc::bad_argument, one.count(), 1};
-  return {};
-}
 
 class epoll_transport final : public socket_transport {
  public:
@@ -133,6 +102,7 @@ class epoll_transport final : public socket_transport {
   bool alone_ = false; // one connection at most is readable in this turn
   descriptor waker_;
   std::unique_ptr<lws_host> lws_;
+  kept_descriptors kept_;                       // a server's, in both threads
   std::unique_ptr<tls::terminator> terminator_; // under TLS. It outlives the connections
   established connections_;
   rt::time_point now_{};
@@ -182,10 +152,12 @@ result<std::unique_ptr<socket_transport>> epoll_transport::open(const listen_opt
   epoll_transport& one = **made;
   one.port_ = port_of(bound->address());
   one.policy_ = std::make_unique<policy_owner>(options, bound->address());
-  one.handshakes_ =
-      std::make_unique<handshakes>(one.limits_, one.policy_->policy(), one.polled_, *one.lws_,
-                                   one.connections_, one.counters_, std::span<std::byte>{one.buffer_});
-  if (options.tls.certificate.empty()) {
+  one.handshakes_ = std::make_unique<handshakes>(one.limits_, one.policy_->policy(), one.polled_, *one.lws_,
+                                                 one.connections_, one.kept_, one.counters_,
+                                                 std::span<std::byte>{one.buffer_});
+  const bool in_plain = options.tls.certificate.empty();
+  one.kept_.keep(kept_of_descriptors(options.limits, !in_plain));
+  if (in_plain) {
     one.listener_ = std::move(*bound);
     if (!one.listener_->join(one.polled_)) return errc::no_memory;
   } else if (const status secured = one.secure(options.tls, {}, std::move(*bound)); !secured) {
@@ -214,7 +186,7 @@ result<std::unique_ptr<socket_transport>> epoll_transport::open(const connect_op
 status epoll_transport::secure(const tls_options& files, std::string remote, std::optional<listener> from) {
   auto made = tls::terminator::open(
       {.limits = limits_, .files = files, .remote = std::move(remote), .waker = waker_.get()},
-      std::move(from));
+      std::move(from), kept_);
   if (!made) return made.error();
   terminator_ = std::move(*made);
   connections_.use(*terminator_);
@@ -298,11 +270,13 @@ void epoll_transport::serve_others(std::span<const socket_event> events, transpo
 void epoll_transport::accept_some(transport_sink& sink) noexcept {
   for (int i = 0; i < accepts_per_turn; ++i) {
     if (handshakes_->must_wait()) return; // they are reported again in the next turn
-    auto accepted = listener_->accept(polled_, now_);
+    auto accepted = listener_->accept(polled_, kept_, now_);
     if (!accepted) break;
     ++counters_.accepted;
-    pause_is_told_ = false;
+    const bool lent = accepted->lent;
+    if (!lent) pause_is_told_ = false;
     handshakes_->begin(std::move(*accepted), sink);
+    if (lent && !std::exchange(pause_is_told_, true)) tell_pause(sink);
   }
   if (!listener_->paused()) return;
   ++counters_.accept_pauses;
@@ -312,7 +286,8 @@ void epoll_transport::accept_some(transport_sink& sink) noexcept {
 void epoll_transport::tell_pause(transport_sink& sink) noexcept {
   sink.on_rejected({.http_status = 0,
                     .peer = {},
-                    .what = "nobody can be accepted: this process has no file descriptor or memory left",
+                    .what = "nobody gets in but who comes to stop: this process has no file descriptor or no "
+                            "memory left",
                     .remedy = "raise its limit of open files (ulimit -n) or lower connections_max"});
 }
 
@@ -328,7 +303,7 @@ void epoll_transport::take_news(transport_sink& sink) noexcept {
         break;
       }
       ++counters_.accepted;
-      handshakes_->begin({descriptor{news->socket}, news->peer, news->place, news->shown}, sink);
+      handshakes_->begin({descriptor{news->socket}, news->peer, news->place, news->shown, news->lent}, sink);
       break;
     case tls::arrival::kind::session:
       connections_.attach(news->connection, std::unique_ptr<tls::session>{news->taken}, sink);

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""No descriptor is left: nobody new gets in, and those who are there notice nothing, the stop included. What
-changed on the disk meanwhile, a token that was revoked or a certificate, holds once it can be read."""
+"""No descriptor is left: nobody new gets in but who comes to stop, and those who are there notice nothing.
+What changed on the disk meanwhile, a token that was revoked or a certificate, holds once it can be read."""
 import contextlib
 import os
 import resource
 import unittest
 
 import websocket
+import program
 from program import run
 from robot import numbers_until, publish, restored, robot, shown, until
 
@@ -16,7 +17,8 @@ def kept_by(process):
     found = []
     for name in os.listdir(f"/proc/{process.pid}/fd"):
         with contextlib.suppress(FileNotFoundError):
-            if not os.path.exists(os.readlink(f"/proc/{process.pid}/fd/{name}")):
+            behind = os.readlink(f"/proc/{process.pid}/fd/{name}")
+            if not os.path.isfile(behind) and not os.path.isdir(behind):
                 found.append(int(name))
     return found
 
@@ -26,7 +28,7 @@ def none_left(serving):
     """The server gets no descriptor any more, and keeps those it has."""
     process = serving.process
     before = resource.prlimit(process.pid, resource.RLIMIT_NOFILE)
-    kept = kept_by(process) + [0]  # /dev/null
+    kept = kept_by(process)
     lowest = next(number for number in range(len(kept) + 1) if number not in kept)
     resource.prlimit(process.pid, resource.RLIMIT_NOFILE, (lowest, before[1]))
     try:
@@ -50,11 +52,12 @@ class descriptors(unittest.TestCase):
         self.bot = self.enterContext(robot())
         self.serving = self.enterContext(self.bot.serving("--demo"))
 
-    def test_those_who_are_there_go_on_and_stop_it_and_those_who_wait_get_in_later(self):
+    def test_those_who_are_there_go_on_and_stop_it_and_others_get_in_later(self):
         bot, serving = self.bot, self.serving
         with bot.subscriber(serving) as reader, bot.peer(serving, "peer") as writer:
             with none_left(serving):
-                waiting = [self.enterContext(websocket.connect(serving.port)) for _ in range(5)]
+                for _ in range(5):  # they say nothing, and stay
+                    self.enterContext(websocket.connect(serving.port))
                 slept = awakenings(serving.process)
                 for begin in range(0, 2000, 100):  # fewer than a queue holds, so none is dropped
                     publish(writer, range(begin, begin + 100))
@@ -64,12 +67,34 @@ class descriptors(unittest.TestCase):
                 self.assertEqual((answer["id"], answer["result"]), ("now", True))
                 # It waits for descriptors, and does not ask for them all the time.
                 self.assertLess(awakenings(serving.process) - slept, 1000)
-            for one in waiting:
-                with bot.trust().wrap_socket(one, server_hostname="127.0.0.1") as stream:
-                    self.assertIn(stream.version(), ("TLSv1.2", "TLSv1.3"))
+            bot.subscriber(serving).stream.close()
             counts = bot.counts(serving)
             self.assertEqual(counts["outbox_full"] + counts["evicted"] + counts["lost_with_peer"], 0)
             self.assertEqual(counts["stops"], 1)
+
+    def test_who_comes_to_stop_gets_in_and_nobody_else(self):
+        for in_plain in (False, True):
+            with self.subTest(in_plain=in_plain), contextlib.ExitStack() as held:
+                serving = held.enter_context(program.hub("--demo")) if in_plain else self.serving
+
+                def peer(path, serving=serving, in_plain=in_plain):
+                    return websocket.peer(serving.port, path=path) if in_plain else \
+                        self.bot.peer(serving, "driver", path)
+
+                held.enter_context(none_left(serving))
+                for round in range(4):
+                    for _ in range(6):  # they say nothing, and stay
+                        held.enter_context(websocket.connect(serving.port))
+                    with self.assertRaises(websocket.refused) as refused:
+                        peer("/")
+                    self.assertEqual(refused.exception.status, 503)
+                    stopper = held.enter_context(peer("/rowe/stop"))
+                    stopper.send({"op": "call_service", "service": "/rowe/stop", "id": round})
+                    answer = stopper.receive_until(lambda m: m["op"] == "service_response")
+                    self.assertTrue(answer["result"])
+                    if round < 2:
+                        stopper.stream.close()
+                serving.line("nobody gets in but who comes to stop: this process has no file descriptor")
 
     def test_a_token_that_was_revoked_meanwhile_is_refused_as_soon_as_the_file_can_be_read(self):
         bot, serving = self.bot, self.serving
@@ -93,7 +118,8 @@ class descriptors(unittest.TestCase):
 
     def test_a_certificate_that_was_renewed_meanwhile_is_shown_as_soon_as_it_can_be_read(self):
         bot, serving = self.bot, self.serving
-        before = shown(serving)
+        with open(bot.at("certificate.pem"), encoding="ascii") as file:
+            before = file.read().strip()
         with none_left(serving):
             ended = run("setup", "--renew", "--dir", bot.folder)
             self.assertEqual(ended.code, 0, ended.stderr)

@@ -158,13 +158,15 @@ TEST(listen, leaves_the_limit_of_open_files_alone) {
 }
 
 // Lowers the limit of open files so that `spare` are left; puts it back.
+// So many more than are open can be; `none`: not even as many as are.
 class few_descriptors {
  public:
+  static constexpr rlim_t none = RLIM_INFINITY;
   explicit few_descriptors(rlim_t spare) {
     ::getrlimit(RLIMIT_NOFILE, &before_);
     const descriptor lowest{::open("/dev/null", O_RDONLY | O_CLOEXEC)};
     rlimit few = before_;
-    few.rlim_cur = static_cast<rlim_t>(lowest.get()) + spare;
+    few.rlim_cur = spare == none ? 0 : static_cast<rlim_t>(lowest.get()) + spare;
     ::setrlimit(RLIMIT_NOFILE, &few);
   }
   ~few_descriptors() { ::setrlimit(RLIMIT_NOFILE, &before_); }
@@ -183,7 +185,7 @@ TEST(listen, pauses_without_spinning_when_the_process_has_no_descriptor_left) {
   drive.turn();
   raw_socket waiting{transport->port()};
   {
-    const few_descriptors none{0};
+    const few_descriptors none{few_descriptors::none};
     ASSERT_TRUE(drive.until([&] { return transport->counters().accept_pauses == 1; }));
     ASSERT_EQ(drive.sink().rejections.size(), 1U);
     EXPECT_NE(drive.sink().rejections[0].remedy.find("ulimit"), std::string::npos);

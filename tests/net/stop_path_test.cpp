@@ -276,7 +276,7 @@ struct places : testing::Test {
   std::optional<std::uint32_t> come(const char* address) {
     const socket_address peer = numeric_address(address, 1234).value();
     connections.begin_turn(now);
-    if (!connections.make_room_for_stop(peer, sink)) return std::nullopt;
+    if (!connections.make_room_for_stop(peer, false, sink)) return std::nullopt;
     return take(peer, established::purpose::stop);
   }
   std::uint32_t take(const socket_address& peer, established::purpose why) {

@@ -68,7 +68,8 @@ struct tls_order : testing::Test {
   rt::time_point now{1000s};
   poll_set polled = poll_set::open().value();
   certificates with{end::server, files.server(), context::open(end::server, files.server(), nullptr)};
-  relays places{socket_limits{}, {}, with, polled, outlet};
+  kept_descriptors kept;
+  relays places{socket_limits{}, {}, with, polled, kept, outlet};
 };
 
 TEST_F(tls_order, puts_a_newcomer_before_those_of_a_source_that_has_begun_many) {

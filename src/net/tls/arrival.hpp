@@ -43,6 +43,7 @@ struct arrival {
   int socket = -1;                     // newcomer: what to read and write in plain; the receiver's to close
   socket_address peer{};               // newcomer, rejected
   client_certificate shown{};          // newcomer of a server
+  bool lent = false;                   // likewise: on descriptors that are kept for who comes to stop
   service::connection_id connection{}; // session
   session* taken = nullptr;            // session
   wire::http_rejection rejection{};    // rejected; status 0: it was answered in no words. warning: its words

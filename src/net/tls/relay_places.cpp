@@ -22,45 +22,69 @@ place_id relays::id_of(const relay& one) const noexcept {
   return {static_cast<std::uint32_t>(&one - relays_.data()), one.generation};
 }
 
-// Who loses its place: one whose request is not complete, or that does not read its answer. It is one whose
-// source had begun most handshakes lately that have led to nothing, and of those the oldest. So the first
-// handshake of a source comes before all those of a flood, however many sources that has, and a source that
-// begins handshakes and leaves them displaces itself. With `from`, the oldest of that source alone. nullptr:
-// there is none.
-relays::relay* relays::to_evict(const socket_address* from) noexcept {
+// The oldest of those whose request is not complete, or that do not read their answer.
+template <class Wanted>
+relays::relay* relays::oldest_unserved(Wanted&& wanted) noexcept {
+  for (deadline_list* const list : {&draining_, &opening_}) {
+    auto* const found = list->oldest_of([&](deadline_node& one) { return wanted(static_cast<relay&>(one)); });
+    if (found != nullptr) return static_cast<relay*>(found);
+  }
+  return nullptr;
+}
+
+// Who of the `wanted` loses its place to a newcomer: one whose source had begun most handshakes lately that
+// have led to nothing, and of those the oldest. So the first handshake of a source comes before all those of
+// a flood, however many sources that has. A newcomer that has the weakest claim itself displaces one of its
+// own source. nullptr: there is none.
+template <class Wanted>
+relays::relay* relays::to_evict(const socket_address& by, std::uint32_t before, Wanted&& wanted) noexcept {
   relay* found = nullptr;
-  for (deadline_list* const list : {&draining_, &opening_})
-    (void)list->oldest_of([&](deadline_node& node) {
-      auto& one = static_cast<relay&>(node);
-      if (from != nullptr ? found == nullptr && same_source(one.peer, *from)
-                          : found == nullptr || found->before < one.before)
-        found = &one;
-      return false;
-    });
-  return found;
+  (void)oldest_unserved([&](relay& one) {
+    if (wanted(one) && (found == nullptr || found->before < one.before)) found = &one;
+    return false;
+  });
+  if (found == nullptr || found->before >= before) return found;
+  return oldest_unserved([&](const relay& one) { return wanted(one) && same_source(one.peer, by); });
+}
+
+relays::relay* relays::oldest_closing(bool lent) noexcept {
+  for (deadline_list* const list : {&closing_, &late_}) {
+    auto* const found =
+        list->oldest_of([&](deadline_node& one) { return !lent || static_cast<relay&>(one).lent; });
+    if (found != nullptr) return static_cast<relay*>(found);
+  }
+  return nullptr;
+}
+
+// Whether there are fewer than such places are kept for who comes to stop.
+bool relays::may_lend() const noexcept {
+  return std::count_if(relays_.begin(), relays_.end(), [](const relay& one) {
+           return one.now != phase::free && one.lent;
+         }) < static_cast<std::ptrdiff_t>(kept_for_stop(limits_.handshakes_max));
 }
 
 // A free place; else that of the socket which has been closing longest, because its answer is sent; else that
 // of one whose answer is late on purpose; else the one to be evicted. Pages that are being written are no
-// more than leave places for the stop (handshakes.hpp).
-relays::relay* relays::place_for(const socket_address& peer, std::uint32_t before) noexcept {
+// more than leave places for the stop (handshakes.hpp). A source that has all it may have displaces one of
+// its own; and who gets the descriptor of one who stops, one of those.
+relays::relay* relays::place_for(const accepted_socket& came, std::uint32_t before) noexcept {
+  const auto own = [&](const relay& one) { return same_source(one.peer, came.peer); };
   const auto from_there = std::count_if(relays_.begin(), relays_.end(), [&](const relay& one) {
-    return one.now != phase::free && one.now != phase::closing && same_source(one.peer, peer);
+    return one.now != phase::free && one.now != phase::closing && own(one);
   });
   const auto most = limits_.connections_per_address_max + kept_for_stop(limits_.handshakes_max);
   relay* found = nullptr;
-  if (!is_loopback(peer) && from_there >= static_cast<std::ptrdiff_t>(most)) {
-    found = to_evict(&peer);
+  if (came.lent && !may_lend()) {
+    found = oldest_closing(true);
+    if (found == nullptr) found = to_evict(came.peer, before, [](const relay& one) { return one.lent; });
+  } else if (!is_loopback(came.peer) && from_there >= static_cast<std::ptrdiff_t>(most)) {
+    found = oldest_unserved(own);
   } else {
     const auto unused =
         std::find_if(relays_.begin(), relays_.end(), [](const relay& one) { return one.now == phase::free; });
     if (unused != relays_.end()) return &*unused;
-    found = static_cast<relay*>(closing_.oldest());
-    if (found == nullptr) found = static_cast<relay*>(late_.oldest());
-    if (found == nullptr) {
-      found = to_evict(nullptr);
-      if (found != nullptr && found->before < before) found = to_evict(&peer); // it has the weakest claim
-    }
+    found = oldest_closing(false);
+    if (found == nullptr) found = to_evict(came.peer, before, [](const relay&) { return true; });
   }
   if (found == nullptr || found->now != phase::closing) outlet_.note_eviction();
   if (found != nullptr) {
@@ -89,11 +113,12 @@ void relays::begin(relay& one, descriptor socket, const socket_address& peer) {
 
 void relays::accept(accepted_socket accepted) {
   const std::uint32_t before = begun_.note(accepted.peer, now_);
-  relay* const one = place_for(accepted.peer, before);
+  relay* const one = place_for(accepted, before);
   if (one == nullptr)
     return outlet_.count(service::counter::tls_failed_evicted); // in no words: it has no TLS
   if (++one->generation == 0) one->generation = 1;
   one->before = before;
+  one->lent = accepted.lent;
   begin(*one, std::move(accepted.socket), accepted.peer);
 }
 

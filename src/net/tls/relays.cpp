@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <iterator>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -24,11 +25,12 @@ constexpr std::size_t relayed_bytes = session::record_bytes_max;
 } // namespace
 
 relays::relays(const socket_limits& limits, std::string remote, certificates& with, poll_set& polled,
-               relay_outlet& outlet)
+               kept_descriptors& kept, relay_outlet& outlet)
     : limits_{limits},
       remote_{std::move(remote)},
       with_{with},
       polled_{polled},
+      kept_{kept},
       outlet_{outlet},
       relays_(remote_.empty() ? limits.handshakes_max : 1),
       opening_{remote_.empty() ? limits.header_timeout : limits.connect_timeout},
@@ -128,9 +130,16 @@ void relays::shake(relay& one) {
 
 void relays::open_pair(relay& one) {
   int pair[2] = {-1, -1};
-  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) != 0) {
-    (void)tell_rejected(one, answer::no_descriptor());
-    return leave(one);
+  const auto open = [&] {
+    return ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) == 0;
+  };
+  kept_.take_back();
+  if (!open()) {
+    one.lent = has_no_descriptor(errno) && (one.lent || may_lend()) && kept_.give(std::size(pair));
+    if (!one.lent || !open()) {
+      (void)tell_rejected(one, answer::no_descriptor());
+      return leave(one);
+    }
   }
   one.pair.reset(pair[0]);
   descriptor theirs{pair[1]};
@@ -145,7 +154,8 @@ void relays::open_pair(relay& one) {
                      .place = id,
                      .socket = theirs.get(),
                      .peer = one.peer,
-                     .shown = shown}))
+                     .shown = shown,
+                     .lent = one.lent}))
     return leave(one);
   (void)theirs.release(); // it is the service thread's now
   one.disarm();           // which has deadlines of its own

@@ -26,6 +26,7 @@
 
 #include "net/deadline_list.hpp"
 #include "net/descriptor.hpp"
+#include "net/kept_descriptors.hpp"
 #include "net/listener.hpp"
 #include "net/poll_set.hpp"
 #include "net/socket_transport.hpp"
@@ -56,7 +57,7 @@ class relays {
  public:
   // `remote`: the server that a client wants, by its certificate; empty: we are the server.
   relays(const socket_limits& limits, std::string remote, certificates& with, poll_set& polled,
-         relay_outlet& outlet);
+         kept_descriptors& kept, relay_outlet& outlet);
   ~relays();
   relays(const relays&) = delete;
   relays& operator=(const relays&) = delete;
@@ -95,6 +96,7 @@ class relays {
     socket_address peer;
     std::uint32_t generation = 0;
     phase now = phase::free;
+    bool lent = false;           // on descriptors that are kept for who comes to stop
     bool looked_at = false;      // the first byte was
     bool waits = false;          // its handshake can go on: shake_next()
     std::uint32_t before = 0;    // handshakes_begun() of its source, when it came
@@ -110,8 +112,13 @@ class relays {
 
   relay* find(place_id place) noexcept;
   place_id id_of(const relay& one) const noexcept;
-  relay* place_for(const socket_address& peer, std::uint32_t before) noexcept;
-  relay* to_evict(const socket_address* from) noexcept;
+  relay* place_for(const accepted_socket& came, std::uint32_t before) noexcept;
+  relay* oldest_closing(bool lent) noexcept;
+  template <class Wanted>
+  relay* to_evict(const socket_address& by, std::uint32_t before, Wanted&& wanted) noexcept;
+  template <class Wanted>
+  relay* oldest_unserved(Wanted&& wanted) noexcept;
+  bool may_lend() const noexcept;
   void begin(relay& one, descriptor socket, const socket_address& peer);
   bool speaks_tls(relay& one);
   void shake(relay& one);
@@ -135,6 +142,7 @@ class relays {
   const std::string remote_;
   certificates& with_;
   poll_set& polled_;
+  kept_descriptors& kept_;
   relay_outlet& outlet_;
   std::vector<relay> relays_;
   deadline_list opening_; // shaking, reading

@@ -36,8 +36,8 @@ std::size_t requests_max(const socket_limits& limits) noexcept {
 
 } // namespace
 
-terminator::terminator(const terminator_options& options, std::optional<listener> from, poll_set polled,
-                       std::shared_ptr<const context> first)
+terminator::terminator(const terminator_options& options, std::optional<listener> from,
+                       kept_descriptors& kept, poll_set polled, std::shared_ptr<const context> first)
     : options_{options},
       news_places_(news_ring::places_for(news_max(options.limits))),
       request_places_(request_ring::places_for(requests_max(options.limits))),
@@ -49,17 +49,18 @@ terminator::terminator(const terminator_options& options, std::optional<listener
       requests_out_{requests_.take_consumer()},
       listener_{std::move(from)},
       polled_{std::move(polled)},
+      kept_{kept},
       certificates_{options.remote.empty() ? end::server : end::client, options.files, std::move(first)},
-      relays_{options.limits, options.remote, certificates_, polled_, *this} {}
+      relays_{options.limits, options.remote, certificates_, polled_, kept_, *this} {}
 
 result<std::unique_ptr<terminator>> terminator::open(const terminator_options& options,
-                                                     std::optional<listener> from) {
+                                                     std::optional<listener> from, kept_descriptors& kept) {
   auto first = context::open(options.remote.empty() ? end::server : end::client, options.files, nullptr);
   if (!first) return errc::bad_certificate;
   auto polled = poll_set::open();
   if (!polled) return polled.error();
   std::unique_ptr<terminator> made{
-      new terminator{options, std::move(from), std::move(*polled), std::move(first)}};
+      new terminator{options, std::move(from), kept, std::move(*polled), std::move(first)}};
   made->service_waker_.reset(::fcntl(options.waker, F_DUPFD_CLOEXEC, 0));
   made->waker_.reset(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
   if (!made->service_waker_ || !made->waker_) return errc::no_memory;
@@ -134,14 +135,16 @@ void terminator::serve() {
 }
 
 void terminator::accept_some() {
+  bool scarce = pause_is_told_;
   for (int i = 0; i < accepts_per_turn; ++i) {
-    auto accepted = listener_->accept(polled_, now_);
+    auto accepted = listener_->accept(polled_, kept_, now_);
     if (!accepted) break;
-    pause_is_told_ = false;
+    scarce = accepted->lent;
     relays_.accept(std::move(*accepted));
   }
-  if (listener_->paused() && !std::exchange(pause_is_told_, true))
-    (void)tell({.what = arrival::kind::paused});
+  scarce = scarce || listener_->paused();
+  if (scarce && !pause_is_told_) (void)tell({.what = arrival::kind::paused});
+  pause_is_told_ = scarce;
 }
 
 void terminator::look_after_certificates() {

@@ -26,6 +26,7 @@
 #include <rowe/tls.hpp>
 
 #include "net/descriptor.hpp"
+#include "net/kept_descriptors.hpp"
 #include "net/listener.hpp"
 #include "net/poll_set.hpp"
 #include "net/socket_transport.hpp"
@@ -47,7 +48,7 @@ class terminator final : relay_outlet {
  public:
   // Set-up. A server gives its listener away. Errors: bad_certificate, no_memory, no_thread (value: errno).
   static result<std::unique_ptr<terminator>> open(const terminator_options& options,
-                                                  std::optional<listener> from);
+                                                  std::optional<listener> from, kept_descriptors& kept);
   ~terminator();
   terminator(const terminator&) = delete;
   terminator& operator=(const terminator&) = delete;
@@ -80,8 +81,8 @@ class terminator final : relay_outlet {
   using news_ring = rt::spsc_ring<arrival>;
   using request_ring = rt::spsc_ring<request>;
 
-  terminator(const terminator_options& options, std::optional<listener> from, poll_set polled,
-             std::shared_ptr<const context> first);
+  terminator(const terminator_options& options, std::optional<listener> from, kept_descriptors& kept,
+             poll_set polled, std::shared_ptr<const context> first);
   bool ask(const request& what) noexcept;
 
   // ---- its own thread
@@ -118,6 +119,7 @@ class terminator final : relay_outlet {
   // The rest is used by its own thread alone, between open() and the destructor.
   std::optional<listener> listener_;
   poll_set polled_;
+  kept_descriptors& kept_;
   certificates certificates_;
   relays relays_;
   rt::time_point now_{};
