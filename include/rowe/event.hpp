@@ -18,7 +18,8 @@ struct event {
     status_from_peer,  // a peer, most often the server we are connected to, sent a status
     limit,             // something did not fit; `remedy` names the limit
     warning,           // the endpoint works, but not as promised
-    stop,              // loops were stopped, or let go by a reset; `peer` is who did it, as far as known
+    stop,              // loops were stopped, or let go by a reset; `peer` is who did it, as far as known.
+                       // What somebody gave as a name or a reason stands in '' in `what`
     denied,            // a peer asked for something that its role does not allow; `what` says who and what
   };
 

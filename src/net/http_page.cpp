@@ -109,6 +109,7 @@ bool write_page(lws* wsi, const wire::http_judgement& request, const service::ht
   if (answer.age_ms >= 0)
     headers.add("rowe-age-ms:", {age, std::to_chars(age, age + sizeof age, answer.age_ms).ptr});
   headers.add("content-security-policy:", security_policy_of(answer.kind));
+  if (answer.kind != service::page_kind::users) headers.add("cross-origin-resource-policy:", "same-origin");
   headers.add("x-content-type-options:", "nosniff");
   headers.add("referrer-policy:", answer.kind == service::page_kind::form ? "same-origin" : "no-referrer");
   if (answer.retry_after_s != 0)
@@ -131,6 +132,7 @@ std::string_view write_long_page_head(std::span<char> out, const service::http_a
   head.add("\r\ncache-control: ").add(answer.cache_control);
   if (answer.age_ms >= 0) head.add("\r\nrowe-age-ms: ").add(answer.age_ms);
   head.add("\r\ncontent-security-policy: ").add(security_policy_of(answer.kind));
+  head.add("\r\ncross-origin-resource-policy: same-origin");
   head.add(
       "\r\nx-content-type-options: nosniff\r\nreferrer-policy: no-referrer\r\nconnection: close\r\n\r\n");
   return head.text();

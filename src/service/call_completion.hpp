@@ -89,7 +89,7 @@ class call_completion {
   // The call fails; the caller is told the code and the diagnostic.
   void fail(call_index call, const error& why, std::string_view diagnostic = {}) noexcept;
   void fail_for_room(call_index call) noexcept; // for its request, or its reply
-  void close(call_index call) noexcept; // nobody is told
+  void close(call_index call) noexcept;         // nobody is told
   // A peer's call fails because its role has no right to what it asks for.
   void deny(call_index call, std::string_view diagnostic) noexcept;
   void time_out(call_index call) noexcept;

@@ -62,8 +62,8 @@ struct call {
   std::int8_t goal_status = wire::call_origin::no_goal; // of an action's goal: what its provider said of it
   bool wants_feedback = false;
   bool cancelled = false;
-  bool answered = false;     // by a long answer, which is on its way
-  bool long_lost = false;    // its long request or answer (long_calls)
+  bool answered = false;  // by a long answer, which is on its way
+  bool long_lost = false; // its long request or answer (long_calls)
   bool long_written = false;
   std::uint16_t id_bytes = 0;
   std::uint16_t service_bytes = 0;

@@ -236,7 +236,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   peer.address.copy(c.address.data(), c.address_bytes);
   ingress_.open({id.index});
   state_.counts.add(counter::peers_joined);
-  state_.events.report_of(c.identity, event::kind::peer_joined, c.peer(), "connected");
+  state_.events.report(event::kind::peer_joined, c.peer(), "connected", {}, c.identity);
   outbox_.open({id.index});
   if (c.ours == side::server) c.messages = rate_limit{state_.bounds().messages_per_second_max};
   refusals_.open({id.index});
@@ -264,8 +264,9 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
   if (cause == close_cause::timed_out) state_.counts.add(counter::stalled_peers);
   constexpr std::string_view words[] = {"closed", "the peer closed the stream", "the connection was reset",
                                         "the peer does not read"};
-  state_.events.report_of(c->identity, event::kind::peer_left, c->peer(),
-                          c->close_reason.empty() ? words[static_cast<std::size_t>(cause)] : c->close_reason);
+  state_.events.report(event::kind::peer_left, c->peer(),
+                       c->close_reason.empty() ? words[static_cast<std::size_t>(cause)] : c->close_reason, {},
+                       c->identity);
   forget(*c);
   direct_messages_.take_outcomes();
   state_.shared.set_connection(id.index, 0, {});

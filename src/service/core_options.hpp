@@ -91,7 +91,7 @@ struct core_seams {
   policy_handover<>& access; // who may do what
   // The time now, which is later than the cycle's. None: time stands still during a cycle.
   rt::time_point (*clock)() noexcept = nullptr;
-  std::span<std::byte> chunk_pool = {}; // for long messages (chunk_store.hpp); empty: there are none
+  std::span<std::byte> chunk_pool = {};      // for long messages (chunk_store.hpp); empty: there are none
   class pool_opener* chunk_opener = nullptr; // none: all of the pool can be used
 };
 

@@ -110,8 +110,8 @@ class credit {
 
   bool begun_ = false;
   bool asked_ = false;
-  bool held_ = false; // something was held back since the last pong
-  std::uint8_t pings_ = 0; // under way
+  bool held_ = false;                   // something was held back since the last pong
+  std::uint8_t pings_ = 0;              // under way
   std::array<question, 2> under_way_{}; // the older one first
   std::uint64_t nonce_ = 0;
   std::uint64_t written_ = 0;

@@ -15,7 +15,7 @@ namespace rowe::service {
 inline rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::duration{ns}}; }
 
 struct cycle_state {
-  rt::time_point now{}; // when this cycle began; all that it does sees this time
+  rt::time_point now{};         // when this cycle began; all that it does sees this time
   rt::time_point awake_since{}; // when this process went on after a pause in which it did not run
   // Work done for the current message, in bytes composed; other work counts as the bytes that take as long.
   std::size_t work_bytes = 0;

@@ -37,15 +37,6 @@ class event_log {
     shared_.post(happened);
   }
 
-  // The same, of somebody who has an identity, or none.
-  void report_of(std::string_view identity, event::kind kind, std::string_view peer,
-                 std::string_view what) noexcept {
-    std::array<char, event_text_bytes_max> buffer;
-    wire::text_out text{buffer};
-    if (!identity.empty()) text.add(identity).add(": ");
-    report(kind, peer, text.add(what).text(), {}, identity);
-  }
-
  private:
   const cycle_state& cycle_;
   shared_state& shared_;

@@ -37,12 +37,12 @@ struct peer_queues {
   // A longer text is sent in fragments, each a text of its own, and no frame so long is gathered.
   std::uint32_t whole_bytes_max = UINT32_MAX;
   std::uint32_t group_bytes_max = write_work_bytes;
-  bool scheduled = false;            // it has something to write, and is in the ring of such peers
-  bool blocked = false;              // the transport has no room; on_writable() comes
-  bool out_of_credit = false;        // its credit is used up, but for urgent frames; a pong comes
-  bool marked_full = false;          // senders are told `full`: its share is used up by what is parked
-  bool waits_to_begin = false;       // it may not begin a frame: others hold too many partial frames
-  lost_messages lost;                // of tellers
+  bool scheduled = false;      // it has something to write, and is in the ring of such peers
+  bool blocked = false;        // the transport has no room; on_writable() comes
+  bool out_of_credit = false;  // its credit is used up, but for urgent frames; a pong comes
+  bool marked_full = false;    // senders are told `full`: its share is used up by what is parked
+  bool waits_to_begin = false; // it may not begin a frame: others hold too many partial frames
+  lost_messages lost;          // of tellers
 
   bool any_replies() const noexcept { return (replies.count | long_replies.count) != 0; }
   // The subscription that is ready, if it is the only one and nothing else waits.

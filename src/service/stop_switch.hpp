@@ -20,10 +20,12 @@ class stop_switch {
   struct asker {
     std::string_view name = "this process";
     std::string_view identity{};
+    std::string_view address{};
     bool is_peer = false;
 
     asker() noexcept = default;
-    explicit asker(const connection* c) noexcept : name{c->name()}, identity{c->identity}, is_peer{true} {}
+    explicit asker(const connection* c) noexcept
+        : name{c->name()}, identity{c->identity}, address{c->peer()}, is_peer{true} {}
   };
 
   stop_switch(core_state& state, stop_rules& rules) noexcept : state_{state}, stop_rules_{rules} {}
@@ -63,19 +65,21 @@ class stop_switch {
 
  private:
   void report(std::string_view reason, const asker& by) noexcept {
-    reported_running_ = stop_rules_.running();
-    std::array<char, event_text_bytes_max> text;
-    auto put = [at = std::size_t{0}, &text](std::string_view piece) mutable {
-      at += piece.copy(text.data() + at, std::min(piece.size(), text.size() - at));
-      return std::string_view{text.data(), at};
-    };
-    (void)put(stop_rules_.running() ? "reset: loops may move" : "stopped: ");
-    if (!stop_rules_.running()) (void)put(stop_rules_.cause_name());
-    if (!reason.empty()) (void)put(", ");
+    const bool running = reported_running_ = stop_rules_.running();
+    std::array<char, event_text_bytes_max> buffer;
+    wire::text_out text{buffer};
+    text.add(running ? "reset: loops may move" : "stopped: ");
+    if (!running) text.add(stop_rules_.cause_name());
     // Nobody asked for a stop of another cause.
-    const bool asked = stop_rules_.running() || stop_rules_.cause() == stop_cause::request;
-    state_.events.report(event::kind::stop, stop_rules_.running() ? by.name : stop_rules_.source(),
-                         put(reason), {}, asked ? by.identity : std::string_view{});
+    const bool asked = running || stop_rules_.cause() == stop_cause::request;
+    const auto add_words = [&](std::string_view before, std::string_view said) {
+      if (!said.empty()) text.add(before).add("'").add(said).add("'"); // anybody's own
+    };
+    if (asked && by.is_peer && !running && stop_rules_.source() != by.name)
+      add_words(", by ", stop_rules_.source());
+    add_words(", ", reason);
+    const std::string_view who = asked && by.is_peer ? by.address : running ? by.name : stop_rules_.source();
+    state_.events.report(event::kind::stop, who, text.text(), {}, asked ? by.identity : std::string_view{});
   }
 
   core_state& state_;

@@ -114,9 +114,9 @@ struct topic {
 
 // How often topics have changed.
 struct topic_changes {
-  std::uint64_t listed = 0;   // one was added or removed, or got another type or schema
+  std::uint64_t listed = 0; // one was added or removed, or got another type or schema
   listed_numbers channels{1, 0};
-  std::uint32_t holders = 0;  // a publisher or a subscriber came or went, or a topic. Wraps around
+  std::uint32_t holders = 0; // a publisher or a subscriber came or went, or a topic. Wraps around
 
   void note_publishers(topic& of) noexcept { of.publishers_at = ++holders; }
   void note_subscribers(topic& of) noexcept { of.subscribers_at = ++holders; }

@@ -61,6 +61,7 @@ std::string_view diagnostic_of(line_fault fault) noexcept {
 }
 
 std::optional<std::string_view> http_lines::line() noexcept {
+  ++number_;
   const std::size_t end = rest_.find('\n');
   line_ = rest_.substr(0, std::min(end, rest_.size()));
   if (end == std::string_view::npos) return give_up(line_fault::no_end);

@@ -52,7 +52,8 @@ class http_lines {
   std::optional<http_field> next_field() noexcept;
 
   line_fault fault() const noexcept { return fault_; }
-  std::string_view last_line() const noexcept { return line_; } // where the fault is
+  std::string_view last_line() const noexcept { return line_; }  // where the fault is
+  unsigned last_line_number() const noexcept { return number_; } // that of the request is 1
 
  private:
   std::optional<std::string_view> line() noexcept;
@@ -63,6 +64,7 @@ class http_lines {
 
   std::string_view rest_;
   std::string_view line_;
+  unsigned number_ = 0;
   line_fault fault_ = line_fault::none;
 };
 

@@ -2,11 +2,13 @@
 #include "wire/http_request.hpp"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "wire/http_fields.hpp"
 #include "wire/http_login.hpp"
 #include "wire/http_names.hpp"
+#include "wire/http_shown.hpp"
 #include "wire/http_token.hpp"
 #include "wire/text_out.hpp"
 
@@ -27,7 +29,7 @@ struct fields {
   cookie_reader cookies;
   bool connection_upgrade = false; // Connection says Upgrade
   bool offers = false;             // a subprotocol was offered
-  std::string_view offered;        // the last of them, for the diagnostic
+  std::string_view offered;        // the first that may be shown, for the diagnostic
   std::string_view offered_token;
   unsigned if_none_match_count = 0;
 };
@@ -58,7 +60,8 @@ bool says_gzip(std::string_view element) noexcept {
   return !(weight.starts_with("q=0") && weight.find_first_not_of("0.", 3) == std::string_view::npos);
 }
 
-// Judges one request, step by step. A step that refuses sets the rejection and returns false.
+// Judges one request, step by step. A step that refuses sets the rejection and returns false. What it repeats
+// goes through shown::.
 class judge {
  public:
   judge(const handshake_policy& policy, http_judgement& out) noexcept : policy_{policy}, out_{out} {}
@@ -80,34 +83,38 @@ class judge {
  private:
   bool reject(std::uint16_t status, std::string_view what, std::string_view remedy,
               std::string_view value = {}, std::string_view remedy_value = {}) noexcept {
-    for (std::string_view* const quoted : {&value, &remedy_value})
-      if (may_have_token(header_, *quoted)) *quoted = "(not shown)";
     out_.rejection.set(status, what, remedy, value, remedy_value);
     return false;
   }
+  bool reject_line(const http_lines& where) noexcept;
   bool take_once(field_value& member, const http_field& field) noexcept;
   bool take(const http_field& field) noexcept;
   bool take_offer(std::string_view list) noexcept;
 
   const handshake_policy& policy_;
   http_judgement& out_;
-  std::string_view header_;
   fields seen_;
 };
 
 constexpr std::string_view check_the_client =
     "this port speaks HTTP/1.1 and WebSocket; check what connects to it";
 
+// By its number: nobody knows what is in it.
+bool judge::reject_line(const http_lines& where) noexcept {
+  std::array<char, 32> number;
+  const auto text = text_out{number}.add("line ").add(std::int64_t{where.last_line_number()}).text();
+  return reject(400, diagnostic_of(where.fault()), check_the_client, text);
+}
+
 bool judge::read(std::string_view header) noexcept {
-  header_ = header;
   http_lines lines{header};
   const auto first = lines.request_line();
-  if (!first) return reject(400, diagnostic_of(lines.fault()), check_the_client, lines.last_line());
+  if (!first) return reject_line(lines);
   const std::size_t method_end = std::min(first->find(' '), first->size());
   const std::size_t target_end = first->find(' ', std::min(method_end + 1, first->size()));
   seen_.method = first->substr(0, method_end);
   if (target_end == std::string_view::npos || !is_token(seen_.method)) {
-    return reject(400, "the request line is malformed: %", check_the_client, *first);
+    return reject(400, "the request line is malformed", check_the_client);
   }
   out_.target = first->substr(method_end + 1, target_end - method_end - 1);
   seen_.protocol = first->substr(target_end + 1);
@@ -115,11 +122,12 @@ bool judge::read(std::string_view header) noexcept {
     if (!take(*field)) return false;
   }
   if (lines.fault() == line_fault::none) return true;
-  return reject(400, diagnostic_of(lines.fault()), check_the_client, lines.last_line());
+  return reject_line(lines);
 }
 
 bool judge::take_once(field_value& member, const http_field& field) noexcept {
-  if (member.given) return reject(400, "the header % stands there twice", "send it once", field.name);
+  if (member.given)
+    return reject(400, "the header % stands there twice", "send it once", shown::word(field.name));
   member = {.text = field.value, .given = true};
   return true;
 }
@@ -155,7 +163,6 @@ bool judge::take(const http_field& field) noexcept {
 
 // Subprotocols may be offered in several fields (RFC 6455 11.3.4), in the client's order of preference.
 bool judge::take_offer(std::string_view list) noexcept {
-  seen_.offered = list;
   while (!list.empty()) {
     const std::string_view name = next_element(list);
     if (name.empty()) continue;
@@ -165,9 +172,9 @@ bool judge::take_offer(std::string_view list) noexcept {
       seen_.offered_token = name.substr(token_subprotocol.size());
       continue;
     }
-    if (!is_token(name))
-      return reject(400, "the subprotocol % is malformed", "offer names without blanks", name);
+    if (!is_token(name)) return reject(400, "a subprotocol is malformed", "offer names without blanks");
     seen_.offers = true;
+    if (seen_.offered.empty() || seen_.offered == shown::not_shown) seen_.offered = shown::word(name);
     const auto known = std::find(policy_.subprotocols.begin(), policy_.subprotocols.end(), name);
     if (out_.subprotocol.empty() && known != policy_.subprotocols.end()) out_.subprotocol = *known;
   }
@@ -177,18 +184,19 @@ bool judge::take_offer(std::string_view list) noexcept {
 bool judge::judge_request_line() noexcept {
   out_.rejection.to_head = out_.head = seen_.method == "HEAD";
   if (!seen_.protocol.starts_with("HTTP/") || seen_.protocol.find_first_of(" \t") != std::string_view::npos) {
-    return reject(400, "the request line is malformed: it ends in %", check_the_client, seen_.protocol);
+    return reject(400, "the request line is malformed: it does not end in a version of HTTP",
+                  check_the_client);
   }
   if (seen_.protocol != "HTTP/1.1")
-    return reject(505, "% is not spoken here", "use a client of HTTP/1.1", seen_.protocol);
+    return reject(505, "% is not spoken here", "use a client of HTTP/1.1", shown::word(seen_.protocol));
   out_.path = out_.target.substr(0, out_.target.find('?'));
   const bool posts_form = is_form() && (out_.path == login_path || out_.path == logout_path);
   if (seen_.method != "GET" && seen_.method != "HEAD" && !posts_form) {
-    return reject(405, "the method % is not offered here", "use GET", seen_.method);
+    return reject(405, "the method % is not offered here", "use GET", shown::word(seen_.method));
   }
   const auto is_visible = [](char c) { return c > 0x20 && c < 0x7f && c != '#'; };
   if (!out_.target.starts_with('/') || !std::all_of(out_.target.begin(), out_.target.end(), is_visible)) {
-    return reject(400, "the request is not for a path: %", "ask for a path such as /", out_.target);
+    return reject(400, "the request is not for a path", "ask for a path such as /, of printable ASCII");
   }
   return true;
 }
@@ -197,11 +205,11 @@ bool judge::judge_host() noexcept {
   if (!seen_.host.given) return reject(400, "the Host header is missing", "use a client of HTTP/1.1");
   out_.host = seen_.host.text;
   const auto asked = to_authority(out_.host);
-  if (!asked) return reject(400, "the Host header is malformed: %", "send HOST or HOST:PORT", out_.host);
+  if (!asked) return reject(400, "the Host header is malformed", "send HOST or HOST:PORT");
   if (policy_.any_host || is_ours(*asked, policy_)) return true;
   const bool at_our_port = !asked->port || *asked->port == policy_.port;
   return reject(403, "Host % is not a name of this endpoint", "start rowe serve with --allow-host %",
-                out_.host, at_our_port ? asked->host : out_.host);
+                shown::host(out_.host), shown::host(at_our_port ? asked->host : out_.host));
 }
 
 bool judge::judge_origin() noexcept {
@@ -212,17 +220,18 @@ bool judge::judge_origin() noexcept {
                   "open the page over http://, not from a file or a sandbox");
   }
   if (is_own_origin(out_.origin, out_.host, policy_) || is_listed_origin(out_.origin, policy_)) return true;
-  return reject(403, "Origin % is not allowed here", "start rowe serve with --allow-origin %", out_.origin);
+  return reject(403, "Origin % is not allowed here", "start rowe serve with --allow-origin %",
+                shown::origin(out_.origin));
 }
 
 bool judge::judge_body() noexcept {
   if (seen_.transfer_encoding.given) {
     return reject(400, "a request body is not taken here: Transfer-Encoding %", "send no body",
-                  seen_.transfer_encoding.text);
+                  shown::word(seen_.transfer_encoding.text));
   }
   if (seen_.content_length.given && to_number(seen_.content_length.text) != std::uint64_t{0}) {
     return reject(400, "a request body is not taken here: Content-Length %", "send no body",
-                  seen_.content_length.text);
+                  shown::number(seen_.content_length.text));
   }
   return true;
 }
@@ -236,7 +245,8 @@ bool judge::judge_form_origin() noexcept {
   out_.secure_cookie = policy_.secure || begins_with_https(out_.origin);
   if (!out_.secure_cookie && !is_loopback_origin(out_.origin))
     return reject(403, "a token from % could be read on the way",
-                  "give this endpoint a certificate, or log in on its own machine", out_.origin);
+                  "give this endpoint a certificate, or log in on its own machine",
+                  shown::origin(out_.origin));
   return true;
 }
 
@@ -244,33 +254,35 @@ bool judge::judge_form(std::string_view form) noexcept {
   if (!judge_form_origin()) return false;
   if (seen_.transfer_encoding.given)
     return reject(411, "a form is not taken with Transfer-Encoding %", "send its Content-Length",
-                  seen_.transfer_encoding.text);
+                  shown::word(seen_.transfer_encoding.text));
   if (!seen_.content_length.given) return reject(411, "the Content-Length of the form is missing", "send it");
   const auto length = to_number(seen_.content_length.text);
   if (!length)
     return reject(400, "the Content-Length is no number: %", "send the bytes of the form",
-                  seen_.content_length.text);
+                  shown::number(seen_.content_length.text));
   if (*length > form_bytes_max) {
     static_assert(form_bytes_max == 512);
-    return reject(413, "a form of % bytes is too long", "send 512 bytes at most", seen_.content_length.text);
+    return reject(413, "a form of % bytes is too long", "send 512 bytes at most",
+                  shown::number(seen_.content_length.text));
   }
   if (form.size() != *length)
     return reject(400, "the form is not as long as its Content-Length says: %", "send all of it",
-                  seen_.content_length.text);
+                  shown::number(seen_.content_length.text));
   const std::string_view type = seen_.content_type.text;
   if (*length > 0 && !equal_ignoring_case(trimmed(type.substr(0, type.find(';'))), form_type))
-    return reject(415, "a form of the type % is not taken", "send application/x-www-form-urlencoded", type);
+    return reject(415, "a form of the type % is not taken", "send application/x-www-form-urlencoded",
+                  shown::word(type));
   out_.form = form;
   return true;
 }
 
 bool judge::judge_upgrade() noexcept {
   if (seen_.method != "GET")
-    return reject(405, "a WebSocket handshake cannot be a % request", "use GET", seen_.method);
+    return reject(405, "a WebSocket handshake cannot be a % request", "use GET", shown::word(seen_.method));
   if (!seen_.upgrade.given) return reject(426, "the Upgrade header is missing", "send Upgrade: websocket");
   if (!equal_ignoring_case(seen_.upgrade.text, "websocket")) {
     return reject(400, "an upgrade to % is not offered here", "ask for websocket, or leave Upgrade out",
-                  seen_.upgrade.text);
+                  shown::word(seen_.upgrade.text));
   }
   if (!seen_.connection_upgrade) {
     return reject(400, "the Connection header does not say Upgrade",
@@ -280,14 +292,14 @@ bool judge::judge_upgrade() noexcept {
     return reject(426, "Sec-WebSocket-Version is missing", "send Sec-WebSocket-Version: 13");
   if (seen_.version.text != "13") {
     return reject(426, "WebSocket version % is not spoken here", "send Sec-WebSocket-Version: 13",
-                  seen_.version.text);
+                  shown::number(seen_.version.text));
   }
   if (!seen_.key.given) return reject(400, "Sec-WebSocket-Key is missing", "send 16 random bytes in base64");
   if (policy_.lenient ? !is_lenient_key(seen_.key.text) : !is_handshake_key(seen_.key.text)) {
     return reject(400,
-                  policy_.lenient ? "Sec-WebSocket-Key is not base64 of at most 64 characters: %"
-                                  : "Sec-WebSocket-Key does not decode to 16 bytes: %",
-                  "send 16 random bytes in base64", seen_.key.text);
+                  policy_.lenient ? "Sec-WebSocket-Key is not base64 of at most 64 characters"
+                                  : "Sec-WebSocket-Key does not decode to 16 bytes",
+                  "send 16 random bytes in base64");
   }
   out_.key = seen_.key.text;
   if (!seen_.offers || !out_.subprotocol.empty() || policy_.lenient) return true;

@@ -57,7 +57,8 @@ TEST_F(page, is_answered_with_the_headers_that_protect_it) {
   EXPECT_EQ(client.text.substr(0, 17), "HTTP/1.1 200 OK\r\n");
   for (const std::string_view line :
        {"content-type: text/html; charset=utf-8\r\n", "content-length: 17\r\n", "etag: \"v1\"\r\n",
-        "cache-control: no-cache\r\n", "x-content-type-options: nosniff\r\n", "connection: close\r\n",
+        "cache-control: no-cache\r\n", "cross-origin-resource-policy: same-origin\r\n",
+        "x-content-type-options: nosniff\r\n", "connection: close\r\n",
         "content-security-policy: default-src 'none'; script-src 'self'; style-src 'self'; connect-src "
         "'self'; "
         "img-src 'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n"})

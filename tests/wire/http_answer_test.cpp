@@ -58,7 +58,8 @@ TEST(write_rejection, names_every_status_that_rowe_answers) {
 
 TEST(write_rejection, fits_the_buffer_it_promises_whatever_the_peer_sent) {
   std::array<char, http_rejection_bytes_max> buffer{};
-  const std::string origin = "Origin: " + std::string(3000, '\xff');
+  std::string origin = "Origin: http://";
+  for (int i = 0; i < 1500; ++i) origin += "a.";
   const http_judgement j = judge_request(upgrade({{"Origin", origin}}), policy_at(8080));
   const std::string_view answer = write_rejection(buffer, j.rejection);
   ASSERT_FALSE(answer.empty());

@@ -126,7 +126,7 @@ TEST(judge_request, refuses_methods_other_than_get_and_head) {
 
 TEST(judge_request, refuses_other_versions_of_http) {
   for (const std::string_view version : {"HTTP/1.0", "HTTP/0.9", "HTTP/2.0", "HTTP/1.10"}) {
-    EXPECT_TRUE(refused(upgrade({}, "GET / " + std::string{version}), 505, version, "HTTP/1.1"));
+    EXPECT_TRUE(refused(upgrade({}, "GET / " + std::string{version}), 505, "is not spoken here", "HTTP/1.1"));
   }
   EXPECT_TRUE(refused("PRI * HTTP/2.0\r\n\r\n", 505, "HTTP/2.0"));
 }
@@ -148,11 +148,11 @@ TEST(judge_request, refuses_targets_that_are_no_path) {
 
 // Header lines
 
-TEST(judge_request, refuses_malformed_lines_and_shows_them) {
+TEST(judge_request, refuses_malformed_lines_and_numbers_them) {
   EXPECT_TRUE(refused(upgrade({{"X", "no colon"}}), 400, "no colon"));
-  EXPECT_TRUE(refused(upgrade({{"X", "Name : value"}}), 400, "Name : value"));
-  EXPECT_TRUE(refused(upgrade({{"X", ": value"}}), 400, ": value"));
-  EXPECT_TRUE(refused(upgrade({{"X", "Na(me: value"}}), 400, "Na(me"));
+  EXPECT_TRUE(refused(upgrade({{"X", "Name : value"}}), 400, "malformed: line 7"));
+  EXPECT_TRUE(refused(upgrade({{"X", ": value"}}), 400, "malformed: line 7"));
+  EXPECT_TRUE(refused(upgrade({{"X", "Na(me: value"}}), 400, "malformed: line 7"));
   EXPECT_TRUE(refused(upgrade({{"X", " folded: value"}}), 400, "folded"));
   EXPECT_TRUE(refused(upgrade({{"X", "\tfolded"}}), 400, "folded"));
   EXPECT_TRUE(refused(upgrade({{"X", "A: b\nC: d"}}), 400, "CR LF"));
@@ -222,7 +222,7 @@ TEST(judge_request, refuses_other_versions_of_websocket) {
   EXPECT_TRUE(refused(upgrade({{"Version", ""}}), 426, "missing", "13"));
   for (const std::string_view version : {"8", "12", "99", "013", "13, 8", ""}) {
     EXPECT_TRUE(refused(upgrade({{"Version", "Sec-WebSocket-Version: " + std::string{version}}}), 426,
-                        version, "13"));
+                        "", "13"));
   }
 }
 
@@ -231,7 +231,9 @@ TEST(judge_request, refuses_keys_that_are_not_16_bytes) {
   for (const std::string_view key :
        {"", "d3NhYmM=", "dGhlIHNhbXBsZSBub25jZQ=", "dGhlIHNhbXBsZSBub25jZQ===", "dGhlIHNhbXBsZSBub25jZTEy",
         "dGhlIHNhbXBsZSBub25j!Q==", "dGhlIHNhbXBsZSBub25jZ==="}) {
-    EXPECT_TRUE(refused(upgrade({{"Key", "Sec-WebSocket-Key: " + std::string{key}}}), 400, key)) << key;
+    EXPECT_TRUE(
+        refused(upgrade({{"Key", "Sec-WebSocket-Key: " + std::string{key}}}), 400, "Sec-WebSocket-Key"))
+        << key;
   }
 }
 
@@ -264,7 +266,7 @@ TEST(judge_request, chooses_the_first_subprotocol_offered_that_it_speaks) {
 }
 
 TEST(judge_request, refuses_subprotocols_none_of_which_it_speaks) {
-  EXPECT_TRUE(refused(upgrade({{"P", "Sec-WebSocket-Protocol: chat, ROWE.V1"}}), 400, "chat, ROWE.V1",
+  EXPECT_TRUE(refused(upgrade({{"P", "Sec-WebSocket-Protocol: chat, ROWE.V1"}}), 400, "chat",
                       "offer rowe.v1"));
   EXPECT_TRUE(
       refused(upgrade({{"P", "Sec-WebSocket-Protocol: chat"}}), 400, "chat", "offer none", {.port = 8080}));
@@ -344,28 +346,74 @@ TEST(judge_request, refuses_two_tokens_of_one_kind) {
                       "two tokens are in the URL", "send one"));
 }
 
-TEST(judge_request, quotes_no_token_in_a_rejection) {
-  const std::string secret = "s3cret-s3cret";
-  for (const std::string& request :
-       {upgrade({{"P", "Sec-WebSocket-Protocol: chat, rowe.token." + secret}}),
-        upgrade({{"P", "Sec-WebSocket-Protocol: rowe.token." + secret + " x, a b"}}),
-        upgrade({{"A", "Authorization: Bearer " + secret}, {"Host", "Host: evil"}}),
-        upgrade({}, "GET x?token=" + secret + " HTTP/1.1"),
-        upgrade({}, "GET /?token=" + secret + "#a HTTP/1.1"), upgrade({}, "GET /?token=" + secret),
-        upgrade({{"A", "Authorization : Bearer " + secret}}),
-        upgrade({{"A", "Authorization Bearer " + secret}}),
-        upgrade({{"A", "Authorization: Bearer " + secret + "\x01"}}),
-        upgrade({}, "GET /?token=" + secret + "\x01 HTTP/1.1"),
-        upgrade({}, "GET /?token=ab " + secret + " HTTP/1.1"),
-        upgrade({{"P", "Sec-WebSocket-Protocol: chat rowe.token." + secret}}),
-        upgrade({{"P", "Sec-WebSocket-Protocol: Rowe.Token." + secret}}),
-        upgrade({{"A", "Authorization: Bearer\r\n " + secret}}),
-        upgrade({}, "GET /?token=" + secret + " HTTP/1.0")}) {
-    const http_judgement j = judge_request(request, policy_at(8080));
-    EXPECT_EQ(j.outcome, http_outcome::rejected) << request;
-    EXPECT_EQ(j.rejection.what().find("s3cret"), std::string_view::npos) << j.rejection.what();
-    EXPECT_EQ(j.rejection.remedy().find("s3cret"), std::string_view::npos) << j.rejection.remedy();
+// Wherever a client has put its token, no rejection repeats it.
+TEST(judge_request, repeats_nothing_that_may_be_a_token) {
+  const std::string secret = "s3cret-S3CRET_s3cret-S3CRET";
+  const std::vector<std::string> placed = {secret,
+                                           secret + "@localhost",
+                                           "user:" + secret + "@localhost",
+                                           "http://" + secret + "@localhost:8080",
+                                           secret + ".local",
+                                           "http://" + secret,
+                                           "token=" + secret,
+                                           "Bearer " + secret,
+                                           "rowe.token." + secret,
+                                           "Rowe.Token." + secret,
+                                           "chat, " + secret,
+                                           secret + " x",
+                                           secret + "\x01",
+                                           "x\r\n " + secret,
+                                           secret + "\n"};
+  std::vector<std::string> requests;
+  const auto both = [&](const std::string& first, const std::vector<std::string>& fields) {
+    std::string more;
+    for (const std::string& field : fields) more += field + "\r\n";
+    for (const char* const host : {"localhost", "evil.example"})
+      for (const bool upgrades : {false, true}) {
+        std::string request = first + "\r\nHost: " + host + "\r\n" + more;
+        if (upgrades)
+          request += "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 12\r\n"
+                     "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n";
+        requests.push_back(request + "\r\n");
+      }
+  };
+  for (const std::string& text : placed) {
+    for (const std::string& first : {text + " / HTTP/1.1", "GET " + text + " HTTP/1.1", "GET / " + text,
+                                     "GET /" + text + " HTTP/1.0", "GET /?" + text + "# HTTP/1.1", text,
+                                     "POST /" + text + " HTTP/1.1", "GET /?token=a " + text + " HTTP/1.1"})
+      both(first, {});
+    for (const char* const name :
+         {"Host", "Origin", "Upgrade", "Connection", "Sec-WebSocket-Version", "Sec-WebSocket-Key",
+          "Sec-WebSocket-Protocol", "Sec-WebSocket-Extensions", "Content-Length", "Content-Type",
+          "Transfer-Encoding", "Authorization", "Cookie", "Accept-Encoding", "If-None-Match", "User-Agent"}) {
+      const std::string field = std::string{name} + ": " + text;
+      both("GET / HTTP/1.1", {field});
+      both("GET / HTTP/1.1", {field, field}); // twice
+      both("POST /login HTTP/1.1", {"Origin: http://localhost:8080", field});
+      requests.push_back("GET / HTTP/1.1\r\n" + field + "\r\n\r\n");
+    }
+    both("GET / HTTP/1.1", {text});
+    both("GET / HTTP/1.1", {text + ": x"});
+    both("GET / HTTP/1.1", {text + ": x", text + ": x"});
   }
+  int rejected = 0;
+  for (const std::string& request : requests) {
+    const http_judgement j = judge_request(request, policy_at(8080));
+    if (j.outcome != http_outcome::rejected) continue;
+    ++rejected;
+    for (const std::string_view text : {j.rejection.what(), j.rejection.remedy()})
+      for (const char* const part : {"s3cret", "S3CRET"})
+        EXPECT_EQ(text.find(part), std::string_view::npos) << text << "\nof\n" << request;
+  }
+  EXPECT_GT(rejected, 1000);
+}
+
+TEST(judge_request, repeats_what_is_known_to_be_harmless) {
+  EXPECT_TRUE(
+      refused(upgrade({{"Host", "Host: robot.local:8080"}}), 403, "Host robot.local:8080", "robot.local"));
+  EXPECT_TRUE(
+      refused(upgrade({{"X", "Origin: https://lab.example:8000"}}), 403, "Origin https://lab.example:8000"));
+  EXPECT_TRUE(refused(upgrade({{"P", "Sec-WebSocket-Protocol: graphql-ws"}}), 400, "graphql-ws"));
 }
 
 } // namespace

@@ -4,22 +4,49 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <iterator>
 
 #include "text/json_values.hpp"
 
 namespace rowe::tools {
 namespace {
 
-void append_code_point(std::string& to, unsigned code) {
-  constexpr std::string_view digits = "0123456789abcdef";
-  to.append("\\u00");
-  to += digits[code >> 4 & 0xf];
-  to += digits[code & 0xf];
+// As JSON has it: beyond U+FFFF two of them.
+void append_code_point(std::string& to, char32_t code) {
+  if (code > 0xffff) {
+    append_code_point(to, 0xd800 + ((code - 0x10000) >> 10U));
+    code = 0xdc00 + (code & 0x3ff);
+  }
+  std::array<char, 8> text;
+  std::snprintf(text.data(), text.size(), "\\u%04x", static_cast<unsigned>(code));
+  to.append(text.data());
+}
+
+// Controls; what ends a line; what has no width, or says in which direction is written (UAX 9, UTS 39).
+bool misleads(char32_t code) noexcept {
+  struct range {
+    char32_t first, last;
+  };
+  constexpr range ranges[] = {{0, 0x1f},        {0x7f, 0x9f},     {0xad, 0xad},      {0x61c, 0x61c},
+                              {0x180e, 0x180e}, {0x200b, 0x200f}, {0x2028, 0x202e},  {0x2060, 0x206f},
+                              {0xfeff, 0xfeff}, {0xfff9, 0xfffb}, {0xe0000, 0xe007f}};
+  return std::any_of(std::begin(ranges), std::end(ranges),
+                     [code](const range& one) { return code >= one.first && code <= one.last; });
+}
+
+// Of one whole character in UTF-8.
+char32_t code_point_of(std::string_view character) noexcept {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(character[i]); };
+  if (character.size() == 1) return byte(0);
+  char32_t code = byte(0) & (0xffU >> (character.size() + 1));
+  for (std::size_t i = 1; i < character.size(); ++i) code = code << 6U | (byte(i) & 0x3fU);
+  return code;
 }
 
 // Of the character in front of a text in UTF-8; 0 where there is none, as in a text that was cut.
@@ -87,8 +114,8 @@ void console::say(severity how, std::string_view message, std::string_view membe
   if (quiet_ && how > severity::warning) return;
   std::string line = style_.priorities ? joined("<", static_cast<int>(how), ">") : std::string{};
   if (style_.json) {
-    line.append(joined("{\"time\":\"", time_of_day(), "\",\"severity\":\"", name_of(how), "\",\"program\":",
-                       json_string_of(verb_), ",\"message\":", json_string_of(message)));
+    line.append(joined("{\"time\":\"", time_of_day(), "\",\"severity\":\"", name_of(how),
+                       "\",\"program\":", json_string_of(verb_), ",\"message\":", json_string_of(message)));
     if (!members.empty()) line.append(joined(",", members));
     line.append("}\n");
   } else {
@@ -101,40 +128,50 @@ bool emit(std::string_view text) {
   return std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
 }
 
-std::string sentence_of(const event& happened) {
-  const std::string_view peer = happened.peer;
-  const std::string_view what = happened.what;
-  const std::string_view remedy = happened.remedy;
+std::string sentence_of(const event& happened, with_kind kind) {
+  using of = event::kind;
+  constexpr std::array<std::string_view, 10> words{"came", "left",  "refused", "cannot connect", "refused",
+                                                   "says", "limit", "warning", "stop",           "denied"};
+  static_assert(words.size() == static_cast<std::size_t>(of::denied) + 1);
   std::string line;
-  if (what.find(peer) == std::string_view::npos)
-    line.append(peer).append(": "); // some sentences name it already
-  line.append(what);
-  if (!remedy.empty()) line.append(" (").append(remedy).append(")");
-  return printable(line);
+  for (const std::string_view who : {std::string_view{happened.peer}, std::string_view{happened.identity}})
+    if (!who.empty()) line.append(printable(who)).append(": ");
+  if (kind == with_kind::yes) line.append(words[static_cast<std::size_t>(happened.what_kind)]).append(": ");
+  const std::string_view remedy = happened.remedy;
+  line.append(happened.what_kind == of::status_from_peer ? quoted(happened.what) : printable(happened.what));
+  if (!remedy.empty()) line.append(" (").append(printable(remedy)).append(")");
+  return line;
 }
 
 std::string printable(std::string_view text) {
   std::string shown;
   shown.reserve(text.size());
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    const auto next = i + 1 < text.size() ? static_cast<unsigned char>(text[i + 1]) : 0U;
-    if (byte < 0x20 || byte == 0x7f) {
-      append_code_point(shown, byte);
-    } else if (byte == 0xc2 && next >= 0x80 && next < 0xa0) {
-      append_code_point(shown, next);
-      ++i;
-    } else if (const std::size_t bytes = bytes_of_character(text.substr(i)); bytes != 0) {
-      shown.append(text.substr(i, bytes));
-      i += bytes - 1;
-    } else {
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t bytes = bytes_of_character(text.substr(i));
+    if (bytes == 0) {
       shown.append("\ufffd");
+      ++i;
+      continue;
     }
+    const std::string_view character = text.substr(i, bytes);
+    const char32_t code = code_point_of(character);
+    if (misleads(code))
+      append_code_point(shown, code);
+    else
+      shown.append(character);
+    i += bytes;
   }
   return shown;
 }
 
-std::string quoted(std::string_view text) { return joined("'", printable(text), "'"); }
+std::string quoted(std::string_view text) {
+  std::string shown{"'"};
+  for (const char c : printable(text)) {
+    if (c == '\'') shown.append(1, '\\');
+    shown.append(1, c);
+  }
+  return shown.append("'");
+}
 
 std::string seconds_text(rt::duration time) {
   std::array<char, 40> buffer;

@@ -98,14 +98,18 @@ class console {
 // closed is no error, and the verb ends quietly.
 [[nodiscard]] bool emit(std::string_view text);
 
-// "10.0.0.7:4711: refused: ... (allow it with ...)".
-std::string sentence_of(const event& happened);
+// "10.0.0.7:4711: driver: denied: ... (allow it with ...)": who it concerns, always in front; as whom it came
+// in; the kind of event; what. What a peer said is in quotes, so nobody can write a line that looks like one
+// of another. Without `kind`: who, and what.
+enum class with_kind : bool { no, yes };
+std::string sentence_of(const event& happened, with_kind kind = with_kind::no);
 
 // Text from a peer, fit for a terminal: control characters (C0, DEL, and C1 in UTF-8) become "\u009b" and the
-// like, since some of them move the cursor or do worse. What is no UTF-8 becomes U+FFFD.
+// like, since some of them move the cursor or do worse; and so does what ends a line, has no width or changes
+// the direction of writing, since it makes a text look like another. What is no UTF-8 becomes U+FFFD.
 std::string printable(std::string_view text);
 
-// The same in quotes.
+// The same in quotes. One in the text, and a backslash, has a backslash before it.
 std::string quoted(std::string_view text);
 
 // "1.250 s".

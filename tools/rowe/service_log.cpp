@@ -76,7 +76,7 @@ void service_log::write(const event& happened, std::uint64_t more) {
   add("identity", happened.identity);
   add("what", happened.what);
   add("remedy", happened.remedy);
-  std::string sentence = with_option(sentence_of(happened));
+  std::string sentence = with_option(sentence_of(happened, with_kind::yes));
   if (more != 0) {
     members.append(joined(",\"more\":", more));
     sentence.append(joined(" [and ", more, " more like it in a second]"));
