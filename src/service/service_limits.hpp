@@ -147,8 +147,8 @@ inline constexpr std::size_t tls_connection_bytes = std::size_t{88} << 10;
 inline constexpr std::size_t tls_handshake_bytes = std::size_t{264} << 10;
 // A place for one, from the start: a header, and what the two threads tell each other about it.
 inline constexpr std::size_t tls_place_bytes = std::size_t{8} << 10;
-// What an endpoint has once: the certificates.
-inline constexpr std::size_t tls_bytes = std::size_t{64} << 10;
+// What an endpoint has once: the certificates, and how often each source has come.
+inline constexpr std::size_t tls_bytes = std::size_t{112} << 10;
 
 // ---- writing
 

@@ -200,7 +200,7 @@ TEST(stop, says_who_and_why_and_is_cut_where_there_is_no_room_for_more) {
   ASSERT_TRUE(told);
   EXPECT_EQ(told->what_kind, rowe::event::kind::stop);
   EXPECT_EQ(std::string_view{told->peer}, std::string(62, 's'));
-  EXPECT_EQ(std::string_view{told->what}, "stopped: request, " + std::string(191, 'r'));
+  EXPECT_EQ(std::string_view{told->what}, "stopped: request, '" + std::string(191, 'r') + "'");
   const std::string state = state_of(robot);
   EXPECT_TRUE(says(state, R"("cause":"request","source":")" + std::string(62, 's') + '"')) << state;
   EXPECT_TRUE(says(state, R"("number":)" + std::to_string(stopped->number) + ',')) << state;

@@ -343,7 +343,7 @@ static void loops_are_stopped_and_let_go_by_threads(void) {
   } // the last one
   CHECK_EQUAL(told.kind, rowe_event_stop);
   CHECK_TEXT(told.peer, "hand");
-  CHECK_TEXT(told.what, "stopped: request, smoke");
+  CHECK_TEXT(told.what, "stopped: request, 'smoke'");
 
   struct rowe_emergency_stop_reset_request that = {.bytes = sizeof that, .number = moves.number};
   CHECK_CODE(rowe_reset_emergency_stop(robot, &that, timeout_ms, NULL), rowe_error_refused);

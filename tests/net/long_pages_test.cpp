@@ -94,8 +94,8 @@ TEST_F(long_pages, arrive_whole_behind_the_headers_of_any_page) {
   for (const std::string_view line :
        {"content-type: application/json\r\n", "content-length: 10000000\r\n", "cache-control: no-store\r\n",
         "rowe-age-ms: 7\r\n", "content-security-policy: default-src 'none'; script-src 'self'",
-        "cross-origin-resource-policy: same-origin\r\n", "x-content-type-options: nosniff\r\n", "referrer-policy: no-referrer\r\n",
-        "connection: close\r\n\r\n"})
+        "cross-origin-resource-policy: same-origin\r\n", "x-content-type-options: nosniff\r\n",
+        "referrer-policy: no-referrer\r\n", "connection: close\r\n\r\n"})
     EXPECT_NE(client.text.find(line), std::string::npos) << line;
   EXPECT_TRUE(is_whole(client.text, source.text));
   EXPECT_TRUE(source.open.empty());

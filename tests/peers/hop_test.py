@@ -32,7 +32,7 @@ class guests(unittest.TestCase):
         with self.assertRaises(refused) as no:
             hop_client(self.serving.port, cookie=7)
         self.assertEqual(no.exception.status, 400)
-        self.assertIn("Sec-WebSocket-Key does not decode to 16 bytes: d3M3", str(no.exception))
+        self.assertIn("Sec-WebSocket-Key does not decode to 16 bytes", str(no.exception))
 
     def test_one_that_masks_and_has_a_long_key_gets_plain_text_frames(self):
         with hop_client(self.serving.port, cookie=sixteen_bytes) as hop:

@@ -243,7 +243,7 @@ TEST_F(rights, tell_who_comes_and_goes_and_who_is_there) {
   revoke("driver");
   on.set_access(now);
   on.cycle();
-  EXPECT_EQ(events(), "driver: connected\ndriver: token revoked\n");
+  EXPECT_EQ(events(), "connected\ntoken revoked\n");
 }
 
 TEST_F(guarded_rights, tell_who_has_stopped_the_robot) {
@@ -254,7 +254,7 @@ TEST_F(guarded_rights, tell_who_has_stopped_the_robot) {
   std::string who;
   while (const auto one = on.shared.try_event())
     if (one->what_kind == rowe::event::kind::stop) who = one->peer;
-  EXPECT_EQ(who, "supervisor"); // who has reset it
+  EXPECT_EQ(who, "10.0.0.7:50000"); // who has reset it
   peer& driver = comes("driver");
   (void)answer_to(driver, R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
   EXPECT_NE(
@@ -314,9 +314,12 @@ TEST_F(claims, of_who_stops_do_not_hide_in_the_log_who_that_is) {
   std::vector<std::string> told;
   while (const auto one = on.shared.try_event()) {
     if (one->what_kind != rowe::event::kind::stop) continue;
-    told.push_back(std::string{one->peer} + ", " + std::string{one->identity});
+    told.push_back(std::string{one->peer} + ", " + std::string{one->identity} + ", " +
+                   std::string{one->what});
   }
-  EXPECT_EQ(told, (std::vector<std::string>{"supervisor, supervisor", "observer (supervisor), observer"}));
+  EXPECT_EQ(told, (std::vector<std::string>{
+                      "10.0.0.7:50000, supervisor, reset: loops may move",
+                      "10.0.0.7:50000, observer, stopped: request, by 'observer (supervisor)'"}));
 }
 
 TEST_F(rights, are_denied_with_the_identity_beside_the_address) {

@@ -71,7 +71,8 @@ class network(unittest.TestCase):
         with self.serving("--demo", "--log", "json") as serving:
             token = self.tokens["observer"]
             self.assertEqual(self.asks(serving.port, "stop", "--source", "supervisor", token=token).code, 0)
-            serving.line(r'"event":"stop","peer":"observer \(supervisor\)","identity":"observer"')
+            serving.line(r'"event":"stop","peer":"127\.0\.0\.1:\d+","identity":"observer",'
+                         r'"what":"stopped: request, by .observer \(supervisor\).')
             speed = ("/robot/set_speed", '{"speed":0.5}')
             self.assertEqual(self.asks(serving.port, "call", *speed, token=token).code, 1)
             serving.line(r'"event":"denied","peer":"127\.0\.0\.1:\d+","identity":"observer"')

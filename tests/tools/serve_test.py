@@ -54,7 +54,7 @@ class serving(unittest.TestCase):
     def test_counts_and_reports_its_peers(self):
         with hub() as serving:
             with peer(serving.port):
-                serving.line(r"127\.0\.0\.1:\d+: connected")
+                serving.line(r"127\.0\.0\.1:\d+: came: connected")
             serving.line(r"127\.0\.0\.1:\d+: .*", count=2)
             self.assertEqual(serving.summary()["peers_joined"], 1)
 

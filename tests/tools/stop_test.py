@@ -65,7 +65,7 @@ class the_demo_robot(unittest.TestCase):
             ended = run("stop", robot.url, "--source", "a \"test\"", "--reason", "to see it stand")
             self.assertEqual((ended.code, len(ended.stdout)), (0, 1), ended.stderr)
             self.assertRegex(ended.stdout[0], acknowledged)
-            robot.line('stopped: request, to see it stand')
+            robot.line("stopped: request, by 'a \"test\"', 'to see it stand'")
             state = state_of(robot.url)
             self.assertEqual((state["state"], state["cause"], state["source"]),
                              ("stopped", "request", 'a "test"'))

@@ -40,6 +40,13 @@ bool misleads(char32_t code) noexcept {
                      [code](const range& one) { return code >= one.first && code <= one.last; });
 }
 
+// In quotes that the text itself cannot end.
+std::string words_of_peer(std::string_view text) {
+  std::string shown = printable(text);
+  for (std::size_t at = 0; (at = shown.find('\'', at)) != shown.npos; at += 2) shown.insert(at, 1, '\\');
+  return joined("'", shown, "'");
+}
+
 // Of one whole character in UTF-8.
 char32_t code_point_of(std::string_view character) noexcept {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(character[i]); };
@@ -134,11 +141,15 @@ std::string sentence_of(const event& happened, with_kind kind) {
                                                    "says", "limit", "warning", "stop",           "denied"};
   static_assert(words.size() == static_cast<std::size_t>(of::denied) + 1);
   std::string line;
-  for (const std::string_view who : {std::string_view{happened.peer}, std::string_view{happened.identity}})
-    if (!who.empty()) line.append(printable(who)).append(": ");
+  const std::string_view what = happened.what;
+  // What our own attempt ran into names the server.
+  const bool named = happened.what_kind == of::cannot_connect && what.find(happened.peer) != what.npos;
+  if (kind == with_kind::yes || !named)
+    for (const std::string_view who : {std::string_view{happened.peer}, std::string_view{happened.identity}})
+      if (!who.empty()) line.append(printable(who)).append(": ");
   if (kind == with_kind::yes) line.append(words[static_cast<std::size_t>(happened.what_kind)]).append(": ");
   const std::string_view remedy = happened.remedy;
-  line.append(happened.what_kind == of::status_from_peer ? quoted(happened.what) : printable(happened.what));
+  line.append(happened.what_kind == of::status_from_peer ? words_of_peer(what) : printable(what));
   if (!remedy.empty()) line.append(" (").append(printable(remedy)).append(")");
   return line;
 }
@@ -164,14 +175,7 @@ std::string printable(std::string_view text) {
   return shown;
 }
 
-std::string quoted(std::string_view text) {
-  std::string shown{"'"};
-  for (const char c : printable(text)) {
-    if (c == '\'') shown.append(1, '\\');
-    shown.append(1, c);
-  }
-  return shown.append("'");
-}
+std::string quoted(std::string_view text) { return joined("'", printable(text), "'"); }
 
 std::string seconds_text(rt::duration time) {
   std::array<char, 40> buffer;

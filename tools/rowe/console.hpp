@@ -109,7 +109,7 @@ std::string sentence_of(const event& happened, with_kind kind = with_kind::no);
 // the direction of writing, since it makes a text look like another. What is no UTF-8 becomes U+FFFD.
 std::string printable(std::string_view text);
 
-// The same in quotes. One in the text, and a backslash, has a backslash before it.
+// The same in quotes.
 std::string quoted(std::string_view text);
 
 // "1.250 s".
