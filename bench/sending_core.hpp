@@ -26,7 +26,9 @@ namespace rowe::bench {
 class sending_core {
  public:
   explicit sending_core(const net::socket_limits& sockets)
-      : memory_{service::plan_memory(options_.limits).arena(), rt::page_lock::attempted},
+      : memory_{service::plan_memory(options_.limits).arena() +
+                    service::plan_memory(options_.limits).pair_memory,
+                rt::page_lock::attempted},
         transport_{net::socket_transport::listen({.limits = sockets}).value()},
         pairs_{memory_.carve<detail::queue_pair>(options_.limits.lanes_max)},
         pair_memory_{memory_.carve_bytes(options_.limits.lane_bytes)},

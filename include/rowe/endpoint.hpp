@@ -196,9 +196,12 @@ class endpoint {
   std::vector<count> counts() const;
 
   // What the service thread was granted (core, priority, timer slack), and whether the endpoint's memory is
-  // locked. An event also reports a core or a priority that was refused, with the reason.
+  // locked. An event also reports a core or a priority that was refused, with the reason. The memory of a
+  // handle is locked when it is opened, as far as `ulimit -l` permits, so what a program opens first is
+  // locked. memory_unlocked_bytes() is what is not, as of the last handle that was opened. Any thread.
   const rt::grants& service_grants() const noexcept;
   bool memory_locked() const noexcept;
+  std::size_t memory_unlocked_bytes() const noexcept;
 
   // Waits up to `drain` until everything published so far is written, sends the peers a close frame, and
   // stops the service thread. Handles say errc::closed from then on. Errors: timed_out (something was not

@@ -39,7 +39,7 @@ struct limits {
   std::uint32_t long_slots = 8; // such messages on their way out at once
 
   // Topics.
-  std::uint32_t topics_max = 128;
+  std::uint32_t topics_max = 160;
   std::uint32_t topic_bytes_max = 128;                  // a topic's name; a type's name likewise
   std::uint32_t subscriptions_max = 1024;               // of all peers together
   std::uint32_t subscriptions_per_connection_max = 128; // of one peer
@@ -54,7 +54,7 @@ struct limits {
   std::size_t latched_bytes = 256 * 1024; // the last values of latched topics; peers may have half of it
 
   // Services and calls.
-  std::uint32_t services_max = 64;             // of this process and of all peers
+  std::uint32_t services_max = 96;             // of this process and of all peers
   std::uint32_t calls_max = 128;               // in flight, whoever asked and whoever answers
   std::uint32_t calls_per_connection_max = 32; // asked by one peer and not answered yet
 
@@ -65,8 +65,8 @@ struct limits {
   std::uint32_t door_slot_bytes = 4096; // the longest of them, and the longest reply
 
   // Handles of this process.
-  std::uint32_t lanes_max = 32;
-  std::size_t lane_bytes = 1280 * 1024; // rings and slots of all lanes together
+  std::uint32_t lanes_max = 64;
+  std::size_t lane_bytes = 3072 * 1024; // rings and slots of all lanes together
   std::uint32_t events_max = 256;       // events nobody has asked for yet; a further one is counted
 
   // The bytes that an endpoint with these limits will take, besides those for long messages, which are

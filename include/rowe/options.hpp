@@ -126,7 +126,7 @@ struct topic_options {
   duration ttl = rt::for_ever;
   rowe::keep keep = rowe::keep::all;
   std::uint32_t depth = 0; // values (keep::all) between this thread and the service thread; 1 to 4096; 0: as
-                           // many as 64 KiB hold, but 16 to 64
+                           // many as 64 KiB hold, but 4 to 64
   rowe::priority priority = rowe::priority::normal;
   bool latched = false; // a late subscriber gets the last value
   bool shared = false; // advertise: peers may publish on the topic, too. False: only those whose role

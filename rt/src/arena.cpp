@@ -70,6 +70,10 @@ arena::~arena() {
   if (base_ != nullptr) ::munmap(base_, bytes_total_); // unlocks too
 }
 
+bool arena::lock_part(std::span<std::byte> part) noexcept {
+  return part.empty() || ::mlock(part.data(), part.size()) == 0; // the kernel takes whole pages
+}
+
 std::span<std::byte> arena::carve_bytes(std::size_t bytes, std::size_t alignment) noexcept {
   assert(std::has_single_bit(alignment) && alignment <= page_bytes());
   if (alignment < line_bytes) alignment = line_bytes;

@@ -150,6 +150,8 @@ std::optional<event> endpoint::try_event() noexcept { return state_->try_event()
 std::vector<count> endpoint::counts() const { return state_->counts(); }
 const rt::grants& endpoint::service_grants() const noexcept { return state_->service_grants(); }
 bool endpoint::memory_locked() const noexcept { return state_->memory_locked(); }
+
+std::size_t endpoint::memory_unlocked_bytes() const noexcept { return state_->memory_unlocked_bytes(); }
 status endpoint::close(duration drain) { return state_->close(drain); }
 
 } // namespace rowe

@@ -73,7 +73,9 @@ endpoint_state::~endpoint_state() {
   const bool looked_at = std::any_of(pairs_.begin(), pairs_.end(), [](queue_pair& one) {
     return !one.lifecycle.is_free() && !service::all_slots_released(one);
   });
-  if (looked_at) memory_.abandon();
+  if (!looked_at) return;
+  memory_.abandon();
+  pair_memory_.abandon();
 }
 
 status endpoint_state::start(service::side ours) {
@@ -81,6 +83,9 @@ status endpoint_state::start(service::side ours) {
   const service::memory_plan plan = service::plan_memory(options_.limits);
   memory_ = rt::arena{plan.arena(), rt::page_lock::attempted};
   if (!memory_) return error{errc::no_memory, static_cast<std::int64_t>(plan.arena()), memory_.map_errno()};
+  pair_memory_ = rt::arena{plan.pair_memory, rt::page_lock::none};
+  if (!pair_memory_)
+    return error{errc::no_memory, static_cast<std::int64_t>(plan.pair_memory), pair_memory_.map_errno()};
   if (plan.chunks != 0) {
     chunk_pool_.emplace(plan.chunks); // not touched here
     if (chunk_pool_->bytes().empty())
@@ -90,7 +95,8 @@ status endpoint_state::start(service::side ours) {
   if (!validator) return validator.error();
   validator_.emplace(std::move(validator).value());
   pairs_ = memory_.carve<queue_pair>(options_.limits.lanes_max);
-  pair_memory_ = memory_.carve_bytes(options_.limits.lane_bytes);
+  pair_bytes_ = pair_memory_.carve_bytes(options_.limits.lane_bytes);
+  pair_locked_.resize(pairs_.size());
   codecs_.resize(pairs_.size());
   given_up_.resize(pairs_.size());
   shared_ = memory_.make<service::shared_state>(memory_, options_.limits);
@@ -162,14 +168,14 @@ void endpoint_state::release_pairs() noexcept {
 
 // The first gap of so many bytes between queue pairs in use; empty if there is none.
 std::span<std::byte> endpoint_state::find_pair_memory(std::size_t bytes) const noexcept {
-  std::byte* at = pair_memory_.data();
+  std::byte* at = pair_bytes_.data();
   for (;;) {
     const queue_pair* next = nullptr; // the queue pair in use that comes next in memory
     for (const queue_pair& one : pairs_) {
       if (one.lifecycle.is_free() || one.memory.data() < at) continue;
       if (next == nullptr || one.memory.data() < next->memory.data()) next = &one;
     }
-    std::byte* const end = next != nullptr ? next->memory.data() : pair_memory_.data() + pair_memory_.size();
+    std::byte* const end = next != nullptr ? next->memory.data() : pair_bytes_.data() + pair_bytes_.size();
     if (static_cast<std::size_t>(end - at) >= bytes) return {at, bytes};
     if (next == nullptr) return {};
     at = end + next->memory.size();
@@ -185,15 +191,24 @@ result<queue_pair*> endpoint_state::find_pair(std::size_t bytes) noexcept {
   }
   const auto memory = find_pair_memory(bytes);
   if (memory.empty()) {
-    std::size_t left = pair_memory_.size();
+    std::size_t left = pair_bytes_.size();
     for (const queue_pair& one : pairs_) {
       if (!one.lifecycle.is_free()) left -= one.memory.size();
     }
     return error{errc::lane_memory, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(left),
-                 argument::lane_bytes, static_cast<std::uint32_t>(pair_memory_.size())};
+                 argument::lane_bytes, static_cast<std::uint32_t>(pair_bytes_.size())};
   }
   free->memory = memory;
   return &*free;
+}
+
+// What is not locked is counted, and nothing fails for that: the memory is there.
+void endpoint_state::lock_pair(std::size_t index) noexcept {
+  pair_locked_[index] = rt::arena::lock_part(pairs_[index].memory);
+  std::size_t unlocked = pair_locked_[index] ? 0 : pairs_[index].memory.size();
+  for (std::size_t i = 0; i < pairs_.size(); ++i)
+    if (i != index && !pairs_[i].lifecycle.is_free() && !pair_locked_[i]) unlocked += pairs_[i].memory.size();
+  pairs_unlocked_bytes_.store(unlocked);
 }
 
 result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
@@ -211,6 +226,7 @@ result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
   queue_pair& built = **found;
   const auto index = static_cast<std::size_t>(&built - pairs_.data());
   given_up_[index] = false;
+  lock_pair(index);
   build_pair(built, cut, shared_->generations());
   built.peers_taking = shared_->takers();
   pair_codecs& kept = codecs_[index];

@@ -2,6 +2,7 @@
 // Everything behind an endpoint, put together: memory, transport, core, service thread. Set-up calls come
 // from any thread and take a mutex; the service thread takes none.
 #pragma once
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -77,7 +78,10 @@ class endpoint_state {
   std::uint16_t port() const noexcept { return port_; }
   int wake_descriptor() const noexcept { return handles_wake() ? transport_->wake_descriptor() : -1; }
   const rt::grants& service_grants() const noexcept { return granted_; }
-  bool memory_locked() const noexcept { return memory_.locked(); }
+  bool memory_locked() const noexcept { return memory_.locked() && memory_unlocked_bytes() == 0; }
+  std::size_t memory_unlocked_bytes() const noexcept {
+    return (memory_.locked() ? 0 : memory_.bytes_total()) + pairs_unlocked_bytes_.load();
+  }
 
  private:
   bool handles_wake() const noexcept { return options_.idle_policy == idle::wake; }
@@ -86,6 +90,7 @@ class endpoint_state {
   void release_pairs() noexcept;
   void count_left(const queue_pair& in) noexcept;
   result<queue_pair*> find_pair(std::size_t bytes) noexcept;
+  void lock_pair(std::size_t index) noexcept;
   std::span<std::byte> find_pair_memory(std::size_t bytes) const noexcept;
 
   const endpoint_options options_;
@@ -95,13 +100,16 @@ class endpoint_state {
   std::string name_;
   page::site site_;
   rt::arena memory_;
+  rt::arena pair_memory_; // of the queue pairs, locked as each is opened: what comes first is locked
+  std::atomic<std::size_t> pairs_unlocked_bytes_{0};
   std::optional<chunk_memory> chunk_pool_; // for long messages
   kernel_entropy random_;
   std::unique_ptr<service::transport> transport_;
   std::optional<json::reader> validator_;
   service::shared_state* shared_ = nullptr;
   std::span<queue_pair> pairs_;
-  std::span<std::byte> pair_memory_;
+  std::span<std::byte> pair_bytes_; // all of pair_memory_
+  std::vector<bool> pair_locked_;   // of the queue pair with the same index
   std::vector<pair_codecs> codecs_; // of the queue pair with the same index
   std::vector<bool> given_up_;      // likewise: release_pairs() has waited for it in vain
   service::submission_queue* submissions_ = nullptr;

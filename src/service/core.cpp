@@ -262,11 +262,8 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
   connection* const c = find(id);
   if (c == nullptr) return;
   if (cause == close_cause::timed_out) state_.counts.add(counter::stalled_peers);
-  constexpr std::string_view words[] = {"closed", "the peer closed the stream", "the connection was reset",
-                                        "the peer does not read"};
-  state_.events.report(event::kind::peer_left, c->peer(),
-                       c->close_reason.empty() ? words[static_cast<std::size_t>(cause)] : c->close_reason, {},
-                       c->identity);
+  const std::string_view why = c->close_reason.empty() ? words_of(cause) : c->close_reason;
+  state_.events.report(event::kind::peer_left, c->peer(), why, {}, c->identity);
   forget(*c);
   direct_messages_.take_outcomes();
   state_.shared.set_connection(id.index, 0, {});

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an endpoint's memory is for: one arena, the transport's share, and the chunks of long messages. Every
+// What an endpoint's memory is for: an arena, which is locked at once; another for the queue pairs of
+// handles, which is locked handle by handle; the transport's share; and the chunks of long messages. Every
 // line names its holder. limits::footprint_bytes() is the sum of all but the chunks.
 #pragma once
 #include <cstddef>
@@ -20,8 +21,8 @@ struct memory_plan {
 
   std::size_t chunks; // of the heap, for long messages: not locked, and touched only as it is used
 
-  std::size_t arena() const noexcept { return core + shared + threads + waker + pairs + pair_memory; }
-  std::size_t total() const noexcept { return arena() + handshakes + tls; }
+  std::size_t arena() const noexcept { return core + shared + threads + waker + pairs; }
+  std::size_t total() const noexcept { return arena() + pair_memory + handshakes + tls; }
 };
 
 memory_plan plan_memory(const limits& bounds, transport_security with = transport_security::none) noexcept;

@@ -61,6 +61,7 @@ service_directory::added service_directory::add(std::string_view name, std::stri
   const service_index index{static_cast<std::uint32_t>(free - entries_.begin())};
   std::copy(name.begin(), name.end(), names(index));
   std::copy(type.begin(), type.end(), names(index) + name_bytes_max_);
+  used_ = std::max(used_, index.value + 1);
   ++count_;
   ++changes_;
   if (!pair) ++of_peers_;
@@ -71,6 +72,7 @@ void service_directory::remove(service_index index) noexcept {
   assert(in_use(index));
   if (!entries_[index].pair) --of_peers_;
   entries_[index] = {};
+  while (used_ != 0 && entries_[service_index{used_ - 1}].hash == 0) --used_;
   --count_;
   ++changes_;
 }

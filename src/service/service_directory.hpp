@@ -65,8 +65,8 @@ class service_directory {
   std::uint32_t newest_number() const noexcept { return numbers_.newest(); }
   // How often one was added or removed.
   std::uint64_t changes() const noexcept { return changes_; }
-  // All places, for a walk; those in use have a hash.
-  auto ids() const noexcept { return entries_.ids(); }
+  // All places up to the last that is in use, for a walk; those in use have a hash.
+  auto ids() const noexcept { return rows<service_index, service_entry>::numbers{used_}; }
   bool in_use(service_index index) const noexcept { return entries_[index].hash != 0; }
   bool is_service(service_index index) const noexcept {
     return in_use(index) && entries_[index].what == offer::service;
@@ -82,6 +82,7 @@ class service_directory {
   rows<service_index, service_entry> entries_;
   std::span<char> names_;
   std::size_t name_bytes_max_;
+  std::uint32_t used_ = 0; // one behind the last
   std::uint32_t count_ = 0;
   std::uint32_t of_peers_ = 0;
   listed_numbers numbers_;

@@ -79,6 +79,11 @@ enum class close_cause : std::uint8_t {
   reset,     // reset, or another socket error
   timed_out, // the write deadline passed
 };
+constexpr std::string_view words_of(close_cause why) noexcept {
+  constexpr std::string_view words[] = {"closed", "the peer closed the stream", "the connection was reset",
+                                        "the peer does not read"};
+  return words[static_cast<std::size_t>(why)];
+}
 
 // A handshake, or an attempt, that did not become a connection. `what` says what was wrong, with the value;
 // `remedy` says what to change.

@@ -4,7 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -14,6 +19,24 @@
 #include "variable.hpp"
 
 namespace limits_test {
+
+struct scan {
+  std::uint64_t stamp = 0;
+  std::array<float, 1080> ranges{};
+};
+struct image {
+  std::array<std::uint8_t, 160 * 120> pixels{};
+};
+
+} // namespace limits_test
+
+template <>
+inline constexpr auto rowe::schema<limits_test::scan> =
+    rowe::fields<&limits_test::scan::stamp, &limits_test::scan::ranges>{};
+template <>
+inline constexpr auto rowe::schema<limits_test::image> = rowe::fields<&limits_test::image::pixels>{};
+
+namespace limits_test {
 namespace {
 
 using rowe::endpoint;
@@ -21,6 +44,75 @@ using rowe::errc;
 using rowe::json_text;
 using rowe::limits;
 namespace ros = rowe::ros;
+
+// What a robot with some sensors opens.
+struct ordinary_robot {
+  explicit ordinary_robot(endpoint& robot) {
+    const auto each = [](int count, auto&& open) {
+      for (int i = 0; i < count; ++i) open(std::to_string(i));
+    };
+    const auto keep = [this](auto& in, auto&& opened) {
+      if (opened)
+        in.push_back(std::move(opened).value());
+      else
+        faults.push_back(opened.error().message());
+    };
+    each(8, [&](const std::string& i) { keep(scans, robot.advertise<scan>("/scan/" + i)); });
+    each(2, [&](const std::string& i) { keep(images, robot.advertise<image>("/image/" + i)); });
+    each(10, [&](const std::string& i) { keep(odometry, robot.advertise<ros::odometry>("/odom/" + i)); });
+    each(5, [&](const std::string& i) { keep(twists, robot.advertise<ros::twist>("/speed/" + i)); });
+    each(5, [&](const std::string& i) { keep(texts, robot.advertise<json_text>("/text/" + i)); });
+    each(8, [&](const std::string& i) { keep(heard, robot.subscribe<ros::twist>("/cmd/" + i)); });
+    each(2, [&](const std::string& i) { keep(goals, robot.subscribe<ros::odometry>("/goal/" + i)); });
+    each(10, [&](const std::string& i) { keep(serves, robot.serve<ros::twist, ros::pose>("/do/" + i)); });
+    each(2, [&](const std::string&) { keep(lanes, robot.open_lane()); });
+    each(10, [&](const std::string& i) { keep(parameters, robot.parameter<double>("gain" + i, 1.0)); });
+  }
+  std::vector<std::string> faults;
+  std::vector<rowe::publisher<scan>> scans;
+  std::vector<rowe::publisher<image>> images;
+  std::vector<rowe::publisher<ros::odometry>> odometry;
+  std::vector<rowe::publisher<ros::twist>> twists;
+  std::vector<rowe::publisher<json_text>> texts;
+  std::vector<rowe::subscriber<ros::twist>> heard;
+  std::vector<rowe::subscriber<ros::odometry>> goals;
+  std::vector<rowe::responder<ros::twist, ros::pose>> serves;
+  std::vector<rowe::lane> lanes;
+  std::vector<rowe::parameter<double>> parameters;
+};
+
+TEST(default_limits, hold_an_ordinary_robot) {
+  auto robot = endpoint::listen(0).value();
+  const ordinary_robot opened{robot};
+  EXPECT_EQ(opened.faults, std::vector<std::string>{});
+}
+
+// As an ordinary user of Debian, who may lock 8 MiB: what is opened first is locked.
+TEST(default_limits, hold_an_ordinary_robot_where_not_all_of_it_can_be_locked) {
+#ifdef ROWE_TEST_SANITIZED
+  GTEST_SKIP() << "the sanitizers replace mlock by a function that does nothing";
+#endif
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    constexpr rlim_t of_debian = rlim_t{8} << 20U;
+    const rlimit some{of_debian, of_debian};
+    if (::setrlimit(RLIMIT_MEMLOCK, &some) != 0) ::_exit(2);
+    if (::geteuid() == 0 && ::setresuid(65534, 65534, 65534) != 0) ::_exit(3); // leaves CAP_IPC_LOCK behind
+    auto robot = endpoint::listen(0);
+    if (!robot || !robot->memory_locked()) ::_exit(4);
+    auto first = robot->advertise<ros::odometry>("/odom");
+    if (!first || !robot->memory_locked()) ::_exit(5);
+    const ordinary_robot opened{*robot};
+    if (!opened.faults.empty()) ::_exit(6);
+    if (robot->memory_locked() || robot->memory_unlocked_bytes() == 0) ::_exit(7);
+    ::_exit(robot->memory_unlocked_bytes() < limits{}.lane_bytes ? 0 : 8);
+  }
+  int outcome = 0;
+  ASSERT_EQ(::waitpid(child, &outcome, 0), child);
+  EXPECT_TRUE(WIFEXITED(outcome));
+  EXPECT_EQ(WEXITSTATUS(outcome), 0);
+}
 
 // The error of a handle that was asked for, and the handle kept.
 template <class Kept, class Handle>

@@ -82,7 +82,9 @@ class core_harness_over {
       : options{chosen},
         access{chosen.access},
         rights{access},
-        memory{rowe::service::plan_memory(chosen.limits).arena(), rowe::rt::page_lock::none},
+        memory{rowe::service::plan_memory(chosen.limits).arena() +
+                   rowe::service::plan_memory(chosen.limits).pair_memory,
+               rowe::rt::page_lock::none},
         chunk_pool{new std::byte[rowe::service::plan_memory(chosen.limits).chunks]},
         random{seed},
         validator{

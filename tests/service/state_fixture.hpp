@@ -40,7 +40,9 @@ struct outside_fixture : testing::Test {
   const rowe::service::side ours;
   const rowe::wire::protocol_set& protocols;
   const rowe::limits& bounds = options.limits;
-  rowe::rt::arena memory{rowe::service::plan_memory(bounds).arena(), rowe::rt::page_lock::none};
+  rowe::rt::arena memory{rowe::service::plan_memory(bounds).arena() +
+                             rowe::service::plan_memory(bounds).pair_memory,
+                         rowe::rt::page_lock::none};
   rowe::json::reader validator = rowe::json::reader::create(bounds.message_bytes_max, 16).value();
   rowe::net::memory_transport transport{bounds.connections_max};
   harness::seeded_entropy random{1};

@@ -70,7 +70,7 @@ struct usual_depth {
     return fit < least ? least : fit;
   }
 };
-inline constexpr usual_depth of_topics{64 * 1024, 16, 64};
+inline constexpr usual_depth of_topics{64 * 1024, 4, 64};
 inline constexpr usual_depth of_services{32 * 1024, 8, 16};
 
 template <class T>

@@ -73,7 +73,9 @@ std::string refused_settings(const endpoint& hub, const demo* loop, const rt::gr
   };
   if (loop != nullptr && !loop->grants().complete()) add("robot thread", loop->grants().text(buffer));
   if (!hub.memory_locked()) {
-    add("memory", "the endpoint's is not locked: raise `ulimit -l`");
+    constexpr std::size_t kib = 1024;
+    add("memory", joined(hub.memory_unlocked_bytes() / kib,
+                         " KiB of the endpoint's are not locked: raise `ulimit -l`"));
   } else if (process_locked.refused()) {
     add("memory", "the program's is not locked: raise `ulimit -l`");
   }

@@ -51,6 +51,9 @@ class arena {
   explicit operator bool() const noexcept { return base_ != nullptr; }
   int map_errno() const noexcept { return map_errno_; } // of mmap or madvise; 0 when mapped
   bool locked() const noexcept { return locked_; }
+  // Locks the pages of a part of an arena that was made with page_lock::none. Enters the kernel. False: they
+  // work all the same, and may be paged out. Set-up.
+  static bool lock_part(std::span<std::byte> part) noexcept;
   int lock_errno() const noexcept { return lock_errno_; } // of mlock; 0 when locked or not asked for
 
   // Every carving begins at a multiple of line_bytes and takes whole lines, so that no two share one and a
