@@ -41,7 +41,7 @@ struct count {
 // Owns a service thread, its sockets and its memory. Set-up calls may come from any thread, one at a time;
 // they may wait, allocate and enter the kernel. send(), receive(), invoke(), reply() and similar calls may
 // come from any threads at the same time, but not from real-time threads, which use handles. Handles outlive
-// their endpoint safely.
+// their endpoint safely. One that was moved from answers every call with misuse, or with nothing.
 class endpoint {
  public:
   // Listens on `port` (0: any free one) and serves the page, rosbridge and WebSockets there. Errors:

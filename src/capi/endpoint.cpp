@@ -54,7 +54,7 @@ result<endpoint_options> options_of(const rowe_options* given) {
   options.service_priority = all->service_priority;
   if (all->inbound_ttl_ms != 0) options.inbound_ttl = duration_of(all->inbound_ttl_ms);
   const auto set = [](duration& into, long given_ms) {
-    if (given_ms != 0) into = std::chrono::milliseconds{given_ms};
+    if (given_ms != 0) into = time_of_option<std::chrono::milliseconds>(given_ms);
   };
   options.stop.unguarded = all->stop_unguarded;
   set(options.stop.lease, all->stop_lease_ms);

@@ -81,7 +81,7 @@ rowe::result<rowe::topic_options> options_of(const rowe_topic_options& given) {
   options.depth = or_default(given.depth, options.depth);
   options.priority = *priority;
   options.latched = given.latched;
-  options.period = std::chrono::microseconds{given.period_us};
+  options.period = time_of_option<std::chrono::microseconds>(given.period_us);
   if (given.type != nullptr) options.type = given.type;
   options.text_bytes_max = or_default(given.text_bytes_max, options.text_bytes_max);
   return options;
@@ -90,7 +90,8 @@ rowe::result<rowe::topic_options> options_of(const rowe_topic_options& given) {
 rowe::result<rowe::latch_options> options_of(const rowe_latch_options& given) {
   rowe::latch_options options;
   if (given.name != nullptr) options.name = given.name;
-  if (given.loop_timeout_ms != 0) options.loop_timeout = std::chrono::milliseconds{given.loop_timeout_ms};
+  if (given.loop_timeout_ms != 0)
+    options.loop_timeout = time_of_option<std::chrono::milliseconds>(given.loop_timeout_ms);
   return options;
 }
 

@@ -12,6 +12,7 @@
 #include <rowe/json_value.hpp>
 
 #include "capi/error.hpp"
+#include "capi/outside.hpp"
 #include "json/base64.hpp"
 #include "json/writer.hpp"
 
@@ -70,7 +71,8 @@ json_value value_of(const char* text, std::size_t bytes) noexcept {
 
 template <class T>
 int read_at(const char* text, std::size_t bytes, const char* path, T* into) noexcept {
-  if (text == nullptr || path == nullptr || into == nullptr) return rowe_error_misuse;
+  if (text == nullptr || path == nullptr || into == nullptr || !capi::is_size(bytes))
+    return rowe_error_misuse;
   const auto read = value_of(text, bytes).get<T>(path);
   if (!read) return capi::number_of(read.code());
   *into = *read;
@@ -106,7 +108,8 @@ int rowe_read_boolean(const char* text, size_t bytes, const char* path, bool* in
 }
 
 int rowe_read_string(const char* text, size_t bytes, const char* path, char* buffer, size_t buffer_bytes) {
-  if (text == nullptr || path == nullptr || buffer == nullptr) return rowe_error_misuse;
+  if (text == nullptr || path == nullptr || buffer == nullptr || !capi::is_size(bytes))
+    return rowe_error_misuse;
   const std::size_t room = buffer_bytes == 0 ? 0 : buffer_bytes - 1;
   const auto read = value_of(text, bytes).get<std::string_view>(path, std::span<char>{buffer, room});
   if (!read && read.code() != errc::too_long) return capi::number_of(read.code());

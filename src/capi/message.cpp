@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values from C's variable arguments: a type, then a value of the C type that rowe.h names for it.
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <span>
 
 #include "capi/error.hpp"
 #include "capi/object.hpp"
+#include "capi/outside.hpp"
 #include "wire/utf8.hpp"
 #include "json/base64.hpp"
 #include "json/writer.hpp"
@@ -64,6 +66,8 @@ result<rowe_object> take(int type, arguments& from) {
     const auto* const bytes = static_cast<const char*>(va_arg(from.list, const void*));
     const std::size_t count = va_arg(from.list, std::size_t);
     if (bytes == nullptr && count != 0) return errc::misuse;
+    if (!is_size(json::base64_text_bytes(std::min(count, json::base64_bytes_max))))
+      return error{errc::out_of_range, static_cast<std::int64_t>(count), PTRDIFF_MAX / 4 * 3};
     rowe_object value{json::kind::string};
     value.text.resize(json::base64_text_bytes(count));
     json::write_base64(value.text.data(), bytes, count);

@@ -2,12 +2,15 @@
 // Bytes as text: base64 of RFC 4648, part 4, with padding. Pure, on any thread; never waits, never allocates.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 
 namespace rowe::json {
 
-// How long the text of so many bytes is.
+// The text of no more bytes is as long as a size can say.
+inline constexpr std::size_t base64_bytes_max = SIZE_MAX / 4 * 3 - 2;
+// How long the text of so many bytes is, base64_bytes_max at most.
 constexpr std::size_t base64_text_bytes(std::size_t bytes) noexcept { return (bytes + 2) / 3 * 4; }
 
 // Writes the text of the bytes, and returns where it ends. There must be space for all of it.

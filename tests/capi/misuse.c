@@ -2,6 +2,9 @@
 // NULL where something must be: an error, never more.
 #include "check.h"
 
+#include <limits.h>
+#include <stdint.h>
+
 #include <rowe/loop.h>
 
 static void endpoints(void) {
@@ -74,6 +77,62 @@ static void objects(void) {
   rowe_object_free(object);
 }
 
+// read() returns -1 for an error, and somebody hands it on as a size.
+static void sizes_that_are_minus_one(void) {
+  static char some[64] = "{\"a\":1}";
+  const size_t wrong[] = {(size_t)-1, (size_t)-2, SIZE_MAX / 2 + 1, SIZE_MAX / 4 * 3};
+  struct rowe_object* const object = rowe_object_from_text("{}");
+  struct rowe_object* const array = rowe_object_from_text("[]");
+  struct rowe_endpoint* const endpoint = rowe_open_local_endpoint(0);
+  struct rowe_lane* const lane = rowe_lane_open(endpoint, NULL);
+  struct rowe_publisher* const publisher = rowe_publisher_open(endpoint, "/x", NULL);
+  struct rowe_call call;
+  int64_t number = 0;
+  double real = 0;
+  bool truth = false;
+  for (size_t i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
+    CHECK_NULL(rowe_message("data", rowe_type_bytes, some, wrong[i], NULL), rowe_error_out_of_range);
+    CHECK_CODE(rowe_object_set(object, "a", rowe_type_bytes, some, wrong[i]), rowe_error_out_of_range);
+    CHECK_CODE(rowe_object_append(array, rowe_type_bytes, some, wrong[i]), rowe_error_out_of_range);
+    CHECK_CODE(rowe_lane_try_send(lane, some, wrong[i], 0, 0), rowe_error_too_big);
+    CHECK_CODE(rowe_lane_start(lane, some, wrong[i], 0, 0, &call), rowe_error_too_big);
+    CHECK(rowe_publisher_publish(publisher, some, wrong[i], 0) != rowe_ok); // nobody listens, too
+    CHECK_CODE(rowe_read_int64(some, wrong[i], "a", &number), rowe_error_misuse);
+    CHECK_CODE(rowe_read_double(some, wrong[i], "a", &real), rowe_error_misuse);
+    CHECK_CODE(rowe_read_boolean(some, wrong[i], "a", &truth), rowe_error_misuse);
+    CHECK_CODE(rowe_read_string(some, wrong[i], "a", some, 0), rowe_error_misuse);
+  }
+  CHECK_EQUAL(rowe_object_count(object), 0);
+  CHECK_EQUAL(rowe_object_count(array), 0);
+  rowe_publisher_free(publisher);
+  rowe_lane_free(lane);
+  rowe_endpoint_free(endpoint);
+  rowe_object_free(array);
+  rowe_object_free(object);
+}
+
+// Each time of an option, where what it stands for in nanoseconds has no room.
+static void times_that_nothing_can_hold(void) {
+  const long wrong[] = {LONG_MAX,     LONG_MIN, 18446744074209, -18446744074209, LONG_MAX / 1000 + 1,
+                        9223372036855};
+  for (size_t i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
+    const struct rowe_options each[] = {
+        {.bytes = sizeof *each, .stop_lease_ms = wrong[i]},
+        {.bytes = sizeof *each, .stop_tick_ms = wrong[i]},
+        {.bytes = sizeof *each, .stop_service_timeout_ms = wrong[i]},
+        {.bytes = sizeof *each, .stop_observe_timeout_ms = wrong[i]},
+    };
+    for (size_t k = 0; k < sizeof each / sizeof *each; ++k)
+      CHECK_NULL(rowe_open_local_endpoint_with(0, &each[k]), rowe_error_bad_argument);
+    struct rowe_endpoint* const endpoint = rowe_open_local_endpoint(0);
+    const struct rowe_topic_options period = {.bytes = sizeof period, .period_us = wrong[i]};
+    CHECK_NULL(rowe_publisher_open(endpoint, "/x", &period), rowe_error_bad_argument);
+    const struct rowe_latch_options latch = {.bytes = sizeof latch, .loop_timeout_ms = wrong[i]};
+    CHECK_NULL(rowe_stop_latch_open(endpoint, &latch), rowe_error_bad_argument);
+    rowe_endpoint_free(endpoint);
+  }
+}
+
 static void handles_of_loops(void) {
   struct rowe_endpoint* const endpoint = rowe_open_local_endpoint(0);
   struct rowe_lane* const lane = rowe_lane_open(endpoint, NULL);
@@ -141,6 +200,8 @@ static void text_in_place(void) {
 int main(void) {
   endpoints();
   objects();
+  sizes_that_are_minus_one();
+  times_that_nothing_can_hold();
   handles_of_loops();
   text_in_place();
   return failures != 0;
