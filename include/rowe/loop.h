@@ -5,8 +5,8 @@
 // - Functions marked ROWE_RT never wait, allocate, lock or enter the kernel, and end after a bounded number
 //   of steps. They return rowe_ok or an error, and leave rowe_last_error() alone. Errors that all functions
 //   of handles share: closed (the endpoint is), misuse (a NULL). The others are for set-up.
-// - `now_ns` is the loop's time in nanoseconds, from rowe_now_ns(), best read once a cycle. Times to live and
-//   timeouts count from it; they are milliseconds, and a negative one is for ever.
+// - `now_ns` is the loop's time in nanoseconds, from rowe_now_ns(), best read once a cycle; a negative one is
+//   0. Times to live and timeouts count from it; they are milliseconds, and a negative one is for ever.
 // - Messages are JSON text: `text` of `bytes` bytes, which need not end in '\0'. They are copied.
 // - Handles outlive their endpoint safely, and are freed by their own functions, after it or before.
 #pragma once
@@ -227,7 +227,7 @@ int rowe_reset_emergency_stop(const struct rowe_endpoint* endpoint,
 
 // Writes an object with the given members into `buffer`. Members are given as in rowe_message(), but objects
 // and arrays as `const char*`, their JSON text. A double that is not finite becomes null. Returns the text's
-// bytes, without the '\0' that ends it; 0 if `buffer_bytes` are too few, or a type is none.
+// bytes, without the '\0' that ends it; 0 if `buffer_bytes` are too few, or a type or a size is none.
 ROWE_RT size_t rowe_write(char* buffer, size_t buffer_bytes, const char* key, ...);
 
 // What stands at `path` in text that has arrived: "a", "pose.x", "ranges[3]". Names with '.' or '[' are

@@ -48,8 +48,6 @@ bool holds(const rowe_view* view) noexcept {
   return view != nullptr && view->reserved[held_words] != nullptr;
 }
 
-rowe::time_point time_of(std::int64_t ns) noexcept { return rowe::time_point{rowe::duration{ns}}; }
-
 rowe::result<rowe::priority> priority_of(int of) noexcept {
   switch (of) {
   case rowe_priority_normal: return rowe::priority::normal;

@@ -39,7 +39,7 @@ bool write_members(json::writer& to, const char* key, std::va_list& from) noexce
     case rowe_type_bytes: {
       const auto* const bytes = static_cast<const char*>(va_arg(from, const void*));
       const std::size_t count = va_arg(from, std::size_t);
-      if (bytes == nullptr && count != 0) return false;
+      if ((bytes == nullptr && count != 0) || !capi::is_size(count)) return false;
       to.raw("\"");
       for (std::size_t done = 0; done < count;) { // in pieces, each but the last one of whole threes
         std::array<char, 256> text;

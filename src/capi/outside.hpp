@@ -26,6 +26,11 @@ ROWE_RT inline rt::duration duration_of(long ms) noexcept {
   return ms < 0 ? rt::for_ever : std::min(time_of_option<std::chrono::milliseconds>(ms), rt::for_ever);
 }
 
+// A loop's time. The monotonic clock begins at 0, so a difference of two of its times always has room.
+ROWE_RT constexpr rt::time_point time_of(std::int64_t ns) noexcept {
+  return rt::time_point{rt::duration{std::max<std::int64_t>(ns, 0)}};
+}
+
 // Whether there can be something of so many bytes: no, if it is -1, which read() returns for an error.
 ROWE_RT constexpr bool is_size(std::size_t bytes) noexcept { return bytes <= PTRDIFF_MAX; }
 

@@ -101,6 +101,8 @@ static void sizes_that_are_minus_one(void) {
     CHECK_CODE(rowe_read_double(some, wrong[i], "a", &real), rowe_error_misuse);
     CHECK_CODE(rowe_read_boolean(some, wrong[i], "a", &truth), rowe_error_misuse);
     CHECK_CODE(rowe_read_string(some, wrong[i], "a", some, 0), rowe_error_misuse);
+    char written[64];
+    CHECK_EQUAL(rowe_write(written, sizeof written, "a", rowe_type_bytes, some, wrong[i], NULL), 0);
   }
   CHECK_EQUAL(rowe_object_count(object), 0);
   CHECK_EQUAL(rowe_object_count(array), 0);
@@ -131,6 +133,36 @@ static void times_that_nothing_can_hold(void) {
     CHECK_NULL(rowe_stop_latch_open(endpoint, &latch), rowe_error_bad_argument);
     rowe_endpoint_free(endpoint);
   }
+}
+
+// A loop's time that no clock shows, for each call that takes one. What would overflow is found under the
+// sanitizers.
+static void times_of_no_clock(void) {
+  const int64_t wrong[] = {INT64_MIN, INT64_MIN + 1, -1, INT64_MAX};
+  const struct rowe_topic_options one_second = {.bytes = sizeof one_second, .ttl_ms = 1000};
+  struct rowe_endpoint* const endpoint = rowe_open_local_endpoint(0);
+  struct rowe_lane* const lane = rowe_lane_open(endpoint, NULL);
+  struct rowe_publisher* const publisher = rowe_publisher_open(endpoint, "/x", &one_second);
+  struct rowe_stop_latch* const latch = rowe_stop_latch_open(endpoint, NULL);
+  for (size_t i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
+    const long ttl_ms[] = {LONG_MIN, 0, 1, LONG_MAX};
+    struct rowe_view view = {0};
+    struct rowe_call call;
+    for (size_t k = 0; k < sizeof ttl_ms / sizeof *ttl_ms; ++k) {
+      const int sent = rowe_lane_try_send(lane, "{}", 2, ttl_ms[k], wrong[i]);
+      CHECK(sent == rowe_ok || sent == rowe_error_full);
+      const int started = rowe_lane_start(lane, "{}", 2, ttl_ms[k], wrong[i], &call);
+      CHECK(started == rowe_ok || started == rowe_error_full || started == rowe_error_too_many_calls);
+    }
+    CHECK_CODE(rowe_lane_try_receive(lane, wrong[i], &view), rowe_error_empty);
+    CHECK_CODE(rowe_publisher_publish(publisher, "{}", 2, wrong[i]), rowe_error_no_peer);
+    CHECK(rowe_stop_engaged(latch, wrong[i]));
+    rowe_stop_acknowledge(latch, wrong[i]);
+  }
+  rowe_stop_latch_free(latch);
+  rowe_publisher_free(publisher);
+  rowe_lane_free(lane);
+  rowe_endpoint_free(endpoint);
 }
 
 static void handles_of_loops(void) {
@@ -202,6 +234,7 @@ int main(void) {
   objects();
   sizes_that_are_minus_one();
   times_that_nothing_can_hold();
+  times_of_no_clock();
   handles_of_loops();
   text_in_place();
   return failures != 0;
