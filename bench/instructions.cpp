@@ -103,8 +103,8 @@ class pair_harness {
   void fill(const detail::producer_end& end, detail::value_header header) {
     const std::uint32_t slot = *end.free_ring->try_take();
     header.bytes = steps::text.size();
-    *end.slots.header(slot) = header;
-    std::memcpy(end.slots.value(slot), steps::text.data(), steps::text.size());
+    *end.memory.header(slot) = header;
+    std::memcpy(end.memory.value(slot), steps::text.data(), steps::text.size());
     steps::use(end.ring->try_push(slot));
   }
   void arrive(detail::entry what = detail::entry::message) {
@@ -117,7 +117,7 @@ class pair_harness {
   void serve() {
     on.service.out.ring->drain(
         [&](std::uint32_t slot) {
-          detail::value_header header = *on.service.out.slots.header(slot);
+          detail::value_header header = *on.service.out.memory.header(slot);
           on.service.out.free_ring->release(slot);
           if (header.own.generation == 0) return;
           header.what = detail::entry::completion;

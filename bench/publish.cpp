@@ -123,9 +123,9 @@ class pair_way {
 
  private:
   void read(std::uint32_t slot) {
-    detail::value_header header = *pair_->service.out.slots.header(slot);
+    detail::value_header header = *pair_->service.out.memory.header(slot);
     odometry value;
-    std::memcpy(&value, pair_->service.out.slots.value(slot), sizeof value);
+    std::memcpy(&value, pair_->service.out.memory.value(slot), sizeof value);
     benchmark::DoNotOptimize(header);
     benchmark::DoNotOptimize(value);
   }

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include <rowe/rt/attributes.hpp>
+
 namespace rowe {
 
 // What peers of one kind may do. A list has patterns, and a right holds for the names that match one of them:

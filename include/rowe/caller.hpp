@@ -98,11 +98,11 @@ class caller {
   // The slot of a struct is released at once; the slot of a text is released with its view.
   result<reply_type> opened(std::uint32_t slot) noexcept {
     detail::consumer_end& completions = pair_->user.completions;
-    if (completions.slots.header(slot)->failed) return detail::fail_with(*pair_, slot, refusal_);
+    if (completions.memory.header(slot)->failed) return detail::fail_with(*pair_, slot, refusal_);
     if constexpr (detail::is_text<A>) {
       return message_view{*pair_, completions, slot};
     } else {
-      const A value = detail::payload<A>::read(completions.slots, slot);
+      const A value = detail::payload<A>::read(completions.memory, slot);
       detail::release_completion(*pair_, slot);
       return value;
     }

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include <rowe/rt/attributes.hpp>
+
 namespace rowe {
 
 struct event {

@@ -2,6 +2,8 @@
 #pragma once
 #include <type_traits>
 
+#include <rowe/rt/attributes.hpp>
+
 namespace rowe {
 
 // Means messages, requests and replies that are JSON text already: publisher<json_text>,

@@ -160,7 +160,7 @@ class lane {
  private:
   // A completion that was taken, as what the caller gets.
   result<message_view> opened(std::uint32_t slot) noexcept {
-    if (pair_->user.completions.slots.header(slot)->failed) return detail::fail_with(*pair_, slot, refusal_);
+    if (pair_->user.completions.memory.header(slot)->failed) return detail::fail_with(*pair_, slot, refusal_);
     return message_view{*pair_, pair_->user.completions, slot};
   }
   status answerable(const message_view& call, time_point now) const noexcept {

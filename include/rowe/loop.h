@@ -1,4 +1,7 @@
-// SPDX-License-Identifier: Apache-2.0
+/* SPDX-License-Identifier: Apache-2.0 */
+#if !defined(__cplusplus) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#pragma GCC system_header /* C90 has comments as below in such headers only */
+#endif
 // rowe for C loops that must not wait: lanes, publishers and subscribers, made at set-up and used by one
 // thread each, and JSON text read and written in place.
 //

@@ -36,7 +36,7 @@ class message_view : public detail::reads_json<message_view> {
   // The text: one JSON value. A message, a call, or a reply to a lane is an object. Valid as long as this is;
   // 64 bytes behind it may be read.
   ROWE_RT std::string_view value() const noexcept {
-    return {reinterpret_cast<const char*>(end_->slots.value(slot_)), header().bytes};
+    return {reinterpret_cast<const char*>(end_->memory.value(slot_)), header().bytes};
   }
   ROWE_RT std::string_view operator*() const noexcept { return value(); }
   // When its last byte was read from the socket.
@@ -56,7 +56,7 @@ class message_view : public detail::reads_json<message_view> {
   message_view(detail::queue_pair& on, detail::consumer_end& end, std::uint32_t slot) noexcept
       : pair_{&on}, end_{&end}, slot_{slot} {}
 
-  const detail::value_header& header() const noexcept { return *end_->slots.header(slot_); }
+  const detail::value_header& header() const noexcept { return *end_->memory.header(slot_); }
 
   detail::queue_pair* pair_;
   detail::consumer_end* end_; // of the queue pair: `in`, or `completions`
@@ -81,7 +81,7 @@ class value_view {
 
   // The struct. Valid as long as this is.
   ROWE_RT const T& value() const noexcept {
-    return *reinterpret_cast<const T*>(pair_->user.in.slots.value(slot_ & ~of_window));
+    return *reinterpret_cast<const T*>(pair_->user.in.memory.value(slot_ & ~of_window));
   }
   ROWE_RT const T& operator*() const noexcept { return value(); }
   ROWE_RT const T* operator->() const noexcept { return &value(); }
@@ -100,7 +100,7 @@ class value_view {
       : pair_{&on}, slot_{slot} {}
 
   const detail::value_header& header() const noexcept {
-    return *pair_->user.in.slots.header(slot_ & ~of_window);
+    return *pair_->user.in.memory.header(slot_ & ~of_window);
   }
 
   detail::queue_pair* pair_;

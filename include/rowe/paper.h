@@ -1,4 +1,7 @@
-// SPDX-License-Identifier: Apache-2.0
+/* SPDX-License-Identifier: Apache-2.0 */
+#if !defined(__cplusplus) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#pragma GCC system_header /* C90 has comments as below in such headers only */
+#endif
 // The names that the paper of 2015 prints ("Design and Implementation of rowe, a Web-Friendly Communication
 // Library", Inria technical report 452). So its listings compile as they are. A program that uses JSON-C as
 // well cannot include this, because the names are JSON-C's. Differences: docs/c-api.md.

@@ -1,4 +1,7 @@
-// SPDX-License-Identifier: Apache-2.0
+/* SPDX-License-Identifier: Apache-2.0 */
+#if !defined(__cplusplus) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#pragma GCC system_header /* C90 has comments as below in such headers only */
+#endif
 // Parameters in C: values that a loop reads in each cycle, and that its program and its peers can change
 // while it runs. Peers read and write them by the services of ROS (`/rosapi/get_param`, `/rosapi/set_param`);
 // to write one takes the right `set` of a role. Each change is told on the topic `/rowe/parameters`.

@@ -22,7 +22,7 @@ namespace rowe {
 template <class T>
 struct range {
   T least = std::numeric_limits<T>::lowest();
-  T most = std::numeric_limits<T>::max();
+  T most = (std::numeric_limits<T>::max)();
 };
 
 namespace detail {

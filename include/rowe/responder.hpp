@@ -43,8 +43,8 @@ class request
  private:
   template <class, class>
   friend class responder;
-  request(detail::queue_pair& on, detail::request_slots slots, const taken& value) noexcept
-      : detail::open_request{on, slots, detail::is_text<Q>}, value_{value} {}
+  request(detail::queue_pair& on, detail::request_slots both, const taken& value) noexcept
+      : detail::open_request{on, both, detail::is_text<Q>}, value_{value} {}
 
   taken value_;
 };
@@ -69,10 +69,10 @@ class responder {
   // more than `depth` requests are unanswered), closed. Never waits, never allocates, no system call; at most
   // `depth` steps.
   ROWE_RT result<request<Q>> try_next(time_point now) noexcept {
-    const auto slots = detail::next_request(pair_, now);
-    if (!slots) return slots.error();
-    const auto asked = detail::payload<Q>::read(pair_->user.in.slots, slots->in);
-    return request<Q>{*pair_, *slots, asked};
+    const auto both = detail::next_request(pair_, now);
+    if (!both) return both.error();
+    const auto asked = detail::payload<Q>::read(pair_->user.in.memory, both->in);
+    return request<Q>{*pair_, *both, asked};
   }
   // The same; reads the time itself.
   ROWE_RT result<request<Q>> try_next() noexcept { return try_next(rt::monotonic_clock::now()); }

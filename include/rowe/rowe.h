@@ -1,4 +1,7 @@
-// SPDX-License-Identifier: Apache-2.0
+/* SPDX-License-Identifier: Apache-2.0 */
+#if !defined(__cplusplus) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#pragma GCC system_header /* C90 has comments as below in such headers only */
+#endif
 // rowe for C: endpoints, messages and calls, for ordinary threads; what a real-time loop calls is in
 // rowe/loop.h. C11; nothing of C++ is included or needed to link (docs/c-api.md). The names and the
 // order of arguments are the paper's; with rowe/paper.h its listings compile as they are printed.

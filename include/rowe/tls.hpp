@@ -3,6 +3,8 @@
 #pragma once
 #include <string>
 
+#include <rowe/rt/attributes.hpp>
+
 namespace rowe {
 
 // All files are in PEM. With a certificate, an endpoint that listens speaks TLS alone: `wss` and `https`. It

@@ -57,7 +57,7 @@ class builder {
 
 std::size_t queue_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_bytes) noexcept {
   if (kept == keep::newest) {
-    return arena::bytes_for<newest_window>() + newest_window::slots * stride_of(value_bytes);
+    return arena::bytes_for<newest_window>() + newest_window::slot_count * stride_of(value_bytes);
   }
   return arena::bytes_for<number_ring>() + arena::bytes_for<number_ring::entry>(places_out(depth)) +
          arena::bytes_for<number_free_ring>() +
@@ -76,7 +76,7 @@ void build_queue(std::span<std::byte> memory, rowe::keep kept, std::uint32_t dep
     auto* const window = from.make<newest_window>();
     producer.newest = window->take_writer();
     consumer.newest = window->take_reader();
-    slots = newest_window::slots;
+    slots = newest_window::slot_count;
   } else {
     const auto places = from.array<number_ring::entry>(places_out(depth));
     auto* const out = from.make<number_ring>(places);
@@ -88,7 +88,7 @@ void build_queue(std::span<std::byte> memory, rowe::keep kept, std::uint32_t dep
     consumer.free_ring = free_ring->take_producer();
   }
   producer.count = static_cast<std::uint32_t>(slots);
-  producer.slots = consumer.slots = {from.take(slots * stride).data(), stride, value_bytes};
+  producer.memory = consumer.memory = {from.take(slots * stride).data(), stride, value_bytes};
 }
 
 namespace {

@@ -115,11 +115,11 @@ inline std::size_t handle_submissions::take_new_entries(pair_index pair) noexcep
       row.released_slots = true;
       continue;
     }
-    next_parked(end.slots, slot) = pair_slot::none;
+    next_parked(end.memory, slot) = pair_slot::none;
     if (!row.parked_first) {
       row.parked_first = slot;
     } else {
-      next_parked(end.slots, row.parked_last) = slot.value;
+      next_parked(end.memory, row.parked_last) = slot.value;
     }
     row.parked_last = slot;
   }
@@ -133,7 +133,7 @@ void handle_submissions::retry(pair_index pair) noexcept {
   const detail::consumer_end& end = state_.pairs[pair].service.out;
   pair_slot before{};
   for (pair_slot slot = row.parked_first; slot;) {
-    const pair_slot next{static_cast<std::uint32_t>(next_parked(end.slots, slot))};
+    const pair_slot next{static_cast<std::uint32_t>(next_parked(end.memory, slot))};
     if (take_entry(pair, slot, true)) {
       end.free_ring->release(slot.value);
       row.released_slots = true;
@@ -141,7 +141,7 @@ void handle_submissions::retry(pair_index pair) noexcept {
       if (!before) {
         row.parked_first = next;
       } else {
-        next_parked(end.slots, before) = next.value;
+        next_parked(end.memory, before) = next.value;
       }
     } else {
       before = slot;
@@ -154,8 +154,8 @@ void handle_submissions::retry(pair_index pair) noexcept {
 // False: it must be parked.
 inline bool handle_submissions::take_entry(pair_index pair, pair_slot slot, bool parked) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
-  const detail::value_header& header = *queues.service.out.slots.header(slot.value);
-  const std::byte* const value = queues.service.out.slots.value(slot.value);
+  const detail::value_header& header = *queues.service.out.memory.header(slot.value);
+  const std::byte* const value = queues.service.out.memory.value(slot.value);
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
   const call_endpoint us = call_endpoint::of(pair, state_.pair_rows[pair].generation);
   const call_endpoint waits = header.own.generation != 0 ? us : call_endpoint{};
@@ -193,8 +193,8 @@ inline bool handle_submissions::take_entry(pair_index pair, pair_slot slot, bool
 void handle_submissions::answer(pair_index pair, pair_slot slot, const call_endpoint& us,
                                 const call_endpoint& waits) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
-  const detail::value_header& header = *queues.service.out.slots.header(slot.value);
-  const std::byte* const value = queues.service.out.slots.value(slot.value);
+  const detail::value_header& header = *queues.service.out.memory.header(slot.value);
+  const std::byte* const value = queues.service.out.memory.value(slot.value);
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
   const rt::time_point stamped = time_of(header.stamped_ns);
   publish_predictor_.answered(stamped);

@@ -25,11 +25,11 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
   if (!slot)
     return state_.counts.add(
         counter::inbox_full); // a place of the queue pair's table reserves one: only misuse gets here
-  std::byte* const value = end.slots.value(*slot);
+  std::byte* const value = end.memory.value(*slot);
   std::size_t bytes = 0;
   std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
   if (outcome && queues.decoder != nullptr && !text.empty()) {
-    bytes = end.slots.bytes_max;
+    bytes = end.memory.bytes_max;
     json::decoder::diagnosis why;
     outcome = queues.decoder->decode(text, value, &why);
     if (!outcome) {
@@ -37,25 +37,25 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
       bytes = 0;
       text = why.text(buffer);
     }
-  } else if (outcome && text.size() > end.slots.bytes_max) {
+  } else if (outcome && text.size() > end.memory.bytes_max) {
     state_.counts.add(counter::too_big);
     outcome = error{errc::too_big, static_cast<std::int64_t>(text.size()),
-                    static_cast<std::int64_t>(end.slots.bytes_max)};
+                    static_cast<std::int64_t>(end.memory.bytes_max)};
     text = {};
   }
   if (bytes == 0) {
-    bytes = json::utf8_prefix(text, end.slots.bytes_max).size(); // a diagnostic may be cut
+    bytes = json::utf8_prefix(text, end.memory.bytes_max).size(); // a diagnostic may be cut
     if (bytes != 0) std::memcpy(value, text.data(), bytes);
   }
-  *end.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
-                              .expires_ns = rt::nanoseconds_of(rt::never),
-                              .bytes = static_cast<std::uint32_t>(bytes),
-                              .what = detail::entry::completion,
-                              .failed = !outcome,
-                              .outcome = outcome ? errc::misuse : outcome.code(),
-                              .own = own,
-                              .outcome_value = outcome ? 0 : outcome.error().value,
-                              .outcome_limit = outcome ? 0 : outcome.error().limit};
+  *end.memory.header(*slot) = {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
+                               .expires_ns = rt::nanoseconds_of(rt::never),
+                               .bytes = static_cast<std::uint32_t>(bytes),
+                               .what = detail::entry::completion,
+                               .failed = !outcome,
+                               .outcome = outcome ? errc::misuse : outcome.code(),
+                               .own = own,
+                               .outcome_value = outcome ? 0 : outcome.error().value,
+                               .outcome_limit = outcome ? 0 : outcome.error().limit};
   if (end.ring->try_push(*slot)) queues.arrival.notify(); // there is a place for every slot
 }
 
@@ -63,17 +63,17 @@ status local_delivery::deliver(pair_index index, const detail::value_header& hea
                                json::decoder::diagnosis& why) noexcept {
   detail::queue_pair& queues = state_.pairs[index];
   const detail::producer_end& end = queues.service.in;
-  if (queues.decoder == nullptr && body.size() > end.slots.bytes_max) {
+  if (queues.decoder == nullptr && body.size() > end.memory.bytes_max) {
     return error{errc::too_big, static_cast<std::int64_t>(body.size()),
-                 static_cast<std::int64_t>(end.slots.bytes_max)};
+                 static_cast<std::int64_t>(end.memory.bytes_max)};
   }
   const auto taken = take_slot(index);
   if (!taken) return errc::full;
   const std::uint32_t slot = *taken;
-  std::byte* const value = end.slots.value(slot);
+  std::byte* const value = end.memory.value(slot);
   std::size_t bytes = body.size();
   if (queues.decoder != nullptr) {
-    bytes = end.slots.bytes_max;
+    bytes = end.memory.bytes_max;
     if (const status read = queues.decoder->decode(body, value, &why); !read) {
       if (end.newest == nullptr) state_.pair_rows[index].spare = {slot};
       return read;

@@ -60,7 +60,7 @@ inline void local_delivery::hand_over(pair_index index, std::uint32_t slot,
                                       const detail::value_header& header) noexcept {
   detail::queue_pair& queues = state_.pairs[index];
   const detail::producer_end& end = queues.service.in;
-  *end.slots.header(slot) = header;
+  *end.memory.header(slot) = header;
   if (end.newest != nullptr) {
     end.newest->end_write(slot);
     queues.arrival.notify();

@@ -12,7 +12,7 @@ status long_deliveries::begin(pair_index pair, const detail::value_header& heade
   const detail::queue_pair& queues = state_.pairs[pair];
   const std::size_t bytes = state_.chunks.bytes(value);
   const std::size_t most =
-      queues.decoder != nullptr ? state_.bounds().message_bytes_max : queues.service.in.slots.bytes_max;
+      queues.decoder != nullptr ? state_.bounds().message_bytes_max : queues.service.in.memory.bytes_max;
   if (bytes > most || queues.decoder != nullptr)
     return error{errc::too_big, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(most)};
   const auto slot = local_delivery_.take_slot(pair);
@@ -42,7 +42,7 @@ void long_deliveries::advance() noexcept {
       end(pair);
       continue;
     }
-    std::byte* const value = state_.pairs[pair].service.in.slots.value(one.slot);
+    std::byte* const value = state_.pairs[pair].service.in.memory.value(one.slot);
     const std::size_t bytes = std::min<std::size_t>(left, one.header.bytes - one.done);
     state_.chunks.copy(one.value, one.done, one.place, {value + one.done, bytes});
     one.done += bytes;

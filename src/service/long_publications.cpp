@@ -56,7 +56,7 @@ void long_publications::take_values(pair_index pair) noexcept {
 
 // Begins with the value in this slot, if it is a long text.
 bool long_publications::begins(pair_index pair, pair_slot slot) noexcept {
-  const std::size_t bytes = state_.pairs[pair].service.out.slots.header(slot.value)->bytes;
+  const std::size_t bytes = state_.pairs[pair].service.out.memory.header(slot.value)->bytes;
   if (bytes <= state_.bounds().message_bytes_max) return false;
   pair_ = pair;
   slot_ = slot;
@@ -73,7 +73,7 @@ bool long_publications::begins(pair_index pair, pair_slot slot) noexcept {
 
 // Takes some of the text. True: it is published, or dropped and counted, and its slot is not needed any more.
 bool long_publications::advance() noexcept {
-  const detail::pair_slots& slots = state_.pairs[pair_].service.out.slots;
+  const detail::pair_slots& slots = state_.pairs[pair_].service.out.memory;
   const std::string_view all{reinterpret_cast<const char*>(slots.value(slot_.value)),
                              slots.header(slot_.value)->bytes};
   if (text_) {
@@ -93,7 +93,7 @@ bool long_publications::advance() noexcept {
 
 void long_publications::publish() noexcept {
   const detail::queue_pair& queues = state_.pairs[pair_];
-  const detail::value_header& header = *queues.service.out.slots.header(slot_.value);
+  const detail::value_header& header = *queues.service.out.memory.header(slot_.value);
   const rt::time_point published = time_of(header.stamped_ns);
   broker_.publish_long(
       state_.pair_rows[pair_].topic, published, state_.cycle.expiry_of(published, time_of(header.expires_ns)),

@@ -101,7 +101,7 @@ void receiver::count_released(std::size_t taken) noexcept {
     return;
   }
   const detail::producer_end& end = state_.pairs[counted_].service.in;
-  end.free_ring->see(released_mark_, [&](std::uint32_t slot) { note_taken(end.slots.header(slot)->peer); });
+  end.free_ring->see(released_mark_, [&](std::uint32_t slot) { note_taken(end.memory.header(slot)->peer); });
 }
 
 void receiver::look() noexcept {

@@ -55,7 +55,7 @@ class shared_inbox {
   shared_inbox(const shared_inbox&) = delete;
   shared_inbox& operator=(const shared_inbox&) = delete;
 
-  std::uint32_t slots() const noexcept { return texts_.slots(); }
+  std::uint32_t slots() const noexcept { return texts_.slot_count(); }
 
   // ---- Any thread that is not real-time.
 

@@ -54,7 +54,7 @@ class submission_queue {
   submission_queue(const submission_queue&) = delete;
   submission_queue& operator=(const submission_queue&) = delete;
 
-  std::uint32_t slots() const noexcept { return texts_.slots(); }
+  std::uint32_t slots() const noexcept { return texts_.slot_count(); }
   std::size_t slot_bytes() const noexcept { return texts_.payload_bytes(); }
 
   // ---- Any thread that is not real-time.

@@ -62,7 +62,7 @@ topic_id topic_handles::hold_topic(std::string_view name) noexcept {
 void topic_handles::begin_publishing(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
   state_.pair_rows[pair].long_texts = queues.kind == detail::pair_kind::publish_text &&
-                                      queues.service.out.slots.bytes_max > state_.bounds().message_bytes_max;
+                                      queues.service.out.memory.bytes_max > state_.bounds().message_bytes_max;
   topic& on = state_.topics.at(state_.pair_rows[pair].topic);
   if (!queues.shared && on.own_alone++ == 0) advertisements_.withdraw_others(state_.pair_rows[pair].topic);
   on.keep = queues.keep;

@@ -47,8 +47,8 @@ class value_publisher {
 
 inline void value_publisher::publish(pair_index pair, pair_slot slot) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
-  const detail::value_header& header = *queues.service.out.slots.header(slot.value);
-  const std::byte* const value = queues.service.out.slots.value(slot.value);
+  const detail::value_header& header = *queues.service.out.memory.header(slot.value);
+  const std::byte* const value = queues.service.out.memory.value(slot.value);
   const rt::time_point published = time_of(header.stamped_ns);
   const rt::time_point expires = state_.cycle.expiry_of(published, time_of(header.expires_ns));
   const topic_id topic = state_.pair_rows[pair].topic;

@@ -61,8 +61,8 @@ class pair_harness {
     auto& end = pair_->service.out;
     const auto slot = end.ring->try_pop();
     if (!slot) return std::nullopt;
-    const auto& header = *end.slots.header(*slot);
-    sent_message taken{header, {reinterpret_cast<const char*>(end.slots.value(*slot)), header.bytes}};
+    const auto& header = *end.memory.header(*slot);
+    sent_message taken{header, {reinterpret_cast<const char*>(end.memory.value(*slot)), header.bytes}};
     end.free_ring->release(*slot);
     return taken;
   }
@@ -109,8 +109,8 @@ class pair_harness {
     const auto slot = end.free_ring->try_take();
     if (!slot) return false;
     header.bytes = static_cast<std::uint32_t>(bytes);
-    *end.slots.header(*slot) = header;
-    if (bytes != 0) std::memcpy(end.slots.value(*slot), value, bytes);
+    *end.memory.header(*slot) = header;
+    if (bytes != 0) std::memcpy(end.memory.value(*slot), value, bytes);
     EXPECT_TRUE(end.ring->try_push(*slot));
     return true;
   }

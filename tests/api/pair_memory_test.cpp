@@ -124,11 +124,11 @@ TEST(pair_memory, holds_a_value_of_full_size_in_every_slot_and_what_is_read_behi
   built_lane talks{talk_request({.depth = 3, .inbox_depth = 3, .calls = 3, .text_bytes_max = 1000})};
   for (const producer_end* end : {&talks->user.out, &talks->service.in, &talks->service.completions}) {
     for (std::uint32_t slot = 0; slot < end->count; ++slot) {
-      *end->slots.header(slot) = {};
-      std::memset(end->slots.value(slot), 0xff, 1000 + rt::tailroom_bytes);
+      *end->memory.header(slot) = {};
+      std::memset(end->memory.value(slot), 0xff, 1000 + rt::tailroom_bytes);
     }
   }
-  EXPECT_EQ(talks->user.completions.slots.header(2)->bytes, 0U); // nobody wrote over it
+  EXPECT_EQ(talks->user.completions.memory.header(2)->bytes, 0U); // nobody wrote over it
 }
 
 } // namespace

@@ -218,8 +218,8 @@ TEST(typed_subscriber, takes_the_newest_value_once) {
   const auto write = [&](question q) {
     auto& window = *on->service.in.newest;
     const std::uint32_t slot = window.begin_write();
-    *on->service.in.slots.header(slot) = message_from({});
-    std::memcpy(on->service.in.slots.value(slot), &q, sizeof q);
+    *on->service.in.memory.header(slot) = message_from({});
+    std::memcpy(on->service.in.memory.value(slot), &q, sizeof q);
     window.end_write(slot);
   };
   EXPECT_EQ(seen.try_take().code(), errc::empty);

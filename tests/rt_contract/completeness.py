@@ -89,6 +89,8 @@ def function_name(tokens, at):
             at = closing(tokens, at, "<", ">")
         elif token in ("decltype", "alignas", "requires", "noexcept", "explicit") and tokens[at + 1] == "(":
             at = closing(tokens, at + 1, "(", ")")
+        elif token == "(" and tokens[at + 2 : at + 4] == [")", "("]:  # hidden from macros
+            return tokens[at + 1]
         elif token == "(":
             return ("~" if tokens[at - 2] == "~" else "") + tokens[at - 1]
         elif token in (";", "{", "}"):
@@ -189,6 +191,7 @@ class alignas(64) ring final : public base<T> {
   ROWE_RT T operator()(int) const;
   ROWE_RT friend bool operator==(const ring&, const ring&);
   ROWE_RT ~ring();
+  ROWE_RT T (max)() const noexcept;
   ROWE_RT explicit(true) ring(ring&&) noexcept(noexcept(T{}));
   struct entry* next_;
 };
@@ -202,8 +205,8 @@ namespace rowe { namespace detail { struct queue_pair { ROWE_RT decltype(auto) g
 def self_test():
     expected = ["ring::producer::try_push", "ring::producer::peek", "ring::drain", "ring::operator bool",
                 "ring::operator std::string_view", "ring::operator*", "ring::operator*", "ring::operator->",
-                "ring::operator()", "ring::operator==", "ring::~ring", "ring::ring", "ring::has_value",
-                "free_one", "detail::queue_pair::get"]
+                "ring::operator()", "ring::operator==", "ring::~ring", "ring::max", "ring::ring",
+                "ring::has_value", "free_one", "detail::queue_pair::get"]
     found = marked_functions(SAMPLE)
     assert found == expected, f"\nfound    {found}\nexpected {expected}"
     declared = collections.Counter(found)

@@ -86,8 +86,8 @@ void decode(detail::queue_pair& on, double stamp) {
   const detail::value_header header{.expires_ns = rt::nanoseconds_of(rt::never)};
   if (end.newest == nullptr) return fill(end, header, &value, sizeof value);
   const std::uint32_t slot = end.newest->begin_write();
-  *end.slots.header(slot) = header;
-  std::memcpy(end.slots.value(slot), &value, sizeof value);
+  *end.memory.header(slot) = header;
+  std::memcpy(end.memory.value(slot), &value, sizeof value);
   end.newest->end_write(slot);
 }
 

@@ -68,14 +68,14 @@ void read_from_text_publishers(real_time& rt, Read read) {
 constexpr exercise list[] = {
     {"detail::pair_slots::header", "each in turn",
      [](real_time& rt) {
-       const auto slots = publishing_pair(rt, audience::somebody).user.out.slots;
+       const auto slots = publishing_pair(rt, audience::somebody).user.out.memory;
        rt.calls([&](std::uint64_t i) {
          slots.header(static_cast<std::uint32_t>(i % depth))->bytes = static_cast<std::uint32_t>(i);
        });
      }},
     {"detail::pair_slots::value", "each in turn, written to",
      [](real_time& rt) {
-       const auto slots = publishing_pair(rt, audience::somebody).user.out.slots;
+       const auto slots = publishing_pair(rt, audience::somebody).user.out.memory;
        rt.calls([&](std::uint64_t i) { *slots.value(static_cast<std::uint32_t>(i % depth)) = std::byte{1}; });
      }},
     {"detail::parked_slots::push", "until all places are taken, and popped",

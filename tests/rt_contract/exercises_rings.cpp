@@ -178,10 +178,10 @@ constexpr exercise list[] = {
        const auto h = free_with(rt, places);
        rt.calls([&](std::uint64_t) { use(h.owner.free_at_least()); });
      }},
-    {"free_ring::slots", "always",
+    {"free_ring::slot_count", "always",
      [](real_time& rt) {
        const auto h = free_with(rt, 0);
-       rt.calls([&](std::uint64_t) { use(h.numbers.slots()); });
+       rt.calls([&](std::uint64_t) { use(h.numbers.slot_count()); });
      }},
 
     {"core_writer::begin_write", "before and after reads",

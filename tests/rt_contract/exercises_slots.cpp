@@ -22,10 +22,10 @@ constexpr exercise list[] = {
        rt.calls(
            [&](std::uint64_t i) { s.slot(static_cast<std::uint32_t>(i % slots)).back() = std::byte{1}; });
      }},
-    {"slab::slots", "always",
+    {"slab::slot_count", "always",
      [](real_time& rt) {
        const slab s = new_slab(rt);
-       rt.calls([&](std::uint64_t) { use(s.slots()); });
+       rt.calls([&](std::uint64_t) { use(s.slot_count()); });
      }},
     {"slab::payload_bytes", "always",
      [](real_time& rt) {

@@ -25,8 +25,8 @@ void decode(detail::queue_pair& on, rt::time_point over = rt::never) {
   const detail::value_header header{.expires_ns = rt::nanoseconds_of(over)};
   if (end.newest == nullptr) return fill(end, header, &value, sizeof value);
   const std::uint32_t slot = end.newest->begin_write();
-  *end.slots.header(slot) = header;
-  std::memcpy(end.slots.value(slot), &value, sizeof value);
+  *end.memory.header(slot) = header;
+  std::memcpy(end.memory.value(slot), &value, sizeof value);
   end.newest->end_write(slot);
 }
 
@@ -87,13 +87,11 @@ constexpr exercise list[] = {
     {"subscriber::try_take", "of structs, closed and empty",
      [](real_time& rt) { take_where_there_is_none(rt, [](auto& s) { return s.try_take(); }); }},
     {"subscriber::try_take", "of structs with times to live, by the clock",
-     [](real_time& rt) { take_by_the_clock(rt, keep::all, [](auto& s) { return s.try_take(); }); },
-     true},
+     [](real_time& rt) { take_by_the_clock(rt, keep::all, [](auto& s) { return s.try_take(); }); }, true},
     {"subscriber::try_take", "of structs with times to live",
      [](real_time& rt) { take_in_time(rt, keep::newest, [](auto& s) { return s.try_take(now); }); }},
     {"subscriber::latest", "of structs with times to live, by the clock",
-     [](real_time& rt) { take_by_the_clock(rt, keep::newest, [](auto& s) { return s.latest(); }); },
-     true},
+     [](real_time& rt) { take_by_the_clock(rt, keep::newest, [](auto& s) { return s.latest(); }); }, true},
     {"subscriber::latest", "of structs with times to live",
      [](real_time& rt) { take_in_time(rt, keep::all, [](auto& s) { return s.latest(now); }); }},
     {"subscriber::expired", "while times pass",

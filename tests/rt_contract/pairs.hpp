@@ -61,8 +61,8 @@ inline void fill(const detail::producer_end& end, detail::value_header header, c
   const auto slot = end.free_ring->try_take();
   if (!slot) return;
   header.bytes = static_cast<std::uint32_t>(bytes);
-  *end.slots.header(*slot) = header;
-  std::memcpy(end.slots.value(*slot), value, bytes);
+  *end.memory.header(*slot) = header;
+  std::memcpy(end.memory.value(*slot), value, bytes);
   use(end.ring->try_push(*slot));
 }
 
@@ -89,7 +89,7 @@ inline void serve(detail::queue_pair& on, const status& outcome = {}) {
   if (on.service.out.newest != nullptr) return use(on.service.out.newest->begin_read());
   on.service.out.ring->drain(
       [&](std::uint32_t slot) {
-        detail::value_header header = *on.service.out.slots.header(slot);
+        detail::value_header header = *on.service.out.memory.header(slot);
         on.service.out.free_ring->release(slot);
         if (header.own.generation == 0) return;
         header.what = detail::entry::completion;

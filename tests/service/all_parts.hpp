@@ -114,11 +114,11 @@ struct all_parts : state_fixture::outside_fixture {
     const auto slot = end.free_ring->try_take();
     if (!slot) return false;
     const std::int64_t stamped = rowe::rt::nanoseconds_of(cycle.now);
-    *end.slots.header(*slot) = {.stamped_ns = stamped,
-                                .expires_ns = only_now ? stamped : rowe::rt::nanoseconds_of(rowe::rt::never),
-                                .bytes = static_cast<std::uint32_t>(text.size()),
-                                .peer = to};
-    text.copy(reinterpret_cast<char*>(end.slots.value(*slot)), text.size());
+    *end.memory.header(*slot) = {.stamped_ns = stamped,
+                                 .expires_ns = only_now ? stamped : rowe::rt::nanoseconds_of(rowe::rt::never),
+                                 .bytes = static_cast<std::uint32_t>(text.size()),
+                                 .peer = to};
+    text.copy(reinterpret_cast<char*>(end.memory.value(*slot)), text.size());
     return end.ring->try_push(*slot);
   }
   static rowe::detail::peer_ref ref(const connection& c) { return {c.id.index, c.id.generation}; }

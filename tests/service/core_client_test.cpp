@@ -73,8 +73,8 @@ texts taken(rowe::detail::queue_pair& inbox) {
   const auto& path = inbox.user.in;
   path.ring->drain(
       [&](std::uint32_t slot) {
-        all.emplace_back(reinterpret_cast<const char*>(path.slots.value(slot)),
-                         path.slots.header(slot)->bytes);
+        all.emplace_back(reinterpret_cast<const char*>(path.memory.value(slot)),
+                         path.memory.header(slot)->bytes);
         path.free_ring->release(slot);
       },
       SIZE_MAX);
@@ -160,8 +160,8 @@ TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
   on.cycles(2);
   const auto slot = inbox.user.in.ring->try_pop();
   ASSERT_TRUE(slot);
-  EXPECT_EQ(std::string(reinterpret_cast<const char*>(inbox.user.in.slots.value(*slot)),
-                        inbox.user.in.slots.header(*slot)->bytes),
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(inbox.user.in.memory.value(*slot)),
+                        inbox.user.in.memory.header(*slot)->bytes),
             R"({"data":0.1})");
 }
 

@@ -43,8 +43,8 @@ inline rowe::status publish_text(core_harness& on, rowe::detail::queue_pair& pai
 inline rowe::result<std::string> take(rowe::detail::queue_pair& pair) {
   const auto slot = pair.user.in.ring->try_pop();
   if (!slot) return rowe::errc::empty;
-  std::string text{reinterpret_cast<const char*>(pair.user.in.slots.value(*slot)),
-                   pair.user.in.slots.header(*slot)->bytes};
+  std::string text{reinterpret_cast<const char*>(pair.user.in.memory.value(*slot)),
+                   pair.user.in.memory.header(*slot)->bytes};
   pair.user.in.free_ring->release(*slot);
   return text;
 }

@@ -77,7 +77,7 @@ struct direct_messages_test : call_parts::call_parts {
     std::vector<std::pair<std::uint32_t, errc>> all;
     auto& from = state.pairs[handle].user.completions;
     while (const auto slot = from.ring->try_pop()) {
-      const auto& header = *from.slots.header(*slot);
+      const auto& header = *from.memory.header(*slot);
       all.emplace_back(header.own.index, header.failed ? header.outcome : sent);
       from.free_ring->release(*slot);
     }

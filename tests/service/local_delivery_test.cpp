@@ -87,8 +87,8 @@ TEST_F(local_delivery_test, keeps_the_order_and_what_came_with_each) {
   EXPECT_TRUE(deliver(to, "{\"n\":2}"));
   const auto slot = pair(to).user.in.ring->try_pop();
   ASSERT_TRUE(slot);
-  EXPECT_EQ(pair(to).user.in.slots.header(*slot)->stamped_ns, 7);
-  EXPECT_EQ(pair(to).user.in.slots.header(*slot)->bytes, 7U);
+  EXPECT_EQ(pair(to).user.in.memory.header(*slot)->stamped_ns, 7);
+  EXPECT_EQ(pair(to).user.in.memory.header(*slot)->bytes, 7U);
   pair(to).user.in.free_ring->release(*slot);
   EXPECT_EQ(next(to), "{\"n\":2}");
   EXPECT_TRUE(all_released(to));
@@ -143,7 +143,7 @@ TEST_F(local_delivery_test, replaces_an_older_value_in_a_window) {
   const auto found = pair(to).user.in.newest->begin_read();
   ASSERT_EQ(found.state, rowe::rt::freshness::fresh);
   point got{};
-  std::memcpy(&got, pair(to).user.in.slots.value(found.slot), sizeof got);
+  std::memcpy(&got, pair(to).user.in.memory.value(found.slot), sizeof got);
   EXPECT_EQ(got.x, 5) << "what cannot be decoded replaces nothing";
 }
 
@@ -156,16 +156,16 @@ TEST_F(local_delivery_test, tells_a_handle_how_its_call_ended) {
   auto& ends = pair(by).user.completions;
   const auto first = ends.ring->try_pop();
   ASSERT_TRUE(first);
-  EXPECT_FALSE(ends.slots.header(*first)->failed);
-  EXPECT_EQ(ends.slots.header(*first)->own, (rowe::detail::call_ref{3, 1}));
+  EXPECT_FALSE(ends.memory.header(*first)->failed);
+  EXPECT_EQ(ends.memory.header(*first)->own, (rowe::detail::call_ref{3, 1}));
   const auto second = ends.ring->try_pop();
   ASSERT_TRUE(second);
-  const rowe::detail::value_header& failed = *ends.slots.header(*second);
+  const rowe::detail::value_header& failed = *ends.memory.header(*second);
   EXPECT_TRUE(failed.failed);
   EXPECT_EQ(failed.outcome, errc::timed_out);
   EXPECT_EQ(failed.outcome_value, 5);
   EXPECT_EQ(failed.outcome_limit, 6);
-  EXPECT_EQ((std::string_view{reinterpret_cast<const char*>(ends.slots.value(*second)), failed.bytes}),
+  EXPECT_EQ((std::string_view{reinterpret_cast<const char*>(ends.memory.value(*second)), failed.bytes}),
             "too late");
 }
 
@@ -194,10 +194,10 @@ TEST_F(local_delivery_test, fails_a_call_whose_reply_is_too_long_for_its_handle)
   auto& ends = pair(by).user.completions;
   const auto slot = ends.ring->try_pop();
   ASSERT_TRUE(slot);
-  EXPECT_EQ(ends.slots.header(*slot)->outcome, errc::too_big);
-  EXPECT_EQ(ends.slots.header(*slot)->outcome_value, 65);
-  EXPECT_EQ(ends.slots.header(*slot)->outcome_limit, 64);
-  EXPECT_EQ(ends.slots.header(*slot)->bytes, 0U);
+  EXPECT_EQ(ends.memory.header(*slot)->outcome, errc::too_big);
+  EXPECT_EQ(ends.memory.header(*slot)->outcome_value, 65);
+  EXPECT_EQ(ends.memory.header(*slot)->outcome_limit, 64);
+  EXPECT_EQ(ends.memory.header(*slot)->bytes, 0U);
   EXPECT_EQ(counts.read(counter::too_big), 1U);
 }
 
@@ -222,8 +222,8 @@ TEST_F(local_delivery_test, says_what_of_a_reply_cannot_be_decoded) {
   auto& ends = pair(by).user.completions;
   const auto slot = ends.ring->try_pop();
   ASSERT_TRUE(slot);
-  EXPECT_TRUE(ends.slots.header(*slot)->failed);
-  EXPECT_NE(ends.slots.header(*slot)->bytes, 0U) << "a diagnostic";
+  EXPECT_TRUE(ends.memory.header(*slot)->failed);
+  EXPECT_NE(ends.memory.header(*slot)->bytes, 0U) << "a diagnostic";
   EXPECT_EQ(counts.read(counter::undecodable), 1U);
 }
 

@@ -105,7 +105,7 @@ struct state_fixture : outside_fixture {
 inline std::string taken(rowe::detail::consumer_end& from) {
   const auto slot = from.ring->try_pop();
   if (!slot) return {};
-  std::string text{reinterpret_cast<const char*>(from.slots.value(*slot)), from.slots.header(*slot)->bytes};
+  std::string text{reinterpret_cast<const char*>(from.memory.value(*slot)), from.memory.header(*slot)->bytes};
   from.free_ring->release(*slot);
   return text;
 }

@@ -271,8 +271,8 @@ class long_traffic : public world {
   void take_by_handle() {
     const auto slot = random_.one_in(2) ? handle_takes_->user.in.ring->try_pop() : std::nullopt;
     if (!slot) return;
-    const std::string_view text{reinterpret_cast<const char*>(handle_takes_->user.in.slots.value(*slot)),
-                                handle_takes_->user.in.slots.header(*slot)->bytes};
+    const std::string_view text{reinterpret_cast<const char*>(handle_takes_->user.in.memory.value(*slot)),
+                                handle_takes_->user.in.memory.header(*slot)->bytes};
     if (const publication* const what = find(text)) {
       const auto n = static_cast<std::uint32_t>(what - published_.data());
       if (text != what->body) fail("whole", "a handle was given " + swarm::shortened(text));

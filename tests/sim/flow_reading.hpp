@@ -283,8 +283,8 @@ class reading final : public world {
 
   void take_long() {
     if (const auto slot = long_.user.in.ring->try_pop()) {
-      const std::string_view text{reinterpret_cast<const char*>(long_.user.in.slots.value(*slot)),
-                                  long_.user.in.slots.header(*slot)->bytes};
+      const std::string_view text{reinterpret_cast<const char*>(long_.user.in.memory.value(*slot)),
+                                  long_.user.in.memory.header(*slot)->bytes};
       if (!is_whole(text)) fail("whole", "a long message is not what was said: " + swarm::shortened(text));
       long_.user.in.free_ring->release(*slot);
     }

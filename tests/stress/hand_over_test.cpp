@@ -193,7 +193,8 @@ TEST(window_stress, leaves_a_slot_alone_for_as_long_as_it_is_read) {
   const std::uint64_t writes = stressed(500'000);
   using core = rowe::rt::window_core<>;
   rowe::rt::arena memory{1 << 16, rowe::rt::page_lock::none};
-  const slab cells{memory.carve_bytes(slab::bytes_for(core::slots, sizeof(wide))), core::slots, sizeof(wide)};
+  const slab cells{memory.carve_bytes(slab::bytes_for(core::slot_count, sizeof(wide))), core::slot_count,
+                   sizeof(wide)};
   core shared;
   std::thread writing{[&, in = shared.take_writer()] {
     for (std::uint64_t number = 1; number <= writes; ++number) {

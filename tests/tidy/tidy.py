@@ -127,7 +127,7 @@ def outsiders_include_the_interface_only(t):
     for folder, kernel in (("include", False), ("rt", True), ("tools", True), ("docs/examples", True)):
         for path in t.within([folder]):
             for number, line in enumerate(t.lines(path), 1):
-                named = re.match(r'\s*#\s*include\s+(["<])([^">]+)', line)
+                named = re.match(r'\s*#\s*include\s+(["<])([^" >]+)[">]', line)
                 if not named:
                     continue
                 quoted, name = named[1] == '"', named[2]

@@ -111,14 +111,14 @@ inline result<call_id> named(const result<call_ref>& call) noexcept {
 
 // Releases the slot of a completion, and the call's row with it.
 inline void release_completion(queue_pair& on, std::uint32_t slot) noexcept {
-  const std::uint32_t index = on.user.completions.slots.header(slot)->own.index;
+  const std::uint32_t index = on.user.completions.memory.header(slot)->own.index;
   on.user.completions.free_ring->release(slot);
   release_row(on, index);
 }
 
 // Closes the call that this completes. Returns false if the call was given up; then the slot is released.
 inline bool accept_completion(queue_pair& on, std::uint32_t slot) noexcept {
-  pending_call& row = on.user.calls[on.user.completions.slots.header(slot)->own.index];
+  pending_call& row = on.user.calls[on.user.completions.memory.header(slot)->own.index];
   ++row.generation;
   if (!row.cancelled) return true;
   release_completion(on, slot);
@@ -128,7 +128,7 @@ inline bool accept_completion(queue_pair& on, std::uint32_t slot) noexcept {
 // For a caller that does not take this completion now. Drops it if its call was given up; else parks it until
 // take_completion().
 inline void park_completion(queue_pair& on, std::uint32_t slot) noexcept {
-  const pending_call& row = on.user.calls[on.user.completions.slots.header(slot)->own.index];
+  const pending_call& row = on.user.calls[on.user.completions.memory.header(slot)->own.index];
   if (row.cancelled) {
     (void)accept_completion(on, slot);
   } else {
@@ -175,7 +175,7 @@ inline std::optional<std::uint32_t> take_completion(queue_pair& on) noexcept {
 // The completion of this call, if it has arrived. Parks those of others.
 inline std::optional<std::uint32_t> take_completion_of(queue_pair& on, call_ref call) noexcept {
   while (const auto slot = on.user.completions.ring->try_pop()) {
-    if (on.user.completions.slots.header(*slot)->own == call) {
+    if (on.user.completions.memory.header(*slot)->own == call) {
       (void)accept_completion(on, *slot); // the one who waits has not given up
       return slot;
     }
@@ -193,7 +193,7 @@ inline result<std::uint32_t> next_completion(const pair_handle& on) noexcept {
 }
 
 inline call_id id_of_completion(const queue_pair& on, std::uint32_t slot) noexcept {
-  const call_ref call = on.user.completions.slots.header(slot)->own;
+  const call_ref call = on.user.completions.memory.header(slot)->own;
   return {call.index, call.generation};
 }
 
@@ -245,10 +245,10 @@ constexpr bool has_diagnostic(errc code) noexcept {
 
 // The error of a call that failed. Keeps its diagnostic and releases the slot.
 inline error fail_with(queue_pair& on, std::uint32_t slot, diagnostic& refusal) noexcept {
-  const value_header& completion = *on.user.completions.slots.header(slot);
+  const value_header& completion = *on.user.completions.memory.header(slot);
   const error why = error_of(completion);
   if (has_diagnostic(why.code)) {
-    refusal.assign({reinterpret_cast<const char*>(on.user.completions.slots.value(slot)), completion.bytes});
+    refusal.assign({reinterpret_cast<const char*>(on.user.completions.memory.value(slot)), completion.bytes});
   }
   release_completion(on, slot);
   return why;

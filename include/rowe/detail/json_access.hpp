@@ -107,8 +107,8 @@ template <std::integral T>
 requires(!is_character<T> && !std::same_as<T, bool> && sizeof(T) <= 8) struct json_wanted<T>
     : json_wanted_once<T> {
   static constexpr json_bounds bounds{.what = json_form::whole,
-                                      .least = static_cast<std::int64_t>(std::numeric_limits<T>::min()),
-                                      .most = static_cast<std::uint64_t>(std::numeric_limits<T>::max())};
+                                      .least = static_cast<std::int64_t>((std::numeric_limits<T>::min)()),
+                                      .most = static_cast<std::uint64_t>((std::numeric_limits<T>::max)())};
   static bool read(json_place& at, T& into) noexcept {
     std::uint64_t bits = 0;
     if (!json_access::read(at, bounds, bits)) return false;

@@ -74,7 +74,7 @@ constexpr value_header message_header(entry what, peer_ref to, time_point now, t
 
 // Whether so many bytes fit into a slot of `out`. Errors: too_big, counted.
 inline status check_fits(queue_pair& on, std::size_t bytes) noexcept {
-  const std::size_t bytes_max = on.user.out.slots.bytes_max;
+  const std::size_t bytes_max = on.user.out.memory.bytes_max;
   if (bytes <= bytes_max) return {};
   on.refused_too_big.add();
   return error{errc::too_big, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(bytes_max)};
@@ -111,8 +111,8 @@ inline bool post_slot(queue_pair& on, std::uint32_t slot, value_header header, c
                       std::size_t bytes) noexcept {
   const producer_end& end = on.user.out;
   header.bytes = static_cast<std::uint32_t>(bytes);
-  *end.slots.header(slot) = header;
-  if (bytes != 0) std::memcpy(end.slots.value(slot), value, bytes);
+  *end.memory.header(slot) = header;
+  if (bytes != 0) std::memcpy(end.memory.value(slot), value, bytes);
   on.published.add();
   if (!end.ring->try_push(slot)) return false;
   announce(on);

@@ -131,7 +131,7 @@ struct producer_end {
   number_ring::producer* ring = nullptr;           // keep::all
   number_free_ring::consumer* free_ring = nullptr; // keep::all
   newest_window::writer* newest = nullptr;         // keep::newest
-  pair_slots slots;
+  pair_slots memory;
   std::uint32_t count = 0; // of slots
 };
 
@@ -140,7 +140,7 @@ struct consumer_end {
   number_ring::consumer* ring = nullptr;
   number_free_ring::producer* free_ring = nullptr;
   newest_window::reader* newest = nullptr;
-  pair_slots slots;
+  pair_slots memory;
 };
 
 // The calls of a handle that were begun and whose completion was not taken. User thread only. There is one
@@ -307,10 +307,10 @@ ROWE_RT status publish_into(queue_pair& on, std::size_t bytes, time_point now, F
   case audience::somebody: break;
   }
   const producer_end& end = on.user.out;
-  if (bytes > end.slots.bytes_max) {
+  if (bytes > end.memory.bytes_max) {
     on.refused_too_big.add();
     return error{errc::too_big, static_cast<std::int64_t>(bytes),
-                 static_cast<std::int64_t>(end.slots.bytes_max)};
+                 static_cast<std::int64_t>(end.memory.bytes_max)};
   }
   std::uint32_t slot;
   if (end.newest != nullptr) {
@@ -321,9 +321,9 @@ ROWE_RT status publish_into(queue_pair& on, std::size_t bytes, time_point now, F
     on.refused_full.add();
     return error{errc::full, 0, end.count};
   }
-  *end.slots.header(slot) = {rt::nanoseconds_of(now), rt::nanoseconds_of(rt::deadline_after(now, on.ttl)),
-                             static_cast<std::uint32_t>(bytes)};
-  fill(end.slots.value(slot));
+  *end.memory.header(slot) = {rt::nanoseconds_of(now), rt::nanoseconds_of(rt::deadline_after(now, on.ttl)),
+                              static_cast<std::uint32_t>(bytes)};
+  fill(end.memory.value(slot));
   on.published.add();
   if (end.newest != nullptr) {
     end.newest->end_write(slot);

@@ -59,9 +59,9 @@ class open_request {
 
  protected:
   // With `holds_text`, the text's slot is released with the answer, else now.
-  open_request(queue_pair& on, request_slots slots, bool holds_text) noexcept
-      : pair_{&on}, slots_{slots}, holds_text_{holds_text}, asked_{*on.user.in.slots.header(slots.in)} {
-    if (!holds_text) on.user.in.free_ring->release(slots.in);
+  open_request(queue_pair& on, request_slots both, bool holds_text) noexcept
+      : pair_{&on}, slots_{both}, holds_text_{holds_text}, asked_{*on.user.in.memory.header(both.in)} {
+    if (!holds_text) on.user.in.free_ring->release(both.in);
   }
 
   status answer(const pair_handle& by, entry what, const void* value, std::size_t bytes,

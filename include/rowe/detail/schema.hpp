@@ -151,7 +151,7 @@ consteval member_description describe_entry() noexcept {
                       "rowe::counted: the second argument must be an integer member of the same type");
         if constexpr (counts<T, pointer>) {
           using count_type = typename pointer::value_type;
-          constexpr auto count_limit = static_cast<std::size_t>(std::numeric_limits<count_type>::max());
+          constexpr auto count_limit = static_cast<std::size_t>((std::numeric_limits<count_type>::max)());
           m.count = &count_of<T, Count>;
           m.count_address = &address_of<T, Count>;
           m.count_limit = type.count_max < count_limit ? type.count_max : count_limit;

@@ -32,7 +32,7 @@ inline std::optional<std::uint32_t> take_arrived(queue_pair& on, time_point now)
   const consumer_end& end = on.user.in;
   for (std::size_t left = end.ring->pending_at_least(); left != 0; --left) {
     const std::uint32_t slot = *end.ring->try_pop();
-    if (!expired_at(*end.slots.header(slot), now)) return slot;
+    if (!expired_at(*end.memory.header(slot), now)) return slot;
     on.expired_here.add();
     end.free_ring->release(slot);
   }
@@ -40,14 +40,14 @@ inline std::optional<std::uint32_t> take_arrived(queue_pair& on, time_point now)
 }
 
 inline bool has_time_to_live(const queue_pair& on, std::uint32_t slot) noexcept {
-  return on.user.in.slots.header(slot)->expires_ns != rt::nanoseconds_of(rt::never);
+  return on.user.in.memory.header(slot)->expires_ns != rt::nanoseconds_of(rt::never);
 }
 
 // Of a value that has a time to live: whether that is over at `*at`, or, without it, now. Counts it if so.
 // Out of line, as is the next: most values have none, and taking those is to stay short.
 [[gnu::noinline]] inline bool drops_expired(queue_pair& on, std::uint32_t slot,
                                             const time_point* at) noexcept {
-  if (!expired_at(*on.user.in.slots.header(slot), at != nullptr ? *at : rt::monotonic_clock::now()))
+  if (!expired_at(*on.user.in.memory.header(slot), at != nullptr ? *at : rt::monotonic_clock::now()))
     return false;
   on.expired_here.add();
   return true;
@@ -102,7 +102,7 @@ inline result<std::uint32_t> wait_call(const pair_handle& on, call_id call, time
   on.wake_service();
   const time_point deadline = rt::deadline_after(rt::deadline_after(now, timeout), word_late_max);
   if (const auto slot = wait_completion(*on, {call.index, call.generation}, deadline)) {
-    value_header& completion = *on->user.completions.slots.header(*slot);
+    value_header& completion = *on->user.completions.memory.header(*slot);
     if (completion.failed && completion.outcome == errc::timed_out)
       completion.outcome_limit = timeout.count(); // known only here
     return *slot;
@@ -116,7 +116,7 @@ inline result<std::uint32_t> wait_call(const pair_handle& on, call_id call, time
 inline status wait_sent(queue_pair& on, call_ref call) noexcept {
   const auto slot = wait_completion(on, call, rt::never);
   if (!slot) return errc::closed;
-  const value_header& completion = *on.user.completions.slots.header(*slot);
+  const value_header& completion = *on.user.completions.memory.header(*slot);
   const status what = completion.failed ? status{error_of(completion)} : status{};
   release_completion(on, *slot);
   return what;

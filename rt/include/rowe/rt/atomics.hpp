@@ -6,6 +6,8 @@
 #pragma once
 #include <atomic>
 
+#include <rowe/rt/attributes.hpp>
+
 namespace rowe::rt {
 
 #if defined(__GNUC__) && !defined(__clang__) // gcc 12 sees words at null in functions that it has inlined

@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+// Every header includes this. A compiler without C++20 ends here with one error, and does not go on to
+// hundreds.
+#if __cplusplus < 202002L
+#include <rowe needs C++20: compile with -std=c++20>
+#endif
 #include <cstddef>
 
 // Marks a function that a real-time loop may call: it never allocates, locks or enters the kernel, never

@@ -32,8 +32,8 @@ struct monotonic_clock {
 
 using time_point = monotonic_clock::time_point;
 
-inline constexpr time_point never = time_point::max(); // later than everything
-inline constexpr duration for_ever = duration::max();
+inline constexpr time_point never = (time_point::max)(); // later than everything
+inline constexpr duration for_ever = (duration::max)();
 
 // `now + wait`, but never past `never`: a wait that is not finite has no end. A negative wait is for ever
 // too.

@@ -51,8 +51,11 @@ class free_producer {
 
  private:
   friend class free_ring<Atomics>;
-  free_producer(std::span<entry> entries, std::uint32_t slots, std::uint64_t first_index) noexcept
-      : tail_{first_index + slots}, mask_{entries.size() - 1}, entries_{entries.data()}, slots_{slots} {}
+  free_producer(std::span<entry> entries, std::uint32_t slot_count, std::uint64_t first_index) noexcept
+      : tail_{first_index + slot_count},
+        mask_{entries.size() - 1},
+        entries_{entries.data()},
+        slots_{slot_count} {}
 
   free_ring<Atomics>& ring() noexcept { return static_cast<free_ring<Atomics>&>(*this); }
 
@@ -103,7 +106,7 @@ class free_consumer {
   // So many takes will succeed; more may, since the borrower only ever releases. Never waits.
   ROWE_RT std::size_t free_at_least() noexcept {
     look();
-    return static_cast<std::size_t>(seen_tail_ - head_);
+    return seen_tail_ - head_;
   }
 
   // How many takes and releases there were so far. There may be more releases already, since the borrower
@@ -119,13 +122,13 @@ class free_consumer {
 
  private:
   friend class free_ring<Atomics>;
-  free_consumer(std::span<entry> entries, std::uint32_t slots, std::uint64_t first_index) noexcept
+  free_consumer(std::span<entry> entries, std::uint32_t slot_count, std::uint64_t first_index) noexcept
       : head_{first_index},
-        seen_tail_{first_index + slots},
-        seen_here_{first_index + slots},
+        seen_tail_{first_index + slot_count},
+        seen_here_{first_index + slot_count},
         mask_{entries.size() - 1},
         entries_{entries.data()},
-        slots_{slots} {}
+        slots_{slot_count} {}
 
   free_ring<Atomics>& ring() noexcept { return static_cast<free_ring<Atomics>&>(*this); }
   void look() noexcept {
@@ -156,18 +159,18 @@ class free_ring : free_producer<Atomics>, free_consumer<Atomics> {
   // How many entries the ring for `slots` numbers should have: a power of two, with a line to spare.
   // Otherwise a number is released right behind the one that is taken next, and each take fetches the line
   // that the borrower has just written: one transfer a take instead of one a line (bench/publish.cpp).
-  static constexpr std::size_t places_for(std::size_t slots) noexcept {
-    return std::bit_ceil(slots + line_bytes / sizeof(entry));
+  static constexpr std::size_t places_for(std::size_t slot_count) noexcept {
+    return std::bit_ceil(slot_count + line_bytes / sizeof(entry));
   }
 
   // Set-up. `entries` are a power of two, at least `slots`, and outlive this; places_for() of them, aligned
   // to a line, are fastest. Indices begin at `first_index`.
-  free_ring(std::span<entry> entries, std::uint32_t slots, std::uint64_t first_index = 0) noexcept
-      : producer{entries, slots, first_index},
-        consumer{entries, slots, first_index},
-        shared_tail_{first_index + slots} {
-    assert(std::has_single_bit(entries.size()) && entries.size() >= slots);
-    for (std::uint32_t slot = 0; slot < slots; ++slot)
+  free_ring(std::span<entry> entries, std::uint32_t slot_count, std::uint64_t first_index = 0) noexcept
+      : producer{entries, slot_count, first_index},
+        consumer{entries, slot_count, first_index},
+        shared_tail_{first_index + slot_count} {
+    assert(std::has_single_bit(entries.size()) && entries.size() >= slot_count);
+    for (std::uint32_t slot = 0; slot < slot_count; ++slot)
       entries[(first_index + slot) & (entries.size() - 1)].store(slot);
   }
   free_ring(const free_ring&) = delete;
@@ -182,7 +185,7 @@ class free_ring : free_producer<Atomics>, free_consumer<Atomics> {
     return consumer::taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : this;
   }
 
-  ROWE_RT std::uint32_t slots() const noexcept { return consumer::slots_; }
+  ROWE_RT std::uint32_t slot_count() const noexcept { return consumer::slots_; }
 
   // The invariant that is broken, or nullptr. Only while no thread is inside either end. Looks at each pair
   // of free numbers, so it takes time in the square of `slots`.
@@ -191,14 +194,14 @@ class free_ring : free_producer<Atomics>, free_consumer<Atomics> {
         shared_tail_.load(std::memory_order_acquire); // pairs with the release in release()
     const std::uint64_t head = consumer::head_;
     const std::uint64_t mask = consumer::mask_;
-    if (!std::has_single_bit(mask + 1) || mask + 1 < slots()) return "there is a place for every slot";
+    if (!std::has_single_bit(mask + 1) || mask + 1 < slot_count()) return "there is a place for every slot";
     if (tail != producer::tail_) return "the tail that is shared is the producer's own";
-    if (tail - head > slots()) return "no more numbers are free than there are slots";
+    if (tail - head > slot_count()) return "no more numbers are free than there are slots";
     if (consumer::seen_tail_ - head > tail - head)
       return "the consumer has seen no tail ahead of the real one";
     for (std::uint64_t i = head; i != tail; ++i) {
       const number slot = consumer::entries_[i & mask].load();
-      if (slot >= slots()) return "a free number is that of a slot";
+      if (slot >= slot_count()) return "a free number is that of a slot";
       for (std::uint64_t j = head; j != i; ++j)
         if (consumer::entries_[j & mask].load() == slot) return "no number is free twice";
     }

@@ -8,6 +8,8 @@
 #include <span>
 #include <string_view>
 
+#include <rowe/rt/attributes.hpp>
+
 namespace rowe::rt {
 
 struct thread_options {

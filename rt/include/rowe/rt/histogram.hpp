@@ -71,11 +71,11 @@ class histogram {
   // Any thread, never waits; all of them are 0 while nothing is recorded. The extremes are exact, above
   // value_max too; the mean is exact but for rounding down, and takes what is above value_max as value_max.
   ROWE_RT std::uint64_t count() const noexcept { return count_.get(); }
-  ROWE_RT duration min() const noexcept {
+  ROWE_RT duration(min)() const noexcept {
     const std::uint64_t least = min_.get(), greatest = max_.get();
     return duration{signed_of(least < greatest ? least : greatest)};
   }
-  ROWE_RT duration max() const noexcept { return duration{signed_of(max_.get())}; }
+  ROWE_RT duration(max)() const noexcept { return duration{signed_of(max_.get())}; }
   ROWE_RT duration mean() const noexcept {
     const std::uint64_t n = count();
     return duration{n == 0 ? 0 : signed_of(sum_.get() / n)};
@@ -96,13 +96,13 @@ class histogram {
     const unsigned shift = width > precision_bits ? width - 1 - precision_bits : 0; // of the value's octave
     // In octave `shift` the shifted value runs from 2^p to 2^(p+1) - 1, so each octave goes on where the one
     // before it ended; below 2^(p+1) the shift is 0 and the value is its own index.
-    return (std::size_t{shift} << precision_bits) + static_cast<std::size_t>(value >> shift);
+    return (std::size_t{shift} << precision_bits) + (value >> shift);
   }
   ROWE_RT static constexpr std::uint64_t lowest_of(std::size_t index, unsigned precision_bits) noexcept {
     const std::size_t octave = index >> precision_bits;
     if (octave < 2) return index;
     const std::size_t shift = octave - 1;
-    return static_cast<std::uint64_t>(index - (shift << precision_bits)) << shift;
+    return std::uint64_t{index - (shift << precision_bits)} << shift;
   }
   ROWE_RT static constexpr std::uint64_t highest_of(std::size_t index, unsigned precision_bits) noexcept {
     return lowest_of(index + 1, precision_bits) - 1;

@@ -28,8 +28,8 @@ class slab {
   static constexpr std::size_t stride_for(std::size_t payload_bytes) noexcept {
     return (headroom_bytes + payload_bytes + tailroom_bytes + line_bytes - 1) / line_bytes * line_bytes;
   }
-  static constexpr std::size_t bytes_for(std::uint32_t slots, std::size_t payload_bytes) noexcept {
-    return slots * stride_for(payload_bytes);
+  static constexpr std::size_t bytes_for(std::uint32_t slot_count, std::size_t payload_bytes) noexcept {
+    return slot_count * stride_for(payload_bytes);
   }
 
   // A slab without slots.
@@ -37,12 +37,12 @@ class slab {
 
   // Set-up. `region` is zero, aligned to line_bytes, at least bytes_for(slots, payload_bytes) long, and
   // outlives this.
-  slab(std::span<std::byte> region, std::uint32_t slots, std::size_t payload_bytes) noexcept
+  slab(std::span<std::byte> region, std::uint32_t slot_count, std::size_t payload_bytes) noexcept
       : base_{region.data()},
         stride_{stride_for(payload_bytes)},
         payload_bytes_{payload_bytes},
-        slots_{slots} {
-    assert(region.size() >= bytes_for(slots, payload_bytes));
+        slots_{slot_count} {
+    assert(region.size() >= bytes_for(slot_count, payload_bytes));
     assert(reinterpret_cast<std::uintptr_t>(base_) % line_bytes == 0);
   }
 
@@ -52,7 +52,7 @@ class slab {
     return {base_ + number * stride_ + headroom_bytes, payload_bytes_};
   }
 
-  ROWE_RT std::uint32_t slots() const noexcept { return slots_; }
+  ROWE_RT std::uint32_t slot_count() const noexcept { return slots_; }
   ROWE_RT std::size_t payload_bytes() const noexcept { return payload_bytes_; }
 
   // The invariant that is broken, or nullptr. Reads every slot's end: only while nobody writes to them.

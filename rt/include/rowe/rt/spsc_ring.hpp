@@ -51,7 +51,7 @@ class ring_producer {
   // So many pushes will succeed; more may, since the other side only ever makes room. Never waits.
   ROWE_RT std::size_t room_at_least() noexcept {
     look();
-    return static_cast<std::size_t>(mask_ + 1 - (tail_ - seen_head_));
+    return mask_ + 1 - (tail_ - seen_head_);
   }
 
   // How many the other side has popped so far, or more.
@@ -123,7 +123,7 @@ class ring_consumer {
   // So many pops will succeed; more may, since the other side only ever adds. Never waits.
   ROWE_RT std::size_t pending_at_least() noexcept {
     look();
-    return static_cast<std::size_t>(seen_tail_ - head_);
+    return seen_tail_ - head_;
   }
 
   // How many the other side has pushed so far, or more.
@@ -199,7 +199,7 @@ class spsc_ring : ring_producer<T, Atomics>, ring_consumer<T, Atomics> {
     const std::uint64_t head = shared_head_.load(std::memory_order_acquire);
     const std::uint64_t tail = shared_tail_.load(std::memory_order_relaxed); // relaxed: no item is read by it
     const std::uint64_t places = producer::mask_ + 1;
-    return static_cast<std::size_t>(tail - head < places ? tail - head : places);
+    return tail - head < places ? tail - head : places;
   }
 
   // The invariant that is broken, or nullptr. Only while no thread is inside either end.

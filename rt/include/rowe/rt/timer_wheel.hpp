@@ -85,10 +85,10 @@ class basic_timer_wheel {
 
  private:
   static constexpr unsigned digit_bits = 6;
-  static constexpr unsigned slots = 1u << digit_bits;
+  static constexpr unsigned slot_count = 1u << digit_bits;
   // Enough for every time_point: rounding up, a tick number has up to 64 - TickBits bits.
   static constexpr unsigned levels = (64 - TickBits + digit_bits - 1) / digit_bits;
-  static constexpr unsigned due_list = levels * slots; // the list of what is due already
+  static constexpr unsigned due_list = levels * slot_count; // the list of what is due already
   using tick_number = std::uint64_t;
   static constexpr tick_number no_tick = ~tick_number{0}; // after every time_point
 
@@ -170,7 +170,7 @@ void basic_timer_wheel<TickBits>::prefetch_neighbours(std::uint32_t node) const 
 
 template <unsigned TickBits>
 std::uint32_t basic_timer_wheel<TickBits>::expire(time_point now) noexcept {
-  const tick_number target = std::max(now_, tick_at_or_before(now));
+  const tick_number target = (std::max)(now_, tick_at_or_before(now));
   // Each turn but the last reaches a slot that holds something, and moves its entries at least one level
   // down.
   while (first_[due_list] == none) {
@@ -201,8 +201,8 @@ unsigned basic_timer_wheel<TickBits>::list_of(time_point expiry) const noexcept 
   const tick_number at = tick_at_or_after(expiry);
   if (at <= now_) return due_list;
   const unsigned level = (static_cast<unsigned>(std::bit_width(at ^ now_)) - 1) / digit_bits;
-  const auto slot = static_cast<unsigned>(at >> (level * digit_bits)) % slots;
-  return level * slots + slot;
+  const auto slot = static_cast<unsigned>(at >> (level * digit_bits)) % slot_count;
+  return level * slot_count + slot;
 }
 
 template <unsigned TickBits>
@@ -212,9 +212,9 @@ auto basic_timer_wheel<TickBits>::next_slot(unsigned& list) const noexcept -> ti
   if (occupied_levels_ == 0) return no_tick;
   const auto level = static_cast<unsigned>(std::countr_zero(occupied_levels_));
   const auto slot = static_cast<unsigned>(std::countr_zero(occupied_[level]));
-  list = level * slots + slot;
+  list = level * slot_count + slot;
   const unsigned shift = level * digit_bits;
-  return (((now_ >> shift) & ~tick_number{slots - 1}) | slot) << shift;
+  return (((now_ >> shift) & ~tick_number{slot_count - 1}) | slot) << shift;
 }
 
 template <unsigned TickBits>
@@ -231,8 +231,8 @@ void basic_timer_wheel<TickBits>::link(std::uint32_t node, unsigned list) noexce
   nodes_[node].next = nodes_[node].previous = node;
   first_[list] = node;
   if (list == due_list) return;
-  occupied_[list / slots] |= std::uint64_t{1} << (list % slots);
-  occupied_levels_ |= 1u << (list / slots);
+  occupied_[list / slot_count] |= std::uint64_t{1} << (list % slot_count);
+  occupied_levels_ |= 1u << (list / slot_count);
 }
 
 template <unsigned TickBits>
@@ -251,9 +251,9 @@ template <unsigned TickBits>
 void basic_timer_wheel<TickBits>::mark_empty(unsigned list) noexcept {
   first_[list] = none;
   if (list == due_list) return;
-  std::uint64_t& level = occupied_[list / slots];
-  level &= ~(std::uint64_t{1} << (list % slots));
-  if (level == 0) occupied_levels_ &= ~(1u << (list / slots));
+  std::uint64_t& level = occupied_[list / slot_count];
+  level &= ~(std::uint64_t{1} << (list % slot_count));
+  if (level == 0) occupied_levels_ &= ~(1u << (list / slot_count));
 }
 
 // Spreads the list that time has just reached over the lower levels, in its order. Only while nothing is due.
@@ -261,7 +261,7 @@ template <unsigned TickBits>
 void basic_timer_wheel<TickBits>::move_down(unsigned list) noexcept {
   const std::uint32_t first = first_[list];
   mark_empty(list);
-  if (list < slots) { // one tick: all of it is due
+  if (list < slot_count) { // one tick: all of it is due
     first_[due_list] = first;
     return;
   }
@@ -292,7 +292,7 @@ const char* basic_timer_wheel<TickBits>::check() const noexcept {
 template <unsigned TickBits>
 const char* basic_timer_wheel<TickBits>::check_list(unsigned list, std::uint32_t& counted) const noexcept {
   const std::uint32_t first = first_[list];
-  if (list != due_list && (occupied_[list / slots] >> (list % slots) & 1) != (first != none)) {
+  if (list != due_list && (occupied_[list / slot_count] >> (list % slot_count) & 1) != (first != none)) {
     return "a slot is marked when its list holds anything";
   }
   if (first == none) return nullptr;

@@ -18,6 +18,8 @@
 #include <span>
 #include <string_view>
 
+#include <rowe/rt/attributes.hpp>
+
 namespace rowe::rt::tripwire {
 
 // What was seen in an armed scope.

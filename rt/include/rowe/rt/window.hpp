@@ -133,7 +133,7 @@ class window_core : protected core_writer<Atomics>, protected core_reader<Atomic
   using writer = core_writer<Atomics>;
   using reader = core_reader<Atomics>;
   using view = typename reader::view;
-  static constexpr std::uint32_t slots = 4;
+  static constexpr std::uint32_t slot_count = 4;
 
   window_core() noexcept = default;
   window_core(const window_core&) = delete;
@@ -172,7 +172,7 @@ class window_core : protected core_writer<Atomics>, protected core_reader<Atomic
   using word = typename Atomics::template variable<std::uint64_t>;
 
   // Written by the writer. They stand together because they are always stored and loaded together.
-  alignas(line_bytes) typename Atomics::template plain<std::uint64_t> sequence_of_[slots];
+  alignas(line_bytes) typename Atomics::template plain<std::uint64_t> sequence_of_[slot_count];
   bit shared_newest_[2];                        // the slot written last, of each pair
   bit latest_{0};                               // the pair written last
   alignas(line_bytes) word shared_sequence_{0}; // written by the writer, last; all that a reader polls
@@ -268,7 +268,7 @@ class window : window_core<Atomics>, window_writer<T, Atomics>, window_reader<T,
   struct alignas(line_bytes) slot {
     typename Atomics::template plain<T> payload;
   };
-  slot slots_[core::slots];
+  slot slots_[core::slot_count];
 };
 
 } // namespace rowe::rt
