@@ -42,6 +42,10 @@ struct count {
 // they may wait, allocate and enter the kernel. send(), receive(), invoke(), reply() and similar calls may
 // come from any threads at the same time, but not from real-time threads, which use handles. Handles outlive
 // their endpoint safely. One that was moved from answers every call with misuse, or with nothing.
+//
+// An endpoint and its handles belong to the process that opened it. In a child of fork() their calls say
+// forked at once, or nothing, a stop_latch is engaged, and their destructors do nothing. The child can open
+// endpoints of its own.
 class endpoint {
  public:
   // Listens on `port` (0: any free one) and serves the page, rosbridge and WebSockets there. Errors:
@@ -209,6 +213,8 @@ class endpoint {
   status close(duration drain = duration::zero());
 
  private:
+  // Errors: misuse (moved from), forked.
+  status usable() const noexcept;
   explicit endpoint(std::shared_ptr<detail::endpoint_state> state) noexcept;
   result<detail::pair_handle> open(const detail::pair_request& asked);
   result<detail::parameter_handle> open(const detail::parameter_request& asked);

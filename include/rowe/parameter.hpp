@@ -104,7 +104,7 @@ class parameter {
   ROWE_RT status set(const T& value) noexcept {
     if (!cell_) return errc::misuse;
     // relaxed: advice; nothing is read that it guards
-    if (cell_->closed.load(std::memory_order_relaxed)) return errc::closed;
+    if (cell_->closed.load(std::memory_order_relaxed)) return cell_->forked ? errc::forked : errc::closed;
     if (!is_allowed(value)) return errc::out_of_range;
     (void)refresh();
     value_ = value;

@@ -27,6 +27,7 @@ namespace rowe {
   X(empty, "nothing has arrived yet")                                                                        \
   X(no_peer, "nobody is listening")                                                                          \
   X(closed, "the endpoint or the handle is closed")                                                          \
+  X(forked, "the endpoint belongs to the process that opened it, from which this one was forked")            \
   X(timed_out, "nothing happened within %l ns")                                                              \
   X(too_big, "%v bytes exceed the limit of %l bytes")                                                        \
   X(malformed, "the text is no valid JSON, or holds a number no double can (at byte %v)")                    \
@@ -36,7 +37,7 @@ namespace rowe {
   X(bad_address, "the address cannot be listened on (errno %v)")                                             \
   X(address_in_use, "port %v is in use by another program")                                                  \
   X(not_loopback, "listening beyond loopback needs the options `tls` and `access`, or `insecure`")           \
-  X(bad_access, "the option `access` or the token is wrong; check_access() says how of the former")         \
+  X(bad_access, "the option `access` or the token is wrong; check_access() says how of the former")          \
   X(bad_certificate, "a file that the option `tls` names is wrong; check_tls() says how")                    \
   X(bad_config, "the configuration is wrong (line %v of a file, or 0)")                                      \
   X(bad_web, "the folder that the option `web` names cannot be served; check_web() says why")                \

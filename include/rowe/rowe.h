@@ -70,7 +70,8 @@ extern "C" {
   X(39, bad_config)        /* a file that makes no sense; the text says where */                             \
   X(40, bad_web)           /* a folder that cannot be served: of a file, bad_config */                       \
   X(41, parameter_taken)   /* a parameter of that name exists */                                             \
-  X(42, too_many_parameters)
+  X(42, too_many_parameters)                                                                                 \
+  X(43, forked)            /* the endpoint is of the process that this one was forked from */
 // clang-format on
 
 enum rowe_error {

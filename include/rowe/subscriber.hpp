@@ -68,7 +68,7 @@ class subscriber {
         slot = detail::first_in_time(*pair_, *slot, at);
       if (slot) return view{*pair_, end, *slot};
     }
-    return over ? errc::closed : errc::empty;
+    return over ? detail::why_closed(*pair_) : errc::empty;
   }
 
   result<view> take_newest_at(const time_point* at) noexcept {

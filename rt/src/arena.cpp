@@ -4,6 +4,7 @@
 #include <bit>
 #include <cassert>
 #include <cerrno>
+#include <cstring>
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -68,6 +69,21 @@ arena& arena::operator=(arena&& other) noexcept {
 
 arena::~arena() {
   if (base_ != nullptr) ::munmap(base_, bytes_total_); // unlocks too
+}
+
+bool arena::separate_in_child() noexcept {
+  if (base_ == nullptr) return true;
+  void* const copy =
+      ::mmap(nullptr, bytes_total_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (copy == MAP_FAILED) {
+    (void)::mprotect(base_, bytes_total_, PROT_READ);
+    return false;
+  }
+  std::memcpy(copy, base_, bytes_total_);
+  if (::mremap(copy, bytes_total_, bytes_total_, MREMAP_MAYMOVE | MREMAP_FIXED, base_) != MAP_FAILED)
+    return true;
+  (void)::mprotect(base_, bytes_total_, PROT_READ);
+  return false;
 }
 
 bool arena::lock_part(std::span<std::byte> part) noexcept {

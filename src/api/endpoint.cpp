@@ -100,19 +100,24 @@ endpoint& endpoint::operator=(endpoint&& from) noexcept {
   return *this;
 }
 
+status endpoint::usable() const noexcept {
+  if (!state_) return errc::misuse;
+  return state_->forked() ? status{errc::forked} : status{};
+}
+
 endpoint::~endpoint() {
   if (state_) (void)state_->close(duration::zero()); // with nothing to drain there is nothing to report
 }
 
 result<detail::pair_handle> endpoint::open(const detail::pair_request& asked) {
-  if (!state_) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
   auto pair = state_->open_pair(asked);
   if (!pair) return pair.error();
   return detail::pair_handle{state_, **pair};
 }
 
 result<detail::parameter_handle> endpoint::open(const detail::parameter_request& asked) {
-  if (!state_) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
   auto cell = state_->open_parameter(asked);
   if (!cell) return cell.error();
   return detail::parameter_handle{state_, **cell};
@@ -131,7 +136,7 @@ result<rowe::stop_latch> endpoint::stop_latch(const latch_options& options) {
 }
 
 status endpoint::set_access(const access_options& access, std::string* why) {
-  if (!state_) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
   std::string wrong = check_access(access);
   status done = errc::bad_access;
   try {
@@ -143,26 +148,32 @@ status endpoint::set_access(const access_options& access, std::string* why) {
   return done;
 }
 
-status endpoint::wait_peer(duration timeout) { return state_ ? state_->wait_peer(timeout) : errc::misuse; }
-std::uint32_t endpoint::peers() const noexcept { return state_ ? state_->peers() : 0; }
+status endpoint::wait_peer(duration timeout) {
+  const status mine = usable();
+  return mine ? state_->wait_peer(timeout) : mine;
+}
+std::uint32_t endpoint::peers() const noexcept { return usable() ? state_->peers() : 0; }
 std::vector<peer> endpoint::connections() const {
-  return state_ ? state_->connections() : std::vector<peer>{};
+  return usable() ? state_->connections() : std::vector<peer>{};
 }
 identity_name endpoint::identity_of(connection of) const noexcept {
-  return state_ ? state_->identity_of(of) : identity_name{};
+  return usable() ? state_->identity_of(of) : identity_name{};
 }
-std::uint16_t endpoint::port() const noexcept { return state_ ? state_->port() : std::uint16_t{0}; }
-int endpoint::wake_descriptor() const noexcept { return state_ ? state_->wake_descriptor() : -1; }
-std::optional<event> endpoint::try_event() noexcept { return state_ ? state_->try_event() : std::nullopt; }
-std::vector<count> endpoint::counts() const { return state_ ? state_->counts() : std::vector<count>{}; }
+std::uint16_t endpoint::port() const noexcept { return usable() ? state_->port() : std::uint16_t{0}; }
+int endpoint::wake_descriptor() const noexcept { return usable() ? state_->wake_descriptor() : -1; }
+std::optional<event> endpoint::try_event() noexcept { return usable() ? state_->try_event() : std::nullopt; }
+std::vector<count> endpoint::counts() const { return usable() ? state_->counts() : std::vector<count>{}; }
 const rt::grants& endpoint::service_grants() const noexcept {
   static constexpr rt::grants of_none{};
-  return state_ ? state_->service_grants() : of_none;
+  return usable() ? state_->service_grants() : of_none;
 }
-bool endpoint::memory_locked() const noexcept { return state_ && state_->memory_locked(); }
+bool endpoint::memory_locked() const noexcept { return usable() && state_->memory_locked(); }
 std::size_t endpoint::memory_unlocked_bytes() const noexcept {
-  return state_ ? state_->memory_unlocked_bytes() : 0;
+  return usable() ? state_->memory_unlocked_bytes() : 0;
 }
-status endpoint::close(duration drain) { return state_ ? state_->close(drain) : errc::misuse; }
+status endpoint::close(duration drain) {
+  const status mine = usable();
+  return mine ? state_->close(drain) : mine;
+}
 
 } // namespace rowe

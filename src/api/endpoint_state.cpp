@@ -11,7 +11,10 @@
 #include <optional>
 #include <utility>
 
+#include <rowe/detail/calls.hpp>
+
 #include "api/check_options.hpp"
+#include "api/forks.hpp"
 #include "api/pair_memory.hpp"
 #include "page/page.hpp"
 #include "service/memory_plan.hpp"
@@ -50,10 +53,17 @@ result<std::shared_ptr<endpoint_state>> endpoint_state::open(const endpoint_opti
                                                              std::unique_ptr<service::transport> sockets,
                                                              std::uint16_t port) {
   if (const status ok = check_options(options); !ok) return ok.error();
-  auto state = std::make_shared<endpoint_state>(options, std::move(sockets), port);
+  // In a child of fork() it stays as it is: its sockets are the parent's, its threads are not here.
+  const auto dispose = [](endpoint_state* gone) {
+    if (gone->forked()) return;
+    forks::forget(*gone);
+    delete gone;
+  };
+  std::shared_ptr<endpoint_state> state{new endpoint_state{options, std::move(sockets), port}, dispose};
   const bool has_site = ours == service::side::server && !options.web.empty();
   if (has_site && !state->site_.load(options.web).empty()) return errc::bad_web;
   if (const status ok = state->start(ours); !ok) return ok.error();
+  forks::watch(*state);
   return state;
 }
 
@@ -247,6 +257,7 @@ result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
 }
 
 void endpoint_state::close_pair(queue_pair& gone) noexcept {
+  if (forked_) return;
   gone.lifecycle.close();
   transport_->wake();
 }
@@ -272,6 +283,7 @@ status endpoint_state::set_access(const access_options& access, std::string& wro
 // ---- closing
 
 status endpoint_state::close(duration drain) noexcept {
+  if (forked_) return errc::forked;
   const std::lock_guard set_up{set_up_};
   if (closed_) return {};
   closed_ = true;
@@ -292,6 +304,41 @@ status endpoint_state::close(duration drain) noexcept {
   if (loop_->drained()) return {};
   return error{errc::timed_out, 0, drain.count()};
 }
+
+// ---- forking
+
+namespace {
+
+// What has come for a handle before the fork is the parent's to take.
+void drop_arrivals(queue_pair& on) noexcept {
+  queue_pair::user_side& mine = on.user;
+  while (mine.in.ring != nullptr && mine.in.ring->try_pop()) {
+  }
+  if (mine.in.newest != nullptr) (void)mine.in.newest->begin_read();
+  while (mine.completions.ring != nullptr && take_completion(on)) {
+  }
+}
+
+} // namespace
+
+// Handles look at their queue pairs without asking whose process this is. So the child gets queue pairs of
+// its own in the place of the shared ones, and finds them closed. What their threads were just doing in the
+// parent does not matter: each word is one that these threads have written.
+void endpoint_state::enter_child() noexcept {
+  if (std::exchange(forked_, true)) return; // a child of a child
+  const bool separate = memory_.separate_in_child();
+  if (!pair_memory_.separate_in_child() || !separate) return; // it may be read, and no more
+  for (queue_pair& one : pairs_) {
+    one.audience.close();
+    one.forked = true;
+    one.waker = nullptr;
+    if (!one.lifecycle.is_free()) drop_arrivals(one);
+  }
+  shared_->permit.withdraw(permit::number_of(shared_->permit.read()));
+  shared_->parameters.end_in_child();
+}
+
+// ---- counting
 
 // Counts what was published and nobody will take now. The service thread is gone, so this thread may use its
 // ends.

@@ -56,7 +56,14 @@ class endpoint_state {
   result<parameter_cell*> open_parameter(const parameter_request& asked);
   void close_parameter(parameter_cell& gone) noexcept;
   // Has the service thread look at queue pairs and submissions now. Any thread.
-  void wake_service() noexcept { transport_->wake(); }
+  void wake_service() noexcept {
+    if (!forked_) transport_->wake();
+  }
+
+  // In a child of fork(), before it does anything else: from now on nothing here is shared with the parent.
+  void enter_child() noexcept;
+  // Whether this process is such a child, which has no service thread and must not touch the sockets.
+  bool forked() const noexcept { return forked_; }
 
   // The options are right: check_access(). `wrong` is assigned why they cannot replace those before.
   status set_access(const access_options& access, std::string& wrong);
@@ -125,6 +132,7 @@ class endpoint_state {
   std::mutex events_;      // the consumer end of the ring of events
   std::mutex peer_waiter_; // peers_changed has one waiter
   bool closed_ = false;
+  bool forked_ = false; // written by enter_child() alone, when the process has one thread
   service::side ours_ = service::side::server;
 };
 

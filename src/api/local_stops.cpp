@@ -104,13 +104,13 @@ result<emergency_stop_reset_result> local_stops::reset(const emergency_stop_rese
 } // namespace detail
 
 result<emergency_stop_result> endpoint::emergency_stop(const emergency_stop_request& what, duration timeout) {
-  if (!state_) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
   return state_->stops().stop(what, timeout);
 }
 
 result<emergency_stop_reset_result> endpoint::reset_emergency_stop(const emergency_stop_reset_request& what,
                                                                    duration timeout) {
-  if (!state_) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
   return state_->stops().reset(what, timeout);
 }
 

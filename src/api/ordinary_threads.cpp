@@ -68,11 +68,11 @@ submission_header message_to(connection to, duration ttl) noexcept {
 } // namespace
 
 identity_name received::identity() const noexcept {
-  return state_ != nullptr ? state_->identity_of(from()) : identity_name{};
+  return state_ && !state_->forked() ? state_->identity_of(from()) : identity_name{};
 }
 
 received::~received() {
-  if (!state_) return;
+  if (!state_ || state_->forked()) return;
   if (is_.reply) {
     state_->submissions().release(slot_);
   } else if (state_->inbox().release(slot_)) {
@@ -81,19 +81,19 @@ received::~received() {
 }
 
 status endpoint::send(body object, duration ttl, connection to) {
-  if (!state_) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
   if (const status fine = takes(*state_, detail::ref_of(to)); !fine) return fine.error();
   return submit_and_wait(*state_, message_to(to, ttl), object);
 }
 
 status endpoint::try_send(body object, duration ttl, connection to) {
-  if (!state_) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
   if (const status fine = takes(*state_, detail::ref_of(to)); !fine) return fine.error();
   return submit_only(*state_, message_to(to, ttl), object);
 }
 
 status endpoint::wait_room(duration timeout, connection to) {
-  if (!state_) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
   service::submission_queue& queue = state_->submissions();
   const detail::peer_ref whom = detail::ref_of(to);
   status known = errc::full;
@@ -107,7 +107,7 @@ status endpoint::wait_room(duration timeout, connection to) {
 }
 
 result<received> endpoint::receive(duration timeout) {
-  if (!state_) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
   service::shared_inbox& inbox = state_->inbox();
   const time_point now = rt::monotonic_clock::now();
   const auto slot =
@@ -127,7 +127,7 @@ result<received> endpoint::receive(duration timeout) {
 }
 
 result<received> endpoint::invoke(body object, duration timeout, connection to, std::string* why) {
-  if (!state_) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
   if (const status fine = takes(*state_, detail::ref_of(to)); !fine) return fine.error();
   service::submission_queue& queue = state_->submissions();
   const time_point now = rt::monotonic_clock::now();
@@ -170,7 +170,8 @@ result<submission_header> answer_header(endpoint_state& of, entry what, detail::
 } // namespace
 
 status endpoint::reply(const received& call, body object, duration ttl) {
-  if (!state_ || call.state_ != state_ || !call.wants_reply()) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
+  if (call.state_ != state_ || !call.wants_reply()) return errc::misuse;
   const auto header =
       answer_header(*state_, entry::reply, call.is_.peer, call.is_.call, call.is_.expires, ttl);
   if (!header) return header.error();
@@ -178,7 +179,8 @@ status endpoint::reply(const received& call, body object, duration ttl) {
 }
 
 status endpoint::try_reply(const received& call, body object) {
-  if (!state_ || call.state_ != state_ || !call.wants_reply()) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
+  if (call.state_ != state_ || !call.wants_reply()) return errc::misuse;
   const auto header =
       answer_header(*state_, entry::reply, call.is_.peer, call.is_.call, call.is_.expires, rt::for_ever);
   if (!header) return header.error();
@@ -186,7 +188,8 @@ status endpoint::try_reply(const received& call, body object) {
 }
 
 status endpoint::refuse(const received& call, std::string_view diagnostic) {
-  if (!state_ || call.state_ != state_ || !call.wants_reply()) return errc::misuse;
+  if (const status mine = usable(); !mine) return mine.error();
+  if (call.state_ != state_ || !call.wants_reply()) return errc::misuse;
   const auto header =
       answer_header(*state_, entry::refusal, call.is_.peer, call.is_.call, call.is_.expires, rt::for_ever);
   if (!header) return header.error();

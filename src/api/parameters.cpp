@@ -35,6 +35,7 @@ result<parameter_cell*> endpoint_state::open_parameter(const parameter_request& 
 }
 
 void endpoint_state::close_parameter(parameter_cell& gone) noexcept {
+  if (forked_) return;
   shared_->parameters.close(gone);
   transport_->wake();
 }

@@ -72,4 +72,12 @@ void parameter_table::end() noexcept {
   for (cell& one : cells_) one.closed.store(true, std::memory_order_relaxed); // relaxed: advice
 }
 
+void parameter_table::end_in_child() noexcept {
+  end();
+  for (cell& one : cells_) {
+    one.forked = true;
+    one.wake_descriptor = -1;
+  }
+}
+
 } // namespace rowe::service

@@ -39,6 +39,8 @@ class parameter_table {
   void close(cell& of) noexcept;
   // When the service thread is gone.
   void end() noexcept;
+  // In a child of fork(), which has a table of its own: closes all cells, and forgets whom they wake.
+  void end_in_child() noexcept;
 
   rt::notification<> freed; // of whoever sets up
 

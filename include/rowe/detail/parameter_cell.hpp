@@ -99,6 +99,7 @@ struct parameter_cell {
   // Free to active by set-up, active to closing by the handle, closing to free by the service thread.
   rt::std_atomics::variable<phase> state{phase::free};
   rt::std_atomics::variable<bool> closed{false}; // the endpoint is
+  bool forked = false;                           // closed, since this process is a child of the endpoint's
   std::uint32_t opened = 0;                      // how often; by set-up
 };
 

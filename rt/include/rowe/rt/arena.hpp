@@ -48,6 +48,11 @@ class arena {
   // the end that somebody still looks at it.
   void abandon() noexcept { base_ = nullptr; }
 
+  // In a child of fork(): puts a private copy in the place of the memory, which is the parent's as well, so
+  // that what is written here changes nothing there. Enters the kernel, allocates nothing from the heap.
+  // False if there is no memory for it: the memory can then be read only.
+  bool separate_in_child() noexcept;
+
   explicit operator bool() const noexcept { return base_ != nullptr; }
   int map_errno() const noexcept { return map_errno_; } // of mmap or madvise; 0 when mapped
   bool locked() const noexcept { return locked_; }
