@@ -13,6 +13,7 @@
 #include "service/rate_limit.hpp"
 #include "service/service_limits.hpp"
 #include "service/shared_state.hpp"
+#include "service/transport.hpp"
 #include "wire/text_out.hpp"
 
 namespace rowe::service {
@@ -37,7 +38,17 @@ class event_log {
     shared_.post(happened);
   }
 
-  // The same, of somebody who has an identity, or none.
+  void report_failed_attempt(const rejection& why) noexcept {
+    event happened;
+    happened.what_kind = event::kind::cannot_connect;
+    happened.peer = why.peer;
+    happened.what = why.what;
+    happened.remedy = why.remedy;
+    happened.lasting = why.lasting;
+    shared_.post(happened);
+  }
+
+  // Of somebody who has an identity, or none.
   void report_of(std::string_view identity, event::kind kind, std::string_view peer,
                  std::string_view what) noexcept {
     std::array<char, event_text_bytes_max> buffer;

@@ -77,8 +77,7 @@ class output(unittest.TestCase):
         for verb, some in self.prints.items():
             for arguments in some:
                 yield [ROWE, *with_timeout((verb, *arguments))]
-            if verb != "help":
-                yield [ROWE, verb, "--help"]
+            yield [ROWE, verb, "--help"]
         yield from ([ROWE], [ROWE, "--help"], [ROWE, "--version"], [ROWE, "bench", "idle", "--help"])
         for name in ("rowe_echo", "rowe_echo_client"):
             yield [os.path.join(folder, name), "--help"]

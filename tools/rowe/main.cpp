@@ -80,12 +80,13 @@ const verb* find(std::string_view name) noexcept {
 }
 
 exit_code help(argument_list arguments) {
-  if (arguments.empty()) {
+  const std::string_view name = arguments.empty() ? "" : arguments[0];
+  if (name.empty() || name == "--help" || name == "-h") {
     emit(overview());
     return exit_code::done;
   }
-  const verb* const about = find(arguments[0]);
-  if (about == nullptr) return unknown(arguments[0]);
+  const verb* const about = find(name);
+  if (about == nullptr) return unknown(name);
   std::string option = "--help";
   std::array<char*, 1> only{option.data()};
   return about->run(only);
