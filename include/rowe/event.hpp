@@ -43,10 +43,11 @@ struct event {
   };
 
   kind what_kind = kind::warning;
-  text<64> peer;     // its numeric address and port; empty where there is none
-  text<64> identity; // as whom it came in; empty where it has no identity, or nobody knows
-  text<224> what;    // a diagnostic
-  text<192> remedy;  // what to change; empty where nothing can be
+  text<64> peer;        // its numeric address and port; empty where there is none
+  text<64> identity;    // as whom it came in; empty where it has no identity, or nobody knows
+  text<224> what;       // a diagnostic
+  text<192> remedy;     // what to change; empty where nothing can be
+  bool lasting = false; // cannot_connect: it fails the same way until somebody changes something, a token say
 };
 
 } // namespace rowe

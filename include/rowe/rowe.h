@@ -271,6 +271,7 @@ struct rowe_event {
   char what[225];    // a diagnostic
   char remedy[193];  // what to change; "" where nothing can be
   char identity[65]; // as whom the peer came in; "" where it has no identity, or nobody knows
+  bool lasting;      // cannot_connect: it fails the same way until somebody changes something, a token say
 };
 
 // The oldest event that was not taken yet. Never waits. Errors: empty.

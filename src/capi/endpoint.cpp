@@ -322,6 +322,7 @@ int rowe_try_event(const struct rowe_endpoint* endpoint, struct rowe_event* into
   copy_text(what->what, into->what);
   copy_text(what->remedy, into->remedy);
   copy_text(what->identity, into->identity);
+  into->lasting = what->lasting;
   return rowe_ok;
 }
 

@@ -104,6 +104,13 @@ const char* remedy_of(std::uint16_t status) noexcept {
   }
 }
 
+// Whether the same request will be answered so again: not where the server is only busy or begins.
+bool is_lasting(std::uint16_t status) noexcept {
+  constexpr std::uint16_t request_timeout = 408, too_early = 425, too_many_requests = 429;
+  return status >= 200 && status < 500 && status != request_timeout && status != too_early &&
+         status != too_many_requests;
+}
+
 } // namespace
 
 client_attempt::client_attempt(const connect_options& options, poll_set& polled, lws_host& host,
@@ -276,7 +283,7 @@ void client_attempt::on_not_secured(tls::place_id place, const wire::http_reject
   if (!ours || place.generation != generation_) return;
   const std::string_view what = why.what();
   fail(sink, 0, diagnostic{"%s: %.*s", authority_.c_str(), static_cast<int>(what.size()), what.data()},
-       why.remedy());
+       why.remedy(), why.lasting);
 }
 
 void client_attempt::read_answer(std::uint32_t events, transport_sink& sink) noexcept {
@@ -296,7 +303,7 @@ void client_attempt::read_answer(std::uint32_t events, transport_sink& sink) noe
     return fail(sink, 0,
                 diagnostic{"%s answered with a header of more than %u bytes", name.data(),
                            static_cast<unsigned>(limits_.header_bytes_max)},
-                remedy_of(0));
+                remedy_of(0), true);
   if (seen.empty() || (events & (EPOLLRDHUP | EPOLLHUP | EPOLLERR)))
     return fail(sink, 0, diagnostic{"%s closed the connection instead of answering", name.data()},
                 remedy_of(0));
@@ -307,23 +314,23 @@ void client_attempt::finish(std::string_view header, transport_sink& sink) noexc
   const auto status = status_of(header);
   if (!status)
     return fail(sink, 0, diagnostic{"%s answered with something that is not HTTP", authority_.c_str()},
-                remedy_of(0));
+                remedy_of(0), true);
   if (*status != switching_protocols)
     return fail(sink, *status,
                 diagnostic{"%s answered HTTP status %u to the upgrade of %s", authority_.c_str(),
                            static_cast<unsigned>(*status), path_.c_str()},
-                remedy_of(*status));
+                remedy_of(*status), is_lasting(*status));
   // Upgrade is no part of HTTP/1.0 (RFC 7230 6.7), so a proxy that passes it on in HTTP/1.0 has not
   // understood it.
   const char* const fault =
       header.starts_with("HTTP/1.1 ") ? fault_of(header) : "the upgrade in another HTTP than 1.1";
   if (fault)
-    return fail(sink, *status, diagnostic{"%s answered %s", authority_.c_str(), fault}, remedy_of(0));
+    return fail(sink, *status, diagnostic{"%s answered %s", authority_.c_str(), fault}, remedy_of(0), true);
   if (!lws_.take_answer(watch_, header))
     return fail(
         sink, *status,
         diagnostic{"%s answered the upgrade wrongly (%s)", authority_.c_str(), watch_.diagnostic.data()},
-        remedy_of(0));
+        remedy_of(0), true);
   const service::connection_id id = place_ ? connections_.open(place_, peer_, established::purpose::any)
                                            : connections_.open(std::move(socket_), peer_);
   place_ = {}; // it is the connection's now
@@ -364,12 +371,12 @@ void client_attempt::drop_socket() noexcept {
 }
 
 void client_attempt::fail(transport_sink& sink, std::uint16_t status, std::string_view what,
-                          std::string_view remedy) noexcept {
+                          std::string_view remedy, bool lasting) noexcept {
   char address[address_text_bytes_max];
   const std::string_view peer = next_ == 0 ? std::string_view{} : write_address(address, peer_);
   drop_socket();
   now_ = phase::idle;
-  sink.on_rejected({.http_status = status, .peer = peer, .what = what, .remedy = remedy});
+  sink.on_rejected({.http_status = status, .peer = peer, .what = what, .remedy = remedy, .lasting = lasting});
 }
 
 void client_attempt::fail_for_descriptors(transport_sink& sink) noexcept {

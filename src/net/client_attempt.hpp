@@ -87,7 +87,7 @@ class client_attempt {
   void time_out(rt::time_point now, service::transport_sink& sink) noexcept;
   void drop_socket() noexcept;
   void fail(service::transport_sink& sink, std::uint16_t status, std::string_view what,
-            std::string_view remedy) noexcept;
+            std::string_view remedy, bool lasting = false) noexcept;
   void fail_by_error(service::transport_sink& sink, int code) noexcept;
 
   const socket_limits limits_;

@@ -340,7 +340,7 @@ void core::on_rejected(const rejection& reason) noexcept {
     if (reason.http_status == rejection::slowed) state_.counts.add(counter::slowed_handshakes);
     return state_.events.report(event::kind::refused_handshake, reason.peer, reason.what, reason.remedy);
   }
-  state_.events.report(event::kind::cannot_connect, reason.peer, reason.what, reason.remedy);
+  state_.events.report_failed_attempt(reason);
   reconnect_later();
 }
 

@@ -13,6 +13,7 @@
 #include "service/rate_limit.hpp"
 #include "service/service_limits.hpp"
 #include "service/shared_state.hpp"
+#include "service/transport.hpp"
 #include "wire/text_out.hpp"
 
 namespace rowe::service {
@@ -34,6 +35,16 @@ class event_log {
     happened.identity = identity;
     happened.what = what;
     happened.remedy = remedy;
+    shared_.post(happened);
+  }
+
+  void report_failed_attempt(const rejection& why) noexcept {
+    event happened;
+    happened.what_kind = event::kind::cannot_connect;
+    happened.peer = why.peer;
+    happened.what = why.what;
+    happened.remedy = why.remedy;
+    happened.lasting = why.lasting;
     shared_.post(happened);
   }
 

@@ -94,6 +94,7 @@ struct rejection {
   std::string_view peer;         // numeric address with port; empty where unknown
   std::string_view what;
   std::string_view remedy;
+  bool lasting = false; // client: another attempt will end the same way until somebody changes something
 };
 
 // A page that waits for what it shows. What the numbers mean is the core's; `who` is as in the request.

@@ -23,6 +23,7 @@ class http_rejection {
   std::uint16_t status = 0; // HTTP
   bool to_head = false;     // the request was HEAD: the answer has no body
   bool to_form = false;     // somebody logs in: the answer is a page, which leads back to the form
+  bool lasting = false;     // of a server, as its client sees it: it will be so again
 
   std::string_view what() const noexcept { return {what_.data(), what_bytes_}; }       // names the value
   std::string_view remedy() const noexcept { return {remedy_.data(), remedy_bytes_}; } // what to change

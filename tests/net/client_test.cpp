@@ -184,6 +184,24 @@ TEST_F(client, reports_a_status_that_is_not_101) {
   EXPECT_NE(rejection.remedy.find("path"), std::string::npos);
 }
 
+TEST_F(client, says_which_answers_it_will_get_again) {
+  for (const auto& [status, lasting] : std::map<int, bool>{{200, true},
+                                                           {302, true},
+                                                           {400, true},
+                                                           {401, true},
+                                                           {403, true},
+                                                           {404, true},
+                                                           {408, false},
+                                                           {429, false},
+                                                           {500, false},
+                                                           {502, false},
+                                                           {503, false}}) {
+    ask();
+    drive.sink().rejections.clear();
+    EXPECT_EQ(rejection_of("HTTP/1.1 " + std::to_string(status) + " So\r\n\r\n").lasting, lasting) << status;
+  }
+}
+
 TEST_F(client, does_not_follow_a_redirect) {
   ask();
   EXPECT_EQ(rejection_of("HTTP/1.1 302 Found\r\nLocation: http://127.0.0.1/\r\n\r\n").status, 302);
@@ -213,7 +231,9 @@ TEST_F(client, refuses_an_upgrade_to_something_else) {
 
 TEST_F(client, refuses_what_is_not_http) {
   ask();
-  EXPECT_EQ(rejection_of("SSH-2.0-OpenSSH_9.2\r\n\r\n").status, 0);
+  const auto rejection = rejection_of("SSH-2.0-OpenSSH_9.2\r\n\r\n");
+  EXPECT_EQ(rejection.status, 0);
+  EXPECT_TRUE(rejection.lasting);
 }
 
 TEST_F(client, refuses_an_upgrade_in_another_http_than_1_1) { // RFC 7230 6.7: 1.0 has no Upgrade
@@ -247,6 +267,7 @@ TEST_F(client, reports_a_server_that_closes_instead_of_answering) {
   ask();
   server.peer.reset();
   ASSERT_TRUE(drive.until([&] { return drive.sink().rejections.size() == 2; }));
+  for (const auto& one : drive.sink().rejections) EXPECT_FALSE(one.lasting) << one.what;
 }
 
 TEST_F(client, gives_up_a_server_that_does_not_answer_in_time) {

@@ -50,6 +50,7 @@ struct recording_sink final : service::transport_sink {
   struct rejected {
     std::uint16_t status;
     std::string peer, what, remedy;
+    bool lasting;
   };
   struct asked {
     std::string path, if_none_match;
@@ -75,8 +76,8 @@ struct recording_sink final : service::transport_sink {
   }
   void on_close(connection_id id, close_cause cause) noexcept override { closes.push_back({id, cause}); }
   void on_rejected(const service::rejection& why) noexcept override {
-    rejections.push_back(
-        {why.http_status, std::string{why.peer}, std::string{why.what}, std::string{why.remedy}});
+    rejections.push_back({why.http_status, std::string{why.peer}, std::string{why.what},
+                          std::string{why.remedy}, why.lasting});
   }
   void on_warning(std::string_view what, std::string_view) noexcept override { warnings.emplace_back(what); }
   service::http_answer on_http(const service::http_request& request) noexcept override {

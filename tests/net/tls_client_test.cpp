@@ -64,6 +64,7 @@ TEST(tls_client, refuses_what_it_cannot_trust_and_says_why) {
     EXPECT_FALSE(all.connected()) << why;
     EXPECT_NE(all.fault().find(why), std::string::npos) << all.fault();
     EXPECT_EQ(all.remedy().substr(0, remedy.size()), remedy);
+    EXPECT_TRUE(all.at_client.rejections[0].lasting) << why;
     EXPECT_TRUE(all.drive.sink().opens.empty());
   };
   constexpr long day = 24 * 60 * 60;
@@ -124,6 +125,7 @@ TEST(tls_client, is_told_when_the_server_does_not_speak_tls) {
   EXPECT_NE(at_client.rejections[0].what.find("the TLS handshake failed"), std::string::npos)
       << at_client.rejections[0].what;
   EXPECT_EQ(at_client.rejections[0].remedy, "check that this port speaks TLS; else connect to ws://");
+  EXPECT_TRUE(at_client.rejections[0].lasting);
 }
 
 TEST(tls_client, gives_up_on_a_server_that_says_nothing) {

@@ -205,7 +205,7 @@ class ending(unittest.TestCase):
         for arguments in (("/t", "{}"), ("--bare", "{}")):
             ended = nobody_at("pub", "127.0.0.1:1", *arguments)
             self.assertEqual((ended.code, ended.stdout), (3, []))
-            self.assertIn("nobody listens at 127.0.0.1:1", ended.stderr[-1])
+            self.assertIn("nobody listens at 127.0.0.1:1", "\n".join(ended.stderr))
 
     def test_interrupted_before_anything_was_sent_is_130(self):
         with program("pub", "127.0.0.1:1", "/t", "{}") as pub:

@@ -10,6 +10,7 @@
 #include "../rowe/arguments/limit_options.hpp"
 #include "../rowe/console.hpp"
 #include "../rowe/network/remote.hpp"
+#include "../rowe/output.hpp"
 #include "../rowe/verbs/verbs.hpp"
 #include "compare.hpp"
 #include "modes.hpp"
@@ -89,7 +90,10 @@ std::optional<exit_code> read_mode(const command& table, argument_list arguments
 
 exit_code run(argument_list arguments) {
   const std::string_view name = arguments.empty() ? "" : arguments[0];
-  if (name == "--help" || name == "-h") return emit(overview()) ? exit_code::done : exit_code::failed;
+  if (name == "--help" || name == "-h") {
+    emit(overview());
+    return exit_code::done;
+  }
   if (name.empty()) return usage_error("bench", "a mode is missing");
   const auto* const found = std::ranges::find(modes, name, &mode::name);
   if (found != modes.end()) return found->run(arguments.subspan(1));

@@ -15,6 +15,7 @@
 #include "../rowe/interrupt.hpp"
 #include "../rowe/network/host_addresses.hpp"
 #include "../rowe/network/remote.hpp"
+#include "../rowe/output.hpp"
 #include "../rowe/text/json_values.hpp"
 #include "modes.hpp"
 #include "probe.hpp"
@@ -217,8 +218,8 @@ exit_code peer(argument_list arguments) {
     std::array<char, 256> buffer;
     if (!one.grants().complete()) to.error("not granted: ", one.grants().text(buffer));
   }
-  (void)emit(joined("rowe bench peer at ws://", host_for_here(options.address), ":", hub->port(),
-                    " (process ", ::getpid(), ")\n"));
+  emit(joined("rowe bench peer at ws://", host_for_here(options.address), ":", hub->port(), " (process ",
+              ::getpid(), ")\n"));
   introduce_until_end(*info, s);
   // relaxed: nothing but the flag itself is handed over
   stop.store(true, std::memory_order_relaxed);

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <system_error>
 
 #include "../rowe/network/remote.hpp"
+#include "../rowe/output.hpp"
 #include "../rowe/text/json_values.hpp"
 #include "compare.hpp"
 #include "plot.hpp"
@@ -53,19 +55,15 @@ bool introduce(link& l, rt::duration timeout) {
   return true;
 }
 
-bool write_file(const std::string& name, const std::string& text, const console& to) {
+bool deliver_file(const std::string& name, const std::string& text, const console& to) {
   if (name.empty()) return true;
   if (name == "-") {
-    (void)emit(text); // with nobody to read it, the verdict stands all the same
+    emit(text);
     return true;
   }
-  std::FILE* const file = std::fopen(name.c_str(), "w");
-  const bool written = file != nullptr && std::fwrite(text.data(), 1, text.size(), file) == text.size();
-  if ((file != nullptr && std::fclose(file) != 0) || !written) {
-    to.error("cannot write ", quoted(name));
-    return false;
-  }
-  return true;
+  const int reason = tools::write_file(name, text);
+  if (reason != 0) to.error("cannot write ", quoted(name), ": ", std::generic_category().message(reason));
+  return reason == 0;
 }
 
 std::string hertz(double rate) {
@@ -149,11 +147,11 @@ exit_code deliver(const report& r, const settings& s, const console& to) {
       return exit_code::usage;
     }
   }
-  if (s.json != "-") (void)emit(text_of(r) + (before ? comparison_of(*before, r) : std::string{}));
-  bool written = write_file(s.json, json_of(r), to);
+  if (s.json != "-") emit(text_of(r) + (before ? comparison_of(*before, r) : std::string{}));
+  bool written = deliver_file(s.json, json_of(r), to);
   if (r.samples != nullptr) {
-    written = write_file(s.hgrm, hgrm_of(r), to) && written;
-    written = (s.svg.empty() || write_file(s.svg, svg_of(r, before ? &*before : nullptr), to)) && written;
+    written = deliver_file(s.hgrm, hgrm_of(r), to) && written;
+    written = (s.svg.empty() || deliver_file(s.svg, svg_of(r, before ? &*before : nullptr), to)) && written;
   }
   const exit_code verdict = verdict_of(r);
   return written || verdict != exit_code::done ? verdict : exit_code::failed;

@@ -13,6 +13,7 @@
 #include "../rowe/arguments/command_line.hpp"
 #include "../rowe/console.hpp"
 #include "../rowe/interrupt.hpp"
+#include "../rowe/output.hpp"
 #include "../rowe/text/json_values.hpp"
 #include "../rowe/verbs/verbs.hpp"
 #include "check.hpp"
@@ -155,7 +156,7 @@ exit_code doctor(argument_list arguments) {
     to.note(out.summary());
     to.note(out.verdict());
   } else if (read_by_somebody) {
-    (void)emit(joined("\n", out.summary(), "\n", out.verdict(), "\n")); // unread is fine
+    emit(joined("\n", out.summary(), "\n", out.verdict(), "\n"));
   }
   return chosen.strict && out.count(level::fail) != 0 ? exit_code::exceeded : exit_code::done;
 }

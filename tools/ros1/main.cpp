@@ -15,6 +15,7 @@
 #include "../rowe/console.hpp"
 #include "../rowe/interrupt.hpp"
 #include "../rowe/network/remote.hpp"
+#include "../rowe/output.hpp"
 #include "bridge.hpp"
 
 namespace rowe::ros1 {
@@ -160,10 +161,8 @@ exit_code main(argument_list arguments) {
 } // namespace rowe::ros1
 
 int main(int count, char** words) {
-  rowe::tools::interrupt::watch();
   setenv("ROS_MASTER_URI", "http://localhost:11311", 0); // roscpp ends the program where it is not set
   // Takes ROS's own arguments out of the words.
   ros::init(count, words, "rowe_ros1", ros::init_options::NoSigintHandler | ros::init_options::NoRosout);
-  const auto arguments = rowe::tools::argument_list{words, static_cast<std::size_t>(count)};
-  return static_cast<int>(rowe::ros1::main(arguments.subspan(count > 0 ? 1 : 0)));
+  return rowe::tools::run_program(count, words, rowe::ros1::main);
 }

@@ -35,10 +35,10 @@ child::child(std::span<const char* const> words) {
   ::posix_spawn_file_actions_init(&actions);
   ::posix_spawnattr_init(&attributes);
   ::posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-  // This program ignores SIGPIPE, and what it ignores its children would.
+  // This program ignores these, and what it ignores its children would.
   ::sigset_t as_usual;
   ::sigemptyset(&as_usual);
-  ::sigaddset(&as_usual, SIGPIPE);
+  for (const int signal : {SIGPIPE, SIGXFSZ}) ::sigaddset(&as_usual, signal);
   ::posix_spawnattr_setsigdefault(&attributes, &as_usual);
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
   std::vector<std::string> texts{words.begin(), words.end()};

@@ -12,6 +12,7 @@
 #include <ctime>
 #include <iterator>
 
+#include "output.hpp"
 #include "text/json_values.hpp"
 
 namespace rowe::tools {
@@ -116,7 +117,7 @@ bool journal_reads_stderr() {
          joined(static_cast<std::uint64_t>(is.st_dev), ":", static_cast<std::uint64_t>(is.st_ino)) == named;
 }
 
-// stderr is not buffered, so a line made first is one write and is not mixed with those of other programs.
+// A line is one write, and so is not mixed with those of other programs.
 void console::say(severity how, std::string_view message, std::string_view members) const {
   if (quiet_ && how > severity::warning) return;
   std::string line = style_.priorities ? joined("<", static_cast<int>(how), ">") : std::string{};
@@ -128,11 +129,7 @@ void console::say(severity how, std::string_view message, std::string_view membe
   } else {
     line.append(joined(verb_, ": ", message, "\n"));
   }
-  std::fwrite(line.data(), 1, line.size(), stderr);
-}
-
-bool emit(std::string_view text) {
-  return std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+  write_to_stderr(line);
 }
 
 std::string sentence_of(const event& happened, with_kind kind) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the program says to people, on stderr, one line at a time; data goes to stdout, through emit().
+// What the program says to people, on stderr, one line at a time; data goes to stdout (see output.hpp).
 // Nothing is coloured, so nothing has to be switched off where no colour is wanted.
 #pragma once
 #include <concepts>
@@ -93,10 +93,6 @@ class console {
   log_style style_;
   bool quiet_ = false;
 };
-
-// Writes `text` to stdout and flushes it. False when nobody reads any more (EPIPE): a pipe that `head` has
-// closed is no error, and the verb ends quietly.
-[[nodiscard]] bool emit(std::string_view text);
 
 // "10.0.0.7:4711: driver: denied: ... (allow it with ...)": who it concerns, always in front; as whom it came
 // in; the kind of event; what. What a peer said is in quotes, so nobody can write a line that looks like one

@@ -29,7 +29,7 @@ void watch() noexcept {
   }
   struct sigaction ignoring {};
   ignoring.sa_handler = SIG_IGN;
-  ::sigaction(SIGPIPE, &ignoring, nullptr);
+  for (const int signal : {SIGPIPE, SIGXFSZ}) ::sigaction(signal, &ignoring, nullptr);
 }
 
 bool seen() noexcept { return signalled.load(std::memory_order_seq_cst); }

@@ -10,7 +10,8 @@ namespace rowe::tools::interrupt {
 // How late a signal may be seen that arrives in the instant between asking and falling asleep.
 inline constexpr rt::duration slice = std::chrono::milliseconds{100};
 
-// From here on. SIGPIPE is ignored as well: writing to a pipe that was closed is an error value (see emit()).
+// From here on. SIGPIPE and SIGXFSZ are ignored as well: writing to a pipe that was closed, or beyond the
+// size that a file may have, is an error value (see output.hpp).
 // Call it on the main thread before there are others.
 void watch() noexcept;
 

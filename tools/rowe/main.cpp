@@ -8,7 +8,7 @@
 
 #include "arguments/command_line.hpp"
 #include "console.hpp"
-#include "interrupt.hpp"
+#include "output.hpp"
 #include "verbs/verbs.hpp"
 
 namespace rowe::tools {
@@ -43,7 +43,7 @@ constexpr std::array verbs{
 constexpr std::string_view exit_codes = R"(
 exit codes:
     0  did it
-    1  the thing asked for failed
+    1  the thing asked for failed, or its output cannot be written
     2  the arguments make no sense
     3  could not connect; the reason is printed
     4  no answer within --timeout
@@ -80,9 +80,13 @@ const verb* find(std::string_view name) noexcept {
 }
 
 exit_code help(argument_list arguments) {
-  if (arguments.empty()) return emit(overview()) ? exit_code::done : exit_code::failed;
-  const verb* const about = find(arguments[0]);
-  if (about == nullptr) return unknown(arguments[0]);
+  const std::string_view name = arguments.empty() ? "" : arguments[0];
+  if (name.empty() || name == "--help" || name == "-h") {
+    emit(overview());
+    return exit_code::done;
+  }
+  const verb* const about = find(name);
+  if (about == nullptr) return unknown(name);
   std::string option = "--help";
   std::array<char*, 1> only{option.data()};
   return about->run(only);
@@ -101,8 +105,4 @@ exit_code run(argument_list arguments) {
 } // namespace
 } // namespace rowe::tools
 
-int main(int count, char** words) {
-  rowe::tools::interrupt::watch();
-  const auto arguments = rowe::tools::argument_list{words, static_cast<std::size_t>(count)};
-  return static_cast<int>(rowe::tools::run(arguments.subspan(count > 0 ? 1 : 0)));
-}
+int main(int count, char** words) { return rowe::tools::run_program(count, words, rowe::tools::run); }

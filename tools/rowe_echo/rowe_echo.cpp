@@ -8,7 +8,7 @@
 #include "../rowe/arguments/command_line.hpp"
 #include "../rowe/arguments/limit_options.hpp"
 #include "../rowe/console.hpp"
-#include "../rowe/interrupt.hpp"
+#include "../rowe/output.hpp"
 #include "send_back.hpp"
 
 namespace rowe::tools {
@@ -47,7 +47,7 @@ exit_code run(argument_list arguments) {
     return server.code() == errc::not_loopback ? exit_code::usage : exit_code::failed;
   }
   const std::string host = address.find(':') == address.npos ? address : joined("[", address, "]");
-  (void)emit(joined("rowe_echo listens on ws://", host, ":", server->port(), "/\n")); // unread is fine
+  emit(joined("rowe_echo listens on ws://", host, ":", server->port(), "/\n"));
   send_back(*server, false, to);
   return exit_code::done;
 }
@@ -55,8 +55,4 @@ exit_code run(argument_list arguments) {
 } // namespace
 } // namespace rowe::tools
 
-int main(int count, char** words) {
-  rowe::tools::interrupt::watch();
-  const auto arguments = rowe::tools::argument_list{words, static_cast<std::size_t>(count)};
-  return static_cast<int>(rowe::tools::run(arguments.subspan(count > 0 ? 1 : 0)));
-}
+int main(int count, char** words) { return rowe::tools::run_program(count, words, rowe::tools::run); }

@@ -8,8 +8,8 @@
 #include "../rowe/arguments/command_line.hpp"
 #include "../rowe/arguments/limit_options.hpp"
 #include "../rowe/console.hpp"
-#include "../rowe/interrupt.hpp"
 #include "../rowe/network/remote.hpp"
+#include "../rowe/output.hpp"
 #include "send_back.hpp"
 
 namespace rowe::tools {
@@ -51,8 +51,4 @@ exit_code run(argument_list arguments) {
 } // namespace
 } // namespace rowe::tools
 
-int main(int count, char** words) {
-  rowe::tools::interrupt::watch();
-  const auto arguments = rowe::tools::argument_list{words, static_cast<std::size_t>(count)};
-  return static_cast<int>(rowe::tools::run(arguments.subspan(count > 0 ? 1 : 0)));
-}
+int main(int count, char** words) { return rowe::tools::run_program(count, words, rowe::tools::run); }

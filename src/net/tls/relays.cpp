@@ -22,6 +22,13 @@ namespace {
 // Read from a pair at once; one record.
 constexpr std::size_t relayed_bytes = session::record_bytes_max;
 
+// A connection that was lost may be held another time.
+wire::http_rejection failure_of(const session& one) noexcept {
+  wire::http_rejection why = answer::tls_failed(one.reason(), one.remedy());
+  why.lasting = one.failed_by() != service::counter::tls_failed_lost;
+  return why;
+}
+
 } // namespace
 
 relays::relays(const socket_limits& limits, std::string remote, certificates& with, poll_set& polled,
@@ -113,7 +120,7 @@ void relays::shake(relay& one) {
   case session::progress::wants_write: one.of_socket = EPOLLOUT; break;
   case session::progress::failed:
     fail(one, one.secure->failed_by()); // counted before it is told of
-    (void)tell_rejected(one, answer::tls_failed(one.secure->reason(), one.secure->remedy()));
+    (void)tell_rejected(one, failure_of(*one.secure));
     return begin_close(one); // the peer is to see the alert
   case session::progress::done:
     outlet_.count(service::counter::tls_handshakes);
@@ -187,8 +194,7 @@ void relays::read_header(relay& one) {
 // comes in place of its answer.
 void relays::lose(relay& one) {
   const bool in_words = !remote_.empty() && errno == EPROTO;
-  if (!in_words || !tell_rejected(one, answer::tls_failed(one.secure->reason(), one.secure->remedy())))
-    return leave(one);
+  if (!in_words || !tell_rejected(one, failure_of(*one.secure))) return leave(one);
   polled_.remove(one.secure->descriptor_number());
   if (one.of_pair != 0) polled_.remove(one.pair.get());
   one.of_pair = 0;

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "../console.hpp"
+#include "../output.hpp"
 #include "values.hpp"
 
 namespace rowe::tools {
@@ -256,7 +257,10 @@ class columns {
 } // namespace
 
 std::optional<exit_code> read(const command& table, argument_list arguments) {
-  if (asks_for_help(arguments)) return emit(help_of(table)) ? exit_code::done : exit_code::failed;
+  if (asks_for_help(arguments)) {
+    emit(help_of(table));
+    return exit_code::done;
+  }
   const diagnostic wrong = read_all(table, arguments);
   if (wrong.empty()) return std::nullopt;
   return usage_error(table.verb, wrong);

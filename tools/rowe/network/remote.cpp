@@ -148,14 +148,17 @@ std::optional<exit_code> remote::wait(std::optional<rt::duration> timeout) {
     report();
     if (connected) return std::nullopt;
     if (interrupt::seen()) return exit_code::interrupted;
-    if (rt::monotonic_clock::now() >= end) break;
+    if (in_vain_ || rt::monotonic_clock::now() >= end) return give_up(timeout.value_or(rt::for_ever));
     if (!told && rt::monotonic_clock::now() - begin >= unremarkable) {
       to_.note("waiting for ", url_, " (Ctrl-C to stop)");
       told = true;
     }
   }
-  to_.error("could not connect to ", url_, " within ", seconds_text(*timeout), ": ",
-            failure_.empty() ? "no answer" : failure_);
+}
+
+exit_code remote::give_up(rt::duration timeout) {
+  to_.error("could not connect to ", url_, in_vain_ ? "" : joined(" within ", seconds_text(timeout)),
+            failure_told_ ? "" : joined(": ", failure_.empty() ? "no answer" : failure_));
   return exit_code::no_connection;
 }
 
@@ -164,13 +167,18 @@ void remote::report() {
     const std::string text = sentence_of(*happened);
     switch (happened->what_kind) {
     case event::kind::cannot_connect:
-      if (text != failure_) to_.note(text);
+      in_vain_ = happened->lasting;
+      if (text == failure_) break;
       failure_ = text;
+      // Who waits for the first connection is told of this at the end.
+      failure_told_ = !to_.quiet() && (connected_before_ || !in_vain_);
+      if (failure_told_) to_.note(text);
       break;
     case event::kind::peer_joined:
       if (connected_before_) to_.note("connected again to ", url_);
       connected_before_ = true;
       failure_.clear();
+      failure_told_ = in_vain_ = false;
       break;
     case event::kind::status_from_peer:
       ++errors_reported_;

@@ -61,7 +61,8 @@ class remote {
   remote(endpoint& via, std::string url, const console& to) : via_{via}, url_{std::move(url)}, to_{to} {}
 
   // Waits until we are connected, at most `timeout` (nothing: until Ctrl-C), and says so when it takes a
-  // while. Nothing: connected. Otherwise the verb ends with this, and the reason was printed.
+  // while; not at all where what is wrong will be so again, a token say. Nothing: connected. Otherwise the
+  // verb ends with this, and the reason was printed.
   std::optional<exit_code> wait(std::optional<rt::duration> timeout);
 
   // Prints what has happened since the last call. The same failure again and again is printed once.
@@ -71,8 +72,12 @@ class remote {
   void close();
 
   const std::string& url() const noexcept { return url_; }
+  // Says that there is no connection within that time, and why unless that was said already.
+  exit_code give_up(rt::duration timeout);
   // Of the newest attempt to connect that was reported; empty once connected.
   const std::string& failure() const noexcept { return failure_; }
+  // Whether the next attempt will fail as well.
+  bool in_vain() const noexcept { return in_vain_; }
 
   // How often the other side has said that something of ours was wrong, as far as report() has printed it.
   std::uint64_t errors_reported() const noexcept { return errors_reported_; }
@@ -82,6 +87,8 @@ class remote {
   std::string url_;
   const console& to_;
   std::string failure_;
+  bool failure_told_ = false;
+  bool in_vain_ = false;
   std::uint64_t errors_reported_ = 0;
   bool connected_before_ = false;
 };

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "../console.hpp"
+#include "../output.hpp"
 
 namespace rowe::tools {
 namespace {
@@ -41,23 +42,14 @@ class descriptor {
   int number_;
 };
 
-bool write_all(int to, std::string_view text) noexcept {
-  while (!text.empty()) {
-    const ::ssize_t count = ::write(to, text.data(), text.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(count));
-  }
-  return true;
-}
-
 // Makes the file, which must not be there, and leaves none if that fails. `like`: whose owner it gets.
 bool make_file(int in, const char* name, ::mode_t mode, std::string_view content, const struct stat* like) {
   descriptor file{::openat(in, name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode)};
   if (!file) return false;
   const bool owned =
       like == nullptr || like->st_uid == ::geteuid() || ::fchown(file.get(), like->st_uid, like->st_gid) == 0;
-  if (owned && write_all(file.get(), content) && ::fsync(file.get()) == 0 && file.close()) return true;
+  if (owned && write_all(file.get(), content) == content.size() && ::fsync(file.get()) == 0 && file.close())
+    return true;
   const int reason = errno;
   ::unlinkat(in, name, 0);
   errno = reason;

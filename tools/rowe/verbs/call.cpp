@@ -17,6 +17,7 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
+#include "../output.hpp"
 #include "../text/json_outline.hpp"
 #include "../text/json_values.hpp"
 #include "../text/message_format.hpp"
@@ -269,7 +270,7 @@ exit_code ask_all(asker<Service>& asking, remote& hub, rt::duration connect_time
     if (meaning == exit_code::usage || meaning == exit_code::no_connection) ended = meaning;
     if (end.failure == errc::peer_lost && left > 1) ended = hub.wait(connect_time);
   }
-  if (o.repeat > 0) (void)emit(o.json ? all.json(o) : all.line(o)); // the exit code tells the worst of it too
+  if (o.repeat > 0) emit(o.json ? all.json(o) : all.line(o)); // the exit code tells the worst of it too
   return ended && *ended != exit_code::interrupted ? *ended : all.verdict();
 }
 

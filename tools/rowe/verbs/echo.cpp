@@ -13,6 +13,7 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
+#include "../output.hpp"
 #include "../text/json_values.hpp"
 #include "../text/message_format.hpp"
 #include "verbs.hpp"
@@ -299,7 +300,7 @@ class printer {
 
   std::int64_t printed() const noexcept { return printed_; }
   std::size_t odd_rows() const noexcept { return format_.odd_rows(); }
-  // The reader of our output has gone: it has what it wanted.
+  // There is no use in going on: the reader of our output has what it wanted, or it cannot be written.
   bool unread() const noexcept { return unread_; }
 
  private:
@@ -389,7 +390,7 @@ exit_code list_topics(endpoint hub, const std::string& url, const echo_options& 
              answer.code() == errc::refused ? printable(topics->refusal()) : answer.error().message());
     return answer.code() == errc::timed_out ? exit_code::timed_out : exit_code::failed;
   }
-  (void)emit(o.json ? on_one_line(answer->value()) : list_of_topics(answer->json()));
+  emit(o.json ? on_one_line(answer->value()) : list_of_topics(answer->json()));
   to.note("rowe echo ", url, " TOPIC prints the messages of one");
   return exit_code::done;
 }
@@ -405,11 +406,11 @@ exit_code print_from(endpoint hub, const std::string& url, const echo_options& o
   printer<Source> printing{std::move(*source), missing, connection, o, to};
   const exit_code end = printing.run();
   (void)hub.close(drain_time); // for the refusals of calls; a peer that does not read in that time gets none
-  if (printing.unread()) return exit_code::done;
+  if (printing.unread() && !output_failed()) return exit_code::done;
   const std::uint64_t lost = lost_here(hub);
   if (printing.odd_rows() > 0)
     to.note(counted(printing.odd_rows(), "message"), " had other members than the table");
-  if (interrupt::seen() || lost > 0)
+  if (interrupt::seen() || lost > 0 || output_failed())
     to.note(counted(printing.printed(), "message"), lost == 0 ? std::string{} : joined(", lost ", lost));
   if (lost > 0 && !o.bare && !o.takes_long)
     to.note("with --long, messages of more than ", short_bytes_max, " bytes are printed, too");

@@ -13,6 +13,7 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
+#include "../output.hpp"
 #include "../text/json_values.hpp"
 #include "verbs.hpp"
 
@@ -158,7 +159,7 @@ exit_code ask_from(endpoint hub, const std::string& url, const param_settings& o
   if (o.what == "set") return set_param(asks, o);
   const auto value = asks.get(o.name);
   if (!value) return asks.end();
-  (void)emit(joined(printable(*value), "\n"));
+  emit(joined(printable(*value), "\n"));
   return exit_code::done;
 }
 

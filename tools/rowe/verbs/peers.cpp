@@ -15,6 +15,7 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
+#include "../output.hpp"
 #include "../text/json_values.hpp"
 #include "../text/message_format.hpp"
 #include "verbs.hpp"
@@ -136,7 +137,7 @@ exit_code ask(endpoint hub, const std::string& url, const peers_options& o, cons
   watcher waits{connection};
   const auto answer = waits.during([&] { return stats->call("{}", timeout); });
   if (answer) {
-    (void)emit(o.json ? on_one_line(answer->value()) : page_of(answer->json())); // unread is fine
+    emit(o.json ? on_one_line(answer->value()) : page_of(answer->json()));
     return exit_code::done;
   }
   if (interrupt::seen()) return exit_code::interrupted;

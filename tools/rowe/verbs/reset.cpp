@@ -12,6 +12,7 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
+#include "../output.hpp"
 #include "stop_words.hpp"
 #include "verbs.hpp"
 
@@ -99,7 +100,7 @@ exit_code reset_from(endpoint hub, const reset_settings& o, const std::string& u
   const std::string state = ask(*stating, "{}");
   if (failed) return *failed;
   if (o.number.empty()) {
-    (void)emit(joined(state_words(state), "\n"));
+    emit(joined(state_words(state), "\n"));
     if (text_member(state, "state") == "running") return exit_code::done;
     to.note("to let it go: rowe reset ", url, " ", printable(text_member(state, "number")),
             typed_again(o.at));
@@ -116,7 +117,7 @@ exit_code reset_from(endpoint hub, const reset_settings& o, const std::string& u
     }
     return exit_code::failed;
   }
-  (void)emit("reset: the robot may move\n");
+  emit("reset: the robot may move\n");
   return exit_code::done;
 }
 

@@ -19,6 +19,7 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/host_addresses.hpp"
+#include "../output.hpp"
 #include "../service_log.hpp"
 #include "../service_manager.hpp"
 #include "../upkeep.hpp"
@@ -161,7 +162,7 @@ exit_code serve_on(endpoint hub, const configuration& of, const console& to, ser
   const std::string_view page = secure ? "https://" : "http://";
   const std::string ready =
       joined("rowe serves ", page, authority, secure ? " (wss://" : " (ws://", authority, ")\n");
-  (void)emit(ready); // with nobody to read it, it serves all the same
+  emit(ready); // with nobody to read it, it serves all the same
   if (is_any(asked.address)) {
     for (const std::string& host : hosts_reaching(asked.address))
       to.note("also at ", page, host, ":", hub.port(), "/");

@@ -13,6 +13,7 @@
 #include "../arguments/command_line.hpp"
 #include "../console.hpp"
 #include "../network/host_addresses.hpp"
+#include "../output.hpp"
 #include "../setup/certificate.hpp"
 #include "../setup/files.hpp"
 #include "../setup/qr_code.hpp"
@@ -314,7 +315,7 @@ exit_code make(const setup_settings& o, const console& to) {
   if (wrong = make_folder(dir, made->files, o.force, setup_files()); !wrong.empty()) return fail(wrong);
 
   const std::string unannounced = services ? services->write(service_of(*made, o)) : "";
-  if (!emit(page_of(*made, o))) return exit_code::failed;
+  if (!emit(page_of(*made, o))) return exit_code::failed; // nobody has seen the tokens
   say_what_next(*made, o, dir, to);
   return unannounced.empty() ? exit_code::done
                              : fail(joined("all but the announcement is made: ", unannounced));
@@ -332,7 +333,7 @@ exit_code renew_in(const setup_settings& o, const console& to) {
     to.error("not in the new certificate, since its root may not vouch for it: ", printable(one));
   switch (done.what) {
   case renewal::outcome::renewed:
-    (void)emit(joined("renewed: good until ", date_of(done.end), "\n"));
+    emit(joined("renewed: good until ", date_of(done.end), "\n"));
     return exit_code::done;
   case renewal::outcome::without_root:
     to.error("the root's key was not kept (", o.dir, "/", root_key_file,

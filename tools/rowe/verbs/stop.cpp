@@ -13,6 +13,7 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
+#include "../output.hpp"
 #include "../text/json_values.hpp"
 #include "stop_report.hpp"
 #include "stop_ways.hpp"
@@ -160,9 +161,9 @@ exit_code stop_by(stop_ways& robot, const stop_settings& o, const std::string& u
     story.robot = printable(text_member(answer_of(robot.way(), robot.way().stats), "name"));
   const std::string& who = story.robot.empty() ? url : story.robot;
   if (o.repeat > 0) {
-    (void)emit(o.json ? all.json(story.robot) : all.line(who));
+    emit(o.json ? all.json(story.robot) : all.line(who));
   } else {
-    (void)emit(o.json ? json_of(last, story) : sentence_of(last, story) + '\n');
+    emit(o.json ? json_of(last, story) : sentence_of(last, story) + '\n');
   }
   if (const std::string beyond = all.beyond(); !beyond.empty()) to.error(beyond);
   if (last.number)

@@ -74,8 +74,8 @@ std::string sentence_of(const stop_outcome& is, const stop_story& told) {
     return joined(no, " within ", time_words(told.limit), ": ", told.url,
                   " is connected, but does not answer");
   case stop_outcome::end::unreachable:
-    return joined(no, " within ", time_words(told.limit), ": ", told.url, " unreachable since ",
-                  time_words(is.took));
+    return joined(no, is.took < told.limit ? "" : joined(" within ", time_words(told.limit)), ": ", told.url,
+                  " unreachable since ", time_words(is.took));
   case stop_outcome::end::no_stop: return joined(no, ": ", told.url, " has no stop configured");
   case stop_outcome::end::lost:
     return joined(no, ": the connection to ", told.url, " was lost before the answer came");

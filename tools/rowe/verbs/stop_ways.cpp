@@ -112,18 +112,18 @@ std::optional<exit_code> stop_ways::connect(rt::duration timeout) {
       }
     }
     if (interrupt::seen()) return exit_code::interrupted;
-    if (now >= end) break;
+    const bool in_vain = ordinary_->connection.in_vain() && (kept_ == nullptr || kept_->connection.in_vain());
+    if (now >= end || in_vain) break;
     if (!told && now - begin >= unhurried) {
       to_.note("waiting for ", url_, " (Ctrl-C to stop)");
       told = true;
     }
   }
   const std::string& why = ordinary_->connection.failure();
-  to_.error("could not connect to ", url_, " within ", seconds_text(timeout), ": ",
-            why.empty() ? "no answer" : why);
+  const exit_code end_as = ordinary_->connection.give_up(timeout);
   if (kept_ != nullptr && !kept_->connection.failure().empty() && kept_->connection.failure() != why)
     to_.error("nor to ", kept_->connection.url(), ": ", kept_->connection.failure());
-  return exit_code::no_connection;
+  return end_as;
 }
 
 } // namespace rowe::tools

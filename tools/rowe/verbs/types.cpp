@@ -15,6 +15,7 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
+#include "../output.hpp"
 #include "../text/described_types.hpp"
 #include "../text/json_values.hpp"
 #include "verbs.hpp"
@@ -235,9 +236,9 @@ exit_code types_from(endpoint hub, const std::string& url, const types_settings&
   types_reader reads{hub, connection, timeout, to};
   if (!reads.read_all()) return reads.end();
   bool complete = true;
-  (void)emit(o.json_schema ? as_json_schema(reads.found())
-             : o.ros       ? as_ros(reads.found(), to, complete)
-                           : as_typescript(reads.found()));
+  emit(o.json_schema ? as_json_schema(reads.found())
+       : o.ros       ? as_ros(reads.found(), to, complete)
+                     : as_typescript(reads.found()));
   return complete ? exit_code::done : exit_code::failed;
 }
 

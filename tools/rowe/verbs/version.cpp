@@ -2,6 +2,7 @@
 #include <string>
 
 #include "../console.hpp"
+#include "../output.hpp"
 #include "verbs.hpp"
 
 namespace rowe::tools {
@@ -18,7 +19,8 @@ exit_code version(argument_list arguments) {
   const std::string text = json ? R"({"version":")" ROWE_VERSION R"(","compiler":")" ROWE_COMPILER R"("})"
                                   "\n"
                                 : "rowe " ROWE_VERSION "\n";
-  return emit(text) ? exit_code::done : exit_code::failed;
+  emit(text);
+  return exit_code::done;
 }
 
 } // namespace rowe::tools

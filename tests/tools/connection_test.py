@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What each verb says of a connection that it cannot use: once, and at once where it will not get better."""
+import os
+import re
+import subprocess
+import tempfile
+import unittest
+
+from program import ROWE, hub, nobody_at, run
+
+long = ("--timeout", "20s")  # whoever waits for its end says "within", and fails
+
+
+def verbs_with_a_place():
+    """Those whose help has a URL, but for those that have modes, of which one stands for all."""
+    listed = subprocess.run([ROWE, "help"], capture_output=True, text=True, check=True).stdout
+    for verb in re.findall(r"^  (\w+) ", listed.split("verbs:\n")[1].split("\n\n")[0], re.M):
+        about = subprocess.run([ROWE, verb, "--help"], capture_output=True, text=True, check=True).stdout
+        if re.search(r"^usage: rowe \w+ .*\bURL\b", about, re.M):
+            yield verb
+
+
+class connection(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        made = os.path.join(cls.enterClassContext(tempfile.TemporaryDirectory()), "bot")
+        ended = run("setup", "--name", "bot", "--dir", made)
+        assert ended.code == 0, ended.stderr
+        cls.token = re.search(r"(?m)^driver +(\S+)$", "\n".join(ended.stdout))[1]
+        cls.root = os.path.join(made, "ca.pem")
+        cls.plain = cls.enterClassContext(hub())
+        cls.settings = os.path.join(made, "rowe.toml")
+        cls.secure = f"127.0.0.1:{cls.enterClassContext(cls.guarded()).port}"
+        cls.trajectory = os.path.join(made, "trajectory.tum")
+        with open(cls.trajectory, "w", encoding="ascii") as file:
+            file.write("0 0 0 0 0 0 0 1\n")
+
+    @classmethod
+    def guarded(cls):
+        return hub("--config", cls.settings, "--address", "127.0.0.1")
+
+    def commands(self, url):
+        """Each verb with a place, as it connects to `url`."""
+        some = {"call": (url, "/x"), "echo": (url, "/x"), "param": ("list", url), "peers": (url,),
+                "pub": (url, "/x", "{}"), "replay": (url, "--tum", self.trajectory, "--topic", "/x"),
+                "reset": (url,), "stop": (url,), "types": (url,)}
+        self.assertEqual(set(some), set(verbs_with_a_place()))
+        yield from ([ROWE, verb, *arguments] for verb, arguments in some.items())
+        yield [ROWE, "echo", url]  # the list of topics
+
+    def ends_at_once(self, command, why, **environment):
+        with self.subTest(command=command):
+            ended = run(*long, command=command, environment=environment)
+            self.assertEqual(ended.code, 3, ended.stderr)
+            said = "\n".join(ended.stderr)
+            # `rowe stop` tries its kept place as well, and says so of both.
+            self.assertEqual(len(re.findall(why, said)), 2 if "nor to " in said else 1, said)
+            self.assertEqual(said.count("could not connect to"), 1, said)
+            self.assertNotIn("within", said)
+
+    def end_at_once(self, url, why, **environment):
+        for command in self.commands(url):
+            self.ends_at_once(command, why, **environment)
+
+    def test_without_a_right_token(self):
+        place = f"wss://{self.secure}"
+        for token, commands in (("", self.commands(place)), ("x" * 43, [[ROWE, "peers", place]])):
+            for command in commands:
+                with self.guarded() as serving:  # one that has seen no wrong token is not slow to say so
+                    there = f"wss://127.0.0.1:{serving.port}"
+                    self.ends_at_once([there if word == place else word for word in command],
+                                      "401 .*show a token", ROWE_CA=self.root, ROWE_TOKEN=token)
+
+    def test_in_plain_where_tls_is_spoken(self):
+        self.end_at_once(f"ws://{self.secure}", "400 .*connect to wss://")
+
+    def test_by_tls_where_none_is_spoken(self):
+        self.end_at_once(f"wss://127.0.0.1:{self.plain.port}", "check that this port speaks TLS",
+                          ROWE_CA=self.root)
+
+    def test_with_a_certificate_that_nobody_vouches_for(self):
+        self.end_at_once(f"wss://{self.secure}", "give the root that signed it", ROWE_TOKEN=self.token)
+
+    def test_where_nobody_listens_yet_is_waited_for_and_told_once(self):
+        for _, verb, *arguments in self.commands("127.0.0.1:1"):
+            with self.subTest(verb=verb):
+                ended = nobody_at(verb, *arguments)
+                self.assertEqual(ended.code, 3)
+                said = "\n".join(ended.stderr)
+                times = 2 if "nor to " in said else 1
+                self.assertEqual(said.count("nobody listens at 127.0.0.1:1"), times, said)
+                self.assertRegex(said, r"could not connect to ws://127\.0\.0\.1:1 within \d+\.\d{3} s")
+
+    def test_said_quietly_has_its_reason_still(self):
+        ended = nobody_at("echo", "--quiet", "127.0.0.1:1", "/x")
+        self.assertRegex("\n".join(ended.stderr), r"^rowe echo: could not connect .* s: nobody listens")
+        self.assertEqual(len(ended.stderr), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
