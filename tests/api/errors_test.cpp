@@ -267,6 +267,15 @@ error duplicate_member() { return of_reading(R"({"n":1,"n":1,"text":""})"); }
 error wrong_type() { return of_reading(R"({"n":"1","text":""})"); }
 error out_of_range() { return of_reading(R"({"n":128,"text":""})"); }
 error too_long() { return of_reading(R"({"n":1,"text":"abc"})"); }
+error forked() {
+  auto endpoint = alone();
+  auto lane = endpoint.open_lane().value();
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(static_cast<int>(lane.try_send("{}", 1s).code()));
+  int code = 0;
+  if (::waitpid(child, &code, 0) != child || !WIFEXITED(code)) throw std::logic_error{"no child"};
+  return error{static_cast<errc>(WEXITSTATUS(code))};
+}
 error misuse() {
   auto endpoint = alone();
   auto lane = endpoint.open_lane().value();

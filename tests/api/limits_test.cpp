@@ -16,6 +16,7 @@
 #include <rowe/ros.hpp>
 #include <rowe/rowe.hpp>
 
+#include "rt/sanitized.hpp"
 #include "variable.hpp"
 
 namespace limits_test {

@@ -16,6 +16,7 @@
 
 #include "decodable.hpp"
 #include "padded.hpp"
+#include "rt/sanitized.hpp"
 #include "rt/seed.hpp"
 #include "texts.hpp"
 #include "json/decoder.hpp"
@@ -23,19 +24,11 @@
 #include "json/reader.hpp"
 #include "json/writer.hpp"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define ROWE_TEST_HEAP_IS_SANITIZED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define ROWE_TEST_HEAP_IS_SANITIZED
-#endif
-#endif
-
 namespace {
 std::atomic<std::uint64_t> allocations{0}; // relaxed: read by the one thread that counts
 } // namespace
 
-#ifndef ROWE_TEST_HEAP_IS_SANITIZED
+#ifndef ROWE_TEST_SANITIZED
 extern "C" {
 void* __libc_malloc(std::size_t bytes);
 void* __libc_calloc(std::size_t count, std::size_t bytes);
@@ -80,7 +73,7 @@ std::uint64_t counted(Work work) {
 class allocation : public ::testing::Test {
  protected:
   void SetUp() override {
-#ifdef ROWE_TEST_HEAP_IS_SANITIZED
+#ifdef ROWE_TEST_SANITIZED
     GTEST_SKIP() << "the sanitizer owns the heap";
 #endif
     const std::uint64_t made = counted([] {

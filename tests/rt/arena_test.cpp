@@ -19,13 +19,7 @@
 #include <rowe/rt/spsc_ring.hpp>
 #include <rowe/rt/window.hpp>
 
-#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-#define ROWE_TEST_SANITIZED 1
-#elif defined(__has_feature)
-#if __has_feature(thread_sanitizer) || __has_feature(address_sanitizer)
-#define ROWE_TEST_SANITIZED 1
-#endif
-#endif
+#include "rt/sanitized.hpp"
 
 namespace arena_test {
 namespace {
