@@ -77,7 +77,7 @@ class lane {
     if (const auto slot = detail::take_arrived(*pair_, now)) {
       return message_view{*pair_, pair_->user.in, *slot};
     }
-    return over ? detail::why_closed(*pair_) : errc::empty;
+    return over ? pair_->closed_as : errc::empty;
   }
   ROWE_RT result<message_view> try_receive() noexcept { return try_receive(rt::monotonic_clock::now()); }
 

@@ -68,7 +68,7 @@ class subscriber {
         slot = detail::first_in_time(*pair_, *slot, at);
       if (slot) return view{*pair_, end, *slot};
     }
-    return over ? detail::why_closed(*pair_) : errc::empty;
+    return over ? pair_->closed_as : errc::empty;
   }
 
   result<view> take_newest_at(const time_point* at) noexcept {

@@ -312,11 +312,9 @@ namespace {
 // What has come for a handle before the fork is the parent's to take.
 void drop_arrivals(queue_pair& on) noexcept {
   queue_pair::user_side& mine = on.user;
-  while (mine.in.ring != nullptr && mine.in.ring->try_pop()) {
-  }
+  while (mine.in.ring != nullptr && mine.in.ring->try_pop()) continue;
   if (mine.in.newest != nullptr) (void)mine.in.newest->begin_read();
-  while (mine.completions.ring != nullptr && take_completion(on)) {
-  }
+  while (mine.completions.ring != nullptr && take_completion(on)) continue;
 }
 
 } // namespace
@@ -330,7 +328,7 @@ void endpoint_state::enter_child() noexcept {
   if (!pair_memory_.separate_in_child() || !separate) return; // it may be read, and no more
   for (queue_pair& one : pairs_) {
     one.audience.close();
-    one.forked = true;
+    one.closed_as = errc::forked;
     one.waker = nullptr;
     if (!one.lifecycle.is_free()) drop_arrivals(one);
   }

@@ -6,6 +6,7 @@
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <rowe/loop.h>
@@ -244,6 +245,25 @@ static void errors_of_parameters(void) {
 
 // Those a C program cannot meet: its endpoints have as many topics as handles and offer no services; memory
 // and threads run out where the machine says so.
+// What a child of fork() meets, whose parent has opened the endpoint.
+static void errors_of_children(void) {
+  struct rowe_endpoint* const endpoint = rowe_open_local_endpoint(0);
+  struct rowe_lane* const lane = rowe_lane_open(endpoint, NULL);
+  const pid_t child = fork();
+  if (child == 0) {
+    const int code = rowe_lane_try_send(lane, "{}", 2, -1, rowe_now_ns());
+    rowe_lane_free(lane);
+    rowe_endpoint_free(endpoint);
+    _exit(code);
+  }
+  int outcome = 0;
+  CHECK(child > 0 && waitpid(child, &outcome, 0) == child && WIFEXITED(outcome));
+  CHECK_EQUAL(WEXITSTATUS(outcome), rowe_error_forked);
+  met[rowe_error_forked] = true;
+  rowe_lane_free(lane);
+  rowe_endpoint_free(endpoint);
+}
+
 static bool out_of_reach(int code) {
   return code == rowe_error_too_many_topics || code == rowe_error_too_many_services ||
          code == rowe_error_service_taken || code == rowe_error_bad_access ||
@@ -300,6 +320,7 @@ int main(void) {
   errors_of_loops();
   errors_of_messages_and_calls();
   errors_of_values();
+  errors_of_children();
   each_error_has_its_diagnostic();
   each_thread_has_its_own_last_error();
   return failures != 0;

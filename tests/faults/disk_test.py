@@ -135,7 +135,7 @@ class full(unittest.TestCase):
                     pass
             bot.stop(there)
             process.terminate()
-            self.assertEqual(process.wait(timeout=60), 0)
+            self.assertEqual(process.wait(timeout=60), 1)  # for nobody has heard what it said
             process.stdout.close()
             self.assertEqual(os.path.getsize(log), 0)
 

@@ -81,7 +81,7 @@ constexpr value_header call_header(time_point now, duration timeout, connection 
 // Begins a call, and posts `value`, whose header names the call. Errors: as begin_call() and post().
 template <class... Value>
 result<call_ref> start_call(queue_pair& on, value_header header, const Value&... value) noexcept {
-  if (closed(on)) return why_closed(on);
+  if (closed(on)) return on.closed_as;
   const auto call = begin_call(on);
   if (!call) return call;
   header.own = *call;
@@ -189,7 +189,7 @@ inline result<std::uint32_t> next_completion(const pair_handle& on) noexcept {
   if (!on) return errc::misuse;
   const bool over = closed(*on); // before looking: what came before it closed is still there
   if (const auto slot = take_completion(*on)) return *slot;
-  return over ? why_closed(*on) : errc::empty;
+  return over ? on->closed_as : errc::empty;
 }
 
 inline call_id id_of_completion(const queue_pair& on, std::uint32_t slot) noexcept {

@@ -97,7 +97,7 @@ inline error with_depth(const queue_pair& on, errc why) noexcept {
 
 // Why a message to this connection is not taken. Errors: closed, peer_lost; full, counted.
 [[gnu::noinline, gnu::cold]] inline errc turned_away(queue_pair& on, peer_ref whom) noexcept {
-  if (closed(on)) return why_closed(on);
+  if (closed(on)) return on.closed_as;
   if (gone(on, whom)) return errc::peer_lost;
   on.refused_full.add();
   return errc::full;
@@ -137,7 +137,7 @@ inline bool post_slot(queue_pair& on, std::uint32_t slot, value_header header, c
 // counted.
 inline status post(queue_pair& on, const value_header& header, const void* value,
                    std::size_t bytes) noexcept {
-  if (closed(on)) return why_closed(on);
+  if (closed(on)) return on.closed_as;
   return post_open(on, header, value, bytes);
 }
 

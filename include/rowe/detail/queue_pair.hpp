@@ -203,7 +203,7 @@ struct queue_pair {
   const permit_word<>* granted = nullptr; // stop_latch
   duration loop_timeout = rt::for_ever;   // stop_latch: the longest pause between two looks
   std::span<std::byte> memory;            // of the rings and slots; stays with the queue pair when it is free
-  bool forked = false;                    // closed, since this process is a child of the endpoint's
+  errc closed_as = errc::closed; // what calls fail with then; a child of the endpoint's process: forked
 
   // The handle's side.
   struct user_side {
@@ -298,17 +298,12 @@ inline void announce(queue_pair& on) noexcept {
     wake_for(on);
 }
 
-// The error of a queue pair that is closed.
-[[gnu::noinline, gnu::cold]] inline errc why_closed(const queue_pair& on) noexcept {
-  return on.forked ? errc::forked : errc::closed;
-}
-
 // Publishes `bytes` of one value, written into its slot by `fill(std::byte*)`. All publishers share it.
 template <class Fill>
 ROWE_RT status publish_into(queue_pair& on, std::size_t bytes, time_point now, Fill&& fill) noexcept {
   switch (on.audience.advice()) {
   case audience::nobody: on.no_peer.add(); return errc::no_peer;
-  case audience::closed: return why_closed(on);
+  case audience::closed: return on.closed_as;
   case audience::crowded:
   case audience::somebody: break;
   }

@@ -72,7 +72,7 @@ class open_request {
     const bool is_gone = gone(on, asked_.peer);
     if (closed(on) || is_gone || expired_at(asked_, now)) {
       on.user.spare_replies.push(slots_.answer);
-      return closed(on) ? why_closed(on) : is_gone ? errc::peer_lost : errc::expired;
+      return closed(on) ? on.closed_as : is_gone ? errc::peer_lost : errc::expired;
     }
     value_header header = message_header(what, asked_.peer, now, rt::never);
     header.call = asked_.call;
@@ -114,11 +114,11 @@ inline result<request_slots> next_request(const pair_handle& handle, time_point 
   const bool over = closed(on); // before looking: what came before it closed is still there
   if (spare.count == 0) {
     const auto free = on.user.out.free_ring->try_take();
-    if (!free) return over ? error{why_closed(on)} : error{errc::full, 0, on.user.out.count};
+    if (!free) return over ? error{on.closed_as} : error{errc::full, 0, on.user.out.count};
     spare.push(*free);
   }
   const auto in = take_arrived(on, now);
-  if (!in) return over ? why_closed(on) : errc::empty;
+  if (!in) return over ? on.closed_as : errc::empty;
   return request_slots{*in, spare.pop()};
 }
 

@@ -107,7 +107,7 @@ inline result<std::uint32_t> wait_call(const pair_handle& on, call_id call, time
       completion.outcome_limit = timeout.count(); // known only here
     return *slot;
   }
-  if (closed(*on)) return why_closed(*on);
+  if (closed(*on)) return on->closed_as;
   return error{errc::timed_out, 0, timeout.count()};
 }
 
@@ -115,7 +115,7 @@ inline result<std::uint32_t> wait_call(const pair_handle& on, call_id call, time
 // closed, and those of the completion.
 inline status wait_sent(queue_pair& on, call_ref call) noexcept {
   const auto slot = wait_completion(on, call, rt::never);
-  if (!slot) return why_closed(on);
+  if (!slot) return on.closed_as;
   const value_header& completion = *on.user.completions.memory.header(*slot);
   const status what = completion.failed ? status{error_of(completion)} : status{};
   release_completion(on, *slot);
@@ -145,7 +145,7 @@ inline status wait_room(const pair_handle& handle, peer_ref to, duration timeout
     return buffer || gone(on, to) || closed(on);
   });
   on.room_asked.store(0, std::memory_order_release); // release: as above
-  if (closed(on)) return why_closed(on);
+  if (closed(on)) return on.closed_as;
   if (gone(on, to)) return errc::peer_lost;
   return buffer ? status{} : status{error{errc::timed_out, 0, timeout.count()}};
 }
