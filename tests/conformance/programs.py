@@ -289,13 +289,18 @@ def in_parallel(jobs, threads, using=contextlib.nullcontext):
 
     def work():
         name = None
-        while name != "set-up" and not waiting.empty():
+        while name != "set-up":
+            try:
+                job = waiting.get_nowait()  # nothing is set up for nothing
+            except queue.Empty:
+                return
             name = "set-up"
             try:
                 with using() as tool, contextlib.suppress(queue.Empty):
                     while True:
-                        name, job = waiting.get_nowait()
-                        job(tool)
+                        name, act = job
+                        act(tool)
+                        job = waiting.get_nowait()
             except BaseException as failure:  # said below
                 told = "".join(traceback.format_exception(failure)) if len(failed) < 5 else repr(failure)
                 failed.append(f"{name}: {told}")
