@@ -33,6 +33,8 @@ namespace rowe {
   X(malformed, "the text is no valid JSON, or holds a number no double can (at byte %v)")                    \
   X(too_deep, "the JSON text nests deeper than %l levels")                                                   \
   X(bad_argument, "the argument %nis out of range: %v (limit %l)")                                           \
+  X(not_utf8, "the argument %nis not UTF-8 (at byte %v)")                                                    \
+  X(control_character, "the argument %nhas a control character (at byte %v)")                                \
   X(bad_url, "the URL must read ws[s]://HOST[:PORT][/PATH]; this one does not from byte %v on")              \
   X(bad_address, "the address cannot be listened on (errno %v)")                                             \
   X(address_in_use, "port %v is in use by another program")                                                  \

@@ -71,7 +71,9 @@ extern "C" {
   X(40, bad_web)           /* a folder that cannot be served: of a file, bad_config */                       \
   X(41, parameter_taken)   /* a parameter of that name exists */                                             \
   X(42, too_many_parameters)                                                                                 \
-  X(43, forked)            /* the endpoint is of the process that this one was forked from */
+  X(43, forked)            /* the endpoint is of the process that this one was forked from */                \
+  X(44, not_utf8)          /* a name that is not UTF-8 */                                                    \
+  X(45, control_character) /* a name with one of them */
 // clang-format on
 
 enum rowe_error {

@@ -56,6 +56,20 @@ status check_service(const pair_request& asked, const endpoint_options& options)
 
 } // namespace
 
+status check_text(argument which, std::string_view text) noexcept {
+  wire::utf8_check check;
+  std::size_t character = 0; // where the one begins that is being read
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool good = check.feed(std::as_bytes(std::span{text.substr(i, 1)}));
+    if (!good) return error{errc::not_utf8, static_cast<std::int64_t>(character), 0, which};
+    if (wire::has_control_characters(text.substr(i, 1)))
+      return error{errc::control_character, static_cast<std::int64_t>(i), 0, which};
+    if (check.complete()) character = i + 1;
+  }
+  if (!check.complete()) return error{errc::not_utf8, static_cast<std::int64_t>(character), 0, which};
+  return {};
+}
+
 status check_values(const endpoint_options& options) noexcept {
   for (const config::key<configuration>& one : config::keys()) {
     if (one.number == nullptr) continue;
@@ -65,12 +79,15 @@ status check_values(const endpoint_options& options) noexcept {
   return {};
 }
 
-std::array<status, 4> check_relations(const endpoint_options& o) noexcept {
+std::array<status, 5> check_relations(const endpoint_options& o) noexcept {
+  using namespace std::chrono_literals;
+  const bool left_open = o.stop.service_timeout == duration::zero();
   return {
       in_range(argument::small_slot_bytes, o.limits.small_slot_bytes, 0U, o.limits.message_bytes_max),
       in_range(argument::silence_max, o.silence_max, o.ping_period, rt::for_ever),
       in_range(argument::retry_max, o.retry_max, o.retry_min, rt::for_ever),
       in_range(argument::tick, o.stop.tick, duration::zero(), o.stop.lease / 2),
+      left_open ? status{} : in_range(argument::service_timeout, o.stop.service_timeout, 2ms, rt::for_ever),
   };
 }
 
@@ -102,10 +119,9 @@ status check_request(const pair_request& asked, const endpoint_options& options)
   }
   const std::size_t most{name_bytes_max};
   if (const status ok = in_range(argument::name, asked.name.size(), std::size_t{1}, most); !ok) return ok;
-  if (!wire::is_utf8(std::as_bytes(std::span{asked.name})) || wire::has_control_characters(asked.name))
-    return error{errc::bad_argument, static_cast<std::int64_t>(asked.name.size()),
-                 static_cast<std::int64_t>(most), argument::name};
+  if (const status ok = check_text(argument::name, asked.name); !ok) return ok;
   if (const status ok = in_range(argument::type, asked.type.size(), std::size_t{0}, most); !ok) return ok;
+  if (const status ok = check_text(argument::type, asked.type); !ok) return ok;
   // A responder's `out` is derived from its `in`; a caller's queues are equally deep.
   const std::uint32_t depth = asked.in_depth != 0 || responds(asked.kind) || subscribes(asked.kind)
                                   ? asked.in_depth

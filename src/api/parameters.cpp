@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Set-up of parameters.
+#include "api/check_options.hpp"
 #include "api/endpoint_state.hpp"
 #include "service/parameter_values.hpp"
 #include "service/service_limits.hpp"
@@ -14,6 +15,7 @@ result<parameter_cell*> endpoint_state::open_parameter(const parameter_request& 
   if (asked.name.empty() || asked.name == "/" || bytes > bytes_max)
     return error{errc::bad_argument, static_cast<std::int64_t>(asked.name.size()),
                  static_cast<std::int64_t>(bytes_max - (slashed ? 0 : 1)), argument::name};
+  if (const status ok = check_text(argument::name, asked.name); !ok) return ok.error();
   if (wire::is_own_name(asked.name)) return errc::reserved_topic;
   if (!service::is_allowed(asked.what, asked.first)) return errc::out_of_range;
   const std::lock_guard set_up{set_up_};

@@ -504,8 +504,13 @@ TEST(endpoint_errors, name_memory_that_cannot_be_had) {
 TEST(endpoint_errors, of_topics_name_the_option_and_its_limit) {
   auto robot = endpoint::listen(0).value();
   EXPECT_EQ(robot.advertise<pose>("").code(), errc::bad_argument);
-  EXPECT_EQ(robot.advertise<pose>("/a\n").code(), errc::bad_argument); // as peers' names are refused
-  EXPECT_EQ(robot.advertise<pose>("/a\xff").code(), errc::bad_argument);
+  EXPECT_EQ(robot.advertise<pose>("/a\n").code(), errc::control_character); // as peers' names are refused
+  const auto latin = robot.advertise<pose>("/\xc3\xa4/\xe4");
+  EXPECT_EQ(latin.error(), (rowe::error{errc::not_utf8, 4, 0, rowe::argument::name}));
+  EXPECT_EQ(latin.error().message(), "the argument name is not UTF-8 (at byte 4)");
+  EXPECT_EQ(robot.advertise<pose>("/a\xc3").error().value, 2); // a character that is cut
+  EXPECT_EQ(robot.advertise<pose>("/a", {.type = "\xff"}).error().message(),
+            "the argument type is not UTF-8 (at byte 0)");
   const auto long_name = robot.advertise<pose>(std::string(200, 'x'));
   EXPECT_EQ(long_name.code(), errc::bad_argument);
   EXPECT_EQ(long_name.error().limit, 128);

@@ -276,6 +276,8 @@ error forked() {
   if (::waitpid(child, &code, 0) != child || !WIFEXITED(code)) throw std::logic_error{"no child"};
   return error{static_cast<errc>(WEXITSTATUS(code))};
 }
+error not_utf8() { return of(alone().advertise<json_text>("/a\xff")); }
+error control_character() { return of(alone().advertise<json_text>("/a\n")); }
 error misuse() {
   auto endpoint = alone();
   auto lane = endpoint.open_lane().value();

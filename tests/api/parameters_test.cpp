@@ -59,6 +59,7 @@ TEST(parameters, say_what_is_wrong_with_them) {
   auto robot = rowe::endpoint::listen(0, options).value();
   EXPECT_EQ(robot.parameter<bool>("", true).code(), errc::bad_argument);
   EXPECT_EQ(robot.parameter<bool>("/", true).code(), errc::bad_argument);
+  EXPECT_EQ(robot.parameter<bool>("/\xff", true).code(), errc::not_utf8);
   EXPECT_EQ(robot.parameter<bool>(std::string(300, 'x'), true).code(), errc::bad_argument);
   EXPECT_EQ(robot.parameter<bool>("/rowe/mine", true).code(), errc::reserved_topic);
   EXPECT_EQ((robot.parameter<int>("/a", 7, {0, 5}).code()), errc::out_of_range);

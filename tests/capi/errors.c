@@ -106,6 +106,9 @@ static void errors_of_handles(void) {
   MEET_NULL(rowe_publisher_open(endpoint, "/x", &hasty), rowe_error_bad_argument);
   MEET_NULL(rowe_subscriber_open(endpoint, "", NULL), rowe_error_bad_argument);
   MEET_NULL(rowe_publisher_open(endpoint, "/rowe/stats", NULL), rowe_error_reserved_topic);
+  MEET_NULL(rowe_publisher_open(endpoint, "/a\xff", NULL), rowe_error_not_utf8);
+  CHECK(strstr(rowe_last_error_text(), "the argument name is not UTF-8 (at byte 2)") != NULL);
+  MEET_NULL(rowe_subscriber_open(endpoint, "/a\n", NULL), rowe_error_control_character);
   const struct rowe_topic_options text = {
       .bytes = sizeof text, .type = "std_msgs/String", .depth = 1, .text_bytes_max = 64};
   const struct rowe_topic_options pose = {

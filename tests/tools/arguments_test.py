@@ -72,6 +72,11 @@ class arguments(unittest.TestCase):
             self.refused("echo", url, "/t", says=["ws[s]://HOST[:PORT][/PATH]"])
 
     def test_topics_that_are_none_are_refused(self):
+        for name, why in ((b"/a\xff", "the argument name is not UTF-8 (at byte 2)"),
+                          (b"/a\n", "the argument name has a control character (at byte 2)")):
+            self.refused("echo", "ws://127.0.0.1:1", name, says=[why])
+            self.refused("pub", "ws://127.0.0.1:1", name, "{}", says=[why])
+            self.refused("call", "ws://127.0.0.1:1", name, says=[why])
         self.refused("echo", "ws://127.0.0.1:1", "x" * 300, says=["xxx", "limit"])
         with tempfile.NamedTemporaryFile("w") as file:
             file.write("0 0 0 0 0 0 0 1\n")

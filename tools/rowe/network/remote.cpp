@@ -225,6 +225,8 @@ exit_code exit_code_of(const error& reason) noexcept {
   case errc::bad_access:
   case errc::bad_certificate:
   case errc::bad_argument:
+  case errc::not_utf8:
+  case errc::control_character:
   case errc::reserved_topic: return exit_code::usage;
   default: return exit_code::failed;
   }
