@@ -2,6 +2,7 @@
 // The options of endpoints and topics. Times are durations; 0 and negative values mean what each line says.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -119,6 +120,22 @@ enum class keep : std::uint8_t {
 
 enum class priority : std::uint8_t { urgent, normal, bulk };
 
+// Whether a type's name is of one of ROS's own packages: std_msgs, geometry_msgs, nav_msgs, sensor_msgs,
+// actionlib_msgs, builtin_interfaces, diagnostic_msgs, rosgraph_msgs, shape_msgs, stereo_msgs, tf2_msgs,
+// trajectory_msgs, visualization_msgs. In the spelling of ROS 1 or 2, "std_msgs/String" or
+// "std_msgs/msg/String".
+constexpr bool is_ros_type(std::string_view type) noexcept {
+  constexpr std::string_view packages[] = {
+      "std_msgs",           "geometry_msgs",   "nav_msgs",          "sensor_msgs", "actionlib_msgs",
+      "builtin_interfaces", "diagnostic_msgs", "rosgraph_msgs",     "shape_msgs",  "stereo_msgs",
+      "tf2_msgs",           "trajectory_msgs", "visualization_msgs"};
+  const std::size_t end = type.find('/');
+  if (end == type.npos) return false;
+  for (const std::string_view package : packages)
+    if (type.substr(0, end) == package) return true;
+  return false;
+}
+
 // endpoint::advertise and endpoint::subscribe.
 struct topic_options {
   // advertise: a value older than this is neither sent nor taken, here and behind each hop (docs/wire.md);
@@ -135,8 +152,9 @@ struct topic_options {
   duration period = {}; // advertise: how often it is published, for idle::phase; 100 us to 1 h; 0: not known
   std::string_view type = {}; // the type's name on the wire; empty: the schema's, or none
   // subscribe, of a struct. True: members that a message leaves out are as in T{}, as with ROS's own bridge.
-  // False: such a message is refused, unless the schema marks the members or_default().
-  bool fill_missing = false;
+  // False: such a message is refused, unless the schema marks the members or_default(). Nothing: true if the
+  // topic's type is one of ROS's own, such as geometry_msgs/Twist (is_ros_type()), else false.
+  std::optional<bool> fill_missing = {};
   std::uint32_t text_bytes_max = 4096; // publisher<json_text>, subscriber<json_text>: the longest text
 };
 

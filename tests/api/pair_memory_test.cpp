@@ -9,11 +9,40 @@
 #include <new>
 #include <optional>
 
+#include <rowe/ros.hpp>
 #include <rowe/rt/slab.hpp>
+
+namespace {
+struct speed {
+  double ahead = 0;
+};
+} // namespace
+template <>
+inline constexpr auto rowe::schema<speed> = rowe::fields<&speed::ahead>{};
 
 namespace rowe::detail {
 namespace pair_memory_test {
 namespace {
+
+bool fills_in(const pair_request& asked) { return asked.fill_missing; }
+
+TEST(subscribe_request, fills_in_what_a_message_of_a_type_of_ros_leaves_out_unless_told_otherwise) {
+  EXPECT_TRUE(fills_in(subscribe_request<ros::twist>("/cmd_vel", {})));
+  EXPECT_TRUE(fills_in(subscribe_request<ros2::odometry>("/odom", {})));
+  EXPECT_FALSE(fills_in(subscribe_request<ros::twist>("/cmd_vel", {.fill_missing = false})));
+  EXPECT_FALSE(fills_in(subscribe_request<speed>("/speed", {})));
+  EXPECT_TRUE(fills_in(subscribe_request<speed>("/speed", {.fill_missing = true})));
+  EXPECT_TRUE(fills_in(subscribe_request<speed>("/speed", {.type = "std_msgs/Float64"})));
+  EXPECT_FALSE(fills_in(subscribe_request<ros::twist>("/cmd_vel", {.type = "my_robot/Twist"})));
+}
+
+TEST(is_ros_type, knows_packages_and_not_what_begins_like_them) {
+  for (const char* const one :
+       {"std_msgs/String", "sensor_msgs/msg/LaserScan", "builtin_interfaces/msg/Time"})
+    EXPECT_TRUE(is_ros_type(one)) << one;
+  for (const char* const one : {"", "std_msgs", "std_msgs_too/String", "my_msgs/String", "/std_msgs/String"})
+    EXPECT_FALSE(is_ros_type(one)) << one;
+}
 
 // A queue in memory of exactly the size that is planned for it.
 class end {

@@ -72,9 +72,8 @@ rowe::peer_profile profile_of(std::string_view name) {
 class driver {
  public:
   explicit driver(rowe::endpoint& robot)
-      : strict_{robot.subscribe<rowe::ros::twist>("/cmd_vel", few).value()},
-        lenient_{
-            robot.subscribe<rowe::ros::twist>("cmd_vel_lenient", {.depth = 8, .fill_missing = true}).value()},
+      : strict_{robot.subscribe<rowe::ros::twist>("/cmd_vel", {.depth = 8, .fill_missing = false}).value()},
+        lenient_{robot.subscribe<rowe::ros::twist>("cmd_vel_lenient", few).value()},
         odometry_{robot.subscribe<rowe::ros::odometry>("/odom", few).value()},
         driven_{robot.advertise<rowe::ros::twist>("/driven", few).value()},
         odometry1_{robot.advertise<rowe::ros::odometry>("/odom1", few).value()},

@@ -189,7 +189,7 @@ class core_harness_over {
     (publishes ? asked.out_depth : asked.in_depth) = rowe::detail::of_topics.or_asked(how.depth, value_bytes);
     (publishes ? asked.out_bytes : asked.in_bytes) = value_bytes;
     (publishes ? asked.encoded : asked.decoded) = schema;
-    asked.fill_missing = how.fill_missing;
+    asked.fill_missing = how.fill_missing.value_or(rowe::is_ros_type(asked.type));
     if (kind == rowe::detail::pair_kind::subscribe_text) asked.keep = rowe::keep::all;
     return offer(asked);
   }

@@ -117,7 +117,7 @@ constexpr pair_request subscribe_request(std::string_view topic, const topic_opt
   asked.in_bytes = slot_bytes<T>(options.text_bytes_max);
   asked.in_depth = of_topics.or_asked(options.depth, asked.in_bytes);
   asked.decoded = description_of<T>();
-  asked.fill_missing = options.fill_missing;
+  asked.fill_missing = options.fill_missing.value_or(is_ros_type(asked.type));
   return asked;
 }
 
