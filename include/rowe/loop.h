@@ -167,7 +167,8 @@ struct rowe_stop_latch;
 struct rowe_latch_options {
   size_t bytes;         // sizeof(struct rowe_latch_options)
   const char* name;     // shown; letters, digits and . _ : / -, at most 31; NULL: "loop"
-  long loop_timeout_ms; // a loop that does not look for so long stops all loops, 1 to 10 000; 0: 100
+  long loop_timeout_ms; // a loop that does not look for so long stops all loops, 1 to 10 000; 0: 100 if the
+                        // thread that opens the latch has a real-time priority, else 500
 };
 
 // A latch for one loop: the endpoint has a stop from the first one on, and is stopped. `options` may be NULL.

@@ -37,13 +37,23 @@ enum class peer_profile : std::uint8_t {
   hop_2014, // Hop of May 2014, which neither masks its frames nor can read masked ones
 };
 
+// How long the loop, or the service thread, may be silent where the options leave it open. The scheduling of
+// that thread decides. No ordinary program keeps a thread of real-time priority from its core. An ordinary
+// thread waits its turn: a browser that starts on the same cores can keep it away for more than 100 ms.
+constexpr duration loop_timeout_default(bool real_time) noexcept {
+  return std::chrono::milliseconds{real_time ? 100 : 500};
+}
+constexpr duration service_timeout_default(bool real_time) noexcept {
+  return std::chrono::milliseconds{real_time ? 50 : 250};
+}
+
 // The stop of an endpoint; in use from its first stop_latch on. See docs/stop.md.
 struct stop_options {
   duration lease = std::chrono::milliseconds{500}; // a guard that is silent for so long stops; 20 ms to 60 s
   duration tick = std::chrono::milliseconds{20};   // how often guards are told the time; 1 ms to lease / 2
-  duration service_timeout = std::chrono::milliseconds{50}; // loops stop when the service thread is silent
-                                                            // for so long; 2 ms to 10 s. More than a loop
-                                                            // keeps the service thread from its core
+  // Loops stop when the service thread is silent for so long; 2 ms to 10 s. More than a loop keeps the
+  // service thread from its core. 0: 50 ms if the service thread was granted SCHED_FIFO, else 250 ms.
+  duration service_timeout = {};
   duration observe_timeout = std::chrono::milliseconds{50}; // who asks for a stop is answered within it, even
                                                             // if no loop acknowledged; 1 ms to 10 s
   bool unguarded = false; // the robot may move without any guard; shown to everyone
@@ -146,8 +156,8 @@ struct topic_options {
                            // many as 64 KiB hold, but 4 to 64
   rowe::priority priority = rowe::priority::normal;
   bool latched = false; // a late subscriber gets the last value
-  bool shared = false; // advertise: peers may publish on the topic, too. False: only those whose role
-                       // spells its name (docs/network.md)
+  bool shared = false;  // advertise: peers may publish on the topic, too. False: only those whose role
+                        // spells its name (docs/network.md)
   // A topic whose ttl is shorter than its period and than 10 ms is not predicted, but polled.
   duration period = {}; // advertise: how often it is published, for idle::phase; 100 us to 1 h; 0: not known
   std::string_view type = {}; // the type's name on the wire; empty: the schema's, or none
@@ -182,8 +192,10 @@ struct lane_options {
 // endpoint::stop_latch.
 struct latch_options {
   std::string_view name = "loop"; // shown; 1 to 31 bytes: letters, digits and . _ : / -
-  duration loop_timeout = std::chrono::milliseconds{100}; // a loop that does not look for so long stops all
-                                                          // loops; 1 ms to 10 s
+  // A loop that does not look for so long stops all loops; 1 ms to 10 s. 0: 100 ms if the thread that opens
+  // the latch has a real-time priority, else 500 ms. So open it on the loop's thread, when that has its
+  // priority: an rt::periodic gives it. Elsewhere say the time.
+  duration loop_timeout = {};
 };
 
 } // namespace rowe

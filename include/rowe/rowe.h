@@ -142,7 +142,8 @@ struct rowe_options {
   bool stop_unguarded;          // the robot may move without any guard; shown to everyone
   long stop_lease_ms;           // a guard that is silent for so long stops; 0: 500
   long stop_tick_ms;            // how often guards are told the time; 0: 20
-  long stop_service_timeout_ms; // loops stop when the service thread is silent for so long; 0: 50
+  long stop_service_timeout_ms; // loops stop when the service thread is silent for so long; 0: 50 if it was
+                                // granted SCHED_FIFO, else 250
   long stop_observe_timeout_ms; // who asks for a stop is answered within it; 0: 50
   int idle;                     // enum rowe_idle
   // Of long messages (docs/long-messages.md): those of topics that are longer than `message_bytes_max`.

@@ -2,11 +2,31 @@
 // The stop, as a loop sees it: from endpoint::stop_latch(), for one thread. A software stop, which
 // complements a wired one and never replaces it. See docs/stop.md.
 #pragma once
+#include <cstddef>
+#include <span>
+#include <string_view>
 #include <utility>
 
 #include <rowe/detail/queue_pair.hpp>
 
 namespace rowe {
+
+// How long a loop and the service thread may be silent before the loops stop, and why so long.
+struct stop_times {
+  enum class reason : std::uint8_t { option, real_time_priority, ordinary_priority };
+
+  duration loop_timeout = {};
+  reason loop = reason::option; // the priority of the thread that opened the latch
+  duration service_timeout = {};
+  reason service = reason::option; // the priority of the service thread
+
+  // A buffer of so many bytes holds the longest text().
+  static constexpr std::size_t text_bytes_max = 200;
+  // "loop_timeout 500 ms (a thread without real-time priority), service_timeout 50 ms (a thread of real-time
+  // priority)": written into `buffer` and cut where it ends; returns the part written. Any thread, never
+  // allocates.
+  std::string_view text(std::span<char> buffer) const noexcept;
+};
 
 // Says whether this loop may move. It is stopped at the start, and whenever a peer asks for it, a guard falls
 // silent, or a loop or the service thread is late; then it stays stopped until a reset. Move-only; one thread
@@ -14,7 +34,8 @@ namespace rowe {
 class stop_latch {
  public:
   stop_latch() noexcept = default; // empty: always engaged
-  explicit stop_latch(detail::pair_handle pair) noexcept : pair_{std::move(pair)} {}
+  explicit stop_latch(detail::pair_handle pair, const stop_times& times = {}) noexcept
+      : pair_{std::move(pair)}, times_{times} {}
 
   // True if the loop must not move: command the brake, then acknowledge(). Call it once in each cycle: the
   // call also shows that the loop is alive. `now` is the loop's time. Never waits, never allocates, no system
@@ -33,8 +54,13 @@ class stop_latch {
   }
   ROWE_RT void acknowledge() noexcept { acknowledge(rt::monotonic_clock::now()); }
 
+  // When the loops of this endpoint stop by themselves, for this one's sake or the service thread's. Any
+  // thread.
+  const stop_times& times() const noexcept { return times_; }
+
  private:
   detail::pair_handle pair_;
+  stop_times times_{};
 };
 
 } // namespace rowe

@@ -151,6 +151,11 @@ grants prepare_this_thread(const thread_options& options) noexcept {
   return prepare(options, locked);
 }
 
+bool this_thread_is_real_time() noexcept {
+  const int policy = ::sched_getscheduler(0) & ~SCHED_RESET_ON_FORK;
+  return policy == SCHED_FIFO || policy == SCHED_RR || policy == SCHED_DEADLINE;
+}
+
 grant lock_process_memory() noexcept { return granted_if_zero(::mlockall(MCL_CURRENT | MCL_FUTURE)); }
 
 // What the starting thread and the started one share until prepared() was called.

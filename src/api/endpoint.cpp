@@ -130,9 +130,11 @@ result<lane> endpoint::open_lane(const lane_options& options) {
 }
 
 result<rowe::stop_latch> endpoint::stop_latch(const latch_options& options) {
-  auto handle = open(detail::latch_request(options));
+  if (const status mine = usable(); !mine) return mine.error();
+  const stop_times times = state_->stop_times_of(options.loop_timeout, rt::this_thread_is_real_time());
+  auto handle = open(detail::latch_request({.name = options.name, .loop_timeout = times.loop_timeout}));
   if (!handle) return handle.error();
-  return rowe::stop_latch{std::move(*handle)};
+  return rowe::stop_latch{std::move(*handle), times};
 }
 
 status endpoint::set_access(const access_options& access, std::string* why) {

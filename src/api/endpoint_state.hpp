@@ -84,6 +84,8 @@ class endpoint_state {
   local_stops& stops() noexcept { return *stops_; }
   std::uint16_t port() const noexcept { return port_; }
   int wake_descriptor() const noexcept { return handles_wake() ? transport_->wake_descriptor() : -1; }
+  // Of a latch with this option, opened by a thread with or without a real-time priority.
+  stop_times stop_times_of(duration loop_timeout, bool real_time) const noexcept;
   const rt::grants& service_grants() const noexcept { return granted_; }
   bool memory_locked() const noexcept { return memory_.locked() && memory_unlocked_bytes() == 0; }
   std::size_t memory_unlocked_bytes() const noexcept {

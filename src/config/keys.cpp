@@ -174,10 +174,13 @@ constexpr std::array stop_rows{
     of_stop<&stop_options::service_timeout>(
         {.name = "service_timeout",
          .option = "--stop-service-timeout",
-         .meaning = "loops stop when the service thread is silent for so long",
-         .least = ns(2ms),
+         .meaning =
+             "loops stop when the service thread is silent for so long; 0: 50 ms if it was granted its "
+             "priority, else 250 ms",
+         .least = 0,
          .most = ns(10s),
-         .which = argument::service_timeout}),
+         .which = argument::service_timeout,
+         .bounded_by = "2 ms or more, or 0"}),
     of_stop<&stop_options::observe_timeout>({.name = "observe_timeout",
                                              .option = "--stop-observe-timeout",
                                              .meaning = "who asks for a stop is answered within it",

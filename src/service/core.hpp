@@ -49,6 +49,7 @@ class core final : public transport_sink, private frame_handler, private core_pa
   // What the service thread was granted, as /rowe/stats says it. Before the first cycle.
   void describe_thread(const rt::grants& granted, bool memory_locked) noexcept {
     statistics_report_.describe_thread(granted, memory_locked);
+    stop_options_ = settled(state_.options.stop, static_cast<bool>(granted.fifo));
   }
 
   // How long the last cycle took, by the clock of whoever runs the core.

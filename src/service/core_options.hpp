@@ -34,6 +34,13 @@ class entropy {
   ~entropy() = default;
 };
 
+// The stop's options, with the service_timeout that holds where they leave it open: by whether the service
+// thread has real-time priority.
+constexpr stop_options settled(stop_options of, bool real_time) noexcept {
+  if (of.service_timeout == rt::duration::zero()) of.service_timeout = service_timeout_default(real_time);
+  return of;
+}
+
 // What of an endpoint's options the core needs.
 struct core_options {
   limits bounds;

@@ -104,7 +104,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
       service_directory_{memory, state_.bounds()},
       service_providers_{memory,
                          {.state = state_, .service_directory = service_directory_, .refusals = refusals_}},
-      stop_rules_{options.stop, start, seams.random.number()},
+      stop_rules_{stop_options_, start, seams.random.number()},
       stop_service_{memory,
                     {.state = state_,
                      .sender = sender_,

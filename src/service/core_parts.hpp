@@ -114,6 +114,7 @@ class core_parts {
   topic_handles topic_handles_;
   service_directory service_directory_;
   service_providers service_providers_;
+  stop_options stop_options_{settled(state_.options.stop, false)}; // until the thread is described
   stop_rules stop_rules_;
   stop_service stop_service_;
   statistics_report statistics_report_;

@@ -40,7 +40,7 @@ class stop_rules {
   // How old a tick may be that comes with a reset.
   static constexpr rt::duration reset_tick_age_max = std::chrono::seconds{2};
 
-  // `seed` decides where latch numbers and ticks begin.
+  // `seed` decides where latch numbers and ticks begin. `options` stay where they are, and are settled().
   stop_rules(const stop_options& options, rt::time_point start, std::uint64_t seed) noexcept;
 
   // Whether names of guards and loops may have these characters: a to z, A to Z, 0 to 9 and . _ : / -
@@ -131,7 +131,7 @@ class stop_rules {
   bool find_trouble(rt::time_point now) noexcept;
   rt::time_point run_until(rt::time_point now) const noexcept; // until when loops may move
 
-  const stop_options options_;
+  const stop_options& options_;
   const rt::time_point start_;
   const std::uint64_t first_tick_;
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stop through the public interface, over sockets: loops of this process, a peer that asks.
 #include <rowe/rowe.hpp>
+#include <rowe/rt/thread.hpp>
 
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <thread>
 #include <vector>
@@ -114,6 +117,43 @@ TEST(stop, nobody_acknowledges_is_said_to_be_so) {
   obedient loop{latch(robot), false};
   EXPECT_EQ(robot.emergency_stop({.source = "a button"}, timeout).code(), errc::timed_out);
   EXPECT_EQ(robot.reset_emergency_stop({}, 20ms).code(), errc::timed_out);
+}
+
+TEST(stop, has_times_that_follow_the_threads_they_watch) {
+  using reason = rowe::stop_times::reason;
+  char text[rowe::stop_times::text_bytes_max];
+  auto robot = endpoint::listen(0).value();
+  rowe::stop_latch ordinary, urgent, chosen;
+  { const rowe::rt::thread loop{{}, [&] { ordinary = robot.stop_latch().value(); }}; }
+  EXPECT_EQ(ordinary.times().text(text), "loop_timeout 500 ms (a thread without real-time priority), "
+                                         "service_timeout 250 ms (a thread without real-time priority)");
+  rowe::rt::thread loop{{.priority = 1}, [&] {
+                          urgent = robot.stop_latch().value();
+                          chosen = robot.stop_latch({.loop_timeout = 1500us}).value();
+                        }};
+  loop.join();
+  const bool granted = static_cast<bool>(loop.grants().fifo);
+  EXPECT_EQ(urgent.times().loop, granted ? reason::real_time_priority : reason::ordinary_priority);
+  EXPECT_EQ(urgent.times().loop_timeout, granted ? 100ms : 500ms);
+  EXPECT_EQ(urgent.times().service_timeout, 250ms);
+  EXPECT_EQ(chosen.times().text(text), "loop_timeout 1500 us (as the options say), "
+                                       "service_timeout 250 ms (a thread without real-time priority)");
+
+  auto served = endpoint::listen(0, {.service_priority = 1}).value();
+  const bool in_time = static_cast<bool>(served.service_grants().fifo);
+  EXPECT_EQ(served.stop_latch()->times().service_timeout, in_time ? 50ms : 250ms);
+  auto told = endpoint::listen(0, {.stop = {.service_timeout = 3ms}}).value();
+  EXPECT_EQ(told.stop_latch()->times().service, reason::option);
+  EXPECT_EQ(endpoint::listen(0, {.stop = {.service_timeout = 1ms}}).error(),
+            (rowe::error{errc::bad_argument, 1'000'000, 2'000'000, rowe::argument::service_timeout}));
+}
+
+TEST(stop, has_a_text_of_its_times_that_fits) {
+  const auto longest = rowe::duration{std::numeric_limits<std::int64_t>::min()};
+  rowe::stop_times times{longest, rowe::stop_times::reason::ordinary_priority, longest,
+                         rowe::stop_times::reason::ordinary_priority};
+  char text[rowe::stop_times::text_bytes_max];
+  EXPECT_TRUE(times.text(text).ends_with("priority)")) << times.text(text);
 }
 
 TEST(stop, without_guards_is_not_reset) {

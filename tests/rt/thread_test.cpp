@@ -14,6 +14,7 @@
 
 #include <atomic>
 #include <csignal>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -247,6 +248,36 @@ TEST(grants, say_what_was_refused_why_and_what_to_do) {
   EXPECT_EQ(text_of({.named = {true, 5}, .slack = {true, 6}}),
             "ordinary scheduling; name not set (errno 5); timer slack not set (errno 6)");
   EXPECT_EQ(text_of({.pinned = {true, EPERM}, .cpu = 1}), "not pinned to cpu 1 (errno 1)");
+}
+
+TEST(grants, say_all_they_have_to_in_a_buffer_of_the_length_that_they_name) {
+  constexpr int least = std::numeric_limits<int>::min();
+  constexpr long longest = std::numeric_limits<long>::min();
+  constexpr rowe::rt::grant refused{true, least};
+  for (const int error : {least, EINVAL}) {
+    const grants all{.named = refused,
+                     .pinned = {true, error},
+                     .fifo = refused,
+                     .slack = refused,
+                     .stack_locked = refused,
+                     .cpu = least,
+                     .priority = least,
+                     .priority_limit = longest,
+                     .locked_bytes_limit = longest};
+    char buffer[grants::text_bytes_max];
+    EXPECT_TRUE(all.text(buffer).ends_with(" (errno -2147483648)")) << all.text(buffer);
+  }
+}
+
+TEST(thread, knows_whether_it_has_a_real_time_priority) {
+  bool has = true;
+  {
+    const thread ordinary{{}, [&] { has = rowe::rt::this_thread_is_real_time(); }};
+  }
+  EXPECT_FALSE(has);
+  thread asked{{.priority = 1}, [&] { has = rowe::rt::this_thread_is_real_time(); }};
+  asked.join();
+  EXPECT_EQ(has, static_cast<bool>(asked.grants().fifo));
 }
 
 TEST(grants, cut_their_text_where_the_buffer_ends) {

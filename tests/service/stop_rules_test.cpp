@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rules of docs/stop.md, one by one, on a clock that moves when told to.
+#include "service/core_options.hpp"
 #include "service/stop_rules.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +34,8 @@ struct loop {
 };
 
 struct robot {
-  explicit robot(rowe::stop_options with = {}) : options{with}, rules{with, now, seed} {}
+  explicit robot(rowe::stop_options with = {}, bool served_in_real_time = false)
+      : options{rowe::service::settled(with, served_in_real_time)}, rules{options, now, seed} {}
 
   rowe::stop_options options;
   time_point now{1000s};
@@ -98,7 +100,8 @@ struct robot {
 
 // With one loop and one guard, and moving.
 struct moving_robot : robot {
-  explicit moving_robot(rowe::stop_options with = {}) : robot{with} {
+  explicit moving_robot(rowe::stop_options with = {}, bool served_in_real_time = false)
+      : robot{with, served_in_real_time} {
     add_loop();
     guarded = true;
     look_all();
@@ -585,6 +588,25 @@ TEST(stop_rules, let_loops_stop_by_themselves_when_this_thread_is_silent_and_the
   r.look(arm);
   EXPECT_FALSE(arm.moving);
   EXPECT_EQ(r.rules.cause_name(), "service");
+}
+
+// How long the loop moves on when the service thread is silent.
+rowe::duration until_it_stops(moving_robot& r) {
+  const time_point silent_from = r.now;
+  while (r.base().moving && r.now < silent_from + 1s) {
+    r.now += 1ms;
+    r.look(r.base());
+  }
+  return r.now - silent_from;
+}
+
+TEST(stop_rules, wait_for_a_service_thread_as_long_as_its_priority_asks_for) {
+  moving_robot ordinary;
+  EXPECT_EQ(until_it_stops(ordinary), 250ms);
+  moving_robot granted{{}, true};
+  EXPECT_EQ(until_it_stops(granted), 50ms);
+  moving_robot chosen{{.service_timeout = 80ms}, true};
+  EXPECT_EQ(until_it_stops(chosen), 80ms);
 }
 
 TEST(stop_rules, keep_a_loop_stopped_that_tripped_even_when_the_permit_is_renewed) {

@@ -18,7 +18,7 @@ using rowe::rt::time_point;
 using sim::guarded;
 
 constexpr duration lease = 500ms; // the default
-constexpr duration service_timeout = rowe::stop_options{}.service_timeout;
+constexpr duration service_timeout = rowe::service_timeout_default(false);
 static_assert(lease == rowe::stop_options{}.lease);
 
 // One; ROWE_SIM_SEEDS asks for more, one for each 500.

@@ -158,7 +158,10 @@ constexpr pair_request client_request(std::string_view name, const service_optio
 }
 
 constexpr pair_request latch_request(const latch_options& options) noexcept {
-  return {.kind = pair_kind::stop_latch, .name = options.name, .loop_timeout = options.loop_timeout};
+  const bool left_open = options.loop_timeout == duration::zero();
+  return {.kind = pair_kind::stop_latch,
+          .name = options.name,
+          .loop_timeout = left_open ? loop_timeout_default(false) : options.loop_timeout};
 }
 
 constexpr pair_request talk_request(const lane_options& options) noexcept {

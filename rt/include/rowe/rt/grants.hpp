@@ -45,6 +45,8 @@ struct grants {
     return !named.refused() && !pinned.refused() && !fifo.refused() && !slack.refused() &&
            !stack_locked.refused();
   }
+  // A buffer of so many bytes holds the longest text().
+  static constexpr std::size_t text_bytes_max = 400;
   // "pinned to cpu 2, SCHED_FIFO 80" or "SCHED_FIFO 80 not permitted (rtprio limit 0): raise `ulimit -r` or
   // run as root": written into `buffer` and cut where it ends; returns the part written. Any thread, never
   // allocates.
@@ -56,6 +58,10 @@ struct grants {
 // priority 0 leaves the scheduling as it is (`chrt` may have set it); and of the stack that is left, at most
 // `stack_bytes` are touched and locked. Set-up: makes system calls, may allocate.
 grants prepare_this_thread(const thread_options& options) noexcept;
+
+// Whether the calling thread has a real-time priority (SCHED_FIFO, SCHED_RR or SCHED_DEADLINE), whoever gave
+// it. A system call.
+bool this_thread_is_real_time() noexcept;
 
 // mlockall(MCL_CURRENT | MCL_FUTURE), for programs that own their process. The library never calls it: it
 // locks its own memory only. From here on every page that the process maps counts against `ulimit -l`.
