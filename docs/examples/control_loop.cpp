@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A control loop of 1 kHz whose odometry is seen in a browser: run it and open http://127.0.0.1:8080/.
 #include <cmath>
+#include <csignal>
 #include <iostream>
 
 #include <rowe/rowe.hpp>
@@ -17,11 +18,13 @@ static odometry measure(rowe::time_point now) {                   // yours: here
 }
 
 int main() {
-  auto robot = rowe::endpoint::listen(8080, {.service_cpu = 1}).value(); // set-up may throw, loops never do
-  auto odom = robot.advertise<odometry>("/odom", {.ttl = 20ms, .keep = rowe::keep::newest}).value();
-  rowe::rt::periodic loop{1ms, {.cpu = 2, .priority = 80}};
-  char buffer[200];                                               // granted, or why not and what to do:
-  std::cerr << "service thread: " << robot.service_grants().text(buffer) << '\n';
+  auto robot = rowe::endpoint::listen(8080, {.service_cpu = 0});  // set-up may fail, loops never do
+  if (!robot) return std::cerr << robot.error().message() << '\n', 1; // port 8080 is in use ...
+  auto odom = robot->advertise<odometry>("/odom", {.ttl = 20ms, .keep = rowe::keep::newest}).value();
+  static rowe::rt::periodic loop{1ms, {.cpu = 1, .priority = 80}};
+  std::signal(SIGINT, [](int) { loop.stop(); });                  // Ctrl-C
+  char buffer[rowe::rt::grants::text_bytes_max];                  // granted, or why not and what to do:
+  std::cerr << "service thread: " << robot->service_grants().text(buffer) << '\n';
   std::cerr << "control loop: " << loop.grants().text(buffer) << '\n';
   while (auto now = loop.wait()) {                                // your loop, your thread; one clock read
     (void)odom.publish(measure(*now), *now);                      // losing one sample is fine, and counted

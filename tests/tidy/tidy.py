@@ -387,6 +387,15 @@ def documented_code_is_compiled(t):
                     yield finding(path, number, "example", f"in no file of {folder}: {line.strip()}")
 
 
+def examples_are_shown(t):
+    """Each of docs/examples is linked from the README or a page of docs, or nobody finds it."""
+    pages = [t.text(path) for path in t.paths if re.fullmatch(r"README\.md|docs/[\w-]+\.md", path)]
+    for path in t.within(["docs/examples"], (".cpp", ".c", ".html")):
+        link = re.compile(rf"\]\((docs/)?examples/{re.escape(os.path.basename(path))}\)")
+        if not any(link.search(page) for page in pages):
+            yield finding(path, 1, "unlinked-example", "no page of docs links it")
+
+
 def links_lead_somewhere(t):
     for path in t.paths:
         fenced = False
@@ -467,8 +476,8 @@ rules = (
     the_core_has_no_clock_and_no_chance, the_service_names_no_codec, tests_do_not_sleep, tests_are_compiled,
     errors_are_not_swallowed, orders_name_their_partner, partners_exist, a_pairs_words_have_one_home,
     sources_name_their_licence, lines_fit, files_are_short, white_space_is_plain, nothing_is_left_open,
-    no_machine_is_named, named_files_exist, documented_code_is_compiled, links_lead_somewhere,
-    words_are_the_fields, *inside.rules)
+    no_machine_is_named, named_files_exist, documented_code_is_compiled, examples_are_shown,
+    links_lead_somewhere, words_are_the_fields, *inside.rules)
 
 
 def check(root):

@@ -28,7 +28,7 @@ plants = [
      [(2, "library-room"), (3, "library-room")]),
     ("tools/rowe/setup/certificate_plant.cpp", spdx + "#include <openssl/evp.h>\n", []),
     ("docs/examples/plant_e.cpp", spdx + "#include <openssl/evp.h>\n",
-     [(2, "library-room"), (2, "interface")]),
+     [(1, "unlinked-example"), (2, "library-room"), (2, "interface")]),
 
     ("src/wire/plant_f.cpp", spdx + '#include "service/core.hpp"\n#include "net/address.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
@@ -41,7 +41,8 @@ plants = [
     ("tools/plant_j.cpp",
      spdx + '#include "service/core.hpp"\n#include <boost/any.hpp>\n#include "../src/api/url.hpp"\n',
      [(2, "interface"), (3, "interface"), (4, "interface")]),
-    ("docs/examples/plant_k.cpp", spdx + "#include <fmt/core.h>\n", [(2, "interface")]),
+    ("docs/examples/plant_k.cpp", spdx + "#include <fmt/core.h>\n",
+     [(1, "unlinked-example"), (2, "interface")]),
     ("include/rowe/plant_l.hpp", spdx + "#include <pthread.h>\n#include \"wire/utf8.hpp\"\n",
      [(2, "interface"), (3, "interface")]),
     ("rt/src/plant_m.cpp", spdx + "#include <rowe/result.hpp>\n", [(2, "interface")]),
@@ -49,7 +50,7 @@ plants = [
      spdx + "#include <stdint.h>\n#include <cstdint>\n#include <stdio.h>\n#include <rowe/result.hpp>\n",
      [(3, "interface"), (4, "interface"), (5, "interface")]),
     ("docs/examples/plant_m.c", spdx + "#include <stdio.h>\n#include <rowe/rowe.h>\n#include <string>\n",
-     [(4, "interface")]),
+     [(1, "unlinked-example"), (4, "interface")]),
 
     ("rt/src/plant_n.cpp",
      spdx + "std::atomic_thread_fence(std::memory_order_seq_cst);\nvolatile int flag;\n",

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The documentation's programs, started, listened to and ended as a reader would; from ROWE_EXAMPLES."""
+import contextlib
 import json
 import math
 import os
@@ -72,13 +73,13 @@ class control_loop(unittest.TestCase):
             ended = run("echo", f"ws://127.0.0.1:{port}", "/odom", "-n", "100", "--json", "--timeout", "60s")
             # 6: some were lost, on a machine that is too busy to print them.
             self.assertIn(ended.code, (0, 6), (ended.stderr, robot.said))
-            self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
+            self.assertEqual(robot.end(signal.SIGINT), 0)
             self.assertEqual(robot.said["stdout"], [])
             service, granted = robot.said["stderr"]
-            self.assertRegex(service, "^service thread: .*cpu 1")
+            self.assertRegex(service, "^service thread: .*cpu 0")
             self.assertTrue(granted.startswith("control loop: "), granted)
-            self.assertIn("pinned to cpu 2" if may_run_on(2) else
-                          "cpu 2 does not exist or is not allowed to this process: see `taskset -p`", granted)
+            self.assertIn("pinned to cpu 1" if may_run_on(1) else
+                          "cpu 1 does not exist or is not allowed to this process: see `taskset -p`", granted)
             self.assertIn("SCHED_FIFO 80", granted)  # or what is to be done for it
         messages = [json.loads(line) for line in ended.stdout]
         self.assertEqual(list(messages[0]), ["stamp", "x", "y", "heading", "speed"])
@@ -92,6 +93,15 @@ class control_loop(unittest.TestCase):
 
     def test_publishes_what_it_measures(self):
         self.check()
+
+    def test_says_that_its_port_is_taken(self):
+        with socket.socket() as other:
+            other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            other.bind(("127.0.0.1", port))
+            other.listen()
+            with example("control_loop") as robot:
+                self.assertEqual((robot.end(), robot.stderr),
+                                 (1, [f"port {port} is in use by another program"]))
 
     def test_does_so_when_started_on_one_core(self):
         if shutil.which("taskset") is None:
@@ -190,6 +200,77 @@ class stop(unittest.TestCase):
         for name, usage in (("stop", "usage: stop PORT [unguarded]"), ("stop_in_c", "usage: stop_in_c PORT")):
             with example(name) as without:
                 self.assertEqual((without.end(), without.stderr), (2, [usage]))
+
+
+class your_own_robot(unittest.TestCase):
+    """What docs/your-own-robot.md says that one may try."""
+
+    @contextlib.contextmanager
+    def started(self):
+        with example("your_own_robot", "0") as robot:
+            self.url = robot.line(r"http://(127\.0\.0\.1:\d+)/", "stdout")[1]
+            robot.line("^control loop: ", "stdout")
+            robot.line(r"^stop: loop_timeout \d+ ms \(.*\), service_timeout \d+ ms \(.*\)$", "stdout")
+            yield robot
+            self.assertEqual(robot.end(signal.SIGINT), 0)
+            self.assertEqual(robot.stdout[-1], "stopped")
+
+    def state(self):
+        ended = run("echo", self.url, "/state", "--json", "--once")
+        self.assertEqual(ended.code, 0, ended.stderr)
+        return json.loads(ended.stdout[0])
+
+    def drive(self, message):
+        return run("pub", self.url, "/cmd_vel", message, "-r", "50", "-n", "10", "--type",
+                   "geometry_msgs/Twist")
+
+    def test_publishes_its_state_and_ends_at_ctrl_c(self):
+        with self.started():
+            self.assertEqual(list(self.state()), ["stamp", "x", "y", "heading", "speed"])
+
+    def test_drives_as_it_is_told_once_it_was_reset_and_stops(self):
+        with self.started():
+            self.assertEqual(self.drive('{"linear":{"x":0.3}}').code, 0)
+            self.assertEqual(self.state()["x"], 0)  # it is stopped
+
+            def driven():
+                stop.reset(self, self.url)
+                self.assertEqual(self.drive('{"linear":{"x":0.3}}').code, 0)
+                return self.state()["x"]
+
+            # Where its loop or its service thread is late it stops by itself.
+            self.assertGreater(until(driven, lambda x: x > 0), 0)
+            wrong = self.drive('{"linear":{"x":"fast"}}')
+            self.assertEqual(wrong.code, 1)
+            self.assertIn('the member "linear.x" must be a number', "\n".join(wrong.stderr))
+            stopped = until(lambda: run("stop", self.url), lambda it: "but not its loops" not in it.stdout[0])
+            self.assertIn("stop acknowledged by my-robot in ", stopped.stdout[0])
+            self.assertEqual(self.state()["speed"], 0)
+
+    def test_answers_and_refuses(self):
+        with self.started():
+            answered = run("call", self.url, "/set_place", '{"x":1,"y":2,"heading":0}')
+            self.assertEqual(json.loads(answered.stdout[0]), {"x": 1, "y": 2, "heading": 0}, answered.stderr)
+            self.assertEqual(self.state()["y"], 2)
+            refused = run("call", self.url, "/set_place", '{"x":1000,"y":0,"heading":0}')
+            self.assertEqual(refused.code, 1)
+            self.assertIn("at most 100 m from here", refused.stderr[-1])
+
+    def test_has_a_parameter(self):
+        with self.started():
+            self.assertEqual(run("param", "list", self.url).stdout, ["/speed_max 0.5"])
+            self.assertEqual(run("param", "set", self.url, "/speed_max", "0.2").code, 0)
+            refused = run("param", "set", self.url, "/speed_max", "3")
+            self.assertEqual(refused.code, 1)
+            self.assertIn("it is 3; a number from 0 to 2 is wanted", refused.stderr[-1])
+            self.assertEqual(run("param", "get", self.url, "/speed_max").stdout, ["0.2"])
+
+    def test_says_that_its_port_is_taken(self):
+        with self.started():
+            taken = self.url.rpartition(":")[2]
+            with example("your_own_robot", taken) as second:
+                self.assertEqual((second.end(), second.stderr),
+                                 (1, [f"port {taken} is in use by another program"]))
 
 
 class robot(unittest.TestCase):
