@@ -84,7 +84,8 @@ class doctor(unittest.TestCase):
         self.assertEqual(found["clock_source"]["values"], {"read_ns": 19, "system_call_ns": 120})
         self.assertEqual(found["timers"]["values"], {"resolution_ns": 1, "tick_ns": 4000000})
         self.assertEqual(found["self_test"]["values"], {"cpu": 3, "fifo": 1, "count": 4000, "min_ns": 1500,
-                                                        "p50_ns": 2300, "p99_ns": 4400, "max_ns": 11200})
+                                                        "p50_ns": 2300, "p99_ns": 4400, "max_ns": 11200,
+                                                        "loop_timeout_ms": 100, "service_timeout_ms": 50})
         self.assertEqual(found["memory_lock"]["values"]["limit_bytes"], -1)
         self.assertGreater(found["memory_lock"]["values"]["endpoint_bytes"], 0)
 

@@ -5,6 +5,8 @@
 #include <cerrno>
 #include <charconv>
 
+#include <rowe/options.hpp>
+
 #include "../rowe/console.hpp"
 #include "check.hpp"
 
@@ -85,15 +87,36 @@ level level_of(const wake_ups& one) {
   return one.max >= late_warn || !one.fifo ? level::warn : level::ok;
 }
 
+// The times of the stop that fit such threads: what rowe takes by itself, or many times the latest wake-up,
+// because a short test misses rare delays.
+struct stop_times {
+  std::int64_t loop_ms;
+  std::int64_t service_ms;
+};
+stop_times proposed_for(rt::duration latest, bool fifo) noexcept {
+  constexpr rt::duration step = 10ms;
+  constexpr rt::duration most = 10s;
+  constexpr int reserve = 20;
+  const auto at_least = [&](rt::duration usual, int times) {
+    const rt::duration wanted = std::min(latest, most) * times;
+    const rt::duration rounded = (wanted + step - 1ns) / step * step;
+    return std::chrono::duration_cast<std::chrono::milliseconds>(std::clamp(rounded, usual, most)).count();
+  };
+  return {at_least(loop_timeout_default(fifo), reserve),
+          at_least(service_timeout_default(fifo), reserve / 2)};
+}
+
 finding self_test(const machine& on) {
   if (on.self_test == rt::duration{0}) return {.mark = level::info, .found = "left out"};
   const auto results = on.trial.sleep_and_wake(on.cpus, on.self_test);
   finding result;
   const wake_ups* worst = nullptr;
+  bool all_fifo = true;
   for (const wake_ups& one : results) {
     result.found.append(joined(result.found.empty() ? "" : "; ", sentence_of(one)));
     if (one.count == 0) continue;
     if (worst == nullptr || one.max > worst->max) worst = &one;
+    all_fifo = all_fifo && one.fifo;
     result.mark = std::max(result.mark, level_of(one));
     if (!one.bars.empty()) result.details.append(joined("cpu ", one.cpu, "\n", one.bars));
   }
@@ -102,13 +125,18 @@ finding self_test(const machine& on) {
     if (!results.empty()) nothing.found = joined("not visible here (", result.found, ")");
     return nothing;
   }
+  const stop_times proposed = proposed_for(worst->max, all_fifo);
+  result.found.append(joined("; for the stop: loop_timeout ", proposed.loop_ms, " ms, service_timeout ",
+                             proposed.service_ms, " ms"));
   result.values = {{"cpu", worst->cpu},
                    {"fifo", worst->fifo ? 1 : 0},
                    {"count", static_cast<std::int64_t>(worst->count)},
                    {"min_ns", worst->min.count()},
                    {"p50_ns", worst->p50.count()},
                    {"p99_ns", worst->p99.count()},
-                   {"max_ns", worst->max.count()}};
+                   {"max_ns", worst->max.count()},
+                   {"loop_timeout_ms", proposed.loop_ms},
+                   {"service_timeout_ms", proposed.service_ms}};
   return result;
 }
 

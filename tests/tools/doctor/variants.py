@@ -233,6 +233,10 @@ VARIANTS = (
     ("self_test", "warn", "as an ordinary thread",
      {}, {"wake_ups 3": "wake_ups 3 0 4000 1500 2300 4400 9000000"}),
     ("self_test", "fail", "max 1.2 ms", {}, {"wake_ups 3": "wake_ups 3 1 4000 1500 2300 4400 1200000"}),
+    ("self_test", "fail", "for the stop: loop_timeout 620 ms, service_timeout 310 ms",
+     {}, {"wake_ups 3": "wake_ups 3 1 4000 1500 2300 4400 30800000"}),
+    ("self_test", "warn", "for the stop: loop_timeout 500 ms, service_timeout 250 ms",
+     {}, {"wake_ups 3": "wake_ups 3 0 4000 1500 2300 4400 8000"}),
     ("self_test", "unseen", "could not be tried", {}, {"wake_ups 2": None, "wake_ups 3": None}),
 )
 
