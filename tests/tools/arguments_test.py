@@ -63,9 +63,12 @@ class arguments(unittest.TestCase):
         self.assertEqual(ended.stdout, run("help").stdout)
         self.assertIn("usage: rowe VERB [arguments]    (`rowe VERB --help` says which)", ended.stdout)
 
-    def test_urls_without_a_scheme_say_what_is_missing(self):
-        for url in ("127.0.0.1", "robot", "robot/path"):
-            self.refused("echo", url, "/t", says=[f"'{url}' is missing ws://", "ws[s]://HOST[:PORT][/PATH]"])
+    def test_urls_without_a_scheme_or_a_port_have_the_usual_ones(self):
+        for url, whole in (("127.0.0.77", "ws://127.0.0.77:8080"), ("127.0.0.77:1", "ws://127.0.0.77:1"),
+                           ("127.0.0.77/path", "ws://127.0.0.77:8080/path"), ("[::1]:1/p", "ws://[::1]:1/p"),
+                           ("no-robot.invalid", "ws://no-robot.invalid:8080"), ("nobody", "ws://nobody:8080")):
+            ended = run("peers", url, "--timeout", "10ms")
+            self.assertIn(f"could not connect to {whole} within", "\n".join(ended.stderr))
 
     def test_urls_that_are_none_say_what_one_looks_like(self):
         for url in ("127.0.0.1", "ftp://127.0.0.1/", "ws://", "ws://host:99999/", "ws://host:port/"):

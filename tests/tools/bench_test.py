@@ -301,7 +301,7 @@ class arguments(unittest.TestCase):
         self.refused("rpc", "--service", "/x", says="--service needs a URL")
         self.refused("rpc", "ws://127.0.0.1:1", "--service", "/x", "--request", "[]", says="'[]'")
         self.refused("rpc", "ws://127.0.0.1:1", "--peer-cpu", "0", says="--peer-cpu")
-        self.refused("send", "http", says="missing ws://")
+        self.refused("send", "/http", says="is no URL")
         self.refused("loop", "--p", "5us", says="unknown option '--p'")
         self.refused("loop", "--p101", "5us", says="unknown option '--p101'")
         self.refused("loop", "--p99", "5", says="--p99 needs a time")

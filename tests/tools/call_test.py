@@ -232,7 +232,7 @@ class arguments(calling):
                             (("ws://127.0.0.1:1", "x" * 200), "cannot call 'xxx"),
                             (("ws://127.0.0.1:1", "/x", '{"a":"' + "x" * 62000 + '"}'),
                              "62008 bytes, at most 61440"),
-                            (("127.0.0.1", "/x"), "ws[s]://HOST[:PORT][/PATH]")):
+                            (("/odom", "/x"), "ws[s]://HOST[:PORT][/PATH]")):
             self.fails(2, *words, says=[says])
 
     def test_members_that_rowe_needs_itself_are_refused(self):

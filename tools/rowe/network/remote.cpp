@@ -18,6 +18,9 @@ constexpr std::array<std::string_view, 3> profile_names{"standard", "hop", "hop_
 static_assert(static_cast<std::size_t>(peer_profile::hop) == 1 &&
               static_cast<std::size_t>(peer_profile::hop_2014) == 2);
 
+// Where endpoints listen unless they are told otherwise. ws:// alone means 80, as for every WebSocket.
+constexpr std::string_view usual_port = ":8080";
+
 } // namespace
 
 spelled_url read_url(std::string_view text) {
@@ -29,18 +32,20 @@ spelled_url read_url(std::string_view text) {
   if (text.starts_with(page)) return {joined(socket, text.substr(page.size())), {}};
   if (text.starts_with(secure_socket)) return {std::string{text}, {}};
   if (text.starts_with(secure_page)) return {joined(secure_socket, text.substr(secure_page.size())), {}};
-  if (text.find("://") == std::string_view::npos && text.find(':') != std::string_view::npos) {
-    return {joined(socket, text), {}};
-  }
-  if (text.find("://") == std::string_view::npos)
-    return {{},
-            joined(quoted(text), " is missing ws://: a URL reads ws[s]://HOST[:PORT][/PATH] or HOST:PORT")};
-  return {{}, joined(quoted(text), " is no URL: it must read ws[s]://HOST[:PORT][/PATH] or HOST:PORT")};
+  const std::string_view authority = text.substr(0, text.find('/'));
+  if (authority.empty() || authority.find_first_of(" \"{}") != text.npos || text.find("://") != text.npos)
+    return {{}, joined(quoted(text), " is no URL: it must read ws[s]://HOST[:PORT][/PATH] or HOST[:PORT]")};
+  const std::size_t bracket = authority.rfind(']'); // behind an address of IPv6
+  const bool names_port = authority.find(':', bracket == authority.npos ? 0 : bracket) != authority.npos;
+  return {joined(socket, authority, names_port ? "" : usual_port, text.substr(authority.size())), {}};
 }
 
 bool reads_like_url(std::string_view word) noexcept {
-  const bool names_port = word.find(':') != word.npos && word.find_first_of("/{\"") != 0;
-  return names_port || word.find("://") != word.npos;
+  if (word.find("://") != word.npos) return true;
+  if (word.find_first_of("/{\"") == 0) return false;
+  // A topic's name has no points either, mostly.
+  const std::string_view host = word.substr(0, word.find('/'));
+  return word.find(':') != word.npos || host.find('.') != host.npos || host == "localhost";
 }
 
 namespace {
@@ -124,7 +129,7 @@ std::optional<exit_code> use(const remote_place& at, endpoint_options& options, 
 
 operand url_operand(std::string& into) noexcept {
   return {.name = "URL",
-          .meaning = "ws[s]://HOST[:PORT][/PATH] or HOST:PORT (default $ROWE_URL)",
+          .meaning = "ws[s]://HOST[:PORT][/PATH] or HOST[:PORT] (default $ROWE_URL)",
           .into = &into,
           .variable = "ROWE_URL",
           .reads_like_it = reads_like_url};

@@ -25,7 +25,8 @@ struct spelled_url {
   std::string wrong; // and then: why
 };
 
-// Takes ws://..., wss://..., HOST:PORT[/PATH], and http[s]://... as a browser shows it for the page.
+// Takes ws://..., wss://..., HOST[:PORT][/PATH], where the port is 8080 if there is none, and http[s]://... as
+// a browser shows it for the page.
 spelled_url read_url(std::string_view text);
 
 // Whether a word is meant as a URL rather than as a topic's name or JSON.
