@@ -52,6 +52,8 @@ class arguments(unittest.TestCase):
         self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "--ttl", "1us", says=["/t", "out of range"])
         self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "--bare", says=["'{}'"])
         self.refused("pub", "ws://127.0.0.1:1", "{}", "--bare", "--latch", says=["--latch"])
+        self.refused("pub", "ws://127.0.0.1:1", "{}", "--bare", "-w", says=["--wait is for topics"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "-w", "--profile", "hop", says=["--wait"])
         self.refused("pub", "ws://127.0.0.1:1", "{}", "--bare", "--type", "x/T", says=["--type"])
         self.refused("pub", "ws://127.0.0.1:1", "{}", "--bare", "--ttl", "1s", "--timeout", "1s",
                      says=["exclude"])
@@ -71,7 +73,7 @@ class arguments(unittest.TestCase):
             self.assertIn(f"could not connect to {whole} within", "\n".join(ended.stderr))
 
     def test_urls_that_are_none_say_what_one_looks_like(self):
-        for url in ("127.0.0.1", "ftp://127.0.0.1/", "ws://", "ws://host:99999/", "ws://host:port/"):
+        for url in ("/odom", '{"a":1}', "", "ftp://127.0.0.1/", "ws://", "ws://host:99999/", "ws://host:port/"):
             self.refused("echo", url, "/t", says=["ws[s]://HOST[:PORT][/PATH]"])
 
     def test_topics_that_are_none_are_refused(self):

@@ -187,6 +187,7 @@ void remote::report() {
       break;
     case event::kind::status_from_peer:
       ++errors_reported_;
+      error_reported_ = std::string_view{happened->what};
       to_.error(text);
       break;
     default: to_.note(text); break;

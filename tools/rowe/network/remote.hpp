@@ -82,6 +82,8 @@ class remote {
 
   // How often the other side has said that something of ours was wrong, as far as report() has printed it.
   std::uint64_t errors_reported() const noexcept { return errors_reported_; }
+  // What it said last of them; empty: nothing.
+  const std::string& error_reported() const noexcept { return error_reported_; }
 
  private:
   endpoint& via_;
@@ -91,6 +93,7 @@ class remote {
   bool failure_told_ = false;
   bool in_vain_ = false;
   std::uint64_t errors_reported_ = 0;
+  std::string error_reported_;
   bool connected_before_ = false;
 };
 

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include <rowe/endpoint.hpp>
@@ -22,6 +23,7 @@
 #include "../network/remote.hpp"
 #include "../text/json_values.hpp"
 #include "../text/message_source.hpp"
+#include "delivery.hpp"
 #include "sending.hpp"
 #include "verbs.hpp"
 
@@ -40,6 +42,8 @@ constexpr std::size_t stamp_bytes_max = 128;
 // second's share of the longest.
 constexpr rt::duration answer_time = 1s;
 constexpr std::size_t bytes_per_second = 1024 * 1024;
+// How often it is asked whether somebody has subscribed.
+constexpr rt::duration subscriber_period = 100ms;
 
 struct pub_options {
   remote_place at;
@@ -53,6 +57,7 @@ struct pub_options {
   std::string type;
   bool latch = false;
   bool bare = false;
+  bool wait = false;
   std::optional<rt::duration> timeout;
   std::size_t profile = 0;
   bool quiet = false;
@@ -83,7 +88,8 @@ command table_of(pub_options& o) {
           "Publishes a JSON object on a topic: once, or with -r again and again; with - each line of stdin\n"
           "is one, with @FILE the whole file. With --bare it is sent as a plain message. The summary is on\n"
           "stderr, behind what the server says of messages that nobody there can take: then it ends with 1.\n"
-          "It ends with 6 when a message was not sent within its time to live, or was dropped.\n"
+          "It ends with 6 when a message was not sent within its time to live, or was dropped. Where nobody\n"
+          "has subscribed to the topic, it says so; with -w it waits for somebody first.\n"
           "\n"
           "A topic's message may have 1 MiB, or what ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX says, up to 64 MiB:\n"
           "so many bytes the server must allow, too (rowe serve --limit long_message_bytes_max=67108864). A\n"
@@ -111,7 +117,9 @@ command table_of(pub_options& o) {
               {"--latch", "", "", "late subscribers get the last message; stay for them until Ctrl-C",
                &o.latch},
               {"--bare", "", "", "a plain message in place of a topic's", &o.bare},
-              {"--timeout", "", "TIME", "how long to wait for the connection (default: until Ctrl-C)",
+              {"--wait", "-w", "", "wait until somebody has subscribed to the topic", &o.wait},
+              {"--timeout", "", "TIME",
+               "how long to wait for the connection, and for a subscriber (default: until Ctrl-C)",
                time_span{&o.timeout}},
               profile_option(o.profile),
               {"--quiet", "-q", "", "print errors only", &o.quiet},
@@ -147,6 +155,9 @@ std::string contradiction(const pub_options& o, std::string_view named) {
   if (o.once && o.rate) return "--once and -r exclude each other";
   if (o.bare && o.latch) return "--latch is for topics, not for plain messages";
   if (o.bare && !o.type.empty()) return "--type is for topics, not for plain messages";
+  if (o.bare && o.wait) return "--wait is for topics, not for plain messages";
+  if (o.wait && profile_of(o.profile) != peer_profile::standard)
+    return "--wait is for the profile standard: Hop's programs have no subscribers";
   if (o.bare && o.ttl && o.timeout) {
     return "--timeout and --ttl exclude each other: the time to live of a plain message includes waiting for "
            "the connection";
@@ -186,23 +197,17 @@ class on_topic {
   status send(std::string_view json, watcher&) noexcept { return to_.publish(json); }
 
   // Waits until the server has dealt with all that was published, and has said what was wrong with it.
-  // Nothing answers a publish; but a server carries out what it is sent in its order, so its answer to any
-  // call that comes behind the last message proves it, even an answer that says no. False: there was none in
-  // time.
-  bool handled(endpoint& hub, const pub_options& o, std::size_t longest_sent, watcher& wait) {
+  // Nothing answers a publish, so it is asked who has subscribed; see has_subscribers().
+  result<bool> handled(endpoint& hub, const pub_options& o, std::size_t longest_sent, watcher& wait) {
     // What several handles have is written side by side, so the call is opened when this one is done with:
     // that waits until its values are written. Another one keeps the topic advertised, and so its last
     // message.
     result<publisher<json_text>> keeps = errc::misuse;
     if (o.latch) keeps = hub.advertise<json_text>(o.topic, {.depth = 1, .latched = true, .type = o.type});
     to_ = {};
-    auto asks = hub.client<json_text, json_text>("/rosapi/topic_type", {.depth = 1});
+    const auto answer = has_subscribers(hub, o.topic, answer_time_for(longest_sent), wait);
     if (keeps) to_ = std::move(*keeps);
-    if (!asks) return false;
-    const auto answer = wait.during([&] {
-      return asks->call(message{"topic", std::string_view{o.topic}}, answer_time_for(longest_sent));
-    });
-    return answer || answer.code() == errc::refused || answer.code() == errc::no_service;
+    return answer;
   }
 
  private:
@@ -253,13 +258,45 @@ class sender {
     return std::nullopt;
   }
 
-  // Whether the other side is known to have dealt with what was sent.
-  bool handled(endpoint& via) {
-    if constexpr (requires { target_.handled(via, chosen_, longest_sent_, waits_); }) {
+  // What the other side says behind all that was sent: as has_subscribers(). Nothing: it was not asked.
+  std::optional<result<bool>> handled(endpoint& via) {
+    if constexpr (is_topic) {
       if (profile_of(chosen_.profile) == peer_profile::standard && via.peers() != 0)
         return target_.handled(via, chosen_, longest_sent_, waits_);
     }
-    return true;
+    return std::nullopt;
+  }
+
+  // Before anything is sent: waits for a subscriber where that is asked for, and says that there is none
+  // where nobody knows when the end will come. Nothing: go on. Otherwise the verb ends so.
+  std::optional<exit_code> meet(endpoint& via, bool endless) {
+    if (!is_topic || !(chosen_.wait || (endless && !to_.quiet())) ||
+        profile_of(chosen_.profile) != peer_profile::standard)
+      return std::nullopt;
+    const auto begin = rt::monotonic_clock::now();
+    const auto end = rt::deadline_after(begin, chosen_.timeout.value_or(rt::for_ever));
+    for (bool told = false;; told = true) {
+      const auto somebody = has_subscribers(via, chosen_.topic, answer_time, waits_);
+      hub_.report();
+      if (interrupt::seen()) return exit_code::interrupted;
+      if (somebody && *somebody) return std::nullopt;
+      if (!chosen_.wait) {
+        if (somebody) to_.note("nobody has subscribed to ", printable(chosen_.topic), " yet");
+        return std::nullopt;
+      }
+      if (!somebody && is_answer(somebody)) {
+        to_.error("the server does not say who has subscribed to ", printable(chosen_.topic));
+        return exit_code::failed;
+      }
+      if (rt::monotonic_clock::now() >= end) {
+        to_.error("nobody has subscribed to ", printable(chosen_.topic), " within ",
+                  seconds_text(*chosen_.timeout));
+        return exit_code::timed_out;
+      }
+      if (!told)
+        to_.note("waits until somebody has subscribed to ", printable(chosen_.topic), " (Ctrl-C to stop)");
+      interrupt::sleep_until(std::min(end, rt::monotonic_clock::now() + subscriber_period));
+    }
   }
 
   std::uint64_t sent() const noexcept { return sent_; }
@@ -267,6 +304,8 @@ class sender {
   std::size_t longest_sent() const noexcept { return longest_sent_; }
 
  private:
+  static constexpr bool is_topic = std::is_same_v<Target, on_topic>;
+
   rt::duration period_times(std::int64_t i) const noexcept {
     return rt::duration{static_cast<std::int64_t>(static_cast<double>(i) * 1e9 / *chosen_.rate)};
   }
@@ -345,6 +384,20 @@ exit_code verdict(std::optional<exit_code> end, std::uint64_t sent, std::uint64_
   return exit_code::done;
 }
 
+// Says of the server's answer behind all that was sent what is worth knowing.
+// `refused`: it has said already that it refused something.
+void tell(const result<bool>& answer, bool refused, std::size_t longest_sent, const pub_options& o,
+          const console& to) {
+  if (answer && !*answer && !o.latch && !refused) {
+    to.note("nobody has subscribed to ", printable(o.topic), ": the server took it, and nobody else");
+  } else if (answer.code() == errc::timed_out) {
+    to.note("the server did not answer within ", seconds_text(answer_time_for(longest_sent)),
+            ", so whether it took all is not known");
+  } else if (!is_answer(answer) && !refused) {
+    to.note("the connection ended before the server had answered, so whether it took all is not known");
+  }
+}
+
 template <class Target>
 exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, const console& to) {
   auto target = Target::open(hub, o);
@@ -357,14 +410,17 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
     if (const auto end = connection.wait(o.timeout)) return *end;
   }
   sender<Target> sending{std::move(*target), connection, o, to};
+  const bool endless = (o.rate || o.from_stdin()) && !o.once && o.count == 0;
+  if (const auto end = sending.meet(hub, endless)) return *end;
   const auto begin = rt::monotonic_clock::now();
   const auto end = sending.run();
+  bool cut_off = false; // the connection ended before the server had dealt with everything
   if (sending.sent() != 0 && !interrupt::seen()) {
-    const bool handled = sending.handled(hub);
+    const auto handled = sending.handled(hub);
     connection.report();
-    if (!handled && !interrupt::seen())
-      to.note("the server did not answer within ", seconds_text(answer_time_for(sending.longest_sent())),
-              ", so whether it took all is not known");
+    cut_off = handled && !is_answer(*handled) && handled->code() != errc::timed_out;
+    if (handled && !interrupt::seen())
+      tell(*handled, connection.errors_reported() != 0, sending.longest_sent(), o, to);
   }
   if (o.latch && !end && !interrupt::seen()) {
     to.note("the last message stays for late subscribers (Ctrl-C to stop)");
@@ -381,7 +437,10 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
   // The endpoint tells of plain messages one by one.
   const std::uint64_t lost = o.bare ? sending.expired() : std::min(lost_here(hub), sending.sent());
   const std::uint64_t sent = sending.sent() - (o.bare ? 0 : lost);
-  if (!o.bare && lost != 0 && sending.longest_sent() > short_bytes_max) {
+  if (const std::string refused = refusal_of(url, sending.longest_sent(), connection.error_reported());
+      !refused.empty()) {
+    to.error(refused);
+  } else if (!o.bare && (lost != 0 || cut_off) && sending.longest_sent() > short_bytes_max) {
     to.note("the longest message has ", sending.longest_sent(),
             " bytes, which the server must allow: its limit long_message_bytes_max is 1 MiB by default");
   }
@@ -390,7 +449,6 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
           lost == 0 ? std::string{} : joined(", not sent ", lost),
           errors == 0 ? std::string{} : "; the server reported errors");
   if (!drained && !end) return exit_code::lost;
-  const bool endless = (o.rate || o.from_stdin()) && !o.once && o.count == 0;
   return verdict(end, sent, lost, errors, endless);
 }
 
