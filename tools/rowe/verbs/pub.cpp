@@ -81,8 +81,7 @@ command table_of(pub_options& o) {
   return {
       .verb = "pub",
       .examples = {{{"rowe pub ws://127.0.0.1:8080 /chatter '{\"data\":\"hello\"}'", "once"},
-                    {"rowe pub 127.0.0.1:8080 /cmd_vel '{\"linear\":{\"x\":0.1,\"y\":0,\"z\":0},"
-                     "\"angular\":{\"x\":0,\"y\":0,\"z\":0}}' -r 10Hz --ttl 50ms",
+                    {"rowe pub 127.0.0.1 /cmd_vel '{\"linear\":{\"x\":0.1}}' -r 10Hz --ttl 50ms",
                      "until Ctrl-C"}}},
       .description =
           "Publishes a JSON object on a topic: once, or with -r again and again; with - each line of stdin\n"
