@@ -132,6 +132,10 @@ struct rowe_topic_options {
   const char* type;        // the type's name on the wire, such as "nav_msgs/Odometry"; NULL: none
   uint32_t text_bytes_max; // the longest message; 0: 4096
   long period_us;          // how often it is published, for rowe_idle_phase; 100 to 1 h; 0: not known
+  bool shared;             // publishers: peers may publish on the topic, too. Else only those whose role
+                           // spells its name (docs/network.md)
+  bool fill_missing;       // subscribers of rowe/struct.h: members that a message leaves out are 0. Else it is
+                           // dropped, unless the table marks them rowe_member_or_default
 };
 
 // `options` may be NULL. Errors: bad_argument (a topic's name that is empty or too long; an option out of its

@@ -2,6 +2,7 @@
 // C's names of the handles of loops: each is its C++ twin.
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <variant>
 
@@ -11,13 +12,24 @@
 #include <rowe/parameter.hpp>
 #include <rowe/publisher.hpp>
 #include <rowe/stop_latch.hpp>
+#include <rowe/struct.h>
 #include <rowe/subscriber.hpp>
+
+#include "capi/struct_payload.hpp"
 
 struct rowe_lane {
   rowe::lane inside;
 };
 struct rowe_publisher {
   rowe::publisher<rowe::json_text> inside;
+};
+struct rowe_struct_publisher {
+  rowe::publisher<rowe::capi::raw_struct> inside;
+  std::size_t bytes; // of a struct
+};
+struct rowe_struct_subscriber {
+  rowe::subscriber<rowe::capi::raw_struct> inside;
+  std::size_t bytes;
 };
 struct rowe_stop_latch {
   rowe::stop_latch inside;

@@ -8,6 +8,7 @@
 
 #include "capi/endpoint.hpp"
 #include "capi/error.hpp"
+#include "capi/handle_options.hpp"
 #include "capi/handles.hpp"
 #include "capi/options.hpp"
 
@@ -46,65 +47,6 @@ int give(rowe::result<message_view>&& taken, rowe_view* into) noexcept {
 
 bool holds(const rowe_view* view) noexcept {
   return view != nullptr && view->reserved[held_words] != nullptr;
-}
-
-rowe::result<rowe::priority> priority_of(int of) noexcept {
-  switch (of) {
-  case rowe_priority_normal: return rowe::priority::normal;
-  case rowe_priority_urgent: return rowe::priority::urgent;
-  case rowe_priority_bulk: return rowe::priority::bulk;
-  default: return rowe::error{errc::bad_argument, of, rowe_priority_bulk};
-  }
-}
-
-rowe::result<rowe::lane_options> options_of(const rowe_lane_options& given) {
-  const auto priority = priority_of(given.priority);
-  if (!priority) return priority.error();
-  rowe::lane_options options;
-  options.depth = or_default(given.depth, options.depth);
-  options.inbox_depth = or_default(given.inbox_depth, options.inbox_depth);
-  options.calls = or_default(given.calls, options.calls);
-  options.text_bytes_max = or_default(given.text_bytes_max, options.text_bytes_max);
-  options.priority = *priority;
-  options.receive = !given.only_sends;
-  return options;
-}
-
-rowe::result<rowe::topic_options> options_of(const rowe_topic_options& given) {
-  const auto priority = priority_of(given.priority);
-  if (!priority) return priority.error();
-  rowe::topic_options options;
-  if (given.ttl_ms != 0) options.ttl = duration_of(given.ttl_ms);
-  if (given.newest) options.keep = rowe::keep::newest;
-  options.depth = or_default(given.depth, options.depth);
-  options.priority = *priority;
-  options.latched = given.latched;
-  options.period = time_of_option<std::chrono::microseconds>(given.period_us);
-  if (given.type != nullptr) options.type = given.type;
-  options.text_bytes_max = or_default(given.text_bytes_max, options.text_bytes_max);
-  return options;
-}
-
-rowe::result<rowe::latch_options> options_of(const rowe_latch_options& given) {
-  rowe::latch_options options;
-  if (given.name != nullptr) options.name = given.name;
-  if (given.loop_timeout_ms != 0)
-    options.loop_timeout = time_of_option<std::chrono::milliseconds>(given.loop_timeout_ms);
-  return options;
-}
-
-// Opens a handle by `open(rowe::endpoint&, options)` and puts it on the heap as C's `Handle`.
-template <class Handle, class Options, class Open>
-Handle* opened(const rowe_endpoint* on, const Options* given, Open&& open) noexcept {
-  return pointer_with_memory([&]() -> Handle* {
-    const auto options = whole(given);
-    if (!options) return no(options.error());
-    const auto converted = options_of(*options);
-    if (!converted) return no(converted.error());
-    auto handle = open(*on->inside, *converted);
-    if (!handle) return no(handle.error());
-    return new Handle{std::move(*handle)};
-  });
 }
 
 } // namespace
