@@ -134,7 +134,7 @@ struct rowe_topic_options {
   long period_us;          // how often it is published, for rowe_idle_phase; 100 to 1 h; 0: not known
   bool shared;             // publishers: peers may publish on the topic, too. Else only those whose role
                            // spells its name (docs/network.md)
-  bool fill_missing;       // subscribers of rowe/struct.h: members that a message leaves out are 0. Else it is
+  bool fill_missing;       // subscribers of rowe/struct.h: what a message leaves out is 0. Else the message is
                            // dropped, unless the table marks them rowe_member_or_default
 };
 

@@ -4,13 +4,16 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <variant>
 
 #include <rowe/lane.hpp>
 #include <rowe/loop.h>
 #include <rowe/parameter.h>
 #include <rowe/parameter.hpp>
+#include <rowe/periodic.h>
 #include <rowe/publisher.hpp>
+#include <rowe/rt/periodic.hpp>
 #include <rowe/stop_latch.hpp>
 #include <rowe/struct.h>
 #include <rowe/subscriber.hpp>
@@ -36,6 +39,15 @@ struct rowe_stop_latch {
 };
 struct rowe_subscriber {
   rowe::subscriber<rowe::json_text> inside;
+};
+struct rowe_periodic {
+  rowe::rt::periodic inside;
+  std::array<char, 512> granted{}; // what the thread was
+
+  rowe_periodic(rowe::rt::duration period, const rowe::rt::periodic_options& options) noexcept
+      : inside{period, options} {
+    (void)inside.grants().text(std::span{granted}.first(granted.size() - 1)); // ends in the '\0' behind it
+  }
 };
 struct rowe_parameter {
   using text = rowe::fixed_string<rowe::detail::parameter_text_bytes_max>;
