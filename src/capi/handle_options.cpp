@@ -57,4 +57,13 @@ result<latch_options> options_of(const rowe_latch_options& given) {
   return options;
 }
 
+result<service_options> options_of(const rowe_service_options& given) {
+  service_options options;
+  options.depth = given.depth;
+  if (given.type != nullptr) options.type = given.type;
+  options.text_bytes_max = or_default(given.text_bytes_max, options.text_bytes_max);
+  options.replaces_own = given.replaces_own;
+  return options;
+}
+
 } // namespace rowe::capi

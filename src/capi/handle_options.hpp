@@ -6,6 +6,7 @@
 #include <rowe/loop.h>
 #include <rowe/options.hpp>
 #include <rowe/result.hpp>
+#include <rowe/service.h>
 
 #include "capi/endpoint.hpp"
 #include "capi/error.hpp"
@@ -17,6 +18,7 @@ namespace rowe::capi {
 result<lane_options> options_of(const rowe_lane_options& given);
 result<topic_options> options_of(const rowe_topic_options& given);
 result<latch_options> options_of(const rowe_latch_options& given);
+result<service_options> options_of(const rowe_service_options& given);
 
 // Opens a handle by `open(endpoint&, options)` and puts it on the heap as C's `Handle`.
 template <class Handle, class Options, class Open>

@@ -7,6 +7,7 @@
 #include <span>
 #include <variant>
 
+#include <rowe/caller.hpp>
 #include <rowe/lane.hpp>
 #include <rowe/loop.h>
 #include <rowe/parameter.h>
@@ -14,6 +15,7 @@
 #include <rowe/periodic.h>
 #include <rowe/publisher.hpp>
 #include <rowe/rt/periodic.hpp>
+#include <rowe/service.h>
 #include <rowe/stop_latch.hpp>
 #include <rowe/struct.h>
 #include <rowe/subscriber.hpp>
@@ -33,6 +35,25 @@ struct rowe_struct_publisher {
 struct rowe_struct_subscriber {
   rowe::subscriber<rowe::capi::raw_struct> inside;
   std::size_t bytes;
+};
+struct rowe_responder {
+  rowe::detail::pair_handle pair;
+};
+struct rowe_struct_responder {
+  rowe::detail::pair_handle pair;
+  std::size_t request_bytes;
+  std::size_t answer_bytes;
+};
+struct rowe_caller {
+  rowe::caller<rowe::json_text, rowe::json_text> inside;
+  std::array<char, rowe::detail::diagnostic_bytes_max + 1> refusal{}; // as C reads it
+};
+struct rowe_struct_caller {
+  rowe::detail::pair_handle pair;
+  std::size_t request_bytes;
+  std::size_t answer_bytes;
+  rowe::detail::diagnostic refusal{};
+  std::array<char, rowe::detail::diagnostic_bytes_max + 1> refusal_text{};
 };
 struct rowe_stop_latch {
   rowe::stop_latch inside;

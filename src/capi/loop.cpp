@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The handles of C loops: opened, they lie on the heap, as C++ handles in C's structs. A view lies in the
-// struct of the C program, the C++ view that owns its slot inside.
+// The handles of C loops: opened, they lie on the heap, as C++ handles in C's structs.
 #include <rowe/loop.h>
 
-#include <new>
 #include <utility>
 
 #include "capi/endpoint.hpp"
@@ -11,45 +9,10 @@
 #include "capi/handle_options.hpp"
 #include "capi/handles.hpp"
 #include "capi/options.hpp"
+#include "capi/views.hpp"
 
 using namespace rowe::capi;
 using rowe::errc;
-
-namespace {
-
-using rowe::message_view;
-
-// Whether a view holds something stands in the last word, so that one of zeroes holds nothing.
-constexpr std::size_t held_words = std::extent_v<decltype(rowe_view::reserved)> - 1;
-static_assert(sizeof(message_view) <= held_words * sizeof(void*) && alignof(message_view) <= alignof(void*));
-
-message_view& held(rowe_view& view) noexcept {
-  return *std::launder(reinterpret_cast<message_view*>(view.reserved));
-}
-
-void put(message_view&& taken, rowe_view& into) noexcept {
-  const std::string_view text = taken.value();
-  const rowe::connection from = taken.from();
-  into.text = text.data();
-  into.bytes = text.size();
-  into.arrived_ns = rowe::rt::nanoseconds_of(taken.arrived());
-  into.from = {from.index, from.generation};
-  into.wants_reply = taken.wants_reply();
-  new (into.reserved) message_view{std::move(taken)};
-  into.reserved[held_words] = into.reserved;
-}
-
-int give(rowe::result<message_view>&& taken, rowe_view* into) noexcept {
-  if (!taken) return number_of(taken.code());
-  put(std::move(*taken), *into);
-  return rowe_ok;
-}
-
-bool holds(const rowe_view* view) noexcept {
-  return view != nullptr && view->reserved[held_words] != nullptr;
-}
-
-} // namespace
 
 int64_t rowe_now_ns(void) { return rowe::rt::nanoseconds_of(rowe::rt::monotonic_clock::now()); }
 
