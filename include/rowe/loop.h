@@ -134,8 +134,8 @@ struct rowe_topic_options {
   long period_us;          // how often it is published, for rowe_idle_phase; 100 to 1 h; 0: not known
   bool shared;             // publishers: peers may publish on the topic, too. Else only those whose role
                            // spells its name (docs/network.md)
-  bool fill_missing;       // subscribers of rowe/struct.h: what a message leaves out is 0. Else such a message
-                           // is dropped, unless the table has it as rowe_member_or_default
+  bool fill_missing;       // subscribers of rowe/struct.h: what a message leaves out is 0. Else a message
+                           // that lacks what is not rowe_member_or_default is dropped
 };
 
 // `options` may be NULL. Errors: bad_argument (a topic's name that is empty or too long; an option out of its

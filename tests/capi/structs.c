@@ -303,6 +303,44 @@ static void of_which_the_newest_counts(void) {
   rowe_struct_publisher_free(out);
 }
 
+// What peers say on a topic of the program gets there only if that shares it.
+static void are_published_by_peers_where_the_topic_is_shared(void) {
+  const struct pair p = open_pair();
+  const struct rowe_topic_options shared = {.bytes = sizeof shared, .shared = true};
+  struct rowe_struct_publisher* const owner = publisher(p.server, "/own", &point_type);
+  struct rowe_struct_publisher* const sharer =
+      rowe_struct_publisher_open(p.server, "/shared", &point_type, &shared);
+  struct rowe_publisher* const text = rowe_publisher_open(p.server, "/shared_text", &shared);
+  struct rowe_struct_subscriber* const in[] = {
+      rowe_struct_subscriber_open(p.server, "/own", &point_type, NULL),
+      rowe_struct_subscriber_open(p.server, "/shared", &point_type, NULL),
+      rowe_struct_subscriber_open(p.server, "/shared_text", &point_type, NULL)};
+  struct rowe_struct_publisher* const theirs[] = {publisher(p.client, "/own", &point_type),
+                                                  publisher(p.client, "/shared", &point_type),
+                                                  publisher(p.client, "/shared_text", &point_type)};
+  CHECK(sharer != NULL && text != NULL);
+  const struct point at = {1, 2};
+  for (int i = 0; i < 3; ++i) {
+    wait_wanted(theirs[i]);
+    CHECK_EQUAL(rowe_struct_publisher_publish(theirs[i], &at, rowe_now_ns()), rowe_ok);
+  }
+  struct point got = {0, 0};
+  int code;
+  UNTIL_THERE(code, rowe_struct_subscriber_try_take(in[1], &got, NULL));
+  CHECK_EQUAL(code, rowe_ok);
+  UNTIL_THERE(code, rowe_struct_subscriber_try_take(in[2], &got, NULL));
+  CHECK_EQUAL(code, rowe_ok);
+  CHECK_CODE(rowe_struct_subscriber_try_take(in[0], &got, NULL), rowe_error_empty);
+  for (int i = 0; i < 3; ++i) {
+    rowe_struct_subscriber_free(in[i]);
+    rowe_struct_publisher_free(theirs[i]);
+  }
+  rowe_publisher_free(text);
+  rowe_struct_publisher_free(sharer);
+  rowe_struct_publisher_free(owner);
+  close_pair(p);
+}
+
 // Whether a page of /rowe/types has this text.
 static bool types_say(const struct rowe_endpoint* by, const char* wanted) {
   bool found = false;
@@ -357,6 +395,7 @@ int main(void) {
   arrive_as_they_were_sent();
   are_refused_where_they_do_not_fit();
   of_which_the_newest_counts();
+  are_published_by_peers_where_the_topic_is_shared();
   have_a_type_that_peers_can_ask_for();
   return failures != 0;
 }
