@@ -96,20 +96,25 @@ struct rowe_struct {
 };
 
 // clang-format off
+#ifdef __cplusplus
+#define ROWE_NOWHERE(of) static_cast<of*>(NULL)
+#else
+#define ROWE_NOWHERE(of) ((of*)NULL) /* to ask for sizes */
+#endif
 #define ROWE_MEMBER(of, member, type)                                                                        \
-  { #member, type, offsetof(of, member), sizeof(((of*)0)->member), 0, 0, 0, NULL, NULL }
-// An array of which all elements are in use; an array of structs: with rowe_member_struct and its table.
-#define ROWE_ARRAY(of, member, type, table)                                                                  \
-  { #member, type, offsetof(of, member), sizeof(((of*)0)->member[0]),                                        \
-    sizeof(((of*)0)->member) / sizeof(((of*)0)->member[0]), 0, 0, table, NULL }
-// An array of which the member `counting` of the type `counting_type` says how many elements are in use.
-#define ROWE_COUNTED(of, member, type, table, counting, counting_type)                                       \
-  { #member, type, offsetof(of, member), sizeof(((of*)0)->member[0]),                                        \
-    sizeof(((of*)0)->member) / sizeof(((of*)0)->member[0]), counting_type, offsetof(of, counting), table,    \
-    NULL }
-// A struct inside.
+  { #member, type, offsetof(of, member), sizeof(ROWE_NOWHERE(of)->member), 0, 0, 0, NULL, NULL }
+// A struct inside, by its table.
 #define ROWE_INSIDE(of, member, table)                                                                       \
-  { #member, rowe_member_struct, offsetof(of, member), sizeof(((of*)0)->member), 0, 0, 0, table, NULL }
+  { #member, rowe_member_struct, offsetof(of, member), sizeof(ROWE_NOWHERE(of)->member), 0, 0, 0, table, NULL }
+// An array of which all elements are in use. `table` is NULL; of structs, rowe_member_struct, it is theirs.
+#define ROWE_ARRAY(of, member, type, table)                                                                  \
+  { #member, type, offsetof(of, member), sizeof(ROWE_NOWHERE(of)->member[0]),                                \
+    sizeof(ROWE_NOWHERE(of)->member) / sizeof(ROWE_NOWHERE(of)->member[0]), 0, 0, table, NULL }
+// The same; the member `counting`, of the type `counting_type`, says how many elements are in use.
+#define ROWE_COUNTED(of, member, type, table, counting, counting_type)                                       \
+  { #member, type, offsetof(of, member), sizeof(ROWE_NOWHERE(of)->member[0]),                                \
+    sizeof(ROWE_NOWHERE(of)->member) / sizeof(ROWE_NOWHERE(of)->member[0]), counting_type,                   \
+    offsetof(of, counting), table, NULL }
 // clang-format on
 
 // ---- Topics of structs

@@ -390,7 +390,31 @@ static void have_a_type_that_peers_can_ask_for(void) {
   close_pair(p);
 }
 
+// Nothing of a struct without rows is written; it is an object all the same.
+static void may_have_no_members(void) {
+  const struct rowe_struct none = {"None", sizeof(struct point), NULL, 0};
+  struct rowe_endpoint* const on = rowe_open_local_endpoint(0);
+  struct rowe_subscriber* const text = rowe_subscriber_open(on, "/none", NULL);
+  struct rowe_struct_subscriber* const in = rowe_struct_subscriber_open(on, "/none", &none, NULL);
+  struct rowe_struct_publisher* const out = publisher(on, "/none", &none);
+  wait_wanted(out);
+  struct point at = {1, 2};
+  CHECK_EQUAL(rowe_struct_publisher_publish(out, &at, rowe_now_ns()), rowe_ok);
+  struct rowe_view view = {0};
+  int code;
+  UNTIL_THERE(code, rowe_subscriber_try_take(text, &view));
+  CHECK(view.bytes == 2 && memcmp(view.text, "{}", 2) == 0);
+  rowe_view_release(&view);
+  UNTIL_THERE(code, rowe_struct_subscriber_try_take(in, &at, NULL));
+  CHECK_EQUAL(code, rowe_ok);
+  rowe_struct_publisher_free(out);
+  rowe_struct_subscriber_free(in);
+  rowe_subscriber_free(text);
+  rowe_endpoint_free(on);
+}
+
 int main(void) {
+  may_have_no_members();
   are_written_as_their_table_says();
   arrive_as_they_were_sent();
   are_refused_where_they_do_not_fit();

@@ -117,14 +117,14 @@ static const struct rowe_member every_thing_members[] = {
     ROWE_MEMBER(struct every_thing, age, rowe_member_duration | rowe_member_as_seconds),
     ROWE_MEMBER(struct every_thing, took, rowe_member_duration),
     {"maybe", rowe_member_struct | rowe_member_or_default,
-     offsetof(struct every_thing, maybe), sizeof(((struct every_thing*)0)->maybe),
+     offsetof(struct every_thing, maybe), sizeof(ROWE_NOWHERE(struct every_thing)->maybe),
      0, 0, 0, &my_robot_Inner_type, NULL},
     ROWE_COUNTED(struct every_thing, path, rowe_member_struct,
                  &my_robot_Inner_type, path_count, rowe_member_uint32),
     ROWE_ARRAY(struct every_thing, bits, rowe_member_uint8, NULL),
     ROWE_ARRAY(struct every_thing, numbers, rowe_member_uint8 | rowe_member_as_numbers, NULL),
     {"double \042\077", rowe_member_double,
-     offsetof(struct every_thing, double_), sizeof(((struct every_thing*)0)->double_),
+     offsetof(struct every_thing, double_), sizeof(ROWE_NOWHERE(struct every_thing)->double_),
      0, 0, 0, NULL, NULL},
 };
 static const struct rowe_struct every_thing_type = {

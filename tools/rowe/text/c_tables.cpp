@@ -157,7 +157,7 @@ class tables {
       if (its.row == "rowe_member_struct") return "ROWE_INSIDE(" + where + ", " + table + ")";
       if (its.table.empty()) return "ROWE_MEMBER(" + where + ", " + its.row + ")";
     }
-    const std::string place = "((struct " + of + "*)0)->" + member;
+    const std::string place = "ROWE_NOWHERE(struct " + of + ")->" + member;
     const std::string bytes = "sizeof(" + place + (its.is_array ? "[0])" : ")");
     const std::string elements = its.is_array ? "sizeof(" + place + ") / " + bytes : "0";
     const std::string counting =
