@@ -28,7 +28,7 @@ extern "C" {
 #endif
 
 enum rowe_struct_limits {
-  rowe_struct_members_max = 1024,      // of a table
+  rowe_struct_members_max = 1024,      // of a table; the names of an integer likewise
   rowe_struct_members_all_max = 16384, // with everything inside; the elements of an array count once
   rowe_struct_name_bytes_max = 128,
   rowe_struct_depth_max = 32 // a table in a table is a level, an array of tables two
@@ -66,10 +66,19 @@ enum rowe_member_type {
   rowe_member_decimals_6 = 0x7000,
   rowe_member_decimals_7 = 0x8000,
   rowe_member_decimals_8 = 0x9000,
-  rowe_member_decimals_9 = 0xa000
+  rowe_member_decimals_9 = 0xa000,
+  // Of integers with names: "mapping" instead of 1. Read from a name or the number of one; nothing else gets
+  // in. A value without a name is written as its number.
+  rowe_member_by_name = 0x10000
 };
 
 struct rowe_struct;
+
+// A value of an enum and its name: UTF-8, 1 to 128 bytes.
+struct rowe_name {
+  const char* name;
+  int64_t value; // of a uint64_t beyond INT64_MAX: its bits
+};
 
 // A row of a table. The macros below fill it in.
 struct rowe_member {
@@ -85,6 +94,9 @@ struct rowe_member {
                                     // arrive it is set to the length of their array
   const struct rowe_struct* inside; // of rowe_member_struct: its table
   const char* other_name;           // by which messages may have it as well; NULL: none
+  const struct rowe_name* names;    // of an integer: those of its values; NULL: none. Peers that ask for the
+                                    // type are told of them, whatever the form
+  size_t name_count;
 };
 
 // The table of a struct: its members, in the order in which they are written.
@@ -102,19 +114,24 @@ struct rowe_struct {
 #define ROWE_NOWHERE(of) ((of*)NULL) /* to ask for sizes */
 #endif
 #define ROWE_MEMBER(of, member, type)                                                                        \
-  { #member, type, offsetof(of, member), sizeof(ROWE_NOWHERE(of)->member), 0, 0, 0, NULL, NULL }
+  { #member, type, offsetof(of, member), sizeof(ROWE_NOWHERE(of)->member), 0, 0, 0, NULL, NULL, NULL, 0 }
+// An integer that is written by its names, an array of struct rowe_name.
+#define ROWE_NAMED(of, member, type, names)                                                                  \
+  { #member, (type) | rowe_member_by_name, offsetof(of, member), sizeof(ROWE_NOWHERE(of)->member), 0, 0, 0,  \
+    NULL, NULL, names, sizeof(names) / sizeof((names)[0]) }
 // A struct inside, by its table.
 #define ROWE_INSIDE(of, member, table)                                                                       \
-  { #member, rowe_member_struct, offsetof(of, member), sizeof(ROWE_NOWHERE(of)->member), 0, 0, 0, table, NULL }
+  { #member, rowe_member_struct, offsetof(of, member), sizeof(ROWE_NOWHERE(of)->member), 0, 0, 0,            \
+    table, NULL, NULL, 0 }
 // An array of which all elements are in use. `table` is NULL; of structs, rowe_member_struct, it is theirs.
 #define ROWE_ARRAY(of, member, type, table)                                                                  \
   { #member, type, offsetof(of, member), sizeof(ROWE_NOWHERE(of)->member[0]),                                \
-    sizeof(ROWE_NOWHERE(of)->member) / sizeof(ROWE_NOWHERE(of)->member[0]), 0, 0, table, NULL }
+    sizeof(ROWE_NOWHERE(of)->member) / sizeof(ROWE_NOWHERE(of)->member[0]), 0, 0, table, NULL, NULL, 0 }
 // The same; the member `counting`, of the type `counting_type`, says how many elements are in use.
 #define ROWE_COUNTED(of, member, type, table, counting, counting_type)                                       \
   { #member, type, offsetof(of, member), sizeof(ROWE_NOWHERE(of)->member[0]),                                \
     sizeof(ROWE_NOWHERE(of)->member) / sizeof(ROWE_NOWHERE(of)->member[0]), counting_type,                   \
-    offsetof(of, counting), table, NULL }
+    offsetof(of, counting), table, NULL, NULL, 0 }
 // clang-format on
 
 // ---- Topics of structs

@@ -34,14 +34,23 @@ void set_count_at(void* at, std::size_t to) noexcept {
 struct scalar {
   value_kind kind{};
   std::size_t bytes = 0;
-  std::size_t most = 0; // of an integer, what it can count
+  std::size_t most = 0;   // of an integer, what it can count
+  std::int64_t least = 0; // what names may stand for; 64 bits without a sign: their bits
+  std::int64_t greatest = 0;
   std::size_t (*count)(const void*) noexcept = nullptr;
   void (*set_count)(void*, std::size_t) noexcept = nullptr;
 };
 template <class Integer>
 constexpr scalar integer(value_kind kind) noexcept {
-  return {kind, sizeof(Integer), static_cast<std::size_t>(std::numeric_limits<Integer>::max()),
-          &count_at<Integer>, &set_count_at<Integer>};
+  using bits = std::numeric_limits<std::int64_t>;
+  constexpr bool wide = sizeof(Integer) == sizeof(std::int64_t);
+  return {kind,
+          sizeof(Integer),
+          static_cast<std::size_t>(std::numeric_limits<Integer>::max()),
+          wide ? bits::min() : static_cast<std::int64_t>(std::numeric_limits<Integer>::min()),
+          wide ? bits::max() : static_cast<std::int64_t>(std::numeric_limits<Integer>::max()),
+          &count_at<Integer>,
+          &set_count_at<Integer>};
 }
 inline constexpr std::array<scalar, rowe_member_double> scalars{
     scalar{value_kind::boolean, sizeof(bool)},  integer<std::int8_t>(value_kind::int8),

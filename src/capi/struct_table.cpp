@@ -23,7 +23,7 @@ namespace {
 constexpr int type_bits = 0xff;
 constexpr int decimals_bits = 0xf000;
 constexpr int known_bits = 0xff | rowe_member_as_string | rowe_member_as_seconds | rowe_member_as_numbers |
-                           rowe_member_or_default | decimals_bits;
+                           rowe_member_or_default | rowe_member_by_name | decimals_bits;
 static_assert(rowe_struct_depth_max == json::encoder::depth_max);
 
 bool is_name(std::string_view text) noexcept {
@@ -207,9 +207,12 @@ class struct_descriptions::reading {
       return fail(static_cast<unsigned>(row.type), known_bits, "its form is none");
     if ((has(rowe_member_as_string) && !is_integer(type) && !is_time(type)) ||
         (has(rowe_member_as_seconds) && !is_time(type)) || (decimals != 0 && !is_real(type)) ||
-        (has(rowe_member_as_numbers) && (type != rowe_member_uint8 || row.count == 0)))
+        (has(rowe_member_as_numbers) && (type != rowe_member_uint8 || row.count == 0)) ||
+        ((row.name_count != 0 || has(rowe_member_by_name)) && !is_integer(type)))
       return fail(static_cast<unsigned>(row.type), 0, "its type has no such form");
-    if (has(rowe_member_as_string) + has(rowe_member_as_seconds) + has(rowe_member_as_numbers) > 1)
+    if (has(rowe_member_as_string) + has(rowe_member_as_seconds) + has(rowe_member_as_numbers) +
+            has(rowe_member_by_name) >
+        1)
       return fail(static_cast<unsigned>(row.type), 0, "it has two forms");
     return {};
   }
@@ -226,6 +229,7 @@ class struct_descriptions::reading {
       if (is_time(type)) d.unit = {1, 1'000'000'000, type == rowe_member_time};
       alignment = one->bytes;
       if (row.bytes != d.bytes) return fail(row.bytes, d.bytes, "its size is not that of its type");
+      if (const status fine = name_values(row, *one, into, d); !fine) return fine.error();
     } else if (type == rowe_member_text) {
       if (row.bytes < 2 || row.bytes > json::encoder::bytes_limit)
         return fail(row.bytes, json::encoder::bytes_limit, "a text needs 2 bytes at least");
@@ -264,6 +268,32 @@ class struct_descriptions::reading {
     return alignment;
   }
 
+  // The names of an integer's values.
+  status name_values(const rowe_member& row, const scalar& of, kept& into, value_description& d) {
+    const bool by_name = (row.type & rowe_member_by_name) != 0;
+    if (by_name && row.name_count == 0) return fail(0, 1, "it is written by name, and has no names");
+    if (row.name_count == 0) return {};
+    if (row.names == nullptr) return fail(row.name_count, 0, "its names are NULL");
+    if (row.name_count > rowe_struct_members_max)
+      return fail(row.name_count, rowe_struct_members_max, "it has more than 1024 names");
+    std::vector<enumerator_description> all;
+    for (std::size_t i = 0; i < row.name_count; ++i) {
+      const rowe_name& one = row.names[i];
+      if (one.name == nullptr || *one.name == '\0' || !is_name(text_of(one.name)))
+        return fail(i, rowe_struct_name_bytes_max, "one of its names is missing, no UTF-8, or too long");
+      if (one.value < of.least || one.value > of.greatest)
+        return fail(i, of.most, "its type does not have the value of one of its names");
+      const auto same = [&](const enumerator_description& e) {
+        return e.name == one.name || e.value == one.value;
+      };
+      if (std::ranges::any_of(all, same))
+        return fail(i, 0, "two of its names, or their values, are the same");
+      all.push_back({.name = into.texts.emplace_back(one.name), .value = one.value});
+    }
+    d.enumerators = into.enums.emplace_back(std::move(all));
+    return {};
+  }
+
   static void describe_member(const rowe_member& row, kept& into, const value_description& type,
                               member_description& m) {
     m.name = into.texts.emplace_back(row.name);
@@ -275,6 +305,7 @@ class struct_descriptions::reading {
     m.as_seconds = (row.type & rowe_member_as_seconds) != 0;
     m.as_numbers = (row.type & rowe_member_as_numbers) != 0;
     m.or_default = (row.type & rowe_member_or_default) != 0;
+    m.by_name = (row.type & rowe_member_by_name) != 0;
     m.decimals = (row.type & decimals_bits) / rowe_member_decimals_0 - 1;
     if (!is_integer(row.count_type)) return; // checked later
     const scalar& counting = *scalar_of(row.count_type);
@@ -309,6 +340,11 @@ class struct_descriptions::reading {
       add(std::string_view{row.other_name != nullptr ? row.other_name : ""});
       for (const std::size_t n : {row.offset, row.bytes, row.count, row.count_offset}) add(n);
       add(row.type);
+      for (const enumerator_description& e : (d.kind == value_kind::array ? *d.element : d).enumerators) {
+        add(e.name);
+        add(e.value);
+      }
+      add(std::string_view{});
       add(row.count_type);
       const schema_description* const inside = d.kind == value_kind::array ? d.element->object : d.object;
       add(reinterpret_cast<std::uintptr_t>(inside));

@@ -33,6 +33,7 @@ class struct_descriptions {
     std::string name;
     std::deque<std::string> texts; // the names of members
     std::deque<value_description> values;
+    std::deque<std::vector<enumerator_description>> enums;
     std::vector<member_description> members;
     std::size_t levels = 1;
     std::size_t members_all = 0;

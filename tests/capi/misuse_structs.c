@@ -93,6 +93,34 @@ static void types_and_forms(void) {
   ROW_REFUSED("the table of its struct is NULL", .name = "a", .type = rowe_member_struct, .bytes = 4);
 }
 
+static void names_of_values(void) {
+  const struct rowe_name none = {NULL, 0}, empty = {"", 0}, latin = {"caf\xe9", 0};
+  const struct rowe_name large = {"a", INT64_C(1) << 31}, small = {"a", -1 - (INT64_C(1) << 31)};
+  const struct rowe_name same[] = {{"a", 0}, {"b", 1}, {"a", 2}}, alike[] = {{"a", 0}, {"b", 0}};
+  ROW_REFUSED("it is written by name, and has no names", .name = "a",
+              .type = rowe_member_int32 | rowe_member_by_name, .bytes = 4);
+  ROW_REFUSED("its type has no such form", .name = "b", .type = rowe_member_double | rowe_member_by_name,
+              .bytes = 8);
+  ROW_REFUSED("its type has no such form", .name = "b", .type = rowe_member_double, .bytes = 8, .names = same,
+              .name_count = 1);
+  ROW_REFUSED("its type has no such form", .name = "text", .type = rowe_member_text | rowe_member_by_name,
+              .bytes = 4);
+  ROW_REFUSED("it has two forms", .name = "a",
+              .type = rowe_member_int32 | rowe_member_by_name | rowe_member_as_string, .bytes = 4);
+  ROW_REFUSED("its names are NULL", .name = "a", A_ROW, .name_count = 1);
+  ROW_REFUSED("more than 1024 names", .name = "a", A_ROW, .names = same, .name_count = 1025);
+  ROW_REFUSED("more than 1024 names", .name = "a", A_ROW, .names = same, .name_count = SIZE_MAX);
+  ROW_REFUSED("one of its names is missing", .name = "a", A_ROW, .names = &none, .name_count = 1);
+  ROW_REFUSED("one of its names is missing", .name = "a", A_ROW, .names = &empty, .name_count = 1);
+  ROW_REFUSED("no UTF-8", .name = "a", A_ROW, .names = &latin, .name_count = 1);
+  ROW_REFUSED("does not have the value", .name = "a", A_ROW, .names = &large, .name_count = 1);
+  ROW_REFUSED("does not have the value", .name = "a", A_ROW, .names = &small, .name_count = 1);
+  ROW_REFUSED("does not have the value", .name = "n", .type = rowe_member_uint16, .offset = 16, .bytes = 2,
+              .names = &small, .name_count = 1);
+  ROW_REFUSED("two of its names", .name = "a", A_ROW, .names = same, .name_count = 3);
+  ROW_REFUSED("two of its names", .name = "a", A_ROW, .names = alike, .name_count = 2);
+}
+
 static void places(void) {
   ROW_REFUSED("2 (limit 4): member 0 \"a\" of the struct \"Odd\": its offset is misaligned", .name = "a",
               .type = rowe_member_int32, .offset = 2, .bytes = 4);
@@ -271,6 +299,7 @@ int main(void) {
   endpoint = rowe_open_local_endpoint(0);
   names();
   types_and_forms();
+  names_of_values();
   places();
   counts();
   sizes();

@@ -24,6 +24,8 @@ static const struct rowe_member point_members[] = {
 };
 static const struct rowe_struct point_type = {"Point", sizeof(struct point), point_members, 2};
 
+static const struct rowe_name modes[] = {{"off", 0}, {"mapping", 1}, {"locating", 7}};
+
 // A member of each type and form.
 struct everything {
   bool on;
@@ -47,6 +49,7 @@ struct everything {
   float ranges[5];
   uint32_t range_count;
   char names[2][4];
+  uint8_t mode;
   double missing;
 };
 static const struct rowe_member everything_members[] = {
@@ -71,6 +74,7 @@ static const struct rowe_member everything_members[] = {
     ROWE_COUNTED(struct everything, ranges, rowe_member_float, NULL, range_count, rowe_member_uint32),
     ROWE_MEMBER(struct everything, range_count, rowe_member_uint32),
     ROWE_ARRAY(struct everything, names, rowe_member_text, NULL),
+    ROWE_NAMED(struct everything, mode, rowe_member_uint8, modes),
     ROWE_MEMBER(struct everything, missing, rowe_member_double | rowe_member_or_default),
 };
 static const struct rowe_struct everything_type = {"Everything", sizeof(struct everything),
@@ -99,13 +103,14 @@ static const struct everything some = {.on = true,
                                        .ranges = {7, 8, 9},
                                        .range_count = 3,
                                        .names = {"abc", ""},
+                                       .mode = 7,
                                        .missing = 10};
 static const char some_text[] =
     "{\"on\":true,\"i8\":-128,\"i16\":-32768,\"i32\":-2147483648,\"i64\":\"-9223372036854775808\",\"u8\":255,"
     "\"u16\":65535,\"u32\":4294967295,\"u64\":18446744073709551615,\"f\":0.5,\"d\":1.25,"
     "\"text\":\"caf\xc3\xa9\",\"at\":{\"x\":1,\"y\":2},\"stamp\":1500000000,\"age\":0.0125,"
     "\"three\":[1,2,3],\"bits\":\"AQL/\",\"path\":[{\"x\":3,\"y\":4},{\"x\":5,\"y\":6}],"
-    "\"ranges\":[7,8,9],\"range_count\":3,\"names\":[\"abc\",\"\"],\"missing\":10}";
+    "\"ranges\":[7,8,9],\"range_count\":3,\"names\":[\"abc\",\"\"],\"mode\":\"locating\",\"missing\":10}";
 
 static struct rowe_struct_publisher* publisher(const struct rowe_endpoint* by, const char* topic,
                                                const struct rowe_struct* type) {
@@ -142,6 +147,7 @@ static void are_written_as_their_table_says(void) {
   odd.path_count = -1;
   odd.range_count = UINT32_MAX;
   odd.f = 1e30F * 1e30F;
+  odd.mode = 3; // has no name
   CHECK_EQUAL(rowe_struct_publisher_publish(out, &odd, rowe_now_ns()), rowe_ok);
   UNTIL_THERE(code, rowe_subscriber_try_take(in, &view));
   char text[16];
@@ -152,6 +158,8 @@ static void are_written_as_their_table_says(void) {
   CHECK_EQUAL(rowe_read_double(view.text, view.bytes, "ranges[4]", &number), rowe_ok);
   CHECK_CODE(rowe_read_double(view.text, view.bytes, "ranges[5]", &number), rowe_error_missing_member);
   CHECK_CODE(rowe_read_double(view.text, view.bytes, "f", &number), rowe_error_wrong_type);
+  CHECK_EQUAL(rowe_read_double(view.text, view.bytes, "mode", &number), rowe_ok);
+  CHECK(number == 3);
   rowe_view_release(&view);
   CHECK_EQUAL(count_of(p.server, "nonfinite"), 1);
   rowe_subscriber_free(in);
@@ -183,6 +191,7 @@ static void expect_some(const struct everything* got) {
   CHECK(got->ranges[0] == 7 && got->ranges[1] == 8 && got->ranges[2] == 9);
   CHECK_TEXT(got->names[0], "abc");
   CHECK_TEXT(got->names[1], "");
+  CHECK_EQUAL(got->mode, 7);
 }
 
 // From a peer as text, from a peer as a struct, and from this process.
@@ -243,7 +252,7 @@ struct command {
 static void are_refused_where_they_do_not_fit(void) {
   const struct rowe_member members[] = {
       {"mode", rowe_member_text | rowe_member_or_default, offsetof(struct command, mode), 4, 0, 0, 0, NULL,
-       "state"},
+       "state", NULL, 0},
       ROWE_COUNTED(struct command, speed, rowe_member_double, NULL, speeds, rowe_member_uint8)};
   const struct rowe_struct type = {NULL, sizeof(struct command), members, 2};
   const struct pair p = open_pair();

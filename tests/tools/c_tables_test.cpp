@@ -82,6 +82,11 @@ TEST(c_tables, have_a_struct_and_a_table_for_each_type) {
   EXPECT_TRUE(made.reasons.empty());
   EXPECT_EQ(made.text, R"(#include <rowe/struct.h>
 
+static const struct rowe_name every_thing_what_names[] = {
+    {"off", 0},
+    {"mapping", 1},
+};
+
 struct my_robot_Inner {
   double x;
 };
@@ -97,7 +102,7 @@ struct every_thing {
   float ranges[8];
   uint32_t ranges_count;
   char frame[9];
-  char what[8];
+  uint8_t what;
   int64_t age;
   int64_t took;
   struct my_robot_Inner maybe;
@@ -113,19 +118,19 @@ static const struct rowe_member every_thing_members[] = {
     ROWE_COUNTED(struct every_thing, ranges, rowe_member_float,
                  NULL, ranges_count, rowe_member_uint32),
     ROWE_MEMBER(struct every_thing, frame, rowe_member_text),
-    ROWE_MEMBER(struct every_thing, what, rowe_member_text),
+    ROWE_NAMED(struct every_thing, what, rowe_member_uint8, every_thing_what_names),
     ROWE_MEMBER(struct every_thing, age, rowe_member_duration | rowe_member_as_seconds),
     ROWE_MEMBER(struct every_thing, took, rowe_member_duration),
     {"maybe", rowe_member_struct | rowe_member_or_default,
      offsetof(struct every_thing, maybe), sizeof(ROWE_NOWHERE(struct every_thing)->maybe),
-     0, 0, 0, &my_robot_Inner_type, NULL},
+     0, 0, 0, &my_robot_Inner_type, NULL, NULL, 0},
     ROWE_COUNTED(struct every_thing, path, rowe_member_struct,
                  &my_robot_Inner_type, path_count, rowe_member_uint32),
     ROWE_ARRAY(struct every_thing, bits, rowe_member_uint8, NULL),
     ROWE_ARRAY(struct every_thing, numbers, rowe_member_uint8 | rowe_member_as_numbers, NULL),
     {"double \042\077", rowe_member_double,
      offsetof(struct every_thing, double_), sizeof(ROWE_NOWHERE(struct every_thing)->double_),
-     0, 0, 0, NULL, NULL},
+     0, 0, 0, NULL, NULL, NULL, 0},
 };
 static const struct rowe_struct every_thing_type = {
     NULL, sizeof(struct every_thing), every_thing_members, 12};

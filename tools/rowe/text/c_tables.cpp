@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <set>
 #include <string_view>
@@ -97,6 +99,8 @@ class tables {
     std::string row;        // its type in the table, with forms
     std::string dimensions; // "[3]", of text "[3][64]"
     std::string table;      // of structs: the table's name
+    std::string names;      // of integers by name: those of the values
+    std::string plain;      // likewise: the type in the table, without forms
     bool is_array = false;
     bool counted = false;
     double bytes = 0; // about; as a double, which holds what memory does not
@@ -149,13 +153,16 @@ class tables {
     const std::string where = "struct " + of + ", " + member;
     const std::string table = its.table.empty() ? "NULL" : "&" + its.table;
     if (member == name) {
-      if (its.counted)
+      if (its.counted && its.names.empty())
         return "ROWE_COUNTED(" + where + ", " + its.row + ",\n                 " + table + ", " + count +
                ", rowe_member_uint32)";
-      if (its.is_array) return "ROWE_ARRAY(" + where + ", " + its.row + ", " + table + ")";
+      if (its.is_array && its.names.empty())
+        return "ROWE_ARRAY(" + where + ", " + its.row + ", " + table + ")";
       // With forms a struct is a row like others, but has a table.
       if (its.row == "rowe_member_struct") return "ROWE_INSIDE(" + where + ", " + table + ")";
-      if (its.table.empty()) return "ROWE_MEMBER(" + where + ", " + its.row + ")";
+      if (!its.names.empty() && its.row == its.plain + " | rowe_member_by_name")
+        return "ROWE_NAMED(" + where + ", " + its.plain + ", " + its.names + ")";
+      if (its.table.empty() && its.names.empty()) return "ROWE_MEMBER(" + where + ", " + its.row + ")";
     }
     const std::string place = "ROWE_NOWHERE(struct " + of + ")->" + member;
     const std::string bytes = "sizeof(" + place + (its.is_array ? "[0])" : ")");
@@ -163,7 +170,9 @@ class tables {
     const std::string counting =
         its.counted ? "rowe_member_uint32, offsetof(struct " + of + ", " + count + ")" : "0, 0";
     return "{" + literal(name) + ", " + its.row + ",\n     offsetof(" + where + "), " + bytes + ",\n     " +
-           elements + ", " + counting + ", " + table + ", NULL}";
+           elements + ", " + counting + ", " + table + ", NULL, " +
+           (its.names.empty() ? "NULL, 0}"
+                              : its.names + ", sizeof " + its.names + " / sizeof *" + its.names + "}");
   }
 
   bool value(const value_description& d, const member_description& m, const std::string& called, int depth,
@@ -203,9 +212,8 @@ class tables {
       into.bytes = known_[d.object].bytes;
       into.table += "_type";
       into.row = "rowe_member_struct";
-    } else if (d.kind == value_kind::text || m.by_name) {
-      std::size_t bytes = d.count_max;
-      for (const enumerator_description& e : d.enumerators) bytes = std::max(bytes, e.name.size());
+    } else if (d.kind == value_kind::text) {
+      const std::size_t bytes = d.count_max;
       into.type = "char";
       into.bytes = static_cast<double>(bytes) + 2;
       into.dimensions = "[" + std::to_string(std::max<std::size_t>(bytes, 1) + 1) + "]"; // with the '\0'
@@ -220,11 +228,27 @@ class tables {
       into.type = one.type;
       into.bytes = 8;
       (into.row = "rowe_member_") += one.row;
+      if (m.by_name) {
+        into.plain = into.row;
+        into.row += " | rowe_member_by_name";
+        into.names = identifier(called + "_names", names_);
+        write_names(into.names, d);
+      }
     }
     if (m.as_string && d.kind >= value_kind::int8 && d.kind <= value_kind::uint64)
       into.row += " | rowe_member_as_string";
     if (m.or_default) into.row += " | rowe_member_or_default";
     return true;
+  }
+
+  void write_names(const std::string& name, const value_description& d) {
+    std::string& to = into_.text;
+    to += "\nstatic const struct rowe_name " + name + "[] = {\n";
+    for (const enumerator_description& e : d.enumerators) {
+      const bool least = e.value == std::numeric_limits<std::int64_t>::min(); // has no literal
+      to += "    {" + literal(e.name) + ", " + (least ? "INT64_MIN" : std::to_string(e.value)) + "},\n";
+    }
+    to += "};\n";
   }
 
   static bool is_nanoseconds(const value_description& d) {

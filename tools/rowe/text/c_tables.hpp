@@ -2,7 +2,6 @@
 // Types as a C program declares them: a struct for each, and the table of its members (rowe/struct.h). What
 // is written, and read, is the same text. Where C has no such type, another one stands for it:
 //
-//   enums by name     text, as long as the longest name
 //   optionals         the value, which a message may leave out
 //   times in seconds  nanoseconds, written in seconds
 //   bounded arrays    an array, and a member that counts
