@@ -163,6 +163,10 @@ void rowe_subscriber_free(struct rowe_subscriber* subscriber); // NULL is fine
 ROWE_RT int rowe_subscriber_try_take(struct rowe_subscriber* subscriber, struct rowe_view* into);
 ROWE_RT int rowe_subscriber_latest(struct rowe_subscriber* subscriber, struct rowe_view* into);
 
+// Waits for the next message, at most `timeout_ms`. Not for a loop: it enters the kernel. It leaves
+// rowe_last_error() alone. Errors: timed_out in place of empty.
+int rowe_subscriber_take(struct rowe_subscriber* subscriber, long timeout_ms, struct rowe_view* into);
+
 // ---- The stop: see docs/stop.md
 
 struct rowe_stop_latch;

@@ -177,6 +177,11 @@ ROWE_RT int rowe_struct_subscriber_try_take(struct rowe_struct_subscriber* subsc
 ROWE_RT int rowe_struct_subscriber_latest(struct rowe_struct_subscriber* subscriber, void* into,
                                           struct rowe_arrival* arrival);
 
+// Waits for the next one, at most `timeout_ms`. Not for a loop: it enters the kernel. It leaves
+// rowe_last_error() alone. Errors: timed_out in place of empty.
+int rowe_struct_subscriber_take(struct rowe_struct_subscriber* subscriber, long timeout_ms, void* into,
+                                struct rowe_arrival* arrival);
+
 #ifdef __cplusplus
 }
 #endif

@@ -134,6 +134,11 @@ int rowe_subscriber_latest(struct rowe_subscriber* subscriber, struct rowe_view*
   return give(subscriber->inside.latest(), into);
 }
 
+int rowe_subscriber_take(struct rowe_subscriber* subscriber, long timeout_ms, struct rowe_view* into) {
+  if (subscriber == nullptr || into == nullptr) return rowe_error_misuse;
+  return give(subscriber->inside.take(duration_of(timeout_ms)), into);
+}
+
 // ---- stop
 
 struct rowe_stop_latch* rowe_stop_latch_open(const struct rowe_endpoint* endpoint,

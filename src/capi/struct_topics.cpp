@@ -112,3 +112,9 @@ int rowe_struct_subscriber_latest(struct rowe_struct_subscriber* subscriber, voi
   if (subscriber == nullptr || into == nullptr) return rowe_error_misuse;
   return give(subscriber->inside.latest(), subscriber->bytes, into, arrival);
 }
+
+int rowe_struct_subscriber_take(struct rowe_struct_subscriber* subscriber, long timeout_ms, void* into,
+                                struct rowe_arrival* arrival) {
+  if (subscriber == nullptr || into == nullptr) return rowe_error_misuse;
+  return give(subscriber->inside.take(duration_of(timeout_ms)), subscriber->bytes, into, arrival);
+}

@@ -289,10 +289,80 @@ static void nulls(void) {
   CHECK_CODE(rowe_struct_subscriber_try_take(in, NULL, NULL), rowe_error_misuse);
   CHECK_CODE(rowe_struct_subscriber_latest(NULL, &value, NULL), rowe_error_misuse);
   CHECK_CODE(rowe_struct_subscriber_latest(in, NULL, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_struct_subscriber_take(NULL, 0, &value, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_struct_subscriber_take(in, 0, NULL, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_struct_subscriber_take(in, 0, &value, NULL), rowe_error_timed_out);
   rowe_struct_publisher_free(NULL);
   rowe_struct_subscriber_free(NULL);
   rowe_struct_publisher_free(out);
   rowe_struct_subscriber_free(in);
+}
+
+static uint64_t chance; // of xorshift
+
+static size_t below(size_t n) {
+  chance ^= chance << 13;
+  chance ^= chance >> 7;
+  chance ^= chance << 17;
+  return (size_t)(chance % n);
+}
+// Mostly small, sometimes what overflows.
+static size_t any_size(size_t usual) {
+  const size_t odd[] = {SIZE_MAX, SIZE_MAX / 2 + 1, UINT32_MAX, (size_t)UINT32_MAX + 1, SIZE_MAX - 7};
+  return below(20) == 0 ? odd[below(5)] : below(usual + 1);
+}
+
+// Tables of chance: they are refused, or messages go through them, whatever the struct's bytes are.
+static void of_chance(void) {
+  enum { rows_max = 6, tables = 3000, struct_bytes = 64 };
+  static const size_t sizes[] = {0, 1, 1, 2, 4, 8, 1, 2, 4, 8, 4, 8, 5, 16, 8, 8, 3};
+  static const char* const names[] = {"a", "b", "c", "d", "e", "f", "\xff", "", NULL};
+  const struct rowe_member inner[] = {{.name = "x", .type = rowe_member_double, .bytes = 8},
+                                      {.name = "n", .type = rowe_member_uint8, .offset = 8, .bytes = 1}};
+  const struct rowe_struct inside = {"Inside", 16, inner, 2};
+  const struct rowe_name values[] = {{"zero", 0}, {"one", 1}};
+  const uint64_t seed = (uint64_t)rowe_now_ns() | 1;
+  chance = seed;
+  int taken = 0;
+  for (int i = 0; i < tables; ++i) {
+    struct rowe_member rows[rows_max];
+    const size_t count = 1 + below(rows_max);
+    for (size_t k = 0; k < count; ++k) {
+      const size_t type = below(17);
+      rows[k] = (struct rowe_member){.name = below(12) == 0 ? names[below(9)] : names[k],
+                                     .type = (int)type,
+                                     .offset = below(3) == 0 ? any_size(struct_bytes) : 8 * k + 8 * below(2),
+                                     .bytes = below(20) == 0 ? any_size(16) : sizes[type],
+                                     .count = below(3) == 0 ? any_size(8) : 0};
+      if (below(6) == 0) rows[k].type |= 0x100 << below(9);
+      if (rows[k].count != 0 && below(2) == 0) {
+        rows[k].count_type = (int)below(17);
+        rows[k].count_offset = any_size(struct_bytes);
+      }
+      if (below(8) != 0) rows[k].inside = &inside;
+      if (below(8) == 0) rows[k].names = values;
+      if (below(8) == 0) rows[k].name_count = any_size(2);
+    }
+    const struct rowe_struct table = {"Chance", struct_bytes, rows, count};
+    struct rowe_struct_subscriber* const in = rowe_struct_subscriber_open(endpoint, "/chance", &table, NULL);
+    struct rowe_struct_publisher* const out = rowe_struct_publisher_open(endpoint, "/chance", &table, NULL);
+    CHECK_EQUAL(in == NULL, out == NULL);
+    if (in != NULL && ++taken < 200) {
+      unsigned char bytes[struct_bytes], got[struct_bytes + 1];
+      for (size_t k = 0; k < sizeof bytes; ++k) bytes[k] = (unsigned char)below(256);
+      got[struct_bytes] = 0xa5;
+      while (!rowe_struct_publisher_wanted(out)) {
+      }
+      CHECK_EQUAL(rowe_struct_publisher_publish(out, bytes, rowe_now_ns()), rowe_ok);
+      const int code = rowe_struct_subscriber_take(in, 20, got, NULL); // a float may be null, an enum no name
+      CHECK(code == rowe_ok || code == rowe_error_timed_out);
+      CHECK_EQUAL(got[struct_bytes], 0xa5);
+    }
+    rowe_struct_publisher_free(out);
+    rowe_struct_subscriber_free(in);
+  }
+  CHECK(taken > 0);
+  if (failures != 0) fprintf(stderr, "seed %llu, %d tables taken\n", (unsigned long long)seed, taken);
 }
 
 int main(void) {
@@ -306,6 +376,7 @@ int main(void) {
   depths();
   members_in_all();
   nulls();
+  of_chance();
   rowe_endpoint_free(endpoint);
   return failures != 0;
 }

@@ -303,7 +303,14 @@ static void of_which_the_newest_counts(void) {
   UNTIL_THERE(code, rowe_struct_subscriber_try_take(one, &got, NULL));
   CHECK(got.x == 2);
   CHECK_CODE(rowe_struct_subscriber_try_take(one, &got, NULL), rowe_error_empty);
+  CHECK_CODE(rowe_struct_subscriber_take(all, 0, &got, NULL), rowe_error_timed_out);
+  CHECK_EQUAL(rowe_struct_publisher_publish(out, &at, rowe_now_ns()), rowe_ok);
+  CHECK_EQUAL(rowe_struct_subscriber_take(all, timeout_ms, &got, NULL), rowe_ok);
+  CHECK(got.x == 3);
+  UNTIL_THERE(code, rowe_struct_subscriber_latest(one, &got, NULL));
+  CHECK_EQUAL(code, rowe_ok);
   rowe_endpoint_free(on);
+  CHECK_CODE(rowe_struct_subscriber_take(all, timeout_ms, &got, NULL), rowe_error_closed);
   CHECK_CODE(rowe_struct_publisher_publish(out, &at, rowe_now_ns()), rowe_error_closed);
   CHECK_CODE(rowe_struct_subscriber_try_take(all, &got, NULL), rowe_error_closed);
   CHECK_CODE(rowe_struct_subscriber_latest(one, &got, NULL), rowe_error_closed);
