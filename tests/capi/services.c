@@ -48,6 +48,7 @@ static struct rowe_call start(struct rowe_caller* by, const char* text) {
 }
 
 static void of_text_are_answered_in_a_loop(void) {
+  const int64_t before_ns = rowe_now_ns();
   const struct pair p = open_pair();
   const struct rowe_service_options options = {.bytes = sizeof options, .depth = 4, .text_bytes_max = 200};
   struct rowe_responder* const mode = rowe_responder_open(p.server, "mode", &options);
@@ -62,7 +63,6 @@ static void of_text_are_answered_in_a_loop(void) {
   CHECK_CODE(rowe_caller_try_finish(caller, &end), rowe_error_empty);
   CHECK_TEXT(rowe_caller_refusal(caller), "");
 
-  const int64_t before_ns = rowe_now_ns();
   const struct rowe_call first = start(caller, "{\"to\":\"drive\"}");
   request = next(mode);
   char to[8];
