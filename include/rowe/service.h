@@ -43,7 +43,7 @@ struct rowe_request {
   int64_t arrived_ns;    // when the call's last byte was read
   int64_t expires_ns;    // when the caller gives up; INT64_MAX if it did not say
   struct rowe_peer from; // none: this process
-  void* reserved[24];    // all zeroes: there is no call
+  uint64_t reserved[24]; // all zeroes: there is no call
 };
 
 // Provides the service `name`; "x" and "/x" are the same. `options` may be NULL. For structs: a request that

@@ -33,13 +33,14 @@ class held_call : public detail::open_request {
 
 // Whether there is a call stands in the last word, so that a request of zeroes has none.
 constexpr std::size_t call_words = std::extent_v<decltype(rowe_request::reserved)> - 1;
-static_assert(sizeof(held_call) <= call_words * sizeof(void*) && alignof(held_call) <= alignof(void*));
+static_assert(sizeof(held_call) <= call_words * sizeof(std::uint64_t) &&
+              alignof(held_call) <= alignof(std::uint64_t));
 
 held_call& call_of(rowe_request& request) noexcept {
   return *std::launder(reinterpret_cast<held_call*>(request.reserved));
 }
 bool has_call(const rowe_request* request) noexcept {
-  return request != nullptr && request->reserved[call_words] != nullptr;
+  return request != nullptr && request->reserved[call_words] != 0;
 }
 
 void release(rowe_request& request) noexcept {
@@ -65,7 +66,7 @@ rowe::status next(const detail::pair_handle& pair, rowe::time_point now, void* c
   into.expires_ns = header.expires_ns;
   into.from = {header.peer.index, header.peer.generation};
   new (into.reserved) held_call{*pair, *both, copy == nullptr};
-  into.reserved[call_words] = into.reserved;
+  into.reserved[call_words] = 1;
   return {};
 }
 
