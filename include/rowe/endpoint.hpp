@@ -213,6 +213,7 @@ class endpoint {
   status close(duration drain = duration::zero());
 
  private:
+  friend struct detail::pair_opener;
   // Errors: misuse (moved from), forked.
   status usable() const noexcept;
   explicit endpoint(std::shared_ptr<detail::endpoint_state> state) noexcept;

@@ -132,6 +132,11 @@ struct rowe_topic_options {
   const char* type;        // the type's name on the wire, such as "nav_msgs/Odometry"; NULL: none
   uint32_t text_bytes_max; // the longest message; 0: 4096
   long period_us;          // how often it is published, for rowe_idle_phase; 100 to 1 h; 0: not known
+  bool shared;             // publishers: peers may publish on the topic, too. Else only those whose role
+                           // spells its name (docs/network.md)
+  int fill_missing;        // subscribers of rowe/struct.h: 1: what a message leaves out is 0. -1: a message
+                           // that lacks what is not rowe_member_or_default is dropped. 0: as 1 where the
+                           // topic's type is one of ROS's own, such as geometry_msgs/Twist, else as -1
 };
 
 // `options` may be NULL. Errors: bad_argument (a topic's name that is empty or too long; an option out of its
@@ -158,6 +163,10 @@ void rowe_subscriber_free(struct rowe_subscriber* subscriber); // NULL is fine
 // rowe_lane_try_receive().
 ROWE_RT int rowe_subscriber_try_take(struct rowe_subscriber* subscriber, struct rowe_view* into);
 ROWE_RT int rowe_subscriber_latest(struct rowe_subscriber* subscriber, struct rowe_view* into);
+
+// Waits for the next message, at most `timeout_ms`. Not for a loop: it enters the kernel. It leaves
+// rowe_last_error() alone. Errors: timed_out in place of empty.
+int rowe_subscriber_take(struct rowe_subscriber* subscriber, long timeout_ms, struct rowe_view* into);
 
 // ---- The stop: see docs/stop.md
 

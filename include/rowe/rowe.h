@@ -3,8 +3,9 @@
 #pragma GCC system_header /* C90 has comments as below in such headers only */
 #endif
 // rowe for C: endpoints, messages and calls, for ordinary threads; what a real-time loop calls is in
-// rowe/loop.h. C11; nothing of C++ is included or needed to link (docs/c-api.md). The names and the
-// order of arguments are the paper's; with rowe/paper.h its listings compile as they are printed.
+// rowe/loop.h, rowe/struct.h, rowe/service.h and rowe/periodic.h. C11; nothing of C++ is included or needed
+// to link (docs/c-api.md). The names and the order of arguments are the paper's; with rowe/paper.h its
+// listings compile as they are printed.
 //
 // - Ownership has one rule: what a function is given stays the caller's, and what it returns without `const`
 //   is the caller's, to be freed. Nothing that is sent, nested or replied to is consumed.

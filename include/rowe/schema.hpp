@@ -96,7 +96,8 @@ struct value_description {
   const void* (*elements)(const void* array) noexcept = nullptr; // array: the first element; the rest follow
   std::size_t (*count)(const void* array) noexcept = nullptr;    // array: elements in use; null: all
   const void* (*engaged)(const void* optional) noexcept = nullptr; // optional: the element, or null
-  std::string_view (*text)(const void* string) noexcept = nullptr; // text
+  // text; null, and resize_text as well: chars that end in '\0', count_max + 1 of them
+  std::string_view (*text)(const void* string) noexcept = nullptr;
 
   // array with count(): sets the number of elements in use, without changing their values. False, and nothing
   // changed, beyond count_max.
@@ -133,6 +134,12 @@ struct member_description {
   bool by_name = false;    // an enum's names are written instead of its numbers
   bool as_seconds = false; // integers of a unit of 10^-n seconds are written in seconds, with a point
   bool as_numbers = false; // bytes are written as an array of numbers, not in base64
+
+  // Added to the object's address before it is given to address(), and to count(), count_address() and
+  // set_count(). 0 where these know the member; else, of a type that only run time knows, they are the same
+  // for all members.
+  std::size_t offset = 0;
+  std::size_t count_offset = 0;
 };
 
 // A struct.
@@ -142,7 +149,8 @@ struct schema_description {
   std::size_t alignment = 0;
   std::span<const member_description> members;
 
-  // Constructs an object of default value, T{}, in memory for one. Null if there is no such value.
+  // Constructs an object of default value, T{}, in memory for one. Null if there is no such value, or if it
+  // is all zeroes and the type is decodable all the same.
   void (*set_default)(void* storage) noexcept = nullptr;
   // Can objects be read from text? Not if a member is const, or if the type, or that of an optional's
   // element, has no default value.

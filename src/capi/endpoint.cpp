@@ -94,7 +94,7 @@ result<std::string> url_of(std::string_view host, int port, const char* path) {
 rowe_endpoint* shown(result<endpoint>&& opened) {
   if (!opened) return no(opened.error());
   auto inside = std::make_unique<endpoint>(std::move(*opened));
-  return new rowe_endpoint{std::move(inside)};
+  return new rowe_endpoint{std::make_unique<struct_descriptions>(), std::move(inside)};
 }
 
 // What has arrived as an object. A call keeps its slot of the shared inbox, a message gives it back here.

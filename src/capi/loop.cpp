@@ -1,113 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The handles of C loops: opened, they lie on the heap, as C++ handles in C's structs. A view lies in the
-// struct of the C program, the C++ view that owns its slot inside.
+// The handles of C loops: opened, they lie on the heap, as C++ handles in C's structs.
 #include <rowe/loop.h>
 
-#include <new>
 #include <utility>
 
 #include "capi/endpoint.hpp"
 #include "capi/error.hpp"
+#include "capi/handle_options.hpp"
 #include "capi/handles.hpp"
 #include "capi/options.hpp"
+#include "capi/views.hpp"
 
 using namespace rowe::capi;
 using rowe::errc;
-
-namespace {
-
-using rowe::message_view;
-
-// Whether a view holds something stands in the last word, so that one of zeroes holds nothing.
-constexpr std::size_t held_words = std::extent_v<decltype(rowe_view::reserved)> - 1;
-static_assert(sizeof(message_view) <= held_words * sizeof(void*) && alignof(message_view) <= alignof(void*));
-
-message_view& held(rowe_view& view) noexcept {
-  return *std::launder(reinterpret_cast<message_view*>(view.reserved));
-}
-
-void put(message_view&& taken, rowe_view& into) noexcept {
-  const std::string_view text = taken.value();
-  const rowe::connection from = taken.from();
-  into.text = text.data();
-  into.bytes = text.size();
-  into.arrived_ns = rowe::rt::nanoseconds_of(taken.arrived());
-  into.from = {from.index, from.generation};
-  into.wants_reply = taken.wants_reply();
-  new (into.reserved) message_view{std::move(taken)};
-  into.reserved[held_words] = into.reserved;
-}
-
-int give(rowe::result<message_view>&& taken, rowe_view* into) noexcept {
-  if (!taken) return number_of(taken.code());
-  put(std::move(*taken), *into);
-  return rowe_ok;
-}
-
-bool holds(const rowe_view* view) noexcept {
-  return view != nullptr && view->reserved[held_words] != nullptr;
-}
-
-rowe::result<rowe::priority> priority_of(int of) noexcept {
-  switch (of) {
-  case rowe_priority_normal: return rowe::priority::normal;
-  case rowe_priority_urgent: return rowe::priority::urgent;
-  case rowe_priority_bulk: return rowe::priority::bulk;
-  default: return rowe::error{errc::bad_argument, of, rowe_priority_bulk};
-  }
-}
-
-rowe::result<rowe::lane_options> options_of(const rowe_lane_options& given) {
-  const auto priority = priority_of(given.priority);
-  if (!priority) return priority.error();
-  rowe::lane_options options;
-  options.depth = or_default(given.depth, options.depth);
-  options.inbox_depth = or_default(given.inbox_depth, options.inbox_depth);
-  options.calls = or_default(given.calls, options.calls);
-  options.text_bytes_max = or_default(given.text_bytes_max, options.text_bytes_max);
-  options.priority = *priority;
-  options.receive = !given.only_sends;
-  return options;
-}
-
-rowe::result<rowe::topic_options> options_of(const rowe_topic_options& given) {
-  const auto priority = priority_of(given.priority);
-  if (!priority) return priority.error();
-  rowe::topic_options options;
-  if (given.ttl_ms != 0) options.ttl = duration_of(given.ttl_ms);
-  if (given.newest) options.keep = rowe::keep::newest;
-  options.depth = or_default(given.depth, options.depth);
-  options.priority = *priority;
-  options.latched = given.latched;
-  options.period = time_of_option<std::chrono::microseconds>(given.period_us);
-  if (given.type != nullptr) options.type = given.type;
-  options.text_bytes_max = or_default(given.text_bytes_max, options.text_bytes_max);
-  return options;
-}
-
-rowe::result<rowe::latch_options> options_of(const rowe_latch_options& given) {
-  rowe::latch_options options;
-  if (given.name != nullptr) options.name = given.name;
-  if (given.loop_timeout_ms != 0)
-    options.loop_timeout = time_of_option<std::chrono::milliseconds>(given.loop_timeout_ms);
-  return options;
-}
-
-// Opens a handle by `open(rowe::endpoint&, options)` and puts it on the heap as C's `Handle`.
-template <class Handle, class Options, class Open>
-Handle* opened(const rowe_endpoint* on, const Options* given, Open&& open) noexcept {
-  return pointer_with_memory([&]() -> Handle* {
-    const auto options = whole(given);
-    if (!options) return no(options.error());
-    const auto converted = options_of(*options);
-    if (!converted) return no(converted.error());
-    auto handle = open(*on->inside, *converted);
-    if (!handle) return no(handle.error());
-    return new Handle{std::move(*handle)};
-  });
-}
-
-} // namespace
 
 int64_t rowe_now_ns(void) { return rowe::rt::nanoseconds_of(rowe::rt::monotonic_clock::now()); }
 
@@ -227,6 +132,11 @@ int rowe_subscriber_try_take(struct rowe_subscriber* subscriber, struct rowe_vie
 int rowe_subscriber_latest(struct rowe_subscriber* subscriber, struct rowe_view* into) {
   if (subscriber == nullptr || into == nullptr) return rowe_error_misuse;
   return give(subscriber->inside.latest(), into);
+}
+
+int rowe_subscriber_take(struct rowe_subscriber* subscriber, long timeout_ms, struct rowe_view* into) {
+  if (subscriber == nullptr || into == nullptr) return rowe_error_misuse;
+  return give(subscriber->inside.take(duration_of(timeout_ms)), into);
 }
 
 // ---- stop

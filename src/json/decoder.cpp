@@ -135,12 +135,12 @@ class decoder::run {
     bool counted = false;
     for (std::size_t i = 0; i < s.count; ++i) {
       const bool was_seen = (seen[Words == 1 ? 0 : i / 64] >> i % 64 & 1) != 0;
-      counted |= was_seen && s.members[i].value.count_of == m.value.count_of;
+      counted |= was_seen && s.members[i].value.counted_as(m.value);
     }
-    const std::size_t before = m.value.count_of(base);
+    const std::size_t before = m.value.count_of(base + m.value.count_offset);
     at = value(m.value, base, at);
     if (at == nullptr || !counted) return at;
-    const std::size_t count = m.value.count_of(base);
+    const std::size_t count = m.value.count_of(base + m.value.count_offset);
     return count == before ? at : fail(errc::too_long, count, before);
   }
 
@@ -308,7 +308,9 @@ class decoder::run {
     const std::string_view escaped = between(at + 1, quote);
     const bool has_escape = escaped.find('\\') != std::string_view::npos;
     const std::size_t bytes = has_escape ? unescaped_bytes(escaped) : escaped.size();
-    char* const buffer = s.resize_text(string, bytes);
+    char* const buffer = s.resize_text != nullptr ? s.resize_text(string, bytes)
+                         : bytes <= s.count       ? string // what follows is 0 already
+                                                  : nullptr;
     if (buffer == nullptr) return fail(errc::too_long, bytes, s.count);
     if (has_escape) {
       (void)unescape(escaped, {buffer, bytes}); // fits: so many bytes were counted
@@ -340,7 +342,7 @@ class decoder::run {
     }
     if (s.all_of_it && count != s.count) return fail(errc::too_long, count, s.count);
     if (s.resize != nullptr) (void)s.resize(base + s.offset, count); // holds them: no more were written
-    if (s.set_count != nullptr) s.set_count(base, count);
+    if (s.set_count != nullptr) s.set_count(base + s.count_offset, count);
     return behind(at, 1);
   }
 
@@ -355,7 +357,7 @@ class decoder::run {
     if (!text.read(base + s.elements_offset)) return wrong_type(at);
     if (s.all_of_it && *bytes != s.count) return fail(errc::too_long, *bytes, s.count);
     if (s.resize != nullptr) (void)s.resize(base + s.offset, *bytes); // holds them, likewise
-    if (s.set_count != nullptr) s.set_count(base, *bytes);
+    if (s.set_count != nullptr) s.set_count(base + s.count_offset, *bytes);
     return behind(quote, 1);
   }
 
@@ -387,7 +389,10 @@ decoder& decoder::operator=(decoder&&) noexcept = default;
 decoder::~decoder() = default;
 
 status decoder::decode(std::string_view validated_object, void* object, diagnosis* why) const noexcept {
-  set_default_(object);
+  if (set_default_ != nullptr) [[likely]]
+    set_default_(object);
+  else
+    std::memset(object, 0, bytes_);
   if (why != nullptr) why->parts_ = 0;
   return run{validated_object, why}.whole(shapes_[0], static_cast<char*>(object));
 }

@@ -126,7 +126,8 @@ class decoder {
 
   decoder() noexcept;
 
-  void (*set_default_)(void* object) noexcept = nullptr;
+  void (*set_default_)(void* object) noexcept = nullptr; // null: `bytes_` zeroes
+  std::size_t bytes_ = 0;
   std::unique_ptr<shape[]> shapes_; // of each object in the schema; the first is the whole
   std::unique_ptr<member[]> members_;
   std::unique_ptr<step[]> elements_;       // of arrays and optionals

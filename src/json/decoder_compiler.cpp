@@ -96,7 +96,8 @@ class decoder::compiler {
       name(m, d.name);
       m.value = member_value(schema, d, at, depth);
       m.shares_count = std::any_of(schema.members.begin(), schema.members.end(), [&](const auto& another) {
-        return &another != &d && another.count != nullptr && another.count == d.count;
+        return &another != &d && another.count != nullptr && another.count == d.count &&
+               another.count_offset == d.count_offset;
       });
       if (s != nullptr) {
         members[i] = m;
@@ -183,16 +184,17 @@ class decoder::compiler {
 
   step member_value(const schema_description& owner, const member_description& m, const char* at,
                     std::size_t depth) noexcept {
-    const void* const where = m.address(at);
+    const void* const where = m.address(at + m.offset);
     step s = value(*m.type, where, at, {m.as_string, m.by_name, m.as_seconds}, depth);
     if (m.count != nullptr) {
       s.all_of_it = false;
       s.count = m.count_limit;
       s.set_count = m.set_count;
       s.count_of = m.count;
+      s.count_offset = static_cast<std::uint32_t>(m.count_offset);
     }
     const auto counts_with_this = [&](const member_description& other) {
-      return other.count_address != nullptr && other.count_address(at) == where;
+      return other.count_address != nullptr && other.count_address(at + other.count_offset) == where;
     };
     if (std::any_of(owner.members.begin(), owner.members.end(), counts_with_this)) {
       s.unused = true;
@@ -290,6 +292,7 @@ result<decoder> decoder::compile(const schema_description& schema, missing what)
 
   decoder d;
   d.set_default_ = schema.set_default;
+  d.bytes_ = schema.bytes;
   d.shapes_.reset(new (std::nothrow) shape[counter.shape_count()]);
   d.members_.reset(new (std::nothrow) member[counter.member_count()]);
   d.elements_.reset(new (std::nothrow) step[counter.element_count()]);

@@ -24,15 +24,21 @@ struct decoder::step {
   std::uint32_t offset = 0;
   std::uint32_t elements_offset = 0; // array: of its first element
   std::uint32_t stride = 0;          // array: from element to element
+  std::uint32_t count_offset = 0;    // counted array: of what the functions of its count take
   std::size_t count = 0;             // array, text: what it holds; the member of a name: its value's bits
   const step* element = nullptr;     // array, optional
   const shape* object = nullptr;     // object; an integer by name: members that are named as the values are
   bool (*resize)(void* array, std::size_t count) noexcept = nullptr;
-  void (*set_count)(void* object, std::size_t count) noexcept = nullptr; // counted array
-  std::size_t (*count_of)(const void* object) noexcept = nullptr;        // the same
-  char* (*resize_text)(void* string, std::size_t bytes) noexcept = nullptr;
+  void (*set_count)(void* object, std::size_t count) noexcept = nullptr;    // counted array
+  std::size_t (*count_of)(const void* object) noexcept = nullptr;           // the same
+  char* (*resize_text)(void* string, std::size_t bytes) noexcept = nullptr; // null: chars up to a '\0'
   void* (*emplace)(void* optional) noexcept = nullptr;
   void (*reset)(void* optional) noexcept = nullptr;
+
+  // Arrays: whether one counting member counts both.
+  bool counted_as(const step& other) const noexcept {
+    return count_of == other.count_of && count_offset == other.count_offset;
+  }
 };
 
 // A name, its first sixteen bytes ready to be compared at once.

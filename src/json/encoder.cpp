@@ -70,6 +70,7 @@ class encoder::run {
     case operation::nothing: return at;
     case operation::comma: return at[-1] == '{' ? at : copy(",", at); // no value ends in an opening brace
     case operation::text: return text(s.text_of(base + s.argument), at);
+    case operation::c_text: return text(c_text(base + s.argument, s.count), at);
     case operation::named: return named(s, base, at);
     case operation::scalars: return array(s, base, at);
     case operation::base64: return base64(s, base, at);

@@ -58,6 +58,7 @@ class encoder::binary_run {
     case operation::base64: // of text only
     case operation::comma: return at;
     case operation::text: return text(s.text_of(base + s.argument), at);
+    case operation::c_text: return text(c_text(base + s.argument, s.count), at);
     case operation::named: return named(s, base, at);
     case operation::scalars: return scalars(s, base, at);
     case operation::repeat: return repeat(s, base, at);

@@ -197,13 +197,13 @@ class encoder::compiler {
         }
         add_name(is_timed ? sec_or_nsec(m.name) : m.name);
       };
-      const void* const where = m.address(at);
+      const void* const where = m.address(at + m.offset);
       if (m.type->kind == value_kind::optional) {
         optional(*m.type, where, m, depth, false, begin_member);
       } else {
         begin_member();
         if (m.type->kind == value_kind::array) {
-          array(*m.type, where, m, depth, m.count, at);
+          array(*m.type, where, m, depth, m.count, at + m.count_offset);
         } else {
           value(*m.type, where, m, depth);
         }
@@ -241,9 +241,10 @@ class encoder::compiler {
     step s;
     s.offset = offset_of(where);
     if (d.kind == value_kind::text) {
-      s.what = operation::text;
+      s.what = d.text != nullptr ? operation::text : operation::c_text;
       s.argument = s.offset;
       s.text_of = d.text;
+      s.count = static_cast<std::uint32_t>(d.count_max);
       emit(s, d.count_max * escaped_bytes_max + cbor::head_bytes_max);
       return;
     }
@@ -293,7 +294,7 @@ class encoder::compiler {
     }
   }
 
-  // `count_of`, when given, takes the object that the array is a member of.
+  // `count_of`, when given, takes `owner`: the object that the array is a member of, or a part of it.
   void array(const value_description& d, const void* where, form how, std::size_t depth,
              std::size_t (*count_of)(const void*) noexcept, const char* owner) noexcept {
     if (!may_nest(depth + 1)) return;

@@ -38,6 +38,7 @@ enum class operation : std::uint8_t {
   sec_nsec,        // the same, as {"sec","nsec"}
   // Everything else.
   text,
+  c_text,  // chars up to a '\0', at most `count` of them
   named,   // the integer `plain`, by the name that it has
   scalars, // an array of the scalar `element`
   base64,  // bytes, between quotes that are literals
@@ -71,6 +72,11 @@ struct encoder::step {
   const void* (*engaged)(const void*) noexcept = nullptr;
   std::string_view (*text_of)(const void*) noexcept = nullptr;
 };
+
+inline std::string_view c_text(const char* at, std::size_t bytes_max) noexcept {
+  const auto* const end = static_cast<const char*>(std::memchr(at, '\0', bytes_max));
+  return {at, end == nullptr ? bytes_max : static_cast<std::size_t>(end - at)};
+}
 
 // A value of an enum and the literal that is its name, in quotes. Those of one enum are sorted by value.
 struct encoder::name {

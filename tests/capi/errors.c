@@ -11,6 +11,7 @@
 
 #include <rowe/loop.h>
 #include <rowe/parameter.h>
+#include <rowe/service.h>
 
 static bool met[256];
 
@@ -246,8 +247,6 @@ static void errors_of_parameters(void) {
   rowe_endpoint_free(on);
 }
 
-// Those a C program cannot meet: its endpoints have as many topics as handles and offer no services; memory
-// and threads run out where the machine says so.
 // What a child of fork() meets, whose parent has opened the endpoint.
 static void errors_of_children(void) {
   struct rowe_endpoint* const endpoint = rowe_open_local_endpoint(0);
@@ -267,11 +266,22 @@ static void errors_of_children(void) {
   rowe_endpoint_free(endpoint);
 }
 
+static void errors_of_services(void) {
+  struct rowe_endpoint* const on = rowe_open_local_endpoint(0);
+  struct rowe_responder* const first = rowe_responder_open(on, "/x", NULL);
+  MEET_NULL(rowe_responder_open(on, "x", NULL), rowe_error_service_taken);
+  MEET_NULL(rowe_responder_open(on, "/rowe/stop", NULL), rowe_error_reserved_topic);
+  rowe_responder_free(first);
+  rowe_endpoint_free(on);
+}
+
+// Those a C program cannot meet: its endpoints have more topics and services than handles; memory and threads
+// run out where the machine says so.
 static bool out_of_reach(int code) {
   return code == rowe_error_too_many_topics || code == rowe_error_too_many_services ||
-         code == rowe_error_service_taken || code == rowe_error_bad_access ||
-         code == rowe_error_bad_certificate || code == rowe_error_bad_web || code == rowe_error_no_memory ||
-         code == rowe_error_no_thread || code == rowe_error_no_service || code == rowe_error_no_peer;
+         code == rowe_error_bad_access || code == rowe_error_bad_certificate || code == rowe_error_bad_web ||
+         code == rowe_error_no_memory || code == rowe_error_no_thread || code == rowe_error_no_service ||
+         code == rowe_error_no_peer;
 }
 
 static void each_error_has_its_diagnostic(void) {
@@ -324,6 +334,7 @@ int main(void) {
   errors_of_messages_and_calls();
   errors_of_values();
   errors_of_children();
+  errors_of_services();
   each_error_has_its_diagnostic();
   each_thread_has_its_own_last_error();
   return failures != 0;

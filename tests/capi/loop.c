@@ -238,6 +238,13 @@ static void what_a_loop_publishes_arrives(void) {
   UNTIL_THERE(code, rowe_subscriber_latest(in, &view));
   CHECK(says(&view, "{\"data\":\"y\"}"));
   rowe_view_release(&view);
+  CHECK_CODE(rowe_subscriber_take(in, 0, &view), rowe_error_timed_out);
+  CHECK_CODE(rowe_subscriber_take(NULL, 0, &view), rowe_error_misuse);
+  CHECK_CODE(rowe_subscriber_take(in, 0, NULL), rowe_error_misuse);
+  CHECK_EQUAL(rowe_publisher_publish(out, "{\"data\":\"z\"}", 12, rowe_now_ns()), rowe_ok);
+  CHECK_EQUAL(rowe_subscriber_take(in, timeout_ms, &view), rowe_ok);
+  CHECK(says(&view, "{\"data\":\"z\"}"));
+  rowe_view_release(&view);
   rowe_subscriber_free(in);
   rowe_publisher_free(out);
   close_pair(p);

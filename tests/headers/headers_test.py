@@ -79,6 +79,30 @@ class together(all_cases):
         self.compile([(compiler, version, "c", including(one), *warnings) for compiler in here("gcc", "clang")
                       for version in c_versions for one in headers(".h")])
 
+    def test_tables_of_c_compile_in_every_c_and_cpp(self):
+        text = """#include <rowe/struct.h>
+struct inner { double x; };
+struct all { double d; char text[4]; struct inner one, some[2]; float list[3]; int32_t count, mode; };
+extern const struct rowe_member inner_members[1];
+const struct rowe_member inner_members[1] = {ROWE_MEMBER(struct inner, x, rowe_member_double)};
+extern const struct rowe_struct inner_type;
+const struct rowe_struct inner_type = {"Inner", sizeof(struct inner), inner_members, 1};
+extern const struct rowe_name names[2];
+const struct rowe_name names[2] = {{"off", 0}, {"on", 1}};
+extern const struct rowe_member members[6];
+const struct rowe_member members[6] = {
+    ROWE_MEMBER(struct all, d, rowe_member_double | rowe_member_decimals_2), /* a form */
+    ROWE_MEMBER(struct all, text, rowe_member_text),
+    ROWE_NAMED(struct all, mode, rowe_member_int32, names),
+    ROWE_INSIDE(struct all, one, &inner_type),
+    ROWE_ARRAY(struct all, some, rowe_member_struct, &inner_type),
+    ROWE_COUNTED(struct all, list, rowe_member_float, NULL, count, rowe_member_int32)};
+"""
+        self.compile([(compiler, version, "c", text, *warnings) for compiler in here("gcc", "clang")
+                      for version in c_versions])
+        self.compile([(compiler, version, "c++", text, *cxx_warnings[compiler])
+                      for compiler in here("g++", "clang++") for version in ("c++11", "c++17", "c++20")])
+
     def test_headers_of_c_compile_in_every_cpp(self):
         self.compile([(compiler, version, "c++", including(one), *cxx_warnings[compiler])
                       for compiler in here("g++", "clang++") for version in ("c++11", "c++17", "c++20")

@@ -192,7 +192,8 @@ std::vector<exercise> all_exercises() {
         exercises_of_values(), exercises_of_json(), exercises_of_handles(), exercises_of_messages(),
         exercises_of_lanes(), exercises_of_callers(), exercises_of_responders(),
         exercises_of_typed_subscribers(), exercises_of_c(), exercises_of_c_in_trouble(),
-        exercises_of_the_stop(), exercises_of_parameters(), exercises_between_two_threads()}) {
+        exercises_of_structs_in_c(), exercises_of_the_stop(), exercises_of_parameters(),
+        exercises_between_two_threads()}) {
     all.insert(all.end(), part.begin(), part.end());
   }
   return all;

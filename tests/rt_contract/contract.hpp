@@ -194,6 +194,7 @@ std::span<const exercise> exercises_of_the_stop();
 std::span<const exercise> exercises_of_parameters();
 std::span<const exercise> exercises_of_c();
 std::span<const exercise> exercises_of_c_in_trouble();
+std::span<const exercise> exercises_of_structs_in_c();
 std::span<const exercise> exercises_between_two_threads();
 std::vector<exercise> all_exercises();
 

@@ -188,6 +188,29 @@ class stop(unittest.TestCase):
     def test_is_obeyed_by_a_loop_in_c(self):
         self.check("stop_in_c", "0")
 
+    def test_is_obeyed_by_a_loop_of_structs_in_c(self):
+        with example("control_loop_in_c", "0") as robot:
+            url = "ws://127.0.0.1:" + robot.line(r"listening on port (\d+)", "stdout")[1]
+            asked = until(lambda: run("call", url, "/set_speed", '{"speed":5}'),
+                          lambda ended: ended.code == 0)
+            self.assertEqual((asked.code, json.loads(asked.stdout[0])), (0, {"taken": False}), asked.stderr)
+            refused = run("call", url, "/set_speed", '{"speed":"fast"}')
+            self.assertEqual(refused.code, 1)
+            self.assertIn('the member "speed" must be a number', refused.stderr[-1])
+
+            def drives(speed, *change):
+                """Whether it says so, once it may move and was told."""
+                self.reset(url)
+                run(*change)
+                said = run("echo", url, "/odom", "--once", "--json")
+                return said.code == 0 and json.loads(said.stdout[0])["speed"] == speed
+
+            self.assertTrue(until(lambda: drives(1.5, "call", url, "/set_speed", '{"speed":1.5}'), bool))
+            self.assertTrue(until(lambda: drives(-1, "pub", url, "/command", '{"speed":-1}'), bool))
+            stopped = until(lambda: run("stop", url), lambda it: "but not its loops" not in it.stdout[0])
+            self.assertEqual(stopped.code, 0, stopped.stderr)
+            self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
+
     def test_of_a_robot_that_nobody_guards_is_not_reset(self):
         with example("stop", "0") as robot:
             url = "ws://127.0.0.1:" + robot.line(r"listening on port (\d+)", "stdout")[1]
@@ -197,7 +220,8 @@ class stop(unittest.TestCase):
             self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
 
     def test_says_how_it_is_used(self):
-        for name, usage in (("stop", "usage: stop PORT [unguarded]"), ("stop_in_c", "usage: stop_in_c PORT")):
+        for name, usage in (("stop", "usage: stop PORT [unguarded]"), ("stop_in_c", "usage: stop_in_c PORT"),
+                            ("control_loop_in_c", "usage: control_loop_in_c PORT")):
             with example(name) as without:
                 self.assertEqual((without.end(), without.stderr), (2, [usage]))
 

@@ -1,9 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """`rowe types`: declarations of what the demo robot publishes and provides."""
 import json
+import pathlib
+import re
+import shutil
+import subprocess
 import unittest
 
 from program import hub, run
+
+root = pathlib.Path(__file__).resolve().parents[2]
 
 
 def programs_own(names):
@@ -54,6 +60,28 @@ class types(unittest.TestCase):
         self.assertIn("MSG: geometry_msgs/PoseWithCovariance\ngeometry_msgs/Pose pose\nfloat64[36] cov", text)
         self.assertIn("/robot/set_speed request: the type has no name", why)
         self.assertNotIn("/rosapi", why)
+
+    def test_are_structs_of_c(self):
+        header, _ = self.said("--c")
+        for part in ("#include <rowe/struct.h>\n",
+                     "struct nav_msgs_Odometry {\n  struct std_msgs_Header header;\n",
+                     "    ROWE_INSIDE(struct nav_msgs_Odometry, header, &std_msgs_Header_type),\n",
+                     "struct robot_set_speed_request {\n  double speed;\n};\n",
+                     "  double covariance[36];\n"):
+            self.assertIn(part, header)
+        types = re.findall(r"static const struct rowe_struct (\w+) = ", header)
+        self.assertGreater(len(types), 30)  # the endpoint's own, too
+        counts = " + ".join(f"{one}.count" for one in types)
+        self.compile_as_c(header + f"\nint main(void) {{ return (int)({counts}) == 0; }}\n")
+
+    def compile_as_c(self, text):
+        warnings = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
+        for compiler in filter(shutil.which, ("gcc", "clang")):
+            for version in ("c99", "c11", "c2x"):
+                how = [compiler, f"-std={version}", *warnings, f"-I{root}/include", "-fsyntax-only"]
+                done = subprocess.run([*how, "-xc", "-"], input=text, text=True, capture_output=True,
+                                      check=False)
+                self.assertEqual(done.returncode, 0, done.stderr[:4000])
 
     def test_of_a_hub_without_handles_are_its_own(self):
         with hub() as empty:

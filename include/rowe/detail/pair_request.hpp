@@ -40,6 +40,9 @@ struct pair_request {
   bool fill_missing = false;                   // where they leave out members
 };
 
+// Opens queue pairs for types that only run time knows (src/capi).
+struct pair_opener;
+
 // The bytes of a slot for a T, or for text of at most so many bytes.
 template <class T>
 constexpr std::size_t slot_bytes(std::uint32_t text_bytes_max) noexcept {

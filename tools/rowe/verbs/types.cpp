@@ -16,6 +16,7 @@
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
 #include "../output.hpp"
+#include "../text/c_tables.hpp"
 #include "../text/described_types.hpp"
 #include "../text/json_values.hpp"
 #include "verbs.hpp"
@@ -32,13 +33,14 @@ struct types_settings {
   std::optional<rt::duration> timeout;
   bool json_schema = false;
   bool ros = false;
+  bool c = false;
 };
 
 command types_table(types_settings& o) {
   return {
       .verb = "types",
       .examples = {{{"rowe types ws://127.0.0.1:8080 > robot.ts", "declarations for TypeScript"},
-                    {"rowe types 127.0.0.1:8080 --json-schema", "a JSON Schema for each"}}},
+                    {"rowe types 127.0.0.1:8080 --c > robot_types.h", "structs and tables for C"}}},
       .description =
           "Prints the types that the program of an endpoint gave its topics and services by schemas, and\n"
           "those of the endpoint's own. Topics and services of others, and those with JSON text, have "
@@ -49,6 +51,7 @@ command types_table(types_settings& o) {
           {
               {"--json-schema", "", "", "one JSON object: topics and services, by name", &o.json_schema},
               {"--ros", "", "", "the text of each message in ROS", &o.ros},
+              {"--c", "", "", "structs and tables for C (rowe/struct.h)", &o.c},
               {"--timeout", "", "TIME", "for the connection and for each answer (default 2s)",
                time_span{&o.timeout}},
           })};
@@ -229,6 +232,26 @@ std::string as_ros(const std::vector<typed_name>& all, const console& to, bool& 
   return text;
 }
 
+// Types that C does not have are named on stderr, if the program's; the others are printed.
+std::string as_c(const std::vector<typed_name>& all, const console& to, bool& complete) {
+  std::vector<named_type> named;
+  std::deque<std::string> names;
+  const auto add = [&](const typed_name& one, const schema_description* type, std::string_view part) {
+    if (type == nullptr) return;
+    const c_text made = c_tables({{type, one.name}});
+    const bool fits = made.reasons.empty();
+    if (fits) named.push_back({type, names.emplace_back(plain_name(joined(one.name, part)))});
+    if (fits || is_endpoints(one.name)) return;
+    to.error(printable(one.name), part, ": ", printable(made.reasons.front()));
+    complete = false;
+  };
+  for (const typed_name& one : all) {
+    add(one, one.message, one.is_service ? " request" : "");
+    add(one, one.answer, " answer");
+  }
+  return c_tables(named).text;
+}
+
 exit_code types_from(endpoint hub, const std::string& url, const types_settings& o, const console& to) {
   const rt::duration timeout = o.timeout.value_or(types_timeout);
   remote connection{hub, url, to};
@@ -238,6 +261,7 @@ exit_code types_from(endpoint hub, const std::string& url, const types_settings&
   bool complete = true;
   emit(o.json_schema ? as_json_schema(reads.found())
        : o.ros       ? as_ros(reads.found(), to, complete)
+       : o.c         ? as_c(reads.found(), to, complete)
                      : as_typescript(reads.found()));
   return complete ? exit_code::done : exit_code::failed;
 }
@@ -248,8 +272,8 @@ exit_code types(argument_list arguments) {
   types_settings chosen;
   if (const auto end = read(types_table(chosen), arguments)) return *end;
   const console to{"types"};
-  if (chosen.json_schema && chosen.ros)
-    return usage_error("types", "--json-schema and --ros are two forms: choose one");
+  if (chosen.json_schema + chosen.ros + chosen.c > 1)
+    return usage_error("types", "--json-schema, --ros and --c are forms: choose one");
   const spelled_url url = read_url(chosen.at.url);
   if (url.url.empty()) return usage_error("types", url.wrong);
   const auto bounds = limits_for("types");
