@@ -49,6 +49,7 @@
 #include "claims.hpp"
 #include "cycle_cost.hpp"
 #include "listener.hpp"
+#include "probe_client.hpp"
 #include "stamped.hpp"
 #include "stop_probe.hpp"
 #include "two_cores.hpp"
@@ -229,27 +230,6 @@ std::vector<double> run_stream(endpoint& robot, double& lost) {
   lost += static_cast<double>(count) - static_cast<double>(late.size());
   return late;
 }
-
-// What call_stops() calls by.
-class probe_client {
- public:
-  explicit probe_client(std::uint16_t port) : connection_{port, "/rowe/stop"} {}
-  bool ok() const { return connection_.ok(); }
-  void send(const std::string& bytes) { (void)connection_.send(bytes); } // ok() says it
-  rt::time_point came_at() const { return connection_.came_at(); }
-  // The next answer to a call.
-  bool hear() {
-    bool answered = false;
-    while (!answered && connection_.take([&](const wire::frame_step& step) {
-      answered = answered || text_of(step).find("service_response") != std::string_view::npos;
-    })) {
-    }
-    return answered;
-  }
-
- private:
-  listener connection_;
-};
 
 bool measure(contender& of, const std::string& map) {
   auto opened = open_robot(robot_options());

@@ -57,7 +57,7 @@ class sending_core {
     if (detail::pair_bytes(asked) > pair_memory_.size()) std::abort();
     one.memory = pair_memory_;
     detail::build_pair(one, asked, shared_.generations());
-    codecs_.emplace(detail::pair_codecs::compile(asked).value());
+    codecs_.emplace(detail::pair_codecs::compile(asked, options_.limits).value());
     one.encoder = &*codecs_->encoder;
     shared_.use_pair(0);
     one.lifecycle.offer();

@@ -57,6 +57,7 @@ programs = (
             takes_rounds=False),
     program("every_client", "Nine clients at 1 kHz"),
     program("maps", "Maps beside a stream and the stop"),
+    program("requests", "What requests cost, and what they do to the stop"),
     program("stop_under_flood", "The stop under a flood"),
     program("stop_under_handshakes", "The stop under TLS handshakes"),
     program("tls_load", "A thousand clients under TLS"),

@@ -61,9 +61,21 @@ class maps(unittest.TestCase):
         self.assertIn("share core", said)
 
 
+class requests(unittest.TestCase):
+    def test_counts_each_kind_of_request_and_what_it_does_to_the_stop(self):
+        rows, said = run("requests", "--milliseconds=200", "--peers=4")
+        self.assertGreater(len(rows), 15)
+        for name, one in rows.items():
+            self.assertEqual(one["unanswered"], 0, said)
+            self.assertGreater(one["stop_p99_us"], 0, name)
+            if name != "requests/ping":  # pings are no messages
+                self.assertGreater(one["per_s"], 0, name)
+        self.assertEqual(said.count(": measured "), 3, said)
+
+
 class wrong_options(unittest.TestCase):
     def test_are_named(self):
-        for name in ("every_client", "maps"):
+        for name in ("every_client", "maps", "requests"):
             done = subprocess.run([folder / f"bench_{name}", "--what=1"], capture_output=True, text=True,
                                   timeout=ends_s)
             if "needs two cores" in done.stderr:
