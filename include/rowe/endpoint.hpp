@@ -66,7 +66,10 @@ class endpoint {
 
   // A publisher of T on `topic`, which peers see as `options.type`, else the schema's type. Errors:
   // bad_argument (a name that is empty or too long, or begins with /rowe/; a depth or ttl out of range),
-  // too_many_lanes, lane_memory, too_many_topics, type_conflict, closed.
+  // too_big (no text of a T is as short as a message may be; value: the longest one, limit: that of
+  // messages), too_many_lanes, lane_memory, too_many_topics, type_conflict, closed. The text of a T may be
+  // longer than message_bytes_max: then the service thread encodes it in pieces, and it goes as a long
+  // message.
   template <class T>
   result<publisher<T>> advertise(std::string_view topic, const topic_options& options = {});
 

@@ -225,7 +225,7 @@ result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
   if (const status ok = check_request(asked, options_); !ok) return ok.error();
   pair_request cut = asked;
   cut.type = cut.type.substr(0, options_.limits.topic_bytes_max);
-  auto codecs = pair_codecs::compile(asked);
+  auto codecs = pair_codecs::compile(asked, options_.limits);
   if (!codecs) return codecs.error();
 
   const std::lock_guard set_up{set_up_};

@@ -9,6 +9,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/slab.hpp>
 
+#include "json/description.hpp"
 #include "json/times.hpp"
 
 namespace rowe::detail {
@@ -172,12 +173,23 @@ void build_pair(queue_pair& built, const pair_request& asked,
   built.user.spare_replies.places = from.array<std::uint32_t>(replies_of(asked));
 }
 
-result<pair_codecs> pair_codecs::compile(const pair_request& asked) {
+// A struct that never fits is refused here. One that may fit is published as far as it does.
+status pair_codecs::check_length(const pair_request& asked, const limits& bounds) const noexcept {
+  const std::size_t longest = asked.kind == pair_kind::publish_value
+                                  ? std::max(bounds.message_bytes_max, bounds.long_message_bytes_max)
+                                  : bounds.message_bytes_max;
+  if (json::shortest_text(*asked.encoded) <= longest) return {};
+  return error{errc::too_big, static_cast<std::int64_t>(encoder->bytes_max()),
+               static_cast<std::int64_t>(longest)};
+}
+
+result<pair_codecs> pair_codecs::compile(const pair_request& asked, const limits& bounds) {
   pair_codecs made;
   if (asked.encoded != nullptr) {
     auto encoder = json::encoder::compile(*asked.encoded);
     if (!encoder) return encoder.error();
     made.encoder.emplace(std::move(encoder).value());
+    if (const status fits = made.check_length(asked, bounds); !fits) return fits.error();
     if (asked.kind == pair_kind::publish_value) {
       made.other.emplace();
       if (json::holds_time(*asked.encoded)) {

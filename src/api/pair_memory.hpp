@@ -38,14 +38,19 @@ struct pair_codecs {
   std::optional<json::other_encoders> other; // of publishers
   std::optional<json::decoder> decoder;
 
-  // Allocates. Errors: bad_argument (a schema that nests too deep, or is too large), no_memory.
-  static result<pair_codecs> compile(const pair_request& asked);
+  // Allocates. Errors: bad_argument (a schema that nests too deep, or is too large); too_big: no text of the
+  // struct is as short as a message may be long (value: its longest text, limit: that of messages, which may
+  // be long ones for a publisher); no_memory.
+  static result<pair_codecs> compile(const pair_request& asked, const limits& bounds);
 
   // For the queue pair; null: it publishes no values. Valid until this is moved.
   const json::other_encoders* others() noexcept {
     if (other) other->json = &*encoder;
     return other ? &*other : nullptr;
   }
+
+ private:
+  status check_length(const pair_request& asked, const limits& bounds) const noexcept;
 };
 
 } // namespace rowe::detail

@@ -6,12 +6,14 @@
 
 #include <rowe/detail/schema.hpp>
 
+#include "json/base64.hpp"
+
 namespace rowe::json {
 namespace {
 
-constexpr std::array<std::string_view, 15> kinds{
-    "boolean", "int8",   "int16",   "int32",   "int64", "uint8",  "uint16",  "uint32",
-    "uint64",  "float32", "float64", "text",    "object", "array", "optional"};
+constexpr std::array<std::string_view, 15> kinds{"boolean", "int8",   "int16",  "int32",  "int64",
+                                                 "uint8",   "uint16", "uint32", "uint64", "float32",
+                                                 "float64", "text",   "object", "array",  "optional"};
 static_assert(static_cast<std::size_t>(value_kind::optional) == kinds.size() - 1);
 
 void flag(writer& into, std::string_view name, bool given) noexcept {
@@ -75,6 +77,23 @@ void write_value(writer& into, const value_description& d, const member_descript
   }
 }
 
+std::size_t shortest_value(const value_description& d, const member_description& owner,
+                           bool outermost) noexcept {
+  switch (d.kind) {
+  case value_kind::text: return 2;
+  case value_kind::object: return shortest_text(*d.object);
+  case value_kind::optional: return 0;
+  case value_kind::boolean: return 4;
+  case value_kind::array: {
+    const array_count count = count_of(d, outermost ? &owner : nullptr);
+    if (!count.fixed || count.most == 0) return 2;
+    if (d.is_bytes && !owner.as_numbers) return 2 + base64_text_bytes(count.most);
+    return 2 + count.most * (shortest_value(*d.element, owner, false) + 1) - 1;
+  }
+  default: return 1;
+  }
+}
+
 } // namespace
 
 array_count count_of(const value_description& array, const member_description* owner) noexcept {
@@ -100,6 +119,16 @@ void write_description(writer& into, const schema_description& type) noexcept {
   }
   into.end_array();
   into.end_object();
+}
+
+std::size_t shortest_text(const schema_description& type) noexcept {
+  std::size_t bytes = 2;
+  std::size_t members = 0;
+  for (const member_description& one : type.members) {
+    if (one.type->kind == value_kind::optional) continue;
+    bytes += (members++ == 0 ? 0 : 1) + one.name.size() + 3 + shortest_value(*one.type, one, true);
+  }
+  return bytes;
 }
 
 } // namespace rowe::json

@@ -26,6 +26,10 @@ struct array_count {
 // `owner`: the member that is the array; null where the array lies in another value.
 array_count count_of(const value_description& array, const member_description* owner) noexcept;
 
+// No object has a shorter JSON text: what is missing is left out, texts and lists are empty, numbers have one
+// digit.
+std::size_t shortest_text(const schema_description& type) noexcept;
+
 void write_description(writer& into, const schema_description& type) noexcept;
 
 } // namespace rowe::json

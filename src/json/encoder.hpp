@@ -52,6 +52,7 @@ class encoder {
   std::size_t bytes_max() const noexcept { return bytes_max_; }
 
  private:
+  friend class encoder_pieces;
   struct step;
   struct name;
   class compiler;

@@ -48,6 +48,7 @@ status reader::validate(std::string_view text) noexcept {
   state& s = *state_;
   s.last = {};
   if (text.size() > bytes_max_) {
+    tokens_ = 0;
     return error{errc::too_big, static_cast<std::int64_t>(text.size()),
                  static_cast<std::int64_t>(bytes_max_)};
   }
@@ -73,8 +74,10 @@ bool reader::has_valid_tokens(std::string_view text, noted_members& found) noexc
   auto& tokens = *state_->tokens;
   if (text.empty() || tokens.stage1(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(),
                                     simdjson::stage1_mode::regular) != simdjson::SUCCESS) {
+    tokens_ = 0;
     return false;
   }
+  tokens_ = tokens.n_structural_indexes;
   return tokens_are_valid(text, {tokens.structural_indexes.get(), tokens.n_structural_indexes}, depth_max_,
                           state_->members, found) &&
          escapes_are_valid(text);

@@ -11,6 +11,7 @@
 // an escape, no number beyond the range of a double; duplicate names are accepted (codecs refuse them for the
 // names they reserve).
 #pragma once
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -74,6 +75,10 @@ class reader {
   // length when the text ends too early).
   [[nodiscard]] status validate(std::string_view text) noexcept;
 
+  // How many tokens the text had that validate() looked at last: brackets, commas, colons, and all that
+  // stands between them. 0: it was found wrong before they were counted, or is longer than bytes_max.
+  std::size_t tokens() const noexcept { return tokens_; }
+
   // The text that validate() looked at last, if it was accepted. What is noted is valid until the next call.
   const document& last() const noexcept;
 
@@ -86,6 +91,7 @@ class reader {
   std::unique_ptr<state> state_;
   std::size_t bytes_max_;
   std::size_t depth_max_;
+  std::size_t tokens_ = 0;
 };
 
 // All that follows works on text that validate() accepted, on any thread. Nothing waits or allocates, or
@@ -127,6 +133,14 @@ class array_walk {
  public:
   // Of anything but an array there are no elements.
   ROWE_RT explicit array_walk(std::string_view validated_array) noexcept;
+  // Goes on from `place`, which another walk of an array in this text had, up to the end of that array.
+  ROWE_RT array_walk(std::string_view validated_text, std::size_t place) noexcept
+      : at_{validated_text.data() + std::min(place, validated_text.size())},
+        end_{validated_text.data() + validated_text.size()} {}
+  // Where this walk is in the text in which its array lies.
+  ROWE_RT std::size_t place_in(std::string_view text) const noexcept {
+    return static_cast<std::size_t>(at_ - text.data());
+  }
   // The next element; false, and `into` untouched, when there is none.
   ROWE_RT bool next(value& into) noexcept;
 

@@ -114,6 +114,7 @@ class writer {
 
  private:
   friend class encoder;
+  friend class encoder_pieces;
   friend class splice;
 
   static constexpr std::size_t word_bytes = 8;

@@ -88,7 +88,7 @@ established::connection& established::take_place(const socket_address& peer, pur
   one.peer = peer;
   one.now = phase::open;
   one.reading = true;
-  one.refused = one.broken = one.held = false;
+  one.refused = one.broken = one.held = one.gone = false;
   one.buffer_bytes = limits_.send_buffer_bytes;
   one.unsent_bytes = limits_.unsent_bytes_max;
   one.segment_bytes = segment_bytes_max(one.buffer_bytes);
@@ -199,6 +199,7 @@ std::size_t established::on_event(const socket_event& event, std::span<std::byte
     finish(*one, cause_of(socket_error(one->bytes.get())), sink);
     return 0;
   }
+  if (broken && !std::exchange(one->gone, true)) sink.on_gone(id);
   std::size_t bytes = 0;
   const bool readable = broken || (one->reading && (event.events & EPOLLIN));
   if (readable && !one->held) { // else it comes later in this turn

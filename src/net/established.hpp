@@ -111,6 +111,7 @@ class established {
     bool reading = true;
     bool refused = false;
     bool held = false;              // it is in `held_`
+    bool gone = false;              // on_gone() was told
     bool broken = false;            // a write failed for `cause`; there may still be something to read
     int unacknowledged = 0;         // bytes, when it was
     std::size_t segment_bytes = 0;  // of one call, at most

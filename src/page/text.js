@@ -199,6 +199,7 @@ export const losses = {
   not_latched: "not kept for late ones",
   inbox_full: "dropped, slow subscriber",
   lost_with_peer: "gone with its peer",
+  left_behind: "asked by a peer that had gone",
   lost_at_close: "left when it closed",
   too_big: "larger than its slot",
   malformed: "not a JSON object",

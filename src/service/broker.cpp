@@ -31,14 +31,33 @@ bool broker::is_wanted_now(const topic& on) noexcept {
   return false;
 }
 
-// A peer's value does not replace one that a handle of this process latched.
-void broker::keep_latched(topic& on, slot_id slot, latch_owner owner) noexcept {
-  if (owner.who == latch_owner::kind::peer && on.last.owner.who == latch_owner::kind::handle) return;
+void broker::keep_latched(topic_id index, slot_id slot, latch_owner owner, const published_by& who) noexcept {
   const std::span<const char> body = message_store_.slots().body(slot);
   const rt::time_point over = message_store_.slots().lifetime(slot).ttl_over();
-  if (!state_.latches.store(on.last, {body.data(), body.size()}, owner, over))
-    return state_.counts.add(counter::not_latched);
-  on.last.published = message_store_.slots().published(slot);
+  if (!state_.latches.keep(state_.topics.at(index).latched, {body.data(), body.size()}, owner,
+                           message_store_.slots().published(slot), over))
+    tell_not_kept(index, body.size(), who);
+}
+
+// Tells who published that a late subscriber will not get the value: a peer, or this process by an event.
+void broker::tell_not_kept(topic_id index, std::size_t bytes, const published_by& who) noexcept {
+  state_.counts.add(counter::not_latched);
+  topic& on = state_.topics.at(index);
+  connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
+  rt::time_point* const told = c == nullptr ? &on.not_kept_told : nullptr;
+  if (c != nullptr && !(c->open() && c->may_be_told(index, state_.cycle.now))) return;
+  if (told != nullptr && *told != rt::time_point{} && state_.cycle.now - *told < undecodable_period) return;
+  std::array<char, wire::refusal::text_bytes_max> buffer;
+  wire::text_out text{buffer};
+  text.add("publish ").add_shortened(state_.topics.name(index), event_topic_bytes_shown);
+  text.add(": its last value, of ").add(static_cast<std::int64_t>(bytes));
+  text.add(
+      " bytes, is not kept for late subscribers: this publisher's share of latched_bytes, and of the room "
+      "for long messages, is taken");
+  if (c != nullptr) return refusals_.send_status(*c, who.id_raw, text.text(), wire::severity::warning);
+  *told = state_.cycle.now;
+  state_.events.report(event::kind::warning, {}, json::utf8_prefix(text.text(), event_text_bytes_max),
+                       "raise the limit latched_bytes", {});
 }
 
 void broker::publish_whole(topic_id index, const whole_source& of, latch_owner latches,
@@ -52,7 +71,7 @@ void broker::publish_whole(topic_id index, const whole_source& of, latch_owner l
   const slot_id slot = outbox_.compose_message(index, of.published, of.expires, write);
   if (slot) {
     on.bytes = message_store_.slots().body(slot).size();
-    if (keeps) keep_latched(on, slot, latches);
+    if (keeps) keep_latched(index, slot, latches, who);
   }
   subscription_queues_.fan_out(index, slot, of); // what is too long as JSON may fit
   if (!slot) return;
@@ -72,18 +91,17 @@ void broker::publish_long(topic_id index, rt::time_point published, rt::time_poi
   const bool keeps = latches.who != latch_owner::kind::nobody;
   if (!keeps && !is_wanted_now(on)) return;
   on.bytes = state_.chunks.bytes(value);
-  if (keeps && (latches.who != latch_owner::kind::peer || on.last.owner.who != latch_owner::kind::handle)) {
+  if (keeps) {
     const auto lifetime = message_lifetime::of_topic(expires, state_.cycle.now);
-    if (state_.latches.store_long(on.last, value, latches, lifetime.ttl_over())) {
-      on.last.published = published;
-    } else {
-      state_.counts.add(counter::not_latched);
-    }
+    if (!state_.latches.keep_long(on.latched, value, latches, published, lifetime.ttl_over()))
+      tell_not_kept(index, on.bytes, who);
   }
   if (on.subscriptions.head) {
     if (const slot_id slot = long_outbox_.compose(index, published, expires, value)) {
       subscription_queues_.fan_out(index, slot);
       message_store_.release(slot);
+    } else {
+      subscription_queues_.note_unsent(index);
     }
   }
   for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
@@ -139,13 +157,23 @@ void broker::relay(connection& c, const wire::request& asked, text_id body) noex
 
 void broker::deliver_latched(pair_index pair) noexcept {
   const topic_id index = state_.pair_rows[pair].topic;
-  if (const latched_value& kept = state_.topics.at(index).last;
-      kept.chunks && kept.expires > state_.cycle.now)
-    return deliver_long_to(pair, kept.chunks, kept.expires, {});
-  const slot_id last = subscription_queues_.compose_latched(index);
-  if (!last) return;
-  deliver_to(pair, message_store_.slots().body(last), message_store_.slots().lifetime(last).ttl_over(), {});
-  message_store_.release(last);
+  latched_list& all = state_.topics.at(index).latched;
+  state_.latches.drop_expired(all, state_.cycle.now);
+  latch_id long_one{}; // the newest: behind it nothing is delivered until it has been copied
+  for (latch_id i = all.head; i; i = state_.latches.at(i).next) {
+    const latched_value& kept = state_.latches.at(i).value;
+    if (long_outbox_.is_long(kept)) {
+      if (long_one) state_.counts.add(counter::inbox_full);
+      long_one = i;
+    } else if (const slot_id slot = long_outbox_.compose_latched(index, kept)) {
+      deliver_to(pair, message_store_.slots().body(slot), message_store_.slots().lifetime(slot).ttl_over(),
+                 {});
+      message_store_.release(slot);
+    }
+  }
+  if (!long_one) return;
+  const latched_value& last = state_.latches.at(long_one).value;
+  deliver_long_to(pair, last.chunks, last.expires, {});
 }
 
 void broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_point over,

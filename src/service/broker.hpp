@@ -69,10 +69,15 @@ class broker {
   // Delivers a value to the handles of this process that subscribed. They take none whose time is `over`.
   void deliver(const topic& on, std::span<const char> body, rt::time_point over,
                const published_by& who) noexcept {
-    for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
-      deliver_to(i, body, over, who);
+    for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox) {
+      if (local_delivery_.may_deliver(i, who.peer)) {
+        deliver_to(i, body, over, who);
+      } else {
+        state_.counts.add(counter::inbox_full);
+      }
+    }
   }
-  // Delivers the latched value to a handle that was just attached.
+  // Delivers the latched values to a handle that was just attached.
   void deliver_latched(pair_index pair) noexcept;
 
  private:
@@ -80,7 +85,8 @@ class broker {
   // The same for a topic with subscribers whose codecs write whole messages.
   void publish_whole(topic_id topic, const whole_source& of, latch_owner latches, const wire::body& text,
                      const published_by& who) noexcept;
-  void keep_latched(topic& on, slot_id slot, latch_owner owner) noexcept;
+  void keep_latched(topic_id index, slot_id slot, latch_owner owner, const published_by& who) noexcept;
+  void tell_not_kept(topic_id index, std::size_t bytes, const published_by& who) noexcept;
   void deliver_to(pair_index pair, std::span<const char> body, rt::time_point over,
                   const published_by& who) noexcept;
   void deliver_long_to(pair_index pair, text_id value, rt::time_point over, const published_by& who) noexcept;
@@ -113,7 +119,7 @@ void broker::publish(topic_id index, rt::time_point published, rt::time_point ex
   const slot_id slot = outbox_.compose_message(index, published, expires, write_body);
   if (!slot) return;
   on.bytes = message_store_.slots().body(slot).size();
-  if (keeps) keep_latched(on, slot, latches);
+  if (keeps) keep_latched(index, slot, latches, who);
   subscription_queues_.fan_out(index, slot);
   const std::span<const char> body = message_store_.slots().body(slot);
   deliver(on, body, expires, who);

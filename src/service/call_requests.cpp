@@ -73,7 +73,9 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
   std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
   std::string_view fault_text; // a copy, if the text that `fault` points into does not live long enough
   const bool decodes = state_.pairs[pair].decoder != nullptr;
-  if (what.is == form::args || (decodes && what.is == form::object)) {
+  if (!local_delivery_.may_deliver(pair, header.peer)) {
+    done = errc::full;
+  } else if (what.is == form::args || (decodes && what.is == form::object)) {
     done =
         local_delivery_.deliver(pair, header, what.text.empty() ? std::string_view{"{}"} : what.text, fault);
   } else {

@@ -17,9 +17,10 @@ std::uint32_t chunk_store::chunk_count(const limits& bounds) noexcept {
 }
 
 // A text that is longer than message_bytes_max has some chunks. What is cut to a shorter one may find no row.
+// Latched values may be as short as one chunk, and have a half of all chunks at most.
 std::size_t chunk_store::text_count(const limits& bounds) noexcept {
   const std::uint32_t least = std::max(chunks_for(bounds.message_bytes_max), 1U);
-  return chunk_count(bounds) / least;
+  return chunk_count(bounds) / least + 2 * std::size_t{reserve_of(chunk_count(bounds))};
 }
 
 std::size_t chunk_store::footprint_bytes(const limits& bounds) noexcept {

@@ -46,7 +46,9 @@ struct connection {
   connection_id id;
   phase state = phase::free;
   side ours = side::server;
-  bool unheard = false;                     // we do not read it, so its pongs and its silence say nothing
+  bool unheard = false;    // we do not read it, so its pongs and its silence say nothing
+  bool gone = false;       // nobody reads what we answer; what it sent before is still read
+  wire::list_place list{}; // of the message that is being read: the requests from here on are left
   const wire::protocol* protocol = nullptr; // set unless the row is free
 
   bool stop_only = false;      // it came on stop_path: see core.cpp
@@ -66,10 +68,10 @@ struct connection {
   rt::time_point losses_next{};   // when it may be told again that messages for it were dropped,
   std::uint32_t losses_told = 0;  // and of how many it was told: peer_queues::dropped
   std::uint16_t closes_as = 0;    // close code; to_close
-  std::string_view close_reason;  // or empty; the text outlives the peer
+  std::uint16_t address_bytes = 0;
+  std::string_view close_reason; // or empty; the text outlives the peer
 
   std::array<char, 64> address{};
-  std::size_t address_bytes = 0;
 
   // A topic on which it published a message that no handle could decode, and when it was told, in ms since it
   // connected.

@@ -232,7 +232,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   c.who = outdated ? access::subject{} : peer.who;
   (void)c.identity.assign(state_.rights.policy().identity_name(c.who.identity)); // it fits: check_access()
   c.stop_only = peer.ours == side::server && peer.path == stop_path;
-  c.address_bytes = std::min(peer.address.size(), c.address.size());
+  c.address_bytes = static_cast<std::uint16_t>(std::min(peer.address.size(), c.address.size()));
   peer.address.copy(c.address.data(), c.address_bytes);
   ingress_.open({id.index});
   state_.counts.add(counter::peers_joined);
@@ -283,6 +283,11 @@ void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
   c->heard_at = c->said_at = state_.cycle.now;
   attempts_failed_ = 0; // a server that sends something is alive
   ingress_.receive({id.index}, bytes);
+}
+
+// It counts as gone for its calls' answers, and for the stop, when what it sent has been read (on_close()).
+void core::on_gone(connection_id id) noexcept {
+  if (connection* const c = find(id)) c->gone = true;
 }
 
 void core::on_writable(connection_id id) noexcept {

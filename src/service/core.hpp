@@ -85,6 +85,7 @@ class core final : public transport_sink, private frame_handler, private core_pa
   void on_open(connection_id id, const peer_info& peer) noexcept override;
   void on_bytes(connection_id id, std::span<std::byte> bytes) noexcept override;
   std::size_t wanted_bytes(connection_id id) const noexcept override;
+  void on_gone(connection_id id) noexcept override;
   void on_writable(connection_id id) noexcept override;
   void on_close(connection_id id, close_cause cause) noexcept override;
   void on_rejected(const rejection& reason) noexcept override;

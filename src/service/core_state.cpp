@@ -5,7 +5,7 @@ namespace rowe::service {
 
 std::size_t core_state::footprint_bytes(const limits& bounds) noexcept {
   return timers::footprint_bytes(bounds) + peer_table::footprint_bytes(bounds) +
-         chunk_store::footprint_bytes(bounds) + latch_store::footprint_bytes(bounds) +
+         chunk_store::footprint_bytes(bounds) + latched_values::footprint_bytes(bounds) +
          last_value_store::footprint_bytes(bounds) + topic_table::footprint_bytes(bounds) +
          subscription_table::footprint_bytes(bounds) + rt::arena::bytes_for<pair_row>(bounds.lanes_max) +
          call_table::footprint_bytes(bounds);

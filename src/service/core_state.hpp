@@ -20,7 +20,7 @@
 #include "service/event_log.hpp"
 #include "service/ids.hpp"
 #include "service/last_value_store.hpp"
-#include "service/latch_store.hpp"
+#include "service/latched_values.hpp"
 #include "service/page_texts.hpp"
 #include "service/pair_table.hpp"
 #include "service/peer_rights.hpp"
@@ -70,7 +70,7 @@ struct core_state {
   chunk_store chunks;
   timers due;
   peer_table peers;
-  latch_store latches;
+  latched_values latches;
   last_value_store last_values;
   page_texts long_pages;
   peer_rights rights;

@@ -20,6 +20,7 @@ namespace rowe::service {
   X(evicted, loss, "dropped as the oldest of the peer that held most: all places of a pool were taken")      \
   X(no_slot, loss, "dropped: all slots for encoded messages were taken")                                     \
   X(no_chunks, loss, "long messages dropped: all chunks for their texts, or the sender's share, were taken") \
+  X(left_behind, loss, "requests that were not carried out: their peer had gone, and read no answer")        \
   X(fragments_lost, loss, "messages in fragments that were not put together: one was wrong, or too late")    \
   X(too_big, loss, "dropped: larger than the slot it should go into")                                        \
   X(malformed, loss, "not valid JSON, or not the object a message must be")                                  \

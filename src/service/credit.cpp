@@ -115,8 +115,8 @@ void credit::update_bound(rt::duration waited) noexcept {
   const bool starved = std::exchange(held_, false) && waited <= round_trip_.shortest() + queue_time() / 4;
   if (starved) bytes = std::max(bytes, growth * static_cast<double>(bound_));
   if (ROWE_MUTANT(bound_shrinks)) bytes = std::max(bytes, static_cast<double>(bound_));
-  bound_ = static_cast<std::size_t>(
-      std::clamp(bytes, static_cast<double>(least()), static_cast<double>(most())));
+  bound_ =
+      static_cast<std::size_t>(std::clamp(bytes, static_cast<double>(least()), static_cast<double>(most())));
   ping_every_ = bound_ / 2;
 }
 

@@ -18,9 +18,6 @@ std::string_view text_of(std::span<const std::byte> bytes) noexcept {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-constexpr std::string_view long_list_diagnostic =
-    "the message lists too many requests, or is too long for so many: use several messages";
-
 } // namespace
 
 std::size_t dispatcher::footprint_bytes(const limits& bounds) noexcept {
@@ -34,6 +31,7 @@ dispatcher::dispatcher(rt::arena& memory, const needs& parts) noexcept
       long_ingress_{parts.long_ingress},
       fragment_ingress_{parts.fragment_ingress},
       request_router_{parts.request_router},
+      parameters_max_{2 * parameters::count_max(state_.bounds())},
       scratch_{memory.carve<char>(scratch_bytes(state_.bounds()))} {}
 
 // ---- messages
@@ -51,7 +49,7 @@ void dispatcher::dispatch_again(peer_index from, std::span<std::byte> message, b
   if (in_fragments && !fragment_ingress_.was_parked(from)) [[unlikely]] {
     take_fragments(c, fragment_ingress_.go_on(c, message));
   } else {
-    request_router_.begin_again();
+    if (!c.list) request_router_.begin_again();
     in_fragments ? carry_out_whole(c) : read(c, message, binary);
   }
   request_router_.end(c);
@@ -74,34 +72,42 @@ void dispatcher::dispatch_piece(peer_index from, const wire::frame_step& step) n
   request_router_.end(c);
 }
 
+// Validates a text of a peer. Its tokens take more time than its bytes.
+inline status dispatcher::validate(std::string_view text) noexcept {
+  const status valid = state_.seams.validator.validate(text);
+  const std::size_t tokens = state_.seams.validator.tokens();
+  if (tokens > tokens_uncharged) state_.cycle.work_bytes += (tokens - tokens_uncharged) * token_work_bytes;
+  return valid;
+}
+
+// Reads the request of a message, or as many of its list as have their turn.
 inline void dispatcher::read_text(connection& c, std::span<std::byte> payload) noexcept {
   const std::string_view text = text_of(payload);
-  if (const status valid = state_.seams.validator.validate(text); !valid) {
-    state_.counts.add(counter::malformed);
-    if (request_router_.drops_excess()) return;
-    return refuse_malformed(c, text, valid.error());
+  json::document known{text};
+  if (!c.list) [[likely]] { // else it was validated in an earlier turn
+    if (const status valid = validate(text); !valid) {
+      state_.counts.add(counter::malformed);
+      if (request_router_.drops_excess()) return;
+      return refuse_malformed(c, text, valid.error());
+    }
+    known = state_.seams.validator.last(); // its members are noted until the next validation
   }
-  json::document known = state_.seams.validator.last(); // its members are noted until the next validation
-  const limits& bounds = state_.bounds(); // no list is longer than what a peer may hold of what is listed
-  std::uint32_t left =
-      std::max(bounds.subscriptions_per_connection_max, bounds.advertisements_per_connection_max);
-  std::size_t bytes_left = 4 * bounds.message_bytes_max; // for each, the text is read again
-  for (std::uint32_t from = 0;;) {
+  for (std::uint32_t left = listed_requests_per_turn;;) {
     read_request one{.known = known, .message = payload};
     diagnostic_buffer diagnostic;
-    one.read = c.protocol->reads.decode(known, decode_buffers(diagnostic, from), one.asked, one.why);
+    if (c.list) [[unlikely]]
+      request_router_.count_another(c);
+    one.read = c.protocol->reads.decode(known, decode_buffers(diagnostic, c.list), one.asked, one.why);
     const auto due = request_router_.take(c, one);
     if (due != fragment_ingress::due::next_fragment) [[unlikely]]
       return take_fragments(c, due);
-    from = one.asked.next;
-    if (from == 0 || !c.open()) return;
-    request_router_.count_another(c);
-    state_.cycle.work_bytes += read_work_bytes; // as much as a message of its own
-    if (--left == 0 || text.size() > bytes_left) {
-      if (request_router_.drops_excess()) return;
-      return refusals_.refuse(c, one.asked.codec, {}, {.code = "refused", .text = long_list_diagnostic});
+    if (!one.asked.next || !c.open()) [[likely]] {
+      if (c.list) c.list = {};
+      return;
     }
-    bytes_left -= text.size();
+    c.list = one.asked.next;
+    state_.cycle.work_bytes += read_work_bytes; // as much as a message of its own
+    if (--left == 0) return ingress_.go_on({c.id.index});
     known = json::document{text}; // what was noted may be gone
   }
 }
@@ -110,13 +116,13 @@ void dispatcher::read_binary(connection& c, std::span<std::byte> message) noexce
   json::document body;
   read_request one{.known = body, .message = message};
   diagnostic_buffer diagnostic;
-  one.read = c.protocol->reads.decode_binary(message, decode_buffers(diagnostic, 0), one.asked, one.why);
+  one.read = c.protocol->reads.decode_binary(message, decode_buffers(diagnostic), one.asked, one.why);
   if (one.read == wire::decoded::unsupported) {
     state_.counts.add(counter::refused_requests);
     return state_.peers.close_later(c, no_binary_diagnostic, wire::close_code::unsupported_data);
   }
   if (const std::string_view text = one.asked.body_raw; one.read == wire::decoded::request && !text.empty()) {
-    if (const status valid = state_.seams.validator.validate(text); !valid) {
+    if (const status valid = validate(text); !valid) {
       one.read = wire::decoded::malformed;
       one.why = {.code = valid.error().name(), .text = explain_fault_in(valid.error(), text, diagnostic)};
     } else if (body = state_.seams.validator.last(); !json::is_object(body.text)) {
@@ -141,7 +147,7 @@ bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bo
   const json::document known = binary ? json::document{} : state_.seams.validator.last();
   read_request one{.known = known};
   diagnostic_buffer diagnostic;
-  const wire::decode_buffers buffers = decode_buffers(diagnostic, 0);
+  const wire::decode_buffers buffers = decode_buffers(diagnostic);
   one.read = binary ? c.protocol->reads.decode_binary(message, buffers, one.asked, one.why)
                     : c.protocol->reads.decode(known, buffers, one.asked, one.why);
   return request_router_.is_stop(c, one);
@@ -157,7 +163,7 @@ void dispatcher::read_long(connection& c, const long_arrival& message,
     known = state_.seams.validator.last(); // it is
   read_request one{.known = known};
   diagnostic_buffer diagnostic;
-  const wire::decode_buffers buffers = decode_buffers(diagnostic, 0);
+  const wire::decode_buffers buffers = decode_buffers(diagnostic);
   one.read = message.binary ? c.protocol->reads.decode_binary(message.envelope, buffers, one.asked, one.why)
                             : c.protocol->reads.decode(known, buffers, one.asked, one.why);
   // Where neither an operation nor an id is known, it is not known what it is.

@@ -15,6 +15,7 @@
 #include "service/fragment_ingress.hpp"
 #include "service/ingress.hpp"
 #include "service/long_ingress.hpp"
+#include "service/parameters.hpp"
 #include "service/refusals.hpp"
 #include "service/request_router.hpp"
 #include "wire/codec.hpp"
@@ -48,16 +49,18 @@ class dispatcher {
  private:
   using diagnostic_buffer = std::array<char, wire::refusal::text_bytes_max>;
 
-  wire::decode_buffers decode_buffers(diagnostic_buffer& diagnostic, std::uint32_t from) const noexcept {
+  wire::decode_buffers decode_buffers(diagnostic_buffer& diagnostic,
+                                      wire::list_place from = {}) const noexcept {
     return {.scratch = scratch_,
             .diagnostic = diagnostic,
-            .limits = {.name_bytes_max = state_.bounds().topic_bytes_max},
+            .limits = {.name_bytes_max = state_.bounds().topic_bytes_max, .parameters_max = parameters_max_},
             .from = from};
   }
   void read(connection& c, std::span<std::byte> message, bool binary) noexcept {
     binary ? read_binary(c, message) : read_text(c, message);
   }
   void read_text(connection& c, std::span<std::byte> message) noexcept;
+  status validate(std::string_view text) noexcept;
   void read_binary(connection& c, std::span<std::byte> message) noexcept;
   void read_long(connection& c, const long_arrival& message, std::span<const std::byte> front) noexcept;
   void refuse_malformed(connection& c, std::string_view text, const error& why) noexcept;
@@ -70,7 +73,8 @@ class dispatcher {
   long_ingress& long_ingress_;
   fragment_ingress& fragment_ingress_;
   request_router& request_router_;
-  std::span<char> scratch_; // the names and the id of the request; only decoders write here
+  const std::uint32_t parameters_max_; // that are looked at in a list: more than there are
+  std::span<char> scratch_;            // the names and the id of the request; only decoders write here
 };
 
 } // namespace rowe::service

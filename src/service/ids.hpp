@@ -31,6 +31,7 @@ using loop_index = id<struct loop_tag>;              // of the loops of stop_rul
 using call_index = id<struct call_tag>;              // of call_table
 using service_index = id<struct service_tag>;        // of service_directory
 using block_id = id<struct block_tag>;               // of latch_store
+using latch_id = id<struct latch_tag>;               // of latched_values
 using id_block_id = id<struct id_block_tag>;         // of kept_ids
 using deadline_id = id<struct deadline_tag>;         // that of a subscription, with its number
 using parameter_id = id<struct parameter_tag>;       // of parameters

@@ -24,7 +24,7 @@ std::size_t ingress::footprint_bytes(const limits& bounds) noexcept {
   return arena::bytes_for<input>(bounds.connections_max) +
          bounds.connections_max *
              (arena::bytes_for(bounds.message_bytes_max + tailroom_bytes) + arena::bytes_for(staging_bytes)) +
-         2 * arena::bytes_for<peer_index>(bounds.connections_max);
+         turns::footprint_bytes(bounds) + arena::bytes_for<peer_index>(bounds.connections_max);
 }
 
 ingress::ingress(rt::arena& memory, const needs& parts) noexcept
@@ -34,7 +34,7 @@ ingress::ingress(rt::arena& memory, const needs& parts) noexcept
       receiver_{parts.receiver},
       handler_{parts.frame_handler},
       inputs_{memory.carve<input>(state_.bounds().connections_max)},
-      backlog_{memory.carve<peer_index>(state_.bounds().connections_max)},
+      turns_{memory, state_.bounds()},
       parked_{memory.carve<peer_index>(state_.bounds().connections_max)} {
   for (input& of : inputs_) {
     of.staging = memory.carve_bytes(staging_bytes);
@@ -51,6 +51,7 @@ void ingress::open(peer_index peer) noexcept {
   fresh.staging = of.staging;
   fresh.in_ring = of.in_ring; // the ring may still have its place from before
   of = fresh;
+  turns_.open(peer);
   of.parser.reset(state_.peers[peer].ours == side::server ? wire::role::server : wire::role::client,
                   {.message_bytes_max = state_.bounds().message_bytes_max,
                    .long_bytes_max = state_.peers[peer].stop_only ? 0 : state_.chunks.text_bytes_max(),
@@ -95,6 +96,7 @@ void ingress::read_alone(peer_index peer, std::span<std::byte> bytes) noexcept {
   std::size_t work = 0;
   while ((of.goes_on || (!of.backlog.empty() && !of.parked())) && work < read_work_per_cycle)
     work += read_one(peer);
+  turns_.charge(peer, work);
   of.left_backlog = !of.backlog.empty() || of.parked();
   if (of.left_backlog) keep_backlog(of);
   lent_ = {};
@@ -157,7 +159,7 @@ void ingress::look_at_parked() noexcept {
   for (std::uint32_t left = parked_.count(); left != 0; --left) {
     const peer_index peer = parked_.pop();
     const bool waits = state_.peers[peer].open() && inputs_[peer].parked();
-    (waits && receiver_.admit(peer) == admission::later ? parked_ : backlog_).push(peer);
+    waits&& receiver_.admit(peer) == admission::later ? parked_.push(peer) : turns_.push(peer);
   }
 }
 
@@ -168,7 +170,7 @@ inline void ingress::take_turn(peer_index peer) noexcept {
   if (of.in_ring) return;
   if (of.backlog.empty() && !of.parked()) return end_backlog(peer);
   of.in_ring = true;
-  (of.parked() && !of.goes_on ? parked_ : backlog_).push(peer);
+  of.parked() && !of.goes_on ? parked_.push(peer) : turns_.push(peer);
 }
 
 // Carries out one message, or the part of it that was read. Returns its work.
@@ -206,14 +208,15 @@ inline std::size_t ingress::read_one(peer_index peer) noexcept {
 }
 
 void ingress::read_backlogs() noexcept {
-  for (std::size_t work = 0; !backlog_.empty() && work < read_work_per_cycle;) {
-    const peer_index peer = backlog_.pop();
+  for (std::size_t work = 0; !turns_.empty() && work < read_work_per_cycle;) {
+    const peer_index peer = turns_.next();
     inputs_[peer].in_ring = false;
-    do {
-      work += read_one(peer);
-    } while (ROWE_MUTANT(backlog_turn) && !inputs_[peer].backlog.empty() && work < read_work_per_cycle);
+    const std::size_t turn = read_one(peer);
+    if (turn > turn_work || !turns_.empty()) turns_.charge(peer, turn); // else nobody waits for it
+    work += turn;
     take_turn(peer);
   }
+  turns_.end();
 }
 
 // ---- stops
@@ -292,7 +295,7 @@ bool ingress::check() const noexcept {
     if (of.goes_on && !of.parked()) return false;
     if (!of.backlog.empty() && !of.in_ring) return false;
   }
-  return in_rings == backlog_.count() + parked_.count();
+  return in_rings == turns_.count() + parked_.count() && turns_.check();
 }
 
 } // namespace rowe::service

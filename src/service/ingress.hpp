@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What was read from peers and is not carried out yet. If several peers have sent something, reading only
-// stages it. Then one message of each peer is carried out in turn; the peer that has waited longest comes
-// first, and one cycle does a stated amount of work. So a peer waits for one message of every other peer, not
-// for all that they have sent. A stop does not even wait for that: it is carried out as it is read, before
-// what its own peer sent before it.
+// stages it. Then one message of each peer is carried out in turn (turns.hpp), and one cycle does a stated
+// amount of work. So a peer waits for one message of every other peer, not for all that they have sent. A
+// stop does not even wait for that: it is carried out as it is read, before what its own peer sent before it.
 //
 // A message for which the receiver has no room is parked. Its peer is not read until there is room. One that
 // takes several steps is kept in the same way, and comes again in its peer's next turn.
@@ -26,6 +25,7 @@
 #include "service/receiver.hpp"
 #include "service/sender.hpp"
 #include "service/service_limits.hpp"
+#include "service/turns.hpp"
 #include "wire/frame_parser.hpp"
 
 namespace rowe::service {
@@ -55,12 +55,12 @@ class ingress {
   }
   // Carries out one message of each waiting peer, in turn.
   void read_in_turn() noexcept {
-    if (!backlog_.empty()) read_backlogs();
+    if (!turns_.empty()) read_backlogs();
   }
   // Begins a cycle: stops may be carried out before their turn again.
   void begin_cycle() noexcept { stops_ahead_ = 0; }
   // Whether the next cycle is needed at once: something waits for its turn, or room came for what is parked.
-  bool waits() const noexcept { return !backlog_.empty() || (!parked_.empty() && changes() != unparked_at_); }
+  bool waits() const noexcept { return !turns_.empty() || (!parked_.empty() && changes() != unparked_at_); }
   // Whether a message is parked until the receiver has room.
   bool any_parked() const noexcept { return !parked_.empty(); }
 
@@ -92,7 +92,7 @@ class ingress {
     std::uint32_t parked_bytes = 0;
     bool parked_binary = false;
     bool goes_on = false;      // it waits for nothing but its peer's turn
-    bool in_ring = false;      // in backlog_ or parked_
+    bool in_ring = false;      // in turns_ or parked_
     bool left_backlog = false; // the last read that was large was not carried out in one turn
     rt::time_point message_began_at = rt::never;
     std::size_t timed = 0; // bytes of a long message since then
@@ -118,7 +118,7 @@ class ingress {
   receiver& receiver_;
   frame_handler& handler_;
   rows<peer_index, input> inputs_;
-  index_ring<peer_index> backlog_;
+  turns turns_;
   index_ring<peer_index> parked_;
   std::uint64_t unparked_at_ = 0;     // changes() when parked messages were tried last
   std::span<std::byte> current_text_; // the message that is being carried out

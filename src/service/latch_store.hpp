@@ -58,8 +58,7 @@ class latch_store {
   latch_store(rt::arena& memory, chunk_store& chunks, const limits& bounds) noexcept;
 
   // Replaces the value in `into` by `body`. False if there is no room, or if the owner may not hold so much.
-  // Then `into` is empty, unless another peer's value is there. shares.hpp says how much a peer may hold;
-  // half of the pool belongs to this process.
+  // Then `into` is empty. shares.hpp says how much a peer may hold; half of the pool belongs to this process.
   bool store(latched_value& into, std::string_view body, latch_owner owner, rt::time_point expires) noexcept;
   // The same for a long value, of which `into` keeps a reference.
   bool store_long(latched_value& into, text_id value, latch_owner owner, rt::time_point expires) noexcept;

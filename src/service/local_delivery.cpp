@@ -5,6 +5,7 @@
 #include <cstring>
 #include <utility>
 
+#include "service/service_limits.hpp"
 #include "json/utf8.hpp"
 
 namespace rowe::service {
@@ -57,6 +58,23 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
                                .outcome_value = outcome ? 0 : outcome.error().value,
                                .outcome_limit = outcome ? 0 : outcome.error().limit};
   if (end.ring->try_push(*slot)) queues.arrival.notify(); // there is a place for every slot
+}
+
+// Where there are several peers, one may have three times as many messages in an inbox as it leaves free
+// places to others, without the last one; and always one. So a peer that sends without pause fills at most
+// three quarters.
+bool local_delivery::has_share(pair_index pair, detail::peer_ref from) noexcept {
+  const detail::producer_end& inbox = state_.pairs[pair].service.in;
+  if (inbox.newest != nullptr || 2 * inbox.ring->unpopped_at_most() < inbox.count || state_.peers.count() < 2)
+    return true;
+  std::size_t waiting = 0;
+  std::size_t of_sender = 0;
+  inbox.ring->each_unpopped([&](std::uint32_t slot) {
+    ++waiting;
+    of_sender += inbox.memory.header(slot)->peer == from;
+  });
+  state_.cycle.work_bytes += waiting * looked_at_work;
+  return of_sender == 0 || waiting >= inbox.count || of_sender + 1 <= 3 * (inbox.count - waiting - 1);
 }
 
 status local_delivery::deliver(pair_index index, const detail::value_header& header, std::string_view body,

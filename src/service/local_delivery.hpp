@@ -24,6 +24,10 @@ class local_delivery {
   status deliver(pair_index pair, const detail::value_header& header, std::string_view body,
                  json::decoder::diagnosis& why) noexcept;
 
+  // Whether a peer may have one more message in the inbox of a handle. This process always may.
+  bool may_deliver(pair_index pair, detail::peer_ref from) noexcept {
+    return from.generation == 0 || has_share(pair, from);
+  }
   // The two ends of a delivery whose value somebody else writes: takes a slot of the inbox of a handle for
   // texts, and hands it over. None: the inbox is full, or such a delivery is under way.
   std::optional<std::uint32_t> take_slot(pair_index pair) noexcept;
@@ -37,6 +41,7 @@ class local_delivery {
   }
 
  private:
+  bool has_share(pair_index pair, detail::peer_ref from) noexcept;
   void deliver_completion(const call_endpoint& whom, detail::call_ref own, const status& outcome,
                           std::string_view text) noexcept;
   void complete_at_pair(const call_endpoint& whom, detail::call_ref own, status outcome,

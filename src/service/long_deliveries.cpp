@@ -15,6 +15,7 @@ status long_deliveries::begin(pair_index pair, const detail::value_header& heade
       queues.decoder != nullptr ? state_.bounds().message_bytes_max : queues.service.in.memory.bytes_max;
   if (bytes > most || queues.decoder != nullptr)
     return error{errc::too_big, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(most)};
+  if (!local_delivery_.may_deliver(pair, header.peer)) return errc::full;
   const auto slot = local_delivery_.take_slot(pair);
   if (!slot) return errc::full;
   delivery& begun = rows_[pair];

@@ -35,4 +35,10 @@ slot_id long_outbox::compose(topic_id topic, rt::time_point published, rt::time_
   });
 }
 
+slot_id long_outbox::compose_latched(topic_id topic, const latched_value& kept) noexcept {
+  if (is_long(kept)) return compose(topic, kept.published, kept.expires, kept.chunks);
+  return outbox_.compose_message(topic, kept.published, kept.expires,
+                                 [&](json::writer& into) { state_.latches.write(kept, into); });
+}
+
 } // namespace rowe::service

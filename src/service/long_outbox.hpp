@@ -30,6 +30,12 @@ class long_outbox {
   // Composes a topic's message whose body is a long text. None, counted: what is on its way has all slots for
   // long messages, or all chunks but those for what is received.
   slot_id compose(topic_id topic, rt::time_point published, rt::time_point expires, text_id body) noexcept;
+  // A latched value of a topic, as a long message or a short one. None: no slot is free, which is counted.
+  slot_id compose_latched(topic_id topic, const latched_value& kept) noexcept;
+  // Whether it is a long one.
+  bool is_long(const latched_value& kept) const noexcept {
+    return kept.chunks && kept.bytes > state_.bounds().message_bytes_max;
+  }
   // Queues a call, or an answer, with a long value in it to one peer: it may be evicted for others.
   // `write_text(json::writer&)` writes it with the stand-in. Returns its slot. Errors, counted: full, or the
   // peer is closing; too_big, as message_store::compose_around().

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes what handles publish that may publish long texts: copies a long one into chunks and checks it, some
-// of it in a cycle. Its handle keeps the slot meanwhile, and nothing behind it is taken, so its values stay
-// in their order. One long text is taken at a time; other such handles wait for their turn.
+// Takes what handles publish that may publish long texts, or structs whose text may be long: copies a long
+// text into chunks and checks it, or encodes the struct into chunks, some of it in a cycle. Its handle keeps
+// the slot meanwhile, and nothing behind it is taken, so its values stay in their order. One long text is
+// taken at a time; other such handles wait for their turn.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -16,6 +17,7 @@
 #include "service/sender.hpp"
 #include "service/topic_handles.hpp"
 #include "service/value_publisher.hpp"
+#include "json/encoder_pieces.hpp"
 #include "json/scanner.hpp"
 
 namespace rowe::service {
@@ -42,7 +44,10 @@ class long_publications {
   void take_newest(pair_index pair) noexcept;
   void take_values(pair_index pair) noexcept;
   bool begins(pair_index pair, pair_slot slot) noexcept;
+  void begin_struct() noexcept;
   bool advance() noexcept;
+  bool advance_text() noexcept;
+  bool advance_struct() noexcept;
   void publish() noexcept;
   void drop() noexcept;
 
@@ -56,7 +61,8 @@ class long_publications {
   pair_slot slot_{};
   text_id text_{}; // none: it is dropped
   std::size_t done_ = 0;
-  json::scanner scanner_;
+  json::scanner scanner_;         // of a text
+  json::encoder_pieces pieces_{}; // of a struct
 };
 
 } // namespace rowe::service

@@ -70,8 +70,7 @@ partial_frame message_frames::begun(const batch_piece& piece, std::size_t whole_
   if (made.own_head) made.head = head_of(piece);
   const std::size_t bytes = payload_bytes(made);
   const bool chunked = slots_.chunked(made.slot);
-  const bool binary =
-      made.own_head ? made.head.as == wire::message_kind::binary : slots_.binary(made.slot);
+  const bool binary = made.own_head ? made.head.as == wire::message_kind::binary : slots_.binary(made.slot);
   if (bytes > whole_bytes_max && !binary) {
     // Each may begin up to three bytes before its multiple, so that it does not begin within a character.
     const std::size_t stride = std::min(whole_bytes_max, text_fragment_bytes_max) - (utf8_bytes_max - 1);
@@ -134,8 +133,8 @@ bool message_frames::add_fragment(bool masked, partial_frame& of, batch& into,
       of.fragment != 0
           ? of.fragment
           : static_cast<std::uint16_t>(std::min<std::size_t>(long_fragment_bytes, of.payload - of.done));
-  const auto what = of.done != 0  ? wire::opcode::continuation
-                    : of.own_head           ? opcode_of(of.head.as)
+  const auto what = of.done != 0             ? wire::opcode::continuation
+                    : of.own_head            ? opcode_of(of.head.as)
                     : slots_.binary(of.slot) ? wire::opcode::binary
                                              : wire::opcode::text;
   std::array<std::byte, wire::frame_header_bytes_max> header;

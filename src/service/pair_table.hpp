@@ -14,7 +14,7 @@ namespace rowe::service {
 struct pair_row {
   bool attached = false;
   bool busy = false;       // a long value is being copied into its inbox, so it gets no other one
-  bool long_texts = false; // it may publish long texts
+  bool long_texts = false; // it may publish long texts, or structs whose text is long
   topic_id topic{};
   pair_index next_inbox{};
   std::uint64_t sequence = 0;    // of the newest value taken from a window

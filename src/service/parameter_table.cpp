@@ -21,16 +21,28 @@ parameter_table::cell* parameter_table::find(std::string_view name) noexcept {
 
 parameter_table::cell* parameter_table::open(const detail::parameter_request& asked,
                                              int wake_descriptor) noexcept {
-  const auto found = std::find_if(cells_.begin(), cells_.end(), [](const cell& one) {
-    // acquire: pairs with the release in parameters::take()
-    return one.state.load(std::memory_order_acquire) == phase::free;
-  });
-  if (found == cells_.end()) return nullptr;
+  cell* const found = find_free(asked.name);
+  if (found == nullptr) return nullptr;
   build(*found, asked, news_, wake_descriptor);
   // release: pairs with the acquire in parameters::take()
   found->state.store(phase::active, std::memory_order_release);
   announce();
-  return &*found;
+  return found;
+}
+
+// The cell that had this name last, or else the next free one in turn: as long as its name stands there,
+// peers that read slowly can be told that the parameter is gone.
+parameter_table::cell* parameter_table::find_free(std::string_view name) noexcept {
+  cell* longest = nullptr;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    cell& one = cells_[(next_ + i) % cells_.size()];
+    // acquire: pairs with the release in parameters::take()
+    if (one.state.load(std::memory_order_acquire) != phase::free) continue;
+    if (one.opened != 0 && wire::without_slash(one.name()) == wire::without_slash(name)) return &one;
+    if (longest == nullptr) longest = &one;
+  }
+  if (longest != nullptr) next_ = static_cast<std::size_t>(longest - cells_.data()) + 1;
+  return longest;
 }
 
 void parameter_table::build(cell& made, const detail::parameter_request& asked,

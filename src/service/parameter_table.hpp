@@ -52,11 +52,13 @@ class parameter_table {
   }
 
  private:
+  cell* find_free(std::string_view name) noexcept;
   void announce() noexcept {
     news_.store(true, std::memory_order_release); // release: pairs with the exchange in take_news()
   }
 
   std::span<cell> cells_;
+  std::size_t next_ = 0; // the cell behind the one that was opened last
   rt::std_atomics::variable<bool> news_{false};
 };
 

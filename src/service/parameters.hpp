@@ -15,6 +15,7 @@
 
 #include "service/core_state.hpp"
 #include "service/ids.hpp"
+#include "service/limit_table.hpp"
 #include "wire/text_out.hpp"
 #include "json/writer.hpp"
 
@@ -27,6 +28,11 @@ class parameters {
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<row>(bounds.parameters_max);
+  }
+  // How many there may be, with the endpoint's own.
+  static constexpr std::uint32_t count_max(const limits& bounds) noexcept {
+    return bounds.parameters_max +
+           static_cast<std::uint32_t>(limit_table.size() + counter_descriptions.size());
   }
   parameters(rt::arena& memory, const needs& parts) noexcept;
 

@@ -37,7 +37,7 @@ void partial_frames::begin(peer_index peer, const partial_frame& frame) noexcept
     aside_[set_aside].frame = now;
   }
   now = frame;
-  now.since = state_.cycle.now;
+  now.since = now.begun = state_.cycle.now;
   if (!set_aside) return;
   now.goes = partial_frame::way::between;
   now.number = set_aside.value;
@@ -100,6 +100,28 @@ rt::time_point partial_frames::due_for_others(const partial_frame& frame) noexce
   return !frame || slots_.may_begin(slots_.class_of(frame.slot))
              ? rt::never
              : std::max(due_of(frame), state_.cycle.awake_since + partial_time_min);
+}
+
+const partial_frame* partial_frames::long_of(peer_index peer) const noexcept {
+  const partial_frame& now = frames_[peer];
+  if (!state_.peers[peer].open() || !now) return nullptr;
+  if (now.in_frames()) return &now;
+  return aside_of(now) ? &aside_of(now) : nullptr;
+}
+
+slot_id partial_frames::first_long() const noexcept {
+  const partial_frame* first = nullptr;
+  for (const peer_index peer : frames_.ids()) {
+    const partial_frame* const its = long_of(peer);
+    if (its != nullptr && (first == nullptr || its->begun < first->begun)) first = its;
+  }
+  return first != nullptr ? first->slot : slot_id{};
+}
+
+bool partial_frames::is_slow(peer_index peer, slot_id spared) const noexcept {
+  const partial_frame* const its = long_of(peer);
+  return its != nullptr && its->slot != spared && !slots_.may_begin(slots_.class_of(its->slot)) &&
+         is_slow_reader(its->done, state_.cycle.waited_since(its->begun));
 }
 
 // Begins with one peer, so the peer that held up the others comes last.

@@ -44,6 +44,7 @@ struct partial_frame {
   way goes = way::whole;
   bool others_next = false; // texts: other messages go first in the next batch
   rt::time_point since{};
+  rt::time_point begun{}; // in several frames: the first of them
   // Of a message in several frames; `written` is then of its present fragment.
   std::uint32_t payload = 0;  // its bytes: all,
   std::uint32_t done = 0;     // those in the fragments before that,
@@ -120,13 +121,17 @@ class partial_frames {
     stalled_due_ = false;
     if (!waits_) return;
     rt::time_point next = state_.cycle.now + partial_time_min;
+    const slot_id spared = first_long();
+    bool may_be_slow = true; // until one was cut for that: its place comes free later
     for (const peer_index peer : state_.peers.ids()) {
       if (!state_.peers[peer].open() || !frames_[peer]) continue;
       const rt::time_point due =
           std::min(due_for_others(frames_[peer]), due_for_others(aside_of(frames_[peer])));
-      if (due > state_.cycle.now) {
+      const bool slow = may_be_slow && is_slow(peer, spared);
+      if (due > state_.cycle.now && !slow) {
         next = std::min(next, due);
       } else {
+        may_be_slow = may_be_slow && !slow;
         state_.counts.add(counter::stalled_peers);
         cut(peer);
       }
@@ -158,6 +163,12 @@ class partial_frames {
   bool may_begin_or_wait(peer_index peer, slot_id slot) noexcept;
   rt::time_point due_of(const partial_frame& frame) noexcept;
   rt::time_point due_for_others(const partial_frame& frame) noexcept;
+  // Of a peer the message that it reads in several frames, also if it is set aside; null: there is none.
+  const partial_frame* long_of(peer_index peer) const noexcept;
+  // The slot of the one that somebody has been reading for the longest time; none: nobody reads one.
+  slot_id first_long() const noexcept;
+  // Whether a peer reads one slowly, others wait for its slot, and it is not the spared one.
+  bool is_slow(peer_index peer, slot_id spared) const noexcept;
   void look_again_from(std::uint32_t first) noexcept;
 
   core_state& state_;

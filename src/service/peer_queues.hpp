@@ -32,7 +32,7 @@ struct peer_queues {
   queue long_replies;          // long answers and requests: one that is evicted takes no other one with it
   std::array<queue, 3> direct; // messages to it, by priority
   std::array<ready_list, 3> ready;
-  std::uint32_t latched_pending = 0; // how many subscriptions still wait for their latched value
+  std::uint32_t latched_pending = 0; // how many subscriptions still wait for latched values
   std::uint32_t dropped = 0;         // messages of its topics so far, for which it read too slowly
   // A longer text is sent in fragments, each a text of its own, and no frame so long is gathered.
   std::uint32_t whole_bytes_max = UINT32_MAX;

@@ -56,7 +56,7 @@ request_router::due request_router::take(connection& c, read_request& one) noexc
   if (of_stop != stop_verb::none) carry_out_stop(c, one, of_stop);
   if (one.read == wire::decoded::request) {
     if (of_stop == stop_verb::none) return carry_out(c, one);
-  } else if (!drops_excess(c, one.asked)) {
+  } else if (!drops(c, one.asked)) {
     refusals_.refuse(c, one.asked, one.why);
   }
   return due::next_fragment;
@@ -109,7 +109,7 @@ inline request_router::due request_router::carry_out(connection& c, const read_r
     return due::next_fragment;
   }
   if (asked.what == verb::call && !heard_before_) state_.counts.add(counter::calls_in);
-  if (drops_excess(c, asked)) return due::next_fragment;
+  if (drops(c, asked)) return due::next_fragment;
   if (c.stop_only && !stop_gate::is_for_stop_peers(asked)) {
     refusals_.refuse(c, asked, {.code = "refused", .text = stop_only_diagnostic});
     return due::next_fragment;
@@ -205,7 +205,7 @@ void request_router::take_long(connection& c, read_request& one, const long_arri
   if (message.is == verdict::far_behind || message.is == verdict::other_long ||
       message.is == verdict::unsupported)
     state_.counts.add(counter::too_big);
-  if (drops_excess(c, asked) || (ROWE_MUTANT(long_told) && message.is == verdict::no_room)) return;
+  if (drops(c, asked) || (ROWE_MUTANT(long_told) && message.is == verdict::no_room)) return;
   if (one.read != wire::decoded::request && (fine || (message.binary && asked.what == wire::verb::unknown)))
     return refusals_.refuse(c, asked, one.why);
   if (fine && takes_long(c, asked, message)) return;

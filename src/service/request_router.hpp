@@ -78,10 +78,15 @@ class request_router {
     if (excess_) state_.counts.add(counter::over_rate);
     return excess_;
   }
-  // The same for a request that was read: who asks with a number is told.
-  bool drops_excess(connection& c, const wire::request& asked) noexcept {
-    if (excess_) refusals_.fail_excess(c, asked);
-    return drops_excess();
+  // The same for one that was read: who asks with a number is told. If its peer has gone, it is dropped where
+  // nobody else would see what comes of it.
+  bool drops(connection& c, const wire::request& asked) noexcept {
+    if (!c.gone || !wire::is_for_who_asks(asked.what)) {
+      if (excess_) refusals_.fail_excess(c, asked);
+      return drops_excess();
+    }
+    state_.counts.add(counter::left_behind);
+    return true;
   }
 
   // ---- its requests

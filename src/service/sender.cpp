@@ -116,15 +116,16 @@ void sender::flush(peer_index peer) noexcept {
   bool more = true;
   unsigned fragments = 0; // of long messages
   for (unsigned round = 0; more && round < batches_per_cycle && !queues.blocked; ++round) {
-    if (queues.latched_pending != 0)
-      subscription_queues_.place_pending_latched(peer); // first, since it may evict
+    const bool placed = queues.latched_pending != 0 &&
+                        subscription_queues_.place_pending_latched(peer); // first, since it may evict
     batch next{buffer_, pieces_};
     if (selection_.add_urgent(to, next)) selection_.add_messages(to, next);
     queues.out_of_credit = next.out_of_credit;
     const bool waited = queues.waits_to_begin;
     settle(to, next, next.count != 0 ? hand_over(to.peer.id, next.whole()) : 0);
     const bool may_begin_now = waited && !queues.waits_to_begin; // its own partial frame has ended
-    const bool more_latched = queues.latched_pending != 0 && !next.out_of_credit && !queues.waits_to_begin;
+    const bool more_latched = queues.latched_pending != 0 && (placed || next.count != 0) &&
+                              !next.out_of_credit && !queues.waits_to_begin;
     more = next.more || more_latched || may_begin_now;
     if ((fragments += next.in_fragments) >= long_fragments_per_turn) break;
   }

@@ -16,6 +16,7 @@
 
 #include "service/ids.hpp"
 #include "service/transport.hpp"
+#include "service/work.hpp"
 #include "wire/codec.hpp"
 #include "wire/refusal.hpp"
 #include "wire/request.hpp"
@@ -23,53 +24,6 @@
 #include "json/reader.hpp"
 
 namespace rowe::service {
-
-// ---- work of a cycle
-
-// Values taken from one handle in a cycle; more if no subscriber loses one by it. Messages, requests and
-// replies taken from one handle, or from all threads together.
-inline constexpr std::size_t values_per_cycle = 64;
-inline constexpr std::size_t values_per_cycle_ample = 256;
-inline constexpr std::size_t entries_per_cycle = 64;
-static_assert(values_per_cycle < values_per_cycle_ample);
-
-// Work of reading: a message counts as one, and so does each kilobyte of it and of what is composed for it.
-// About 100 us on a fast core.
-inline constexpr std::size_t read_work_per_cycle = 100;
-inline constexpr std::size_t read_work_bytes = 1024;
-inline constexpr rt::duration pause_min = std::chrono::seconds{3}; // between cycles, while there are peers
-inline constexpr std::uint32_t stops_ahead_max = 64; // stops that are carried out before their turn
-// One read in turn does not take more than a cycle's work.
-static_assert(transport_sink::read_bytes_in_turn / read_work_bytes < read_work_per_cycle);
-
-// Work of writing in one cycle; after that, other peers wait for the next cycle. A call of the transport
-// counts as one, and so does each 16 KiB. About 200 us on a fast core.
-inline constexpr std::size_t write_work_per_cycle = 32;
-inline constexpr std::size_t write_work_bytes = 16 * 1024;
-inline constexpr unsigned batches_per_cycle = 8; // to one peer
-// Peers whose frames are gathered before the first of them is written, if each gets a single one.
-inline constexpr std::uint32_t group_max = 16;
-static_assert(group_max <= write_work_per_cycle);
-
-// Other work, given in bytes whose composition takes as long: one push to a queue, one eviction, and one
-// answer of the endpoint itself, which walks all topics, services or counters.
-inline constexpr std::size_t push_work = 128;
-inline constexpr std::size_t eviction_work = 1024;
-inline constexpr std::size_t eviction_pass_work = 16; // for each entry that is passed over
-inline constexpr std::size_t answer_work = 10 * 1024;
-static_assert(push_work < eviction_work && answer_work / read_work_bytes < read_work_per_cycle);
-// Messages that may be dropped until one slot is free.
-inline constexpr unsigned evictions_max = 64;
-// Topics or services that one message lists, and the bytes for each besides its name and type.
-inline constexpr std::size_t listed_max = 64;
-inline constexpr std::size_t listed_bytes = 128;
-// What an answer of /rosapi says around the names that it lists, besides the id and the service.
-inline constexpr std::size_t list_envelope_bytes = 192;
-// The work of looking at one place that a peer holds for a topic.
-inline constexpr std::size_t held_topic_work_bytes = 4;
-static_assert(held_topic_work_bytes < push_work);
-// Peers that are marked to be closed and are closed in one cycle. Each costs a call of the transport.
-inline constexpr std::uint32_t closes_per_cycle = 16;
 
 // ---- pools
 
@@ -86,6 +40,9 @@ inline constexpr std::uint32_t first_service_number = 64;
 inline constexpr std::size_t latch_block_bytes_max = 1020;
 static_assert(latch_block_bytes_max + sizeof(block_id) == 1024);
 
+// Latched values that are queued for one late subscriber before a message that comes meanwhile.
+inline constexpr std::uint32_t latched_before_max = 4;
+
 // ---- pages
 
 // Topics whose last values are kept for HTTP, and for how long after somebody asked for one.
@@ -96,6 +53,8 @@ static_assert(page_wait_max < asked_topic_kept_for);
 inline constexpr std::uint32_t last_values_messages = 2;
 // Long values that are sent as pages at once.
 inline constexpr std::uint32_t long_pages_max = 2;
+// Pages that were given up keep a row until whoever sends them has seen that.
+inline constexpr std::uint32_t long_page_rows = 4 * long_pages_max;
 
 // ---- reading
 
@@ -119,6 +78,8 @@ inline constexpr std::uint64_t long_use_half_ms = 8000;
 inline constexpr std::size_t timed_bytes = 64 * 1024;
 // Bytes of a long text of this process that are checked in one cycle.
 inline constexpr std::size_t long_scan_bytes = 8 * 1024;
+// Bytes of the text of a long struct that are encoded in one cycle: some 100 us of numbers.
+inline constexpr std::size_t long_encode_bytes = 8 * 1024;
 // Bytes that are copied into the inboxes of handles in one cycle, of long messages.
 inline constexpr std::size_t long_copy_bytes = 64 * 1024;
 
@@ -202,6 +163,10 @@ static_assert(feedback_queued_max < replies_max_backpressured);
 inline constexpr std::uint32_t refusal_events_burst = 8;
 // A peer is closed when it has exceeded a rate for so long.
 inline constexpr rt::duration flood_time_max = std::chrono::seconds{5};
+// Who takes a long value more slowly than this, after so long, makes way if others need its place, but for
+// the one that has had its own for the longest time.
+inline constexpr std::int64_t slow_reader_bytes_per_second = 256 * 1024;
+inline constexpr rt::duration slow_reader_time_min = std::chrono::seconds{2};
 // How long a frame may stay partly written while others wait, and the rate at which longer frames get more
 // time: that of a poor radio link.
 inline constexpr rt::duration partial_time_min = std::chrono::milliseconds{500};

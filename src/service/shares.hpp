@@ -15,6 +15,8 @@
 #pragma once
 #include <algorithm>
 #include <cassert>
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
 
 #include <rowe/limits.hpp>
@@ -98,6 +100,13 @@ constexpr std::uint32_t equal_share(std::uint32_t count, std::uint32_t peers) no
 constexpr std::uint32_t partial_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
   const std::uint32_t quarter = reserve_of(slots);
   return quarter == 0 ? 1 : quarter < connections ? quarter : connections;
+}
+
+// Whether a reader that has taken so many bytes of a long value in this time is slow.
+constexpr bool is_slow_reader(std::size_t bytes, rt::duration in) noexcept {
+  const auto enough =
+      std::chrono::milliseconds{static_cast<std::int64_t>(bytes) * 1000 / slow_reader_bytes_per_second};
+  return in > slow_reader_time_min && in > enough;
 }
 
 // How many slots of a size class direct messages may have; they keep a slot until they are sent. A quarter is

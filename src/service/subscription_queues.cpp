@@ -12,16 +12,6 @@
 
 namespace rowe::service {
 
-slot_id subscription_queues::compose_latched(topic_id topic_index) noexcept {
-  topic& on = state_.topics.at(topic_index);
-  if (!on.last.empty() && on.last.expires <= state_.cycle.now) state_.latches.clear(on.last);
-  if (on.last.empty()) return {};
-  if (on.last.chunks)
-    return long_outbox_.compose(topic_index, on.last.published, on.last.expires, on.last.chunks);
-  return outbox_.compose_message(topic_index, on.last.published, on.last.expires,
-                                 [&](json::writer& into) { state_.latches.write(on.last, into); });
-}
-
 void subscription_queues::fan_out(topic_id topic_index, slot_id slot) noexcept {
   const topic& on = state_.topics.at(topic_index);
   for (subscription_id i = on.subscriptions.head; i; i = subscription_rows_[i].next_on_topic) {
@@ -37,7 +27,7 @@ void subscription_queues::fan_out(topic_id topic_index, slot_id slot, const whol
   std::array<std::array<made, 2>, wire::codecs_max> all; // by codec, and by whether the name has its slash
   const topic& on = state_.topics.at(topic_index);
   for (subscription_id i = on.subscriptions.head; i; i = subscription_rows_[i].next_on_topic) {
-    const subscription& s = subscription_rows_[i];
+    subscription& s = subscription_rows_[i];
     if (!accepts(s)) continue;
     if (!s.whole) {
       if (slot) push(i, slot);
@@ -88,16 +78,24 @@ slot_id subscription_queues::compose_whole(const subscription& to, slot_id text,
 }
 
 // A value within the throttle period after the last one is discarded, unless the peer asked for a queue.
-bool subscription_queues::accepts(const subscription& s) noexcept {
+bool subscription_queues::accepts(subscription& s) noexcept {
   if (!s.discards || state_.cycle.now >= s.next_due) return true;
   add(counter::throttled);
+  s.latched_until = state_.latches.newest(); // it may have taken the place of one that is still pending
   return false;
+}
+
+void subscription_queues::note_unsent(topic_id topic) noexcept {
+  for (subscription_id i = state_.topics.at(topic).subscriptions.head; i;
+       i = subscription_rows_[i].next_on_topic)
+    subscription_rows_[i].latched_until = state_.latches.newest();
 }
 
 inline void subscription_queues::push(subscription_id index, slot_id slot) noexcept {
   subscription& s = subscription_rows_[index];
   state_.cycle.work_bytes += push_work;
-  if (s.latched_pending) place_latched(s);
+  if (s.latched_pending) [[unlikely]]
+    place_latched_before(s);
   outbox_.drop_expired(s.pending);
   if (s.pending.count >= s.depth) trim(s, s.depth - 1);
   if (!outbox_.enqueue(s.pending, slot)) return note_full(s);
@@ -145,6 +143,8 @@ void subscription_queues::merge_codecs(subscription& s) noexcept {
 
 void subscription_queues::schedule_latched(subscription_id index) noexcept {
   subscription& s = subscription_rows_[index];
+  s.latched_told = 0;
+  s.latched_until = state_.latches.newest();
   s.latched_pending = true;
   ++outbox_.of(s.peer).latched_pending;
   make_ready(index);
@@ -168,16 +168,23 @@ inline void subscription_queues::put_on_ready_list(subscription_id index, subscr
   outbox_.schedule(peer);
 }
 
-// Queues the latched value for a late subscriber, but only when it can be written. So a peer that subscribes
-// to many topics at once does not take a slot for each.
+// Queues one latched value for a late subscriber, but only when it can be written. So a peer that subscribes
+// to many topics at once, or to one with many publishers, does not take a slot for each value.
 void subscription_queues::place_latched(subscription& s) noexcept {
-  s.latched_pending = false;
-  --outbox_.of(s.peer).latched_pending;
-  slot_id slot = compose_latched(s.topic);
+  latched_list& all = state_.topics.at(s.topic).latched;
+  state_.latches.drop_expired(all, state_.cycle.now);
+  const latch_id which = state_.latches.next(all, s.latched_told, s.latched_until);
+  if (which) s.latched_told = state_.latches.at(which).number;
+  if (!which || !state_.latches.next(all, s.latched_told, s.latched_until)) {
+    s.latched_pending = false;
+    --outbox_.of(s.peer).latched_pending;
+  }
+  if (!which) return;
+  const latched_value& kept = state_.latches.at(which).value;
+  slot_id slot = long_outbox_.compose_latched(s.topic, kept);
   if (!slot) return;
   if (s.whole && !message_store_.slots().chunked(slot)) {
-    const topic& on = state_.topics.at(s.topic);
-    const slot_id text = std::exchange(slot, compose_whole(s, slot, {on.last.published, on.last.expires}));
+    const slot_id text = std::exchange(slot, compose_whole(s, slot, {kept.published, kept.expires}));
     message_store_.release(text);
     if (!slot) return;
   }
@@ -187,13 +194,34 @@ void subscription_queues::place_latched(subscription& s) noexcept {
   message_store_.release(slot);
 }
 
-void subscription_queues::place_pending_latched(peer_index peer) noexcept {
+// A newer message comes. The latched values that are pending go before it, as many of the newest as the queue
+// keeps beside it, and only some, since each is composed anew.
+void subscription_queues::place_latched_before(subscription& s) noexcept {
+  const latched_list& all = state_.topics.at(s.topic).latched;
+  std::uint32_t pending = 0;
+  for (latch_id i = state_.latches.next(all, s.latched_told, s.latched_until); i;
+       i = state_.latches.next(all, state_.latches.at(i).number, s.latched_until))
+    ++pending;
+  for (const std::uint32_t kept = std::min(s.depth - 1, latched_before_max); pending > kept; --pending) {
+    s.latched_told = state_.latches.at(state_.latches.next(all, s.latched_told, s.latched_until)).number;
+    add(counter::replaced);
+  }
+  while (s.latched_pending) place_latched(s);
+}
+
+bool subscription_queues::place_pending_latched(peer_index peer) noexcept {
   const auto all = subscription_rows_;
   for (const ready_list& on : outbox_.of(peer).ready) {
     for (subscription_id i = on.head; i; i = all[i].next_ready) {
-      if (all[i].latched_pending) return place_latched(all[i]);
+      subscription& s = all[i];
+      if (!s.latched_pending) continue;
+      outbox_.drop_expired(s.pending);
+      if (s.pending.count >= s.depth) continue; // the last one is still to be written
+      place_latched(s);
+      return true;
     }
   }
+  return false;
 }
 
 // ---- sender

@@ -44,9 +44,10 @@ class subscription_queues {
   // The same where some subscribers' codecs write whole messages: each such message is composed once, for the
   // first who takes it. `slot` may be none where no other codec needs it.
   void fan_out(topic_id topic, slot_id slot, const whole_source& of) noexcept;
-  // The latched value of a topic. None: the topic has none, or no slot is free, which is counted.
-  slot_id compose_latched(topic_id topic) noexcept;
-  // The topic of a new subscription has a latched value: the subscription must get it.
+  // A message for everyone who subscribes to the topic found no room. Who still waits for latched values gets
+  // it as one, if it was kept.
+  void note_unsent(topic_id topic) noexcept;
+  // The topic of a new subscription has latched values: the subscription must get them.
   void schedule_latched(subscription_id subscription) noexcept;
   // The requests for a subscription have changed, or the `keep` of its topic: sets its depth and throttle.
   void merge_requests(subscription_id subscription) noexcept;
@@ -57,8 +58,8 @@ class subscription_queues {
 
   // ---- sender
 
-  // Queues the latched value of one ready subscription that waits for it.
-  void place_pending_latched(peer_index peer) noexcept;
+  // Queues one latched value of a ready subscription that waits for some. False: none can be queued now.
+  bool place_pending_latched(peer_index peer) noexcept;
   // A message of the subscription goes to a socket.
   void mark_served(subscription_id subscription) noexcept {
     struct subscription& s = subscription_rows_[subscription];
@@ -77,12 +78,13 @@ class subscription_queues {
 
  private:
   void add(counter which) noexcept { state_.counts.add(which); }
-  bool accepts(const subscription& s) noexcept;
+  bool accepts(subscription& s) noexcept;
   void push(subscription_id subscription, slot_id slot) noexcept;
   void note_full(const subscription& s) noexcept;
   void trim(subscription& s, std::uint32_t most) noexcept;
   void merge_codecs(subscription& s) noexcept;
   void place_latched(subscription& s) noexcept;
+  void place_latched_before(subscription& s) noexcept;
   slot_id compose_whole(const subscription& to, slot_id text, const whole_source& of) noexcept;
   // Makes it ready if it has something to write, and is not ready yet.
   void make_ready(subscription_id index) noexcept {

@@ -74,7 +74,7 @@ void subscriptions::subscribe(connection& c, const wire::request& asked) noexcep
   if (s.whole) [[unlikely]]
     warn_without_type(c, asked.id_raw, s);
   s.type_hash = hash_of_type(asked.type);
-  if (fresh && !state_.topics.at(topic).last.empty()) subscription_queues_.schedule_latched(index);
+  if (fresh && !state_.topics.at(topic).latched.empty()) subscription_queues_.schedule_latched(index);
   const std::string_view type = state_.topics.type(topic);
   if (!type.empty() && !asked.type.empty() && !same_type(asked.type, type))
     tell_other_type(c, asked.id_raw, topic, asked.type);
@@ -229,7 +229,7 @@ void subscriptions::subscribe_server(connection& c, topic_id topic, bool unslash
   subscription_queues_.merge_requests(index);
   audiences_.update(topic);
   // A server keeps nothing of a connection that is gone.
-  if (fresh && !state_.topics.at(topic).last.empty()) subscription_queues_.schedule_latched(index);
+  if (fresh && !state_.topics.at(topic).latched.empty()) subscription_queues_.schedule_latched(index);
 }
 
 void subscriptions::unsubscribe_server(connection& c, topic_id topic) noexcept {

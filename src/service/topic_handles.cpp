@@ -61,8 +61,11 @@ topic_id topic_handles::hold_topic(std::string_view name) noexcept {
 
 void topic_handles::begin_publishing(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
-  state_.pair_rows[pair].long_texts = queues.kind == detail::pair_kind::publish_text &&
-                                      queues.service.out.memory.bytes_max > state_.bounds().message_bytes_max;
+  const std::size_t longest = queues.kind == detail::pair_kind::publish_text
+                                  ? queues.service.out.memory.bytes_max
+                                  : queues.encoder->bytes_max();
+  state_.pair_rows[pair].long_texts =
+      state_.chunks.text_bytes_max() != 0 && longest > state_.bounds().message_bytes_max;
   topic& on = state_.topics.at(state_.pair_rows[pair].topic);
   if (!queues.shared && on.own_alone++ == 0) advertisements_.withdraw_others(state_.pair_rows[pair].topic);
   on.keep = queues.keep;

@@ -71,10 +71,11 @@ http_answer topic_pages::answer(const awaited_page& page, bool last, std::span<c
   if (state_.cycle.closing) return fresh(503, "the endpoint is closing\n");
   if (state_.rights.outdated(page.who)) return rights_changed();
   const topic_id index{page.topic};
-  const topic& on = state_.topics.at(index);
+  topic& on = state_.topics.at(index);
   if (on.holders == 0 || on.channel != page.channel)
     return fresh(404, "the topic went, or has another type now\nask again\n");
-  if (!on.last.empty() && on.last.expires > state_.cycle.now) return value_of(on.last, page.who, out, true);
+  state_.latches.drop_expired(on.latched, state_.cycle.now);
+  if (!on.latched.empty()) return value_of(state_.latches.at(on.latched.tail).value, page.who, out, true);
   if (!on.asked && !last) begin(index);
   if (on.asked) {
     const latched_value& newest = state_.last_values.ask(on.asked, state_.cycle.now, !last);
@@ -101,6 +102,7 @@ http_answer topic_pages::too_long(topic_id topic, std::size_t bytes, std::span<c
 http_answer topic_pages::in_pieces(const latched_value& value, const access::subject& who,
                                    std::span<char> out) noexcept {
   page_texts& texts = state_.long_pages;
+  if (texts.full() || !texts.has_room_for(value.chunks)) (void)texts.displace_slow(state_.cycle.now);
   const bool full = texts.full();
   if (full || !texts.has_room_for(value.chunks)) {
     wire::text_out words{out};
@@ -116,7 +118,7 @@ http_answer topic_pages::in_pieces(const latched_value& value, const access::sub
     return answer;
   }
   http_answer answer = fresh(200, {});
-  const std::uint32_t which = texts.begin(value.chunks);
+  const std::uint32_t which = texts.begin(value.chunks, state_.cycle.now);
   readers_[which] = who;
   answer.in_pieces = {.from = this, .which = which, .bytes = value.bytes};
   return answer;

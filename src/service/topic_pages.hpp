@@ -69,7 +69,7 @@ class topic_pages final : public body_source {
   topic_rates& topic_rates_;
   const stop_rules& stop_rules_;
   std::span<char> name_;
-  std::array<access::subject, long_pages_max> readers_{}; // of long values
+  std::array<access::subject, long_page_rows> readers_{}; // of long values
 };
 
 } // namespace rowe::service

@@ -76,7 +76,8 @@ bool topic_places::check(std::uint64_t own_held) const noexcept {
          s = state_.subscriptions.at(s).next_on_peer)
       held += weight(state_.subscriptions.at(s).topic);
     const bool free = state_.peers[peer].state == connection::phase::free;
-    const bool keeps = state_.latches.held_by(peer) != 0 || state_.latches.chunks_held_by(peer) != 0;
+    const latch_store& kept = state_.latches.texts();
+    const bool keeps = kept.held_by(peer) != 0 || kept.chunks_held_by(peer) != 0;
     if (free && (!advertisement_table_.of(peer).empty() || keeps)) return false;
   }
   std::uint64_t holders = 0;
@@ -84,18 +85,23 @@ bool topic_places::check(std::uint64_t own_held) const noexcept {
   std::uint32_t blocks = 0;
   std::uint32_t chunks = 0;
   std::uint32_t asked = 0;
+  std::uint32_t values = 0;
   for (const topic_id i : state_.topics.topic_ids()) {
     const topic& t = state_.topics.at(i);
     holders += weight(i) * t.holders;
     own_holders += weight(i) * t.own_holders;
-    (t.last.chunks ? chunks : blocks) += t.last.blocks;
-    if (t.holders == 0 && (!t.last.empty() || t.asked)) return false;
+    for (latch_id v = t.latched.head; v; v = state_.latches.at(v).next) {
+      const latched_value& value = state_.latches.at(v).value;
+      (value.chunks ? chunks : blocks) += value.blocks;
+      ++values;
+    }
+    if (t.holders == 0 && (!t.latched.empty() || t.asked)) return false;
     if (t.asked && state_.last_values.topic_of(t.asked) != i) return false;
     asked += static_cast<bool>(t.asked);
   }
-  return holders == held + own_held && own_holders == own_held && blocks == state_.latches.in_use() &&
-         chunks == state_.latches.chunks_in_use() && asked == state_.last_values.in_use() &&
-         state_.last_values.check();
+  return holders == held + own_held && own_holders == own_held && values == state_.latches.count() &&
+         blocks == state_.latches.texts().in_use() && chunks == state_.latches.texts().chunks_in_use() &&
+         asked == state_.last_values.in_use() && state_.last_values.check();
 }
 
 } // namespace rowe::service

@@ -42,8 +42,7 @@ class topic_places {
     (void)state_.topics.let_go_as_own(topic); // likewise
   }
   void forget_latched(topic_id topic, latch_owner owner) noexcept {
-    latched_value& last = state_.topics.at(topic).last;
-    if (last.owner == owner) state_.latches.clear(last);
+    state_.latches.forget(state_.topics.at(topic).latched, owner);
   }
 
   // Each topic is held by its subscriptions, advertisements and handles. `own_held`: the weights
@@ -58,7 +57,7 @@ class topic_places {
   void clear_of_last(topic_id topic) noexcept {
     struct topic& on = state_.topics.at(topic);
     if (on.holders != 1) return;
-    state_.latches.clear(on.last);
+    state_.latches.clear(on.latched);
     state_.last_values.remove(std::exchange(on.asked, {}));
   }
 

@@ -10,7 +10,7 @@
 
 #include "service/ids.hpp"
 #include "service/index_list.hpp"
-#include "service/latch_store.hpp"
+#include "service/latched_values.hpp"
 #include "service/listed_numbers.hpp"
 #include "service/message_queue.hpp"
 #include "service/pair_table.hpp"
@@ -51,7 +51,7 @@ struct subscription {
   bool unslashed = false;       // the peer calls the topic by its name without the slash
   bool own_head = false;        // it is sent with a head of its own, not the shared text of the slot
   bool merges = false;          // a newer value takes the place of an older one
-  bool latched_pending = false; // the latched value is still to be queued, before newer values
+  bool latched_pending = false; // latched values are still to be queued, before newer ones
   bool discards = false;        // a value within the throttle period is dropped, not queued
   bool whole = false;           // its codec writes whole messages;
   bool of_types = false;        // and needs no JSON of structs
@@ -66,7 +66,9 @@ struct subscription {
   std::int64_t deadline_ns = wire::unlimited; // the most time between two messages, watched
   rt::time_point watched_at{};                // since when; or, behind a miss, when that was
   std::array<subscribe_request, subscribe_requests_max> requests;
-  kept_id deadline_of; // of the newest request that asked for a deadline
+  std::uint64_t latched_told = 0;  // the number of the last latched value that was queued,
+  std::uint64_t latched_until = 0; // and of the last one that was kept when it subscribed
+  kept_id deadline_of;             // of the newest request that asked for a deadline
 };
 
 struct topic {
@@ -95,8 +97,9 @@ struct topic {
   // wrote it.
   bool asked_unslashed = false;
   bool offered_unslashed = false;
-  latched_value last;    // for late subscribers
-  last_value_id asked{}; // for who asks over HTTP, where somebody did lately
+  latched_list latched;           // for late subscribers
+  rt::time_point not_kept_told{}; // when this process was told that a value of its own is not kept
+  last_value_id asked{};          // for who asks over HTTP, where somebody did lately
 
   bool has_audience() const noexcept { return !subscriptions.empty() || !inboxes.empty() || asked; }
 

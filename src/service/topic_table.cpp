@@ -113,7 +113,7 @@ void topic_table::replace_type(topic_id index, std::string_view wanted) noexcept
   assert(wanted.size() <= name_bytes_max_);
   std::memcpy(names(index) + name_bytes_max_, wanted.data(), wanted.size());
   topics_[index].type_bytes = static_cast<std::uint16_t>(wanted.size());
-  if (topics_[index].holders == 0) return;      // nobody was told of it
+  if (topics_[index].holders == 0) return; // nobody was told of it
   topics_[index].channel = next_channel(); // a peer that knows it by number also knows its type
   ++changes_.listed;
 }

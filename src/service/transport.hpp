@@ -190,6 +190,9 @@ class transport_sink {
   // How many bytes of this connection are wanted now, at most. The rest stays with the transport; poll() asks
   // again, and wait() may return at once.
   virtual std::size_t wanted_bytes(connection_id) const noexcept { return SIZE_MAX; }
+  // Nobody is there any more who could read what is written. What arrived before is still read, then comes
+  // on_close(). Told at most once, and only where there may be something to read.
+  virtual void on_gone(connection_id) noexcept {}
   // An earlier write() took less than it was given. Now there is room again.
   virtual void on_writable(connection_id connection) noexcept = 0;
   virtual void on_close(connection_id connection, close_cause cause) noexcept = 0;

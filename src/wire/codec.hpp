@@ -43,7 +43,7 @@ struct decode_buffers {
   std::span<char> scratch; // decode_scratch_bytes(limits)
   std::span<char, refusal::text_bytes_max> diagnostic;
   name_limits limits;
-  std::uint32_t from = 0; // where the request begins in its message: 0, or `next` of the one before
+  list_place from{}; // where the request begins in its message: `next` of the one before
 };
 // Bytes that suffice for every decoder.
 constexpr std::size_t decode_scratch_bytes(const name_limits& limits) noexcept {

@@ -84,6 +84,13 @@ decoded refuse_element(const operation& of, std::uint32_t index, const json::val
   return refuse(why, text.text());
 }
 
+decoded refuse_length(const operation& of, std::uint32_t most, std::span<char> buffer,
+                      diagnostic& why) noexcept {
+  text_out text{buffer};
+  text.add(of.name).add(": far too many parameters in one message: more than ").add(std::int64_t{most});
+  return refuse(why, text.text());
+}
+
 bool take_number(const std::optional<json::value>& from, std::uint32_t& into) noexcept {
   const auto number = from ? json::to_unsigned(*from) : std::nullopt;
   if (!number || *number >= no_number) return false;
@@ -123,26 +130,25 @@ bool take(const json::value& element, const decode_buffers& buffers, request& in
   }
 }
 
-decoded take_one_of(const operation& of, const json::value& all, const decode_buffers& buffers, request& into,
-                    diagnostic& why) noexcept {
-  json::array_walk elements{all.raw};
+decoded take_one_of(const operation& of, std::string_view text, json::array_walk elements,
+                    const decode_buffers& buffers, request& into, diagnostic& why) noexcept {
   json::value element;
-  for (std::uint32_t skip = 0; skip <= buffers.from; ++skip) {
-    if (!elements.next(element))
-      return refuse_list(of, "is empty: it must have at least one element", buffers.diagnostic, why);
-  }
-  json::value more;
-  if (elements.next(more)) into.next = buffers.from + 1;
+  if (!elements.next(element))
+    return refuse_list(of, "is empty: it must have at least one element", buffers.diagnostic, why);
+  const std::size_t next = elements.place_in(text);
+  if (json::value more; elements.next(more))
+    into.next = {static_cast<std::uint32_t>(next), buffers.from.index + 1,
+                 static_cast<std::uint8_t>(&of - operations.data())};
   if (!take(element, buffers, into)) {
     into.by_number = false;
-    return refuse_element(of, buffers.from, element, buffers.diagnostic, why);
+    return refuse_element(of, buffers.from.index, element, buffers.diagnostic, why);
   }
   if (into.what != verb::advertise) return decoded::request;
   const auto encoding = json::find(element.raw, "encoding");
   if (encoding && json::text_is(*encoding, json_encoding)) return decoded::request;
-  text_out text{buffers.diagnostic};
-  text.add(R"(advertise: the `encoding` of a channel must be "json", as in supportedEncodings; it is )");
-  return refuse(why, text.add_shortened(encoding ? encoding->raw : "missing", element_bytes_shown).text());
+  text_out wrong{buffers.diagnostic};
+  wrong.add(R"(advertise: the `encoding` of a channel must be "json", as in supportedEncodings; it is )");
+  return refuse(why, wrong.add_shortened(encoding ? encoding->raw : "missing", element_bytes_shown).text());
 }
 
 bool is_parameter(const json::value& element) noexcept {
@@ -157,6 +163,7 @@ decoded take_whole(const operation& of, const json::document& text, const json::
   json::array_walk elements{all.raw};
   std::uint32_t index = 0;
   for (json::value one; elements.next(one); ++index) {
+    if (index == buffers.limits.parameters_max) return refuse_length(of, index, buffers.diagnostic, why);
     const bool fits = of.what == verb::set_parameters ? is_parameter(one) : one.type == json::kind::string;
     if (!fits) return refuse_element(of, index, one, buffers.diagnostic, why);
   }
@@ -177,6 +184,12 @@ decoded take_whole(const operation& of, const json::document& text, const json::
 decoded foxglove_decoder::decode(const json::document& text, const decode_buffers& buffers, request& into,
                                  diagnostic& why) const noexcept {
   into.codec = id_;
+  if (buffers.from) { // the rest of a list
+    const operation& of = operations[buffers.from.means];
+    into.what = of.what;
+    into.verb_text = of.name;
+    return take_one_of(of, text.text, json::array_walk{text.text, buffers.from.at}, buffers, into, why);
+  }
   if (!json::is_object(text.text)) {
     why = {.code = "not_an_object", .text = "the message must be a JSON object"};
     return decoded::malformed;
@@ -196,8 +209,8 @@ decoded foxglove_decoder::decode(const json::document& text, const decode_buffer
   if (!all || all->type != json::kind::array)
     return refuse_list(*known, all ? "must be a list" : "is missing: it must be a list", buffers.diagnostic,
                        why);
-  return known->means == list::requests ? take_one_of(*known, *all, buffers, into, why)
-                                        : take_whole(*known, text, *all, buffers, into, why);
+  if (known->means == list::whole) return take_whole(*known, text, *all, buffers, into, why);
+  return take_one_of(*known, text.text, json::array_walk{all->raw}, buffers, into, why);
 }
 
 decoded foxglove_decoder::decode_binary(std::span<const std::byte> message, const decode_buffers& buffers,

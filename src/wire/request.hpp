@@ -55,6 +55,26 @@ constexpr bool is_for_servers(verb what) noexcept {
          what != verb::fragment;
 }
 
+// Whether this is asked for the sake of what is answered, or sent later. The others have a meaning for others
+// than who asked.
+constexpr bool is_for_who_asks(verb what) noexcept {
+  switch (what) {
+  case verb::subscribe:
+  case verb::unsubscribe:
+  case verb::advertise_service:
+  case verb::advertise_action:
+  case verb::call:
+  case verb::send_goal:
+  case verb::set_level:
+  case verb::get_parameters:
+  case verb::subscribe_parameters:
+  case verb::unsubscribe_parameters:
+  case verb::subscribe_graph:
+  case verb::unsubscribe_graph: return true;
+  default: return false;
+  }
+}
+
 // For a status, and for set_level: what is at least as severe is reported.
 enum class severity : std::uint8_t { none, error, warning, info };
 
@@ -66,8 +86,9 @@ inline constexpr std::int64_t fragment_size_min = 256;
 inline constexpr std::int64_t unlimited = -1; // of a time: it has no end, or none was given
 
 struct name_limits {
-  std::size_t name_bytes_max = 128; // of topics, services and types, unescaped
-  std::size_t id_bytes_max = 256;   // as it stands in the text
+  std::size_t name_bytes_max = 128;          // of topics, services and types, unescaped
+  std::size_t id_bytes_max = 256;            // as it stands in the text
+  std::uint32_t parameters_max = UINT32_MAX; // of a list, that are looked at
 };
 
 // The arguments of a call.
@@ -81,6 +102,14 @@ struct call_args {
   std::string_view text{};
   const json::encoder* encoder = nullptr;
   const std::byte* value = nullptr;
+};
+
+// A message may list several requests: where one of them begins. The first: at 0.
+struct list_place {
+  std::uint32_t at = 0;    // in the text of the message
+  std::uint32_t index = 0; // in the list
+  std::uint8_t means = 0;  // what the list is of, as its decoder has it
+  explicit operator bool() const noexcept { return at != 0; }
 };
 
 // Views point into the message, or into the decoder's scratch. Members that the verb does not have, or that
@@ -129,10 +158,10 @@ struct request {
   std::uint32_t channel = no_number;
   bool channel_is_peers = false;
   std::uint32_t service_number = no_number;
-  // A message may list several requests. A stop must not be among them, nor requests for handles of this
-  // process, because these may have to wait. This is where the next request begins; 0: there is none. Each
-  // counts as a message for its peer's rate.
-  std::uint32_t next = 0;
+  // Where the next request of a list begins; at 0: there is none. A stop must not be in a list, nor requests
+  // for handles of this process, because these may have to wait. Each counts as a message for its peer's
+  // rate, and some are carried out in one turn.
+  list_place next{};
 };
 
 inline constexpr std::int64_t milliseconds_max = INT64_MAX / 1'000'000; // as nanoseconds it still fits

@@ -60,7 +60,7 @@ bool is_of_parameters(verb what) {
 
 // The lists are as whoever carries them out reads them, and the id can be echoed.
 void check_parameters(reader& validator, const request& asked) {
-  require(!asked.by_number && asked.next == 0, "all in one request");
+  require(!asked.by_number && !asked.next, "all in one request");
   rowe::json::array_walk elements{asked.body_raw};
   for (rowe::json::value one; elements.next(one);) {
     const auto name = asked.what == verb::set_parameters ? rowe::json::find(one.raw, "name") : one;
@@ -81,7 +81,7 @@ void check_one(reader& validator, decoded is, const request& asked, const diagno
   require((asked.what == verb::advertise) == !asked.topic.empty(), "a channel has a topic");
   if (is_of_parameters(asked.what)) return check_parameters(validator, asked);
   if (asked.what == verb::subscribe_graph || asked.what == verb::unsubscribe_graph)
-    return require(!asked.by_number && asked.next == 0 && asked.id_raw.empty(), "it has nothing else");
+    return require(!asked.by_number && !asked.next && asked.id_raw.empty(), "it has nothing else");
   require(asked.by_number == (asked.what != verb::advertise), "all else has numbers");
   require(asked.what != verb::call || asked.id_raw.size() == 8, "a call has an id");
 }
@@ -92,7 +92,7 @@ void check_text(reader& validator, std::string_view text, std::vector<char>& blo
   const bool valid = bool{validator.validate(padded)};
   std::array<char, decode_scratch_bytes(limits)> scratch;
   std::array<char, refusal::text_bytes_max> buffer;
-  std::uint32_t from = 0;
+  list_place from;
   for (int count = 0; count < 64; ++count) {
     request asked;
     diagnostic why;
@@ -102,8 +102,8 @@ void check_text(reader& validator, std::string_view text, std::vector<char>& blo
     check_names(asked, padded, {scratch.data(), scratch.size()});
     reader other = reader::create(message_bytes_max).value();
     check_one(other, is, asked, why);
-    require(asked.next == 0 || asked.next == from + 1, "requests follow one another");
-    if (asked.next == 0) return;
+    if (!asked.next) return;
+    require(asked.next.index == from.index + 1 && asked.next.at > from.at, "requests follow one another");
     from = asked.next;
   }
 }

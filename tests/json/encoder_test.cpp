@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "json/encoder.hpp"
+#include "json/encoder_pieces.hpp"
 
 #include <array>
 #include <limits>
@@ -151,6 +152,23 @@ namespace encoder_test {
 using namespace ::encoder_test;
 namespace {
 
+// What it writes in pieces of so many bytes.
+template <class T>
+std::string in_pieces(const encoder& e, const T& object, std::size_t window) {
+  std::string all;
+  encoder_pieces pieces;
+  pieces.begin(e, &object);
+  for (bool ends = false; !ends;) {
+    std::vector<char> buffer(window);
+    writer out{buffer};
+    ends = pieces.write(out);
+    EXPECT_FALSE(out.overflowed());
+    EXPECT_TRUE(ends || out.bytes() == window);
+    all += out.text();
+  }
+  return all;
+}
+
 // What the encoder writes; checked to be the same, and never to exceed the room, in rooms of every size.
 template <class T>
 std::string written(const T& object, encoding into) {
@@ -171,6 +189,10 @@ std::string written(const T& object, encoding into) {
       EXPECT_EQ(narrow.text(), whole) << length;
     }
     EXPECT_EQ(std::string(buffer.data() + length, 64), std::string(64, canary)) << length;
+  }
+  if (is_text(into)) {
+    for (const std::size_t window : {1U, 2U, 7U, 64U, 4096U})
+      EXPECT_EQ(in_pieces(e, object, window), whole) << window;
   }
   return whole;
 }

@@ -154,6 +154,7 @@ void memory_transport::poll(rt::time_point now, service::transport_sink& sink) n
                         .who = admitted.who});
     }
     if (on.state != phase::open) continue;
+    if (on.wrote_to_none && !std::exchange(on.gone, true)) sink.on_gone(id);
     deliver(on, id, sink);
     if (on.refused && on.outbound.waiting() < on.conditions.capacity_bytes) {
       on.refused = false;
@@ -194,6 +195,7 @@ std::size_t memory_transport::write(connection_id id, std::span<const std::byte>
   note("write", id, bytes.first(taken));
   on->outbound.send(bytes.first(taken), arrival);
   if (taken < bytes.size()) on->refused = true;
+  if (on->ending && on->ends <= now_ && taken != 0) on->wrote_to_none = true;
   if (written) written(id, bytes, taken);
   return taken;
 }

@@ -124,13 +124,15 @@ class memory_transport : public service::transport {
     pipe inbound, outbound;
     std::optional<service::admit_answer> admitted; // opening: who it is
     std::uint32_t polls_left = 0;                  // likewise: until it is open
-    bool refused = false; // write() took less than it was given
+    bool refused = false;                          // write() took less than it was given
     bool reading = true;
     std::size_t send_buffer = 0;
     bool asked = false; // we have closed
     service::close_cause cause = service::close_cause::peer;
     bool ending = false;
-    rt::time_point ends{}; // when we hear of it
+    rt::time_point ends{};      // when we hear of it
+    bool gone = false;          // on_gone() was told
+    bool wrote_to_none = false; // we have written behind the end, which its side answers with a reset
   };
 
   link* find(service::connection_id id) noexcept;

@@ -75,6 +75,7 @@ TEST_F(connection, ends_when_the_peer_shuts_its_end) {
   EXPECT_EQ(drive.sink().received[id.index], "last words");
   EXPECT_EQ(drive.sink().closes[0].id, id);
   EXPECT_EQ(drive.sink().closes[0].cause, close_cause::peer);
+  EXPECT_TRUE(drive.sink().gone.empty()) << "it may still read";
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
   EXPECT_FALSE(client.failed);
 }
@@ -83,6 +84,16 @@ TEST_F(connection, ends_by_a_reset) {
   client.reset();
   ASSERT_TRUE(drive.until([&] { return closed(); }));
   EXPECT_EQ(drive.sink().closes[0].cause, close_cause::reset);
+}
+
+TEST_F(connection, says_that_nobody_is_there_before_it_reads_what_was_left) {
+  ASSERT_TRUE(client.send("last words"));
+  client.reset();
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  ASSERT_EQ(drive.sink().gone.size(), 1U);
+  EXPECT_EQ(drive.sink().gone[0], id);
+  EXPECT_EQ(drive.sink().received_when_gone, "");
+  EXPECT_EQ(drive.sink().received[id.index], "last words");
 }
 
 TEST_F(connection, ends_by_a_reset_while_reading_is_off) {

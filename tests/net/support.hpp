@@ -70,6 +70,10 @@ struct recording_sink final : service::transport_sink {
       tail_ ^= std::to_integer<int>(bytes.data()[bytes.size() + i]);
     if (when_bytes) when_bytes(id, bytes);
   }
+  void on_gone(connection_id id) noexcept override {
+    gone.push_back(id);
+    received_when_gone = received[id.index];
+  }
   void on_writable(connection_id id) noexcept override {
     ++writables;
     if (when_writable) when_writable(id);
@@ -110,6 +114,8 @@ struct recording_sink final : service::transport_sink {
   std::vector<asked> pages;
   std::vector<std::size_t> reads;
   std::map<std::uint32_t, std::string> received; // by index
+  std::vector<connection_id> gone;
+  std::string received_when_gone; // of the last one
   int writables = 0;
   std::uint64_t came = 0;
   std::function<void(connection_id)> when_open, when_writable, when_displaced;

@@ -125,9 +125,9 @@ TEST_F(advertisements_test, end_with_their_peer_and_so_does_what_it_latched) {
   const topic_id topic = topics.find("/map");
   values.publish(topic, cycle.now, rowe::rt::never, {latch_owner::kind::peer, 0},
                  [](rowe::json::writer& into) { into.append("{}"); });
-  ASSERT_FALSE(topics.at(topic).last.empty());
+  ASSERT_FALSE(topics.at(topic).latched.empty());
   leave(peer);
-  EXPECT_TRUE(topics.at(topic).last.empty());
+  EXPECT_TRUE(topics.at(topic).latched.empty());
   EXPECT_TRUE(advertised.of({0}).empty());
 }
 

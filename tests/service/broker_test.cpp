@@ -91,18 +91,27 @@ TEST_F(broker_test, keeps_a_latched_value_although_nobody_listens) {
   publish(topic, R"({"m":2})", {latch_owner::kind::handle, 0});
   connection& late = join(0);
   subscribe(late, "/map");
-  const auto slot = queues.compose_latched(topic);
+  const auto slot = long_out.compose_latched(topic, state.latches.at(topics.at(topic).latched.head).value);
   ASSERT_TRUE(slot);
   const auto body = store.slots().body(slot);
   EXPECT_EQ(std::string(body.begin(), body.end()), R"({"m":2})");
   store.release(slot);
 }
 
-TEST_F(broker_test, lets_no_peer_replace_what_a_handle_latched) {
+TEST_F(broker_test, keeps_one_value_of_each_publisher) {
   const topic_id topic = hold_as_own("/map");
-  publish(topic, R"({"of":"handle"})", {latch_owner::kind::handle, 0});
-  publish(topic, R"({"of":"peer"})", {latch_owner::kind::peer, 0});
-  EXPECT_EQ(topics.at(topic).last.owner, (latch_owner{latch_owner::kind::handle, 0}));
+  const latch_owner handle{latch_owner::kind::handle, 0}, peer{latch_owner::kind::peer, 0};
+  publish(topic, R"({"of":"handle"})", handle);
+  publish(topic, R"({"of":"peer"})", peer);
+  publish(topic, R"({"of":"the handle again"})", handle);
+  const auto& kept = state.latches;
+  const auto first = topics.at(topic).latched.head;
+  ASSERT_TRUE(first);
+  EXPECT_EQ(kept.at(first).value.owner, peer) << "the oldest first";
+  ASSERT_TRUE(kept.at(first).next);
+  EXPECT_EQ(kept.at(kept.at(first).next).value.owner, handle);
+  EXPECT_FALSE(kept.at(kept.at(first).next).next);
+  EXPECT_EQ(kept.count(), 2U);
 }
 
 TEST_F(broker_test, counts_a_latched_value_that_has_no_room) {
@@ -111,8 +120,8 @@ TEST_F(broker_test, counts_a_latched_value_that_has_no_room) {
   for (std::size_t i = 0; i <= capacity; ++i)
     publish(hold_as_own("/map" + std::to_string(i)), "{}", {latch_owner::kind::handle, 0});
   EXPECT_EQ(counts.read(counter::not_latched), 1U);
-  EXPECT_FALSE(topics.at(topics.find("/map0")).last.empty());
-  EXPECT_TRUE(topics.at(topics.find("/map" + std::to_string(capacity))).last.empty());
+  EXPECT_FALSE(topics.at(topics.find("/map0")).latched.empty());
+  EXPECT_TRUE(topics.at(topics.find("/map" + std::to_string(capacity))).latched.empty());
 }
 
 TEST_F(broker_test, passes_nothing_on_to_peers_where_it_is_no_hub) {
@@ -156,8 +165,8 @@ TEST_F(broker_of_hub, keeps_what_a_peer_asked_to_be_kept_and_nothing_else) {
   const topic_id map = hold_as_own("/map"), chat = hold_as_own("/chat");
   relay(peer, "/map", R"({"m":1})", true);
   relay(peer, "/chat", R"({"m":1})");
-  EXPECT_FALSE(topics.at(map).last.empty());
-  EXPECT_TRUE(topics.at(chat).last.empty());
+  EXPECT_FALSE(topics.at(map).latched.empty());
+  EXPECT_TRUE(topics.at(chat).latched.empty());
 }
 
 } // namespace

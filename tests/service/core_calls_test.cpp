@@ -225,14 +225,22 @@ TEST_F(core_calls, says_that_a_service_is_busy_when_its_places_are_taken) {
             R"(,"service":"/add","args":{"a":1,"b":1}})");
   }
   on.cycle();
-  two.say(R"({"op":"call_service","id":"x","service":"/add","args":{"a":1,"b":1}})");
-  on.cycle();
+  const auto told = one.hear();
+  ASSERT_EQ(told.size(), 1U) << "one place is left for others";
+  EXPECT_NE(told[0].find("busy"), std::string::npos) << told[0];
+  for (const char* id : {"x", "y"}) {
+    two.say(R"({"op":"call_service","id":")" + std::string{id} +
+            R"(","service":"/add","args":{"a":1,"b":1}})");
+    on.cycle();
+  }
   const auto heard = two.hear();
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_NE(heard[0].find("busy"), std::string::npos) << heard[0];
+  EXPECT_NE(heard[0].find(R"("id":"y")"), std::string::npos) << heard[0];
   for (int i = 0; i < 4; ++i) answer_one(add);
   on.cycle();
-  EXPECT_EQ(one.hear().size(), 4U);
+  EXPECT_EQ(one.hear().size(), 3U);
+  EXPECT_EQ(two.hear().size(), 1U);
 }
 
 TEST_F(core_calls, bounds_the_calls_of_one_peer_and_refuses_an_id_twice) {

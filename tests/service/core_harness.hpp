@@ -159,7 +159,8 @@ class core_harness_over {
       if (one.memory.empty()) throw std::runtime_error{"no memory for a lane"};
       build_pair(one, asked, shared.generations());
       one.peers_taking = shared.takers();
-      codecs.push_back(std::make_unique<pair_codecs>(std::move(pair_codecs::compile(asked)).value()));
+      codecs.push_back(
+          std::make_unique<pair_codecs>(std::move(pair_codecs::compile(asked, options.limits)).value()));
       one.encoder = codecs.back()->encoder ? &*codecs.back()->encoder : nullptr;
       one.other_encoders = codecs.back()->others();
       one.granted = &shared.permit;

@@ -326,35 +326,21 @@ TEST_F(numbers_beyond_their_rate, are_counted_each_where_a_message_lists_several
   EXPECT_EQ(on.count(counter::flooding_peers), 1U);
 }
 
-constexpr std::string_view too_many =
-    "ethe message lists too many requests, or is too long for so many: use several messages";
-
-TEST_F(core_numbers_codec, carries_out_no_longer_list_than_a_peer_may_hold_things) {
+TEST_F(core_numbers_codec, carries_out_a_long_list_in_turn_with_others) {
   client p{on};
-  texts refusals(8, "enothing here has the number 1"); // subscriptions_per_connection_max
-  EXPECT_EQ(say(p, drop(8)), refusals);
-  refusals.emplace_back(too_many);
-  EXPECT_EQ(say(p, drop(9)), refusals);
-  EXPECT_EQ(say(p, drop(1000)), texts(3, refusals.front())) << "the rest of 20 refusals a second";
-  EXPECT_EQ(on.count(counter::refused_requests) + on.count(counter::refusals_unsaid), 8U + 9U + 9U);
-}
-
-TEST_F(core_numbers_codec, reads_no_long_message_again_and_again) {
-  client p{on};
-  const std::size_t longest = small_options().limits.message_bytes_max;
-  const auto long_one = [&](std::size_t count) {
-    const std::string text = drop(count);
-    return text + std::string(longest - text.size(), ' ');
+  client other{on};
+  const auto asked = on.count(counter::messages_in);
+  p.send(opcode::text, drop(1000));
+  other.send(opcode::binary, "c" + four(4000) + "idxa{}");
+  on.cycles(1);
+  EXPECT_EQ(other.hear().size(), 1U) << "answered after a part of the list";
+  const auto refused = [&] {
+    return on.count(counter::refused_requests) + on.count(counter::refusals_unsaid);
   };
-  texts refusals(5, "enothing here has the number 1"); // four times it is read again
-  const auto said = [&](const std::string& text) {
-    p.send(opcode::text, text);
-    on.cycles(5); // it is read in pieces
-    return p.hear();
-  };
-  EXPECT_EQ(said(long_one(5)), refusals);
-  refusals.emplace_back(too_many);
-  EXPECT_EQ(said(long_one(6)), refusals);
+  EXPECT_LT(refused(), 1000U) << "one cycle does a stated amount of work";
+  on.cycles(20);
+  EXPECT_EQ(refused(), 1000U) << "all of it, in the end";
+  EXPECT_EQ(on.count(counter::messages_in), asked + 2);
 }
 
 TEST_F(core_numbers_codec, answers_each_call_of_a_number_that_is_gone_however_many_are_refused) {

@@ -6,6 +6,63 @@ namespace harness {
 namespace core_requests_test {
 namespace {
 
+struct core_gone : testing::Test {
+  static rowe::endpoint_options hub() {
+    rowe::endpoint_options options = small_options();
+    options.relay = true;
+    return options;
+  }
+  core_harness on{hub()};
+};
+
+// What is asked for the sake of its answer, in each way, and what it would have brought about.
+TEST_F(core_gone, a_peer_that_has_gone_is_answered_nothing) {
+  on.offer(rowe::detail::latch_request({.name = "loop"}));
+  on.cycle();
+  peer p{on};
+  p.say(R"({"op":"advertise","topic":"/said","type":"a/B"})");
+  peer other{on};
+  other.say(R"({"op":"subscribe","topic":"/said"})");
+  on.cycle();
+  on.core.on_gone(p.id());
+  (void)p.hear();
+  (void)other.hear();
+  constexpr std::string_view asked[] = {
+      R"({"op":"call_service","id":"1","service":"/rosapi/topics"})",
+      R"({"op":"call_service","id":"2","service":"/rowe/stats"})",
+      R"({"op":"subscribe","topic":"/other"})",
+      R"({"op":"unsubscribe","topic":"/other"})",
+      R"({"op":"advertise_service","service":"/mine","type":"a/B"})",
+      R"({"op":"advertise_action","action":"/mine_too","type":"a/B"})",
+      R"({"op":"send_action_goal","id":"3","action":"/act","action_type":"a/B","args":{}})",
+      R"({"op":"set_level","level":"none"})"};
+  std::uint64_t count = 0;
+  for (const std::string_view one : asked) {
+    p.say(one);
+    on.cycle();
+    EXPECT_EQ(on.count(counter::left_behind), ++count) << one;
+    EXPECT_EQ(p.hear(), texts{}) << one;
+  }
+  p.say(R"({"op":"publish","topic":"/said","msg":{"x":1}})");
+  on.cycle();
+  EXPECT_EQ(other.hear(), texts{R"({"op":"publish","topic":"/said","msg":{"x":1}})"}) << "others want that";
+  p.say(R"({"op":"call_service","id":"4","service":"/rowe/stop"})");
+  on.cycle();
+  EXPECT_EQ(on.count(counter::stops), 1U);
+  EXPECT_EQ(on.count(counter::left_behind), count);
+}
+
+// Its side of the network answers what we write to nobody.
+TEST_F(core_gone, calls_of_a_peer_that_ends_with_many_of_them_unread_are_not_all_carried_out) {
+  peer p{on};
+  on.net.link_of(p.id()).arrive_bytes_max = 1000;
+  for (int i = 0; i < 500; ++i) p.say(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
+  p.leave();
+  on.cycles(100);
+  EXPECT_GT(on.count(counter::left_behind), 400U);
+  EXPECT_GT(on.count(counter::calls_in), 480U) << "all were read, but for what came with the end";
+}
+
 struct throttling : core_test {
   // Publishes at 1 kHz for a while and returns what came.
   texts run(peer& to, rowe::detail::queue_pair& pair, int milliseconds) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -61,6 +62,69 @@ TEST_F(ingress_test, carries_out_one_message_of_each_peer_in_turn) {
   EXPECT_EQ(handler.heard, (texts{"0:a", "1:x", "2:k", "0:b", "2:l", "0:c"}));
   EXPECT_FALSE(in.waits());
   EXPECT_TRUE(in.check());
+}
+
+// Each message that begins with "w" is work of forty units.
+struct working : ingress_test {
+  working() {
+    handler.takes = [this](peer_index, std::string_view text) {
+      if (text.starts_with('w')) cycle.work_bytes += 39 * rowe::service::read_work_bytes;
+      return true;
+    };
+  }
+  std::size_t count(std::string_view what) const {
+    return static_cast<std::size_t>(std::count(handler.heard.begin(), handler.heard.end(), what));
+  }
+  void turns(int count) {
+    for (int i = 0; i < count; ++i) in.read_in_turn();
+    EXPECT_TRUE(in.check());
+  }
+};
+
+TEST_F(working, who_orders_much_work_has_fewer_turns) {
+  std::string light, heavy;
+  for (int i = 0; i < 200; ++i) light += frame("l");
+  for (int i = 0; i < 40; ++i) heavy += frame("w");
+  read(first, heavy);
+  read(second, light);
+  turns(2); // some 200 units
+  EXPECT_GE(count("0:w"), 2U);
+  EXPECT_LE(count("0:w"), 5U);
+  EXPECT_GE(count("1:l"), count("0:w") * 8) << "ten for each, but for the first ones";
+  turns(20);
+  EXPECT_EQ(count("1:l"), 200U);
+  EXPECT_EQ(count("0:w"), 40U) << "the other one waits for nothing now";
+}
+
+TEST_F(working, who_has_said_nothing_comes_first) {
+  connection& third = arrive();
+  std::string heavy;
+  for (int i = 0; i < 40; ++i) heavy += frame("w");
+  read(first, heavy);
+  read(second, heavy);
+  turns(1);
+  const std::size_t before = handler.heard.size();
+  read(third, frame("now"));
+  turns(1);
+  ASSERT_GT(handler.heard.size(), before);
+  EXPECT_EQ(handler.heard[before], "2:now");
+  // One that has ordered as much as the others waits with them.
+  read(third, frame("w") + frame("again"));
+  turns(5);
+  const auto place = [&](std::string_view what) {
+    return std::find(handler.heard.begin(), handler.heard.end(), what) - handler.heard.begin();
+  };
+  EXPECT_GE(place("2:again"), place("2:w") + 3) << "behind a turn of each";
+}
+
+TEST_F(working, nobody_owes_anything_when_nobody_waits) {
+  read(first, frame("w") + frame("w"));
+  turns(10);
+  EXPECT_FALSE(in.waits());
+  read(second, frame("a") + frame("b"));
+  read(first, frame("c"));
+  turns(1);
+  EXPECT_EQ(handler.heard, (texts{"0:w", "0:w", "1:a", "0:c", "1:b"}));
 }
 
 TEST_F(ingress_test, does_so_much_work_and_goes_on_where_it_ended) {

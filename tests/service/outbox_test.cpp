@@ -285,8 +285,8 @@ TEST_F(outbox_with_many_slots, has_fewer_places_for_replies_to_a_peer_that_does_
 
 TEST_F(outbox_test, owes_a_latched_value_until_it_can_be_written) {
   const auto map = topic("/map");
-  ASSERT_TRUE(state.latches.store(topics.at(map).last, "{\"map\":1}",
-                                  {rowe::service::latch_owner::kind::handle, 0}, rowe::rt::never));
+  ASSERT_TRUE(state.latches.keep(topics.at(map).latched, "{\"map\":1}",
+                                 {rowe::service::latch_owner::kind::handle, 0}, cycle.now, rowe::rt::never));
   const auto peer = join(0);
   const auto of = subscribe(peer, map);
   queues.schedule_latched(of);

@@ -74,7 +74,7 @@ struct outside_fixture : testing::Test {
     one.peers_taking = shared.takers();
     one.granted = &shared.permit;
     auto& compiled = *codecs.emplace_back(std::make_unique<rowe::detail::pair_codecs>(
-        std::move(rowe::detail::pair_codecs::compile(asked)).value()));
+        std::move(rowe::detail::pair_codecs::compile(asked, {})).value()));
     one.encoder = compiled.encoder ? &*compiled.encoder : nullptr;
     one.other_encoders = compiled.others();
     one.decoder = compiled.decoder ? &*compiled.decoder : nullptr;

@@ -148,7 +148,7 @@ TEST_F(topic_handles_test, get_the_last_value_of_a_latched_topic_when_they_come)
   const pair_index late = attach(pair_kind::subscribe_text, "/map");
   EXPECT_EQ(next(late), "{\"m\":1}");
   detach(writer);
-  EXPECT_TRUE(topics.at(topics.find("/map")).last.empty()) << "its value went with its handle";
+  EXPECT_TRUE(topics.at(topics.find("/map")).latched.empty()) << "its value went with its handle";
 }
 
 TEST_F(topic_handles_test, know_whether_anybody_listens) {

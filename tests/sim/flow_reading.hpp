@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clients that say as much as is read, in short messages, long ones or fragments, beside one that says
-// little. The transport reads as sockets do: a connection that alone has something to read is read by much,
-// others by a quantum each.
+// Clients that say as much as is read, in short messages, long ones, dense ones or fragments, beside one that
+// says little. The transport reads as sockets do: a connection that alone has something to read is read by
+// much, others by a quantum each.
 #pragma once
 #include <algorithm>
 #include <memory>
@@ -40,8 +40,15 @@ class reading final : public world {
   }
 
  private:
-  enum class kind : std::uint8_t { short_messages, long_messages, fragments, long_in_fragments };
-  static constexpr std::uint64_t kinds = 4;
+  enum class kind : std::uint8_t {
+    short_messages,
+    long_messages,
+    dense_messages,
+    fragments,
+    long_in_fragments
+  };
+  static constexpr std::uint64_t kinds = 5;
+  static constexpr std::size_t numbers_of_dense = 1500;
   static constexpr std::size_t quantum = rowe::service::transport_sink::read_bytes_in_turn;
   static constexpr std::size_t parts_of_long = 900;
   static constexpr std::uint64_t budget = rowe::service::read_work_per_cycle;
@@ -119,6 +126,11 @@ class reading final : public world {
     }
   }
 
+  static std::string dense_text() {
+    std::string list = "1";
+    for (std::size_t i = 1; i < numbers_of_dense; ++i) list += ",1";
+    return R"({"op":"publish","topic":"/flood","msg":{"x":[)" + list + "]}}";
+  }
   static std::string flood_text(std::size_t bytes) {
     return R"({"op":"publish","topic":"/flood","msg":{"x":")" + std::string(bytes, 'x') + "\"}}";
   }
@@ -150,6 +162,7 @@ class reading final : public world {
         append(bytes, rowe::wire::opcode::text, flood_text(std::min<std::size_t>(longest() / 2, 12'000)),
                true);
         break;
+      case kind::dense_messages: append(bytes, rowe::wire::opcode::text, dense_text(), true); break;
       case kind::fragments: append_parts(bytes, flood_text(fragments_), fragments_, 20); break;
       case kind::long_in_fragments: {
         const std::string text = long_text();
@@ -165,6 +178,10 @@ class reading final : public world {
     switch (kind_) {
     case kind::short_messages: return 1;
     case kind::long_messages: return 1 + std::min<std::size_t>(longest() / 2, 12'000) / 1024;
+    case kind::dense_messages:
+      return 1 + (2 * numbers_of_dense * (1 + rowe::service::token_work_bytes) -
+                  rowe::service::tokens_uncharged * rowe::service::token_work_bytes) /
+                     1024;
     case kind::fragments: return fragments_;
     case kind::long_in_fragments: return parts_of_long / 2;
     }
@@ -179,7 +196,9 @@ class reading final : public world {
     }
     asked_ = on_.now;
     waits_ = 0;
-    caller_->say(R"({"op":"call_service","id":")" + std::to_string(++calls_) + R"(","service":"/nobody"})");
+    unanswered_ = random_.one_in(2) ? 1 : 2 + random_.below(7);
+    for (std::uint64_t i = 0; i < unanswered_; ++i)
+      caller_->say(R"({"op":"call_service","id":")" + std::to_string(++calls_) + R"(","service":"/nobody"})");
   }
   // One of those that flood, when all that it said was read, and waits for its turn.
   void say_stop() {
@@ -253,14 +272,22 @@ class reading final : public world {
 
   void check_call(std::size_t readable) {
     if (!caller_) return;
-    const bool answered = !caller_->hear().empty();
+    const std::uint64_t answered = caller_->hear().size();
     if (!asked_) return;
-    if (answered) {
+    burst_ = std::max(burst_, unanswered_);
+    if (unanswered_ <= answered) {
       if (readable > 2) seen_.add(flow_event::call_beside_flood);
+      if (readable > 2 && burst_ > 1) seen_.add(flow_event::calls_beside_flood);
+      burst_ = 0;
       return asked_.reset();
     }
-    // One turn of each, as far as the work of one cycle goes; and once more, if it has just sent a pong.
-    const std::uint64_t turns = 2 + 2 * (floods_.size() * 2 * units() / budget);
+    unanswered_ -= answered;
+    // Its first call comes before the round, unless it has just said something. For each further one, every
+    // other client has a turn, on average of as much as a turn may take; and once a message of each may be
+    // carried out that is longer. The cycle's work is exceeded by one message, and one read alone.
+    const std::uint64_t share = std::min<std::uint64_t>(units(), 2 * rowe::service::turn_work);
+    const std::uint64_t work = floods_.size() * (units() + (burst_ + 1) * share);
+    const std::uint64_t turns = 3 + work / budget;
     if (++waits_ > turns)
       fail("floor_call",
            "a call beside clients that say much has no answer after " + std::to_string(waits_) + " cycles");
@@ -296,6 +323,7 @@ class reading final : public world {
   std::size_t fragments_ = 2;
   std::unique_ptr<swarm::far_end> caller_;
   std::optional<time_point> asked_;
+  std::uint64_t unanswered_ = 0, burst_ = 0;
   std::uint64_t waits_ = 0, calls_ = 0; // cycles
   std::uint64_t messages_before_ = 0;
   std::optional<std::uint64_t> stops_; // before the one that waits

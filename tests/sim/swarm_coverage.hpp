@@ -119,6 +119,7 @@ enum class flow_event : std::uint8_t {
   read_in_turn,       // several peers: each a quantum
   fragments_in_parts, // a turn ends within a message
   call_beside_flood,  // is answered
+  calls_beside_flood, // several at once
   stop_behind_read,   // waits for what was read before it
   assembly_behind,    // a long message is assembled while a large read waits behind it
   role_by_token,      // a peer is let in
@@ -170,6 +171,7 @@ enum class flow_event : std::uint8_t {
   long_ping_between,  // fragments that are written
   long_pong_between,  // likewise
   long_close_between, // likewise: the message never ends
+  not_kept_told,      // a sender, that its value is not kept for late subscribers
   long_latched_read,  // by who subscribes later
   long_to_handle,
   long_request,

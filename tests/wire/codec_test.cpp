@@ -443,14 +443,14 @@ TEST(numbers_codec, reads_what_its_clients_write) {
   EXPECT_TRUE(subscribed.request.by_number);
   EXPECT_EQ(subscribed.request.tag, 7U);
   EXPECT_EQ(subscribed.request.channel, 300U);
-  EXPECT_EQ(subscribed.request.next, 0U);
+  EXPECT_FALSE(subscribed.request.next);
 
   const received advertised{by_number(), R"({"offer":[[5,"\/cmd"],[6,"/b"]]})"};
   EXPECT_EQ(advertised.request.what, verb::advertise);
   EXPECT_FALSE(advertised.request.by_number);
   EXPECT_EQ(advertised.request.tag, 5U);
   EXPECT_EQ(advertised.request.topic, "/cmd");
-  EXPECT_EQ(advertised.request.next, 1U) << "there is another one";
+  EXPECT_EQ(advertised.request.next.index, 1U) << "there is another one";
 }
 
 TEST(numbers_codec, refuses_what_nobody_understands) {

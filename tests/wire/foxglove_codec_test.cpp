@@ -46,7 +46,7 @@ const protocol& spoken() { return protocols_of(rowe::peer_profile::standard).fin
 const codec& speaks() { return spoken().topics; }
 
 struct received {
-  explicit received(std::string said, std::uint32_t from = 0) : text{std::move(said)} {
+  explicit received(std::string said, list_place from = {}) : text{std::move(said)} {
     const std::size_t bytes = text.size();
     text.append(json::reader::tailroom_bytes, '\xff');
     auto reader = json::reader::create(64 * 1024);
@@ -117,11 +117,11 @@ TEST(foxglove_codec, reads_subscriptions_one_after_the_other) {
   EXPECT_FALSE(first.request.channel_is_peers);
   EXPECT_EQ(first.request.tag, 0U);
   EXPECT_EQ(first.request.channel, 7U);
-  EXPECT_EQ(first.request.next, 1U);
-  const received second{two, 1};
+  EXPECT_EQ(first.request.next.index, 1U);
+  const received second{two, first.request.next};
   EXPECT_EQ(second.request.tag, 1U);
   EXPECT_EQ(second.request.channel, 8U);
-  EXPECT_EQ(second.request.next, 0U);
+  EXPECT_FALSE(second.request.next);
   const received ends{R"({"op":"unsubscribe","subscriptionIds":[3]})"};
   ASSERT_EQ(ends.is, decoded::request);
   EXPECT_EQ(ends.request.what, verb::unsubscribe);
@@ -150,7 +150,7 @@ TEST(foxglove_codec, reads_requests_for_parameters_whole) {
   EXPECT_EQ(gets.request.what, verb::get_parameters);
   EXPECT_EQ(gets.request.body_raw, R"(["/a","b"])");
   EXPECT_EQ(gets.request.id_raw, R"("get \"1\"")");
-  EXPECT_EQ(gets.request.next, 0U);
+  EXPECT_FALSE(gets.request.next);
   EXPECT_FALSE(gets.request.by_number);
   const received sets{R"({"op":"setParameters","parameters":[{"name":"/a","value":1,"type":"float64"}]})"};
   ASSERT_EQ(sets.is, decoded::request);
@@ -170,7 +170,7 @@ TEST(foxglove_codec, reads_requests_for_the_graph) {
   ASSERT_EQ(hears.is, decoded::request);
   EXPECT_EQ(hears.request.what, verb::subscribe_graph);
   EXPECT_FALSE(hears.request.by_number);
-  EXPECT_EQ(hears.request.next, 0U);
+  EXPECT_FALSE(hears.request.next);
   const received ends{R"({"op":"unsubscribeConnectionGraph","more":1})"};
   ASSERT_EQ(ends.is, decoded::request);
   EXPECT_EQ(ends.request.what, verb::unsubscribe_graph);
@@ -227,7 +227,8 @@ TEST(foxglove_codec, refuses_with_a_diagnostic_what_is_not_as_it_should_be) {
   }
   EXPECT_EQ(received{R"({"op":"fetchAsset","uri":"a"})"}.why.text,
             R"(no such operation: "fetchAsset"; serverInfo says what this server is capable of)");
-  const received second{R"({"op":"unsubscribe","subscriptionIds":[1,"2"]})", 1};
+  const std::string two = R"({"op":"unsubscribe","subscriptionIds":[1,"2"]})";
+  const received second{two, received{two}.request.next};
   EXPECT_EQ(second.why.text,
             "unsubscribe: element 1 of `subscriptionIds` must be a number below 4294967295; it is \"2\"");
   EXPECT_EQ(received{"[1]"}.is, decoded::malformed);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstring>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -78,19 +79,18 @@ decoded numbers_decoder::decode(const json::document& text, const decode_buffers
                                                          {"offer", verb::advertise},
                                                          {"keep", verb::unadvertise}};
   if (!json::is_object(text.text)) return refuse(why, decoded::malformed);
-  for (const auto& [name, what] : lists) {
-    const auto list = json::find(text, name);
-    if (!list) continue;
+  for (std::uint8_t means = 0; means < std::size(lists); ++means) {
+    const auto list = json::find(text, lists[means].first);
+    if (buffers.from ? buffers.from.means != means : !list) continue;
     if (list->type != json::kind::array) return refuse(why);
-    into.what = what;
-    into.verb_text = name;
-    json::array_walk elements{list->raw};
+    into.what = lists[means].second;
+    into.verb_text = lists[means].first;
+    json::array_walk elements =
+        buffers.from ? json::array_walk{text.text, buffers.from.at} : json::array_walk{list->raw};
     json::value element;
-    for (std::uint32_t skip = 0; skip <= buffers.from; ++skip) {
-      if (!elements.next(element)) return refuse(why);
-    }
-    json::value more;
-    if (elements.next(more)) into.next = buffers.from + 1;
+    if (!elements.next(element)) return refuse(why);
+    const auto next = static_cast<std::uint32_t>(elements.place_in(text.text));
+    if (json::value more; elements.next(more)) into.next = {next, buffers.from.index + 1, means};
     return take(element, buffers, into) ? decoded::request : refuse(why);
   }
   return refuse(why);

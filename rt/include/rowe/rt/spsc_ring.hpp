@@ -60,6 +60,16 @@ class ring_producer {
     return seen_head_;
   }
 
+  // How many the other side has not popped, at most; what it popped lately may be among them. Loads no shared
+  // word.
+  std::size_t unpopped_at_most() const noexcept { return tail_ - seen_head_; }
+  // Calls `take(const T&)` for each of them, the oldest first, after a look at what is popped. Never waits.
+  template <class Take>
+  void each_unpopped(Take&& take) noexcept {
+    look();
+    for (std::uint64_t i = seen_head_; i != tail_; ++i) take(entries_[i & mask_].load());
+  }
+
   ring_producer(const ring_producer&) = delete;
   ring_producer& operator=(const ring_producer&) = delete;
 
