@@ -44,7 +44,7 @@ class turns {
   // The peer, which does not wait yet, has something to be read.
   void push(peer_index peer) noexcept {
     ++count_;
-    due_[peer] <= round_ && !ROWE_MUTANT(fresh_turn) ? fresh_.push(peer) : stand_behind(peer);
+    due_[peer] <= round_ ? fresh_.push(peer) : stand_behind(peer);
   }
   // Whose turn it is; it does not wait any more. There is one. Rounds in which nobody is due are left out.
   peer_index next() noexcept {

@@ -41,7 +41,6 @@ inline constexpr mutant mutants[] = {
     {"turn_budget", "the turn of a peer that is read alone ends after a stated amount of work"},
     {"fragment_work", "a fragment counts as work, and a turn ends among fragments, too"},
     {"turn_share", "a peer whose message took more than a turn's work sits out rounds"},
-    {"fresh_turn", "who has had nothing to say comes before the round"},
     {"read_amount", "after a read that was too much for a turn the next one is small"},
     {"assembly_room", "what is read fits behind the fragments that are assembled"},
     {"bound_shrinks", "the bound on what is in flight follows a reader that becomes slow"},
