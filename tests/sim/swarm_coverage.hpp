@@ -179,7 +179,7 @@ enum class flow_event : std::uint8_t {
   long_call_late, // it is given up
   long_call_lost, // it found no room, or lost it
 };
-inline constexpr std::size_t flow_events = 74;
+inline constexpr std::size_t flow_events = 76;
 std::string_view name_of(flow_event what);
 
 class coverage {
