@@ -41,7 +41,7 @@ struct member {
 // A validated text, and what its validation has noted: the first members, when it is an object. Valid as long
 // as the text is, and what was noted as the reader says.
 struct document {
-  document() noexcept = default;
+  constexpr document() noexcept = default;
   template <std::convertible_to<std::string_view> Text>
   document(const Text& validated) noexcept : text{validated} {}
 

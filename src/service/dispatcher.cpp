@@ -93,7 +93,9 @@ inline void dispatcher::read_text(connection& c, std::span<std::byte> payload) n
     known = state_.seams.validator.last(); // its members are noted until the next validation
   }
   for (std::uint32_t left = listed_requests_per_turn;;) {
-    read_request one{.known = known, .message = payload};
+    // Of a list only the first request is looked at for a stop: that reads all of the text.
+    static constexpr json::document none{};
+    read_request one{.known = c.list ? none : known, .message = payload};
     diagnostic_buffer diagnostic;
     if (c.list) [[unlikely]]
       request_router_.count_another(c);
