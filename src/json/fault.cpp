@@ -176,12 +176,15 @@ class scan {
     take('-');
     if (!take('0') && !digits()) return false;
     if (take('.') && !digits()) return false;
-    if (at('e') || at('E')) {
+    const bool has_exponent = at('e') || at('E');
+    if (has_exponent) {
       ++at_;
       if (!take('+')) take('-');
       if (!digits()) return false;
     }
-    if (nearest_double({begin, static_cast<std::size_t>(at_ - begin)})) return true;
+    const auto bytes = static_cast<std::size_t>(at_ - begin);
+    constexpr std::size_t always_in_range = 300; // digits, of which a double has 308 in front of its point
+    if ((!has_exponent && bytes <= always_in_range) || nearest_double({begin, bytes})) return true;
     at_ = begin;
     return false;
   }
