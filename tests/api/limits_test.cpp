@@ -180,6 +180,14 @@ TEST(lane_memory, that_is_too_small_is_told_with_what_is_wanted_what_is_left_and
 
 // ---- by their names
 
+TEST(lane_memory, of_nothing_is_a_limit_as_any) {
+  rowe::endpoint_options options;
+  options.limits.lane_bytes = 0;
+  auto opened = endpoint::listen(0, options);
+  ASSERT_TRUE(opened) << opened.error().message();
+  EXPECT_EQ(opened->advertise<json_text>("/a").code(), errc::lane_memory);
+}
+
 TEST(limits_by_name, are_all_there_and_keep_what_they_are_set_to) {
   for (const std::string_view name : limits::names()) {
     limits bounds;
