@@ -52,8 +52,8 @@ void broker::tell_not_kept(topic_id index, std::size_t bytes, const published_by
   text.add("publish ").add_shortened(state_.topics.name(index), event_topic_bytes_shown);
   text.add(": its last value, of ").add(static_cast<std::int64_t>(bytes));
   text.add(
-      " bytes, is not kept for late subscribers: this publisher's share of latched_bytes, and of the room "
-      "for long messages, is taken");
+      " bytes, is not kept for late subscribers: there is no room for it, or its publisher has its share of "
+      "latched_bytes and of the room for long messages");
   if (c != nullptr) return refusals_.send_status(*c, who.id_raw, text.text(), wire::severity::warning);
   *told = state_.cycle.now;
   state_.events.report(event::kind::warning, {}, json::utf8_prefix(text.text(), event_text_bytes_max),

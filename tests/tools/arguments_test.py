@@ -98,6 +98,12 @@ class arguments(unittest.TestCase):
         self.refused("serve", "--demmo", says=["'--demmo'", "did you mean --demo?"])
         self.refused("xyzzy-plugh", says=["'xyzzy-plugh'", "rowe help"])
 
+    def test_a_number_below_0_says_how_it_is_written(self):
+        ended = run("param", "set", "127.0.0.1", "/x", "-0.1")
+        self.assertEqual(ended.code, 2)
+        self.assertIn("unknown option '-0.1'; a number below 0 is written behind --: -- -0.1",
+                      ended.stderr[0])
+
     def test_listening_beyond_loopback_needs_to_be_asked_for(self):
         self.refused("serve", "--listen", "0.0.0.0:0", says=["0.0.0.0", "--insecure"])
 

@@ -129,6 +129,15 @@ class on_topics(unittest.TestCase):
         heard = run("pub", self.serving.url, "/t", "{}")
         self.check(heard, 1)
         self.assertNotIn("nobody", "\n".join(heard.stderr))
+        for how in ((), ("-w",)):  # who takes one message is gone when the server is asked behind it
+            with peer(self.serving.port) as once:
+                once.send({"op": "subscribe", "topic": "/once"})
+                settle(once)
+                with program("pub", self.serving.url, "/once", "{}", *how) as pub:
+                    once.receive()
+                    once.send({"op": "unsubscribe", "topic": "/once"})
+                    self.assertEqual(pub.end(), 0)
+                    self.assertNotIn("nobody", "\n".join(pub.stderr))
         with program("pub", self.serving.url, "/nobody", "{}", "-r", "100") as endless:
             endless.line("nobody has subscribed to /nobody yet")
             endless.end(signal.SIGINT)

@@ -110,6 +110,8 @@ diagnostic unknown_option(const command& table, std::string_view name) {
   const bool begins_one = name.size() > 2 && std::count_if(names.begin(), names.end(), begins) == 1;
   const std::string_view meant =
       begins_one ? *std::find_if(names.begin(), names.end(), begins) : nearest(name, names);
+  if (name.size() > 1 && (name[1] == '.' || (name[1] >= '0' && name[1] <= '9')))
+    return joined("unknown option ", quoted(name), "; a number below 0 is written behind --: -- ", name);
   return joined("unknown option ", quoted(name), meant.empty() ? "" : joined("; did you mean ", meant, "?"));
 }
 

@@ -267,10 +267,10 @@ class sender {
   }
 
   // Before anything is sent: waits for a subscriber where that is asked for, and says that there is none
-  // where nobody knows when the end will come. Nothing: go on. Otherwise the verb ends so.
+  // where nobody knows when the end will come. Nothing: go on. Otherwise the verb ends so. Who subscribes to
+  // one message is gone behind it, so it is asked here whether there is somebody.
   std::optional<exit_code> meet(endpoint& via, bool endless) {
-    if (!is_topic || !(chosen_.wait || (endless && !to_.quiet())) ||
-        profile_of(chosen_.profile) != peer_profile::standard)
+    if (!is_topic || !(chosen_.wait || !to_.quiet()) || profile_of(chosen_.profile) != peer_profile::standard)
       return std::nullopt;
     const auto begin = rt::monotonic_clock::now();
     const auto end = rt::deadline_after(begin, chosen_.timeout.value_or(rt::for_ever));
@@ -278,9 +278,12 @@ class sender {
       const auto somebody = has_subscribers(via, chosen_.topic, answer_time, waits_);
       hub_.report();
       if (interrupt::seen()) return exit_code::interrupted;
-      if (somebody && *somebody) return std::nullopt;
+      if (somebody && *somebody) {
+        met_ = true;
+        return std::nullopt;
+      }
       if (!chosen_.wait) {
-        if (somebody) to_.note("nobody has subscribed to ", printable(chosen_.topic), " yet");
+        if (somebody && endless) to_.note("nobody has subscribed to ", printable(chosen_.topic), " yet");
         return std::nullopt;
       }
       if (!somebody && is_answer(somebody)) {
@@ -300,6 +303,7 @@ class sender {
 
   std::uint64_t sent() const noexcept { return sent_; }
   std::uint64_t expired() const noexcept { return expired_; }
+  bool met() const noexcept { return met_; }
   std::size_t longest_sent() const noexcept { return longest_sent_; }
 
  private:
@@ -370,6 +374,7 @@ class sender {
   std::uint64_t sent_ = 0;
   std::size_t longest_sent_ = 0;
   std::uint64_t expired_ = 0; // that the target told us of
+  bool met_ = false;          // somebody had subscribed before anything was sent
 };
 
 // What is the verdict once `lost` of the messages were, and the server has reported errors?
@@ -384,10 +389,10 @@ exit_code verdict(std::optional<exit_code> end, std::uint64_t sent, std::uint64_
 }
 
 // Says of the server's answer behind all that was sent what is worth knowing.
-// `refused`: it has said already that it refused something.
-void tell(const result<bool>& answer, bool refused, std::size_t longest_sent, const pub_options& o,
+// `refused`: it has said already that it refused something. `met`: somebody had subscribed before.
+void tell(const result<bool>& answer, bool refused, bool met, std::size_t longest_sent, const pub_options& o,
           const console& to) {
-  if (answer && !*answer && !o.latch && !refused) {
+  if (answer && !*answer && !o.latch && !refused && !met) {
     to.note("nobody has subscribed to ", printable(o.topic), ": the server took it, and nobody else");
   } else if (answer.code() == errc::timed_out) {
     to.note("the server did not answer within ", seconds_text(answer_time_for(longest_sent)),
@@ -419,9 +424,10 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
     connection.report();
     cut_off = handled && !is_answer(*handled) && handled->code() != errc::timed_out;
     if (handled && !interrupt::seen())
-      tell(*handled, connection.errors_reported() != 0, sending.longest_sent(), o, to);
+      tell(*handled, connection.errors_reported() != 0, sending.met(), sending.longest_sent(), o, to);
   }
-  if (o.latch && !end && !interrupt::seen()) {
+  const bool kept = connection.error_reported().find("is not kept for late subscribers") == std::string::npos;
+  if (o.latch && kept && !end && !interrupt::seen()) {
     to.note("the last message stays for late subscribers (Ctrl-C to stop)");
     while (!interrupt::seen()) {
       interrupt::sleep_until(rt::monotonic_clock::now() + interrupt::slice);
