@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A robot of your own, to begin from: your_own_robot [PORT]. docs/your-own-robot.md shows it part by part.
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
+#include <string_view>
+#include <system_error>
 
 #include <rowe/ros.hpp>
 #include <rowe/rowe.hpp>
@@ -50,7 +52,13 @@ int main(int count, char** words) {
   rowe::endpoint_options options;
   options.name = "my-robot";
   options.stop.unguarded = true; // a reset alone lets it drive; without this, somebody must guard it, too
-  const auto port = static_cast<std::uint16_t>(count > 1 ? std::atoi(words[1]) : 8080);
+  std::uint16_t port = 8080;
+  if (count > 1) {
+    const std::string_view said = words[1];
+    const auto read = std::from_chars(said.data(), said.data() + said.size(), port);
+    if (read.ec != std::errc{} || read.ptr != said.data() + said.size())
+      return std::fprintf(stderr, "a port is a number from 0 to 65535, not '%s'\n", words[1]), 2;
+  }
   auto robot = rowe::endpoint::listen(port, options);
   if (!robot) return std::fprintf(stderr, "%s\n", robot.error().message().c_str()), 1;
 

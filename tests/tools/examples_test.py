@@ -209,7 +209,14 @@ class stop(unittest.TestCase):
             self.assertTrue(until(lambda: drives(-1, "pub", url, "/command", '{"speed":-1}'), bool))
             stopped = until(lambda: run("stop", url), lambda it: "but not its loops" not in it.stdout[0])
             self.assertEqual(stopped.code, 0, stopped.stderr)
-            self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
+            self.assertEqual(robot.end(signal.SIGTERM), 0)
+
+    def test_takes_no_port_that_there_is_not(self):
+        for name in ("control_loop_in_c", "your_own_robot"):
+            for port in ("70000", "-1", "abc", "", "80x"):
+                with example(name, port) as refused:
+                    self.assertEqual((refused.end(), refused.stderr),
+                                     (2, [f"a port is a number from 0 to 65535, not '{port}'"]))
 
     def test_of_a_robot_that_nobody_guards_is_not_reset(self):
         with example("stop", "0") as robot:
