@@ -22,7 +22,7 @@
 // alone.
 //
 // Run: bench_requests [--milliseconds=1000] [--peers=36] [--prio=80] [--here=CPU] [--there=CPU]
-//      [--rounds=1] [--benchmark_out=FILE]
+//      [--rounds=1] [--only=NAME] [--benchmark_out=FILE]
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
@@ -203,6 +203,8 @@ void report(claims& into, const std::vector<result>& all) {
   const auto largest = [](std::vector<double> of) { return quantile(of, 1); };
   double worst_cycle = 0, worst_stop = 0, unanswered = 0;
   for (const kind& one : kinds()) {
+    if (std::none_of(all.begin(), all.end(), [&](const result& each) { return each.name == one.name; }))
+      continue;
     const auto values_of = [&](double result::*what) {
       std::vector<double> values;
       for (const result& each : all)
@@ -235,6 +237,14 @@ int main(int count, char** arguments) {
   using namespace rowe::bench;
   if (!choose_cores("bench_requests", count, arguments)) return 1;
   claims into{count, arguments};
+  std::string_view only;
+  for (int i = 1; i < count; ++i) {
+    if (!std::string_view{arguments[i]}.starts_with("--only=")) continue;
+    only = std::string_view{arguments[i]}.substr(7);
+    std::copy(arguments + i + 1, arguments + count, arguments + i);
+    --count;
+    break;
+  }
   const int rounds = number_option(count, arguments, "rounds", 1);
   milliseconds = number_option(count, arguments, "milliseconds", milliseconds);
   peers = number_option(count, arguments, "peers", peers);
@@ -247,7 +257,7 @@ int main(int count, char** arguments) {
   std::vector<result> all;
   for (int round = 0; round < rounds; ++round) {
     for (const kind& each : kinds()) {
-      if (measure(each, all)) continue;
+      if ((!only.empty() && each.name != only) || measure(each, all)) continue;
       std::fprintf(stderr, "bench_requests: %s: the robot, or its peers, cannot be had\n", each.name.c_str());
       return 1;
     }
