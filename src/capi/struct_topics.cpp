@@ -15,35 +15,6 @@ using rowe::errc;
 
 namespace {
 
-rowe::detail::pair_request topic_request(const char* topic, const rowe::topic_options& options,
-                                         const rowe::schema_description& type) noexcept {
-  auto asked = rowe::detail::topic_request<rowe::json_text>(topic, options);
-  if (asked.type.empty()) asked.type = type.type_name;
-  return asked;
-}
-
-rowe::detail::pair_request advertise_request(const char* topic, const rowe::topic_options& options,
-                                             const rowe::schema_description& type) noexcept {
-  auto asked = topic_request(topic, options, type);
-  asked.kind = rowe::detail::pair_kind::publish_value;
-  asked.out_bytes = type.bytes;
-  asked.out_depth = rowe::detail::of_topics.or_asked(options.depth, type.bytes);
-  asked.encoded = &type;
-  asked.period = options.period;
-  return asked;
-}
-
-rowe::detail::pair_request subscribe_request(const char* topic, const rowe::topic_options& options,
-                                             const rowe::schema_description& type) noexcept {
-  auto asked = topic_request(topic, options, type);
-  asked.kind = rowe::detail::pair_kind::subscribe_value;
-  asked.in_bytes = type.bytes;
-  asked.in_depth = rowe::detail::of_topics.or_asked(options.depth, type.bytes);
-  asked.decoded = &type;
-  asked.fill_missing = options.fill_missing.value_or(rowe::is_ros_type(asked.type));
-  return asked;
-}
-
 template <class Handle, class Request>
 Handle* opened_for(const rowe_endpoint* on, const char* topic, const rowe_struct* type,
                    const rowe_topic_options* options, Request&& request_of) noexcept {
@@ -80,7 +51,11 @@ int give(const rowe::result<taken_struct>& taken, std::size_t bytes, void* into,
 struct rowe_struct_publisher* rowe_struct_publisher_open(const struct rowe_endpoint* endpoint,
                                                          const char* topic, const struct rowe_struct* type,
                                                          const struct rowe_topic_options* options) {
-  return opened_for<rowe_struct_publisher>(endpoint, topic, type, options, advertise_request);
+  const auto request_of = [](const char* name, const rowe::topic_options& asked,
+                             const rowe::schema_description& its) {
+    return rowe::detail::advertise_request(name, asked, &its, its.bytes);
+  };
+  return opened_for<rowe_struct_publisher>(endpoint, topic, type, options, request_of);
 }
 void rowe_struct_publisher_free(struct rowe_struct_publisher* publisher) { delete publisher; }
 
@@ -97,7 +72,11 @@ bool rowe_struct_publisher_wanted(const struct rowe_struct_publisher* publisher)
 struct rowe_struct_subscriber* rowe_struct_subscriber_open(const struct rowe_endpoint* endpoint,
                                                            const char* topic, const struct rowe_struct* type,
                                                            const struct rowe_topic_options* options) {
-  return opened_for<rowe_struct_subscriber>(endpoint, topic, type, options, subscribe_request);
+  const auto request_of = [](const char* name, const rowe::topic_options& asked,
+                             const rowe::schema_description& its) {
+    return rowe::detail::subscribe_request(name, asked, &its, its.bytes);
+  };
+  return opened_for<rowe_struct_subscriber>(endpoint, topic, type, options, request_of);
 }
 void rowe_struct_subscriber_free(struct rowe_struct_subscriber* subscriber) { delete subscriber; }
 

@@ -85,8 +85,9 @@ constexpr const schema_description* description_of() noexcept {
   }
 }
 
-template <class T>
-constexpr pair_request topic_request(std::string_view topic, const topic_options& options) noexcept {
+// `type`: of the values; null: text. `bytes`: of a slot.
+constexpr pair_request topic_request(std::string_view topic, const topic_options& options,
+                                     const schema_description* type) noexcept {
   pair_request asked{.name = topic,
                      .type = options.type,
                      .keep = options.keep,
@@ -94,34 +95,41 @@ constexpr pair_request topic_request(std::string_view topic, const topic_options
                      .latched = options.latched,
                      .shared = options.shared,
                      .ttl = options.ttl};
-  if constexpr (!is_text<T>) {
-    if (asked.type.empty()) asked.type = schema<T>.type_name;
-  }
+  if (type != nullptr && asked.type.empty()) asked.type = type->type_name;
+  return asked;
+}
+
+constexpr pair_request advertise_request(std::string_view topic, const topic_options& options,
+                                         const schema_description* type, std::size_t bytes) noexcept {
+  pair_request asked = topic_request(topic, options, type);
+  asked.kind = type == nullptr ? pair_kind::publish_text : pair_kind::publish_value;
+  asked.out_bytes = bytes;
+  asked.out_depth = of_topics.or_asked(options.depth, bytes);
+  asked.encoded = type;
+  asked.period = options.period;
+  return asked;
+}
+
+constexpr pair_request subscribe_request(std::string_view topic, const topic_options& options,
+                                         const schema_description* type, std::size_t bytes) noexcept {
+  pair_request asked = topic_request(topic, options, type);
+  asked.kind = type == nullptr ? pair_kind::subscribe_text : pair_kind::subscribe_value;
+  // A view of the newest text would change while it is read.
+  if (type == nullptr) asked.keep = keep::all;
+  asked.in_bytes = bytes;
+  asked.in_depth = of_topics.or_asked(options.depth, bytes);
+  asked.decoded = type;
+  asked.fill_missing = options.fill_missing.value_or(is_ros_type(asked.type));
   return asked;
 }
 
 template <class T>
 constexpr pair_request advertise_request(std::string_view topic, const topic_options& options) noexcept {
-  pair_request asked = topic_request<T>(topic, options);
-  asked.kind = is_text<T> ? pair_kind::publish_text : pair_kind::publish_value;
-  asked.out_bytes = slot_bytes<T>(options.text_bytes_max);
-  asked.out_depth = of_topics.or_asked(options.depth, asked.out_bytes);
-  asked.encoded = description_of<T>();
-  asked.period = options.period;
-  return asked;
+  return advertise_request(topic, options, description_of<T>(), slot_bytes<T>(options.text_bytes_max));
 }
-
 template <class T>
 constexpr pair_request subscribe_request(std::string_view topic, const topic_options& options) noexcept {
-  pair_request asked = topic_request<T>(topic, options);
-  asked.kind = is_text<T> ? pair_kind::subscribe_text : pair_kind::subscribe_value;
-  // A view of the newest text would change while it is read.
-  if (is_text<T>) asked.keep = keep::all;
-  asked.in_bytes = slot_bytes<T>(options.text_bytes_max);
-  asked.in_depth = of_topics.or_asked(options.depth, asked.in_bytes);
-  asked.decoded = description_of<T>();
-  asked.fill_missing = options.fill_missing.value_or(is_ros_type(asked.type));
-  return asked;
+  return subscribe_request(topic, options, description_of<T>(), slot_bytes<T>(options.text_bytes_max));
 }
 
 template <class Q, class A>
