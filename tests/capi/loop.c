@@ -8,16 +8,6 @@
 
 #include <rowe/loop.h>
 
-static int64_t deadline_ns(void) { return rowe_now_ns() + timeout_ms * INT64_C(1000000); }
-
-// Asks until something is there, or the time is over.
-#define UNTIL_THERE(code, call)                                                                              \
-  do {                                                                                                       \
-    const int64_t until = deadline_ns();                                                                     \
-    while (((code) = (call)) == rowe_error_empty && rowe_now_ns() < until) {                                 \
-    }                                                                                                        \
-  } while (0)
-
 static struct rowe_view receive(struct rowe_lane* lane) {
   struct rowe_view view = {0};
   int code;

@@ -5,6 +5,18 @@
 
 #include <stdlib.h>
 
+#include <rowe/loop.h>
+
+static inline int64_t deadline_ns(void) { return rowe_now_ns() + timeout_ms * INT64_C(1000000); }
+
+// Asks until something is there, or the time is over.
+#define UNTIL_THERE(code, call)                                                                              \
+  do {                                                                                                       \
+    const int64_t until = deadline_ns();                                                                     \
+    while (((code) = (call)) == rowe_error_empty && rowe_now_ns() < until) {                                 \
+    }                                                                                                        \
+  } while (0)
+
 struct pair {
   struct rowe_endpoint* server;
   struct rowe_endpoint* client;

@@ -6,15 +6,6 @@
 
 #include <rowe/service.h>
 
-static int64_t deadline_ns(void) { return rowe_now_ns() + timeout_ms * INT64_C(1000000); }
-
-#define UNTIL_THERE(code, call)                                                                              \
-  do {                                                                                                       \
-    const int64_t until = deadline_ns();                                                                     \
-    while (((code) = (call)) == rowe_error_empty && rowe_now_ns() < until) {                                 \
-    }                                                                                                        \
-  } while (0)
-
 struct numbers {
   int32_t a, b;
 };

@@ -25,15 +25,7 @@ struct long_messages_test : testing::Test {
   void until_quiet() {
     for (int i = 0; i < 400; ++i) on.cycle();
   }
-  // All that a peer is told, while it reads as fast as it can.
-  texts heard_by(peer& by, int cycles = 100) {
-    texts all;
-    for (int i = 0; i < cycles; ++i) {
-      on.cycle();
-      for (std::string& one : by.hear()) all.push_back(std::move(one));
-    }
-    return all;
-  }
+  texts heard_by(peer& by, int cycles = 100) { return long_fixtures::heard_by(on, by, cycles); }
   void TearDown() override { EXPECT_EQ(on.core.inconsistency(), ""); }
 };
 

@@ -63,14 +63,7 @@ struct long_structs : testing::Test {
   static std::string published(const scan& value) {
     return R"({"op":"publish","topic":"/scan","msg":)" + text_of(value) + "}";
   }
-  texts heard_by(peer& by, int cycles = 200) {
-    texts all;
-    for (int i = 0; i < cycles; ++i) {
-      on.cycle();
-      for (std::string& one : by.hear()) all.push_back(std::move(one));
-    }
-    return all;
-  }
+  texts heard_by(peer& by) { return long_fixtures::heard_by(on, by, 200); }
   void TearDown() override { EXPECT_EQ(on.core.inconsistency(), ""); }
 };
 

@@ -6,6 +6,7 @@
 #include <random>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core_fixtures.hpp"
@@ -46,6 +47,16 @@ inline std::string four(std::uint32_t number) {
 }
 inline bool has(const std::string& text, std::string_view part) {
   return text.find(part) != std::string::npos;
+}
+
+// All that a peer is told, while it reads as fast as it can.
+inline std::vector<std::string> heard_by(harness::core_harness& on, harness::peer& by, int cycles) {
+  std::vector<std::string> all;
+  for (int i = 0; i < cycles; ++i) {
+    on.cycle();
+    for (std::string& one : by.hear()) all.push_back(std::move(one));
+  }
+  return all;
 }
 
 } // namespace long_fixtures
