@@ -20,8 +20,12 @@ static void set_brake(bool on) {
 
 int main(int count, char** arguments) {
   if (count != 2) return fputs("usage: stop_in_c PORT\n", stderr), 2;
+  char* behind = NULL;
+  const long port = strtol(arguments[1], &behind, 10);
+  if (behind == arguments[1] || *behind != '\0' || port < 0 || port > 65535)
+    return fprintf(stderr, "a port is a number from 0 to 65535, not '%s'\n", arguments[1]), 2;
   struct rowe_options options = {.bytes = sizeof options, .stop_unguarded = true};
-  struct rowe_endpoint* robot = rowe_open_local_endpoint_with(atoi(arguments[1]), &options);
+  struct rowe_endpoint* robot = rowe_open_local_endpoint_with((int)port, &options);
   if (robot == NULL) return fprintf(stderr, "%s\n", rowe_last_error_text()), 1;
   printf("listening on port %d\n", rowe_endpoint_port(robot));
 

@@ -156,6 +156,10 @@ inline std::string_view error::message(std::span<char> buffer) const noexcept {
   std::string_view pattern = detail::error_descriptions[static_cast<std::size_t>(code)].pattern;
   if (code == errc::bad_url && value == 0)
     pattern = "missing ws://: the URL must read ws[s]://HOST[:PORT][/PATH]";
+  if (code == errc::bad_argument && (about == argument::name || about == argument::type)) {
+    pattern = value < limit ? "the argument %nhas %v bytes; it needs %l at least"
+                            : "the argument %nhas %v bytes; it may have %l at most";
+  }
   char* at = buffer.data();
   char* const end = at + buffer.size();
   const auto put = [&](std::string_view words) { at += words.copy(at, static_cast<std::size_t>(end - at)); };

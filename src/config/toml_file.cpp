@@ -8,7 +8,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <system_error>
 #include <utility>
@@ -123,6 +125,11 @@ bool convert_table(const toml::table& from, std::size_t depth, table& into, faul
   return true;
 }
 
+std::string written_real(double number) {
+  std::array<char, 32> digits; // the shortest form of a double has 24
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr};
+}
+
 bool convert(const toml::node& from, std::size_t depth, item& into, fault& wrong) {
   into.line = line_of(from.source());
   if (depth >= depth_max) {
@@ -140,7 +147,9 @@ bool convert(const toml::node& from, std::size_t depth, item& into, fault& wrong
     into.is = std::move(members);
     return true;
   }
-  case toml::node_type::floating_point: into.is = other_value{"a number with a fraction"}; return true;
+  case toml::node_type::floating_point:
+    into.is = other_value{"the real number " + written_real(from.as_floating_point()->get())};
+    return true;
   default: into.is = other_value{"a date or a time of day"}; return true;
   }
 }

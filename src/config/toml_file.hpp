@@ -14,7 +14,7 @@ namespace rowe::config {
 struct item;
 using items = std::vector<item>;
 
-// What is neither of the others: a date, or a number with a fraction, in words.
+// What is neither of the others: a date, or a real number, in words.
 struct other_value {
   std::string words;
 };

@@ -208,7 +208,7 @@ std::optional<std::int64_t> time_of(std::string_view text) noexcept {
   const auto* const found = std::ranges::find(units, name, &unit::name);
   if (found == units.end()) return number == 0 && rest == end ? std::optional<std::int64_t>{0} : std::nullopt;
   const double ns = number * static_cast<double>(found->ns);
-  if (!(ns < static_cast<double>(for_ever_ns))) return std::nullopt;
+  if (!(ns < static_cast<double>(for_ever_ns)) || (number > 0 && ns < 0.5)) return std::nullopt;
   return exact ? whole * found->ns : std::llround(ns);
 }
 

@@ -459,6 +459,10 @@ TEST(endpoint_errors, say_which_option_is_meant) {
   EXPECT_EQ(endpoint::listen(0, options).error().message(),
             "the argument lane_bytes is out of range: 1099511627776 (limit 1073741824)");
   EXPECT_EQ((rowe::error{errc::bad_argument, 7, 5}).message(), "the argument is out of range: 7 (limit 5)");
+  EXPECT_EQ((rowe::error{errc::bad_argument, 200, 128, rowe::argument::name}).message(),
+            "the argument name has 200 bytes; it may have 128 at most");
+  EXPECT_EQ((rowe::error{errc::bad_argument, 0, 1, rowe::argument::name}).message(),
+            "the argument name has 0 bytes; it needs 1 at least");
 }
 
 // The machine has no such core.

@@ -196,7 +196,7 @@ TEST(what_is_wrong_in_a_file, is_told_with_file_line_key_value_and_what_is_allow
   EXPECT_EQ(lines[7], file.at(9) +
                           "limit is no section; there are [endpoint], [tls], [client], [stop], [access], "
                           "[limits], [serve], [[role]] and [[identity]]");
-  EXPECT_EQ(lines[8], file.at(11) + "limits.topics_max needs a whole number, not a number with a fraction "
+  EXPECT_EQ(lines[8], file.at(11) + "limits.topics_max needs a whole number, not the real number 1.5 "
                                     "(3 to 1048576)");
 }
 

@@ -25,7 +25,7 @@ TEST(toml, is_taken_apart_into_items_that_know_their_lines) {
   table root;
   fault wrong;
   ASSERT_TRUE(parse("# a robot\n[endpoint]\nport = 9000\npage = false\n\n[[role]]\nname = \"a\"\n"
-                    "call = [\n  \"/x\",\n  \"/y\"]\n[[role]]\nwhen = 2026-01-01\nhow = 1.5\n",
+                    "call = [\n  \"/x\",\n  \"/y\"]\n[[role]]\nwhen = 2026-01-01\nhow = 1.5\nx = nan\n",
                     root, wrong))
       << wrong.text;
   ASSERT_EQ(root.of.size(), 2U);
@@ -44,8 +44,9 @@ TEST(toml, is_taken_apart_into_items_that_know_their_lines) {
   EXPECT_EQ(described(first.of[0]), "a list");
   EXPECT_EQ(described(std::get<array>(first.of[0].is).of[1]), "\"/y\"");
   const auto& second = std::get<table>(roles.of[1].is);
-  EXPECT_EQ(described(second.of[0]), "a number with a fraction");
+  EXPECT_EQ(described(second.of[0]), "the real number 1.5");
   EXPECT_EQ(described(second.of[1]), "a date or a time of day");
+  EXPECT_EQ(described(second.of[2]), "the real number nan");
 }
 
 TEST(toml, that_is_none_is_told_with_its_line) {

@@ -241,12 +241,13 @@ class a_server_for_the_program(against):
         await self.listening(play)
         ended = await rowe("pub", self.url, "/t", '{"data":"é"}', "--type", "std_msgs/String")
         self.assertEqual(ended.code, 0, ended.stderr)
-        first, second = await in_time(heard.get()), await in_time(heard.get())
+        # Before the message a call, which asks who has subscribed, and one behind all, whose answer would
+        # prove that it was dealt with.
+        first, asked, second, third, last = [await in_time(heard.get()) for _ in range(5)]
         self.assertEqual((first["op"], first["topic"], first["type"]), ("advertise", "/t", "std_msgs/String"))
         self.assertEqual((second["op"], second["topic"], second["msg"]), ("publish", "/t", {"data": "é"}))
-        # Behind all of it a call, whose answer would prove that it was dealt with.
-        last = [await in_time(heard.get()) for _ in range(2)]
-        self.assertEqual([one["op"] for one in last], ["unadvertise", "call_service"])
+        self.assertEqual([one["op"] for one in (asked, third, last)],
+                         ["call_service", "unadvertise", "call_service"])
         self.assertRegex("\n".join(ended.stderr), "did not answer within")
         ended = await rowe("pub", self.url, '{"plain":"é"}', "--bare")
         self.assertEqual(ended.code, 0, ended.stderr)

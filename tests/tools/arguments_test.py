@@ -34,6 +34,8 @@ class arguments(unittest.TestCase):
                      says=["200kHz", "at most 100000 Hz"])
         self.refused("echo", "ws://127.0.0.1:1", "/t", "-n", "0", says=["-n 0", "out of range: 1 to "])
         self.refused("echo", "ws://127.0.0.1:1", "/t", "--timeout", "5", says=["'5'", "50ms"])
+        for beyond in ("0s", "0.1ns", "9999999h"):
+            self.refused("echo", "ws://127.0.0.1:1", "/t", "--timeout", beyond, says=[beyond, "1ns to 2562047h"])
         self.refused("echo", "ws://127.0.0.1:1", "/t", "--once", "-n", "2", says=["exclude"])
         self.refused("pub", "ws://127.0.0.1:1", says=["TOPIC is missing"])
         self.refused("pub", "ws://127.0.0.1:1", "/t", says=["JSON|@FILE|- is missing"])
@@ -82,7 +84,7 @@ class arguments(unittest.TestCase):
             self.refused("echo", "ws://127.0.0.1:1", name, says=[why])
             self.refused("pub", "ws://127.0.0.1:1", name, "{}", says=[why])
             self.refused("call", "ws://127.0.0.1:1", name, says=[why])
-        self.refused("echo", "ws://127.0.0.1:1", "x" * 300, says=["xxx", "limit"])
+        self.refused("echo", "ws://127.0.0.1:1", "x" * 300, says=["xxx", "300 bytes; it may have 128"])
         with tempfile.NamedTemporaryFile("w") as file:
             file.write("0 0 0 0 0 0 0 1\n")
             file.flush()

@@ -226,7 +226,7 @@ class arguments(calling):
                             (("ws://127.0.0.1:1", "/x", "7"), "it does not begin with {"),
                             (("ws://127.0.0.1:1", "/x", "--repeat", "0"),
                              "--repeat 0 is out of range: 1 to "),
-                            (("ws://127.0.0.1:1", "/x", "--timeout", "0"), "a time above 0"),
+                            (("ws://127.0.0.1:1", "/x", "--timeout", "0"), "0 is out of range: 1ns"),
                             (("ws://127.0.0.1:1", "/x", "--profile", "hip"), "standard or hop or hop_2014"),
                             (("ws://127.0.0.1:1", "/x", '{"service":"y"}', "--bare"), "`service`"),
                             (("ws://127.0.0.1:1", "x" * 200), "cannot call 'xxx"),

@@ -212,7 +212,7 @@ class stop(unittest.TestCase):
             self.assertEqual(robot.end(signal.SIGTERM), 0)
 
     def test_takes_no_port_that_there_is_not(self):
-        for name in ("control_loop_in_c", "your_own_robot"):
+        for name in ("control_loop_in_c", "stop", "stop_in_c", "your_own_robot"):
             for port in ("70000", "-1", "abc", "", "80x"):
                 with example(name, port) as refused:
                     self.assertEqual((refused.end(), refused.stderr),

@@ -25,9 +25,11 @@ TEST(values, read_durations_with_every_unit) {
 
 TEST(values, refuse_what_is_not_wholly_a_duration) {
   for (const char* text : {"", "5", "ms", "-5ms", "+5ms", " 5ms", "5ms ", "5 ms", "5min", "1e3ms", "nan",
-                           "inf s", "300000h0", "99999999999999h"}) {
+                           "inf s", "300000h0", "1e30s"}) {
     EXPECT_EQ(duration_of(text), std::nullopt) << text;
   }
+  EXPECT_EQ(duration_of("2562047h"), 2562047h);
+  EXPECT_EQ(duration_of("2562048h"), rowe::rt::for_ever);
 }
 
 TEST(values, read_rates_in_hertz_and_kilohertz) {

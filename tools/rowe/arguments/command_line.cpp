@@ -2,6 +2,7 @@
 #include "command_line.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 
 #include "../console.hpp"
@@ -13,6 +14,8 @@ namespace {
 
 // What is wrong, as a sentence; empty when nothing is.
 using diagnostic = std::string;
+
+constexpr std::int64_t hours_max = std::chrono::duration_cast<std::chrono::hours>(rt::for_ever).count();
 
 // Reads one value for each kind of target.
 struct store {
@@ -61,9 +64,9 @@ struct store {
   }
   diagnostic operator()(const time_span& to) const {
     const auto value = duration_of(text);
-    if (!value || *value <= rt::duration{0}) {
-      return joined(name, " needs a time above 0 such as 50ms, 2s or 10m, not ", quoted(text));
-    }
+    if (!value) return joined(name, " needs a time such as 50ms, 2s or 10m, not ", quoted(text));
+    if (*value <= rt::duration{0} || *value == rt::for_ever)
+      return joined(name, " ", printable(text), " is out of range: 1ns to ", hours_max, "h");
     *to.into = value;
     return {};
   }

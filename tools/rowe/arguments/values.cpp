@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <span>
 
 namespace rowe::tools {
@@ -63,7 +62,7 @@ std::optional<rt::duration> duration_of(std::string_view text) noexcept {
   const auto factor = factor_of(read->unit, time_units);
   if (!factor) return std::nullopt;
   const double ns = read->number * *factor;
-  if (!(ns < static_cast<double>(std::numeric_limits<std::int64_t>::max()))) return std::nullopt;
+  if (!(ns < static_cast<double>(rt::for_ever.count()))) return rt::for_ever;
   return rt::duration{std::llround(ns)};
 }
 

@@ -13,8 +13,8 @@ namespace rowe::tools {
 // "-12".
 std::optional<std::int64_t> integer_of(std::string_view text) noexcept;
 
-// "50ms", "1.5s", "200us", "10m", "1h"; no sign, and only 0 may go without its unit. Nothing beyond 292
-// years.
+// "50ms", "1.5s", "200us", "10m", "1h"; no sign, and only 0 may go without its unit. What is longer
+// than 292 years is rt::for_ever.
 std::optional<rt::duration> duration_of(std::string_view text) noexcept;
 
 // "1kHz", "250Hz", "0.5"; in hertz, above 0.

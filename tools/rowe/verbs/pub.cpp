@@ -283,6 +283,7 @@ class sender {
         return std::nullopt;
       }
       if (!chosen_.wait) {
+        met_ = !somebody; // who knows
         if (somebody && endless) to_.note("nobody has subscribed to ", printable(chosen_.topic), " yet");
         return std::nullopt;
       }
@@ -374,7 +375,7 @@ class sender {
   std::uint64_t sent_ = 0;
   std::size_t longest_sent_ = 0;
   std::uint64_t expired_ = 0; // that the target told us of
-  bool met_ = false;          // somebody had subscribed before anything was sent
+  bool met_ = false;          // somebody had, or may have, subscribed before anything was sent
 };
 
 // What is the verdict once `lost` of the messages were, and the server has reported errors?
