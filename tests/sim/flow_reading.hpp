@@ -84,6 +84,7 @@ class reading final : public world {
       if (one.floods) fill(one);
     }
     if (!asked_ && random_.one_in(3)) ask();
+    if (kind_ == kind::short_messages && !leaver_ && random_.one_in(20)) call_and_leave();
     for (int i = 0; i < 4 && !broken(); ++i) {
       if (!stops_) say_stop();
       turn();
@@ -200,6 +201,14 @@ class reading final : public world {
     for (std::uint64_t i = 0; i < unanswered_; ++i)
       caller_->say(R"({"op":"call_service","id":")" + std::to_string(++calls_) + R"(","service":"/nobody"})");
   }
+  // A client that calls, and does not wait for the answers: what was not read by then is not carried out.
+  void call_and_leave() {
+    leaver_ = std::make_unique<swarm::far_end>(on_);
+    for (std::uint64_t i = 2 + random_.below(300); i > 0; --i)
+      leaver_->say(R"({"op":"call_service","id":"1","service":"/nobody"})");
+    left_behind_ = on_.count(counter::left_behind);
+    leaver_->leave();
+  }
   // One of those that flood, when all that it said was read, and waits for its turn.
   void say_stop() {
     for (const flood& one : floods_) {
@@ -224,11 +233,13 @@ class reading final : public world {
     const std::size_t most = readable > 1 ? quantum : random_.one_of(alone);
     for (const flood& one : floods_) limit(one.link->id(), std::min(most, one.wanted)); // one read
     if (caller_) limit(caller_->id(), quantum);
+    if (leaver_) limit(leaver_->id(), quantum);
     cycle(100us);
     for (flood& one : floods_) {
       if (!broken()) look(one, readable);
     }
     if (broken()) return;
+    check_leaver();
     check_work();
     check_call(readable);
     check_stop();
@@ -260,6 +271,12 @@ class reading final : public world {
       seen_.add(flow_event::assembly_behind);
   }
 
+  void check_leaver() {
+    if (!leaver_ || !leaver_->cut()) return;
+    if (on_.count(counter::left_behind) != left_behind_) seen_.add(flow_event::calls_left_behind);
+    leaver_.reset();
+  }
+
   // One turn of reading alone and one of all others; each ends with the message that exceeds it.
   void check_work() {
     const std::uint64_t now = on_.count(counter::messages_in);
@@ -286,7 +303,7 @@ class reading final : public world {
     // other client has a turn, on average of as much as a turn may take; and once a message of each may be
     // carried out that is longer. The cycle's work is exceeded by one message, and one read alone.
     const std::uint64_t share = std::min<std::uint64_t>(units(), 2 * rowe::service::turn_work);
-    const std::uint64_t work = floods_.size() * (units() + (burst_ + 1) * share);
+    const std::uint64_t work = (floods_.size() + 1) * (units() + (burst_ + 1) * share); // and the leaver
     const std::uint64_t turns = 3 + work / budget;
     if (++waits_ > turns)
       fail("floor_call",
@@ -323,6 +340,8 @@ class reading final : public world {
   std::size_t fragments_ = 2;
   std::unique_ptr<swarm::far_end> caller_;
   std::optional<time_point> asked_;
+  std::unique_ptr<swarm::far_end> leaver_;
+  std::uint64_t left_behind_ = 0; // before it
   std::uint64_t unanswered_ = 0, burst_ = 0;
   std::uint64_t waits_ = 0, calls_ = 0; // cycles
   std::uint64_t messages_before_ = 0;

@@ -211,6 +211,7 @@ std::string_view name_of(flow_event what) {
                                         "fragments, in parts",
                                         "call beside a flood",
                                         "calls beside a flood",
+                                        "calls left behind",
                                         "stop behind a read",
                                         "assembly in front of a read",
                                         "role, by token",

@@ -120,6 +120,7 @@ enum class flow_event : std::uint8_t {
   fragments_in_parts, // a turn ends within a message
   call_beside_flood,  // is answered
   calls_beside_flood, // several at once
+  calls_left_behind,  // of a client that has gone
   stop_behind_read,   // waits for what was read before it
   assembly_behind,    // a long message is assembled while a large read waits behind it
   role_by_token,      // a peer is let in
@@ -179,7 +180,7 @@ enum class flow_event : std::uint8_t {
   long_call_late, // it is given up
   long_call_lost, // it found no room, or lost it
 };
-inline constexpr std::size_t flow_events = 76;
+inline constexpr std::size_t flow_events = 77;
 std::string_view name_of(flow_event what);
 
 class coverage {
