@@ -66,8 +66,9 @@ struct limits {
 
   // Handles of this process.
   std::uint32_t lanes_max = 64;
-  std::size_t lane_bytes = 3072 * 1024; // rings and slots of all lanes together
-  std::uint32_t events_max = 256;       // events nobody has asked for yet; a further one is counted
+  // The rings and slots of all handles together. What no handle has is address space only.
+  std::size_t lane_bytes = 8192 * 1024;
+  std::uint32_t events_max = 256; // events nobody has asked for yet; a further one is counted
 
   // The bytes that an endpoint with these limits will take, besides those for long messages, which are
   // long_message_bytes_max times long_slots at most, and are not locked. With transport_security::tls those

@@ -138,7 +138,7 @@ struct rowe_options {
   uint32_t message_bytes_max; // the longest message a peer may send, but for long ones of topics; 0: 60 KiB
   uint32_t door_slots;        // messages under way each way; 0: 32
   uint32_t door_slot_bytes;   // the longest message of this program, as text; 0: 4096
-  size_t lane_bytes;          // memory of the handles of rowe/loop.h; 0: 3 MiB
+  size_t lane_bytes;          // memory of the handles of rowe/loop.h; 0: 8 MiB
   // Of the stop (rowe/loop.h):
   bool stop_unguarded;          // the robot may move without any guard; shown to everyone
   long stop_lease_ms;           // a guard that is silent for so long stops; 0: 500

@@ -15,10 +15,12 @@ namespace {
 
 std::size_t page_bytes() noexcept { return static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)); }
 
-// Writes one byte of every page. Pages that cannot be had kill the process here, as they would at any later
-// store.
+// Writes to every page, and changes nothing. Pages that cannot be had kill the process here, as they would at
+// any later store.
 void touch(std::byte* base, std::size_t bytes, std::size_t page) noexcept {
-  for (std::size_t at = 0; at < bytes; at += page) *const_cast<volatile std::byte*>(base + at) = std::byte{0};
+  // relaxed: only that the page is there matters
+  for (std::size_t at = 0; at < bytes; at += page)
+    __atomic_fetch_or(reinterpret_cast<unsigned char*>(base + at), 0, __ATOMIC_RELAXED);
 }
 
 // Makes every page present and writable; 0 or an errno. MAP_POPULATE alone reports nothing when memory runs
@@ -41,14 +43,15 @@ arena::arena(std::size_t bytes, page_lock lock) noexcept {
     return;
   }
   const std::size_t total = (bytes + page - 1) / page * page;
-  void* const mapped =
-      ::mmap(nullptr, total, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+  const bool whole = lock != page_lock::in_parts;
+  void* const mapped = ::mmap(nullptr, total, PROT_READ | PROT_WRITE,
+                              MAP_SHARED | MAP_ANONYMOUS | (whole ? MAP_POPULATE : 0), -1, 0);
   if (mapped == MAP_FAILED) {
     map_errno_ = errno;
     return;
   }
   auto* const base = static_cast<std::byte*>(mapped);
-  if (const int reason = populate(base, total, page); reason != 0) {
+  if (const int reason = whole ? populate(base, total, page) : 0; reason != 0) {
     ::munmap(base, total);
     map_errno_ = reason;
     return;
@@ -86,8 +89,14 @@ bool arena::separate_in_child() noexcept {
   return false;
 }
 
-bool arena::lock_part(std::span<std::byte> part) noexcept {
-  return part.empty() || ::mlock(part.data(), part.size()) == 0; // the kernel takes whole pages
+arena::prepared arena::prepare_part(std::span<std::byte> part) noexcept {
+  if (part.empty()) return {.locked = true};
+  const std::size_t page = page_bytes();
+  const std::size_t before = reinterpret_cast<std::uintptr_t>(part.data()) % page;
+  const std::size_t bytes = (before + part.size() + page - 1) / page * page;
+  prepared done{.populate_errno = populate(part.data() - before, bytes, page)};
+  done.locked = done.populate_errno == 0 && ::mlock(part.data() - before, bytes) == 0;
+  return done;
 }
 
 std::span<std::byte> arena::carve_bytes(std::size_t bytes, std::size_t alignment) noexcept {

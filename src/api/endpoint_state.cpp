@@ -93,7 +93,7 @@ status endpoint_state::start(service::side ours) {
   const service::memory_plan plan = service::plan_memory(options_.limits);
   memory_ = rt::arena{plan.arena(), rt::page_lock::attempted};
   if (!memory_) return error{errc::no_memory, static_cast<std::int64_t>(plan.arena()), memory_.map_errno()};
-  pair_memory_ = rt::arena{plan.pair_memory, rt::page_lock::none};
+  pair_memory_ = rt::arena{plan.pair_memory, rt::page_lock::in_parts};
   if (!pair_memory_)
     return error{errc::no_memory, static_cast<std::int64_t>(plan.pair_memory), pair_memory_.map_errno()};
   if (plan.chunks != 0) {
@@ -202,9 +202,7 @@ result<queue_pair*> endpoint_state::find_pair(std::size_t bytes) noexcept {
   const auto memory = find_pair_memory(bytes);
   if (memory.empty()) {
     std::size_t left = pair_bytes_.size();
-    for (const queue_pair& one : pairs_) {
-      if (!one.lifecycle.is_free()) left -= one.memory.size();
-    }
+    for (const queue_pair& one : pairs_) left -= one.lifecycle.is_free() ? 0 : one.memory.size();
     return error{errc::lane_memory, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(left),
                  argument::lane_bytes, static_cast<std::uint32_t>(pair_bytes_.size())};
   }
@@ -213,12 +211,16 @@ result<queue_pair*> endpoint_state::find_pair(std::size_t bytes) noexcept {
 }
 
 // What is not locked is counted, and nothing fails for that: the memory is there.
-void endpoint_state::lock_pair(std::size_t index) noexcept {
-  pair_locked_[index] = rt::arena::lock_part(pairs_[index].memory);
+status endpoint_state::prepare_pair(std::size_t index) noexcept {
+  const auto size = static_cast<std::int64_t>(pairs_[index].memory.size());
+  const auto prepared = rt::arena::prepare_part(pairs_[index].memory);
+  if (prepared.populate_errno != 0) return error{errc::no_memory, size, prepared.populate_errno};
+  pair_locked_[index] = prepared.locked;
   std::size_t unlocked = pair_locked_[index] ? 0 : pairs_[index].memory.size();
   for (std::size_t i = 0; i < pairs_.size(); ++i)
     if (i != index && !pairs_[i].lifecycle.is_free() && !pair_locked_[i]) unlocked += pairs_[i].memory.size();
   pairs_unlocked_bytes_.store(unlocked);
+  return {};
 }
 
 result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
@@ -236,7 +238,7 @@ result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
   queue_pair& built = **found;
   const auto index = static_cast<std::size_t>(&built - pairs_.data());
   given_up_[index] = false;
-  lock_pair(index);
+  if (const status done = prepare_pair(index); !done) return done.error();
   build_pair(built, cut, shared_->generations());
   built.peers_taking = shared_->takers();
   pair_codecs& kept = codecs_[index];
@@ -245,9 +247,7 @@ result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
   built.other_encoders = kept.others();
   built.decoder = kept.decoder ? &*kept.decoder : nullptr;
   built.waker = handles_wake() ? waker_ : nullptr;
-
   built.granted = &shared_->permit;
-
   shared_->use_pair(static_cast<std::uint32_t>(index));
   built.lifecycle.offer();
   transport_->wake();

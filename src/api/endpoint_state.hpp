@@ -99,7 +99,7 @@ class endpoint_state {
   void release_pairs() noexcept;
   void count_left(const queue_pair& in) noexcept;
   result<queue_pair*> find_pair(std::size_t bytes) noexcept;
-  void lock_pair(std::size_t index) noexcept;
+  status prepare_pair(std::size_t index) noexcept;
   std::span<std::byte> find_pair_memory(std::size_t bytes) const noexcept;
 
   const endpoint_options options_;

@@ -26,7 +26,7 @@ struct scan {
   std::array<float, 1080> ranges{};
 };
 struct image {
-  std::array<std::uint8_t, 160 * 120> pixels{};
+  std::array<std::uint8_t, 640 * 480> pixels{};
 };
 
 } // namespace limits_test

@@ -2,12 +2,15 @@
 // What the kernel says about the arena's pages, read from /proc and from the fault counter of the thread.
 #include <rowe/rt/arena.hpp>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <span>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -41,6 +44,15 @@ std::string flags_of_mapping(const void* address) {
     if (found && line.compare(0, 8, "VmFlags:") == 0) return line + " ";
   }
   return {};
+}
+
+// What of these bytes has memory, in whole pages.
+std::size_t resident_bytes_of(std::span<std::byte> bytes) {
+  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  std::vector<unsigned char> pages((bytes.size() + page - 1) / page);
+  EXPECT_EQ(::mincore(bytes.data(), bytes.size(), pages.data()), 0);
+  return page *
+         static_cast<std::size_t>(std::ranges::count_if(pages, [](auto one) { return (one & 1U) != 0; }));
 }
 
 long minor_faults_of_this_thread() {
@@ -128,6 +140,22 @@ TEST(arena, is_not_locked_unless_asked_to) {
   const std::string flags = flags_of_mapping(memory.carve_bytes(1).data());
   EXPECT_NE(flags.find(" sh "), std::string::npos) << flags;
   EXPECT_EQ(flags.find(" lo "), std::string::npos) << flags;
+}
+
+// What another thread has in the same page stays.
+TEST(arena, in_parts_takes_memory_for_a_part_when_that_is_prepared) {
+  arena memory{some_bytes, page_lock::in_parts};
+  ASSERT_TRUE(memory) << memory.map_errno();
+  const auto all = memory.carve_bytes(some_bytes);
+  EXPECT_EQ(resident_bytes_of(all), 0U);
+  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  const auto first = all.subspan(page, 100), second = all.subspan(page + 128, page);
+  EXPECT_EQ(arena::prepare_part(first).populate_errno, 0);
+  EXPECT_EQ(resident_bytes_of(all), page);
+  first[0] = std::byte{7};
+  EXPECT_EQ(arena::prepare_part(second).populate_errno, 0);
+  EXPECT_EQ(resident_bytes_of(all), 2 * page);
+  EXPECT_EQ(first[0], std::byte{7});
 }
 
 TEST(arena, works_and_says_why_when_it_cannot_be_locked) {

@@ -23,7 +23,6 @@ product = (*library, "tools", "docs")
 # (path, rule): why it may.
 exempt = {
     ("include/rowe/result.hpp", "no-output-no-abort"): "without exceptions, value() can only end the program",
-    ("rt/src/arena.cpp", "banned-word"): "each page is to be written, although its content does not change",
     ("rt/src/thread.cpp", "banned-word"): "each page of the stack is to be written, although nobody reads it",
     ("rt/tripwire/scope.cpp", "no-output-no-abort"): "stopping the program is what a tripwire is for",
     ("src/service/shared_inbox.cpp", "core-is-a-function"): "the threads that sleep there read the clock",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// All memory that a loop will touch, taken at once during set-up: one anonymous mapping, every page present
-// before the first cycle, locked if the system allows it. Parts are carved off its front and never freed
-// singly; the mapping goes when the arena does.
+// All memory that a loop will touch, taken during set-up: one anonymous mapping, every page present before
+// the first cycle that uses it, locked if the system allows it. Parts are carved off its front and never
+// freed singly; the mapping goes when the arena does.
 //
 // The mapping is MAP_SHARED, because the pages of a private one, locked or not, become copy-on-write again
 // with each fork() of the process and fault at the next store (tests/rt/arena_test.cpp shows both). A child
@@ -20,8 +20,9 @@
 namespace rowe::rt {
 
 // Whether the pages must stay in memory. `attempted` needs RLIMIT_MEMLOCK (8 MiB for ordinary users of
-// Debian) or CAP_IPC_LOCK; without them the arena works, and says so.
-enum class page_lock : std::uint8_t { none, attempted };
+// Debian) or CAP_IPC_LOCK; without them the arena works, and says so. `in_parts`: a page takes no memory
+// before prepare_part() has been called for it.
+enum class page_lock : std::uint8_t { none, attempted, in_parts };
 
 // Set-up, one thread at a time; what was carved may be used by any.
 class arena {
@@ -29,9 +30,9 @@ class arena {
   // An arena without memory.
   arena() noexcept = default;
 
-  // Maps `bytes`, rounded up to whole pages, writes every page once, and locks them if asked to. Enters the
-  // kernel. On failure the arena is empty and map_errno() says why; failing to lock is reported by
-  // lock_errno(), and is no failure.
+  // Maps `bytes`, rounded up to whole pages, writes every page once but with `in_parts`, and locks them if
+  // asked to. Enters the kernel. On failure the arena is empty and map_errno() says why; failing to lock is
+  // reported by lock_errno(), and is no failure.
   arena(std::size_t bytes, page_lock lock) noexcept;
 
   arena(arena&& other) noexcept
@@ -56,9 +57,13 @@ class arena {
   explicit operator bool() const noexcept { return base_ != nullptr; }
   int map_errno() const noexcept { return map_errno_; } // of mmap or madvise; 0 when mapped
   bool locked() const noexcept { return locked_; }
-  // Locks the pages of a part of an arena that was made with page_lock::none. Enters the kernel. False: they
-  // work all the same, and may be paged out. Set-up.
-  static bool lock_part(std::span<std::byte> part) noexcept;
+  // Of a part of an arena `in_parts`: makes its pages present, and locks them if the system allows it. What
+  // is in them stays; other threads may use what shares a page with the part. Enters the kernel. Set-up.
+  struct prepared {
+    int populate_errno = 0; // not 0: the pages cannot be had, and must not be used
+    bool locked = false;    // false: they work all the same, and may be paged out
+  };
+  static prepared prepare_part(std::span<std::byte> part) noexcept;
   int lock_errno() const noexcept { return lock_errno_; } // of mlock; 0 when locked or not asked for
 
   // Every carving begins at a multiple of line_bytes and takes whole lines, so that no two share one and a
