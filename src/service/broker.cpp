@@ -7,6 +7,7 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/names.hpp"
+#include "service/own_types.hpp"
 #include "wire/refusal.hpp"
 #include "wire/text_out.hpp"
 #include "json/decoder.hpp"
@@ -31,12 +32,14 @@ bool broker::is_wanted_now(const topic& on) noexcept {
   return false;
 }
 
-void broker::keep_latched(topic_id index, slot_id slot, latch_owner owner, const published_by& who) noexcept {
+bool broker::keep_latched(topic_id index, slot_id slot, latch_owner owner, const published_by& who) noexcept {
   const std::span<const char> body = message_store_.slots().body(slot);
   const rt::time_point over = message_store_.slots().lifetime(slot).ttl_over();
-  if (!state_.latches.keep(state_.topics.at(index).latched, {body.data(), body.size()}, owner,
-                           message_store_.slots().published(slot), over))
-    tell_not_kept(index, body.size(), who);
+  if (state_.latches.keep(state_.topics.at(index).latched, {body.data(), body.size()}, owner,
+                          message_store_.slots().published(slot), over))
+    return true;
+  tell_not_kept(index, body.size(), who);
+  return false;
 }
 
 // Tells who published that a late subscriber will not get the value: a peer, or this process by an event.
@@ -44,12 +47,12 @@ void broker::tell_not_kept(topic_id index, std::size_t bytes, const published_by
   state_.counts.add(counter::not_latched);
   topic& on = state_.topics.at(index);
   connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
-  rt::time_point* const told = c == nullptr ? &on.not_kept_told : nullptr;
+  rt::time_point* const told = c == nullptr ? &on.loss_told : nullptr;
   if (c != nullptr && !(c->open() && c->may_be_told(index, state_.cycle.now))) return;
   if (told != nullptr && *told != rt::time_point{} && state_.cycle.now - *told < undecodable_period) return;
   std::array<char, wire::refusal::text_bytes_max> buffer;
   wire::text_out text{buffer};
-  text.add("publish ").add_shortened(state_.topics.name(index), event_topic_bytes_shown);
+  text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
   text.add(": its last value, of ").add(static_cast<std::int64_t>(bytes));
   text.add(
       " bytes, is not kept for late subscribers: there is no room for it, or its publisher has its share of "
@@ -66,14 +69,15 @@ void broker::publish_whole(topic_id index, const whole_source& of, latch_owner l
   const bool keeps = latches.who != latch_owner::kind::nobody;
   const bool wants_json = of.value.others == nullptr || on.of_types != on.subscriptions.count || keeps ||
                           on.inboxes.head || on.asked;
-  if (!wants_json) return subscription_queues_.fan_out(index, {}, of);
+  if (!wants_json) return subscription_queues_.fan_out(index, {}, false, of);
   const auto write = [&](json::writer& out) { text.write(out); };
   const slot_id slot = outbox_.compose_message(index, of.published, of.expires, write);
+  bool kept = false;
   if (slot) {
     on.bytes = message_store_.slots().body(slot).size();
-    if (keeps) keep_latched(index, slot, latches, who);
+    kept = keeps && keep_latched(index, slot, latches, who);
   }
-  subscription_queues_.fan_out(index, slot, of); // what is too long as JSON may fit
+  subscription_queues_.fan_out(index, slot, kept, of); // what is too long as JSON may fit
   if (!slot) return;
   const std::span<const char> body = message_store_.slots().body(slot);
   deliver(on, body, of.expires, who);
@@ -91,25 +95,26 @@ void broker::publish_long(topic_id index, rt::time_point published, rt::time_poi
   const bool keeps = latches.who != latch_owner::kind::nobody;
   if (!keeps && !is_wanted_now(on)) return;
   on.bytes = state_.chunks.bytes(value);
+  bool kept = false;
   if (keeps) {
     const auto lifetime = message_lifetime::of_topic(expires, state_.cycle.now);
-    if (!state_.latches.keep_long(on.latched, value, latches, published, lifetime.ttl_over()))
-      tell_not_kept(index, on.bytes, who);
+    kept = state_.latches.keep_long(on.latched, value, latches, published, lifetime.ttl_over());
+    if (!kept) tell_not_kept(index, on.bytes, who);
   }
   if (on.subscriptions.head) {
     if (const slot_id slot = long_outbox_.compose(index, published, expires, value)) {
-      subscription_queues_.fan_out(index, slot);
+      subscription_queues_.fan_out(index, slot, kept);
       message_store_.release(slot);
     } else {
       subscription_queues_.note_unsent(index);
     }
   }
   for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
-    deliver_long_to(i, value, expires, who);
+    (void)deliver_long_to(i, value, expires, who);
   if (on.asked) state_.last_values.keep_long(on.asked, value, published, expires);
 }
 
-void broker::deliver_long_to(pair_index pair, text_id value, rt::time_point over,
+bool broker::deliver_long_to(pair_index pair, text_id value, rt::time_point over,
                              const published_by& who) noexcept {
   const bool always = over == state_.cycle.now; // as in deliver_to()
   const status done = long_deliveries_.begin(pair,
@@ -117,9 +122,9 @@ void broker::deliver_long_to(pair_index pair, text_id value, rt::time_point over
                                               .expires_ns = rt::nanoseconds_of(always ? rt::never : over),
                                               .peer = who.peer},
                                              value);
-  if (done) return;
-  if (done.code() == errc::full) return state_.counts.add(counter::inbox_full);
-  tell_too_big(pair, done.error(), who);
+  if (!done && done.code() == errc::full) state_.counts.add(counter::inbox_full);
+  if (!done && done.code() != errc::full) tell_too_big(pair, done.error(), who);
+  return static_cast<bool>(done);
 }
 
 // ---- relay
@@ -127,6 +132,8 @@ void broker::deliver_long_to(pair_index pair, text_id value, rt::time_point over
 void broker::relay(connection& c, const wire::request& asked, text_id body) noexcept {
   if (is_own_name(asked.topic) && c.ours == side::server)
     return refusals_.refuse(c, asked.id_raw, "publish: topics below /rowe/ are the endpoint's own");
+  if (is_own_service(asked.topic) && c.ours == side::server) [[unlikely]]
+    return refusals_.refuse(c, asked.id_raw, "publish: the endpoint's own service has this name");
   const topic_id index = state_.topics.find(asked.topic);
   if (!index) return state_.counts.add(counter::no_peer); // nobody has asked for it
   if (state_.topics.at(index).own_alone != 0 && !state_.rights.publishes_beside(c, asked.topic)) [[unlikely]]
@@ -152,28 +159,34 @@ void broker::relay(connection& c, const wire::request& asked, text_id body) noex
   if (!on.inboxes.head) return state_.counts.add(counter::no_peer);
   if (!body) return deliver(on, asked.body_raw, over, who);
   for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
-    deliver_long_to(i, body, over, who);
+    (void)deliver_long_to(i, body, over, who);
 }
 
 void broker::deliver_latched(pair_index pair) noexcept {
-  const topic_id index = state_.pair_rows[pair].topic;
-  latched_list& all = state_.topics.at(index).latched;
-  state_.latches.drop_expired(all, state_.cycle.now);
-  latch_id long_one{}; // the newest: behind it nothing is delivered until it has been copied
-  for (latch_id i = all.head; i; i = state_.latches.at(i).next) {
+  state_.latches.drop_expired(state_.topics.at(state_.pair_rows[pair].topic).latched, state_.cycle.now);
+  state_.pair_rows[pair].latched_until = state_.latches.newest();
+  go_on_with_latched(pair);
+}
+
+void broker::deliver_long_values() noexcept {
+  std::size_t left = long_copy_bytes;
+  while (const pair_index ended = long_deliveries_.advance(left)) go_on_with_latched(ended);
+}
+
+void broker::go_on_with_latched(pair_index pair) noexcept {
+  pair_row& row = state_.pair_rows[pair];
+  const latched_list& all = state_.topics.at(row.topic).latched;
+  while (const latch_id i = state_.latches.next(all, row.latched_told, row.latched_until)) {
+    row.latched_told = {i, state_.latches.at(i).number};
     const latched_value& kept = state_.latches.at(i).value;
     if (long_outbox_.is_long(kept)) {
-      if (long_one) state_.counts.add(counter::inbox_full);
-      long_one = i;
-    } else if (const slot_id slot = long_outbox_.compose_latched(index, kept)) {
+      if (deliver_long_to(pair, kept.chunks, kept.expires, {})) return;
+    } else if (const slot_id slot = long_outbox_.compose_latched(row.topic, kept)) {
       deliver_to(pair, message_store_.slots().body(slot), message_store_.slots().lifetime(slot).ttl_over(),
                  {});
       message_store_.release(slot);
     }
   }
-  if (!long_one) return;
-  const latched_value& last = state_.latches.at(long_one).value;
-  deliver_long_to(pair, last.chunks, last.expires, {});
 }
 
 void broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_point over,
@@ -217,7 +230,7 @@ void broker::tell_undecodable(pair_index pair, const published_by& who, std::str
   if (!first && !tells) return;
   std::array<char, wire::refusal::text_bytes_max> buffer;
   wire::text_out text{buffer};
-  text.add("publish ").add_shortened(state_.topics.name(topic), event_topic_bytes_shown);
+  text.add("publish ").add_name(state_.topics.name(topic), event_topic_bytes_shown);
   text.add(": ").add_shortened(why, diagnosis_bytes_shown);
   if (tells) refusals_.send_status(*c, who.id_raw, text.text());
   if (!first) return;

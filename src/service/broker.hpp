@@ -77,19 +77,23 @@ class broker {
       }
     }
   }
-  // Delivers the latched values to a handle that was just attached.
+  // Delivers the latched values to a handle that was just attached, the oldest first. Behind a long one they
+  // go on when the handle has that.
   void deliver_latched(pair_index pair) noexcept;
+  // Copies this cycle's share of the long values that are under way to handles.
+  void deliver_long_values() noexcept;
 
  private:
   bool is_wanted_now(const topic& on) noexcept;
   // The same for a topic with subscribers whose codecs write whole messages.
   void publish_whole(topic_id topic, const whole_source& of, latch_owner latches, const wire::body& text,
                      const published_by& who) noexcept;
-  void keep_latched(topic_id index, slot_id slot, latch_owner owner, const published_by& who) noexcept;
+  bool keep_latched(topic_id index, slot_id slot, latch_owner owner, const published_by& who) noexcept;
   void tell_not_kept(topic_id index, std::size_t bytes, const published_by& who) noexcept;
   void deliver_to(pair_index pair, std::span<const char> body, rt::time_point over,
                   const published_by& who) noexcept;
-  void deliver_long_to(pair_index pair, text_id value, rt::time_point over, const published_by& who) noexcept;
+  void go_on_with_latched(pair_index pair) noexcept;
+  bool deliver_long_to(pair_index pair, text_id value, rt::time_point over, const published_by& who) noexcept;
   void tell_too_big(pair_index pair, const error& why, const published_by& who) noexcept;
   void tell_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept;
 
@@ -119,8 +123,8 @@ void broker::publish(topic_id index, rt::time_point published, rt::time_point ex
   const slot_id slot = outbox_.compose_message(index, published, expires, write_body);
   if (!slot) return;
   on.bytes = message_store_.slots().body(slot).size();
-  if (keeps) keep_latched(index, slot, latches, who);
-  subscription_queues_.fan_out(index, slot);
+  const bool kept = keeps && keep_latched(index, slot, latches, who);
+  subscription_queues_.fan_out(index, slot, kept);
   const std::span<const char> body = message_store_.slots().body(slot);
   deliver(on, body, expires, who);
   if (on.asked) [[unlikely]]

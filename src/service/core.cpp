@@ -60,7 +60,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   if (waits_for_room()) retried_at_ = ingress_.room_changes();
   handle_registry_.scan();
   if (long_deliveries_.any()) [[unlikely]] {
-    long_deliveries_.advance();
+    broker_.deliver_long_values();
     handle_submissions_.note_more_left();
   }
   if (state_.peers.wants_close()) close_marked();

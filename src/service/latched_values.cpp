@@ -69,17 +69,18 @@ void latched_values::forget(latched_list& of, latch_owner owner) noexcept {
   for (latch_id i = of.head; i; before = i, i = rows_[i].next) {
     if (rows_[i].value.owner != owner) continue;
     of.erase_behind(rows_, before);
-    texts_.clear(rows_[i].value);
-    return free_.give_back(i);
+    return release(i);
   }
 }
 
 void latched_values::clear(latched_list& of) noexcept {
-  while (!of.empty()) {
-    const latch_id first = of.pop_front(rows_);
-    texts_.clear(rows_[first].value);
-    free_.give_back(first);
-  }
+  while (!of.empty()) release(of.pop_front(rows_));
+}
+
+void latched_values::release(latch_id row) noexcept {
+  texts_.clear(rows_[row].value);
+  rows_[row].number = 0;
+  free_.give_back(row);
 }
 
 void latched_values::drop_expired(latched_list& of, rt::time_point now) noexcept {
@@ -90,17 +91,17 @@ void latched_values::drop_expired(latched_list& of, rt::time_point now) noexcept
       before = i;
     } else {
       of.erase_behind(rows_, before);
-      texts_.clear(rows_[i].value);
-      free_.give_back(i);
+      release(i);
     }
     i = behind;
   }
 }
 
-latch_id latched_values::next(const latched_list& of, std::uint64_t after,
+latch_id latched_values::next(const latched_list& of, const latched_place& after,
                               std::uint64_t until) const noexcept {
-  for (latch_id i = of.head; i; i = rows_[i].next) {
-    if (rows_[i].number > after) return rows_[i].number <= until ? i : latch_id{};
+  const bool is_there = after.number != 0 && rows_[after.row].number == after.number;
+  for (latch_id i = is_there ? rows_[after.row].next : of.head; i; i = rows_[i].next) {
+    if (rows_[i].number > after.number) return rows_[i].number <= until ? i : latch_id{};
   }
   return {};
 }

@@ -3,7 +3,8 @@
 // a topic are each a publisher, too. A late subscriber gets them all, the oldest first. latch_store.hpp has
 // their texts, and how much each publisher may hold.
 //
-// Service thread only; nothing waits or allocates. Each function takes as many steps as the topic has values.
+// Service thread only; nothing waits or allocates. Each function takes as many steps as the topic has values,
+// at most.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -22,8 +23,14 @@ namespace rowe::service {
 
 struct latched_row {
   latch_id next{};
-  std::uint64_t number = 0; // values that were kept later have higher ones
+  std::uint64_t number = 0; // values that were kept later have higher ones; 0: the row has none
   latched_value value;
+};
+// Where a reader of a topic's values is: behind the value that has this number, in this row. Number 0: in
+// front of all.
+struct latched_place {
+  latch_id row{};
+  std::uint64_t number = 0;
 };
 using latched_list = index_queue<latch_id, latched_row, &latched_row::next>; // the oldest value first
 
@@ -46,8 +53,9 @@ class latched_values {
 
   // The number of the newest value of all topics; 0: there was none.
   std::uint64_t newest() const noexcept { return last_number_; }
-  // The oldest value whose number is higher than `after`, and at most `until`; none: there is none.
-  latch_id next(const latched_list& of, std::uint64_t after, std::uint64_t until) const noexcept;
+  // The oldest value behind `after` whose number is `until` at most; none: there is none. In one step where
+  // the value at `after` is still there.
+  latch_id next(const latched_list& of, const latched_place& after, std::uint64_t until) const noexcept;
   const latched_row& at(latch_id which) const noexcept { return rows_[which]; }
   void write(const latched_value& what, json::writer& into) const noexcept { texts_.write(what, into); }
 
@@ -58,6 +66,7 @@ class latched_values {
   // A row with no value; none: there is none left.
   latch_id begin(latched_list& of, latch_owner owner) noexcept;
   bool end(latched_list& of, latch_id row, bool kept, rt::time_point published) noexcept;
+  void release(latch_id row) noexcept;
 
   chunk_store& chunks_;
   latch_store texts_;

@@ -33,8 +33,8 @@ status long_deliveries::begin(pair_index pair, const detail::value_header& heade
   return {};
 }
 
-void long_deliveries::advance() noexcept {
-  for (std::size_t left = long_copy_bytes; left != 0 && !turns_.empty();) {
+pair_index long_deliveries::advance(std::size_t& left) noexcept {
+  while (left != 0 && !turns_.empty()) {
     const pair_index pair = turns_.pop();
     delivery& one = rows_[pair];
     one.in_turns = false;
@@ -51,11 +51,12 @@ void long_deliveries::advance() noexcept {
     if (one.done == one.header.bytes) {
       local_delivery_.hand_over(pair, one.slot, one.header);
       end(pair);
-    } else {
-      one.in_turns = true;
-      turns_.push(pair);
+      return pair;
     }
+    one.in_turns = true;
+    turns_.push(pair);
   }
+  return {};
 }
 
 void long_deliveries::end(pair_index pair) noexcept {

@@ -38,8 +38,9 @@ class long_deliveries {
 
   // Begins to deliver a value. Errors: full; too_big, also where the handle reads structs.
   status begin(pair_index pair, const detail::value_header& header, text_id value) noexcept;
-  // Copies the share of this cycle.
-  void advance() noexcept;
+  // Copies so many bytes, or until a handle has its value: then that handle. None: `left` is 0, or nothing is
+  // under way.
+  pair_index advance(std::size_t& left) noexcept;
   // Whether the next cycle is needed at once.
   bool any() const noexcept { return !turns_.empty(); }
 

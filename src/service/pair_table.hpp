@@ -7,6 +7,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/ids.hpp"
+#include "service/latched_values.hpp"
 #include "service/slot_pool.hpp"
 
 namespace rowe::service {
@@ -28,8 +29,10 @@ struct pair_row {
   std::uint64_t order = 0;       // the generic receiver is the one that was attached first
   rt::time_point
       undecodable_at{};         // when an event last reported a message that it could not decode; zero: never
-  std::uint32_t room_asked = 0; // the handle's queue_pair::room_asked when this thread last looked
-  bool released_slots = false;  // slots were released in this cycle
+  latched_place latched_told{}; // the last latched value that it was given when it subscribed,
+  std::uint64_t latched_until = 0; // and the number of the last one that it is to be given
+  std::uint32_t room_asked = 0;    // the handle's queue_pair::room_asked when this thread last looked
+  bool released_slots = false;     // slots were released in this cycle
 };
 
 } // namespace rowe::service

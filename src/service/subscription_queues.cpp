@@ -12,14 +12,15 @@
 
 namespace rowe::service {
 
-void subscription_queues::fan_out(topic_id topic_index, slot_id slot) noexcept {
+void subscription_queues::fan_out(topic_id topic_index, slot_id slot, bool kept) noexcept {
   const topic& on = state_.topics.at(topic_index);
   for (subscription_id i = on.subscriptions.head; i; i = subscription_rows_[i].next_on_topic) {
-    if (accepts(subscription_rows_[i])) push(i, slot);
+    if (accepts(subscription_rows_[i])) push(i, slot, kept);
   }
 }
 
-void subscription_queues::fan_out(topic_id topic_index, slot_id slot, const whole_source& of) noexcept {
+void subscription_queues::fan_out(topic_id topic_index, slot_id slot, bool kept,
+                                  const whole_source& of) noexcept {
   struct made {
     slot_id slot{};
     bool tried = false;
@@ -30,12 +31,12 @@ void subscription_queues::fan_out(topic_id topic_index, slot_id slot, const whol
     subscription& s = subscription_rows_[i];
     if (!accepts(s)) continue;
     if (!s.whole) {
-      if (slot) push(i, slot);
+      if (slot) push(i, slot, kept);
       continue;
     }
     made& its = all[static_cast<std::size_t>(s.codec)][s.unslashed];
     if (!std::exchange(its.tried, true)) its.slot = compose_whole(s, slot, of);
-    if (its.slot) push(i, its.slot);
+    if (its.slot) push(i, its.slot, kept);
   }
   for (const auto& of_codec : all) {
     for (const made& one : of_codec) {
@@ -91,11 +92,11 @@ void subscription_queues::note_unsent(topic_id topic) noexcept {
     subscription_rows_[i].latched_until = state_.latches.newest();
 }
 
-inline void subscription_queues::push(subscription_id index, slot_id slot) noexcept {
+inline void subscription_queues::push(subscription_id index, slot_id slot, bool kept) noexcept {
   subscription& s = subscription_rows_[index];
   state_.cycle.work_bytes += push_work;
   if (s.latched_pending) [[unlikely]]
-    place_latched_before(s);
+    if (joins_latched(s, kept)) return;
   outbox_.drop_expired(s.pending);
   if (s.pending.count >= s.depth) trim(s, s.depth - 1);
   if (!outbox_.enqueue(s.pending, slot)) return note_full(s);
@@ -143,7 +144,7 @@ void subscription_queues::merge_codecs(subscription& s) noexcept {
 
 void subscription_queues::schedule_latched(subscription_id index) noexcept {
   subscription& s = subscription_rows_[index];
-  s.latched_told = 0;
+  s.latched_told = {};
   s.latched_until = state_.latches.newest();
   s.latched_pending = true;
   ++outbox_.of(s.peer).latched_pending;
@@ -172,10 +173,10 @@ inline void subscription_queues::put_on_ready_list(subscription_id index, subscr
 // to many topics at once, or to one with many publishers, does not take a slot for each value.
 void subscription_queues::place_latched(subscription& s) noexcept {
   latched_list& all = state_.topics.at(s.topic).latched;
-  state_.latches.drop_expired(all, state_.cycle.now);
-  const latch_id which = state_.latches.next(all, s.latched_told, s.latched_until);
-  if (which) s.latched_told = state_.latches.at(which).number;
-  if (!which || !state_.latches.next(all, s.latched_told, s.latched_until)) {
+  if (s.latched_told.number == 0) state_.latches.drop_expired(all, state_.cycle.now);
+  const latch_id which = next_latched(s, all);
+  if (which) s.latched_told = {which, state_.latches.at(which).number};
+  if (!which || !next_latched(s, all)) {
     s.latched_pending = false;
     --outbox_.of(s.peer).latched_pending;
   }
@@ -194,19 +195,39 @@ void subscription_queues::place_latched(subscription& s) noexcept {
   message_store_.release(slot);
 }
 
-// A newer message comes. The latched values that are pending go before it, as many of the newest as the queue
-// keeps beside it, and only some, since each is composed anew.
-void subscription_queues::place_latched_before(subscription& s) noexcept {
+// The next value that it is to be told, and that has not expired.
+latch_id subscription_queues::next_latched(subscription& s, const latched_list& all) noexcept {
+  latch_id which = state_.latches.next(all, s.latched_told, s.latched_until);
+  while (which && state_.latches.at(which).value.expires <= state_.cycle.now) {
+    s.latched_told = {which, state_.latches.at(which).number};
+    which = state_.latches.next(all, s.latched_told, s.latched_until);
+  }
+  return which;
+}
+
+// A newer message comes, and latched values are pending, which go before it. If they are few, they are queued
+// here. If not, the message itself waits among them (true), where it was kept as one of them. One that was
+// not takes the place of the oldest, as it does in a queue that is full.
+bool subscription_queues::joins_latched(subscription& s, bool kept) noexcept {
   const latched_list& all = state_.topics.at(s.topic).latched;
+  const std::uint32_t most = std::min(s.depth - 1, latched_before_max);
   std::uint32_t pending = 0;
-  for (latch_id i = state_.latches.next(all, s.latched_told, s.latched_until); i;
-       i = state_.latches.next(all, state_.latches.at(i).number, s.latched_until))
-    ++pending;
-  for (const std::uint32_t kept = std::min(s.depth - 1, latched_before_max); pending > kept; --pending) {
-    s.latched_told = state_.latches.at(state_.latches.next(all, s.latched_told, s.latched_until)).number;
+  for (latched_place at = s.latched_told; pending <= most || !kept; ++pending) {
+    const latch_id next = state_.latches.next(all, at, s.latched_until);
+    if (!next) break;
+    at = {next, state_.latches.at(next).number};
+  }
+  if (pending > most && kept) {
+    s.latched_until = state_.latches.newest();
+    return true;
+  }
+  for (; pending > most; --pending) {
+    const latch_id oldest = state_.latches.next(all, s.latched_told, s.latched_until);
+    s.latched_told = {oldest, state_.latches.at(oldest).number};
     add(counter::replaced);
   }
   while (s.latched_pending) place_latched(s);
+  return false;
 }
 
 bool subscription_queues::place_pending_latched(peer_index peer) noexcept {

@@ -39,11 +39,12 @@ class subscription_queues {
         long_outbox_{parts.long_outbox},
         subscription_rows_{parts.state.subscriptions.all()} {}
 
-  // Queues a message for everyone who subscribes to the topic. The caller keeps its reference.
-  void fan_out(topic_id topic, slot_id slot) noexcept;
+  // Queues a message for everyone who subscribes to the topic. The caller keeps its reference. `kept`: it is
+  // the newest of the topic's latched values.
+  void fan_out(topic_id topic, slot_id slot, bool kept) noexcept;
   // The same where some subscribers' codecs write whole messages: each such message is composed once, for the
   // first who takes it. `slot` may be none where no other codec needs it.
-  void fan_out(topic_id topic, slot_id slot, const whole_source& of) noexcept;
+  void fan_out(topic_id topic, slot_id slot, bool kept, const whole_source& of) noexcept;
   // A message for everyone who subscribes to the topic found no room. Who still waits for latched values gets
   // it as one, if it was kept.
   void note_unsent(topic_id topic) noexcept;
@@ -79,12 +80,13 @@ class subscription_queues {
  private:
   void add(counter which) noexcept { state_.counts.add(which); }
   bool accepts(subscription& s) noexcept;
-  void push(subscription_id subscription, slot_id slot) noexcept;
+  void push(subscription_id subscription, slot_id slot, bool kept) noexcept;
   void note_full(const subscription& s) noexcept;
   void trim(subscription& s, std::uint32_t most) noexcept;
   void merge_codecs(subscription& s) noexcept;
   void place_latched(subscription& s) noexcept;
-  void place_latched_before(subscription& s) noexcept;
+  latch_id next_latched(subscription& s, const latched_list& all) noexcept;
+  bool joins_latched(subscription& s, bool kept) noexcept;
   slot_id compose_whole(const subscription& to, slot_id text, const whole_source& of) noexcept;
   // Makes it ready if it has something to write, and is not ready yet.
   void make_ready(subscription_id index) noexcept {

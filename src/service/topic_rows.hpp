@@ -66,8 +66,8 @@ struct subscription {
   std::int64_t deadline_ns = wire::unlimited; // the most time between two messages, watched
   rt::time_point watched_at{};                // since when; or, behind a miss, when that was
   std::array<subscribe_request, subscribe_requests_max> requests;
-  std::uint64_t latched_told = 0;  // the number of the last latched value that was queued,
-  std::uint64_t latched_until = 0; // and of the last one that was kept when it subscribed
+  latched_place latched_told{};    // the last latched value that was queued,
+  std::uint64_t latched_until = 0; // and the number of the last one that is to be
   kept_id deadline_of;             // of the newest request that asked for a deadline
 };
 
@@ -97,9 +97,9 @@ struct topic {
   // wrote it.
   bool asked_unslashed = false;
   bool offered_unslashed = false;
-  latched_list latched;           // for late subscribers
-  rt::time_point not_kept_told{}; // when this process was told that a value of its own is not kept
-  last_value_id asked{};          // for who asks over HTTP, where somebody did lately
+  latched_list latched;       // for late subscribers
+  rt::time_point loss_told{}; // when this process was told that a value of its own is too long, or not kept
+  last_value_id asked{};      // for who asks over HTTP, where somebody did lately
 
   bool has_audience() const noexcept { return !subscriptions.empty() || !inboxes.empty() || asked; }
 

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Latched topics with several publishers, and values of all sizes: what a late subscriber gets.
+#include <memory>
+#include <set>
+
 #include <rowe/subscriber.hpp>
 
 #include "core_fixtures.hpp"
@@ -25,6 +28,7 @@ struct latched : ::testing::Test {
     options.limits.subscriptions_per_connection_max = 16;
     options.limits.latched_bytes = 256 * 1024;
     options.limits.topics_max = 64;
+    options.limits.connections_max = 12;
     return options;
   }
   core_harness on{chosen()};
@@ -74,19 +78,65 @@ TEST_F(latched, topics_have_one_value_of_each_publisher) {
   EXPECT_EQ(late(), (texts{all[1], all[2]})) << "a value goes with its publisher";
 }
 
+// Also where one of the publishers goes on, whatever the subscriber's queue holds.
+TEST_F(latched, values_all_reach_a_late_subscriber_beside_newer_messages) {
+  constexpr int publishers = 9;
+  std::vector<std::unique_ptr<peer>> all;
+  for (int i = 0; i < publishers; ++i) {
+    all.push_back(std::make_unique<peer>(on));
+    latch(*all.back(), "/map", value(std::to_string(i)));
+  }
+  for (const std::string_view queue : {"", R"(,"queue_length":1)", R"(,"queue_length":3)"}) {
+    peer reader{on};
+    reader.say(R"({"op":"subscribe","topic":"/map")" + std::string{queue} + "}");
+    all[2]->say(published("/map", value("newer")));
+    all[2]->say(published("/map", value("newest")));
+    std::set<std::string> got;
+    std::string last;
+    for (int i = 0; i < 40; ++i) {
+      on.cycles(2);
+      for (const std::string& one : reader.hear()) got.insert(last = one);
+    }
+    for (int i = 0; i < publishers; ++i)
+      EXPECT_EQ(got.contains(published("/map", value(std::to_string(i)))), i != 2) << queue << i;
+    EXPECT_EQ(last, published("/map", value("newest"))) << queue;
+    EXPECT_EQ(on.core.inconsistency(), "");
+    all[2]->say(published("/map", value("2")));
+    on.cycles(4);
+  }
+}
+
+// Of who may publish, and not advertise, too.
+TEST_F(latched, values_go_with_the_type_that_a_handle_replaces) {
+  peer a{on};
+  a.say(R"({"op":"publish","topic":"/x","type":"a/A","latch":true,"msg":{"x":1}})");
+  on.cycles(2);
+  on.offer(pair_kind::publish_text, "/x", 200, {.shared = true}, nullptr, "b/B");
+  on.cycles(2);
+  peer reader{on};
+  reader.say(R"({"op":"subscribe","topic":"/x"})");
+  on.cycles(4);
+  EXPECT_EQ(reader.hear(), texts{});
+}
+
 TEST_F(latched, values_all_reach_a_handle_that_subscribes_late) {
   peer a{on}, b{on};
+  peer c{on}, d{on};
   latch(a, "/map", value("a"));
-  latch(b, "/map", value("b", 20'000));
-  auto& pair = on.offer(pair_kind::subscribe_text, "/map", 60 * 1024, {.depth = 4});
-  on.cycle();
+  latch(b, "/map", value("b", 100'000));
+  on.cycles(40);
+  latch(c, "/map", value("c", 20'000));
+  latch(d, "/map", value("d", 90'000));
+  on.cycles(40);
+  auto& pair = on.offer(pair_kind::subscribe_text, "/map", 120 * 1024, {.depth = 4});
+  on.cycles(20);
   std::vector<std::string> got;
   while (const auto slot = pair.user.in.ring->try_pop()) {
     got.emplace_back(reinterpret_cast<const char*>(pair.user.in.memory.value(*slot)),
                      pair.user.in.memory.header(*slot)->bytes);
     pair.user.in.free_ring->release(*slot);
   }
-  EXPECT_EQ(got, (texts{value("a"), value("b", 20'000)}));
+  EXPECT_EQ(got, (texts{value("a"), value("b", 100'000), value("c", 20'000), value("d", 90'000)}));
 }
 
 TEST_F(latched, values_that_find_no_room_among_short_ones_are_where_long_ones_are) {

@@ -76,7 +76,7 @@ struct outbox_test : state_fixture::state_fixture {
     const auto slot =
         out.compose_message(topic, cycle.now, expires, [&](rowe::json::writer& into) { into.append(body); });
     ASSERT_TRUE(slot);
-    queues.fan_out(topic, slot);
+    queues.fan_out(topic, slot, false);
     store.release(slot);
   }
   bool reply(peer_index to, std::string_view text) {
