@@ -23,7 +23,7 @@ Made by `bench/report/main.py --readme` from the opening comments of the program
 a question; each runs by itself, or all of them by [tools/benchmark](../tools/benchmark), which writes
 [docs/benchmarks.md](../docs/benchmarks.md). Everything that is compared runs once in every round of one run,
 because machines drift from minute to minute; ratios are taken inside a round, and their medians over the
-rounds reported.
+rounds reported. Run by hand: [newcomers.py](newcomers.py): who gets in beside a flood of handshakes.
 
 """
 

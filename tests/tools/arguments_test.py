@@ -91,6 +91,12 @@ class arguments(unittest.TestCase):
             self.refused("replay", "ws://127.0.0.1:1", "--tum", file.name, "--topic", "/rowe/mine",
                          says=["/rowe/mine", "the endpoint's own"])
 
+    def test_parameters_and_values_that_are_no_utf8_are_named_with_the_byte(self):
+        for which, verb, *words in (("name", "get", b"/a\xff"), ("name", "set", b"/a\xff", "1"),
+                                    ("value", "set", "/a", b"\xc3\xa9\xff")):
+            self.refused("param", verb, "127.0.0.1:1", *words,
+                         says=[f"the argument {which} is not UTF-8 (at byte 2)"])
+
     def test_an_unknown_verb_or_option_suggests_the_nearest(self):
         self.refused("srve", says=["'srve'", "did you mean serve?"])
         self.refused("hlep", says=["did you mean help?"])

@@ -38,6 +38,7 @@ TEST(printable, shows_control_characters) {
 
 TEST(printable, shows_what_makes_a_text_look_like_another) {
   EXPECT_EQ(printable("a\u2028b\u202ec\u200bd\ufeff"), "a\\u2028b\\u202ec\\u200bd\\ufeff");
+  EXPECT_EQ(printable("a\u3164b\u00a0c\u3000d\u2003"), "a\\u3164b\\u00a0c\\u3000d\\u2003");
   EXPECT_EQ(printable("\U000e0041"), "\\udb40\\udc41");
 }
 
@@ -60,6 +61,8 @@ TEST(sentence_of, begins_with_the_sender_whatever_the_event_says) {
     if (one == kind::status_from_peer) {
       EXPECT_TRUE(line.starts_with("10.9.9.9:4444: driver: says: '\\' 10.0.0.1:80")) << line;
       EXPECT_TRUE(line.ends_with("'")) << line;
+      happened.what = "\\' ends";
+      EXPECT_TRUE(sentence_of(happened, with_kind::yes).ends_with(R"('\\\' ends')"));
     }
   }
 }

@@ -49,7 +49,8 @@ class output(unittest.TestCase):
         cls.demo = cls.enterClassContext(hub("--demo"))
         cls.folders = cls.enterClassContext(tempfile.TemporaryDirectory())
         # What each verb is asked so that it prints something.
-        url, made = cls.demo.url, os.path.join(cls.folders, "made")
+        url, cls.made, new = cls.demo.url, *(os.path.join(cls.folders, name) for name in ("made", "new"))
+        subprocess.run([ROWE, "setup", "--name", "bot", "--dir", cls.made], check=True, capture_output=True)
         cls.prints = {
             "bench": [("idle", "-D", "100ms", "--json", "-")],
             "call": [(url, "/rosapi/topics"), (url, "/rosapi/topics", "--json"),
@@ -65,9 +66,9 @@ class output(unittest.TestCase):
             "replay": [],
             "reset": [(url,)],
             "serve": [],  # until it is told to end: below
-            "setup": [("--name", "bot", "--dir", made)],
+            "setup": [("--name", "bot", "--dir", new)],
             "stop": [(url,), (url, "--json")],
-            "token": [("list", "--dir", made)],
+            "token": [("list", "--dir", cls.made)],
             "types": [(url,), (url, "--ros"), (url, "--json-schema")],
             "version": [(), ("--json",)],
         }
@@ -99,6 +100,29 @@ class output(unittest.TestCase):
                 code, lines = ended(command, unread)
                 self.assertEqual(code, as_usual, lines)
                 self.assertNotRegex("\n".join(lines), "(?i)pipe|write")
+
+    def test_of_tokens_that_nobody_saw_makes_none(self):
+        made, new = self.made, os.path.join(self.folders, "newer")
+
+        def settings():
+            with open(os.path.join(made, "rowe.toml"), "rb") as file:
+                return file.read()
+
+        before, files, around = settings(), sorted(os.listdir(made)), sorted(os.listdir(self.folders))
+        setup, token = [ROWE, "setup", "--name", "bot", "--dir"], [ROWE, "token", "add", "anna", "driver"]
+        commands = [[*setup, new, *more] for more in ((), ("--quiet",), ("--qr", "--link", "peer"),
+                                                      ("--save-tokens", "--keep-ca"))]
+        commands += [[*setup, made, "--force"], [*token, "--dir", made], [*token, "--in-url", "--dir", made]]
+        for command in commands:
+            with open("/dev/full", "wb") as full, closed_pipe() as unread:
+                for to in full, unread:
+                    with self.subTest(command=command, to=to):
+                        code, lines = ended(command, to)
+                        self.assertEqual(code, 1, lines)
+                        self.assertIn("could not be shown", lines[-1])
+                        self.assertEqual(settings(), before)
+                        self.assertEqual(sorted(os.listdir(made)), files)
+                        self.assertEqual(sorted(os.listdir(self.folders)), around)
 
     def test_of_a_server_is_told_and_it_serves_all_the_same(self):
         echo = os.path.join(folder, "rowe_echo")

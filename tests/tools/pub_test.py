@@ -142,6 +142,16 @@ class on_topics(unittest.TestCase):
             endless.line("nobody has subscribed to /nobody yet")
             endless.end(signal.SIGINT)
 
+    def test_says_once_that_the_server_refused_the_topic(self):
+        with hub("--demo") as robot:
+            for more in (), ("--latch",), ("-n", "5", "-r", "100Hz"):
+                ended = run("pub", robot.url, "/odom", '{"a":1}', *more)
+                said = "\n".join(ended.stderr)
+                self.assertEqual(ended.code, 1, said)
+                self.assertEqual(said.count("/odom is published by the program here"), 1, said)
+                self.assertNotIn("unadvertise", said)
+                self.assertRegex(ended.stderr[-1], r"sent \d messages? in .*; the server refused the topic$")
+
     def test_waits_for_a_subscriber_when_asked_to(self):
         for how in ((), ("-r", "100", "-n", "3"), ("-q",)):
             with program("pub", self.serving.url, "/late", '{"a":1}', "-w", *how) as pub:

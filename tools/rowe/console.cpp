@@ -29,23 +29,27 @@ void append_code_point(std::string& to, char32_t code) {
   to.append(text.data());
 }
 
-// Controls; what ends a line; what has no width, or says in which direction is written (UAX 9, UTS 39).
+// Controls; what ends a line; what has no width, or no ink, or says in which direction is written (UAX 9,
+// UTS 39).
 bool misleads(char32_t code) noexcept {
   struct range {
     char32_t first, last;
   };
-  constexpr range ranges[] = {{0, 0x1f},        {0x7f, 0x9f},     {0xad, 0xad},      {0x61c, 0x61c},
-                              {0x180e, 0x180e}, {0x200b, 0x200f}, {0x2028, 0x202e},  {0x2060, 0x206f},
-                              {0xfeff, 0xfeff}, {0xfff9, 0xfffb}, {0xe0000, 0xe007f}};
+  constexpr range ranges[] = {{0, 0x1f},         {0x7f, 0xa0},     {0xad, 0xad},     {0x61c, 0x61c},
+                              {0x115f, 0x1160},  {0x1680, 0x1680}, {0x180e, 0x180e}, {0x2000, 0x200f},
+                              {0x2028, 0x202f},  {0x205f, 0x206f}, {0x2800, 0x2800}, {0x3000, 0x3000},
+                              {0x3164, 0x3164},  {0xfeff, 0xfeff}, {0xffa0, 0xffa0}, {0xfff9, 0xfffb},
+                              {0xe0000, 0xe007f}};
   return std::any_of(std::begin(ranges), std::end(ranges),
                      [code](const range& one) { return code >= one.first && code <= one.last; });
 }
 
 // In quotes that the text itself cannot end.
 std::string words_of_peer(std::string_view text) {
-  std::string shown = printable(text);
-  for (std::size_t at = 0; (at = shown.find('\'', at)) != shown.npos; at += 2) shown.insert(at, 1, '\\');
-  return joined("'", shown, "'");
+  std::string escaped{text};
+  for (std::size_t at = 0; (at = escaped.find_first_of("'\\", at)) != escaped.npos; at += 2)
+    escaped.insert(at, 1, '\\');
+  return joined("'", printable(escaped), "'");
 }
 
 // Of one whole character in UTF-8.
@@ -170,6 +174,15 @@ std::string printable(std::string_view text) {
     i += bytes;
   }
   return shown;
+}
+
+std::optional<std::size_t> not_utf8_at(std::string_view text) noexcept {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t bytes = bytes_of_character(text.substr(at));
+    if (bytes == 0) return at;
+    at += bytes;
+  }
+  return std::nullopt;
 }
 
 std::string quoted(std::string_view text) { return joined("'", printable(text), "'"); }

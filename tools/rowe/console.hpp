@@ -3,7 +3,9 @@
 // Nothing is coloured, so nothing has to be switched off where no colour is wanted.
 #pragma once
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -104,6 +106,8 @@ std::string sentence_of(const event& happened, with_kind kind = with_kind::no);
 // like, since some of them move the cursor or do worse; and so does what ends a line, has no width or changes
 // the direction of writing, since it makes a text look like another. What is no UTF-8 becomes U+FFFD.
 std::string printable(std::string_view text);
+// Where the first character begins that is no UTF-8; nothing: all of the text is.
+std::optional<std::size_t> not_utf8_at(std::string_view text) noexcept;
 
 // The same in quotes.
 std::string quoted(std::string_view text);

@@ -29,7 +29,7 @@ constexpr std::array verbs{
     verb{"stop", "stop a robot, and say whether it acknowledged", stop},
     verb{"reset", "let a stopped robot go again", reset},
     verb{"param", "a robot's parameters: list them, read or set one", param},
-    verb{"types", "a robot's types, as TypeScript, JSON Schema or ROS text", types},
+    verb{"types", "a robot's types, as TypeScript, JSON Schema, ROS text or C", types},
     verb{"peers", "who is connected to an endpoint, and what was lost", peers},
     verb{"replay", "publish a recorded trajectory at its own pace", replay},
     verb{"setup", "makes certificate, tokens and settings, to put a robot on a network", setup},

@@ -183,16 +183,30 @@ void remote::report() {
       if (connected_before_) to_.note("connected again to ", url_);
       connected_before_ = true;
       failure_.clear();
+      reason_told_.clear();
       failure_told_ = in_vain_ = false;
       break;
-    case event::kind::status_from_peer:
-      ++errors_reported_;
-      error_reported_ = std::string_view{happened->what};
-      to_.error(text);
-      break;
+    case event::kind::status_from_peer: report_error(happened->what, text); break;
     default: to_.note(text); break;
     }
   }
+}
+
+// Servers say "OPERATION: REASON". Each operation on a topic that is refused is refused for the same reason,
+// which is told once. Taking back an advertisement that was refused is an error only because of that.
+void remote::report_error(std::string_view said, const std::string& sentence) {
+  constexpr std::string_view between = ": ";
+  const std::size_t end = said.find(between);
+  const std::string_view operation = end == said.npos ? std::string_view{} : said.substr(0, end);
+  const std::string_view reason = end == said.npos ? said : said.substr(end + between.size());
+  if (advertise_refused_ && operation == "unadvertise") return;
+  if (operation == "advertise") advertise_refused_ = true;
+  if (operation == "publish") publish_refused_ = true;
+  ++errors_reported_;
+  error_reported_ = said;
+  if (reason == reason_told_) return;
+  reason_told_ = reason;
+  to_.error(sentence);
 }
 
 void remote::close() {

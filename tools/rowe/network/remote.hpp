@@ -25,8 +25,8 @@ struct spelled_url {
   std::string wrong; // and then: why
 };
 
-// Takes ws://..., wss://..., HOST[:PORT][/PATH], where the port is 8080 if there is none, and http[s]://... as
-// a browser shows it for the page.
+// Takes ws://..., wss://..., HOST[:PORT][/PATH], where the port is 8080 if there is none, and http[s]://...
+// as a browser shows it for the page.
 spelled_url read_url(std::string_view text);
 
 // Whether a word is meant as a URL rather than as a topic's name or JSON.
@@ -80,12 +80,19 @@ class remote {
   // Whether the next attempt will fail as well.
   bool in_vain() const noexcept { return in_vain_; }
 
-  // How often the other side has said that something of ours was wrong, as far as report() has printed it.
+  // Whether report() has printed that.
+  bool failure_told() const noexcept { return failure_told_; }
+
+  // How often the other side has said that something of ours was wrong, as far as report() has read it.
   std::uint64_t errors_reported() const noexcept { return errors_reported_; }
   // What it said last of them; empty: nothing.
   const std::string& error_reported() const noexcept { return error_reported_; }
+  // Whether it takes neither our topic nor what we publish there.
+  bool topic_refused() const noexcept { return advertise_refused_ && publish_refused_; }
 
  private:
+  void report_error(std::string_view said, const std::string& sentence);
+
   endpoint& via_;
   std::string url_;
   const console& to_;
@@ -94,6 +101,9 @@ class remote {
   bool in_vain_ = false;
   std::uint64_t errors_reported_ = 0;
   std::string error_reported_;
+  std::string reason_told_; // of it, or of one before
+  bool advertise_refused_ = false;
+  bool publish_refused_ = false;
   bool connected_before_ = false;
 };
 

@@ -130,7 +130,7 @@ void keep_entry(const std::string& path) noexcept {
 std::size_t files_in(const std::string& path) { return names_in(path).size(); }
 
 std::string make_folder(const std::string& asked, const std::vector<new_file>& files, bool replace,
-                        const std::vector<std::string>& known) {
+                        const std::vector<std::string>& known, const last_step& before_it_is_there) {
   std::string path = asked;
   while (path.size() > 1 && path.ends_with('/')) path.pop_back();
   const std::vector<std::string> before = names_in(path);
@@ -145,6 +145,8 @@ std::string make_folder(const std::string& asked, const std::vector<new_file>& f
   if (!made) return because(path, "cannot be made");
   std::string failed;
   if (!made.write(files, failed)) return because(joined(path, "/", failed), "cannot be written");
+  if (std::string wrong = before_it_is_there ? before_it_is_there() : std::string{}; !wrong.empty())
+    return wrong;
   // With an exchange there is no moment without one of the two; the draft removes what it then has.
   const int done = before.empty()
                        ? ::rename(made.path().c_str(), path.c_str())
@@ -205,7 +207,7 @@ std::string folder::read(const std::string& name, std::string& into) const {
   }
 }
 
-std::string folder::write(const new_file& file) const {
+std::string folder::write(const new_file& file, const last_step& before_it_is_there) const {
   const std::string path = joined(path_, "/", file.name);
   struct stat before {};
   const bool there = ::fstatat(descriptor_, file.name.c_str(), &before, AT_SYMLINK_NOFOLLOW) == 0;
@@ -216,8 +218,10 @@ std::string folder::write(const new_file& file) const {
   ::unlinkat(descriptor_, draft.c_str(), 0);
   if (!make_file(descriptor_, draft.c_str(), mode, file.content, there ? &before : nullptr))
     return because(path, "cannot be written");
-  if (::renameat(descriptor_, draft.c_str(), descriptor_, file.name.c_str()) != 0) {
-    const std::string wrong = because(path, "cannot be put in place");
+  std::string wrong = before_it_is_there ? before_it_is_there() : std::string{};
+  if (wrong.empty() && ::renameat(descriptor_, draft.c_str(), descriptor_, file.name.c_str()) != 0)
+    wrong = because(path, "cannot be put in place");
+  if (!wrong.empty()) {
     ::unlinkat(descriptor_, draft.c_str(), 0);
     return wrong;
   }

@@ -5,6 +5,7 @@
 #pragma once
 #include <sys/types.h>
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -18,6 +19,9 @@ struct new_file {
   std::string content;
 };
 
+// What is to succeed before something is put in place: it is called once all of that is on the disk.
+using last_step = std::function<std::string()>;
+
 inline constexpr ::mode_t secret_mode = 0600;
 inline constexpr ::mode_t public_mode = 0644;
 
@@ -25,7 +29,7 @@ inline constexpr ::mode_t public_mode = 0644;
 // it may also have files of `known` names, which go; whatever else is in it is an error. `known` has all
 // names of `files`.
 std::string make_folder(const std::string& path, const std::vector<new_file>& files, bool replace,
-                        const std::vector<std::string>& known);
+                        const std::vector<std::string>& known, const last_step& before_it_is_there = {});
 
 // Makes a file, which must not be there. A path without a slash is in this folder.
 std::string write_new(const std::string& path, ::mode_t mode, std::string_view content);
@@ -47,7 +51,7 @@ class folder {
   bool is_writable() const noexcept;
 
   // Replaces the file, which keeps its owner, and its mode if that is narrower.
-  std::string write(const new_file& file) const;
+  std::string write(const new_file& file, const last_step& before_it_is_there = {}) const;
 
  private:
   folder(int descriptor, std::string path) : descriptor_{descriptor}, path_{std::move(path)} {}

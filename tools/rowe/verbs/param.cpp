@@ -55,14 +55,21 @@ command param_table(param_settings& o) {
                     })};
 }
 
+// As endpoints say it of names; `which` is a name or a value.
+std::string utf8_fault(std::string_view which, std::string_view text) {
+  const auto at = not_utf8_at(text);
+  return at ? joined("the argument ", which, " is not UTF-8 (at byte ", *at, ")") : std::string{};
+}
+
 // What is wrong with the arguments together; empty when nothing is.
 std::string param_fault(const param_settings& o) {
   if (o.what != "list" && o.what != "get" && o.what != "set")
     return joined("the first word is list, get or set, not ", quoted(o.what));
   if (o.what == "list") return o.name.empty() ? "" : "list takes no NAME";
   if (o.name.empty()) return joined(o.what, " needs the NAME of a parameter");
+  if (std::string wrong = utf8_fault("name", o.name); !wrong.empty()) return wrong;
   if (o.what == "get") return o.value.empty() ? "" : "get takes no VALUE";
-  return o.value.empty() ? "set needs a VALUE" : "";
+  return o.value.empty() ? "set needs a VALUE" : utf8_fault("value", o.value);
 }
 
 std::string reason_of(const json_value& answer) {

@@ -428,7 +428,7 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
       tell(*handled, connection.errors_reported() != 0, sending.met(), sending.longest_sent(), o, to);
   }
   const bool kept = connection.error_reported().find("is not kept for late subscribers") == std::string::npos;
-  if (o.latch && kept && !end && !interrupt::seen()) {
+  if (o.latch && kept && !connection.topic_refused() && !end && !interrupt::seen()) {
     to.note("the last message stays for late subscribers (Ctrl-C to stop)");
     while (!interrupt::seen()) {
       interrupt::sleep_until(rt::monotonic_clock::now() + interrupt::slice);
@@ -453,7 +453,9 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
   const std::uint64_t errors = connection.errors_reported();
   to.note("sent ", counted(sent, "message"), " in ", seconds_text(elapsed),
           lost == 0 ? std::string{} : joined(", not sent ", lost),
-          errors == 0 ? std::string{} : "; the server reported errors");
+          errors == 0                  ? ""
+          : connection.topic_refused() ? "; the server refused the topic"
+                                       : "; the server reported errors");
   if (!drained && !end) return exit_code::lost;
   return verdict(end, sent, lost, errors, endless);
 }

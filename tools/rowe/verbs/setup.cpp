@@ -63,7 +63,8 @@ command table_of(setup_settings& o) {
           "Makes what a robot needs to be put on a network: rowe.toml, a certificate for all names and\n"
           "addresses of this machine, the root that signed it, for phones to import (it can vouch for\n"
           "private names and addresses only), and a token for each role, of which only hashes are kept.\n"
-          "The tokens are printed once. The folder appears when all of it is there, or not at all.\n",
+          "The tokens are printed once. The folder appears once all of it is there and they are\n"
+          "printed, or not at all.\n",
       .operands = {},
       .options = {
           {"--name", "", "NAME", "of the robot (default: this machine's)", &o.name},
@@ -312,10 +313,14 @@ exit_code make(const setup_settings& o, const console& to) {
   if (!wrong.empty()) return fail(wrong);
   const auto made = make_robot(o, name, wrong);
   if (!made) return fail(wrong);
-  if (wrong = make_folder(dir, made->files, o.force, setup_files()); !wrong.empty()) return fail(wrong);
+  // Tokens that nobody has seen are of no use, and with --force they would replace those that are.
+  const auto show = [&] {
+    return emit(page_of(*made, o)) ? std::string{}
+                                   : std::string{"the tokens could not be shown, so nothing was made"};
+  };
+  if (wrong = make_folder(dir, made->files, o.force, setup_files(), show); !wrong.empty()) return fail(wrong);
 
   const std::string unannounced = services ? services->write(service_of(*made, o)) : "";
-  if (!emit(page_of(*made, o))) return exit_code::failed; // nobody has seen the tokens
   say_what_next(*made, o, dir, to);
   return unannounced.empty() ? exit_code::done
                              : fail(joined("all but the announcement is made: ", unannounced));

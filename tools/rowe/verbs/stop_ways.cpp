@@ -106,8 +106,9 @@ std::optional<exit_code> stop_ways::connect(rt::duration timeout) {
       kept_->connection.report();
       if (kept_->hub.peers() != 0) {
         chosen_ = kept_.get();
-        to_.note("no ordinary connection (", why.empty() ? "no answer" : why, "); asking on ",
-                 kept_->connection.url(), ", where places are kept for a stop");
+        const bool told_why = ordinary_->connection.failure_told();
+        to_.note("no ordinary connection", told_why ? "" : joined(" (", why.empty() ? "no answer" : why, ")"),
+                 "; asking on ", kept_->connection.url(), ", where places are kept for a stop");
         return std::nullopt;
       }
     }

@@ -99,8 +99,8 @@ std::string misuse(const token_settings& o) {
 
 // What each of these returns says what went wrong; empty: nothing.
 
-std::string write_settings(const folder& in, const identities_text& file) {
-  return in.write({std::string{settings_file}, secret_mode, file.text()});
+std::string write_settings(const folder& in, const identities_text& file, const last_step& before = {}) {
+  return in.write({std::string{settings_file}, secret_mode, file.text()}, before);
 }
 
 std::string remove(const folder& in, const token_settings& o, identities_text& file) {
@@ -117,12 +117,17 @@ std::string add(const identity& one, identities_text& file) {
   return file.add(one);
 }
 
-// `secret` is the new token.
-std::string add_token(const folder& in, const token_settings& o, identities_text& file, std::string& secret) {
-  secret = new_token();
+// Prints the new token. It is nobody's if that fails.
+std::string add_token(const folder& in, const token_settings& o, identities_text& file) {
+  const std::string secret = new_token();
   if (secret.empty()) return "the kernel gives no random bytes for a token";
   std::string wrong = add({o.name, o.role, hash_token(secret), o.in_url}, file);
-  return wrong.empty() ? write_settings(in, file) : wrong;
+  if (!wrong.empty()) return wrong;
+  return write_settings(in, file, [&] {
+    return emit(secret + "\n")
+               ? std::string{}
+               : joined("the token could not be shown, so ", quoted(o.name), " was not added");
+  });
 }
 
 std::string add_certificate(const folder& in, const token_settings& o, identities_text& file) {
@@ -171,22 +176,17 @@ exit_code token(argument_list arguments) {
   auto file = identities_text::read(std::move(text), wrong);
   if (!file) return fail(joined(chosen.dir, "/", name, ": ", wrong));
 
-  std::string output;
   if (chosen.what == "list") {
-    output = list_of(*file);
+    emit(list_of(*file));
   } else if (chosen.what == "remove") {
     wrong = remove(*in, chosen, *file);
   } else if (!chosen.certificate.empty()) {
     wrong = add_certificate(*in, chosen, *file);
     if (wrong.empty()) explain_certificate(to, chosen);
   } else {
-    std::string secret;
-    wrong = add_token(*in, chosen, *file, secret);
-    output = secret + "\n";
+    wrong = add_token(*in, chosen, *file);
   }
-  if (!wrong.empty()) return fail(wrong);
-  emit(output);
-  return exit_code::done;
+  return wrong.empty() ? exit_code::done : fail(wrong);
 }
 
 } // namespace rowe::tools
