@@ -29,7 +29,7 @@ namespace rowe {
   X(closed, "the endpoint or the handle is closed")                                                          \
   X(forked, "the endpoint belongs to the process that opened it, from which this one was forked")            \
   X(timed_out, "nothing happened within %l ns")                                                              \
-  X(too_big, "%v bytes exceed the limit of %l bytes")                                                        \
+  X(too_big, "%v bytes exceed the limit %nof %l bytes")                                                      \
   X(malformed, "the text is no valid JSON, or holds a number no double can (at byte %v)")                    \
   X(too_deep, "the JSON text nests deeper than %l levels")                                                   \
   X(bad_argument, "the argument %nis out of range: %v (limit %l)")                                           \
@@ -101,7 +101,7 @@ enum class argument : std::uint8_t {
 // An error: its code, and the numbers that matter (0 if there is none).
 struct error {
   errc code;
-  argument about = argument::unnamed; // of bad_argument
+  argument about = argument::unnamed; // of bad_argument; of too_big, where a limit can be raised
   std::uint32_t whole = 0;            // of lane_memory: `lane_bytes`, of which `limit` bytes are left
   std::int64_t value = 0;
   std::int64_t limit = 0;

@@ -5,10 +5,11 @@
 #include <string_view>
 
 #include "access/policy.hpp"
+#include "wire/token_bytes.hpp"
 
 namespace rowe::access {
 
-inline constexpr std::size_t token_bytes_min = 16; // 96 bits, if they are random ones of base64
+using wire::token_bytes_min;
 inline constexpr std::size_t token_bytes_max = 128;
 
 bool is_token(std::string_view text) noexcept;

@@ -175,12 +175,13 @@ void build_pair(queue_pair& built, const pair_request& asked,
 
 // A struct that never fits is refused here. One that may fit is published as far as it does.
 status pair_codecs::check_length(const pair_request& asked, const limits& bounds) const noexcept {
-  const std::size_t longest = asked.kind == pair_kind::publish_value
-                                  ? std::max(bounds.message_bytes_max, bounds.long_message_bytes_max)
-                                  : bounds.message_bytes_max;
+  const bool may_be_long = asked.kind == pair_kind::publish_value;
+  const std::size_t longest =
+      std::max(bounds.message_bytes_max, may_be_long ? bounds.long_message_bytes_max : 0);
   if (json::shortest_text(*asked.encoded) <= longest) return {};
   return error{errc::too_big, static_cast<std::int64_t>(encoder->bytes_max()),
-               static_cast<std::int64_t>(longest)};
+               static_cast<std::int64_t>(longest),
+               may_be_long ? argument::long_message_bytes_max : argument::message_bytes_max};
 }
 
 result<pair_codecs> pair_codecs::compile(const pair_request& asked, const limits& bounds) {

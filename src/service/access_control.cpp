@@ -114,7 +114,7 @@ admit_answer access_control::forbid(access::subject who, access::right what, std
                                     std::string_view remedy) noexcept {
   state_.counts.add(counter::denied);
   wire::text_out why{denial_};
-  write_denial(why, who, what).add(" ").add_shortened(name, denied_name_bytes_shown);
+  write_denial(why, who, what).add(" ").add_name(name, denied_name_bytes_shown);
   return {.status = 403, .what = "%", .remedy = remedy, .value = why.text()};
 }
 
@@ -132,7 +132,7 @@ bool access_control::decide(connection& c, const wire::request& asked) noexcept 
   std::array<char, event_text_bytes_max> buffer;
   wire::text_out why{buffer};
   write_denial(why, c.who, wanted->right).add(" ");
-  why.add_shortened(wanted->name.empty() ? "plain messages" : wanted->name, denied_name_bytes_shown);
+  wanted->name.empty() ? why.add("plain messages") : why.add_name(wanted->name, denied_name_bytes_shown);
   refusals_.deny(c, asked, why.text());
   return false;
 }
@@ -142,7 +142,7 @@ bool access_control::may_set(const connection& c, std::string_view parameter,
   state_.cycle.work_bytes +=
       state_.rights.policy().patterns(c.who.role, access::right::set) * pattern_work_bytes;
   if (state_.rights.allow(c, access::right::set, parameter)) return true;
-  write_denial(why, c.who, access::right::set).add(" ").add_shortened(parameter, denied_name_bytes_shown);
+  write_denial(why, c.who, access::right::set).add(" ").add_name(parameter, denied_name_bytes_shown);
   return false;
 }
 

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/names.hpp"
+#include "service/own_types.hpp"
 #include "service/service_limits.hpp"
 #include "wire/refusal.hpp"
 #include "wire/text_out.hpp"
@@ -30,13 +30,15 @@ bool advertisements::refuse(connection& c, const wire::request& asked, std::stri
                             std::string_view value) noexcept {
   std::array<char, detail::diagnostic_bytes_max> buffer;
   wire::text_out text{buffer};
-  text.add(asked.verb_text).add(": ").add(why).add(value.substr(0, name_bytes_shown));
+  text.add(asked.verb_text).add(": ").add(why).add_name(value, name_bytes_shown);
   refusals_.refuse(c, asked.id_raw, text.text());
   return false;
 }
 
 bool advertisements::advertise(connection& c, const wire::request& asked) noexcept {
   if (is_own_name(asked.topic)) return refuse(c, asked, "topics below /rowe/ are the endpoint's own");
+  if (is_own_service(asked.topic))
+    return refuse(c, asked, "the endpoint's own service has this name: ", asked.topic);
   if (const topic_id known = state_.topics.find(asked.topic);
       known && state_.topics.at(known).own_alone != 0 && !state_.rights.publishes_beside(c, asked.topic)) {
     refusals_.refuse_own_topic(c, asked.id_raw, asked.verb_text, asked.topic);
@@ -123,16 +125,16 @@ void advertisements::replace_type(topic_id topic, std::string_view type) noexcep
   std::array<char, replaced_type_text_bytes_max> why;
   const std::string_view name = state_.topics.name(topic);
   const std::string_view before = state_.topics.type(topic);
-  const int bytes =
-      std::snprintf(why.data(), why.size(),
-                    "advertise: the topic %.*s has the type %.*s here now; it was advertised as %.*s",
-                    static_cast<int>(name.size()), name.data(), static_cast<int>(type.size()), type.data(),
-                    static_cast<int>(before.size()), before.data());
-  const std::string_view text{why.data(), std::min(static_cast<std::size_t>(bytes), why.size() - 1)};
+  wire::text_out text{why};
+  text.add("advertise: the topic ").add_name(name, replaced_name_bytes_shown).add(" has the type ");
+  text.add_name(type, replaced_name_bytes_shown).add(" here now; it was advertised as ");
+  text.add_name(before, replaced_name_bytes_shown);
   state_.topics.replace_type(topic, type);
   for (const peer_index peer : state_.peers.ids()) {
+    topic_places_.forget_latched(topic, {latch_owner::kind::peer, peer.value}); // also of who only publishes
     // Never the topic's last holder: the handle holds it.
-    if (state_.peers[peer].open() && withdraw(peer, topic)) refusals_.refuse(state_.peers[peer], {}, text);
+    if (state_.peers[peer].open() && withdraw(peer, topic))
+      refusals_.refuse(state_.peers[peer], {}, text.text());
   }
 }
 
@@ -159,7 +161,7 @@ bool advertisements::take_back_topic() noexcept {
   }
   std::array<char, wire::refusal::text_bytes_max> buffer;
   wire::text_out why{buffer};
-  why.add("the topic ").add_shortened(state_.topics.name(taken), topic_bytes_shown);
+  why.add("the topic ").add_name(state_.topics.name(taken), topic_bytes_shown);
   why.add(" is given up: this process needs its place (limit topics_max)");
   topic_places_.hold(taken); // until all know
   for (const peer_index peer : state_.peers.ids()) {

@@ -70,7 +70,7 @@ void call_router::take_goal(connection& c, const wire::request& asked, const lon
   if (provider == nullptr || !provider->open() || !state_.options.relay) {
     std::array<char, detail::diagnostic_bytes_max> buffer;
     wire::text_out why{buffer};
-    why.add("Action ").add(asked.service.substr(0, name_bytes_shown)).add(" does not exist");
+    why.add("Action ").add_name(asked.service, name_bytes_shown).add(" does not exist");
     return refuse(c, asked, cause::peer, error{errc::no_service}.name(), why.text());
   }
   const rt::time_point until =

@@ -250,7 +250,6 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                        .stop_service = stop_service_}},
       dispatcher_{memory,
                   {.state = state_,
-                   .refusals = refusals_,
                    .ingress = ingress_,
                    .long_ingress = long_ingress_,
                    .fragment_ingress = fragment_ingress_,

@@ -26,7 +26,6 @@ std::size_t dispatcher::footprint_bytes(const limits& bounds) noexcept {
 
 dispatcher::dispatcher(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      refusals_{parts.refusals},
       ingress_{parts.ingress},
       long_ingress_{parts.long_ingress},
       fragment_ingress_{parts.fragment_ingress},
@@ -85,11 +84,8 @@ inline void dispatcher::read_text(connection& c, std::span<std::byte> payload) n
   const std::string_view text = text_of(payload);
   json::document known{text};
   if (!c.list) [[likely]] { // else it was validated in an earlier turn
-    if (const status valid = validate(text); !valid) {
-      state_.counts.add(counter::malformed);
-      if (request_router_.drops_excess()) return;
-      return refuse_malformed(c, text, valid.error());
-    }
+    if (const status valid = validate(text); !valid)
+      return read_long(c, long_ingress_.malformed(text, valid.error()), payload);
     known = state_.seams.validator.last(); // its members are noted until the next validation
   }
   for (std::uint32_t left = listed_requests_per_turn;;) {
@@ -133,12 +129,6 @@ void dispatcher::read_binary(connection& c, std::span<std::byte> message) noexce
     }
   }
   (void)request_router_.take(c, one); // no fragment
-}
-
-void dispatcher::refuse_malformed(connection& c, std::string_view text, const error& why) noexcept {
-  std::array<char, detail::diagnostic_bytes_max> buffer;
-  refusals_.refuse(c, c.protocol->reads.guess(text, c.spoke_last), {},
-                   {.code = why.name(), .text = explain_fault_in(why, text, buffer)});
 }
 
 bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept {

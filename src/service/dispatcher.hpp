@@ -27,7 +27,6 @@ class dispatcher {
  public:
   struct needs {
     core_state& state;
-    class refusals& refusals;
     class ingress& ingress;
     class long_ingress& long_ingress;
     class fragment_ingress& fragment_ingress;
@@ -63,12 +62,10 @@ class dispatcher {
   status validate(std::string_view text) noexcept;
   void read_binary(connection& c, std::span<std::byte> message) noexcept;
   void read_long(connection& c, const long_arrival& message, std::span<const std::byte> front) noexcept;
-  void refuse_malformed(connection& c, std::string_view text, const error& why) noexcept;
   void take_fragments(connection& c, fragment_ingress::due due) noexcept;
   void carry_out_whole(connection& c) noexcept;
 
   core_state& state_;
-  refusals& refusals_;
   ingress& ingress_;
   long_ingress& long_ingress_;
   fragment_ingress& fragment_ingress_;

@@ -234,6 +234,8 @@ inline void ingress::take_stops(peer_index peer) noexcept {
   const auto begun = of.parser.look_ahead(all);
   if (!begun || begun->rest >= all.size()) return;
   bool in_message = begun->in_message;
+  // A long message would begin in the assembly buffer, where another one may be.
+  const std::size_t longest = std::min<std::size_t>(stop_frame_bytes_max, state_.bounds().message_bytes_max);
   std::size_t kept = begun->rest; // the end of what stays; nothing from `at` on was looked at yet
   std::size_t at = kept;
   const auto keep = [&](std::size_t bytes) {
@@ -250,8 +252,7 @@ inline void ingress::take_stops(peer_index peer) noexcept {
     if (wire::is_data(what) && begins == in_message) break; // a protocol error: in its turn
     if (wire::is_data(what)) in_message = !wire::is_final(frame[0]);
     std::array<char, stop_look_bytes> buffer;
-    const bool may_stop =
-        begins && bytes <= stop_frame_bytes_max && (first || stops_ahead_ < stops_ahead_max);
+    const bool may_stop = begins && bytes <= longest && (first || stops_ahead_ < stops_ahead_max);
     if (!may_stop || !state_.peers[peer].protocol->reads.may_be_stop(
                          what, wire::look_at_message(frame, std::as_writable_bytes(std::span{buffer})))) {
       keep(bytes);

@@ -15,8 +15,8 @@ wire::diagnostic long_arrival::refusal(const limits& bounds, const wire::request
   if (what.empty() && asked.what == verb::publish) what = "publish";
   if (what.empty() && asked.what == verb::call) what = "call";
   const std::string_view name = asked.topic.empty() ? asked.service : asked.topic;
-  text.add_shortened(what, verb_bytes_shown).add(what.empty() || name.empty() ? "" : " ");
-  text.add_shortened(name, event_topic_bytes_shown).add(what.empty() && name.empty() ? "" : ": ");
+  text.add_name(what, verb_bytes_shown).add(what.empty() || name.empty() ? "" : " ");
+  text.add_name(name, event_topic_bytes_shown).add(what.empty() && name.empty() ? "" : ": ");
   explain(bounds, text);
   return {.code = code(), .text = text.text()};
 }

@@ -266,6 +266,15 @@ long_arrival long_ingress::end(peer_index peer, way by, bool binary,
   return made;
 }
 
+long_arrival long_ingress::malformed(std::string_view text, const error& why) noexcept {
+  const auto at = std::min(static_cast<std::size_t>(why.value), text.size());
+  state_.cycle.work_bytes += long_work_times * text.size();
+  long_arrival made{.is = long_arrival::verdict::malformed, .wrong = why, .bytes = text.size()};
+  text.substr(at, made.wrong_text.size()).copy(made.wrong_text.data(), made.wrong_text.size());
+  made.envelope = list_front(std::as_bytes(std::span{text}));
+  return made;
+}
+
 // The same of how a text begins, of which nothing was kept else.
 std::span<const std::byte> long_ingress::list_front(std::span<const std::byte> front) noexcept {
   json::scanner members{state_.bounds().depth_max};

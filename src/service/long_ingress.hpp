@@ -47,6 +47,8 @@ class long_ingress {
   // Its last piece was taken. `front`: how it begins, as far as that was kept elsewhere. The envelope is
   // valid until the next call, or as long as the front is.
   long_arrival end(peer_index peer, way by, bool binary, std::span<const std::byte> front) noexcept;
+  // The same for a text that is no JSON, though it is not long: what stands in front of its fault.
+  long_arrival malformed(std::string_view text, const error& why) noexcept;
   // Of the text that comes in messages: its bytes so far, whether these are whole JSON, and whether they are
   // not kept, because others needed the room.
   struct so_far {

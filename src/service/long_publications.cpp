@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "service/service_limits.hpp"
+#include "wire/text_out.hpp"
 
 namespace rowe::service {
 
@@ -77,7 +78,7 @@ bool long_publications::begins(pair_index pair, pair_slot slot) noexcept {
   }
   scanner_ = json::scanner{state_.bounds().depth_max};
   if (bytes > state_.chunks.text_bytes_max()) {
-    state_.counts.add(counter::too_big);
+    drop_too_long(bytes);
     return true;
   }
   if (long_outbox_.make_room(chunk_store::chunks_for(bytes))) text_ = state_.chunks.begin(bytes);
@@ -125,7 +126,7 @@ bool long_publications::advance_struct() noexcept {
   state_.counts.add(counter::nonfinite, out.nonfinite());
   done_ += out.bytes();
   if (done_ > state_.chunks.text_bytes_max()) {
-    state_.counts.add(counter::too_big);
+    drop_too_long(done_);
     return true;
   }
   const std::uint32_t needed = chunk_store::chunks_for(done_);
@@ -160,6 +161,23 @@ void long_publications::publish() noexcept {
   };
   broker_.publish(topic, published, expires, latches, write,
                   {.value = {queues.service.out.memory.value(slot_.value), queues.other_encoders}});
+}
+
+// Nobody else could tell the program: publish() has succeeded. `bytes`: of it, at least.
+void long_publications::drop_too_long(std::size_t bytes) noexcept {
+  state_.counts.add(counter::too_big);
+  const topic_id index = state_.pair_rows[pair_].topic;
+  rt::time_point& told = state_.topics.at(index).loss_told;
+  if (told != rt::time_point{} && state_.cycle.now - told < undecodable_period) return;
+  told = state_.cycle.now;
+  std::array<char, event_text_bytes_max> buffer;
+  wire::text_out text{buffer};
+  text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
+  text.add(": a value of ")
+      .add(static_cast<std::int64_t>(bytes))
+      .add(" bytes or more is not sent; the limit is ");
+  text.add(static_cast<std::int64_t>(state_.chunks.text_bytes_max()));
+  state_.events.report(event::kind::warning, {}, text.text(), "raise the limit long_message_bytes_max", {});
 }
 
 void long_publications::drop() noexcept {

@@ -49,6 +49,7 @@ class long_publications {
   bool advance_text() noexcept;
   bool advance_struct() noexcept;
   void publish() noexcept;
+  void drop_too_long(std::size_t bytes) noexcept;
   void drop() noexcept;
 
   core_state& state_;

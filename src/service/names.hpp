@@ -26,6 +26,7 @@ constexpr std::uint64_t hash_of(std::string_view text) noexcept {
 }
 
 using wire::has_slash;
+using wire::is_of_rosapi;
 using wire::is_own_name;
 using wire::without_slash;
 

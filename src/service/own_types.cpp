@@ -75,6 +75,9 @@ constexpr std::array service_types{
 
 static_assert(service_types.size() >= numbered_own_services);
 static_assert(service_types[wire::stop_service_number - 1].name == wire::stop_name);
+static_assert(std::all_of(service_types.begin(), service_types.end(), [](const own_service_type& one) {
+  return is_own_name(one.name) || is_of_rosapi(one.name);
+}));
 static_assert(service_types[numbered_own_services - 1].name == wire::service_type_name);
 
 template <class Row>
@@ -95,10 +98,6 @@ const own_topic_type* own_type_of_topic(std::string_view name) noexcept {
 }
 const own_service_type* own_type_of_service(std::string_view name) noexcept {
   return find(own_service_types(), name);
-}
-
-bool is_own_service(std::string_view name) noexcept {
-  return is_own_name(name) || own_type_of_service(name) != nullptr;
 }
 
 void describe_own(topic_table& topics, topic_id topic) noexcept {

@@ -11,6 +11,7 @@
 
 #include <rowe/schema.hpp>
 
+#include "service/names.hpp"
 #include "service/topic_table.hpp"
 
 namespace rowe::service {
@@ -39,8 +40,11 @@ std::span<const own_service_type> own_service_types() noexcept;
 const own_topic_type* own_type_of_topic(std::string_view name) noexcept;
 const own_service_type* own_type_of_service(std::string_view name) noexcept;
 
-// Whether no peer may provide a service of this name, because the endpoint answers it, or may one day.
-bool is_own_service(std::string_view name) noexcept;
+// Whether no peer may provide anything of this name, be it a service, an action or a topic, because the
+// endpoint answers it, or may one day.
+inline bool is_own_service(std::string_view name) noexcept {
+  return is_own_name(name) || (is_of_rosapi(name) && own_type_of_service(name) != nullptr);
+}
 
 // Gives a topic of the endpoint, which exists, its type and its schema.
 void describe_own(topic_table& topics, topic_id topic) noexcept;

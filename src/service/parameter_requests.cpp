@@ -138,7 +138,7 @@ void parameter_requests::set_one(connection& c, const wire::request& asked, cons
   diagnostic_buffer text;
   wire::text_out why{text};
   if (!access_control_.may_set(c, name, why)) return refusals_.deny(c, asked, why.text());
-  why.add("parameter ").add_shortened(name, topic_bytes_shown).add(": ");
+  why.add("parameter ").add_name(name, topic_bytes_shown).add(": ");
   const parameter_id which = parameters_.find(name);
   const auto value = json::find(one.raw, "value");
   if (!which) {
@@ -188,10 +188,7 @@ void parameter_requests::subscribe_to(connection& c, const wire::request& asked,
   }
   diagnostic_buffer text;
   wire::text_out why{text};
-  why.add(asked.verb_text)
-      .add(": ")
-      .add_shortened(name, topic_bytes_shown)
-      .add(" is one too many: this peer");
+  why.add(asked.verb_text).add(": ").add_name(name, topic_bytes_shown).add(" is one too many: this peer");
   why.add(" may name ").add(of.named).add(" parameters (limit parameters_max), or all by an empty list");
   refusals_.refuse(c, asked.id_raw, why.text());
 }

@@ -27,7 +27,7 @@ std::optional<json::value> member(const wire::call_args& what, std::string_view 
 
 std::string_view shown_diagnostic(wire::text_out& into, std::string_view name,
                                   std::string_view why) noexcept {
-  return into.add("parameter ").add_shortened(name, topic_bytes_shown).add(why).text();
+  return into.add("parameter ").add_name(name, topic_bytes_shown).add(why).text();
 }
 
 } // namespace
@@ -152,7 +152,7 @@ void parameter_services::set(call_index call, const wire::call_args& what, std::
     const std::string_view copied{buffer.data(), inner->size()};
     if (state_.seams.validator.validate(copied)) json = copied;
   }
-  why.add("parameter ").add_shortened(name, topic_bytes_shown).add(": ");
+  why.add("parameter ").add_name(name, topic_bytes_shown).add(": ");
   if (!parameters_.set(which, json, why)) return fail(call, why.text());
   complete(call, [&](json::writer& into) {
     into.key("successful");

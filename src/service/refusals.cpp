@@ -47,7 +47,10 @@ void refusals::refuse(connection& c, wire::codec_id in, std::string_view id_raw,
 }
 
 void refusals::refuse(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept {
-  is_answerable(asked) ? refuse_call(c, asked, why) : refuse(c, asked.codec, asked.id_raw, why);
+  if (is_answerable(asked)) return refuse_call(c, asked, why);
+  // The id of an answer is ours. Where it is all that an error has, it would mean a call of the peer's own.
+  const bool ours = asked.what == wire::verb::reply && asked.form == wire::call_args::form::object;
+  refuse(c, asked.codec, ours ? std::string_view{} : asked.id_raw, why);
 }
 
 void refusals::fail_excess(connection& c, const wire::request& asked) noexcept {
@@ -68,7 +71,7 @@ void refusals::refuse_own_topic(connection& c, std::string_view id_raw, std::str
                                 std::string_view topic) noexcept {
   std::array<char, detail::diagnostic_bytes_max> buffer;
   wire::text_out why{buffer};
-  why.add(verb).add(": ").add_shortened(topic, name_bytes_shown);
+  why.add(verb).add(": ").add_name(topic, name_bytes_shown);
   refuse(c, id_raw, why.add(" is published by the program here, which does not share it").text());
 }
 
@@ -83,8 +86,8 @@ void refusals::refuse_limit(connection& c, std::string_view id_raw, std::string_
 void refusals::refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept {
   std::array<char, share_text_bytes_max> buffer;
   wire::text_out why{buffer};
-  why.add_shortened(asked.verb_text, verb_bytes_shown).add(" ");
-  why.add_shortened(asked.topic.empty() ? asked.service : asked.topic, topic_bytes_shown);
+  why.add_name(asked.verb_text, verb_bytes_shown).add(" ");
+  why.add_name(asked.topic.empty() ? asked.service : asked.topic, topic_bytes_shown);
   why.add(": one peer may hold no more ").add(of.what).add(" than it leaves: it holds ").add(of.held);
   why.add(", ").add(of.left).add(" of ").add(of.for_peers).add(" are left");
   const std::uint32_t kept = std::min(of.kept, of.left);

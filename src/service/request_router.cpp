@@ -187,8 +187,8 @@ inline void request_router::take_message(connection& c, const read_request& one)
 
 // ---- long messages
 
-// Only messages of topics, calls and answers may be long. A long stop is a stop: also one that found no room,
-// or that may not be so long.
+// Only messages of topics, calls and answers may be long. A long stop is a stop, also if it found no room or
+// may not be so long. A short message that is no JSON comes here, too.
 void request_router::take_long(connection& c, read_request& one, const long_arrival& message) noexcept {
   using verdict = long_arrival::verdict;
   const bool fine = message.is == verdict::fine;
@@ -253,13 +253,13 @@ void request_router::refuse_long(connection& c, wire::request& asked, const long
   using wire::verb;
   std::array<char, wire::refusal::text_bytes_max> buffer;
   const wire::diagnostic why = message.refusal(state_.bounds(), asked, buffer);
-  const bool answerable =
-      asked.by_number || !asked.service.empty() || asked.form == wire::call_args::form::object;
+  const bool known = asked.by_number || asked.form == wire::call_args::form::object || !asked.id_raw.empty();
+  const bool answerable = known || (message.is != long_arrival::verdict::malformed && !asked.service.empty());
   if ((asked.what == verb::call || asked.what == verb::send_goal) && answerable) {
     state_.counts.add(counter::calls_in);
     return refusals_.refuse_call(c, asked, why);
   }
-  refusals_.refuse(c, asked.codec, asked.id_raw, why);
+  refusals_.refuse(c, asked, why);
   if (asked.what != verb::reply && asked.what != verb::goal_result) return;
   std::array<char, wire::error_bytes_max> quoted;
   json::writer words{quoted};

@@ -274,7 +274,7 @@ static_assert(event_topic_bytes_shown + 2 * event_type_bytes_shown + 48 <= event
 static_assert(event_topic_bytes_shown + diagnosis_bytes_shown + 16 <= wire::refusal::text_bytes_max);
 
 // Buffers of single diagnostics: a share is used up; which option helps; how many more requests were refused;
-// too many calls; a type is replaced. Only the last one may have to cut names.
+// too many calls; a type is replaced.
 inline constexpr std::size_t share_text_bytes_max = 384;
 static_assert(verb_bytes_shown + topic_bytes_shown + 192 <= share_text_bytes_max);
 inline constexpr std::size_t remedy_bytes_max = 128;
@@ -288,7 +288,9 @@ static_assert(2 * 64 + denied_name_bytes_shown + 38 <= event_text_bytes_max);
 inline constexpr std::size_t pattern_work_bytes = 128;
 inline constexpr std::size_t busy_text_bytes_max = 160;
 static_assert(busy_text_bytes_max <= detail::diagnostic_bytes_max);
-inline constexpr std::size_t replaced_type_text_bytes_max = 640;
+inline constexpr std::size_t replaced_type_text_bytes_max = 896;
+inline constexpr std::size_t replaced_name_bytes_shown = 264; // any name, unless it has many escapes
+static_assert(3 * (replaced_name_bytes_shown + 3) + 80 <= replaced_type_text_bytes_max);
 
 // ---- stop
 

@@ -31,21 +31,17 @@ service_providers::service_providers(rt::arena& memory, const needs& parts) noex
       claims_{services_of_peers(state_.bounds()), state_.claimants()} {}
 
 void service_providers::advertise(connection& c, const wire::request& asked) noexcept {
-  const bool own = of_action(asked) ? is_own_name(asked.service) : is_own_service(asked.service);
-  if (own && !ROWE_MUTANT(own_service)) {
+  if (is_own_service(asked.service) && !ROWE_MUTANT(own_service)) {
     std::array<char, detail::diagnostic_bytes_max> buffer;
     wire::text_out why{buffer};
-    why.add(asked.verb_text).add(": ").add(asked.service.substr(0, name_bytes_shown));
+    why.add(asked.verb_text).add(": ").add_name(asked.service, name_bytes_shown);
     return refusals_.refuse(c, asked.id_raw, why.add(" is the endpoint's own").text());
   }
   if (const service_index found = service_directory_.find(asked.service, kind_of(asked))) {
     if (provides(c.id, found)) return; // clients that reconnect say it again
     std::array<char, detail::diagnostic_bytes_max> buffer;
     wire::text_out why{buffer};
-    why.add(asked.verb_text)
-        .add(": ")
-        .add(asked.service.substr(0, name_bytes_shown))
-        .add(" is provided already");
+    why.add(asked.verb_text).add(": ").add_name(asked.service, name_bytes_shown).add(" is provided already");
     return refusals_.refuse(c, asked.id_raw, why.text());
   }
   const std::uint32_t share = services_of_peers(state_.bounds());
@@ -82,7 +78,7 @@ void service_providers::take_from_peer(service_index service) noexcept {
   std::array<char, detail::diagnostic_bytes_max> buffer;
   wire::text_out why{buffer};
   why.add("advertise_service: this process provides ");
-  why.add(service_directory_.name(service).substr(0, name_bytes_shown)).add(" now");
+  why.add_name(service_directory_.name(service), name_bytes_shown).add(" now");
   connection* const c = state_.peers.find(service_directory_.at(service).peer);
   remove(service);
   if (c != nullptr) refusals_.refuse(*c, {}, why.text());
@@ -105,7 +101,7 @@ void service_providers::remove(service_index service) noexcept {
 // itself none of them provides.
 bool service_providers::check() const noexcept {
   for (const auto i : service_directory_.ids()) {
-    const bool of_peer = service_directory_.is_service(i) && !service_directory_.at(i).pair;
+    const bool of_peer = service_directory_.in_use(i) && !service_directory_.at(i).pair;
     if (of_peer && is_own_service(service_directory_.name(i))) return false;
   }
   std::uint32_t all = 0;

@@ -73,12 +73,18 @@ class stop_switch {
     // Nobody asked for a stop of another cause.
     const bool asked = running || stop_rules_.cause() == stop_cause::request;
     const auto add_words = [&](std::string_view before, std::string_view said) {
-      if (!said.empty()) text.add(before).add("'").add(said).add("'"); // anybody's own
+      if (said.empty()) return;
+      text.add(before).add("'").add_quoted(said, 2 * said.size(), '\'').add("'"); // anybody's own
     };
     if (asked && by.is_peer && !running && stop_rules_.source() != by.name)
       add_words(", by ", stop_rules_.source());
     add_words(", ", reason);
-    const std::string_view who = asked && by.is_peer ? by.address : running ? by.name : stop_rules_.source();
+    std::array<char, stop_source_bytes_max + 3> guard; // a peer may be one, and has said its name
+    const std::string_view source =
+        stop_rules_.cause() == stop_cause::lease
+            ? wire::text_out{guard}.add_name(stop_rules_.source(), stop_source_bytes_max).text()
+            : stop_rules_.source();
+    const std::string_view who = asked && by.is_peer ? by.address : running ? by.name : source;
     state_.events.report(event::kind::stop, who, text.text(), {}, asked ? by.identity : std::string_view{});
   }
 

@@ -122,7 +122,7 @@ void subscriptions::check_deadline(subscription_id index) noexcept {
   if (std::exchange(s.missed, true) || !c.open() || !c.may_be_told(s.topic, state_.cycle.now)) return;
   std::array<char, wire::refusal::text_bytes_max> buffer;
   wire::text_out why{buffer};
-  why.add("subscribe ").add_shortened(state_.topics.name(s.topic), topic_bytes_shown);
+  why.add("subscribe ").add_name(state_.topics.name(s.topic), topic_bytes_shown);
   why.add(": no message came within its deadline of ");
   why.add(std::chrono::duration_cast<std::chrono::milliseconds>(period).count()).add(" ms");
   std::array<char, call_id_bytes_max> id;
@@ -142,7 +142,7 @@ void subscriptions::warn_without_type(connection& c, std::string_view id_raw,
   }
   std::array<char, wire::refusal::text_bytes_max> buffer;
   wire::text_out why{buffer};
-  why.add("subscribe ").add_shortened(state_.topics.name(s.topic), topic_bytes_shown).add(": ").add(lacks);
+  why.add("subscribe ").add_name(state_.topics.name(s.topic), topic_bytes_shown).add(": ").add(lacks);
   refusals_.warn(c, id_raw, why.text(), wire::severity::warning);
 }
 
@@ -243,11 +243,11 @@ void subscriptions::tell_other_type(connection& c, std::string_view id_raw, topi
                                     std::string_view asked) noexcept {
   std::array<char, wire::refusal::text_bytes_max> buffer;
   wire::text_out why{buffer};
-  why.add("subscribe ").add_shortened(state_.topics.name(topic), topic_bytes_shown);
+  why.add("subscribe ").add_name(state_.topics.name(topic), topic_bytes_shown);
   why.add(": the topic has the type ");
-  why.add_shortened(state_.topics.type(topic), type_bytes_shown);
+  why.add_name(state_.topics.type(topic), type_bytes_shown);
   if (!asked.empty()) {
-    why.add(", not ").add_shortened(asked, type_bytes_shown);
+    why.add(", not ").add_name(asked, type_bytes_shown);
   } else {
     why.add(", not the one that was asked for");
   }

@@ -109,9 +109,9 @@ void topic_handles::report_conflict(topic_id topic, const detail::queue_pair& as
   std::array<char, event_text_bytes_max> buffer;
   wire::text_out what{buffer};
   what.add(detail::subscribes(asked.kind) ? "subscribe " : "advertise ")
-      .add_shortened(state_.topics.name(topic), event_topic_bytes_shown);
-  what.add(": the topic has the type ").add_shortened(state_.topics.type(topic), event_type_bytes_shown);
-  what.add(", not ").add_shortened(asked.type(), event_type_bytes_shown);
+      .add_name(state_.topics.name(topic), event_topic_bytes_shown);
+  what.add(": the topic has the type ").add_name(state_.topics.type(topic), event_type_bytes_shown);
+  what.add(", not ").add_name(asked.type(), event_type_bytes_shown);
   state_.events.report(event::kind::warning, {}, what.text(),
                        "use the same type, or leave the option `type` empty");
 }

@@ -91,7 +91,7 @@ void type_services::complete(call_index call, slot_id slot, bool too_large, std:
   if (!too_large) return call_completion_.fail_for_room(call);
   std::array<char, wire::refusal::text_bytes_max> buffer;
   wire::text_out why{buffer};
-  why.add("what there is to say of ").add_shortened(what, topic_bytes_shown);
+  why.add("what there is to say of ").add_name(what, topic_bytes_shown);
   why.add(" is longer than a message may be: raise message_bytes_max");
   call_completion_.fail(call, errc::refused, why.text());
 }
@@ -229,7 +229,7 @@ void type_services::answer_details(call_index call, std::string_view service, st
                                                : nullptr; // of actions, which only peers provide
   std::array<char, wire::refusal::text_bytes_max> buffer;
   wire::text_out why{buffer};
-  why.add("the type ").add_shortened(type, topic_bytes_shown);
+  why.add("the type ").add_name(type, topic_bytes_shown);
   if (found == nullptr)
     return call_completion_.fail(call, errc::refused,
                                  why.add(": no handle of this endpoint has a schema for it").text());

@@ -27,6 +27,15 @@ void begin(json::writer& out, std::string_view op) noexcept {
   out.string(op);
 }
 
+// Whether the id of a request is a text of JSON. That of a call is binary: it may pass only if it is one,
+// too.
+bool is_text(std::string_view id_raw) noexcept {
+  if (id_raw.size() != call_id_bytes) return !id_raw.empty();
+  return id_raw.front() == '"' && id_raw.back() == '"' &&
+         std::all_of(id_raw.begin() + 1, id_raw.end() - 1,
+                     [](char c) { return c >= ' ' && c <= '~' && c != '"' && c != '\\'; });
+}
+
 message_kind write_numbers(json::writer& out, std::string_view op, std::string_view key,
                            std::span<const listed> which) noexcept {
   begin(out, op);
@@ -133,6 +142,10 @@ message_kind foxglove_codec::write_error(json::writer& out, const error_context&
   out.number(to.how == severity::error ? 2 : to.how == severity::warning ? 1 : 0);
   out.key("message");
   out.string(why.text);
+  if (is_text(to.id_raw)) {
+    out.key("id");
+    out.raw(to.id_raw);
+  }
   out.end_object();
   return message_kind::text;
 }

@@ -158,6 +158,10 @@ bool is_parameter(const json::value& element) noexcept {
   return name && name->type == json::kind::string && !(type && json::text_is(*type, "byte_array"));
 }
 
+bool is_id(const json::value& id, const decode_buffers& buffers) noexcept {
+  return id.type == json::kind::string && id.raw.size() <= buffers.limits.id_bytes_max;
+}
+
 decoded take_whole(const operation& of, const json::document& text, const json::value& all,
                    const decode_buffers& buffers, request& into, diagnostic& why) noexcept {
   json::array_walk elements{all.raw};
@@ -168,13 +172,12 @@ decoded take_whole(const operation& of, const json::document& text, const json::
     if (!fits) return refuse_element(of, index, one, buffers.diagnostic, why);
   }
   const auto id = json::find(text, "id");
-  if (id && (id->type != json::kind::string || id->raw.size() > buffers.limits.id_bytes_max)) {
+  if (id && !is_id(*id, buffers)) {
     text_out wrong{buffers.diagnostic};
     wrong.add(of.name).add(": `id` must be a text of at most ");
     wrong.add(static_cast<std::int64_t>(buffers.limits.id_bytes_max - 2)).add(" bytes; it is ");
     return refuse(why, wrong.add_shortened(id->raw, element_bytes_shown).text());
   }
-  if (id) into.id_raw = id->raw;
   into.body_raw = all.raw;
   return decoded::request;
 }
@@ -205,6 +208,9 @@ decoded foxglove_decoder::decode(const json::document& text, const decode_buffer
   into.what = known->what;
   into.verb_text = known->name;
   if (known->means == list::none) return decoded::request;
+  // The answer carries it, whatever else is wrong.
+  if (const auto id = json::find(text, "id"); known->means == list::whole && id && is_id(*id, buffers))
+    into.id_raw = id->raw;
   const auto all = json::find(text, known->list_name);
   if (!all || all->type != json::kind::array)
     return refuse_list(*known, all ? "must be a list" : "is missing: it must be a list", buffers.diagnostic,

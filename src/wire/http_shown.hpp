@@ -9,6 +9,7 @@
 
 #include "wire/ascii.hpp"
 #include "wire/http_names.hpp"
+#include "wire/token_bytes.hpp"
 
 namespace rowe::wire {
 
@@ -84,9 +85,9 @@ inline std::string_view word(std::string_view text) noexcept {
   return known || text.empty() ? text : not_shown;
 }
 
-// No token is so short: access::token_bytes_min.
 inline std::string_view number(std::string_view text) noexcept {
   constexpr std::size_t bytes_shown = 12;
+  static_assert(bytes_shown < token_bytes_min);
   return text.size() <= bytes_shown && text.find_first_not_of("0123456789-+.x") == std::string_view::npos
              ? text
              : not_shown;
@@ -95,7 +96,7 @@ inline std::string_view number(std::string_view text) noexcept {
 // HOST or HOST:PORT, where each part of a name is shorter than tokens are. A browser or a client could not
 // have connected with anything else there.
 inline std::string_view host(std::string_view text) noexcept {
-  constexpr std::size_t label_bytes_shown = 24;
+  constexpr std::size_t label_bytes_shown = token_bytes_min - 1;
   const auto named = to_authority(text);
   if (!named) return not_shown;
   std::size_t label = 0;

@@ -67,6 +67,11 @@ constexpr std::string_view without_slash(std::string_view name) noexcept {
   return name;
 }
 
+// Whether it may be one of the services that ROS's clients call on their server.
+constexpr bool is_of_rosapi(std::string_view name) noexcept {
+  return without_slash(name).starts_with("rosapi/");
+}
+
 // Whether the endpoint itself publishes the topic, or answers the service.
 constexpr bool is_own_name(std::string_view name) noexcept {
   return without_slash(name).starts_with("rowe/");

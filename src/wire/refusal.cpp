@@ -16,13 +16,13 @@ constexpr std::string_view no_service_ends = " does not exist";
 
 std::string_view refusal::text(std::span<char> buffer) const noexcept {
   text_out out{buffer};
-  if (!verb_text.empty()) out.add_shortened(verb_text, value_bytes_max).add(": ");
+  if (!verb_text.empty()) out.add_name(verb_text, value_bytes_max).add(": ");
   const auto the_member = [&]() -> text_out& { return out.add("the member \"").add(member).add("\" "); };
   const auto it_is = [&] {
     if (!value.empty()) out.add("; it is ").add_shortened(value, value_bytes_max);
   };
   const auto the_operation = [&]() -> text_out& {
-    return out.add("the operation \"").add_shortened(value, value_bytes_max).add("\" is ");
+    return out.add("the operation \"").add_quoted(value, value_bytes_max, '"').add("\" is ");
   };
   switch (what) {
   case kind::not_an_object: out.add("a message must be one JSON object"); break;

@@ -38,10 +38,36 @@ class text_out {
     return add(json::utf8_prefix(piece, bytes_max)).add("...");
   }
 
+  // A name that somebody else chose, of at most `bytes_max` bytes with what is around it. It stands bare only
+  // if it is plain. Any other is in quotes, so that no line of a log is taken for another one.
+  text_out& add_name(std::string_view name, std::size_t bytes_max) noexcept {
+    if (is_plain(name)) return add_shortened(name, bytes_max);
+    return add("'").add_quoted(name, bytes_max - 2, '\'').add("'");
+  }
+
+  // The same between quotes that the caller writes: the text cannot end them.
+  text_out& add_quoted(std::string_view piece, std::size_t bytes_max, char quote) noexcept {
+    const auto is_escaped = [quote](char c) { return c == quote || c == '\\'; };
+    std::size_t count = 0;
+    for (std::size_t bytes = 0; count < piece.size(); ++count)
+      if ((bytes += is_escaped(piece[count]) ? 2U : 1U) > bytes_max) break;
+    const std::string_view shown = json::utf8_prefix(piece, count);
+    for (const char& c : shown) (is_escaped(c) ? add("\\") : *this).add({&c, 1});
+    return shown.size() == piece.size() ? *this : add("...");
+  }
+
   std::string_view text() const noexcept { return {buffer_.data(), used_}; }
   bool cut() const noexcept { return cut_; }
 
  private:
+  // Characters of names of ROS and of programs.
+  static bool is_plain(std::string_view name) noexcept {
+    return std::all_of(name.begin(), name.end(), [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+             std::string_view{"/_-.~#*+@$%&=<>[]{}"}.find(c) != std::string_view::npos;
+    });
+  }
+
   std::span<char> buffer_;
   std::size_t used_ = 0;
   bool cut_ = false;

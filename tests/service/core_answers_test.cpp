@@ -140,6 +140,13 @@ TEST_F(answers, of_the_endpoint_itself_no_peer_gives_instead) {
       const std::string heard = asks(
           other, text({R"({"op":"advertise_service","id":"a","type":"x/Y","service":")", name, R"("})"}));
       EXPECT_TRUE(has(heard, "is the endpoint's own") && has(heard, R"("id":"a")")) << name << ": " << heard;
+      for (const std::string_view how : {R"("advertise_action","action":")", R"("advertise","topic":")",
+                                         R"("publish","msg":{},"topic":")"}) {
+        if (how.starts_with("\"publish") && name.find("rosapi/") == name.npos) continue; // it may be a stop
+        on.cycle(std::chrono::milliseconds{100});
+        const std::string told = asks(other, text({R"({"id":"a","type":"x/Y","op":)", how, name, R"("})"}));
+        EXPECT_TRUE(has(told, "the endpoint's own") && has(told, R"("id":"a")")) << how << name << told;
+      }
     }
     (void)asks(boss, text({R"({"op":"call_service","id":"b","service":")", own.name, R"(","args":{}})"}));
     EXPECT_EQ(other.hear().size(), 0U) << own.name << " went to a peer";

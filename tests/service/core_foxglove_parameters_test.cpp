@@ -189,6 +189,20 @@ TEST_F(foxglove_parameters, out_of_range_are_refused_with_the_value_and_the_limi
   EXPECT_FALSE(gain.refresh() && gain.get() != 0.5);
 }
 
+TEST_F(foxglove_parameters, that_are_asked_for_wrongly_are_refused_under_the_id) {
+  peer& boss = viewer("supervisor");
+  for (const char* const text :
+       {R"({"op":"getParameters","id":"q7","parameterNames":7})", R"({"op":"getParameters","id":"q7"})",
+        R"({"op":"getParameters","id":"q7","parameterNames":[7]})",
+        R"({"op":"setParameters","id":"q7","parameters":[{"name":"/no","value":1}]})",
+        R"({"op":"setParameters","id":"q7","parameters":[{"name":"/no","value":NaN}]})"}) {
+    const std::string answer = say(boss, text);
+    EXPECT_TRUE(says(answer, R"({"op":"status","level":2,"message":")")) << answer;
+    EXPECT_TRUE(says(answer, R"(,"id":"q7"})")) << answer;
+  }
+  EXPECT_FALSE(says(say(boss, R"({"op":"getParameters","id":7,"parameterNames":7})"), R"("id":)"));
+}
+
 TEST_F(foxglove_parameters, are_set_by_the_right_to_set_and_got_by_that_to_call_get_param) {
   auto gain = open<double>("/arm/gain", 0.5);
   for (const char* const role : {"observer", "driver", "peer"}) {

@@ -564,6 +564,31 @@ TEST(core_ingress_alone, leaves_a_stop_that_is_long_to_its_turn) {
   EXPECT_EQ(on.count(counter::messages_in), 4U) << "all is carried out";
 }
 
+// One that is longer than a message may be is read in pieces, in the memory of one that is not whole yet.
+TEST(core_ingress_alone, leaves_a_message_whole_beside_a_stop_that_is_too_long) {
+  rowe::endpoint_options options = roomy();
+  options.limits.message_bytes_max = 1024;
+  options.limits.long_message_bytes_max = 64 * 1024;
+  core_harness on{options};
+  (void)on.offer(rowe::detail::latch_request({}));
+  auto& pair = on.offer(rowe::detail::pair_kind::subscribe_text, "/t", 1024);
+  on.cycle();
+  peer alone{on};
+  const std::string said = R"({"op":"publish","topic":"/t","msg":{"x":")" + std::string(200, 'a') + "\"}}";
+  auto& link = on.net.link_of(alone.id());
+  link.arrive_bytes_max = 120;
+  alone.say(said);
+  alone.say(R"({"op":"call_service","service":"/rowe/stop","id":")" + std::string(200, 'x') +
+            R"(","args":{"source":")" + std::string(1100, 'y') + "\"}}");
+  on.cycle();
+  link.arrive_bytes_max = 4096;
+  on.cycles(10);
+  const auto slot = pair.user.in.ring->try_pop();
+  ASSERT_TRUE(slot);
+  EXPECT_EQ(pair.user.in.memory.header(*slot)->bytes, 208U);
+  EXPECT_EQ(on.count(counter::malformed), 0U);
+}
+
 // One that is read by itself has no more of a cycle than those that are read in turn.
 TEST(core_ingress_alone, ends_the_cycle_when_its_work_is_done) {
   rowe::endpoint_options options = roomy();

@@ -154,5 +154,33 @@ TEST_F(long_structs, that_are_too_long_are_counted_and_those_behind_them_go_on) 
   EXPECT_EQ(on.count(counter::too_big), 1U);
 }
 
+TEST_F(long_structs, that_are_too_long_are_told_to_the_program_once_a_second) {
+  auto& pair = advertise();
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/scan"})");
+  on.cycle();
+  const auto told = [&] {
+    int count = 0;
+    while (const auto one = on.shared.try_event()) {
+      if (one->what_kind != rowe::event::kind::warning) continue;
+      ++count;
+      const std::string_view what{one->what};
+      EXPECT_NE(what.find("/scan"), what.npos) << what;
+      EXPECT_NE(what.find(": a value of "), what.npos) << what;
+      EXPECT_NE(what.find(" is not sent; the limit is "), what.npos) << what;
+      EXPECT_EQ(std::string_view{one->remedy}, "raise the limit long_message_bytes_max");
+    }
+    return count;
+  };
+  for (int i = 0; i < 3; ++i) publish(pair, *scan_of(1, 6000));
+  on.cycles(100);
+  EXPECT_EQ(told(), 1);
+  on.now += std::chrono::seconds{1};
+  publish(pair, *scan_of(1, 6000));
+  on.cycles(100);
+  EXPECT_EQ(told(), 1);
+  EXPECT_EQ(on.count(counter::too_big), 4U);
+}
+
 } // namespace
 } // namespace core_long_structs_test

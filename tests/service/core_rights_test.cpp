@@ -304,6 +304,19 @@ TEST_F(claims, of_who_stops_stand_behind_who_that_is) {
   }
 }
 
+TEST_F(claims, do_not_end_the_quotes_around_them) {
+  peer& boss = comes("supervisor");
+  peer& observer = comes("observer");
+  (void)loop.moves();
+  (void)call_stop(on, boss, "reset", "");
+  ASSERT_TRUE(loop.moves());
+  (void)answer_to(observer, R"({"service":"/rowe/stop","source":"a', 'b","reason":"c', by 'd"})");
+  std::string told;
+  while (const auto one = on.shared.try_event())
+    if (one->what_kind == rowe::event::kind::stop) told = std::string{one->what};
+  EXPECT_EQ(told, R"(stopped: request, by 'observer (a\', \'b)', 'c\', by \'d')");
+}
+
 TEST_F(claims, of_who_stops_do_not_hide_in_the_log_who_that_is) {
   peer& boss = comes("supervisor");
   peer& observer = comes("observer");
@@ -320,6 +333,21 @@ TEST_F(claims, of_who_stops_do_not_hide_in_the_log_who_that_is) {
   EXPECT_EQ(told, (std::vector<std::string>{
                       "10.0.0.7:50000, supervisor, reset: loops may move",
                       "10.0.0.7:50000, observer, stopped: request, by 'observer (supervisor)'"}));
+}
+
+// Whatever a peer calls a topic, the line about it is no other line.
+TEST_F(rights, are_denied_with_a_name_in_quotes_unless_it_is_plain) {
+  peer& observer = comes("observer");
+  for (const char* const name :
+       {"/plain_1", "/a b", "/a\xE3\x85\xA4 10.9.9.9:4444: supervisor: reset", "/it's"})
+    (void)answer_to(observer, R"({"op":"publish","msg":{},"topic":")" + std::string{name} + R"("})");
+  std::string all;
+  while (const auto one = on.shared.try_event())
+    if (one->what_kind == rowe::event::kind::denied)
+      all +=
+          std::string{std::string_view{one->what}.substr(std::string_view{one->what}.find("publish"))} + "\n";
+  EXPECT_EQ(all, "publish /plain_1\npublish '/a b'\n"
+                 "publish '/a\xE3\x85\xA4 10.9.9.9:4444: supervisor: reset'\npublish '/it\\'s'\n");
 }
 
 TEST_F(rights, are_denied_with_the_identity_beside_the_address) {

@@ -202,6 +202,8 @@ TEST_F(core_undecodable, shows_the_words_of_a_servers_status) {
 
 // ---- texts that are no JSON
 
+bool has(const std::string& text, std::string_view words) { return text.find(words) != std::string::npos; }
+
 struct malformed_texts : core_test {
   texts answer(std::string_view text) {
     peer fresh{on};
@@ -221,8 +223,8 @@ TEST_F(malformed_texts, are_answered_by_the_codec_that_can_be_seen_in_them) {
         R"( {"op":"hop","a":NaN})", R"({'a':1, "op":"call_service"})"}) {
     const texts heard = answer(text);
     ASSERT_EQ(heard.size(), 1U) << text;
-    EXPECT_TRUE(heard[0].starts_with(R"({"op":"status","level":"error","msg":"the text is no valid JSON)"))
-        << heard[0];
+    EXPECT_TRUE(heard[0].starts_with(R"({"op":"status","level":"error","msg":")")) << heard[0];
+    EXPECT_TRUE(has(heard[0], "the text is no valid JSON")) << heard[0];
   }
   for (const char* text :
        {"nonsense", R"({"a":NaN})", R"({"op":1,"a":NaN})", R"({"a":NaN,"op":"hop"})",
@@ -251,9 +253,69 @@ TEST_F(malformed_texts, with_numbers_that_json_lacks_are_told_what_to_send_inste
     const std::string text = R"({"op":"publish","topic":"/x","msg":{"d":)" + std::string{number} + "}}";
     const auto at = std::to_string(text.find(word));
     EXPECT_EQ(answer(text),
-              texts{R"({"op":"status","level":"error","msg":"the text is no valid JSON, which has no )" +
+              texts{R"({"op":"status","level":"error","msg":"publish /x: the text is no valid JSON, )"
+                    "which has no " +
                     std::string{word} + " (at byte " + at + R"(): send null, or leave the member out"})"});
   }
+}
+
+// Who calls waits for an answer under its id, so what stands in front of the fault is read.
+TEST_F(malformed_texts, fail_the_call_or_the_goal_that_can_be_seen_in_them) {
+  struct row {
+    const char* text;
+    const char* answer;
+    const char* reason;
+  };
+  constexpr row rows[] = {
+      {R"({"op":"call_service","id":"n1","service":"/rosapi/topics","args":{"x":NaN}})",
+       R"({"op":"service_response","id":"n1","service":"/rosapi/topics","result":false,"values":")",
+       "which has no NaN (at byte 70)"},
+      {R"({"op":"call_service","id":"n2","args":[1,)",
+       R"({"op":"service_response","id":"n2","result":false,"values":")", "no valid JSON"},
+      {R"({"id":3,"service":"/a","op":"call_service","args":{"x":01}})",
+       R"({"op":"service_response","id":3,"service":"/a","result":false,"values":")", "no valid JSON"},
+      {R"({"op":"send_action_goal","id":"g1","action":"/fly","args":{"x":-Infinity}})",
+       R"({"op":"action_result","id":"g1","action":"/fly","status":0,"result":false,"values":")",
+       "which has no Infinity"},
+      {R"({"message_id":"b1","service":"/a","x":NaN})", R"({"error":{"code":"malformed","text":")",
+       R"("in_reply_to":"b1"})"},
+      {R"({"op":"subscribe","id":"s1","topic":"/t","type":nil})",
+       R"({"op":"status","level":"error","id":"s1","msg":"subscribe /t: )", "no valid JSON"},
+  };
+  for (const row& one : rows) {
+    const texts heard = answer(one.text);
+    ASSERT_EQ(heard.size(), 1U) << one.text;
+    EXPECT_TRUE(heard[0].starts_with(one.answer) && has(heard[0], one.reason)) << heard[0];
+  }
+  EXPECT_EQ(on.count(counter::malformed), std::size(rows));
+  EXPECT_EQ(on.count(counter::calls_refused), std::size(rows) - 1);
+  const texts behind = answer(R"({"op":"call_service","args":NaN,"id":"n3","service":"/a"})");
+  ASSERT_EQ(behind.size(), 1U);
+  EXPECT_TRUE(has(behind[0], R"("op":"status")") && !has(behind[0], "n3")) << "what is behind is not read";
+}
+
+TEST_F(malformed_texts, that_answer_a_call_fail_it) {
+  rowe::endpoint_options options = small_options();
+  options.relay = true;
+  core_harness hub{options};
+  peer arm{hub}, page{hub};
+  arm.say(R"({"op":"advertise_service","service":"/grip","type":"x/Y"})");
+  hub.cycle();
+  page.say(R"({"op":"call_service","id":"c1","service":"/grip"})");
+  hub.cycles(2);
+  const texts asked = arm.hear();
+  ASSERT_EQ(asked.size(), 1U);
+  const std::size_t id = asked[0].find(R"("id":")");
+  ASSERT_NE(id, std::string::npos) << asked[0];
+  const std::string member = asked[0].substr(id, asked[0].find('"', id + 6) + 1 - id);
+  arm.say(R"({"op":"service_response",)" + member +
+          R"(,"service":"/grip","result":true,"values":{"x":NaN}})");
+  hub.cycles(2);
+  const texts heard = page.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_TRUE(heard[0].starts_with(R"({"op":"service_response","id":"c1","service":"/grip","result":false,)"))
+      << heard[0];
+  EXPECT_TRUE(has(heard[0], "which has no NaN")) << heard[0];
 }
 
 } // namespace
