@@ -334,7 +334,7 @@ class handshakes(unittest.TestCase):
         with s.socket:
             s.send(frame(PING, b"?"))
             events = []
-            while (PONG, b"?") not in events:
+            while not {TEXT, PONG} <= {opcode for opcode, _ in events}:  # its handles may be opened behind it
                 events += [event for event in [s.event()] if event[0] != PING]  # for a long silence
             self.assertIn((PONG, b"?"), events)
             self.assertEqual({opcode for opcode, _ in events}, {TEXT, PONG})

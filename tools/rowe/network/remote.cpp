@@ -172,6 +172,7 @@ void remote::report() {
     const std::string text = sentence_of(*happened);
     switch (happened->what_kind) {
     case event::kind::cannot_connect:
+      if (in_vain_) break; // whatever comes of further attempts, until one is not in vain
       in_vain_ = happened->lasting;
       if (text == failure_) break;
       failure_ = text;
