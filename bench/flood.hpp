@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sends one message again and again over a transport, as the service thread sends telemetry: in batches, with
-// no more in flight than the peer's credit allows (src/service/credit.hpp), and with the pings that measure
-// it. Or `unbounded`: as much as the kernel takes.
+// no more in flight than the peer's credit allows (src/service/outgoing/credit.hpp), and with the pings that
+// measure it. Or `unbounded`: as much as the kernel takes.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "service/credit.hpp"
-#include "service/service_limits.hpp"
-#include "service/transport.hpp"
+#include "service/base/service_limits.hpp"
+#include "service/base/transport.hpp"
+#include "service/outgoing/credit.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::bench {

@@ -14,11 +14,11 @@
 #include "api/endpoint_state.hpp"
 #include "api/pair_memory.hpp"
 #include "net/socket_transport.hpp"
-#include "service/core.hpp"
-#include "service/memory_plan.hpp"
-#include "service/shared_inbox.hpp"
-#include "service/shared_state.hpp"
-#include "service/submission_queue.hpp"
+#include "service/core/core.hpp"
+#include "service/core/memory_plan.hpp"
+#include "service/threads/shared_inbox.hpp"
+#include "service/threads/shared_state.hpp"
+#include "service/threads/submission_queue.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::bench {

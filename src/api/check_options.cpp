@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "config/keys.hpp"
-#include "service/names.hpp"
-#include "service/own_types.hpp"
-#include "service/stop_rules.hpp"
+#include "service/base/names.hpp"
+#include "service/threads/stop_rules.hpp"
+#include "service/topics/own_types.hpp"
 #include "wire/members.hpp"
 #include "wire/utf8.hpp"
 

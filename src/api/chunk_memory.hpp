@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "service/chunk_store.hpp"
+#include "service/base/chunk_store.hpp"
 
 namespace rowe::detail {
 

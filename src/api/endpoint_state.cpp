@@ -17,9 +17,9 @@
 #include "api/forks.hpp"
 #include "api/pair_memory.hpp"
 #include "page/page.hpp"
-#include "service/memory_plan.hpp"
-#include "service/pair_release.hpp"
-#include "service/service_limits.hpp"
+#include "service/base/service_limits.hpp"
+#include "service/core/memory_plan.hpp"
+#include "service/handles/pair_release.hpp"
 #include "wire/protocols.hpp"
 
 namespace rowe::detail {

@@ -9,7 +9,7 @@
 
 #include "config/environment.hpp"
 #include "config/keys.hpp"
-#include "service/limit_table.hpp"
+#include "service/base/limit_table.hpp"
 
 namespace rowe {
 namespace {

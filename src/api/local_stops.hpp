@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // endpoint::emergency_stop() and reset_emergency_stop(): the side of the threads that ask. What they share
-// with the service thread is service/local_stop.hpp. No stop waits for a mutex. Threads sleep in
+// with the service thread is service/threads/local_stop.hpp. No stop waits for a mutex. Threads sleep in
 // submission_queue::wait_room(), where the service thread wakes all that wait for it.
 #pragma once
 #include <atomic>
@@ -11,9 +11,9 @@
 #include <rowe/options.hpp>
 #include <rowe/result.hpp>
 
-#include "service/local_stop.hpp"
-#include "service/submission_queue.hpp"
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
+#include "service/threads/local_stop.hpp"
+#include "service/threads/submission_queue.hpp"
 
 namespace rowe::detail {
 

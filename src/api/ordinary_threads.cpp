@@ -7,8 +7,8 @@
 #include <rowe/detail/posting.hpp>
 
 #include "api/endpoint_state.hpp"
-#include "service/shared_inbox.hpp"
-#include "service/submission_queue.hpp"
+#include "service/threads/shared_inbox.hpp"
+#include "service/threads/submission_queue.hpp"
 
 namespace rowe {
 namespace {

@@ -2,8 +2,8 @@
 // Set-up of parameters.
 #include "api/check_options.hpp"
 #include "api/endpoint_state.hpp"
-#include "service/parameter_values.hpp"
-#include "service/service_limits.hpp"
+#include "service/base/service_limits.hpp"
+#include "service/parameters/parameter_values.hpp"
 #include "wire/own_names.hpp"
 
 namespace rowe::detail {

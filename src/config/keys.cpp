@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "config/rows.hpp"
-#include "service/limit_table.hpp"
+#include "service/base/limit_table.hpp"
 
 namespace rowe::config {
 namespace {

@@ -24,7 +24,7 @@
 #include "net/resolver.hpp"
 #include "net/socket_transport.hpp"
 #include "net/tls/arrival.hpp"
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 
 namespace rowe::net {
 

@@ -22,7 +22,7 @@
 #include "net/stop_visits.hpp"
 #include "net/stream.hpp"
 #include "net/tls/arrival.hpp"
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 
 namespace rowe::net {
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 #include "wire/http_answer.hpp"
 #include "wire/http_request.hpp"
 

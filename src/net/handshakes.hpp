@@ -36,7 +36,7 @@
 #include "net/socket_transport.hpp"
 #include "net/source_tally.hpp"
 #include "net/token_tries.hpp"
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 #include "wire/http_request.hpp"
 
 namespace rowe::net {

@@ -8,7 +8,7 @@
 #include <span>
 #include <string_view>
 
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 #include "wire/http_request.hpp"
 
 struct lws;

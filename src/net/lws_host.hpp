@@ -24,7 +24,7 @@
 
 #include "net/descriptor.hpp"
 #include "net/lws_memory.hpp"
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 #include "wire/http_request.hpp"
 
 struct lws;

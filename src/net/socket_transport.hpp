@@ -24,7 +24,7 @@
 #include <rowe/rt/clock.hpp>
 #include <rowe/tls.hpp>
 
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 
 namespace rowe::net {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 
 namespace rowe::net {
 

@@ -7,7 +7,7 @@
 // own strong ETag, from which the transport answers 304. All answers are `no-cache`: a browser asks again
 // each time, so a robot that was updated is never looked at through the files of its former version.
 #pragma once
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 
 namespace rowe::page {
 

@@ -9,13 +9,13 @@
 #include <string_view>
 #include <vector>
 
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 
 namespace rowe::page {
 
 class site final : public service::page_source {
  public:
-  static constexpr std::size_t files_max = 4096; // and folders
+  static constexpr std::size_t files_max = 4096;                  // and folders
   static constexpr std::size_t bytes_max = std::size_t{64} << 20; // of all files together
   static constexpr std::size_t path_bytes_max = 255;
 

@@ -15,8 +15,8 @@
 
 namespace rowe::wire {
 
-// What stands for a long object whose members are not known (service/stand_in.hpp). They go into no other
-// object.
+// What stands for a long object whose members are not known (service/base/stand_in.hpp). They go into no
+// other object.
 inline constexpr std::string_view long_object = R"({"<a long value>":0})";
 
 // Finds a member of the endpoint at the top level of a user's text (escapes are understood). `ttl_ms` is one

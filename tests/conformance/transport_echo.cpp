@@ -29,7 +29,7 @@
 #include <vector>
 
 #include "net/socket_transport.hpp"
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 #include "wire/frame_parser.hpp"
 #include "wire/websocket.hpp"
 

@@ -2,7 +2,7 @@
 // What a message takes on the wire, to the byte: its text, the header of its frame, and the pings beside it.
 #include "service/core_fixtures.hpp"
 
-#include "service/credit.hpp"
+#include "service/outgoing/credit.hpp"
 
 namespace harness {
 namespace {

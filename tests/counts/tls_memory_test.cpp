@@ -15,8 +15,8 @@
 #include <rowe/limits.hpp>
 
 #include "net/tls_support.hpp"
-#include "service/memory_plan.hpp"
-#include "service/service_limits.hpp"
+#include "service/base/service_limits.hpp"
+#include "service/core/memory_plan.hpp"
 
 namespace rowe::net {
 namespace {

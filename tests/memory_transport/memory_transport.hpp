@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 
 namespace rowe::net {
 

@@ -10,7 +10,7 @@
 #include <rowe/rt/notification.hpp>
 #include <rowe/rt/spsc_ring.hpp>
 
-#include "service/completion.hpp"
+#include "service/threads/completion.hpp"
 
 #include "model/atomics.hpp"
 #include "model/expect.hpp"
@@ -187,7 +187,7 @@ TEST(completion, needs_every_memory_order_it_asks_for) {
       scenario<waits_for_ever>("waits_for_ever"), scenario<runs_out_of_time>("runs_out_of_time"),
       scenario<leaves_without_waiting>("leaves_without_waiting"),
       scenario<asks_without_waiting>("asks_without_waiting"), scenario<asks_again>("asks_again")};
-  EXPECT_EQ((mutation_test{"service/completion.hpp", scenarios, {}}.findings()), "");
+  EXPECT_EQ((mutation_test{"service/threads/completion.hpp", scenarios, {}}.findings()), "");
 }
 
 } // namespace

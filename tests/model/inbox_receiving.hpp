@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A receiver at the shared inbox, deliveries, and closing, as far as threads meet there: what
-// service/shared_inbox.cpp does with the words they share, statement by statement, for one receiver. With one
-// receiver its fetch_add and compare-exchange are exchanges; promela/shared_inbox.pml has several.
+// service/threads/shared_inbox.cpp does with the words they share, statement by statement, for one receiver.
+// With one receiver its fetch_add and compare-exchange are exchanges; promela/shared_inbox.pml has several.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -84,7 +84,7 @@ TEST(inbox_receiving, gets_what_came_before_it_was_closed) {
 }
 
 TEST(inbox_receiving, has_the_accesses_that_the_source_has) {
-  const std::string source = "src/service/shared_inbox.cpp";
+  const std::string source = "src/service/threads/shared_inbox.cpp";
   const source_access expected[] = {
       {source,
        "if(sleepers_.load(std::memory_order_seq_cst)==0)return;wake_count_.exchange(count,std::memory_"
@@ -95,7 +95,7 @@ TEST(inbox_receiving, has_the_accesses_that_the_source_has) {
        "memory_order_seq_cst);wake_receiver(static_cast<std::uint32_t>(2*(tail+1)));",
        1},
       {source, "closed_.store(true,std::memory_order_seq_cst);wake_receiver(1);", 1},
-      {"src/service/shared_inbox.hpp", "returnclosed_.load(std::memory_order_seq_cst);", 1},
+      {"src/service/threads/shared_inbox.hpp", "returnclosed_.load(std::memory_order_seq_cst);", 1},
       {source,
        "head=head_.load(std::memory_order_acquire);while(head!=tail_.load(std::memory_order_seq_cst)){", 1},
       {source, "head_.compare_exchange_weak(head,head+1,std::memory_order_acq_rel,std::memory_order_acquire)",

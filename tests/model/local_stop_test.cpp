@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-#include "service/local_stop.hpp"
+#include "service/threads/local_stop.hpp"
 
 #include "model/atomics.hpp"
 #include "model/expect.hpp"
@@ -82,7 +82,7 @@ TEST(local_stop, comes_before_a_reset_that_was_asked_for_behind_it) {
 TEST(local_stop, needs_every_memory_order_it_asks_for) {
   const std::array scenarios{scenario<stops_once>("stops_once"),
                              scenario<resets_what_it_stopped>("resets_what_it_stopped")};
-  EXPECT_EQ((mutation_test{"service/local_stop.hpp", scenarios, {}}.findings()), "");
+  EXPECT_EQ((mutation_test{"service/threads/local_stop.hpp", scenarios, {}}.findings()), "");
 }
 
 } // namespace

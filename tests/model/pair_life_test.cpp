@@ -279,8 +279,10 @@ TEST(closing, takes_what_was_published_before) {
 // What is modelled is what the sources do where they do not use the real thing: each access stands there as
 // it does here, and there are no others.
 TEST(pair_life, has_the_accesses_that_the_sources_have) {
-  const std::string audiences = "src/service/audiences.cpp", handles = "src/service/topic_handles.cpp",
-                    loop = "src/service/service_loop.cpp", released = "src/service/pair_release.hpp";
+  const std::string audiences = "src/service/state/audiences.cpp",
+                    handles = "src/service/topics/topic_handles.cpp",
+                    loop = "src/service/core/service_loop.cpp",
+                    released = "src/service/handles/pair_release.hpp";
   const source_access expected[] = {
       {released, "end.free_ring->released()+parked==popped", 1},
       {audiences, "if(!row.attached||row.topic!=index)continue;", 1},

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "service/policy_handover.hpp"
+#include "service/threads/policy_handover.hpp"
 
 #include "model/atomics.hpp"
 #include "model/expect.hpp"
@@ -63,7 +63,7 @@ TEST(policy_handover, hands_over_each_whole_and_frees_none_that_is_in_use) {
 
 TEST(policy_handover, needs_every_memory_order_it_asks_for) {
   const std::array scenarios{scenario<takes_each_whole<2>>("takes_each_whole")};
-  EXPECT_EQ((mutation_test{"service/policy_handover.hpp", scenarios, {}}.findings()), "");
+  EXPECT_EQ((mutation_test{"service/threads/policy_handover.hpp", scenarios, {}}.findings()), "");
 }
 
 } // namespace

@@ -70,7 +70,7 @@ TEST(room, wakes_who_waits_for_it_whenever_it_comes) {
 
 TEST(room, has_the_accesses_that_the_sources_have) {
   const std::string handle = "include/rowe/detail/waiting.hpp";
-  const std::string service = "src/service/handle_submissions.cpp";
+  const std::string service = "src/service/handles/handle_submissions.cpp";
   const source_access expected[] = {
       {handle, "on.room_asked.store(on.user.room_waits,std::memory_order_release);handle.wake_service();", 1},
       {handle, "on.room_asked.store(0,std::memory_order_release);", 1},

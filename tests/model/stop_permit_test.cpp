@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stop's shared words under the explorer: loops that look and acknowledge, as stop_latch::engaged() and
 // acknowledge() do, against a service thread that renews, stops and resets by the rules of
-// service/stop_rules.cpp, which are mirrored here in the few lines that touch the words. Time is what each
-// actor says it is: a loop's own cycles, and a permit that ends between two of them.
+// service/threads/stop_rules.cpp, which are mirrored here in the few lines that touch the words. Time is what
+// each actor says it is: a loop's own cycles, and a permit that ends between two of them.
 #include <gtest/gtest.h>
 
 #include <array>

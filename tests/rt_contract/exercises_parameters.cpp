@@ -9,7 +9,7 @@
 
 #include "capi/handles.hpp"
 #include "pairs.hpp"
-#include "service/parameter_table.hpp"
+#include "service/threads/parameter_table.hpp"
 
 namespace rowe::contract {
 namespace {

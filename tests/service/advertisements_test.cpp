@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/advertisements.hpp"
+#include "service/topics/advertisements.hpp"
 
 #include <gtest/gtest.h>
 

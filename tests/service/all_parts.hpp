@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "service/core_parts.hpp"
+#include "service/core/core_parts.hpp"
 #include "service/peer_parts.hpp"
 #include "service/state_fixture.hpp"
 

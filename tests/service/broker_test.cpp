@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/broker.hpp"
+#include "service/topics/broker.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/call_completion.hpp"
+#include "service/calls/call_completion.hpp"
 
 #include <gtest/gtest.h>
 

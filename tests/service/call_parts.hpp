@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "service/call_completion.hpp"
-#include "service/long_calls.hpp"
+#include "service/calls/call_completion.hpp"
+#include "service/calls/long_calls.hpp"
 #include "service/peer_parts.hpp"
 
 namespace call_parts {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/call_router.hpp"
+#include "service/requests/call_router.hpp"
 
 #include <gtest/gtest.h>
 

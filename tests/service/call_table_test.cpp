@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/call_table.hpp"
+#include "service/state/call_table.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/chunk_store.hpp"
+#include "service/base/chunk_store.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "service/control_frames.hpp"
+#include "service/outgoing/control_frames.hpp"
 #include "wire/frame_parser.hpp"
 #include "wire/websocket.hpp"
 

@@ -9,7 +9,7 @@
 #include <tuple>
 #include <vector>
 
-#include "service/own_types.hpp"
+#include "service/topics/own_types.hpp"
 
 namespace core_answers_test {
 namespace {

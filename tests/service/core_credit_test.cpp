@@ -2,7 +2,7 @@
 // What is in flight to a peer, and the pings that say so.
 #include "core_fixtures.hpp"
 
-#include "service/credit.hpp"
+#include "service/outgoing/credit.hpp"
 
 namespace harness {
 namespace core_credit_test {

@@ -2,7 +2,7 @@
 // What the tests of the core as a server share: a pose that is published, and a fixture that checks the
 // core's structures at the end of each test.
 #pragma once
-#include "service/core.hpp"
+#include "service/core/core.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 // each codec, and what becomes of a call whose long part finds no room, or comes late.
 #include "long_fixtures.hpp"
 
-#include "service/stand_in.hpp"
+#include "service/base/stand_in.hpp"
 
 namespace harness {
 namespace core_long_calls_test {

@@ -5,7 +5,7 @@
 
 #include "long_fixtures.hpp"
 
-#include "service/chunk_store.hpp"
+#include "service/base/chunk_store.hpp"
 
 namespace harness {
 namespace core_long_messages_test {

@@ -5,7 +5,7 @@
 
 #include "long_fixtures.hpp"
 
-#include "service/service_limits.hpp"
+#include "service/base/service_limits.hpp"
 #include "json/encoder.hpp"
 
 namespace core_long_structs_test {

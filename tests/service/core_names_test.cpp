@@ -4,7 +4,7 @@
 #include <rowe/ros.hpp>
 
 #include "core_fixtures.hpp"
-#include "service/names.hpp"
+#include "service/base/names.hpp"
 
 namespace harness {
 namespace core_names_test {

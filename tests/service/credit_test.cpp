@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/credit.hpp"
+#include "service/outgoing/credit.hpp"
 
 #include <gtest/gtest.h>
 

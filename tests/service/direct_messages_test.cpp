@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/direct_messages.hpp"
+#include "service/calls/direct_messages.hpp"
 
 #include <gtest/gtest.h>
 

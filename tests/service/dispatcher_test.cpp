@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/dispatcher.hpp"
+#include "service/requests/dispatcher.hpp"
 
 #include <gtest/gtest.h>
 

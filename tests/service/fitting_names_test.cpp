@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/fitting_names.hpp"
+#include "service/requests/fitting_names.hpp"
 
 #include <gtest/gtest.h>
 

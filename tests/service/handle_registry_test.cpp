@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/handle_registry.hpp"
+#include "service/handles/handle_registry.hpp"
 
 #include <gtest/gtest.h>
 

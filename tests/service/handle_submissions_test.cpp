@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/handle_submissions.hpp"
+#include "service/handles/handle_submissions.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/index_list.hpp"
+#include "service/base/index_list.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "service/index_ring.hpp"
+#include "service/base/index_ring.hpp"
 
 namespace index_list_test {
 namespace {

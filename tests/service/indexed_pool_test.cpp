@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/indexed_pool.hpp"
+#include "service/base/indexed_pool.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/ingress.hpp"
+#include "service/incoming/ingress.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/kept_ids.hpp"
+#include "service/topics/kept_ids.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/listed_numbers.hpp"
+#include "service/base/listed_numbers.hpp"
 
 #include <gtest/gtest.h>
 

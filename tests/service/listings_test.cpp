@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/listings.hpp"
+#include "service/graph/listings.hpp"
 
 #include <gtest/gtest.h>
 

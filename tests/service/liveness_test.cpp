@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/liveness.hpp"
+#include "service/incoming/liveness.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/local_delivery.hpp"
+#include "service/outgoing/local_delivery.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include <rowe/schema.hpp>
 
-#include "service/pair_release.hpp"
+#include "service/handles/pair_release.hpp"
 #include "service/state_fixture.hpp"
 #include "json/padded.hpp"
 

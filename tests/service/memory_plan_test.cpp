@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/memory_plan.hpp"
+#include "service/core/memory_plan.hpp"
 
 #include <gtest/gtest.h>
 
 #include "core_harness.hpp"
-#include "service/service_limits.hpp"
+#include "service/base/service_limits.hpp"
 
 namespace memory_plan_test {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/message_store.hpp"
+#include "service/outgoing/message_store.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/outbox.hpp"
+#include "service/outgoing/outbox.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "service/outgoing/subscription_queues.hpp"
 #include "service/state_fixture.hpp"
-#include "service/subscription_queues.hpp"
 
 namespace outbox_test {
 namespace {

@@ -5,7 +5,7 @@
 #include <set>
 #include <string>
 
-#include "service/own_types.hpp"
+#include "service/topics/own_types.hpp"
 #include "json/reader.hpp"
 
 namespace own_types_test {

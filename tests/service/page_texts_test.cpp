@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/page_texts.hpp"
+#include "service/state/page_texts.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Queue pairs whose handle is gone while views or requests of it are left: their memory is nobody else's
 // until the last slot is released.
-#include "service/pair_release.hpp"
+#include "service/handles/pair_release.hpp"
 
 #include "core_fixtures.hpp"
 

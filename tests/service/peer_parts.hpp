@@ -8,10 +8,10 @@
 #include <string_view>
 #include <vector>
 
-#include "service/access_control.hpp"
-#include "service/receiver.hpp"
-#include "service/refusals.hpp"
-#include "service/sender.hpp"
+#include "service/incoming/access_control.hpp"
+#include "service/incoming/receiver.hpp"
+#include "service/incoming/refusals.hpp"
+#include "service/outgoing/sender.hpp"
 #include "service/state_fixture.hpp"
 
 namespace peer_parts {

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "service/ingress.hpp"
+#include "service/incoming/ingress.hpp"
 #include "service/peer_parts.hpp"
 
 namespace reading_parts {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/receiver.hpp"
+#include "service/incoming/receiver.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/refusals.hpp"
+#include "service/incoming/refusals.hpp"
 
 #include <gtest/gtest.h>
 

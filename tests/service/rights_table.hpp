@@ -15,7 +15,7 @@
 
 #include "access/policy.hpp"
 #include "numbers_lists.hpp"
-#include "service/stop_gate.hpp"
+#include "service/stop/stop_gate.hpp"
 #include "wire/request.hpp"
 
 namespace rights_table {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/sender.hpp"
+#include "service/outgoing/sender.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/service_directory.hpp"
+#include "service/state/service_directory.hpp"
 
 #include <gtest/gtest.h>
 

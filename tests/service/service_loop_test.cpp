@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // When the service thread waits, and when it must not: in a harness whose transport tells how long it is
 // asked to wait, with this thread in the service thread's place.
-#include "service/service_loop.hpp"
+#include "service/core/service_loop.hpp"
 
 #include "core_fixtures.hpp"
 

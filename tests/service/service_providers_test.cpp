@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/service_providers.hpp"
+#include "service/calls/service_providers.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Each state of the shared inbox; tests/stress has many threads in it at once, tests/model a receiver that
 // falls asleep while something is delivered or the inbox is closed.
-#include "service/shared_inbox.hpp"
+#include "service/threads/shared_inbox.hpp"
 
 #include <array>
 #include <atomic>

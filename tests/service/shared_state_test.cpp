@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/shared_state.hpp"
+#include "service/threads/shared_state.hpp"
 
 #include <gtest/gtest.h>
 

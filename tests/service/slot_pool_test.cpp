@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/slot_pool.hpp"
+#include "service/base/slot_pool.hpp"
 
 #include <gtest/gtest.h>
 

@@ -13,9 +13,9 @@
 
 #include "api/pair_memory.hpp"
 #include "memory_transport/memory_transport.hpp"
+#include "service/core/memory_plan.hpp"
 #include "service/core_harness.hpp"
-#include "service/core_state.hpp"
-#include "service/memory_plan.hpp"
+#include "service/state/core_state.hpp"
 
 namespace state_fixture {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/stop_frames.hpp"
+#include "service/outgoing/stop_frames.hpp"
 
 #include <gtest/gtest.h>
 

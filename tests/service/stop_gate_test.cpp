@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/stop_gate.hpp"
+#include "service/stop/stop_gate.hpp"
 
 #include <gtest/gtest.h>
 

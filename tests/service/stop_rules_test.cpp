@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rules of docs/stop.md, one by one, on a clock that moves when told to.
-#include "service/core_options.hpp"
-#include "service/stop_rules.hpp"
+#include "service/threads/core_options.hpp"
+#include "service/threads/stop_rules.hpp"
 
 #include <gtest/gtest.h>
 

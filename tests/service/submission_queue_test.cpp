@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Each state of the submission queue; tests/stress has many threads in it at once, tests/model the hand-over
 // of a slot between a caller that runs out of time and the service thread.
-#include "service/submission_queue.hpp"
+#include "service/threads/submission_queue.hpp"
 
 #include <atomic>
 #include <chrono>

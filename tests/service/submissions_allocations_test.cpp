@@ -2,8 +2,8 @@
 // The submission queue and the shared inbox never allocate after set-up, however many threads come and go,
 // and on the side of the service thread touch no lock and do not wait; they enter the kernel only to wake.
 // Each thread looks at itself, by the tripwire.
-#include "service/shared_inbox.hpp"
-#include "service/submission_queue.hpp"
+#include "service/threads/shared_inbox.hpp"
+#include "service/threads/submission_queue.hpp"
 
 #include <array>
 #include <atomic>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/subscriptions.hpp"
+#include "service/topics/subscriptions.hpp"
 
 #include <gtest/gtest.h>
 

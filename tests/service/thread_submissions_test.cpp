@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/thread_submissions.hpp"
+#include "service/handles/thread_submissions.hpp"
 
 #include <gtest/gtest.h>
 

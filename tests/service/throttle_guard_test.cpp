@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/service_loop.hpp"
+#include "service/core/service_loop.hpp"
 
 #include <gtest/gtest.h>
 

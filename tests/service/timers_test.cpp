@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/timers.hpp"
+#include "service/state/timers.hpp"
 
 #include <gtest/gtest.h>
 

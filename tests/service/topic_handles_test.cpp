@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/topic_handles.hpp"
+#include "service/topics/topic_handles.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,9 +6,9 @@
 
 #include <string_view>
 
-#include "service/advertisements.hpp"
-#include "service/broker.hpp"
 #include "service/peer_parts.hpp"
+#include "service/topics/advertisements.hpp"
+#include "service/topics/broker.hpp"
 
 namespace topic_parts {
 

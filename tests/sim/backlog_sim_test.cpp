@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "service/core_fixtures.hpp"
-#include "service/credit.hpp"
+#include "service/outgoing/credit.hpp"
 
 #include "simulated_link.hpp"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "service/credit.hpp"
+#include "service/outgoing/credit.hpp"
 
 #include "flow.hpp"
 #include "simulated_link.hpp"

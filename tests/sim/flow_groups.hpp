@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "service/credit.hpp"
-#include "service/service_limits.hpp"
+#include "service/base/service_limits.hpp"
+#include "service/outgoing/credit.hpp"
 
 #include "flow.hpp"
 

@@ -12,7 +12,7 @@
 
 #include <rowe/stop_latch.hpp>
 
-#include "service/service_limits.hpp"
+#include "service/base/service_limits.hpp"
 
 #include "flow.hpp"
 

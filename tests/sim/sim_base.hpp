@@ -8,7 +8,7 @@
 #include <string>
 
 #include "service/core_harness.hpp"
-#include "service/topic_table.hpp"
+#include "service/state/topic_table.hpp"
 
 namespace sim {
 

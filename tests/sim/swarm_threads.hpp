@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "service/core_harness.hpp"
-#include "service/local_stop.hpp"
+#include "service/threads/local_stop.hpp"
 #include "swarm_coverage.hpp"
 #include "swarm_grammar.hpp"
 

@@ -5,8 +5,8 @@
 // number, and a text made of it, so that a slot with two holders shows. tests/model shows what this run
 // cannot: orders that this processor does not use. This run adds the real words, moodycamel's queue, and
 // ThreadSanitizer.
-#include "service/shared_inbox.hpp"
-#include "service/submission_queue.hpp"
+#include "service/threads/shared_inbox.hpp"
+#include "service/threads/submission_queue.hpp"
 
 #include <array>
 #include <atomic>

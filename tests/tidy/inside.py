@@ -12,8 +12,8 @@ from cpp import close, program
 from tree import finding
 
 page = "docs/inside.md"
-parts_header = "src/service/core_parts.hpp"
-state_header = "src/service/core_state.hpp"
+parts_header = "src/service/core/core_parts.hpp"
+state_header = "src/service/state/core_state.hpp"
 entrances = ("core.", "service_loop.")
 
 # What a file of src/service includes stands in front of it: nothing is called upwards.
@@ -130,8 +130,8 @@ def rows_have_typed_indices(t):
 
 def limits_are_tied(t):
     """What depends on another limit says so where it stands."""
-    header = "src/service/service_limits.hpp"
-    headers = [one for one in (header, "src/service/work.hpp") if one in t.paths]
+    header = "src/service/base/service_limits.hpp"
+    headers = [one for one in (header, "src/service/base/work.hpp") if one in t.paths]
     tied = sum("static_assert(" in line for one in headers for line in t.code(one))
     if tied < asserted_limits:
         yield finding(header, 1, "limits", f"{tied} static_asserts tie limits; there were {asserted_limits}")

@@ -30,16 +30,16 @@ plants = [
     ("docs/examples/plant_e.cpp", spdx + "#include <openssl/evp.h>\n",
      [(1, "unlinked-example"), (2, "library-room"), (2, "interface")]),
 
-    ("src/wire/plant_f.cpp", spdx + '#include "service/core.hpp"\n#include "net/address.hpp"\n',
+    ("src/wire/plant_f.cpp", spdx + '#include "service/core/core.hpp"\n#include "net/address.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
     ("src/service/plant_g.cpp", spdx + '#include "net/address.hpp"\n#include "page/page.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
     ("src/json/plant_h.cpp", spdx + '#include "wire/utf8.hpp"\n', [(2, "arrow")]),
-    ("src/net/plant_i.cpp", spdx + '#include "service/core.hpp"\n#include "api/url.hpp"\n',
+    ("src/net/plant_i.cpp", spdx + '#include "service/core/core.hpp"\n#include "api/url.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
 
     ("tools/plant_j.cpp",
-     spdx + '#include "service/core.hpp"\n#include <boost/any.hpp>\n#include "../src/api/url.hpp"\n',
+     spdx + '#include "service/core/core.hpp"\n#include <boost/any.hpp>\n#include "../src/api/url.hpp"\n',
      [(2, "interface"), (3, "interface"), (4, "interface")]),
     ("docs/examples/plant_k.cpp", spdx + "#include <fmt/core.h>\n",
      [(1, "unlinked-example"), (2, "interface")]),
@@ -81,7 +81,7 @@ plants = [
     ("src/api/plant_9.cpp",
      spdx + "x.load(std::memory_order_acquire);  // acquire: pairs with the release in nowhere()\n",
      [(2, "order")]),
-    ("src/service/service_limits.hpp", spdx + "#pragma once\nstatic_assert(1 < 2);\nint last = no_index;\n",
+    ("src/service/base/service_limits.hpp", spdx + "#pragma once\nstatic_assert(1 < 2);\nint last = no_index;\n",
      [(1, "limits"), (4, "no-index")]),
     ("tests/model/plant_6.hpp",
      spdx + "atomics::variable<pair_phase> phase;\nstd::atomic< detail::audience > heard;\n",
@@ -106,20 +106,20 @@ plants = [
     ("docs/plant_6.md", "Letters go by the front door.\nA carrier and a `dialect`, or dialects.\n",
      [(1, "word"), (1, "word"), (2, "word"), (2, "word")]),
     ("src/service/mask_keys.cpp",
-     spdx + '#include "service/mask_keys.hpp"\n#include "service/ids.hpp"\n#include "service/sender.hpp"\n',
+     spdx + '#include "service/outgoing/mask_keys.hpp"\n#include "service/base/ids.hpp"\n#include "service/outgoing/sender.hpp"\n',
      [(4, "include-order")]),
-    ("src/service/plant_8.cpp", spdx + '#include "service/ids.hpp"\n', [(2, "include-order")]),
+    ("src/service/plant_8.cpp", spdx + '#include "service/base/ids.hpp"\n', [(2, "include-order")]),
     ("src/service/batch.cpp", spdx + "bool of = stop_gate::find(read, asked, text) == stop_verb::stop;\n",
      [(2, "stop-gate")]),
     ("src/service/plant_9.cpp", spdx + "int x;\n" * 400, [(1, "length"), (1, "size")]),
-    ("src/service/batch.hpp",
+    ("src/service/outgoing/batch.hpp",
      spdx + "class batch {\n public:\n  struct needs {\n    core_state& state;\n"
      + "".join(f"    outbox& p{n};\n" for n in range(9))
      + "  };\n  explicit batch(const needs& parts) : a_{1}, b_{2} {}\n"
      + "".join(f"  int f{n}() {{ return {n}; }}\n" for n in range(25)) + " private:\n"
      + "".join(f"  int m{n}_ = 0;\n" for n in range(16)) + "};\n",
      [(2, "size"), (2, "size"), (2, "size"), *((line, "part-name") for line in range(6, 15))]),
-    ("src/service/core_parts.hpp",
+    ("src/service/core/core_parts.hpp",
      spdx + "class core_parts {\n  core_state state_;\n  topic_rates topic_rates_;\n  outbox outbox_;\n"
      "  message_store message_store_;\n  sender writer_;\n  stop_service stop_service_;\n"
      "  handle_registry handle_registry_;\n};\n",
@@ -161,7 +161,7 @@ plants = [
 # What comes close and is right.
 innocent = [
     ("src/net/innocent_a.cpp",
-     spdx + '#include "service/transport.hpp"\n#include "wire/utf8.hpp"\nlws_context* c;\n'),
+     spdx + '#include "service/base/transport.hpp"\n#include "wire/utf8.hpp"\nlws_context* c;\n'),
     ("src/service/number_queue_innocent.cpp", spdx + "#include <concurrentqueue/concurrentqueue.h>\n"),
     ("src/service/innocent_a.cpp",
      spdx + '#include "wire/codec.hpp"\n.messages_unasked = options.bare_unasked,\ninto.key("bare");\n'

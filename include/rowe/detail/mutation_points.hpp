@@ -10,7 +10,7 @@
 
 namespace rowe::detail {
 
-// FNV-1a, as service/topic_table.hpp.
+// FNV-1a, as service/state/topic_table.hpp.
 constexpr std::uint64_t mutant_key(std::string_view name) noexcept {
   std::uint64_t key = 14695981039346656037U;
   for (const char c : name) key = (key ^ static_cast<unsigned char>(c)) * 1099511628211U;

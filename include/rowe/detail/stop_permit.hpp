@@ -18,10 +18,10 @@
 namespace rowe::detail {
 
 // The number of a stop, or of the reset that ended it, for loops: from 1 to latch_number_max, then from 1
-// again; 0 is none. For peers, stops have numbers that never come again (service/stop_rules.hpp). This one is
-// raised at most once in each latch_period, so it takes latch_turn until it comes again. It never becomes a
-// number that a loop's words still have; and if a loop does not look for longest_loop_timeout, everything
-// stops anyway.
+// again; 0 is none. For peers, stops have numbers that never come again (service/threads/stop_rules.hpp).
+// This one is raised at most once in each latch_period, so it takes latch_turn until it comes again. It never
+// becomes a number that a loop's words still have; and if a loop does not look for longest_loop_timeout,
+// everything stops anyway.
 using latch_number = std::uint16_t;
 inline constexpr latch_number latch_number_max = 0xffff;
 inline constexpr rt::duration latch_period = std::chrono::milliseconds{1};

@@ -7,7 +7,7 @@
 
 #include "access/policy.hpp"
 #include "net/address.hpp"
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 #include "wire/http_answer.hpp"
 
 namespace rowe::net::tls {

@@ -28,7 +28,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "net/descriptor.hpp"
-#include "service/transport.hpp"
+#include "service/base/transport.hpp"
 
 struct bio_st;
 struct ssl_st;

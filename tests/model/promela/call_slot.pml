@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A call from its start in a handle to its completion there (rowe/detail/calls.hpp,
- * src/service/call_table.hpp): the queue pair's table of pending calls, the service thread's table of calls,
+ * src/service/state/call_table.hpp): the queue pair's table of pending calls, the service thread's table of calls,
  * a peer that replies at any time, perhaps twice, and a user who waits, cancels, or gives up. Both tables
  * have one place, so every late thing meets the next call in its predecessor's place, and generations are
  * all that tells them apart.

@@ -61,7 +61,7 @@ test("states that alarm differ from the others by their mark, not only by colour
 });
 
 test("every counter of a loss has its words", async () => {
-  const counters = await readFile(new URL("../../../src/service/counters.hpp", import.meta.url), "utf8");
+  const counters = await readFile(new URL("../../../src/service/base/counters.hpp", import.meta.url), "utf8");
   const named = (group) =>
     [...counters.matchAll(new RegExp(`X\\((\\w+), ${group},`, "g"))].map(([, name]) => name);
   assert.ok(named("loss").length > 9);

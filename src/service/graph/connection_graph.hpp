@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tells peers who publishes on each topic, subscribes to it, and provides each service, and what of that has
+// changed since. Names are those of graph_services. A peer is told only of what its role may see or call.
+//
+// What there is is compared with what was found before (graph_record.hpp) once in each period, while somebody
+// has subscribed. So a holder that comes and goes all the time costs each peer one message in a period. A
+// change has the number of the comparison that found it, and a peer that of the newest one of which it was
+// told all. So a peer that does not read costs nothing, and is told later what is so then.
+//
+// Each message has some of the changes, and replaces what its peer knows of these topics and services. A
+// cycle does a bounded amount of this. Service thread only; nothing waits or allocates.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/graph/graph_message.hpp"
+#include "service/graph/graph_record.hpp"
+#include "service/incoming/refusals.hpp"
+#include "service/outgoing/outbox.hpp"
+#include "service/state/advertisement_table.hpp"
+#include "service/state/core_state.hpp"
+#include "service/state/service_directory.hpp"
+#include "service/state/told_message.hpp"
+#include "service/threads/stop_rules.hpp"
+#include "wire/request.hpp"
+
+namespace rowe::service {
+
+class connection_graph {
+ public:
+  struct needs {
+    core_state& state;
+    class outbox& outbox;
+    class refusals& refusals;
+    const class advertisement_table& advertisement_table;
+    const class service_directory& service_directory;
+    const class stop_rules& stop_rules;
+    std::string_view endpoint_name; // outlives this
+  };
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return graph_record::footprint_bytes(bounds) + graph_message::footprint_bytes(bounds) +
+           rt::arena::bytes_for<subscriber>(bounds.connections_max);
+  }
+  connection_graph(rt::arena& memory, const needs& parts) noexcept;
+
+  // Requests of peers. Who subscribes is told all at once; who does so again and again, as often as others
+  // are told changes.
+  void subscribe(connection& c, const wire::request& asked) noexcept;
+  void unsubscribe(peer_index peer) noexcept;
+  void forget(peer_index peer) noexcept;
+  // When the timer is due: compares, and tells some peers. Arms it again.
+  void show() noexcept;
+
+  bool check() const noexcept;
+
+ private:
+  // A peer. Numbers of comparisons are never 0.
+  struct subscriber {
+    bool subscribed = false;
+    bool anew = false;           // it is told of all rows once more
+    bool said = false;           // something, since `telling`
+    bool ends = false;           // the round ends with the message that waits
+    std::uint32_t told_at = 0;   // all up to this comparison; 0: it knows nothing
+    std::uint32_t telling = 0;   // likewise, while it is told in several messages; 0: it is not
+    std::uint32_t from = 0;      // then: the next row,
+    std::uint32_t from_gone = 0; // and the next place of a name that is gone
+    rt::time_point earliest{};   // when the next round may begin
+    told_message message{};      // that waits to be written
+    std::uint32_t then = 0;      // `from` and `from_gone` when it was written
+    std::uint32_t then_gone = 0;
+    bool knows_some() const noexcept { return subscribed && (told_at != 0 || telling != 0); }
+  };
+
+  void tell_again_if_rights_changed() noexcept;
+  void compare() noexcept;
+  std::uint32_t least_told() const noexcept;
+  void leave_behind() noexcept;
+  rt::time_point tell_some() noexcept;
+  rt::time_point due(peer_index peer) const noexcept;
+  rt::time_point tell(peer_index peer) noexcept;
+  void settle(peer_index peer) noexcept;
+  void go_on(subscriber& to) noexcept;
+  graph_part gather(const connection& c, const subscriber& to) noexcept;
+  bool add_gone(const connection& c, const subscriber& to, graph_part& into) noexcept;
+  bool add_row(const connection& c, const subscriber& to, graph_part& into) noexcept;
+  std::size_t part_bytes_max(peer_index peer) const noexcept;
+  bool sees(const connection& c, std::string_view name, bool topic) noexcept;
+
+  core_state& state_;
+  outbox& outbox_;
+  refusals& refusals_;
+  graph_record record_;
+  graph_message message_;
+  rows<peer_index, subscriber> subscribers_;
+  std::uint32_t count_ = 0;      // of subscribers
+  std::uint32_t policy_version_; // when it was looked at last
+  rt::time_point held_up_since_ = rt::never;
+  peer_index turn_{0}; // who is told next
+  graph_work work_;
+  unsigned messages_left_ = 0; // in this cycle
+};
+
+} // namespace rowe::service

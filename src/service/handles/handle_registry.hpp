@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// The life of handles. Set-up offers a queue pair; this part attaches or refuses it. When the handle is
+// closed, the pair is emptied and detached, and it is free again when the user's loop has released all slots.
+// Service thread only; nothing waits or allocates. A user thread that sleeps is woken, which enters the
+// kernel.
+#pragma once
+#include <cstdint>
+
+#include <rowe/detail/queue_pair.hpp>
+#include <rowe/limits.hpp>
+#include <rowe/result.hpp>
+
+#include "service/calls/call_completion.hpp"
+#include "service/calls/service_providers.hpp"
+#include "service/handles/handle_submissions.hpp"
+#include "service/incoming/receiver.hpp"
+#include "service/outgoing/outbox.hpp"
+#include "service/requests/call_requests.hpp"
+#include "service/state/core_state.hpp"
+#include "service/state/publish_predictor.hpp"
+#include "service/state/service_directory.hpp"
+#include "service/stop/stop_service.hpp"
+#include "service/topics/topic_handles.hpp"
+
+namespace rowe::service {
+
+class handle_registry {
+ public:
+  struct needs {
+    core_state& state;
+    class service_directory& service_directory;
+    class outbox& outbox;
+    class receiver& receiver;
+    class publish_predictor& publish_predictor;
+    class call_completion& call_completion;
+    class call_requests& call_requests;
+    class service_providers& service_providers;
+    class stop_service& stop_service;
+    class topic_handles& topic_handles;
+    class handle_submissions& handle_submissions;
+  };
+  explicit handle_registry(const needs& parts) noexcept;
+
+  // Once a cycle: attaches and detaches handles, and takes what the others submit.
+  void scan() noexcept;
+  // In a client: tells the server of all handles.
+  void announce_all(connection& c) noexcept;
+  // How many handles belong to no topic: callers, responders and lanes. A peer may wait for what they submit.
+  std::uint32_t talking() const noexcept { return talking_; }
+  // If handles wake this thread: nothing was submitted since scan() looked.
+  bool quiet() const noexcept;
+
+ private:
+  void attach(pair_index pair) noexcept;
+  status attach_to_part(pair_index pair) noexcept;
+  status attach_talker(pair_index pair) noexcept;
+  status provide(pair_index pair) noexcept;
+  void detach(pair_index pair) noexcept;
+  void detach_talker(pair_index pair) noexcept;
+  void count_refusals(const detail::queue_pair& queues) noexcept;
+  void take_over_inbox(pair_index pair) noexcept;
+  void announce_service(connection& c, pair_index pair, bool begins) noexcept;
+
+  core_state& state_;
+  service_directory& service_directory_;
+  outbox& outbox_;
+  receiver& receiver_;
+  publish_predictor& publish_predictor_;
+  call_completion& call_completion_;
+  call_requests& call_requests_;
+  service_providers& service_providers_;
+  stop_service& stop_service_;
+  topic_handles& topic_handles_;
+  handle_submissions& handle_submissions_;
+  std::uint32_t talking_ = 0;
+  std::uint64_t attached_ = 0; // so far
+};
+
+} // namespace rowe::service

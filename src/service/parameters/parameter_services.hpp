@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// The services by which ROS's clients read and write parameters. Values are texts that hold JSON, as there.
+// Who may call `/rosapi/get_param` may read all; to write one takes the right `set` for its name. Service
+// thread only; nothing waits or allocates.
+#pragma once
+#include <string_view>
+
+#include "service/calls/call_completion.hpp"
+#include "service/incoming/access_control.hpp"
+#include "service/outgoing/outbox.hpp"
+#include "service/parameters/parameters.hpp"
+#include "service/state/core_state.hpp"
+#include "wire/request.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::service {
+
+class parameter_services {
+ public:
+  struct needs {
+    core_state& state;
+    class access_control& access_control;
+    class outbox& outbox;
+    class call_completion& call_completion;
+    class parameters& parameters;
+  };
+  explicit parameter_services(const needs& parts) noexcept
+      : state_{parts.state},
+        access_control_{parts.access_control},
+        outbox_{parts.outbox},
+        call_completion_{parts.call_completion},
+        parameters_{parts.parameters} {}
+
+  // Whether the service of this full name is one of them.
+  static bool answers(std::string_view service) noexcept;
+  // Answers the call, and so ends it.
+  void answer(call_index call, std::string_view service, const wire::call_args& what) noexcept;
+
+ private:
+  template <class Write>
+  void complete(call_index call, Write&& write) noexcept;
+  void fail(call_index call, std::string_view why) noexcept;
+  void list(call_index call) noexcept;
+  void search(call_index call, std::string_view name) noexcept;
+  void get(call_index call, const wire::call_args& what, std::string_view name) noexcept;
+  void set(call_index call, const wire::call_args& what, std::string_view name) noexcept;
+  void write_quoted_value(parameter_id which, json::writer& into) noexcept;
+
+  core_state& state_;
+  access_control& access_control_;
+  outbox& outbox_;
+  call_completion& call_completion_;
+  parameters& parameters_;
+};
+
+} // namespace rowe::service

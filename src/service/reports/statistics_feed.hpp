@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// The topic /rowe/stats: published periodically while somebody listens. Service thread only; nothing
+// waits or allocates.
+#pragma once
+#include "service/reports/statistics_report.hpp"
+#include "service/state/core_state.hpp"
+#include "service/state/topic_rates.hpp"
+#include "service/topics/broker.hpp"
+
+namespace rowe::service {
+
+class statistics_feed {
+ public:
+  struct needs {
+    core_state& state;
+    class topic_rates& topic_rates;
+    class broker& broker;
+    class statistics_report& statistics_report;
+  };
+  explicit statistics_feed(const needs& parts) noexcept
+      : state_{parts.state},
+        topic_rates_{parts.topic_rates},
+        broker_{parts.broker},
+        statistics_report_{parts.statistics_report} {}
+
+  // Its timer is due. Without listeners it is armed again by the next subscription.
+  void publish() noexcept {
+    const topic_id topic = topic_rates_.statistics_topic();
+    if (!state_.topics.at(topic).has_audience()) return;
+    state_.due.arm(timer::statistics, state_.cycle.now + state_.options.stats_period);
+    if (state_.cycle.now <= topic_rates_.period_began()) return;
+    broker_.publish(topic, state_.cycle.now, rt::never, {},
+                    [&](json::writer& into) { statistics_report_.write_for_topic(into); });
+    topic_rates_.end_period();
+  }
+
+ private:
+  core_state& state_;
+  topic_rates& topic_rates_;
+  broker& broker_;
+  statistics_report& statistics_report_;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// The services that the endpoint itself answers: its statistics, and what ROS's clients ask their server
+// about topics and services. Those of the stop are not among them. Service thread only; nothing waits or
+// allocates.
+#pragma once
+#include <string_view>
+
+#include <rowe/detail/queue_pair.hpp>
+
+#include "service/calls/call_completion.hpp"
+#include "service/graph/graph_services.hpp"
+#include "service/graph/type_services.hpp"
+#include "service/outgoing/outbox.hpp"
+#include "service/parameters/parameter_services.hpp"
+#include "service/reports/statistics_report.hpp"
+#include "service/state/core_state.hpp"
+#include "service/state/service_directory.hpp"
+#include "service/threads/stop_rules.hpp"
+#include "wire/request.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::service {
+
+class endpoint_services {
+ public:
+  struct needs {
+    core_state& state;
+    const class service_directory& service_directory;
+    const class stop_rules& stop_rules;
+    class outbox& outbox;
+    class call_completion& call_completion;
+    class statistics_report& statistics_report;
+    const class graph_services& graph_services;
+    class parameter_services& parameter_services;
+    class type_services& type_services;
+  };
+  explicit endpoint_services(const needs& parts) noexcept;
+
+  // The full name of such a service. `service`: its name in either spelling. Empty: it is none of them.
+  static std::string_view find(std::string_view service) noexcept;
+  // Answers the call, and so ends it. `service`: the full name.
+  void answer(call_index call, std::string_view service, const wire::call_args& what) noexcept;
+
+ private:
+  core_state& state_;
+  const service_directory& service_directory_;
+  const stop_rules& stop_rules_;
+  outbox& outbox_;
+  call_completion& call_completion_;
+  statistics_report& statistics_report_;
+  const graph_services& graph_services_;
+  parameter_services& parameter_services_;
+  type_services& type_services_;
+};
+
+} // namespace rowe::service

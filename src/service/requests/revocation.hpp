@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Judges each peer when other rights take the place of those that let it in. A peer that has lost one is
+// closed: what it holds by that right goes with it, and it may come again with what is left. Service thread
+// only; nothing waits or allocates.
+#pragma once
+#include <string_view>
+
+#include "service/graph/listings.hpp"
+#include "service/state/core_state.hpp"
+#include "service/stop/stop_service.hpp"
+
+namespace rowe::service {
+
+class revocation {
+ public:
+  struct needs {
+    core_state& state;
+    class listings& listings;
+    class stop_service& stop_service;
+  };
+  explicit revocation(const needs& parts) noexcept
+      : state_{parts.state}, listings_{parts.listings}, stop_service_{parts.stop_service} {}
+
+  // Other rights hold (peer_rights::renew()). Looks once at each peer. Those that are marked to be closed
+  // count as closed from here on, and what they guard stops at once.
+  void judge_all() noexcept;
+
+ private:
+  void close(connection& c, std::string_view why) noexcept;
+
+  core_state& state_;
+  listings& listings_;
+  stop_service& stop_service_;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/topics/broker.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <rowe/detail/mutation_points.hpp>
+
+#include "service/base/names.hpp"
+#include "service/topics/own_types.hpp"
+#include "wire/refusal.hpp"
+#include "wire/text_out.hpp"
+#include "json/decoder.hpp"
+#include "json/utf8.hpp"
+
+#include "service/base/service_limits.hpp"
+
+namespace rowe::service {
+
+// Whether anybody takes a message of this topic now. Counts why not.
+bool broker::is_wanted_now(const topic& on) noexcept {
+  if (on.inboxes.head || on.asked) return true;
+  if (!on.subscriptions.head) {
+    state_.counts.add(counter::no_peer);
+    return false;
+  }
+  for (subscription_id i = on.subscriptions.head; i; i = state_.subscriptions.at(i).next_on_topic) {
+    const subscription& s = state_.subscriptions.at(i);
+    if (!s.discards || state_.cycle.now >= s.next_due) return true;
+  }
+  state_.counts.add(counter::throttled, on.subscriptions.count);
+  return false;
+}
+
+bool broker::keep_latched(topic_id index, slot_id slot, latch_owner owner, const published_by& who) noexcept {
+  const std::span<const char> body = message_store_.slots().body(slot);
+  const rt::time_point over = message_store_.slots().lifetime(slot).ttl_over();
+  if (state_.latches.keep(state_.topics.at(index).latched, {body.data(), body.size()}, owner,
+                          message_store_.slots().published(slot), over))
+    return true;
+  tell_not_kept(index, body.size(), who);
+  return false;
+}
+
+// Tells who published that a late subscriber will not get the value: a peer, or this process by an event.
+void broker::tell_not_kept(topic_id index, std::size_t bytes, const published_by& who) noexcept {
+  state_.counts.add(counter::not_latched);
+  topic& on = state_.topics.at(index);
+  connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
+  rt::time_point* const told = c == nullptr ? &on.loss_told : nullptr;
+  if (c != nullptr && !(c->open() && c->may_be_told(index, state_.cycle.now))) return;
+  if (told != nullptr && *told != rt::time_point{} && state_.cycle.now - *told < undecodable_period) return;
+  std::array<char, wire::refusal::text_bytes_max> buffer;
+  wire::text_out text{buffer};
+  text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
+  text.add(": its last value, of ").add(static_cast<std::int64_t>(bytes));
+  text.add(
+      " bytes, is not kept for late subscribers: there is no room for it, or its publisher has its share of "
+      "latched_bytes and of the room for long messages");
+  if (c != nullptr) return refusals_.send_status(*c, who.id_raw, text.text(), wire::severity::warning);
+  *told = state_.cycle.now;
+  state_.events.report(event::kind::warning, {}, json::utf8_prefix(text.text(), event_text_bytes_max),
+                       "raise the limit latched_bytes", {});
+}
+
+void broker::publish_whole(topic_id index, const whole_source& of, latch_owner latches,
+                           const wire::body& text, const published_by& who) noexcept {
+  topic& on = state_.topics.at(index);
+  const bool keeps = latches.who != latch_owner::kind::nobody;
+  const bool wants_json = of.value.others == nullptr || on.of_types != on.subscriptions.count || keeps ||
+                          on.inboxes.head || on.asked;
+  if (!wants_json) return subscription_queues_.fan_out(index, {}, false, of);
+  const auto write = [&](json::writer& out) { text.write(out); };
+  const slot_id slot = outbox_.compose_message(index, of.published, of.expires, write);
+  bool kept = false;
+  if (slot) {
+    on.bytes = message_store_.slots().body(slot).size();
+    kept = keeps && keep_latched(index, slot, latches, who);
+  }
+  subscription_queues_.fan_out(index, slot, kept, of); // what is too long as JSON may fit
+  if (!slot) return;
+  const std::span<const char> body = message_store_.slots().body(slot);
+  deliver(on, body, of.expires, who);
+  if (on.asked) state_.last_values.keep(on.asked, {body.data(), body.size()}, of.published, of.expires);
+  message_store_.release(slot);
+}
+
+// ---- long values
+
+void broker::publish_long(topic_id index, rt::time_point published, rt::time_point expires,
+                          latch_owner latches, text_id value, const published_by& who) noexcept {
+  topic& on = state_.topics.at(index);
+  topic_rates::note(on, published);
+  if (expires < state_.cycle.now) return state_.counts.add(counter::expired);
+  const bool keeps = latches.who != latch_owner::kind::nobody;
+  if (!keeps && !is_wanted_now(on)) return;
+  on.bytes = state_.chunks.bytes(value);
+  bool kept = false;
+  if (keeps) {
+    const auto lifetime = message_lifetime::of_topic(expires, state_.cycle.now);
+    kept = state_.latches.keep_long(on.latched, value, latches, published, lifetime.ttl_over());
+    if (!kept) tell_not_kept(index, on.bytes, who);
+  }
+  if (on.subscriptions.head) {
+    if (const slot_id slot = long_outbox_.compose(index, published, expires, value)) {
+      subscription_queues_.fan_out(index, slot, kept);
+      message_store_.release(slot);
+    } else {
+      subscription_queues_.note_unsent(index);
+    }
+  }
+  for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
+    (void)deliver_long_to(i, value, expires, who);
+  if (on.asked) state_.last_values.keep_long(on.asked, value, published, expires);
+}
+
+bool broker::deliver_long_to(pair_index pair, text_id value, rt::time_point over,
+                             const published_by& who) noexcept {
+  const bool always = over == state_.cycle.now; // as in deliver_to()
+  const status done = long_deliveries_.begin(pair,
+                                             {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
+                                              .expires_ns = rt::nanoseconds_of(always ? rt::never : over),
+                                              .peer = who.peer},
+                                             value);
+  if (!done && done.code() == errc::full) state_.counts.add(counter::inbox_full);
+  if (!done && done.code() != errc::full) tell_too_big(pair, done.error(), who);
+  return static_cast<bool>(done);
+}
+
+// ---- relay
+
+void broker::relay(connection& c, const wire::request& asked, text_id body) noexcept {
+  if (is_own_name(asked.topic) && c.ours == side::server)
+    return refusals_.refuse(c, asked.id_raw, "publish: topics below /rowe/ are the endpoint's own");
+  if (is_own_service(asked.topic) && c.ours == side::server) [[unlikely]]
+    return refusals_.refuse(c, asked.id_raw, "publish: the endpoint's own service has this name");
+  const topic_id index = state_.topics.find(asked.topic);
+  if (!index) return state_.counts.add(counter::no_peer); // nobody has asked for it
+  if (state_.topics.at(index).own_alone != 0 && !state_.rights.publishes_beside(c, asked.topic)) [[unlikely]]
+    return refusals_.refuse_own_topic(c, asked.id_raw, "publish", asked.topic);
+  const advertisement* const mine =
+      c.ours == side::server ? advertisement_table_.find({c.id.index}, index) : nullptr;
+  rt::time_point over =
+      ROWE_MUTANT(ttl_relayed) ? rt::never : rt::deadline_after(c.said_at, rt::duration{asked.ttl_ns});
+  if (mine != nullptr && mine->lifespan_ns > 0)
+    over = std::min(over, rt::deadline_after(c.said_at, rt::duration{mine->lifespan_ns}));
+  if (over <= state_.cycle.now) return state_.counts.add(counter::expired); // it is over here
+  const published_by who{.peer = {c.id.index, c.id.generation}, .id_raw = asked.id_raw};
+  if (state_.options.relay && c.ours == side::server) {
+    const bool latches = asked.latch || (mine != nullptr && mine->latched) || ROWE_MUTANT(latch_of_others);
+    const auto keeper = latches ? latch_owner{latch_owner::kind::peer, c.id.index} : latch_owner{};
+    if (body) return publish_long(index, state_.cycle.now, over, keeper, body, who);
+    return publish(
+        index, state_.cycle.now, over, keeper, [&](json::writer& into) { into.raw(asked.body_raw); }, who);
+  }
+  topic& on = state_.topics.at(index);
+  topic_rates::note(on, state_.cycle.now);
+  on.bytes = body ? state_.chunks.bytes(body) : asked.body_raw.size();
+  if (!on.inboxes.head) return state_.counts.add(counter::no_peer);
+  if (!body) return deliver(on, asked.body_raw, over, who);
+  for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
+    (void)deliver_long_to(i, body, over, who);
+}
+
+void broker::deliver_latched(pair_index pair) noexcept {
+  state_.latches.drop_expired(state_.topics.at(state_.pair_rows[pair].topic).latched, state_.cycle.now);
+  state_.pair_rows[pair].latched_until = state_.latches.newest();
+  go_on_with_latched(pair);
+}
+
+void broker::deliver_long_values() noexcept {
+  std::size_t left = long_copy_bytes;
+  while (const pair_index ended = long_deliveries_.advance(left)) go_on_with_latched(ended);
+}
+
+void broker::go_on_with_latched(pair_index pair) noexcept {
+  pair_row& row = state_.pair_rows[pair];
+  const latched_list& all = state_.topics.at(row.topic).latched;
+  while (const latch_id i = state_.latches.next(all, row.latched_told, row.latched_until)) {
+    row.latched_told = {i, state_.latches.at(i).number};
+    const latched_value& kept = state_.latches.at(i).value;
+    if (long_outbox_.is_long(kept)) {
+      if (deliver_long_to(pair, kept.chunks, kept.expires, {})) return;
+    } else if (const slot_id slot = long_outbox_.compose_latched(row.topic, kept)) {
+      deliver_to(pair, message_store_.slots().body(slot), message_store_.slots().lifetime(slot).ttl_over(),
+                 {});
+      message_store_.release(slot);
+    }
+  }
+}
+
+void broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_point over,
+                        const published_by& who) noexcept {
+  // One that is sent now or never came in time, and has no time to live behind that.
+  const bool always = over == state_.cycle.now || ROWE_MUTANT(ttl_at_handle);
+  json::decoder::diagnosis why;
+  const status done = local_delivery_.deliver(pair,
+                                              {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
+                                               .expires_ns = rt::nanoseconds_of(always ? rt::never : over),
+                                               .peer = who.peer},
+                                              {body.data(), body.size()}, why);
+  if (done) return;
+  if (done.code() == errc::full) return state_.counts.add(counter::inbox_full);
+  std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
+  if (done.code() == errc::too_big) return tell_too_big(pair, done.error(), who);
+  state_.counts.add(counter::undecodable);
+  tell_undecodable(pair, who, why.text(buffer));
+}
+
+void broker::tell_too_big(pair_index pair, const error& why, const published_by& who) noexcept {
+  state_.counts.add(counter::too_big);
+  std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
+  wire::text_out text{buffer};
+  text.add("the message has ").add(why.value).add(" bytes, its subscriber takes ").add(why.limit);
+  if (state_.pairs[pair].decoder == nullptr) text.add(": raise the option `text_bytes_max`");
+  tell_undecodable(pair, who, text.text());
+}
+
+// A handle that subscribed cannot decode a message: two programs disagree about the type. A status tells the
+// sender, and an event tells this process. Each is told at most once a second for a topic, because usually
+// every message fails.
+void broker::tell_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept {
+  const topic_id topic = state_.pair_rows[pair].topic;
+  rt::time_point& told_at = state_.pair_rows[state_.topics.at(topic).inboxes.head]
+                                .undecodable_at; // one place for all handles on the topic
+  connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
+  const bool first = told_at == rt::time_point{} || state_.cycle.now - told_at >= undecodable_period;
+  const bool tells =
+      c != nullptr && c->open() && c->ours == side::server && c->may_be_told(topic, state_.cycle.now);
+  if (!first && !tells) return;
+  std::array<char, wire::refusal::text_bytes_max> buffer;
+  wire::text_out text{buffer};
+  text.add("publish ").add_name(state_.topics.name(topic), event_topic_bytes_shown);
+  text.add(": ").add_shortened(why, diagnosis_bytes_shown);
+  if (tells) refusals_.send_status(*c, who.id_raw, text.text());
+  if (!first) return;
+  told_at = state_.cycle.now;
+  const bool by_peer = c != nullptr && c->ours == side::server;
+  state_.events.report(by_peer ? event::kind::refused_request : event::kind::warning,
+                       c != nullptr ? c->peer() : std::string_view{},
+                       json::utf8_prefix(text.text(), event_text_bytes_max),
+                       "publish what the subscriber's type says, or set its option `fill_missing`",
+                       c != nullptr ? c->identity.view() : std::string_view{});
+}
+
+} // namespace rowe::service

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which topics are shown to whoever asks for a list. Service thread only.
+#pragma once
+#include <cstdint>
+
+#include "service/state/topic_table.hpp"
+#include "service/threads/stop_rules.hpp"
+#include "wire/own_names.hpp"
+
+namespace rowe::service {
+
+class listed_topics {
+ public:
+  listed_topics(const topic_table& topics, const stop_rules& stop) noexcept
+      : topics_{topics}, unused_{stop.in_use() ? topic_id{} : topics.find(wire::stop_state_name)} {}
+
+  bool operator()(topic_id topic) const noexcept {
+    const std::uint32_t holders = topics_.at(topic).holders;
+    return topic == unused_ ? holders > 1 : holders != 0;
+  }
+
+ private:
+  const topic_table& topics_;
+  // The topic of the stop's state where there is no stop: shown only if somebody subscribes.
+  const topic_id unused_;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the endpoint's own topics and services say, as structs. Nobody makes objects of them: they are there
+// to be described (own_type_schemas.hpp). For own_types.cpp only.
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include <rowe/bounded_array.hpp>
+#include <rowe/fixed_string.hpp>
+#include <rowe/limits.hpp>
+
+#include "service/base/counters.hpp"
+#include "service/base/limit_table.hpp"
+
+namespace rowe::service::told {
+
+using name_text = fixed_string<256>;
+using reason_text = fixed_string<1024>;
+template <class T>
+using list = bounded_array<T, many>;
+template <class T>
+using null_while_none = std::optional<std::optional<T>>;
+
+struct anything {};
+
+struct counts {
+#define ROWE_MEMBER(name, group, meaning) std::uint64_t name = 0;
+  ROWE_COUNTERS(ROWE_MEMBER)
+#undef ROWE_MEMBER
+};
+struct losses : counts {};
+struct bounds : limits {};
+
+// ---- /rowe/stats
+
+struct granted {
+  bool fifo = false, pinned = false, locked = false;
+};
+struct topic_row {
+  name_text topic, type;
+  std::uint64_t messages = 0;
+  double rate_hz = 0;
+  std::uint64_t bytes = 0;
+  double gap_ms_max = 0;
+  std::uint32_t subscribers = 0;
+};
+struct stats {
+  name_text name;
+  fixed_string<16> epoch;
+  double uptime_s = 0;
+  std::uint32_t peers = 0;
+  granted real_time;
+  double rates_over_s = 0;
+  list<topic_row> topics;
+  std::uint32_t topics_left_out = 0;
+  told::losses losses;
+  double cycle_us_max = 0;
+};
+struct connection_row {
+  name_text address;
+  std::optional<name_text> identity, identity_role;
+  name_text role, format;
+  bool takes_messages = false;
+  double since_s = 0, silent_s = 0;
+  std::uint64_t messages_in = 0, messages_out = 0, queued = 0;
+  bool blocked = false;
+  std::uint32_t subscriptions = 0, calls = 0;
+};
+struct all_stats : stats {
+  list<connection_row> connections;
+  std::uint32_t connections_left_out = 0;
+  counts counters;
+  told::bounds limits;
+};
+
+// ---- the stop
+
+enum class motion : std::uint8_t { running, stopped };
+enum class cause : std::uint8_t { start, request, lease, loop, service };
+
+struct stop_request {
+  std::optional<name_text> source, reason;
+};
+struct stop_answer {
+  motion state{};
+  std::uint64_t number = 0;
+  null_while_none<told::cause> cause;
+  null_while_none<name_text> source;
+  std::int64_t accepted_ns = 0;
+  null_while_none<std::int64_t> observed_ns;
+};
+struct reset_request {
+  std::uint64_t number = 0, tick = 0;
+};
+struct reset_answer {
+  motion state{};
+  std::uint64_t number = 0;
+  null_while_none<name_text> refused;
+  std::optional<name_text> right;
+};
+struct lease_request {
+  name_text guard;
+  std::uint64_t tick = 0;
+  std::optional<bool> resign;
+};
+struct lease_answer {
+  motion state{};
+  std::uint64_t number = 0;
+  std::int64_t lease_ms = 0;
+  std::uint64_t tick = 0;
+  null_while_none<name_text> refused;
+  std::optional<name_text> right;
+};
+struct guard_row {
+  name_text name;
+  double age_ms = 0;
+  bool fresh = false;
+};
+struct loop_row {
+  name_text name;
+  double age_ms = 0;
+  std::uint64_t acknowledged = 0;
+};
+struct stop_state {
+  motion state{};
+  std::uint64_t number = 0;
+  null_while_none<told::cause> cause;
+  null_while_none<name_text> source;
+  double since_ms = 0;
+  std::uint64_t tick = 0;
+  bool unguarded = false;
+  list<guard_row> guards;
+  list<loop_row> loops;
+};
+
+// ---- types and parameters
+
+struct parameter_values {
+  anything values;
+};
+struct types_request {
+  std::optional<std::uint64_t> from;
+};
+struct type_row {
+  std::optional<name_text> topic, service;
+  name_text type;
+  std::optional<anything> message, request, answer;
+};
+struct types_answer {
+  list<type_row> types;
+  null_while_none<std::uint64_t> next;
+};
+
+// ---- those of ROS
+
+struct of_topic {
+  name_text topic;
+};
+struct of_type {
+  name_text type;
+};
+struct of_service {
+  name_text service;
+};
+struct of_node {
+  name_text node;
+};
+struct of_host {
+  name_text host;
+};
+struct of_action {
+  name_text action;
+};
+struct interfaces {
+  list<name_text> interfaces;
+};
+struct ros_version {
+  std::uint8_t version = 0;
+  name_text distro;
+};
+struct of_name {
+  name_text name;
+};
+struct topics {
+  list<name_text> topics;
+};
+struct services {
+  list<name_text> services;
+  std::optional<std::uint32_t> left_out;
+};
+struct nodes {
+  list<name_text> nodes;
+};
+struct names_list {
+  list<name_text> names;
+};
+struct topics_and_types {
+  list<name_text> topics, types;
+  std::optional<std::uint32_t> left_out;
+};
+struct topics_and_raw_types {
+  list<name_text> topics, types, typedefs_full_text;
+};
+struct node_details {
+  list<name_text> subscribing, publishing, services;
+};
+struct publishers {
+  list<name_text> publishers;
+};
+struct subscribers {
+  list<name_text> subscribers;
+};
+struct providers {
+  list<name_text> providers;
+};
+struct action_servers {
+  list<name_text> action_servers;
+};
+struct time_now {
+  std::int64_t secs = 0, nsecs = 0, sec = 0, nanosec = 0;
+};
+struct get_time {
+  time_now time;
+};
+struct type_definition {
+  name_text type;
+  list<name_text> fieldnames, fieldtypes;
+  list<std::int64_t> fieldarraylen;
+  list<name_text> examples, constnames, constvalues;
+};
+struct type_definitions {
+  list<type_definition> typedefs;
+};
+struct get_param {
+  name_text name;
+  std::optional<reason_text> default_value;
+};
+struct param {
+  reason_text value;
+  bool successful = false;
+  reason_text reason;
+};
+struct set_param {
+  name_text name;
+  reason_text value;
+};
+struct is_done {
+  bool successful = false;
+  reason_text reason;
+};
+struct exists {
+  bool exists = false;
+};
+struct found_name {
+  name_text global_name;
+};
+
+} // namespace rowe::service::told

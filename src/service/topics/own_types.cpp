@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/topics/own_types.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "service/base/names.hpp"
+#include "service/topics/own_type_schemas.hpp"
+#include "wire/own_names.hpp"
+
+namespace rowe::service {
+namespace {
+
+static_assert(describe<told::counts>().members.size() == counter_descriptions.size());
+static_assert(describe<told::bounds>().members.size() == limit_table.size());
+
+template <class Request, class Answer, class Listed = Answer>
+consteval own_service_type typed(std::string_view name, std::string_view type) noexcept {
+  return {.name = name,
+          .type = type,
+          .of_stop = name.starts_with(wire::stop_name),
+          .request = &describe<Request>(),
+          .answer = &describe<Answer>(),
+          .listed = &describe<Listed>()};
+}
+
+constexpr std::array topic_types{
+    own_topic_type{wire::stats_name, "rowe/Stats", &describe<told::stats>()},
+    own_topic_type{wire::stop_state_name, "rowe/StopState", &describe<told::stop_state>()},
+    own_topic_type{wire::parameters_name, "rowe/Parameters", &describe<told::parameter_values>()},
+};
+
+// Those that have numbers come first.
+constexpr std::array service_types{
+    typed<told::stop_request, told::stop_answer>(wire::stop_name, "rowe/Stop"),
+    typed<told::reset_request, told::reset_answer>(wire::stop_reset_name, "rowe/ResetStop"),
+    typed<told::lease_request, told::lease_answer>(wire::stop_lease_name, "rowe/LeaseStop"),
+    typed<told::anything, told::stop_state>(wire::stop_state_name, "rowe/GetStopState"),
+    typed<told::anything, told::all_stats, told::stats>(wire::stats_name, "rowe/GetStats"),
+    typed<told::anything, told::topics_and_types>(wire::list_topics_name, "rosapi/Topics"),
+    typed<told::anything, told::services>(wire::list_services_name, "rosapi/Services"),
+    typed<told::of_topic, told::of_type>(wire::topic_type_name, "rosapi/TopicType"),
+    typed<told::of_topic, told::publishers>(wire::publishers_name, "rosapi/Publishers"),
+    typed<told::of_service, told::of_type>(wire::service_type_name, "rosapi/ServiceType"),
+    typed<told::types_request, told::types_answer>(wire::types_name, "rowe/GetTypes"),
+    typed<told::anything, told::nodes>(wire::nodes_name, "rosapi/Nodes"),
+    typed<told::of_node, told::node_details>(wire::node_details_name, "rosapi/NodeDetails"),
+    typed<told::of_type, told::topics>(wire::topics_for_type_name, "rosapi/TopicsForType"),
+    typed<told::of_type, told::services>(wire::services_for_type_name, "rosapi/ServicesForType"),
+    typed<told::of_topic, told::subscribers>(wire::subscribers_name, "rosapi/Subscribers"),
+    typed<told::of_service, told::providers>(wire::service_providers_name, "rosapi/ServiceProviders"),
+    typed<told::of_service, told::of_node>(wire::service_node_name, "rosapi/ServiceNode"),
+    typed<told::of_service, told::of_host>(wire::service_host_name, "rosapi/ServiceHost"),
+    typed<told::anything, told::interfaces>(wire::interfaces_name, "rosapi/Interfaces"),
+    typed<told::anything, told::ros_version>(wire::ros_version_name, "rosapi/GetROSVersion"),
+    typed<told::of_action, told::of_type>(wire::action_type_name, "rosapi/ActionType"),
+    typed<told::anything, told::action_servers>(wire::action_servers_name, "rosapi/GetActionServers"),
+    typed<told::anything, told::topics_and_raw_types>(wire::topics_and_raw_types_name,
+                                                      "rosapi/TopicsAndRawTypes"),
+    typed<told::anything, told::get_time>(wire::get_time_name, "rosapi/GetTime"),
+    typed<told::of_type, told::type_definitions>(wire::message_details_name, "rosapi/MessageDetails"),
+    typed<told::of_type, told::type_definitions>(wire::request_details_name, "rosapi/ServiceRequestDetails"),
+    typed<told::of_type, told::type_definitions>(wire::response_details_name,
+                                                 "rosapi/ServiceResponseDetails"),
+    typed<told::of_type, told::type_definitions>(wire::goal_details_name, "rosapi/ActionGoalDetails"),
+    typed<told::of_type, told::type_definitions>(wire::result_details_name, "rosapi/ActionResultDetails"),
+    typed<told::of_type, told::type_definitions>(wire::feedback_details_name, "rosapi/ActionFeedbackDetails"),
+    typed<told::anything, told::names_list>(wire::get_param_names_name, "rosapi/GetParamNames"),
+    typed<told::get_param, told::param>(wire::get_param_name, "rosapi/GetParam"),
+    typed<told::set_param, told::is_done>(wire::set_param_name, "rosapi/SetParam"),
+    typed<told::of_name, told::exists>(wire::has_param_name, "rosapi/HasParam"),
+    typed<told::of_name, told::found_name>(wire::search_param_name, "rosapi/SearchParam"),
+    typed<told::of_name, told::anything>(wire::delete_param_name, "rosapi/DeleteParam"),
+};
+
+static_assert(service_types.size() >= numbered_own_services);
+static_assert(service_types[wire::stop_service_number - 1].name == wire::stop_name);
+static_assert(std::all_of(service_types.begin(), service_types.end(), [](const own_service_type& one) {
+  return is_own_name(one.name) || is_of_rosapi(one.name);
+}));
+static_assert(service_types[numbered_own_services - 1].name == wire::service_type_name);
+
+template <class Row>
+const Row* find(std::span<const Row> all, std::string_view name) noexcept {
+  const auto found = std::find_if(all.begin(), all.end(), [name](const Row& one) {
+    return without_slash(one.name) == without_slash(name);
+  });
+  return found == all.end() ? nullptr : &*found;
+}
+
+} // namespace
+
+std::span<const own_topic_type> own_topic_types() noexcept { return topic_types; }
+std::span<const own_service_type> own_service_types() noexcept { return service_types; }
+
+const own_topic_type* own_type_of_topic(std::string_view name) noexcept {
+  return find(own_topic_types(), name);
+}
+const own_service_type* own_type_of_service(std::string_view name) noexcept {
+  return find(own_service_types(), name);
+}
+
+void describe_own(topic_table& topics, topic_id topic) noexcept {
+  const own_topic_type* const its = own_type_of_topic(topics.name(topic));
+  if (its == nullptr) return;
+  (void)topics.set_type(topic, its->type); // false: limits::topic_bytes_max leaves no room for it
+  topics.set_schema(topic, its->message);
+}
+
+} // namespace rowe::service

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// Handles of this process that publish or subscribe: attaches them to their topic and detaches them and, in a
+// client, tells the server of them. Service thread only; nothing waits or allocates. A user thread that
+// sleeps is woken, which enters the kernel.
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include <rowe/detail/queue_pair.hpp>
+#include <rowe/limits.hpp>
+#include <rowe/result.hpp>
+
+#include "service/outgoing/outbox.hpp"
+#include "service/state/audiences.hpp"
+#include "service/state/core_state.hpp"
+#include "service/state/publish_predictor.hpp"
+#include "service/state/topic_rates.hpp"
+#include "service/topics/advertisements.hpp"
+#include "service/topics/broker.hpp"
+#include "service/topics/subscriptions.hpp"
+#include "service/topics/topic_places.hpp"
+
+namespace rowe::service {
+
+class topic_handles {
+ public:
+  struct needs {
+    core_state& state;
+    const class message_store& message_store;
+    class outbox& outbox;
+    class publish_predictor& publish_predictor;
+    class audiences& audiences;
+    class topic_rates& topic_rates;
+    class topic_places& topic_places;
+    class subscriptions& subscriptions;
+    class advertisements& advertisements;
+    class broker& broker;
+  };
+  explicit topic_handles(const needs& parts) noexcept
+      : state_{parts.state},
+        message_store_{parts.message_store},
+        outbox_{parts.outbox},
+        publish_predictor_{parts.publish_predictor},
+        audiences_{parts.audiences},
+        topic_rates_{parts.topic_rates},
+        topic_places_{parts.topic_places},
+        subscriptions_{parts.subscriptions},
+        advertisements_{parts.advertisements},
+        broker_{parts.broker} {}
+
+  // Errors: too_many_topics; type_conflict, and then an event names the types.
+  status attach(pair_index pair) noexcept;
+  void detach(pair_index pair) noexcept;
+  // In a client: tells the server of a handle that was attached or is being detached.
+  void announce(connection& c, pair_index pair, bool begins) noexcept;
+  // The queue to the server for the values of this handle; null: there is none.
+  queue* queue_to_server(pair_index pair) noexcept;
+  // How many values the queue to the server takes now; a server has none, and no limit.
+  std::size_t room_to_server(pair_index pair) noexcept {
+    const queue* const towards = state_.options.ours == side::client ? queue_to_server(pair) : nullptr;
+    if (towards == nullptr) return SIZE_MAX;
+    const std::uint32_t depth = state_.bounds().queue_depth_max;
+    return depth - std::min(towards->count, depth);
+  }
+  // How many values of its topic may be taken from a handle besides the usual `taken`.
+  std::size_t ample_budget(pair_index pair, std::size_t taken) const noexcept;
+
+ private:
+  topic_id hold_topic(std::string_view name) noexcept;
+  void note_holders(pair_index pair) noexcept;
+  void announce_to_servers(pair_index pair, bool begins) noexcept;
+  bool has_other(topic_id topic, bool that_reads) const noexcept;
+  bool speaks_for_all(pair_index pair, bool begins) const noexcept;
+  void report_conflict(topic_id topic, const detail::queue_pair& asked) noexcept;
+  const schema_description* schema_of(topic_id topic) const noexcept;
+  void begin_publishing(pair_index pair) noexcept;
+
+  core_state& state_;
+  const message_store& message_store_;
+  outbox& outbox_;
+  publish_predictor& publish_predictor_;
+  audiences& audiences_;
+  topic_rates& topic_rates_;
+  topic_places& topic_places_;
+  subscriptions& subscriptions_;
+  advertisements& advertisements_;
+  broker& broker_;
+};
+
+} // namespace rowe::service
