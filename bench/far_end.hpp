@@ -17,7 +17,7 @@
 
 #include "net/descriptor.hpp"
 #include "stand.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::bench {
 

@@ -13,7 +13,7 @@
 #include "service/base/service_limits.hpp"
 #include "service/base/transport.hpp"
 #include "service/outgoing/credit.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::bench {
 

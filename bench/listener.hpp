@@ -23,8 +23,8 @@
 
 #include "net/descriptor.hpp"
 #include "raw_client.hpp"
-#include "wire/frame_parser.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/frame_parser.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::bench {
 

@@ -22,7 +22,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "net/descriptor.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::bench {
 

@@ -14,8 +14,8 @@
 #include <sys/socket.h>
 
 #include "net/descriptor.hpp"
-#include "wire/frame_parser.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/frame_parser.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::bench {
 

@@ -21,7 +21,7 @@
 #include "net/socket_transport.hpp"
 #include "stand.hpp"
 #include "tls_client.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::bench {
 

@@ -43,8 +43,8 @@
 #include "net/descriptor.hpp"
 #include "stand.hpp"
 #include "urgent_servers.hpp"
-#include "wire/frame_parser.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/frame_parser.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::bench {
 namespace {

@@ -25,8 +25,8 @@
 #include "kernel_window.hpp"
 #include "net/descriptor.hpp"
 #include "upgrade.hpp"
-#include "wire/frame_parser.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/frame_parser.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::bench {
 

@@ -22,8 +22,8 @@
 #include "arguments.hpp"
 #include "flood.hpp"
 #include "net/socket_transport.hpp"
-#include "wire/frame_parser.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/frame_parser.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::bench {
 namespace {

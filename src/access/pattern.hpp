@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <string_view>
 
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 namespace rowe::access {
 

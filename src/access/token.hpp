@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "access/policy.hpp"
-#include "wire/token_bytes.hpp"
+#include "wire/text/token_bytes.hpp"
 
 namespace rowe::access {
 

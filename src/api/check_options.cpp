@@ -11,8 +11,8 @@
 #include "service/base/names.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "service/topics/own_types.hpp"
-#include "wire/members.hpp"
-#include "wire/utf8.hpp"
+#include "wire/codec/members.hpp"
+#include "wire/text/utf8.hpp"
 
 namespace rowe::detail {
 namespace {

@@ -11,7 +11,7 @@
 #include "api/endpoint_state.hpp"
 #include "api/url.hpp"
 #include "net/socket_transport.hpp"
-#include "wire/protocols.hpp"
+#include "wire/protocols/protocols.hpp"
 
 namespace rowe {
 namespace {

@@ -20,7 +20,7 @@
 #include "service/base/service_limits.hpp"
 #include "service/core/memory_plan.hpp"
 #include "service/handles/pair_release.hpp"
-#include "wire/protocols.hpp"
+#include "wire/protocols/protocols.hpp"
 
 namespace rowe::detail {
 namespace {

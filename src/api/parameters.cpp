@@ -4,7 +4,7 @@
 #include "api/endpoint_state.hpp"
 #include "service/base/service_limits.hpp"
 #include "service/parameters/parameter_values.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 namespace rowe::detail {
 

@@ -13,7 +13,7 @@
 #include "capi/error.hpp"
 #include "capi/object.hpp"
 #include "capi/options.hpp"
-#include "wire/object_form.hpp"
+#include "wire/codec/object_form.hpp"
 
 namespace rowe::capi {
 

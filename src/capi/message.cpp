@@ -8,7 +8,7 @@
 #include "capi/error.hpp"
 #include "capi/object.hpp"
 #include "capi/outside.hpp"
-#include "wire/utf8.hpp"
+#include "wire/text/utf8.hpp"
 #include "json/base64.hpp"
 #include "json/writer.hpp"
 

@@ -13,7 +13,7 @@
 #include <string_view>
 
 #include "capi/struct_scalars.hpp"
-#include "wire/utf8.hpp"
+#include "wire/text/utf8.hpp"
 #include "json/encoder.hpp"
 #include "json/words.hpp"
 

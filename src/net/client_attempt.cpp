@@ -14,7 +14,7 @@
 
 #include "net/socket_options.hpp"
 #include "net/tls/terminator.hpp"
-#include "wire/http_fields.hpp"
+#include "wire/http/http_fields.hpp"
 
 namespace rowe::net {
 

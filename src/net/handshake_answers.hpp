@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "service/base/transport.hpp"
-#include "wire/http_answer.hpp"
-#include "wire/http_request.hpp"
+#include "wire/http/http_answer.hpp"
+#include "wire/http/http_request.hpp"
 
 namespace rowe::net::answer {
 

@@ -12,7 +12,7 @@
 #include "net/handshake_answers.hpp"
 #include "net/send_answer.hpp"
 #include "net/socket_options.hpp"
-#include "wire/http_login.hpp"
+#include "wire/http/http_login.hpp"
 
 namespace rowe::net {
 

@@ -37,7 +37,7 @@
 #include "net/source_tally.hpp"
 #include "net/token_tries.hpp"
 #include "service/base/transport.hpp"
-#include "wire/http_request.hpp"
+#include "wire/http/http_request.hpp"
 
 namespace rowe::net {
 

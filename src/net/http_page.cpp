@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "wire/text_out.hpp"
+#include "wire/text/text_out.hpp"
 
 namespace rowe::net {
 

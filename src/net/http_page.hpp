@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "service/base/transport.hpp"
-#include "wire/http_request.hpp"
+#include "wire/http/http_request.hpp"
 
 struct lws;
 

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "net/http_page.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::net {
 

@@ -25,7 +25,7 @@
 #include "net/descriptor.hpp"
 #include "net/lws_memory.hpp"
 #include "service/base/transport.hpp"
-#include "wire/http_request.hpp"
+#include "wire/http/http_request.hpp"
 
 struct lws;
 struct lws_context;

@@ -6,7 +6,7 @@
 
 #include "net/address.hpp"
 #include "net/socket_transport.hpp"
-#include "wire/http_request.hpp"
+#include "wire/http/http_request.hpp"
 
 namespace rowe::net {
 

@@ -6,7 +6,7 @@
 
 #include <string_view>
 
-#include "wire/http_answer.hpp"
+#include "wire/http/http_answer.hpp"
 
 namespace rowe::net {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "net/lws_host.hpp"
-#include "wire/http_request.hpp"
+#include "wire/http/http_request.hpp"
 
 namespace rowe::net {
 

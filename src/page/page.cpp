@@ -8,7 +8,7 @@
 #include <span>
 #include <string_view>
 
-#include "wire/http_login.hpp"
+#include "wire/http/http_login.hpp"
 
 // The file's name with _ for its dot, as CMakeLists.txt has it; where it is served; what it is.
 #define ROWE_PAGE_ASSETS(X)                                                                                  \

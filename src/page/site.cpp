@@ -16,7 +16,7 @@
 #include <rowe/options.hpp>
 
 #include "access/token.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 #include "json/digits.hpp"
 
 namespace rowe::page {

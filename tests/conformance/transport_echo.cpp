@@ -30,8 +30,8 @@
 
 #include "net/socket_transport.hpp"
 #include "service/base/transport.hpp"
-#include "wire/frame_parser.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/frame_parser.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace {
 

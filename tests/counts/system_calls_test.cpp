@@ -18,8 +18,8 @@
 #include "net/socket_transport.hpp"
 #include "net/support.hpp"
 #include "service/core_harness.hpp"
-#include "wire/frame_parser.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/frame_parser.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace {
 

@@ -17,7 +17,7 @@
 #include "access/token.hpp"
 #include "fuzz/require.hpp"
 #include "fuzz/script.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 namespace {
 

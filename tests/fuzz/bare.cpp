@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "fuzz/require.hpp"
-#include "wire/bare.hpp"
+#include "wire/plain/bare.hpp"
 #include "json/reader.hpp"
 #include "json/writer.hpp"
 

@@ -15,7 +15,7 @@
 #include "access/policy.hpp"
 #include "access/token.hpp"
 #include "fuzz/require.hpp"
-#include "wire/http_request.hpp"
+#include "wire/http/http_request.hpp"
 
 namespace {
 

@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "fuzz/require.hpp"
-#include "wire/png.hpp"
 #include "wire/png_text.hpp"
+#include "wire/rosbridge/png.hpp"
 #include "json/cbor.hpp"
 #include "json/cbor_text.hpp"
 #include "json/decodable.hpp"

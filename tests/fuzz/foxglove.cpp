@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "fuzz/require.hpp"
-#include "wire/foxglove_codec.hpp"
-#include "wire/foxglove_decoder.hpp"
+#include "wire/foxglove/foxglove_codec.hpp"
+#include "wire/foxglove/foxglove_decoder.hpp"
 #include "json/reader.hpp"
 
 namespace {

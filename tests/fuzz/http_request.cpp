@@ -10,8 +10,8 @@
 #include <string_view>
 
 #include "fuzz/require.hpp"
-#include "wire/http_login.hpp"
-#include "wire/http_request.hpp"
+#include "wire/http/http_login.hpp"
+#include "wire/http/http_request.hpp"
 
 namespace {
 

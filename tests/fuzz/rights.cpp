@@ -22,7 +22,7 @@
 #include "fuzz/script.hpp"
 #include "service/core_harness.hpp"
 #include "sim/swarm_grammar.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 #include "json/reader.hpp"
 
 namespace {

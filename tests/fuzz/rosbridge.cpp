@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "fuzz/require.hpp"
-#include "wire/rosbridge.hpp"
+#include "wire/rosbridge/rosbridge.hpp"
 #include "wire/written.hpp"
 #include "json/reader.hpp"
 #include "json/writer.hpp"

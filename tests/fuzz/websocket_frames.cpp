@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "fuzz/require.hpp"
-#include "wire/frame_parser.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/frame_parser.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace {
 

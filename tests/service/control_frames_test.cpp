@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "service/outgoing/control_frames.hpp"
-#include "wire/frame_parser.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/frame_parser.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::service {
 namespace control_frames_test {

@@ -27,8 +27,8 @@
 #include "service/threads/shared_inbox.hpp"
 #include "service/threads/shared_state.hpp"
 #include "service/threads/submission_queue.hpp"
-#include "wire/frame_parser.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/frame_parser.hpp"
+#include "wire/websocket/websocket.hpp"
 #include "json/reader.hpp"
 
 namespace harness {

@@ -8,7 +8,7 @@
 
 #include "service/numbers_lists.hpp"
 #include "service/peer_parts.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 namespace listings_test {
 namespace {

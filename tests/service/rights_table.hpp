@@ -16,7 +16,7 @@
 #include "access/policy.hpp"
 #include "numbers_lists.hpp"
 #include "service/stop/stop_gate.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rights_table {
 

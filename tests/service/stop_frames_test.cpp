@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "wire/frame_parser.hpp"
+#include "wire/websocket/frame_parser.hpp"
 
 namespace stop_frames_test {
 namespace {

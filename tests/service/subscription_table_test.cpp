@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "wire/protocols.hpp"
+#include "wire/protocols/protocols.hpp"
 
 namespace subscription_table_test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "wire/protocols.hpp"
+#include "wire/protocols/protocols.hpp"
 
 namespace topic_table_test {
 namespace {

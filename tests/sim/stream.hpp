@@ -11,7 +11,7 @@
 
 #include <rowe/rt/clock.hpp>
 
-#include "wire/websocket.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace sim {
 

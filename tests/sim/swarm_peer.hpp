@@ -16,8 +16,8 @@
 #include "service/fragments.hpp"
 #include "swarm_context.hpp"
 #include "swarm_encodings.hpp"
-#include "wire/bare.hpp"
-#include "wire/rosbridge.hpp"
+#include "wire/plain/bare.hpp"
+#include "wire/rosbridge/rosbridge.hpp"
 
 namespace swarm {
 

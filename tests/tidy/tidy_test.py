@@ -34,7 +34,7 @@ plants = [
      [(2, "arrow"), (3, "arrow")]),
     ("src/service/plant_g.cpp", spdx + '#include "net/address.hpp"\n#include "page/page.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
-    ("src/json/plant_h.cpp", spdx + '#include "wire/utf8.hpp"\n', [(2, "arrow")]),
+    ("src/json/plant_h.cpp", spdx + '#include "wire/text/utf8.hpp"\n', [(2, "arrow")]),
     ("src/net/plant_i.cpp", spdx + '#include "service/core/core.hpp"\n#include "api/url.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
 
@@ -63,7 +63,7 @@ plants = [
      "std::random_device r;\nstd::this_thread::get_id();\nrt::monotonic_clock::now();\n",
      [(line, "core-is-a-function") for line in range(2, 8)]),
     ("src/service/plant_5.cpp",
-     spdx + '#include "wire/rosbridge.hpp"\n#include "wire/json_decoder.hpp"\nwire::bare::decode(text);\n'
+     spdx + '#include "wire/rosbridge/rosbridge.hpp"\n#include "wire/protocols/json_decoder.hpp"\nwire::bare::decode(text);\n'
      'if (by == peer_profile::standard) return;\nif (subprotocol == "foxglove.sdk.v1") return;\n'
      '// as Hop has it\nbool is_bare = codec == hop_;\ninto.key("bare"); // of rosbridge_suite\n',
      [(2, "codec"), (3, "codec"), (4, "codec"), (5, "codec"), (6, "codec"), (7, "codec"), (8, "codec"),
@@ -161,10 +161,10 @@ plants = [
 # What comes close and is right.
 innocent = [
     ("src/net/innocent_a.cpp",
-     spdx + '#include "service/base/transport.hpp"\n#include "wire/utf8.hpp"\nlws_context* c;\n'),
+     spdx + '#include "service/base/transport.hpp"\n#include "wire/text/utf8.hpp"\nlws_context* c;\n'),
     ("src/service/number_queue_innocent.cpp", spdx + "#include <concurrentqueue/concurrentqueue.h>\n"),
     ("src/service/innocent_a.cpp",
-     spdx + '#include "wire/codec.hpp"\n.messages_unasked = options.bare_unasked,\ninto.key("bare");\n'
+     spdx + '#include "wire/codec/codec.hpp"\n.messages_unasked = options.bare_unasked,\ninto.key("bare");\n'
      "const codec& in = protocols_.of(asked.codec); // barely, or by hops\n"),
     ("src/service/innocent_b.cpp",
      spdx + '// rand() and steady_clock would be wrong.\nconst char* word = "volatile, rand(), TIMEOUT";\n'

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wire/bare.hpp"
+#include "wire/plain/bare.hpp"
 
 #include <gtest/gtest.h>
 

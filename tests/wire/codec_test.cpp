@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
+#include "wire/codec/own_names.hpp"
 #include "wire/numbers_codec.hpp"
-#include "wire/own_names.hpp"
-#include "wire/protocols.hpp"
+#include "wire/protocols/protocols.hpp"
 #include "json/reader.hpp"
 
 namespace codec_test {

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "wire/rosbridge.hpp"
+#include "wire/rosbridge/rosbridge.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::wire::rosbridge {

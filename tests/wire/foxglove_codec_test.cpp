@@ -10,8 +10,8 @@
 
 #include <rowe/schema.hpp>
 
-#include "wire/foxglove_schema.hpp"
-#include "wire/protocols.hpp"
+#include "wire/foxglove/foxglove_schema.hpp"
+#include "wire/protocols/protocols.hpp"
 #include "json/reader.hpp"
 
 struct foxglove_point {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The frame parser, by section of RFC 6455; the streams are written by frames.hpp, which shares nothing with
 // it.
-#include "wire/frame_parser.hpp"
+#include "wire/websocket/frame_parser.hpp"
 
 #include <gtest/gtest.h>
 

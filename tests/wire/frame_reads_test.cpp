@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // However a stream is cut into reads, the frame parser reports the same events.
-#include "wire/frame_parser.hpp"
+#include "wire/websocket/frame_parser.hpp"
 
 #include <gtest/gtest.h>
 

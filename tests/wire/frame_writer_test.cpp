@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wire/websocket.hpp"
+#include "wire/websocket/websocket.hpp"
 
 #include <gtest/gtest.h>
 

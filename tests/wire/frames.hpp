@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "wire/frame_parser.hpp"
+#include "wire/websocket/frame_parser.hpp"
 
 namespace rowe::wire::test {
 

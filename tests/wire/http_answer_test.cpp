@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is written: rejections for the peer, clean requests for the HTTP library.
-#include "wire/http_request.hpp"
+#include "wire/http/http_request.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the handshake filter lets pass when it is told to be lenient, and what it does not even then.
-#include "wire/http_request.hpp"
+#include "wire/http/http_request.hpp"
 
 #include <gtest/gtest.h>
 

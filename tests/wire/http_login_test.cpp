@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Forms and cookies, as browsers and as others send them.
-#include "wire/http_login.hpp"
+#include "wire/http/http_login.hpp"
 
 #include <array>
 #include <string>

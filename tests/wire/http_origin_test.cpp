@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who may connect: the Host and Origin of a request against the policy.
-#include "wire/http_request.hpp"
+#include "wire/http/http_request.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wire/http_request.hpp"
+#include "wire/http/http_request.hpp"
 
 #include <gtest/gtest.h>
 

@@ -20,7 +20,7 @@
 #include <string>
 #include <string_view>
 
-#include "wire/protocols.hpp"
+#include "wire/protocols/protocols.hpp"
 
 namespace numbers {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wire/percent.hpp"
+#include "wire/text/percent.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wire/png.hpp"
+#include "wire/rosbridge/png.hpp"
 
 #include <array>
 #include <string>

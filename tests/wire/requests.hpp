@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "wire/http_request.hpp"
+#include "wire/http/http_request.hpp"
 
 namespace rowe::wire::test {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "decoded.hpp"
-#include "wire/rosbridge.hpp"
+#include "wire/rosbridge/rosbridge.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::wire::rosbridge {

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "decoded.hpp"
-#include "wire/rosbridge.hpp"
+#include "wire/rosbridge/rosbridge.hpp"
 
 namespace rowe::wire::rosbridge {
 namespace rosbridge_decode_test {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "wire/rosbridge.hpp"
+#include "wire/rosbridge/rosbridge.hpp"
 #include "written.hpp"
 #include "json/reader.hpp"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "decoded.hpp"
-#include "wire/rosbridge.hpp"
+#include "wire/rosbridge/rosbridge.hpp"
 #include "written.hpp"
 #include "json/writer.hpp"
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wire/time_to_live.hpp"
+#include "wire/codec/time_to_live.hpp"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <string>
 
-#include "wire/bare_codec.hpp"
 #include "wire/decoded.hpp"
-#include "wire/rosbridge.hpp"
-#include "wire/rosbridge_codec.hpp"
+#include "wire/plain/bare_codec.hpp"
+#include "wire/rosbridge/rosbridge.hpp"
+#include "wire/rosbridge/rosbridge_codec.hpp"
 
 namespace time_to_live_test {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wire/word_table.hpp"
+#include "wire/text/word_table.hpp"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "wire/members.hpp"
+#include "wire/codec/members.hpp"
 
 namespace word_table_test {
 namespace {

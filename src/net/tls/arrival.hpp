@@ -8,7 +8,7 @@
 #include "access/policy.hpp"
 #include "net/address.hpp"
 #include "service/base/transport.hpp"
-#include "wire/http_answer.hpp"
+#include "wire/http/http_answer.hpp"
 
 namespace rowe::net::tls {
 

@@ -5,7 +5,7 @@
 #pragma once
 #include <cstdint>
 
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

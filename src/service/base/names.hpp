@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 namespace rowe::service {
 

@@ -17,10 +17,10 @@
 #include "service/base/ids.hpp"
 #include "service/base/transport.hpp"
 #include "service/base/work.hpp"
-#include "wire/codec.hpp"
-#include "wire/refusal.hpp"
-#include "wire/request.hpp"
-#include "wire/websocket.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/codec/refusal.hpp"
+#include "wire/codec/request.hpp"
+#include "wire/websocket/websocket.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {

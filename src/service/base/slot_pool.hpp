@@ -27,8 +27,8 @@
 
 #include "service/base/chunk_store.hpp"
 #include "service/base/indexed_pool.hpp"
-#include "wire/time_to_live.hpp"
-#include "wire/websocket.hpp"
+#include "wire/codec/time_to_live.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::service {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "service/base/ids.hpp"
-#include "wire/object_form.hpp"
+#include "wire/codec/object_form.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {

@@ -7,7 +7,7 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/calls/checked_text.hpp"
-#include "wire/object_form.hpp"
+#include "wire/codec/object_form.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

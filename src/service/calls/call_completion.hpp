@@ -21,7 +21,7 @@
 #include "service/outgoing/local_delivery.hpp"
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/protocols.hpp"
+#include "wire/protocols/protocols.hpp"
 #include "json/encoder.hpp"
 #include "json/reader.hpp"
 

@@ -6,7 +6,7 @@
 
 #include <rowe/result.hpp>
 
-#include "wire/object_form.hpp"
+#include "wire/codec/object_form.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {

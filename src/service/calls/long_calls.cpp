@@ -8,9 +8,9 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/base/service_limits.hpp"
-#include "wire/codec.hpp"
-#include "wire/protocols.hpp"
-#include "wire/text_out.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/protocols/protocols.hpp"
+#include "wire/text/text_out.hpp"
 
 namespace rowe::service {
 

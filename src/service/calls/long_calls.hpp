@@ -12,7 +12,7 @@
 #include "service/incoming/long_ingress.hpp"
 #include "service/outgoing/long_outbox.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

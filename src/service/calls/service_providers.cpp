@@ -7,7 +7,7 @@
 
 #include "service/base/names.hpp"
 #include "service/topics/own_types.hpp"
-#include "wire/text_out.hpp"
+#include "wire/text/text_out.hpp"
 
 #include "service/base/service_limits.hpp"
 

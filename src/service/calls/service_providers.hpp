@@ -13,7 +13,7 @@
 #include "service/incoming/refusals.hpp"
 #include "service/state/core_state.hpp"
 #include "service/state/service_directory.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

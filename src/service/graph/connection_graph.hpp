@@ -27,7 +27,7 @@
 #include "service/state/service_directory.hpp"
 #include "service/state/told_message.hpp"
 #include "service/threads/stop_rules.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

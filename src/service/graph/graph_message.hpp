@@ -17,7 +17,7 @@
 #include "service/state/peer_set.hpp"
 #include "service/state/service_directory.hpp"
 #include "service/threads/stop_rules.hpp"
-#include "wire/codec.hpp"
+#include "wire/codec/codec.hpp"
 
 namespace rowe::service {
 

@@ -10,7 +10,7 @@
 #include "service/base/names.hpp"
 #include "service/graph/topic_holders.hpp"
 #include "service/topics/listed_topics.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {

@@ -12,7 +12,7 @@
 #include "service/state/service_directory.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "service/topics/own_types.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

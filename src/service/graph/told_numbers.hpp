@@ -12,7 +12,7 @@
 
 #include "service/base/ids.hpp"
 #include "service/base/service_limits.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

@@ -8,7 +8,7 @@
 
 #include "service/state/core_state.hpp"
 #include "service/threads/stop_rules.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 namespace rowe::service {
 

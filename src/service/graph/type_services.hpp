@@ -14,7 +14,7 @@
 #include "service/state/core_state.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "service/topics/own_types.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

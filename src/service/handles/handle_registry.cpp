@@ -7,7 +7,7 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/handles/pair_release.hpp"
-#include "wire/codec.hpp"
+#include "wire/codec/codec.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

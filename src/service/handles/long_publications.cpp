@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "service/base/service_limits.hpp"
-#include "wire/text_out.hpp"
+#include "wire/text/text_out.hpp"
 
 namespace rowe::service {
 

@@ -8,7 +8,7 @@
 
 #include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 namespace rowe::service {
 namespace {

@@ -22,8 +22,8 @@
 #include "service/incoming/refusals.hpp"
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/request.hpp"
-#include "wire/text_out.hpp"
+#include "wire/codec/request.hpp"
+#include "wire/text/text_out.hpp"
 
 namespace rowe::service {
 

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "service/base/ids.hpp"
-#include "wire/frame_parser.hpp"
+#include "wire/websocket/frame_parser.hpp"
 
 namespace rowe::service {
 

@@ -26,7 +26,7 @@
 #include "service/outgoing/outbox.hpp"
 #include "service/outgoing/sender.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/frame_parser.hpp"
+#include "wire/websocket/frame_parser.hpp"
 
 namespace rowe::service {
 

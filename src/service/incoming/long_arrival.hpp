@@ -12,9 +12,9 @@
 
 #include "service/base/ids.hpp"
 #include "service/base/stand_in.hpp"
-#include "wire/codec.hpp"
-#include "wire/request.hpp"
-#include "wire/text_out.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/codec/request.hpp"
+#include "wire/text/text_out.hpp"
 
 namespace rowe::service {
 

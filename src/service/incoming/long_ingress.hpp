@@ -27,7 +27,7 @@
 #include "service/base/indexed_pool.hpp"
 #include "service/incoming/long_arrival.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/frame_parser.hpp"
+#include "wire/websocket/frame_parser.hpp"
 #include "json/scanner.hpp"
 
 namespace rowe::service {

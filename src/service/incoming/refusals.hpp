@@ -15,10 +15,10 @@
 #include "service/base/rate_limit.hpp"
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/codec.hpp"
-#include "wire/protocols.hpp"
-#include "wire/request.hpp"
-#include "wire/text_out.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/codec/request.hpp"
+#include "wire/protocols/protocols.hpp"
+#include "wire/text/text_out.hpp"
 
 namespace rowe::service {
 

@@ -14,8 +14,8 @@
 
 #include "service/base/message_queue.hpp"
 #include "service/base/service_limits.hpp"
-#include "wire/mask.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
+#include "wire/websocket/mask.hpp"
 
 namespace rowe::service {
 

@@ -9,7 +9,7 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
-#include "wire/websocket.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::service {
 

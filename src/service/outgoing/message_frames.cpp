@@ -9,8 +9,8 @@
 #include <optional>
 #include <string_view>
 
-#include "wire/mask.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/mask.hpp"
+#include "wire/websocket/websocket.hpp"
 #include "json/utf8.hpp"
 #include "json/writer.hpp"
 

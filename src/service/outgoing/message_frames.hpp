@@ -14,7 +14,7 @@
 #include "service/outgoing/batch.hpp"
 #include "service/outgoing/partial_frames.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/codec.hpp"
+#include "wire/codec/codec.hpp"
 
 namespace rowe::service {
 

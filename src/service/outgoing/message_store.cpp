@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "service/base/service_limits.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::service {
 namespace {

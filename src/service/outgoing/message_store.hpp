@@ -26,7 +26,7 @@
 #include "service/base/slot_pool.hpp"
 #include "service/base/stand_in.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/codec.hpp"
+#include "wire/codec/codec.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

@@ -23,8 +23,8 @@
 #include "service/outgoing/message_store.hpp"
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/codec.hpp"
-#include "wire/websocket.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::service {
 

@@ -26,7 +26,7 @@
 #include "service/outgoing/subscription_queues.hpp"
 #include "service/outgoing/urgent_frames.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::service {
 

@@ -9,7 +9,7 @@
 #include <span>
 
 #include "service/base/service_limits.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::service {
 

@@ -22,7 +22,7 @@
 #include "service/outgoing/partial_frames.hpp"
 #include "service/outgoing/stop_frames.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/websocket.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::service {
 

@@ -7,9 +7,9 @@
 
 #include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"
-#include "wire/codec.hpp"
-#include "wire/own_names.hpp"
-#include "wire/refusal.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/codec/own_names.hpp"
+#include "wire/codec/refusal.hpp"
 
 namespace rowe::service {
 namespace {

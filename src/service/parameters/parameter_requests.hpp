@@ -20,8 +20,8 @@
 #include "service/parameters/parameters.hpp"
 #include "service/state/core_state.hpp"
 #include "service/state/told_message.hpp"
-#include "wire/request.hpp"
-#include "wire/text_out.hpp"
+#include "wire/codec/request.hpp"
+#include "wire/text/text_out.hpp"
 #include "json/reader.hpp"
 #include "json/writer.hpp"
 

@@ -10,7 +10,7 @@
 #include "service/outgoing/outbox.hpp"
 #include "service/parameters/parameters.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

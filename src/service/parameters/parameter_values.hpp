@@ -6,7 +6,7 @@
 
 #include <rowe/detail/parameter_cell.hpp>
 
-#include "wire/text_out.hpp"
+#include "wire/text/text_out.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

@@ -6,7 +6,7 @@
 #include "service/base/names.hpp"
 #include "service/parameters/parameter_values.hpp"
 #include "service/threads/shared_state.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 namespace rowe::service {
 namespace {

@@ -16,7 +16,7 @@
 #include "service/base/ids.hpp"
 #include "service/base/limit_table.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/text_out.hpp"
+#include "wire/text/text_out.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

@@ -7,7 +7,7 @@
 
 #include "service/base/service_limits.hpp"
 #include "service/topics/own_types.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 namespace rowe::service {
 

@@ -8,7 +8,7 @@
 
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/protocols.hpp"
+#include "wire/protocols/protocols.hpp"
 
 namespace rowe::service {
 

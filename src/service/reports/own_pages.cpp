@@ -3,8 +3,8 @@
 
 #include <chrono>
 
-#include "wire/own_names.hpp"
-#include "wire/text_out.hpp"
+#include "wire/codec/own_names.hpp"
+#include "wire/text/text_out.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

@@ -15,7 +15,7 @@
 #include "service/state/core_state.hpp"
 #include "service/state/topic_rates.hpp"
 #include "service/threads/stop_rules.hpp"
-#include "wire/protocols.hpp"
+#include "wire/protocols/protocols.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "wire/object_form.hpp"
+#include "wire/codec/object_form.hpp"
 #include "json/decoder.hpp"
 #include "json/writer.hpp"
 

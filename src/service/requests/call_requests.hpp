@@ -15,8 +15,8 @@
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
 #include "service/stop/stop_service.hpp"
-#include "wire/codec.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

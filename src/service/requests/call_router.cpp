@@ -7,7 +7,7 @@
 
 #include "service/base/service_limits.hpp"
 #include "service/calls/checked_text.hpp"
-#include "wire/text_out.hpp"
+#include "wire/text/text_out.hpp"
 
 namespace rowe::service {
 namespace {

@@ -19,8 +19,8 @@
 #include "service/state/core_state.hpp"
 #include "service/state/service_directory.hpp"
 #include "service/stop/stop_service.hpp"
-#include "wire/protocols.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
+#include "wire/protocols/protocols.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {

@@ -18,8 +18,8 @@
 #include "service/parameters/parameters.hpp"
 #include "service/requests/request_router.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/codec.hpp"
-#include "wire/refusal.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/codec/refusal.hpp"
 
 namespace rowe::service {
 

@@ -10,7 +10,7 @@
 #include "service/requests/fitting_names.hpp"
 #include "service/topics/listed_topics.hpp"
 #include "service/topics/own_types.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 #include "service/base/service_limits.hpp"
 

@@ -16,7 +16,7 @@
 #include "service/state/core_state.hpp"
 #include "service/state/service_directory.hpp"
 #include "service/threads/stop_rules.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

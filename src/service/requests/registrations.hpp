@@ -9,7 +9,7 @@
 #include "service/state/core_state.hpp"
 #include "service/topics/advertisements.hpp"
 #include "service/topics/subscriptions.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

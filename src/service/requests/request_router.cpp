@@ -9,8 +9,8 @@
 
 #include "service/base/service_limits.hpp"
 #include "service/stop/stop_gate.hpp"
-#include "wire/refusal.hpp"
-#include "wire/text_out.hpp"
+#include "wire/codec/refusal.hpp"
+#include "wire/text/text_out.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

@@ -22,8 +22,8 @@
 #include "service/state/core_state.hpp"
 #include "service/stop/stop_service.hpp"
 #include "service/topics/broker.hpp"
-#include "wire/codec.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/codec/request.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {

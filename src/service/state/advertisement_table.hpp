@@ -13,7 +13,7 @@
 #include "service/base/ids.hpp"
 #include "service/base/slot_pool.hpp"
 #include "service/state/peer_set.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

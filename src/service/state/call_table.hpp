@@ -23,8 +23,8 @@
 #include "service/base/shares.hpp"
 #include "service/base/slot_pool.hpp"
 #include "service/base/transport.hpp"
-#include "wire/codec.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

@@ -16,8 +16,8 @@
 #include "service/base/service_limits.hpp"
 #include "service/base/slot_pool.hpp"
 #include "service/base/transport.hpp"
-#include "wire/protocols.hpp"
-#include "wire/websocket.hpp"
+#include "wire/protocols/protocols.hpp"
+#include "wire/websocket/websocket.hpp"
 
 namespace rowe::service {
 

@@ -14,7 +14,7 @@
 #include "service/base/transport.hpp"
 #include "service/state/cycle_state.hpp"
 #include "service/threads/shared_state.hpp"
-#include "wire/text_out.hpp"
+#include "wire/text/text_out.hpp"
 
 namespace rowe::service {
 

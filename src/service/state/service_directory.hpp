@@ -14,7 +14,7 @@
 #include "service/base/service_limits.hpp"
 #include "service/base/slot_pool.hpp"
 #include "service/base/transport.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

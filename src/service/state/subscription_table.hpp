@@ -13,7 +13,7 @@
 #include "service/base/indexed_pool.hpp"
 #include "service/state/topic_rows.hpp"
 #include "service/state/topic_table.hpp"
-#include "wire/codec.hpp"
+#include "wire/codec/codec.hpp"
 
 namespace rowe::service {
 

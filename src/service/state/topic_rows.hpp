@@ -15,8 +15,8 @@
 #include "service/base/service_limits.hpp"
 #include "service/state/latched_values.hpp"
 #include "service/state/pair_table.hpp"
-#include "wire/codec.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

@@ -22,7 +22,7 @@
 #include "service/base/indexed_pool.hpp"
 #include "service/base/names.hpp"
 #include "service/state/topic_rows.hpp"
-#include "wire/codec.hpp"
+#include "wire/codec/codec.hpp"
 
 namespace rowe::service {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cassert>
 
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 namespace rowe::service {
 namespace {

@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "service/state/call_table.hpp"
-#include "wire/codec.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/codec/request.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {

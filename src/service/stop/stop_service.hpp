@@ -22,8 +22,8 @@
 #include "service/stop/stop_gate.hpp"
 #include "service/stop/stop_switch.hpp"
 #include "service/stop/thread_stops.hpp"
-#include "wire/protocols.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
+#include "wire/protocols/protocols.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

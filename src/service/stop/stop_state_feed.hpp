@@ -17,8 +17,8 @@
 #include "service/state/core_state.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "service/topics/broker.hpp"
-#include "wire/codec.hpp"
-#include "wire/protocols.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/protocols/protocols.hpp"
 
 namespace rowe::service {
 

@@ -10,7 +10,7 @@
 #include "service/base/service_limits.hpp"
 #include "service/state/core_state.hpp"
 #include "service/threads/stop_rules.hpp"
-#include "wire/text_out.hpp"
+#include "wire/text/text_out.hpp"
 
 namespace rowe::service {
 

@@ -14,7 +14,7 @@
 
 #include "service/base/transport.hpp"
 #include "service/threads/policy_handover.hpp"
-#include "wire/protocols.hpp"
+#include "wire/protocols/protocols.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {

@@ -9,8 +9,8 @@
 #include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"
 #include "service/topics/own_types.hpp"
-#include "wire/refusal.hpp"
-#include "wire/text_out.hpp"
+#include "wire/codec/refusal.hpp"
+#include "wire/text/text_out.hpp"
 
 namespace rowe::service {
 

@@ -8,7 +8,7 @@
 #include "service/state/core_state.hpp"
 #include "service/topics/subscriptions.hpp"
 #include "service/topics/topic_places.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

@@ -8,8 +8,8 @@
 
 #include "service/base/names.hpp"
 #include "service/topics/own_types.hpp"
-#include "wire/refusal.hpp"
-#include "wire/text_out.hpp"
+#include "wire/codec/refusal.hpp"
+#include "wire/text/text_out.hpp"
 #include "json/decoder.hpp"
 #include "json/utf8.hpp"
 

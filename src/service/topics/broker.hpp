@@ -18,7 +18,7 @@
 #include "service/state/advertisement_table.hpp"
 #include "service/state/core_state.hpp"
 #include "service/state/topic_rates.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

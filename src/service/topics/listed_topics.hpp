@@ -5,7 +5,7 @@
 
 #include "service/state/topic_table.hpp"
 #include "service/threads/stop_rules.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 namespace rowe::service {
 

@@ -6,7 +6,7 @@
 
 #include "service/base/names.hpp"
 #include "service/topics/own_type_schemas.hpp"
-#include "wire/own_names.hpp"
+#include "wire/codec/own_names.hpp"
 
 namespace rowe::service {
 namespace {

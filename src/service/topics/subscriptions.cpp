@@ -7,9 +7,9 @@
 
 #include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"
-#include "wire/own_names.hpp"
-#include "wire/refusal.hpp"
-#include "wire/text_out.hpp"
+#include "wire/codec/own_names.hpp"
+#include "wire/codec/refusal.hpp"
+#include "wire/text/text_out.hpp"
 #include "json/encoder.hpp"
 #include "json/times.hpp"
 

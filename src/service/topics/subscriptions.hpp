@@ -15,7 +15,7 @@
 #include "service/state/topic_rates.hpp"
 #include "service/topics/kept_ids.hpp"
 #include "service/topics/topic_places.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

@@ -9,8 +9,8 @@
 #include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"
 #include "service/topics/own_types.hpp"
-#include "wire/codec.hpp"
-#include "wire/text_out.hpp"
+#include "wire/codec/codec.hpp"
+#include "wire/text/text_out.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

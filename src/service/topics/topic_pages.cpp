@@ -7,9 +7,9 @@
 
 #include "service/base/service_limits.hpp"
 #include "service/topics/listed_topics.hpp"
-#include "wire/own_names.hpp"
-#include "wire/percent.hpp"
-#include "wire/text_out.hpp"
+#include "wire/codec/own_names.hpp"
+#include "wire/text/percent.hpp"
+#include "wire/text/text_out.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {

@@ -12,7 +12,7 @@
 #include "service/incoming/refusals.hpp"
 #include "service/state/advertisement_table.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/request.hpp"
+#include "wire/codec/request.hpp"
 
 namespace rowe::service {
 

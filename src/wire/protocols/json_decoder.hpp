@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads text messages of the two JSON formats. Each message decides for itself: an object with a string
+// member `op` is rosbridge's, everything else is bare.
+#pragma once
+#include <array>
+
+#include "wire/codec/codec.hpp"
+
+namespace rowe::wire {
+
+class json_decoder final : public message_decoder {
+ public:
+  // The codecs of rosbridge's encodings of messages, by rosbridge_encoding.
+  using encodings = std::array<codec_id, 4>;
+  constexpr json_decoder(codec_id bare, const encodings& rosbridge) noexcept
+      : bare_{bare}, rosbridge_{rosbridge[0]}, encodings_{rosbridge} {}
+
+  decoded decode(const json::document& text, const decode_buffers& buffers, request& into,
+                 diagnostic& why) const noexcept override;
+  codec_id guess(std::string_view text, codec_id spoke_last) const noexcept override;
+  bool may_be_stop(opcode what, std::string_view begins) const noexcept override;
+
+ private:
+  decoded decode_rosbridge(const json::document& text, const decode_buffers& buffers, request& into,
+                           diagnostic& why) const noexcept;
+  decoded decode_other(const json::document& text, const decode_buffers& buffers, request& into,
+                       diagnostic& why) const noexcept;
+
+  codec_id bare_;
+  codec_id rosbridge_;
+  encodings encodings_;
+};
+
+} // namespace rowe::wire
