@@ -11,7 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 #include "tls_client.hpp"
 
 namespace rowe::bench {

@@ -15,7 +15,7 @@
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 #include "stand.hpp"
 #include "wire/websocket/websocket.hpp"
 

@@ -36,7 +36,7 @@
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>
 
-#include "net/socket_transport.hpp"
+#include "net/transport/socket_transport.hpp"
 #include "stand.hpp"
 
 namespace rowe::bench {

@@ -14,7 +14,7 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 
 namespace rowe::bench {
 

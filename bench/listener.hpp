@@ -21,7 +21,7 @@
 
 #include <rowe/rt/clock.hpp>
 
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 #include "raw_client.hpp"
 #include "wire/websocket/frame_parser.hpp"
 #include "wire/websocket/websocket.hpp"

@@ -21,7 +21,7 @@
 
 #include <rowe/rt/clock.hpp>
 
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 #include "wire/websocket/websocket.hpp"
 
 namespace rowe::bench {

@@ -36,7 +36,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 
 namespace rowe::bench {
 

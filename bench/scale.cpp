@@ -39,8 +39,8 @@
 
 #include <benchmark/benchmark.h>
 
-#include "net/descriptor.hpp"
-#include "net/socket_transport.hpp"
+#include "net/base/descriptor.hpp"
+#include "net/transport/socket_transport.hpp"
 #include "raw_client.hpp"
 #include "service/core_harness.hpp"
 #include "stand.hpp"

@@ -52,7 +52,7 @@
 #include "costs.hpp"
 #include "far_end.hpp"
 #include "flood.hpp"
-#include "net/socket_transport.hpp"
+#include "net/transport/socket_transport.hpp"
 #include "sending_core.hpp"
 
 namespace rowe::bench {

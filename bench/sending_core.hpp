@@ -13,7 +13,7 @@
 
 #include "api/endpoint_state.hpp"
 #include "api/pair_memory.hpp"
-#include "net/socket_transport.hpp"
+#include "net/transport/socket_transport.hpp"
 #include "service/core/core.hpp"
 #include "service/core/memory_plan.hpp"
 #include "service/threads/shared_inbox.hpp"

@@ -22,7 +22,7 @@
 #include <rowe/tls.hpp>
 
 #include "certificates/certificates.hpp"
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 
 namespace rowe::bench {
 

@@ -17,8 +17,8 @@
 #include <sys/epoll.h>
 #include <sys/socket.h>
 
-#include "net/descriptor.hpp"
-#include "net/socket_transport.hpp"
+#include "net/base/descriptor.hpp"
+#include "net/transport/socket_transport.hpp"
 #include "stand.hpp"
 #include "tls_client.hpp"
 #include "wire/websocket/websocket.hpp"

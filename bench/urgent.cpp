@@ -40,7 +40,7 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 #include "stand.hpp"
 #include "urgent_servers.hpp"
 #include "wire/websocket/frame_parser.hpp"

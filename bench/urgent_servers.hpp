@@ -23,7 +23,7 @@
 #include <rowe/rowe.hpp>
 
 #include "kernel_window.hpp"
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 #include "upgrade.hpp"
 #include "wire/websocket/frame_parser.hpp"
 #include "wire/websocket/websocket.hpp"

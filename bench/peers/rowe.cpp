@@ -21,7 +21,7 @@
 
 #include "arguments.hpp"
 #include "flood.hpp"
-#include "net/socket_transport.hpp"
+#include "net/transport/socket_transport.hpp"
 #include "wire/websocket/frame_parser.hpp"
 #include "wire/websocket/websocket.hpp"
 

@@ -4,7 +4,7 @@
 #include <cerrno>
 
 #include "api/check_options.hpp"
-#include "net/address.hpp"
+#include "net/base/address.hpp"
 
 namespace rowe::detail {
 

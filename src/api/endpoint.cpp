@@ -10,7 +10,7 @@
 #include "api/check_listen.hpp"
 #include "api/endpoint_state.hpp"
 #include "api/url.hpp"
-#include "net/socket_transport.hpp"
+#include "net/transport/socket_transport.hpp"
 #include "wire/protocols/protocols.hpp"
 
 namespace rowe {

@@ -28,7 +28,7 @@
 #include <sys/random.h>
 #include <vector>
 
-#include "net/socket_transport.hpp"
+#include "net/transport/socket_transport.hpp"
 #include "service/base/transport.hpp"
 #include "wire/websocket/frame_parser.hpp"
 #include "wire/websocket/websocket.hpp"

@@ -15,8 +15,8 @@
 #include <string_view>
 #include <vector>
 
-#include "net/socket_transport.hpp"
 #include "net/support.hpp"
+#include "net/transport/socket_transport.hpp"
 #include "service/core_harness.hpp"
 #include "wire/websocket/frame_parser.hpp"
 #include "wire/websocket/websocket.hpp"

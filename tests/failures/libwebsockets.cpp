@@ -3,7 +3,7 @@
 
 #include <libwebsockets.h>
 
-#include "net/lws_memory.hpp"
+#include "net/lws/lws_memory.hpp"
 
 namespace failures {
 namespace {

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <utility>
 
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 
 namespace failures {
 

@@ -17,7 +17,7 @@
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 
 namespace rowe::load {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "net/fixed_heap.hpp"
+#include "net/lws/fixed_heap.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <csignal>
 
-#include "net/address.hpp"
+#include "net/base/address.hpp"
 #include "support.hpp"
 
 namespace rowe::net {

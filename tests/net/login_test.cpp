@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The form of the log-in, over a plain port and under TLS; and who abuses it.
-#include "net/token_tries.hpp"
+#include "net/handshakes/token_tries.hpp"
 #include "tls_support.hpp"
 
 namespace rowe::net {

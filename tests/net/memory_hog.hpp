@@ -3,7 +3,7 @@
 #pragma once
 #include <libwebsockets.h>
 
-#include "net/lws_memory.hpp"
+#include "net/lws/lws_memory.hpp"
 #include "support.hpp"
 
 namespace rowe::net {

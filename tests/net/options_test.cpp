@@ -3,7 +3,7 @@
 #include <linux/socket.h>
 #include <netinet/tcp.h>
 
-#include "net/socket_options.hpp"
+#include "net/base/socket_options.hpp"
 #include "support.hpp"
 
 namespace rowe::net {

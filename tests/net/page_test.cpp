@@ -4,7 +4,7 @@
 #include <deque>
 #include <thread>
 
-#include "net/http_page.hpp"
+#include "net/http/http_page.hpp"
 
 namespace rowe::net {
 namespace page_test {

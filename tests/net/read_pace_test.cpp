@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "net/read_pace.hpp"
+#include "net/connections/read_pace.hpp"
 
 #include <gtest/gtest.h>
 

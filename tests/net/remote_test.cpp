@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <sys/eventfd.h>
 
-#include "net/client_attempt.hpp"
+#include "net/client/client_attempt.hpp"
 #include "support.hpp"
 
 namespace rowe::net {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Places kept for peers on the stop's path, and that nobody is kept out by handshakes that do not end.
 #include "memory_hog.hpp"
-#include "net/address.hpp"
-#include "net/established.hpp"
+#include "net/base/address.hpp"
+#include "net/connections/established.hpp"
 #include "support.hpp"
 
 namespace rowe::net {

@@ -26,8 +26,8 @@
 #include <utility>
 #include <vector>
 
-#include "net/descriptor.hpp"
-#include "net/socket_transport.hpp"
+#include "net/base/descriptor.hpp"
+#include "net/transport/socket_transport.hpp"
 
 namespace rowe::net {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "net/token_tries.hpp"
+#include "net/handshakes/token_tries.hpp"
 
 #include "support.hpp"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
-#include "net/deadline_list.hpp"
-#include "net/poll_set.hpp"
+#include "net/base/deadline_list.hpp"
+#include "net/base/poll_set.hpp"
 #include "support.hpp"
 
 namespace rowe::net {

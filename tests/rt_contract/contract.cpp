@@ -13,7 +13,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 
 namespace rowe::contract {
 namespace {

@@ -30,9 +30,9 @@ plants = [
     ("docs/examples/plant_e.cpp", spdx + "#include <openssl/evp.h>\n",
      [(1, "unlinked-example"), (2, "library-room"), (2, "interface")]),
 
-    ("src/wire/plant_f.cpp", spdx + '#include "service/core/core.hpp"\n#include "net/address.hpp"\n',
+    ("src/wire/plant_f.cpp", spdx + '#include "service/core/core.hpp"\n#include "net/base/address.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
-    ("src/service/plant_g.cpp", spdx + '#include "net/address.hpp"\n#include "page/page.hpp"\n',
+    ("src/service/plant_g.cpp", spdx + '#include "net/base/address.hpp"\n#include "page/page.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
     ("src/json/plant_h.cpp", spdx + '#include "wire/text/utf8.hpp"\n', [(2, "arrow")]),
     ("src/net/plant_i.cpp", spdx + '#include "service/core/core.hpp"\n#include "api/url.hpp"\n',

@@ -11,7 +11,7 @@
 #include <cstring>
 
 #include "access/files.hpp"
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 
 namespace rowe::net::tls {
 namespace {

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "net/handshake_answers.hpp"
-#include "net/socket_options.hpp"
+#include "net/base/socket_options.hpp"
+#include "net/http/handshake_answers.hpp"
 
 namespace rowe::net::tls {
 

@@ -10,9 +10,9 @@
 #include <string_view>
 #include <utility>
 
-#include "net/handshake_answers.hpp"
-#include "net/send_answer.hpp"
-#include "net/socket_options.hpp"
+#include "net/base/socket_options.hpp"
+#include "net/http/handshake_answers.hpp"
+#include "net/http/send_answer.hpp"
 #include "wire/http/http_login.hpp"
 
 namespace rowe::net::tls {

@@ -24,16 +24,16 @@
 
 #include <rowe/rt/clock.hpp>
 
-#include "net/deadline_list.hpp"
-#include "net/descriptor.hpp"
-#include "net/kept_descriptors.hpp"
-#include "net/listener.hpp"
-#include "net/poll_set.hpp"
-#include "net/socket_transport.hpp"
-#include "net/source_tally.hpp"
-#include "net/tls/arrival.hpp"
+#include "net/base/arrival.hpp"
+#include "net/base/deadline_list.hpp"
+#include "net/base/descriptor.hpp"
+#include "net/base/kept_descriptors.hpp"
+#include "net/base/listener.hpp"
+#include "net/base/poll_set.hpp"
+#include "net/base/source_tally.hpp"
 #include "net/tls/certificates.hpp"
 #include "net/tls/session.hpp"
+#include "net/transport/socket_transport.hpp"
 
 namespace rowe::net::tls {
 

@@ -13,8 +13,8 @@
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
 
-#include "net/address.hpp"
-#include "net/socket_options.hpp"
+#include "net/base/address.hpp"
+#include "net/base/socket_options.hpp"
 #include "net/tls/context.hpp"
 
 namespace rowe::net::tls {

@@ -27,7 +27,7 @@
 
 #include <rowe/rt/clock.hpp>
 
-#include "net/descriptor.hpp"
+#include "net/base/descriptor.hpp"
 #include "service/base/transport.hpp"
 
 struct bio_st;

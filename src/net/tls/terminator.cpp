@@ -14,7 +14,7 @@
 
 #include <openssl/crypto.h>
 
-#include "net/helper_thread.hpp"
+#include "net/base/helper_thread.hpp"
 
 namespace rowe::net::tls {
 

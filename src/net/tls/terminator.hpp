@@ -25,15 +25,15 @@
 #include <rowe/rt/spsc_ring.hpp>
 #include <rowe/tls.hpp>
 
-#include "net/descriptor.hpp"
-#include "net/kept_descriptors.hpp"
-#include "net/listener.hpp"
-#include "net/poll_set.hpp"
-#include "net/socket_transport.hpp"
-#include "net/tls/arrival.hpp"
+#include "net/base/arrival.hpp"
+#include "net/base/descriptor.hpp"
+#include "net/base/kept_descriptors.hpp"
+#include "net/base/listener.hpp"
+#include "net/base/poll_set.hpp"
 #include "net/tls/certificates.hpp"
 #include "net/tls/relays.hpp"
 #include "net/tls/session.hpp"
+#include "net/transport/socket_transport.hpp"
 
 namespace rowe::net::tls {
 

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "net/base/helper_thread.hpp"
+
+#include <csignal>
+
+namespace rowe::net {
+
+int start_helper(pthread_t& made, const char* name, void* (*body)(void*), void* argument) noexcept {
+  pthread_attr_t attributes;
+  ::pthread_attr_init(&attributes);
+  // The thread that makes it may be real-time; the helper must not be.
+  ::pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
+  ::pthread_attr_setschedpolicy(&attributes, SCHED_OTHER);
+  sigset_t all;
+  sigset_t before;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  const int failure = ::pthread_create(&made, &attributes, body, argument);
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  ::pthread_attr_destroy(&attributes);
+  if (failure == 0) (void)::pthread_setname_np(made, name); // a debugging aid
+  return failure;
+}
+
+} // namespace rowe::net
