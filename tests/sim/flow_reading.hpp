@@ -122,7 +122,7 @@ class reading final : public world {
       const std::size_t now = std::min(text.size(), each);
       append(to, opcode::continuation, text.substr(0, now), now == text.size());
       text.remove_prefix(now);
-      // Else a turn does not end among them (wire/frame_parser.hpp).
+      // Else a turn does not end among them (wire/websocket/frame_parser.hpp).
       if (!text.empty() && ++between % 8 == 0) append(to, opcode::pong, "", true);
     }
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Accepted sockets that are not connections yet, or never will be. Each waits for its request's header; then
-// it is served a page, upgraded, logged in (wire/http_login.hpp), or rejected with a text. Service thread;
+// it is served a page, upgraded, logged in (wire/http/http_login.hpp), or rejected with a text. Service thread;
 // never allocates itself (libwebsockets does, for a page or an upgrade).
 //
 // The header is peeked at in the kernel (MSG_PEEK) until it is complete. Then exactly the header is taken

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The answers to handshakes that the transport itself refuses, for a want of places, memory or time: all
 // their texts stand here, each with the limit that was reached and what to change. Rejections of what a
-// request says come from wire/http_request.hpp.
+// request says come from wire/http/http_request.hpp.
 //
 // Every function here: pure, any thread, never waits, never allocates.
 #pragma once

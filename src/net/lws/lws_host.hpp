@@ -9,7 +9,7 @@
 // callback.
 //
 // Service thread, but open() and the destructor. What libwebsockets does in here allocates from a heap of its
-// own, of a fixed size (net/lws_memory.hpp); it does so per handshake and page, never per message. A server
+// own, of a fixed size (net/lws/lws_memory.hpp); it does so per handshake and page, never per message. A server
 // checks the free memory before each of them, because libwebsockets does not handle every failed allocation.
 // A client makes one attempt at a time, and there is always memory for one.
 #pragma once
