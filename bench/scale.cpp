@@ -42,7 +42,7 @@
 #include "net/base/descriptor.hpp"
 #include "net/transport/socket_transport.hpp"
 #include "raw_client.hpp"
-#include "service/core_harness.hpp"
+#include "service/core/core_harness.hpp"
 #include "stand.hpp"
 
 namespace rowe::bench {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a message takes on the wire, to the byte: its text, the header of its frame, and the pings beside it.
-#include "service/core_fixtures.hpp"
+#include "service/core/core_fixtures.hpp"
 
 #include "service/outgoing/credit.hpp"
 

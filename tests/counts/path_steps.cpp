@@ -19,7 +19,7 @@
 #include <rowe/stop_latch.hpp>
 #include <rowe/subscriber.hpp>
 
-#include "service/scale_kinds.hpp"
+#include "service/core/scale_kinds.hpp"
 
 struct pathed_odometry {
   double stamp, x, y, heading, speed;

@@ -17,7 +17,7 @@
 
 #include "net/support.hpp"
 #include "net/transport/socket_transport.hpp"
-#include "service/core_harness.hpp"
+#include "service/core/core_harness.hpp"
 #include "wire/websocket/frame_parser.hpp"
 #include "wire/websocket/websocket.hpp"
 

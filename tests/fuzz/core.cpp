@@ -22,7 +22,7 @@
 
 #include "fuzz/require.hpp"
 #include "fuzz/script.hpp"
-#include "service/core_harness.hpp"
+#include "service/core/core_harness.hpp"
 #include "sim/swarm_grammar.hpp"
 #include "sim/swarm_threads.hpp"
 

@@ -20,7 +20,7 @@
 #include "access/meaning.hpp"
 #include "fuzz/require.hpp"
 #include "fuzz/script.hpp"
-#include "service/core_harness.hpp"
+#include "service/core/core_harness.hpp"
 #include "sim/swarm_grammar.hpp"
 #include "wire/codec/own_names.hpp"
 #include "json/reader.hpp"

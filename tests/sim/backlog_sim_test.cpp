@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "service/core_fixtures.hpp"
+#include "service/core/core_fixtures.hpp"
 #include "service/outgoing/credit.hpp"
 
 #include "simulated_link.hpp"

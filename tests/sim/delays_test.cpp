@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "delays.hpp"
-#include "service/core_harness.hpp"
+#include "service/core/core_harness.hpp"
 
 namespace delays_test {
 namespace {

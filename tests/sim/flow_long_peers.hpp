@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "flow.hpp"
-#include "service/fragments.hpp"
+#include "service/core/fragments.hpp"
 #include "swarm_numbers.hpp"
 
 namespace flow {
@@ -187,8 +187,8 @@ struct long_link {
   speech says;
   fragment_watch frames;
   swarm::number_lists knows;
-  std::uint64_t lost_own = 0; // that a message of its own was dropped, since the last settlement
-  std::uint64_t told = 0;     // anything else but messages
+  std::uint64_t lost_own = 0;  // that a message of its own was dropped, since the last settlement
+  std::uint64_t told = 0;      // anything else but messages
   fragments::reassembly whole; // of messages in fragments
 
   connection_id id() const { return peer.id(); }

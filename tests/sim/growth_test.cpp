@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "service/core_harness.hpp"
+#include "service/core/core_harness.hpp"
 
 struct sample {
   double stamp, x, y, heading, speed;

@@ -9,7 +9,7 @@
 
 #include <rowe/stop_latch.hpp>
 
-#include "service/core_harness.hpp"
+#include "service/core/core_harness.hpp"
 
 namespace sim {
 

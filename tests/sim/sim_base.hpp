@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "service/core_harness.hpp"
+#include "service/core/core_harness.hpp"
 #include "service/state/topic_table.hpp"
 
 namespace sim {

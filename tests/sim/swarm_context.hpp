@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "service/core_harness.hpp"
+#include "service/core/core_harness.hpp"
 #include "swarm_choices.hpp"
 #include "swarm_coverage.hpp"
 #include "swarm_grammar.hpp"

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "service/fragments.hpp"
+#include "service/core/fragments.hpp"
 #include "swarm_context.hpp"
 #include "swarm_encodings.hpp"
 #include "wire/plain/bare.hpp"

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "service/core_harness.hpp"
+#include "service/core/core_harness.hpp"
 #include "service/threads/local_stop.hpp"
 #include "swarm_coverage.hpp"
 #include "swarm_grammar.hpp"

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts that calls stand on, put together as the core does, with peers that are connected and no
+// transport: for tests of the parts that begin and end calls.
+#pragma once
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "service/calls/call_completion.hpp"
+#include "service/calls/long_calls.hpp"
+#include "service/incoming/peer_parts.hpp"
+
+namespace call_parts {
+
+using namespace ::peer_parts;
+using rowe::service::call_endpoint;
+
+inline rowe::limits few() {
+  rowe::limits bounds;
+  bounds.small_slots = 2 * rowe::service::replies_max;
+  bounds.small_slot_bytes = 256;
+  bounds.large_slots = 1;
+  bounds.message_bytes_max = 1024;
+  bounds.connections_max = 4;
+  bounds.calls_max = 16;
+  bounds.calls_per_connection_max = 8;
+  bounds.services_max = 8;
+  bounds.lanes_max = 2;
+  bounds.door_slots = 4;
+  return bounds;
+}
+
+struct call_parts : peer_parts::peer_parts {
+  explicit call_parts(const rowe::endpoint_options& chosen = ::state_fixture::with(few()))
+      : peer_parts{chosen} {}
+
+  rowe::service::direct_messages messages{
+      memory,
+      {.state = state, .message_store = store, .outbox = out, .local_delivery = delivery, .receiver = inbox}};
+  rowe::service::long_ingress long_in{memory, state};
+  rowe::service::call_completion completion{memory,
+                                            {.state = state,
+                                             .message_store = store,
+                                             .outbox = out,
+                                             .refusals = refused,
+                                             .direct_messages = messages,
+                                             .local_delivery = delivery}};
+  rowe::service::long_calls of_long{{.state = state,
+                                     .long_outbox = long_out,
+                                     .long_ingress = long_in,
+                                     .direct_messages = messages,
+                                     .call_completion = completion}};
+
+  // What is queued for a peer as answers, oldest first.
+  std::vector<std::string> replies(const connection& to) { return told(to); }
+  // No further answer to it finds room.
+  void fill(const connection& to) {
+    while (out.has_place_for_reply({to.id.index}))
+      ASSERT_TRUE(out.reply({to.id.index}, [](rowe::json::writer& into) { into.append("{}"); }));
+  }
+  void TearDown() override {
+    EXPECT_TRUE(calls.check());
+    EXPECT_TRUE(completion.check());
+    EXPECT_TRUE(messages.check());
+    peer_parts::TearDown();
+  }
+};
+
+} // namespace call_parts

@@ -1,0 +1,380 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/calls/direct_messages.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "service/calls/call_parts.hpp"
+#include "json/padded.hpp"
+
+namespace direct_messages_test {
+namespace {
+
+using namespace call_parts;
+using rowe::errc;
+using rowe::service::direct_message;
+using rowe::service::pair_index;
+using rowe::service::slot_id;
+using numbers = std::vector<std::uint32_t>;
+
+struct direct_messages_test : call_parts::call_parts {
+  const pair_index handle = attach();
+
+  pair_index attach() {
+    const pair_index at = offer({.kind = rowe::detail::pair_kind::talk,
+                                 .out_depth = 16,
+                                 .in_depth = 4,
+                                 .completions_depth = 256,
+                                 .out_bytes = 64,
+                                 .in_bytes = 64,
+                                 .completions_bytes = 64});
+    state.pairs[at].lifecycle.accept(state.pairs[at].arrival);
+    state.pair_rows[at] = {.attached = true, .generation = 1};
+    messages.parking().begin_turn(1000, false);
+    return at;
+  }
+  // One that takes plain messages.
+  connection& arrive() {
+    connection& c = connect();
+    c.takes_messages = true;
+    return c;
+  }
+  void leave(connection& c) {
+    sending.forget({c.id.index});
+    out.forget({c.id.index});
+    messages.forget({c.id.index});
+    transport.close(c.id, rowe::service::close_how::aborted);
+    c.state = connection::phase::free;
+    peers.remove();
+    messages.take_outcomes();
+  }
+  // Its socket takes nothing more, or takes all again.
+  void block(const connection& c) { transport.link_of(c.id).capacity_bytes = 0; }
+  void unblock(const connection& c) {
+    transport.link_of(c.id).capacity_bytes = 1 << 20;
+    sending.writable({c.id.index});
+  }
+  void write() {
+    sending.flush_all();
+    messages.take_outcomes();
+    EXPECT_TRUE(messages.check());
+  }
+  static rowe::detail::peer_ref to(const connection& c) { return {c.id.index, c.id.generation}; }
+  // The handle knows it by its number. False: it is to be parked.
+  bool post(std::uint32_t number, direct_message m = {}) {
+    const rowe::tests::padded text{"{\"n\":" + std::to_string(number) + "}"};
+    if (m.text.empty()) m.text = text.text();
+    m.sender = call_endpoint::of(handle, 1);
+    m.own = {number, 1};
+    return messages.post(m);
+  }
+  bool post(std::uint32_t number, const connection& c) { return post(number, {.text = {}, .to = to(c)}); }
+  // Which have ended since the last look, and how.
+  std::vector<std::pair<std::uint32_t, errc>> ended() {
+    std::vector<std::pair<std::uint32_t, errc>> all;
+    auto& from = state.pairs[handle].user.completions;
+    while (const auto slot = from.ring->try_pop()) {
+      const auto& header = *from.memory.header(*slot);
+      all.emplace_back(header.own.index, header.failed ? header.outcome : sent);
+      from.free_ring->release(*slot);
+    }
+    return all;
+  }
+  static constexpr errc sent{255}; // no error
+  using ends = std::vector<std::pair<std::uint32_t, errc>>;
+  // The numbers of the messages that have arrived at a peer, in their order.
+  numbers heard(const connection& by) {
+    numbers all;
+    const std::string bytes = arrived(by);
+    for (auto at = bytes.find("\"n\":"); at != bytes.npos; at = bytes.find("\"n\":", at + 1))
+      all.push_back(static_cast<std::uint32_t>(std::stoul(bytes.substr(at + 4))));
+    return all;
+  }
+  void expire() {
+    while (const auto one = due.take_due(cycle.now)) {
+      if (one->what == rowe::service::timer::slot) store.expire({one->index});
+      messages.take_outcomes();
+    }
+  }
+  // As many to this peer as it has room for.
+  std::uint32_t fill(const connection& c) {
+    std::uint32_t count = 0;
+    while (post(1000 + count, c)) ++count;
+    return count;
+  }
+};
+
+TEST_F(direct_messages_test, tell_the_sender_once_when_one_peer_has_it) {
+  connection& slow = arrive();
+  connection& quick = arrive();
+  block(slow);
+  EXPECT_TRUE(post(1));
+  EXPECT_EQ(ended(), ends{});
+  write();
+  EXPECT_EQ(heard(quick), numbers{1});
+  EXPECT_EQ(ended(), (ends{{1, sent}}));
+  unblock(slow);
+  write();
+  EXPECT_EQ(heard(slow), numbers{1});
+  EXPECT_EQ(ended(), ends{});
+  EXPECT_EQ(store.slots().in_use(), 0U);
+}
+
+TEST_F(direct_messages_test, wait_for_a_peer_in_their_order) {
+  for (std::uint32_t i = 1; i <= 3; ++i) EXPECT_TRUE(post(i));
+  EXPECT_EQ(messages.pending(), 3U);
+  EXPECT_TRUE(messages.check());
+  connection& late = arrive();
+  messages.deliver_pending({late.id.index});
+  EXPECT_EQ(messages.pending(), 0U);
+  write();
+  EXPECT_EQ(heard(late), (numbers{1, 2, 3}));
+  EXPECT_EQ(ended(), (ends{{1, sent}, {2, sent}, {3, sent}}));
+}
+
+TEST_F(direct_messages_test, wait_for_the_next_peer_where_the_last_one_left_before_it_had_them) {
+  connection& first = arrive();
+  block(first);
+  EXPECT_TRUE(post(1));
+  EXPECT_TRUE(post(2, first));
+  write();
+  leave(first);
+  EXPECT_EQ(ended(), (ends{{2, errc::peer_lost}})) << "that one was for nobody else";
+  EXPECT_EQ(messages.pending(), 1U);
+  connection& next = arrive();
+  messages.deliver_pending({next.id.index});
+  write();
+  EXPECT_EQ(heard(next), numbers{1});
+  EXPECT_EQ(ended(), (ends{{1, sent}}));
+}
+
+TEST_F(direct_messages_test, go_to_no_other_peer_at_the_same_place) {
+  connection& gone = arrive();
+  const auto meant = to(gone);
+  leave(gone);
+  connection& next = arrive();
+  EXPECT_TRUE(post(1, {.text = {}, .to = meant}));
+  EXPECT_EQ(ended(), (ends{{1, errc::peer_lost}}));
+  EXPECT_EQ(counts.read(counter::lost_with_peer), 1U);
+  write();
+  EXPECT_EQ(heard(next), numbers{});
+}
+
+TEST_F(direct_messages_test, end_when_they_found_no_peer_in_their_time) {
+  EXPECT_TRUE(post(1, {.text = {}, .expires = cycle.now + 5ms}));
+  EXPECT_TRUE(post(2));
+  EXPECT_TRUE(post(3, {.text = {}, .expires = cycle.now + 50ms}));
+  store.arm_unwritten();
+  cycle.now += 20ms;
+  expire();
+  EXPECT_EQ(ended(), (ends{{1, errc::expired}}));
+  EXPECT_EQ(messages.pending(), 2U);
+  cycle.now += 60ms; // a peer comes before the wheel is looked at
+  connection& late = arrive();
+  messages.deliver_pending({late.id.index});
+  write();
+  EXPECT_EQ(heard(late), numbers{2});
+  EXPECT_EQ(ended(), (ends{{3, errc::expired}, {2, sent}}));
+}
+
+TEST_F(direct_messages_test, that_are_for_now_only_wait_for_nobody) {
+  EXPECT_TRUE(post(1, {.text = {}, .only_now = true}));
+  EXPECT_EQ(ended(), (ends{{1, errc::expired}}));
+  EXPECT_EQ(messages.pending(), 0U);
+  connection& peer = arrive();
+  block(peer);
+  (void)fill(peer);
+  (void)ended();
+  EXPECT_TRUE(post(2, {.text = {}, .to = to(peer), .only_now = true}));
+  EXPECT_EQ(ended(), (ends{{2, errc::expired}}));
+}
+
+TEST_F(direct_messages_test, are_refused_where_they_can_never_be_sent) {
+  (void)arrive();
+  const rowe::tests::padded list{"[1]"}, broken{"{\"n\":}"};
+  const std::string long_text(bounds.message_bytes_max + 1, ' ');
+  EXPECT_TRUE(post(1, {.text = list.text()}));
+  EXPECT_TRUE(post(2, {.text = broken.text()}));
+  EXPECT_TRUE(post(3, {.text = long_text}));
+  EXPECT_TRUE(post(4, {.text = {}, .expires = cycle.now - 1ms}));
+  const auto all = ended();
+  ASSERT_EQ(all.size(), 4U);
+  EXPECT_NE(all[0].second, sent);
+  EXPECT_EQ(all[1].second, errc::malformed);
+  EXPECT_EQ(all[2].second, errc::too_big);
+  EXPECT_EQ(all[3].second, errc::expired);
+  EXPECT_EQ(store.slots().in_use(), 0U);
+}
+
+TEST_F(direct_messages_test, leave_slots_to_others_however_many_wait_for_a_peer) {
+  std::uint32_t count = 0;
+  while (post(count)) ++count;
+  EXPECT_GT(count, store.slots().count() / 2);
+  EXPECT_LE(count, store.slots().count() - store.slots().count() / 4);
+}
+
+TEST_F(direct_messages_test, to_one_peer_leave_slots_for_those_to_another) {
+  connection& first = arrive();
+  connection& second = arrive();
+  block(first);
+  block(second);
+  const std::uint32_t of_first = fill(first);
+  EXPECT_GT(of_first, 0U);
+  EXPECT_TRUE(post(1, second));
+  EXPECT_TRUE(messages.check());
+}
+
+TEST_F(direct_messages_test, give_back_the_share_of_a_peer_that_left) {
+  connection& first = arrive();
+  block(first);
+  const std::uint32_t before = fill(first);
+  (void)ended();
+  messages.parking().begin_turn(4, false);
+  while (!post(1, first)) {
+  }
+  (void)ended();
+  ASSERT_TRUE(out.of({first.id.index}).marked_full);
+  leave(first);
+  const auto all = ended();
+  EXPECT_EQ(all.size(), before);
+  for (const auto& [number, how] : all) EXPECT_EQ(how, errc::peer_lost) << number;
+  EXPECT_TRUE(messages.check());
+  connection& next = arrive();
+  block(next);
+  messages.parking().begin_turn(1000, false);
+  EXPECT_EQ(fill(next), before);
+}
+
+// ---- parked ones
+
+TEST_F(direct_messages_test, overtake_no_parked_one_for_the_same_peer) {
+  connection& slow = arrive();
+  connection& other = arrive();
+  block(slow);
+  (void)fill(slow); // the last one is parked
+  unblock(slow);
+  write();
+  EXPECT_FALSE(post(1, slow)) << "there is room, but the parked one has its turn first";
+  EXPECT_TRUE(post(2, other));
+  messages.parking().begin_turn(1000, false);
+  EXPECT_TRUE(post(3, slow));
+}
+
+TEST_F(direct_messages_test, to_everyone_hold_back_all_later_ones_while_they_are_parked) {
+  connection& only = arrive();
+  block(only);
+  for (std::uint32_t i = 100; post(i); ++i) {
+  }
+  unblock(only);
+  write();
+  EXPECT_FALSE(post(2, only));
+  EXPECT_FALSE(post(3));
+  messages.parking().begin_turn(1000, false);
+  EXPECT_TRUE(post(1));
+  EXPECT_TRUE(post(2, only));
+}
+
+TEST_F(direct_messages_test, are_parked_up_to_the_share_of_their_peer_and_end_beyond_it) {
+  connection& slow = arrive();
+  connection& other = arrive();
+  block(slow);
+  (void)fill(slow);
+  (void)ended();
+  messages.parking().begin_turn(16, false); // twelve may be parked
+  std::uint32_t parked = 0;
+  while (!post(parked, slow)) ++parked;
+  EXPECT_EQ(parked, 6U) << "as many as it leaves";
+  EXPECT_EQ(ended(), (ends{{parked, errc::full}}));
+  EXPECT_TRUE(out.of({slow.id.index}).marked_full);
+  EXPECT_FALSE(out.of({other.id.index}).marked_full);
+  EXPECT_TRUE(messages.check());
+  messages.parking().begin_turn(16, false);
+  for (std::uint32_t i = 0; i < 12; ++i)
+    EXPECT_FALSE(post(i, {.text = {}, .to = to(slow), .parked = true})) << "what was parked stays so";
+  messages.parking().begin_turn(16, true); // the receiver may park in all of its slots
+  for (parked = 0; !post(parked, slow);) ++parked;
+  EXPECT_EQ(parked, 8U);
+}
+
+TEST_F(direct_messages_test, tell_senders_of_room_when_nothing_is_parked_any_more) {
+  connection& slow = arrive();
+  block(slow);
+  (void)fill(slow);
+  messages.parking().begin_turn(16, false);
+  while (!post(1, slow)) {
+  }
+  messages.parking().begin_cycle();
+  messages.parking().begin_turn(16, false);
+  (void)post(1, {.text = {}, .to = to(slow), .parked = true});
+  EXPECT_FALSE(messages.parking().renew_room());
+  messages.parking().begin_cycle();
+  messages.parking().begin_turn(16, false);
+  EXPECT_TRUE(messages.parking().renew_room());
+  EXPECT_FALSE(out.of({slow.id.index}).marked_full);
+  EXPECT_FALSE(messages.parking().renew_room()) << "once";
+}
+
+// ---- of calls
+
+TEST_F(direct_messages_test, that_are_requests_end_silently_when_their_call_has_ended) {
+  connection& peer = arrive();
+  block(peer);
+  const slot_id slot = out.compose(rowe::service::message_lifetime{},
+                                   [](rowe::json::writer& into) { into.append("{\"n\":7}"); });
+  const auto ref = store.slots().ref(slot);
+  EXPECT_TRUE(messages.send_request(slot, {peer.id.index}, {1, 1}, false));
+  messages.cancel(ref);
+  EXPECT_TRUE(messages.check());
+  messages.cancel(ref); // late, and once more
+  unblock(peer);
+  write();
+  EXPECT_EQ(heard(peer), numbers{});
+  EXPECT_EQ(ended(), ends{});
+}
+
+TEST_F(direct_messages_test, that_are_pending_requests_go_to_the_first_peer_that_comes) {
+  const auto index = completion.open({}, {}, "/add", rowe::rt::never);
+  const slot_id slot = out.compose(rowe::service::message_lifetime{},
+                                   [](rowe::json::writer& into) { into.append("{\"n\":7}"); });
+  EXPECT_TRUE(messages.send_request(slot, {}, calls.ref(index), false));
+  EXPECT_EQ(messages.pending(), 1U);
+  connection& first = arrive();
+  connection& second = arrive();
+  messages.place_pending();
+  EXPECT_EQ(messages.pending(), 0U);
+  EXPECT_TRUE(calls.at(index).callee.is(first.id));
+  write();
+  EXPECT_EQ(heard(first), numbers{7});
+  EXPECT_EQ(heard(second), numbers{});
+  completion.complete(index, "{}");
+}
+
+// ---- the end
+
+TEST_F(direct_messages_test, wait_for_no_other_peer_when_the_endpoint_closes) {
+  connection& only = arrive();
+  block(only);
+  EXPECT_TRUE(post(1));
+  write();
+  cycle.closing = true;
+  leave(only);
+  EXPECT_EQ(ended(), (ends{{1, errc::closed}}));
+  EXPECT_EQ(messages.pending(), 0U);
+}
+
+TEST_F(direct_messages_test, end_as_closed_when_the_endpoint_closes) {
+  EXPECT_TRUE(post(1));
+  EXPECT_TRUE(post(2));
+  cycle.closing = true;
+  messages.close();
+  EXPECT_TRUE(post(3));
+  EXPECT_EQ(ended(), (ends{{1, errc::closed}, {2, errc::closed}, {3, errc::closed}}));
+  EXPECT_EQ(counts.read(counter::lost_at_close), 3U);
+  EXPECT_EQ(store.slots().in_use(), 0U);
+}
+
+} // namespace
+} // namespace direct_messages_test

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/handles/thread_submissions.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "service/core/all_parts.hpp"
+
+namespace thread_submissions_test {
+namespace {
+
+using namespace all_parts;
+using rowe::errc;
+
+rowe::limits few() {
+  rowe::limits bounds;
+  bounds.connections_max = 3;
+  bounds.lanes_max = 1;
+  bounds.door_slots = 8; // threads receive, so all may be parked; four for a lone peer
+  return bounds;
+}
+
+struct thread_submissions_test : all_parts::all_parts {
+  thread_submissions_test() : all_parts{::state_fixture::with(few())} {}
+
+  rowe::service::thread_submissions& submitted = parts.thread_submissions_;
+
+  rowe::result<std::uint32_t> submit(std::string_view text, rowe::detail::peer_ref to, bool waits = false) {
+    rowe::service::submission_header asked;
+    asked.what = rowe::detail::entry::message;
+    asked.peer = to;
+    asked.stamped = cycle.now;
+    asked.expires = rowe::rt::never;
+    asked.wants_outcome = waits;
+    return submissions.submit(asked, text);
+  }
+  // Until one message to the peer is parked.
+  void fill(const connection& to) {
+    for (int i = 0; i < 1000 && !submitted.waits(); ++i) {
+      ASSERT_TRUE(submit("{\"n\":0}", ref(to)));
+      submitted.take();
+    }
+    ASSERT_TRUE(submitted.waits());
+  }
+};
+
+TEST_F(thread_submissions_test, give_their_slots_back_when_they_are_taken) {
+  connection& peer = connect();
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(submit("{}", ref(peer)));
+    submitted.take();
+    (void)hear(peer);
+  }
+  EXPECT_TRUE(submissions.all_free());
+  EXPECT_TRUE(submitted.drained());
+}
+
+TEST_F(thread_submissions_test, tell_a_thread_that_waits_when_its_message_was_written) {
+  connection& peer = connect();
+  const auto slot = submit("{}", ref(peer), true);
+  ASSERT_TRUE(slot);
+  submitted.take();
+  EXPECT_EQ(submissions.incomplete(), 1U) << "nothing was written yet";
+  (void)hear(peer);
+  ASSERT_EQ(submissions.incomplete(), 0U);
+  EXPECT_TRUE(submissions.wait(*slot, rowe::rt::never));
+  EXPECT_TRUE(submissions.outcome(*slot));
+  submissions.release(*slot);
+}
+
+TEST_F(thread_submissions_test, keep_their_order_while_they_are_parked) {
+  connection& slow = connect();
+  block(slow);
+  fill(slow);
+  for (const std::string_view text : {"{\"n\":1}", "{\"n\":2}"}) ASSERT_TRUE(submit(text, ref(slow)));
+  submitted.take();
+  EXPECT_EQ(submissions.incomplete(), 3U);
+  EXPECT_FALSE(submitted.drained());
+  const auto freed = cycle.places_freed;
+  unblock(slow);
+  std::string all = hear(slow);
+  submitted.take();
+  EXPECT_FALSE(submitted.waits());
+  EXPECT_EQ(cycle.places_freed, freed + 3);
+  all += hear(slow);
+  EXPECT_LT(all.rfind("{\"n\":0}"), all.find("{\"n\":1}"));
+  EXPECT_LT(all.find("{\"n\":1}"), all.find("{\"n\":2}"));
+  EXPECT_NE(all.find("{\"n\":2}"), all.npos);
+  EXPECT_TRUE(submissions.all_free());
+}
+
+TEST_F(thread_submissions_test, end_with_full_beyond_the_share_of_a_peer) {
+  connection& slow = connect();
+  block(slow);
+  fill(slow); // one is parked
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(submit("{}", ref(slow)));
+  const auto beyond = submit("{}", ref(slow), true);
+  ASSERT_TRUE(beyond);
+  submitted.take();
+  ASSERT_EQ(submissions.incomplete(), 4U);
+  EXPECT_TRUE(submissions.wait(*beyond, rowe::rt::never));
+  EXPECT_EQ(submissions.outcome(*beyond).code(), errc::full);
+  submissions.release(*beyond);
+  submitted.take();
+  EXPECT_EQ(submissions.incomplete(), 4U) << "what was parked stays";
+}
+
+TEST_F(thread_submissions_test, end_when_the_endpoint_closes_although_they_were_parked) {
+  connection& slow = connect();
+  block(slow);
+  fill(slow);
+  cycle.closing = true;
+  submitted.retry();
+  EXPECT_FALSE(submitted.waits());
+  EXPECT_TRUE(submitted.drained());
+  EXPECT_TRUE(submissions.all_free());
+}
+
+TEST_F(thread_submissions_test, tell_of_room_once_where_it_came) {
+  EXPECT_FALSE(submitted.notify_room(false));
+  EXPECT_TRUE(submitted.notify_room(true));
+  EXPECT_FALSE(submitted.notify_room(false));
+}
+
+} // namespace
+} // namespace thread_submissions_test

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/incoming/receiver.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string_view>
+#include <vector>
+
+#include "service/state/state_fixture.hpp"
+
+namespace receiver_test {
+namespace {
+
+using namespace std::chrono_literals;
+using rowe::service::admission;
+using rowe::service::connection;
+using rowe::service::counter;
+using rowe::service::pair_index;
+using rowe::service::peer_index;
+
+rowe::limits few() {
+  rowe::limits bounds;
+  bounds.connections_max = 4;
+  bounds.lanes_max = 3;
+  bounds.door_slots = 16; // a claim to one for each peer, and the other twelve for whoever comes
+  bounds.door_slot_bytes = 256;
+  return bounds;
+}
+
+struct receiver_test : state_fixture::state_fixture {
+  receiver_test() : state_fixture{::state_fixture::with(few())} {}
+
+  rowe::service::message_store store{memory, state};
+  rowe::service::outbox out{memory, state, store};
+  rowe::service::local_delivery delivery{state};
+  rowe::service::receiver inbox{memory, {.state = state, .outbox = out, .local_delivery = delivery}};
+
+  void join(std::uint32_t index) {
+    connection& c = peers[{index}];
+    c.id = {index, 1};
+    c.state = connection::phase::open;
+    peers.add();
+    out.open({index});
+  }
+  // A handle that takes part in receiving, or not.
+  void attach(std::uint32_t index, std::uint64_t order, bool receives = true) {
+    state.pairs[{index}].kind = rowe::detail::pair_kind::talk;
+    state.pairs[{index}].receives = receives;
+    state.pair_rows[{index}].attached = true;
+    state.pair_rows[{index}].order = order;
+    inbox.attach();
+  }
+  void detach(std::uint32_t index) {
+    inbox.detach({index});
+    state.pair_rows[{index}].attached = false;
+  }
+  rowe::status deliver(std::uint32_t from) {
+    rowe::detail::value_header header;
+    header.peer = {from, 1};
+    header.expires_ns = rowe::rt::nanoseconds_of(rowe::rt::never);
+    return inbox.deliver(header, "{}");
+  }
+  // Delivers what the peer may have; how many those were.
+  int deliver_all(std::uint32_t from) {
+    int count = 0;
+    while (inbox.admit({from}) == admission::now && deliver(from)) ++count;
+    return count;
+  }
+  // As a thread does: takes a message and releases its slot.
+  void take() {
+    const auto slot = threads_inbox.try_receive(cycle.now);
+    ASSERT_TRUE(slot);
+    (void)threads_inbox.release(*slot); // nobody waits
+  }
+  void TearDown() override { EXPECT_TRUE(inbox.check()); }
+};
+
+TEST_F(receiver_test, is_the_shared_inbox_where_no_handle_receives) {
+  EXPECT_FALSE(inbox.pair());
+  EXPECT_FALSE(inbox.is_there()) << "until a thread has received";
+  EXPECT_FALSE(threads_inbox.try_receive(cycle.now));
+  EXPECT_TRUE(inbox.is_there());
+}
+
+TEST_F(receiver_test, is_the_handle_that_was_attached_first) {
+  attach(2, 1, false);
+  attach(1, 2);
+  attach(0, 3);
+  EXPECT_EQ(inbox.pair(), pair_index{1});
+  detach(1);
+  EXPECT_EQ(inbox.pair(), pair_index{0});
+  detach(0);
+  EXPECT_FALSE(inbox.pair());
+}
+
+TEST_F(receiver_test, leaves_each_peer_its_claim) {
+  (void)threads_inbox.try_receive(cycle.now); // there is a receiver, which takes nothing
+  for (std::uint32_t i = 0; i < 4; ++i) join(i);
+  const int of_first = deliver_all(0);
+  EXPECT_GT(of_first, 1) << "what nobody claims is for who comes first";
+  EXPECT_LT(of_first, 16);
+  EXPECT_EQ(inbox.admit({0}), admission::later);
+  for (std::uint32_t i = 1; i < 4; ++i) EXPECT_GE(deliver_all(i), 1) << i;
+}
+
+TEST_F(receiver_test, has_room_again_for_a_peer_whose_message_was_released) {
+  (void)threads_inbox.try_receive(cycle.now);
+  join(0);
+  (void)deliver_all(0);
+  ASSERT_EQ(inbox.admit({0}), admission::later);
+  for (int i = 0; i < 3; ++i) take();
+  inbox.mark_released();
+  inbox.count_released(0);
+  EXPECT_EQ(inbox.admit({0}), admission::now);
+}
+
+// The answer may be among those.
+TEST_F(receiver_test, charges_a_peer_until_all_that_was_submitted_before_the_release_is_taken) {
+  (void)threads_inbox.try_receive(cycle.now);
+  join(0);
+  (void)deliver_all(0);
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(submissions.submit(
+        {.what = rowe::detail::entry::message, .peer = {0, 1}, .stamped = cycle.now}, "{}"));
+    take();
+  }
+  inbox.mark_released();
+  inbox.count_released(2);
+  EXPECT_EQ(inbox.admit({0}), admission::later);
+  inbox.count_released(1);
+  EXPECT_EQ(inbox.admit({0}), admission::now);
+}
+
+TEST_F(receiver_test, charges_a_peer_for_answers_that_are_parked_on_the_way_to_it) {
+  (void)threads_inbox.try_receive(cycle.now);
+  join(0);
+  ASSERT_EQ(inbox.admit({0}), admission::now);
+  for (int i = 0; i < 16; ++i) inbox.count_answer({0});
+  EXPECT_EQ(inbox.admit({0}), admission::later);
+  inbox.begin_answers();
+  EXPECT_EQ(inbox.admit({0}), admission::now);
+}
+
+TEST_F(receiver_test, charges_nobody_for_the_messages_of_a_peer_that_left) {
+  (void)threads_inbox.try_receive(cycle.now);
+  join(0);
+  join(1);
+  const int before = deliver_all(0);
+  inbox.forget({0});
+  peers[{0}].state = connection::phase::free;
+  EXPECT_TRUE(inbox.check());
+  join(0);
+  EXPECT_EQ(inbox.admit({0}), admission::now) << before << " slots are still in use";
+}
+
+TEST_F(receiver_test, that_takes_nothing_for_long_is_absent) {
+  (void)threads_inbox.try_receive(cycle.now);
+  join(0);
+  (void)deliver_all(0);
+  cycle.now += rowe::service::receiver_absent_after;
+  EXPECT_EQ(inbox.admit({0}), admission::later);
+  cycle.now += 1ms;
+  EXPECT_EQ(inbox.admit({0}), admission::never);
+  take();
+  inbox.look();
+  EXPECT_NE(inbox.admit({0}), admission::never) << "it takes again";
+}
+
+TEST_F(receiver_test, without_anybody_refuses_what_has_no_slot) {
+  join(0);
+  int count = 0;
+  while (deliver(0)) ++count;
+  EXPECT_EQ(count, 16);
+  EXPECT_EQ(counts.read(counter::inbox_full), 1U);
+  EXPECT_EQ(inbox.admit({0}), admission::now) << "no receiver, no shares: it is dropped, and counted";
+}
+
+} // namespace
+} // namespace receiver_test

@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/outgoing/outbox.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "service/outgoing/subscription_queues.hpp"
+#include "service/state/state_fixture.hpp"
+
+namespace outbox_test {
+namespace {
+
+using namespace std::chrono_literals;
+using rowe::priority;
+using rowe::service::connection;
+using rowe::service::counter;
+using rowe::service::peer_index;
+using rowe::service::queue;
+using rowe::service::slot_id;
+using rowe::service::subscription_id;
+using rowe::service::topic_id;
+
+rowe::limits few(std::uint32_t slots = 8) {
+  rowe::limits bounds;
+  bounds.small_slots = slots;
+  bounds.small_slot_bytes = 256;
+  bounds.large_slots = 1;
+  bounds.message_bytes_max = 1024;
+  bounds.queued_max = 64;
+  bounds.queue_depth_max = 8;
+  bounds.connections_max = 4;
+  bounds.subscriptions_max = 16;
+  bounds.topics_max = 8;
+  bounds.calls_max = 4;
+  return bounds;
+}
+
+// An outbox with the tables it works on, and peers that are connected.
+struct outbox_test : state_fixture::state_fixture {
+  explicit outbox_test(const rowe::limits& of = few()) : state_fixture{::state_fixture::with(of)} {}
+
+  const std::size_t used_before = memory.bytes_used();
+  rowe::service::message_store store{memory, state};
+  rowe::service::outbox out{memory, state, store};
+  rowe::service::long_outbox long_out{{.state = state, .message_store = store, .outbox = out}};
+  rowe::service::subscription_queues queues{
+      {.state = state, .message_store = store, .outbox = out, .long_outbox = long_out}};
+
+  peer_index join(std::uint32_t index) {
+    connection& c = peers[{index}];
+    c.id = {index, 1};
+    c.state = connection::phase::open;
+    peers.add();
+    out.open({index});
+    return {index};
+  }
+  topic_id topic(std::string_view name) {
+    const auto index = topics.find_or_add(name);
+    topics.hold(index);
+    return index;
+  }
+  subscription_id subscribe(peer_index peer, topic_id topic, std::int64_t throttle_ms = 0,
+                            std::uint32_t queue_length = 0) {
+    const auto index = subscriptions.add(topic, peer);
+    auto& s = subscriptions.at(index);
+    s.request_count = 1;
+    s.requests[0] = {.throttle = std::chrono::milliseconds{throttle_ms}, .queue_length = queue_length};
+    queues.merge_requests(index);
+    return index;
+  }
+  void publish(topic_id topic, std::string_view body, rowe::rt::time_point expires = rowe::rt::never) {
+    const auto slot =
+        out.compose_message(topic, cycle.now, expires, [&](rowe::json::writer& into) { into.append(body); });
+    ASSERT_TRUE(slot);
+    queues.fan_out(topic, slot, false);
+    store.release(slot);
+  }
+  bool reply(peer_index to, std::string_view text) {
+    return out.reply(to, [&](rowe::json::writer& into) { into.append(text); }).value != slot_id::none;
+  }
+  // The bodies that wait in a queue, oldest first.
+  std::vector<std::string> waiting(const queue& of) {
+    std::vector<std::string> all;
+    for (auto at = of.entries.head; at; at = out.entries().after(at)) {
+      const auto slot = out.entries().at(at);
+      if (!store.is_due(slot)) continue;
+      const auto body = store.slots().body(slot.index);
+      all.emplace_back(body.begin(), body.end());
+    }
+    return all;
+  }
+  std::vector<std::string> waiting(subscription_id subscription) {
+    return waiting(subscriptions.at(subscription).pending);
+  }
+  // As the sender does: everything of one subscription that is ready is written.
+  void write(subscription_id subscription) {
+    queue& from = subscriptions.at(subscription).pending;
+    while (!from.empty()) {
+      const auto slot = out.entries().front(from).index;
+      out.take_front(from, slot);
+      queues.mark_served(subscription);
+      store.delivered(slot);
+    }
+  }
+  void write_replies(peer_index peer, int count) {
+    for (queue& from = out.of(peer).replies; count != 0 && !from.empty(); --count) {
+      const auto slot = out.entries().front(from).index;
+      out.take_front(from, slot);
+      store.delivered(slot);
+    }
+  }
+  std::vector<subscription_id> ready(peer_index peer, priority at = priority::normal) {
+    std::vector<subscription_id> all;
+    const auto& on = out.of(peer).ready[static_cast<std::size_t>(at)];
+    for (auto i = on.head; i; i = subscriptions.all()[i].next_ready) all.push_back(i);
+    return all;
+  }
+  void TearDown() override {
+    EXPECT_TRUE(store.check());
+    EXPECT_TRUE(out.check());
+    EXPECT_TRUE(queues.check());
+  }
+};
+
+TEST_F(outbox_test, takes_no_more_memory_than_it_says) {
+  EXPECT_EQ(memory.bytes_used() - used_before, rowe::service::message_store::footprint_bytes(bounds) +
+                                                   rowe::service::outbox::footprint_bytes(bounds));
+}
+
+TEST_F(outbox_test, queues_one_slot_for_all_who_subscribed) {
+  const auto odom = topic("/odom");
+  const auto first = subscribe(join(0), odom), second = subscribe(join(1), odom);
+  publish(odom, "{\"x\":1}");
+  EXPECT_EQ(waiting(first), std::vector<std::string>{"{\"x\":1}"});
+  EXPECT_EQ(waiting(second), waiting(first));
+  EXPECT_EQ(store.slots().in_use(), 1U);
+  EXPECT_EQ(out.scheduled(), 2U);
+}
+
+TEST_F(outbox_test, frees_the_slot_when_the_last_peer_was_given_it) {
+  const auto odom = topic("/odom");
+  const auto first = subscribe(join(0), odom), second = subscribe(join(1), odom);
+  publish(odom, "{}");
+  write(first);
+  EXPECT_EQ(store.slots().in_use(), 1U);
+  write(second);
+  EXPECT_EQ(store.slots().in_use(), 0U);
+}
+
+TEST_F(outbox_test, drops_the_oldest_message_of_a_full_queue) {
+  const auto odom = topic("/odom");
+  const auto of = subscribe(join(0), odom, 0, 2);
+  for (const auto* body : {"1", "2", "3"}) publish(odom, body);
+  EXPECT_EQ(waiting(of), (std::vector<std::string>{"2", "3"}));
+  EXPECT_EQ(counts.read(counter::outbox_full), 1U);
+}
+
+TEST_F(outbox_test, keeps_only_the_newest_value_where_the_topic_says_so) {
+  const auto odom = topic("/odom");
+  topics.at(odom).keep = rowe::keep::newest;
+  const auto of = subscribe(join(0), odom);
+  publish(odom, "1");
+  publish(odom, "2");
+  EXPECT_EQ(waiting(of), std::vector<std::string>{"2"});
+  EXPECT_EQ(counts.read(counter::replaced), 1U);
+}
+
+TEST_F(outbox_test, discards_what_comes_within_the_throttle_period) {
+  const auto odom = topic("/odom");
+  const auto of = subscribe(join(0), odom, 100);
+  publish(odom, "1");
+  write(of);
+  cycle.now += 50ms;
+  publish(odom, "2");
+  EXPECT_TRUE(waiting(of).empty());
+  EXPECT_EQ(counts.read(counter::throttled), 1U);
+  cycle.now += 60ms;
+  publish(odom, "3");
+  EXPECT_EQ(waiting(of), std::vector<std::string>{"3"});
+}
+
+TEST_F(outbox_test, makes_a_throttled_queue_ready_when_its_time_has_come) {
+  const auto odom = topic("/odom");
+  const auto peer = join(0);
+  const auto of = subscribe(peer, odom, 100, 4);
+  publish(odom, "1");
+  write(of);
+  queues.rotate_ready(peer);
+  publish(odom, "2");
+  EXPECT_TRUE(ready(peer).empty());
+  cycle.now += 101ms;
+  const auto one = due.take_due(cycle.now);
+  ASSERT_TRUE(one && one->what == rowe::service::timer::subscription);
+  queues.throttle_over({one->index});
+  EXPECT_EQ(ready(peer), std::vector{of});
+}
+
+TEST_F(outbox_test, lets_ready_subscriptions_take_turns) {
+  const auto peer = join(0);
+  const auto a = subscribe(peer, topic("/a")), b = subscribe(peer, topic("/b"));
+  for (int i = 0; i < 2; ++i) {
+    publish(topics.find("/a"), "a");
+    publish(topics.find("/b"), "b");
+  }
+  EXPECT_EQ(ready(peer), (std::vector{a, b}));
+  auto& from = subscriptions.at(a).pending;
+  const auto slot = out.entries().front(from).index;
+  out.take_front(from, slot);
+  queues.mark_served(a); // one message of a is written
+  store.delivered(slot);
+  queues.rotate_ready(peer);
+  EXPECT_EQ(ready(peer), (std::vector{b, a}));
+}
+
+TEST_F(outbox_test, takes_who_has_nothing_left_off_the_ready_list) {
+  const auto peer = join(0);
+  const auto a = subscribe(peer, topic("/a"));
+  publish(topics.find("/a"), "a");
+  write(a);
+  queues.rotate_ready(peer);
+  EXPECT_TRUE(ready(peer).empty());
+}
+
+TEST_F(outbox_test, takes_the_oldest_from_whoever_holds_most_where_all_slots_are_taken) {
+  const auto hoarder = join(0), modest = join(1);
+  const auto much = topic("/much"), little = topic("/little");
+  const auto of_hoarder = subscribe(hoarder, much), of_modest = subscribe(modest, little);
+  publish(little, "kept");
+  for (char i = 'a'; i < 'a' + 7; ++i) publish(much, std::string(1, i));
+  ASSERT_EQ(store.slots().free_for_all(rowe::service::slot_class::small), 0U);
+  publish(much, "new");
+  EXPECT_EQ(waiting(of_modest), std::vector<std::string>{"kept"});
+  EXPECT_EQ(waiting(of_hoarder).front(), "b");
+  EXPECT_EQ(counts.read(counter::evicted), 1U);
+}
+
+TEST_F(outbox_test, takes_nothing_from_who_comes_to_the_place_of_one_that_held_most) {
+  auto place = join(0);
+  const auto hoarder = join(1), other = join(2);
+  for (int i = 0; i < 8; ++i) ASSERT_TRUE(reply(place, "of one that leaves"));
+  ASSERT_TRUE(reply(hoarder, "a"));
+  EXPECT_EQ(out.of(place).replies.count, 7U);
+  out.forget(place);
+  place = join(0);
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(reply(place, "kept"));
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(reply(hoarder, "b"));
+  ASSERT_TRUE(reply(other, "c"));
+  EXPECT_EQ(out.of(place).replies.count, 3U);
+  EXPECT_EQ(out.of(hoarder).replies.count, 4U);
+}
+
+TEST_F(outbox_test, says_whose_reply_was_evicted_to_whoever_tracks_it) {
+  const auto peer = join(0);
+  for (int i = 0; i < 8; ++i) ASSERT_TRUE(reply(peer, "reply"));
+  const auto oldest = out.entries().front(out.of(peer).replies).index;
+  store.track(oldest, false);
+  ASSERT_TRUE(reply(peer, "one more"));
+  rowe::service::outcome told;
+  ASSERT_TRUE(store.take_outcome(told));
+  EXPECT_EQ(told.slot, oldest);
+  EXPECT_TRUE(told.ended && told.evicted);
+}
+
+struct outbox_with_many_slots : outbox_test {
+  outbox_with_many_slots() : outbox_test{few(100)} {}
+};
+
+TEST_F(outbox_with_many_slots, has_fewer_places_for_replies_to_a_peer_that_does_not_read) {
+  const auto reader = join(0), other = join(1);
+  out.of(other).blocked = true;
+  std::uint32_t to_reader = 0, to_other = 0;
+  for (int i = 0; i < 80; ++i) {
+    to_reader += reply(reader, "x");
+    to_other += reply(other, "x");
+    write_replies(reader, 1);
+  }
+  EXPECT_EQ(to_reader, 80U);
+  EXPECT_EQ(to_other, rowe::service::replies_max_backpressured);
+  EXPECT_EQ(counts.read(counter::outbox_full), 80U - to_other);
+}
+
+TEST_F(outbox_test, owes_a_latched_value_until_it_can_be_written) {
+  const auto map = topic("/map");
+  ASSERT_TRUE(state.latches.keep(topics.at(map).latched, "{\"map\":1}",
+                                 {rowe::service::latch_owner::kind::handle, 0}, cycle.now, rowe::rt::never));
+  const auto peer = join(0);
+  const auto of = subscribe(peer, map);
+  queues.schedule_latched(of);
+  EXPECT_EQ(out.of(peer).latched_pending, 1U);
+  EXPECT_EQ(store.slots().in_use(), 0U); // no slot yet
+  queues.place_pending_latched(peer);
+  EXPECT_EQ(waiting(of), std::vector<std::string>{"{\"map\":1}"});
+  EXPECT_EQ(out.of(peer).latched_pending, 0U);
+}
+
+TEST_F(outbox_test, gives_everything_back_when_a_subscription_ends) {
+  const auto peer = join(0);
+  const auto of = subscribe(peer, topic("/a"), 100, 4);
+  for (int i = 0; i < 3; ++i) publish(topics.find("/a"), "a");
+  queues.drop(of);
+  EXPECT_EQ(store.slots().in_use(), 0U);
+  EXPECT_EQ(counts.read(counter::lost_with_peer), 3U);
+  subscriptions.remove(of);
+}
+
+TEST_F(outbox_test, gives_everything_back_when_a_peer_goes) {
+  const auto peer = join(0);
+  ASSERT_TRUE(reply(peer, "x"));
+  const auto slot =
+      out.compose(rowe::service::message_lifetime{}, [](rowe::json::writer& into) { into.append("y"); });
+  ASSERT_TRUE(out.push_direct(peer, priority::normal, slot));
+  store.release(slot);
+  out.forget(peer);
+  EXPECT_EQ(store.slots().in_use(), 0U);
+  EXPECT_EQ(counts.read(counter::lost_with_peer), 2U);
+}
+
+TEST_F(outbox_test, passes_over_what_is_over) {
+  const auto odom = topic("/odom");
+  const auto of = subscribe(join(0), odom);
+  publish(odom, "old", cycle.now + 1ms);
+  publish(odom, "new");
+  cycle.now += 2ms;
+  EXPECT_EQ(waiting(of), std::vector<std::string>{"new"});
+  out.drop_expired(subscriptions.at(of).pending);
+  EXPECT_EQ(subscriptions.at(of).pending.count, 1U);
+  EXPECT_EQ(counts.read(counter::expired), 1U);
+}
+
+} // namespace
+} // namespace outbox_test

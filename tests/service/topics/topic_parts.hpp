@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts that topics stand on, put together as the core does, with peers that are connected and no
+// transport: for tests of subscriptions, of advertisements and of values that are passed on.
+#pragma once
+#include <gtest/gtest.h>
+
+#include <string_view>
+
+#include "service/incoming/peer_parts.hpp"
+#include "service/topics/advertisements.hpp"
+#include "service/topics/broker.hpp"
+
+namespace topic_parts {
+
+using namespace ::peer_parts;
+using rowe::service::latch_owner;
+using rowe::service::topic_id;
+using rowe::wire::request;
+
+inline rowe::limits few() {
+  rowe::limits bounds;
+  bounds.small_slots = 256;
+  bounds.small_slot_bytes = 512;
+  bounds.large_slots = 1;
+  bounds.message_bytes_max = 1024;
+  bounds.queued_max = 256;
+  bounds.queue_depth_max = 8;
+  bounds.connections_max = 4;
+  bounds.lanes_max = 2;
+  bounds.topics_max = 36; // 32 for peers: a claim to 4 for each, and the other 16 for whoever comes
+  bounds.subscriptions_max = 32;
+  bounds.subscriptions_per_connection_max = 32;
+  bounds.advertisements_per_connection_max = 32;
+  bounds.latched_bytes = 8 * 1024;
+  bounds.refusals_per_second_max = 0; // no limit
+  return bounds;
+}
+
+struct topic_parts : peer_parts::peer_parts {
+  explicit topic_parts(bool relay = false, rowe::service::side side = rowe::service::side::server)
+      : peer_parts{::state_fixture::with(few(), relay), side} {}
+
+  rowe::service::publish_predictor phases{memory, bounds, counts};
+  rowe::service::audiences audience{{.state = state, .publish_predictor = phases}};
+  rowe::service::topic_rates rates{{.state = state, .statistics_topic = {}}};
+  rowe::service::advertisement_table advertised{memory, bounds};
+  rowe::service::topic_places places{
+      {.state = state, .advertisement_table = advertised, .refusals = refused}};
+  rowe::service::subscriptions readers{memory,
+                                       {.state = state,
+                                        .subscription_queues = queues,
+                                        .refusals = refused,
+                                        .audiences = audience,
+                                        .topic_rates = rates,
+                                        .topic_places = places}};
+  rowe::service::advertisements writers{{.state = state,
+                                         .advertisement_table = advertised,
+                                         .refusals = refused,
+                                         .topic_places = places,
+                                         .subscriptions = readers}};
+  rowe::service::long_deliveries long_ones{memory, {.state = state, .local_delivery = delivery}};
+  rowe::service::broker values{{.state = state,
+                                .message_store = store,
+                                .outbox = out,
+                                .long_outbox = long_out,
+                                .subscription_queues = queues,
+                                .refusals = refused,
+                                .local_delivery = delivery,
+                                .long_deliveries = long_ones,
+                                .advertisement_table = advertised}};
+
+  // Its connection has ended.
+  void leave(connection& c) {
+    const peer_index peer{c.id.index};
+    readers.forget(peer);
+    writers.forget(peer);
+    out.forget(peer);
+    c.state = connection::phase::free;
+    peers.remove();
+  }
+
+  static request of(const connection& c, std::string_view topic, std::string_view id = {}) {
+    request asked;
+    asked.codec = c.protocol->topics.id();
+    asked.topic = topic;
+    asked.id_raw = id;
+    return asked;
+  }
+  void subscribe(connection& c, std::string_view topic, std::string_view id = {}) {
+    readers.subscribe(c, of(c, topic, id));
+  }
+  void unsubscribe(connection& c, std::string_view topic, std::string_view id = {}) {
+    readers.unsubscribe(c, of(c, topic, id));
+  }
+  void advertise(connection& c, std::string_view topic, std::string_view type = {}) {
+    request asked = of(c, topic);
+    asked.type = type;
+    writers.advertise(c, asked);
+  }
+  // As a handle of this process holds it.
+  topic_id hold_as_own(std::string_view name) {
+    const topic_id topic = topics.find_or_add(name);
+    topics.hold_as_own(topic);
+    return topic;
+  }
+  bool subscribed(const connection& c, std::string_view topic) {
+    const topic_id found = topics.find(topic);
+    return found && subscriptions.find(found, {c.id.index});
+  }
+  void TearDown() override {
+    EXPECT_TRUE(readers.check());
+    peer_parts::TearDown();
+  }
+};
+
+} // namespace topic_parts

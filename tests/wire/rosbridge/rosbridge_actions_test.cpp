@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Actions in rosbridge's words: read, refused, and written to be read again.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+#include <string_view>
+
+#include "wire/decoded.hpp"
+#include "wire/rosbridge/rosbridge.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::wire::rosbridge {
+namespace rosbridge_actions_test {
+namespace {
+
+TEST(rosbridge_actions, reads_roslib_as_a_client) {
+  const decoded goal{R"({"op":"send_action_goal","id":"send_action_goal:/fib:0c28","action":"/fib",)"
+                     R"("action_type":"a/Fib","args":{"order":5},"feedback":true})"};
+  EXPECT_EQ(goal->what, verb::send_goal);
+  EXPECT_EQ(goal->id_raw, R"("send_action_goal:/fib:0c28")");
+  EXPECT_EQ(goal->service, "/fib");
+  EXPECT_EQ(goal->type, "a/Fib");
+  EXPECT_EQ(goal->body_raw, R"({"order":5})");
+  EXPECT_TRUE(goal->feedback);
+  EXPECT_EQ(goal->ttl_ns, unlimited);
+  const decoded silent{R"({"op":"send_action_goal","action":"\/fib","timeout":2})"};
+  EXPECT_EQ(silent->service, "/fib");
+  EXPECT_FALSE(silent->feedback);
+  EXPECT_EQ(silent->ttl_ns, 2'000'000'000);
+  const decoded cancel{R"({"op":"cancel_action_goal","id":"g","action":"/fib"})"};
+  EXPECT_EQ(cancel->what, verb::cancel_goal);
+  EXPECT_EQ(cancel->service, "/fib");
+}
+
+TEST(rosbridge_actions, reads_roslib_as_a_provider) {
+  const decoded advertise{R"({"op":"advertise_action","type":"a/Fib","action":"/fib"})"};
+  EXPECT_EQ(advertise->what, verb::advertise_action);
+  EXPECT_EQ(advertise->service, "/fib");
+  EXPECT_EQ(advertise->type, "a/Fib");
+  const decoded unadvertise{R"({"op":"unadvertise_action","action":"/fib"})"};
+  EXPECT_EQ(unadvertise->what, verb::unadvertise_action);
+  const decoded feedback{R"({"op":"action_feedback","id":"g","action":"/fib","values":{"at":1}})"};
+  EXPECT_EQ(feedback->what, verb::goal_feedback);
+  EXPECT_EQ(feedback->body_raw, R"({"at":1})");
+  const decoded result{
+      R"({"op":"action_result","id":"g","action":"/fib","values":{"at":2},"status":4,"result":true})"};
+  EXPECT_EQ(result->what, verb::goal_result);
+  EXPECT_EQ(result->goal_status, 4);
+  EXPECT_FALSE(result->failed);
+  const decoded failed{R"({"op":"action_result","id":"g","action":"/fib","status":6,"result":false})"};
+  EXPECT_EQ(failed->goal_status, 6);
+  EXPECT_TRUE(failed->failed);
+  EXPECT_TRUE(failed->body_raw.empty());
+}
+
+TEST(rosbridge_actions, refuses_with_a_diagnostic_that_names_member_value_and_limit) {
+  struct wrong {
+    const char* text;
+    const char* diagnostic;
+  };
+  constexpr wrong table[] = {
+      {R"({"op":"advertise_action"})", R"(advertise_action: the member "action" is missing)"},
+      {R"({"op":"unadvertise_action","action":""})",
+       R"(unadvertise_action: the member "action" must not be empty)"},
+      {R"({"op":"send_action_goal","action":7})",
+       R"(send_action_goal: the member "action" must be a string; it is 7)"},
+      {R"({"op":"send_action_goal","action":"/a","action_type":3})",
+       R"(send_action_goal: the member "action_type" must be a string; it is 3)"},
+      {R"({"op":"send_action_goal","action":"/a","feedback":1})",
+       R"(send_action_goal: the member "feedback" must be true or false; it is 1)"},
+      {R"({"op":"send_action_goal","action":"/a","args":"x"})",
+       R"(send_action_goal: the member "args" must be an object or an array; it is "x")"},
+      {R"({"op":"cancel_action_goal","action":"/a"})", R"(cancel_action_goal: the member "id" is missing)"},
+      {R"({"op":"action_feedback","action":"/a","id":"g"})",
+       R"(action_feedback: the member "values" is missing)"},
+      {R"({"op":"action_result","action":"/a","id":"g","status":-1})",
+       R"(action_result: the member "status" must not be negative; it is -1)"},
+      {R"({"op":"action_result","action":"/a","id":"g","action":"/b"})",
+       R"(action_result: the member "action" stands there twice)"},
+  };
+  for (const wrong& row : table) EXPECT_EQ(diagnostic_for(row.text), row.diagnostic) << row.text;
+}
+
+TEST(rosbridge_actions, writes_what_it_reads) {
+  std::array<char, 512> buffer{};
+  json::writer goal{buffer};
+  write_goal_head(goal, "/fib", "a/Fib", "1.a", true);
+  goal.raw("{}");
+  write_call_service_tail(goal);
+  EXPECT_EQ(goal.text(), R"({"op":"send_action_goal","id":"1.a","action":"/fib","action_type":"a/Fib",)"
+                         R"("feedback":true,"args":{}})");
+  json::writer cancel{buffer};
+  write_cancel_goal(cancel, "/fib", "1.a");
+  EXPECT_EQ(cancel.text(), R"({"op":"cancel_action_goal","id":"1.a","action":"/fib"})");
+  json::writer feedback{buffer};
+  write_feedback_head(feedback, "/fib", R"("g")");
+  feedback.raw("{}");
+  write_service_response_tail(feedback);
+  EXPECT_EQ(feedback.text(), R"({"op":"action_feedback","id":"g","action":"/fib","values":{}})");
+  json::writer result{buffer};
+  write_action_result_head(result, "/fib", "", 5, true);
+  result.raw("null");
+  write_service_response_tail(result);
+  EXPECT_EQ(result.text(),
+            R"({"op":"action_result","action":"/fib","status":5,"result":true,"values":null})");
+}
+
+} // namespace
+} // namespace rosbridge_actions_test
+} // namespace rowe::wire::rosbridge

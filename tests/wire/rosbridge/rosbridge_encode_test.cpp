@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "wire/rosbridge/rosbridge.hpp"
+#include "wire/written.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::wire::rosbridge {
+namespace rosbridge_encode_test {
+namespace {
+
+class rosbridge_encode : public testing::Test {
+ protected:
+  std::array<char, 2048> buffer_{};
+};
+
+TEST_F(rosbridge_encode, writes_a_publish_around_a_message) {
+  const std::string text =
+      std::string{written(buffer_, write_publish_head, "/odom")} + R"({"x":1.5})" + std::string{publish_tail};
+  EXPECT_EQ(text, R"({"op":"publish","topic":"/odom","msg":{"x":1.5}})");
+}
+
+TEST_F(rosbridge_encode, needs_no_more_for_a_publish_head_than_it_says) {
+  for (const std::size_t length : {0U, 1U, 128U}) {
+    const std::string worst(length, '"');
+    std::vector<char> exact(publish_head_bytes_max(length));
+    EXPECT_FALSE(written(exact, write_publish_head, worst).empty()) << length;
+  }
+}
+
+TEST_F(rosbridge_encode, writes_a_status_with_and_without_an_id) {
+  EXPECT_EQ(written(buffer_, write_status, severity::error, R"("s\/1")", "a \"quoted\" word"),
+            R"({"op":"status","level":"error","id":"s\/1","msg":"a \"quoted\" word"})");
+  EXPECT_EQ(written(buffer_, write_status, severity::warning, "7", "x"),
+            R"({"op":"status","level":"warning","id":7,"msg":"x"})");
+  EXPECT_EQ(written(buffer_, write_status, severity::info, "", "x"),
+            R"({"op":"status","level":"info","msg":"x"})");
+}
+
+TEST_F(rosbridge_encode, writes_subscribe_and_unsubscribe_with_one_id) {
+  EXPECT_EQ(
+      written(
+          buffer_, write_subscribe,
+          {.topic = "/odom", .type = "nav_msgs/Odometry", .number = 3, .throttle_ms = 50, .queue_length = 1}),
+      R"({"op":"subscribe","id":"subscribe:/odom:3","type":"nav_msgs/Odometry","topic":"/odom",)"
+      R"("compression":"none","throttle_rate":50,"queue_length":1})");
+  EXPECT_EQ(
+      written(buffer_, write_subscribe, {.topic = "/odom"}),
+      R"({"op":"subscribe","id":"subscribe:/odom:1","topic":"/odom","compression":"none","throttle_rate":0,)"
+      R"("queue_length":0})");
+  EXPECT_EQ(written(buffer_, write_unsubscribe, "/odom", 3),
+            R"({"op":"unsubscribe","id":"subscribe:/odom:3","topic":"/odom"})");
+}
+
+TEST_F(rosbridge_encode, writes_advertise_and_unadvertise_with_one_id) {
+  EXPECT_EQ(
+      written(buffer_, write_advertise,
+              {.topic = "/cmd", .type = "geometry_msgs/Twist", .latch = true, .queue_size = 10}),
+      R"({"op":"advertise","id":"advertise:/cmd:1","type":"geometry_msgs/Twist","topic":"/cmd","latch":true,)"
+      R"("queue_size":10})");
+  EXPECT_EQ(written(buffer_, write_advertise, {.topic = "/cmd"}),
+            R"({"op":"advertise","id":"advertise:/cmd:1","topic":"/cmd","latch":false,"queue_size":100})");
+  EXPECT_EQ(written(buffer_, write_unadvertise, "/cmd", 1),
+            R"({"op":"unadvertise","id":"advertise:/cmd:1","topic":"/cmd"})");
+}
+
+TEST_F(rosbridge_encode, writes_nothing_where_it_does_not_fit) {
+  for (std::size_t bytes = 0; bytes < 40; ++bytes) {
+    const std::span<char> small = std::span{buffer_}.first(bytes);
+    EXPECT_TRUE(written(small, write_status, severity::error, "1", "too long for the room").empty());
+    EXPECT_TRUE(written(small, write_subscribe, {.topic = "/t"}).empty());
+    EXPECT_TRUE(written(small, write_unsubscribe, "/t", 1).empty());
+    EXPECT_TRUE(written(small, write_advertise, {.topic = "/t"}).empty());
+    EXPECT_TRUE(written(small, write_unadvertise, "/t", 1).empty());
+    EXPECT_TRUE(written(small, write_publish_head, "a longer topic").empty());
+  }
+  std::vector<char> plenty(20'000);
+  EXPECT_TRUE(written(plenty, write_subscribe, {.topic = std::string(1100, 't')}).empty());
+}
+
+TEST_F(rosbridge_encode, needs_no_more_for_requests_than_it_says) {
+  const name_limits limits{.name_bytes_max = 128, .id_bytes_max = 256};
+  const std::string worst(limits.name_bytes_max, '\x01');
+  std::vector<char> exact(request_bytes_max(limits));
+  const subscription most{.topic = worst,
+                          .type = worst,
+                          .number = UINT32_MAX,
+                          .throttle_ms = milliseconds_max,
+                          .queue_length = INT64_MAX};
+  EXPECT_FALSE(written(exact, write_subscribe, most).empty());
+  EXPECT_FALSE(
+      written(exact, write_advertise, {.topic = worst, .type = worst, .queue_size = INT64_MAX}).empty());
+  EXPECT_FALSE(written(exact, write_unsubscribe, worst, UINT32_MAX).empty());
+  EXPECT_FALSE(written(exact, write_unadvertise, worst, UINT32_MAX).empty());
+}
+
+TEST_F(rosbridge_encode, writes_what_it_can_read) {
+  const std::string topic = "/\xc3\xa9\"\\/x";
+  const name_limits limits;
+  std::vector<char> scratch(scratch_bytes(limits));
+  auto reader = json::reader::create(4096);
+  const auto read_back = [&](std::string_view text) {
+    request out;
+    EXPECT_TRUE(reader->validate(text)) << text;
+    EXPECT_FALSE(decode(text, scratch, limits, out)) << text;
+    EXPECT_EQ(out.topic, topic);
+    return out;
+  };
+  const request subscribed =
+      read_back(written(buffer_, write_subscribe, {.topic = topic, .type = "a/B", .queue_length = 5}));
+  EXPECT_EQ(subscribed.what, verb::subscribe);
+  EXPECT_EQ(subscribed.type, "a/B");
+  EXPECT_EQ(subscribed.queue_length, 5);
+  EXPECT_EQ(read_back(written(buffer_, write_unsubscribe, topic, 1)).what, verb::unsubscribe);
+  EXPECT_TRUE(read_back(written(buffer_, write_advertise, {.topic = topic, .latch = true})).latch);
+  EXPECT_EQ(read_back(written(buffer_, write_unadvertise, topic, 1)).what, verb::unadvertise);
+  std::string publish;
+  publish.reserve(1024); // validation reads 64 bytes ahead
+  publish.append(written(buffer_, write_publish_head, topic)).append(R"({"a":[1,"}"]})").append(publish_tail);
+  EXPECT_EQ(read_back(publish).what, verb::publish);
+}
+
+} // namespace
+} // namespace rosbridge_encode_test
+} // namespace rowe::wire::rosbridge
