@@ -6,7 +6,6 @@
 namespace rowe {
 namespace {
 
-using config::described;
 using config::form;
 using config::item;
 using config::kind;
@@ -106,13 +105,13 @@ bool settings_reader::read_value(const item& from, std::string_view section, con
     for (const item& one : list->of) {
       const auto* const member = std::get_if<std::string>(&one.is);
       if (wrong.empty())
-        wrong = member == nullptr ? "needs a list of texts, not one with " + described(one)
+        wrong = member == nullptr ? "needs a list of texts, not one with " + config::described(one)
                                   : config::check_text(*member);
       if (wrong.empty()) members.push_back(*member);
     }
     into = std::move(members);
   } else {
-    wrong = config::needs(what, described(from));
+    wrong = config::needs(what, config::described(from));
   }
   if (wrong.empty()) return true;
   fail(from, section, wrong);
@@ -124,7 +123,7 @@ void settings_reader::read_section(const item& section) {
   if (std::ranges::none_of(config::keys(), known))
     return fail(section, "", "is no section; there are " + known_sections());
   const auto* const members = std::get_if<config::table>(&section.is);
-  if (members == nullptr) return fail(section, "", "needs a table, not " + described(section));
+  if (members == nullptr) return fail(section, "", "needs a table, not " + config::described(section));
   for (const item& one : members->of) {
     const std::size_t at = config::find(section.name, one.name);
     if (at == config::keys().size()) {

@@ -21,9 +21,9 @@ struct named {
   errc code;
 };
 constexpr named names[] = {
-#define ROWE_NAMED(number, name) {number, errc::name},
-    ROWE_ERROR_CODES(ROWE_NAMED)
-#undef ROWE_NAMED
+#define ROWE_NUMBERED(number, name) {number, errc::name},
+    ROWE_ERROR_CODES(ROWE_NUMBERED)
+#undef ROWE_NUMBERED
 };
 
 consteval bool the_lists_agree() {

@@ -18,8 +18,8 @@ namespace {
 using text = rowe_parameter::text;
 
 template <class T>
-rowe_parameter* opened(const rowe_endpoint* on, const char* name, const T& first,
-                       const rowe::range<T>& allowed = {}) noexcept {
+rowe_parameter* opened_parameter(const rowe_endpoint* on, const char* name, const T& first,
+                                 const rowe::range<T>& allowed = {}) noexcept {
   if (on == nullptr || name == nullptr) return no(errc::misuse);
   return pointer_with_memory([&]() -> rowe_parameter* {
     auto made = on->inside->parameter<T>(name, first, allowed);
@@ -49,17 +49,17 @@ int set(rowe_parameter* into, const T& value) noexcept {
 
 struct rowe_parameter* rowe_parameter_bool(const struct rowe_endpoint* endpoint, const char* name,
                                            bool first) {
-  return opened<bool>(endpoint, name, first);
+  return opened_parameter<bool>(endpoint, name, first);
 }
 
 struct rowe_parameter* rowe_parameter_integer(const struct rowe_endpoint* endpoint, const char* name,
                                               int64_t first, int64_t least, int64_t most) {
-  return opened<std::int64_t>(endpoint, name, first, {least, most});
+  return opened_parameter<std::int64_t>(endpoint, name, first, {least, most});
 }
 
 struct rowe_parameter* rowe_parameter_double(const struct rowe_endpoint* endpoint, const char* name,
                                              double first, double least, double most) {
-  return opened<double>(endpoint, name, first, {least, most});
+  return opened_parameter<double>(endpoint, name, first, {least, most});
 }
 
 struct rowe_parameter* rowe_parameter_text(const struct rowe_endpoint* endpoint, const char* name,
@@ -68,7 +68,7 @@ struct rowe_parameter* rowe_parameter_text(const struct rowe_endpoint* endpoint,
   text begins;
   if (!begins.assign(first))
     return no(rowe::error{errc::too_long, static_cast<std::int64_t>(std::strlen(first)), text::capacity()});
-  return opened<text>(endpoint, name, begins);
+  return opened_parameter<text>(endpoint, name, begins);
 }
 
 void rowe_parameter_free(struct rowe_parameter* parameter) { delete parameter; }

@@ -13,7 +13,7 @@
 namespace rowe::json {
 namespace {
 
-constexpr std::array<char, 65> digits{"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"};
+constexpr std::array<char, 65> alphabet{"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"};
 constexpr char padding = '=';
 constexpr std::uint32_t none = 0xff00'0000; // beyond the bits of four digits
 
@@ -24,7 +24,7 @@ constexpr auto values_at(unsigned shift) noexcept {
   std::array<std::uint32_t, 256> all{};
   all.fill(none);
   for (std::size_t i = 0; i < 64; ++i)
-    all[static_cast<std::uint8_t>(digits[i])] = static_cast<std::uint32_t>(i) << shift;
+    all[static_cast<std::uint8_t>(alphabet[i])] = static_cast<std::uint32_t>(i) << shift;
   return all;
 }
 constexpr std::array values{values_at(18), values_at(12), values_at(6), values_at(0)};
@@ -68,10 +68,10 @@ bool each_piece(std::string_view escaped, const Take& take) noexcept {
 
 char* write_base64(char* at, const char* bytes, std::size_t count) noexcept {
   const auto write = [&at](std::uint32_t bits) {
-    at[0] = digits[bits >> 18];
-    at[1] = digits[bits >> 12 & 63];
-    at[2] = digits[bits >> 6 & 63];
-    at[3] = digits[bits & 63];
+    at[0] = alphabet[bits >> 18];
+    at[1] = alphabet[bits >> 12 & 63];
+    at[2] = alphabet[bits >> 6 & 63];
+    at[3] = alphabet[bits & 63];
     at += 4;
   };
   // Six bytes of eight that may be read, and one store for their digits.
@@ -79,7 +79,7 @@ char* write_base64(char* at, const char* bytes, std::size_t count) noexcept {
     const std::uint64_t bits = __builtin_bswap64(load_eight(bytes));
     std::uint64_t text = 0;
     for (unsigned i = 0; i < 8; ++i)
-      text |= std::uint64_t{static_cast<std::uint8_t>(digits[bits >> (58 - 6 * i) & 63])} << 8 * i;
+      text |= std::uint64_t{static_cast<std::uint8_t>(alphabet[bits >> (58 - 6 * i) & 63])} << 8 * i;
     std::memcpy(at, &text, sizeof text);
   }
   for (; count >= 3; count -= 3, bytes += 3)

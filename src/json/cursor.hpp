@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "block.hpp"
+#include "characters.hpp"
 #include "utf8.hpp"
 
 namespace rowe::json {
@@ -128,12 +129,9 @@ inline const char* skip_scalar(const char* at, const char* end) noexcept {
 
 // ---- escapes ----
 
-inline std::uint32_t hex_value(char c) noexcept {
-  return static_cast<std::uint32_t>(c <= '9' ? c - '0' : (c | 0x20) - 'a' + 10) & 15;
-}
-
 inline std::uint32_t code_unit(const char* four) noexcept {
-  return hex_value(four[0]) << 12 | hex_value(four[1]) << 8 | hex_value(four[2]) << 4 | hex_value(four[3]);
+  const auto half = [](char c) { return hex_value(c) & 15; };
+  return half(four[0]) << 12 | half(four[1]) << 8 | half(four[2]) << 4 | half(four[3]);
 }
 
 inline char unescaped(char c) noexcept {

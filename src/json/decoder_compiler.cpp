@@ -17,7 +17,7 @@ namespace rowe::json {
 namespace {
 
 // The form that a member gives to the numbers in it.
-struct form {
+struct number_form {
   bool as_string = false;
   bool by_name = false;
   bool as_seconds = false;
@@ -204,7 +204,7 @@ class decoder::compiler {
   }
 
   // `where` is the value, `from` what its offset is counted from.
-  step value(const value_description& d, const void* where, const char* from, form how,
+  step value(const value_description& d, const void* where, const char* from, number_form how,
              std::size_t depth) noexcept {
     step s;
     if (!failed_) return s;
@@ -241,7 +241,7 @@ class decoder::compiler {
     return s;
   }
 
-  const step* element(const value_description& d, form how, std::size_t depth) noexcept {
+  const step* element(const value_description& d, number_form how, std::size_t depth) noexcept {
     step* const buffer = take(elements(), element_count_, 1);
     const step s = value(d, base_, base_, how, depth);
     if (buffer != nullptr) *buffer = s;

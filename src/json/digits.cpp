@@ -151,13 +151,13 @@ int digit_count(std::uint64_t x) noexcept {
 }
 
 // A decimal number: digits x 10^exponent.
-struct decimal {
+struct shortest_digits {
   std::uint64_t digits; // not 0, the last one not 0 either; at most 17
   int exponent;
 };
 
 template <class Real>
-decimal shortest(Real x) noexcept {
+shortest_digits shortest(Real x) noexcept {
   namespace dragonbox = jkj::dragonbox;
   const auto d =
       dragonbox::to_decimal(x, dragonbox::policy::sign::ignore, dragonbox::policy::trailing_zero::remove);
@@ -165,7 +165,7 @@ decimal shortest(Real x) noexcept {
 }
 
 // Writes `whole`.`fraction`: the decimal d, whose integer part is known. d.exponent is in [-22, -1].
-char* write_plain(char* at, std::uint64_t whole, decimal d) noexcept {
+char* write_plain(char* at, std::uint64_t whole, shortest_digits d) noexcept {
   // Up to 17 digits behind the point are written. If there are more, the first ones are zeros, because d has
   // at most 17 digits and `whole` is 0 then.
   const int fraction_digits = -d.exponent;
@@ -179,7 +179,7 @@ char* write_plain(char* at, std::uint64_t whole, decimal d) noexcept {
   return at + count;
 }
 
-char* write_with_exponent(char* at, decimal d) noexcept {
+char* write_with_exponent(char* at, shortest_digits d) noexcept {
   const int count = digit_count(d.digits);
   const int exponent = d.exponent + count - 1;
   seventeen_digits(at + 1, d.digits * power_of_ten(17 - count));

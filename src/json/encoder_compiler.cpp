@@ -46,9 +46,6 @@ std::size_t scalar_bytes_max(encoding into, operation what) noexcept {
 // Bytes that a byte of a text may need: escaped, \u001f; or replaced because it is no UTF-8.
 constexpr std::size_t escaped_bytes_max = 6;
 
-// The form that a member gives to the values in it.
-using form = const member_description&;
-
 } // namespace
 
 class encoder::compiler {
@@ -230,7 +227,8 @@ class encoder::compiler {
     if (into_ == encoding::cbor && !is_counted(schema)) add({&cbor::close, 1});
   }
 
-  void value(const value_description& d, const void* where, form how, std::size_t depth) noexcept {
+  void value(const value_description& d, const void* where, const member_description& how,
+             std::size_t depth) noexcept {
     if (!failed_) return;
     switch (d.kind) {
     case value_kind::object: return object(*d.object, static_cast<const char*>(where), depth + 1);
@@ -253,8 +251,9 @@ class encoder::compiler {
     emit(s, scalar_bytes_max(into_, s.what));
   }
 
-  // The operation that writes a scalar in the form asked for; what it needs to know goes into the step.
-  operation scalar(const value_description& d, form how, step& s) const noexcept {
+  // The operation that writes a scalar in the const member_description& asked for; what it needs to know goes
+  // into the step.
+  operation scalar(const value_description& d, const member_description& how, step& s) const noexcept {
     s.plain = static_cast<operation>(d.kind);
     const bool is_timed = into_ == encoding::sec_nsec && is_time(d);
     if (how.as_string && !is_timed) return operation::in_quotes;
@@ -295,7 +294,7 @@ class encoder::compiler {
   }
 
   // `count_of`, when given, takes `owner`: the object that the array is a member of, or a part of it.
-  void array(const value_description& d, const void* where, form how, std::size_t depth,
+  void array(const value_description& d, const void* where, const member_description& how, std::size_t depth,
              std::size_t (*count_of)(const void*) noexcept, const char* owner) noexcept {
     if (!may_nest(depth + 1)) return;
     const value_description& element = *d.element;
@@ -335,8 +334,8 @@ class encoder::compiler {
 
   // `begin` writes what stands before the value only if there is one: a member's name.
   template <class Begin>
-  void optional(const value_description& d, const void* where, form how, std::size_t depth, bool else_null,
-                Begin begin) noexcept {
+  void optional(const value_description& d, const void* where, const member_description& how,
+                std::size_t depth, bool else_null, Begin begin) noexcept {
     if (!may_nest(depth + 1)) return;
     if (into_ == encoding::ros1) return fail(1, 0);
     constexpr std::size_t null_bytes = 4;

@@ -6,19 +6,11 @@
 #include <charconv>
 #include <cstring>
 
+#include "characters.hpp"
 #include "utf8.hpp"
 
 namespace rowe::json {
 namespace {
-
-bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
-
-std::optional<std::uint32_t> hex_digit(char c) noexcept {
-  if (is_digit(c)) return static_cast<std::uint32_t>(c - '0');
-  const char lower = static_cast<char>(c | 0x20);
-  if (lower >= 'a' && lower <= 'f') return static_cast<std::uint32_t>(lower - 'a' + 10);
-  return std::nullopt;
-}
 
 // One pass over the text. Each function moves at_ behind what it has accepted, or leaves it at the first byte
 // that is wrong and returns false.
@@ -157,9 +149,9 @@ class scan {
   bool code_unit(std::uint32_t& unit) noexcept {
     if (!take('u')) return false;
     for (int i = 0; i < 4; ++i) {
-      const auto digit = at_ == end_ ? std::nullopt : hex_digit(*at_);
-      if (!digit) return false;
-      unit = unit << 4 | *digit;
+      const unsigned digit = at_ == end_ ? 16 : hex_value(*at_);
+      if (digit > 15) return false;
+      unit = unit << 4 | digit;
       ++at_;
     }
     return true;

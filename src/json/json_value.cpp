@@ -5,6 +5,7 @@
 #include <rowe/json_value.hpp>
 
 #include "base64.hpp"
+#include "characters.hpp"
 #include "cursor.hpp"
 #include "fault.hpp"
 #include "numbers.hpp"
@@ -26,8 +27,6 @@ struct path_step {
   bool is_index = false;
 };
 
-bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
-
 // Takes `[12]` or `['name']`; `at` is behind the bracket.
 bool take_bracket(std::string_view path, std::size_t& at, path_step& into) noexcept {
   if (at < path.size() && (path[at] == '\'' || path[at] == '"')) {
@@ -39,7 +38,7 @@ bool take_bracket(std::string_view path, std::size_t& at, path_step& into) noexc
   } else {
     const std::size_t begin = at;
     std::size_t index = 0;
-    for (; at < path.size() && is_digit(path[at]); ++at) {
+    for (; at < path.size() && json::is_digit(path[at]); ++at) {
       // An array of a text has fewer elements than the largest index, which so stands for all beyond it.
       if (__builtin_mul_overflow(index, std::size_t{10}, &index) ||
           __builtin_add_overflow(index, static_cast<std::size_t>(path[at] - '0'), &index)) {

@@ -144,7 +144,7 @@ std::optional<whole_number> read_quoted_whole(std::string_view escaped) noexcept
       n.negative = true;
       continue;
     }
-    if (bytes != 1 || !detail::is_digit(c) || leading_zero) return std::nullopt;
+    if (bytes != 1 || !is_digit(c) || leading_zero) return std::nullopt;
     leading_zero = c == '0' && characters == 0;
     ++characters;
     if (__builtin_mul_overflow(n.magnitude, std::uint64_t{10}, &n.magnitude) ||

@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "bytes.hpp"
+#include "characters.hpp"
 
 namespace rowe::json {
 
@@ -60,7 +61,6 @@ namespace detail {
 
 inline constexpr std::size_t exact_digits_max = 19; // 10^19 is below 2^64
 
-inline bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 inline std::uint64_t digit(char c) noexcept { return static_cast<std::uint64_t>(c - '0'); }
 
 // Are all eight bytes digits? Those are 0x30 to 0x39: the high half is 3, and stays 3 when 6 is added.

@@ -3,11 +3,10 @@
 
 #include <cassert>
 
+#include "characters.hpp"
+
 namespace rowe::json {
 namespace {
-
-bool is_white(char c) noexcept { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
-bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 
 // Behind a number that is complete in this piece, has no exponent, and so few digits that no double is too
 // small for it; nullptr if it is not so simple, or wrong.
@@ -98,7 +97,7 @@ const char* scanner::step(const char* at, const char* end) noexcept {
 const char* scanner::between(const char* at, const char* end) noexcept {
   while (at != end && state_ <= last_between) {
     const char c = *at;
-    if (is_white(c)) {
+    if (is_white_space(c)) {
       ++at;
       continue;
     }

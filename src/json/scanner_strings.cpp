@@ -4,6 +4,7 @@
 
 #include "block.hpp"
 #include "bytes.hpp"
+#include "characters.hpp"
 #include "scanner.hpp"
 #include "utf8.hpp"
 
@@ -12,13 +13,6 @@ namespace {
 
 // May it follow a backslash, other than a `u`?
 bool is_escaped(char c) noexcept { return std::memchr("\"\\/bfnrt", c, 8) != nullptr; }
-
-// 16 if it is none.
-unsigned hex_digit(char c) noexcept {
-  if (c >= '0' && c <= '9') return static_cast<unsigned>(c - '0');
-  const char lower = static_cast<char>(c | 0x20);
-  return lower >= 'a' && lower <= 'f' ? static_cast<unsigned>(lower - 'a' + 10) : 16;
-}
 
 // The first byte from `at` on that does not simply continue a string of ASCII, or `end`.
 const char* skip_plain(const char* at, const char* end) noexcept {
@@ -40,7 +34,7 @@ const char* skip_escape(const char* at, const char* end) noexcept {
   if (end - at < 6) return at;
   unsigned unit = 0;
   for (int i = 2; i < 6; ++i) {
-    const unsigned digit = hex_digit(at[i]);
+    const unsigned digit = hex_value(at[i]);
     if (digit > 15) return at;
     unit = unit << 4 | digit;
   }
@@ -128,7 +122,7 @@ const char* scanner::in_escape(const char* at) noexcept {
 }
 
 const char* scanner::in_unit(const char* at) noexcept {
-  const unsigned digit = hex_digit(*at);
+  const unsigned digit = hex_value(*at);
   if (digit > 15) return low_half_ ? wrong_at(mark_) : wrong(at);
   unit_ = unit_ << 4 | digit;
   if (++unit_digits_ < 4) return at + 1;

@@ -3,12 +3,9 @@
 
 #include <cassert>
 
+#include "json/characters.hpp"
+
 namespace rowe::json {
-namespace {
-
-constexpr bool is_space(char c) noexcept { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
-
-} // namespace
 
 // If no member precedes, the opening bracket of the object is removed. The bracket of the value replaces it,
 // or one that end() writes.
@@ -34,8 +31,8 @@ void splice::end(std::string_view name, bool merges) noexcept {
   assert(into_.bytes() >= from_);
   char* first = into_.begin_ + from_;
   char* last = into_.at_; // behind the value
-  while (first != last && is_space(*first)) ++first;
-  while (first != last && is_space(last[-1])) --last;
+  while (first != last && is_white_space(*first)) ++first;
+  while (first != last && is_white_space(last[-1])) --last;
   if (merges && last - first >= 2 && *first == '{' && last[-1] == '}') return merge(first, last - 1);
   if (first != last) return wrap(name);
   into_.at_ = into_.begin_ + from_;
@@ -46,7 +43,7 @@ void splice::end(std::string_view name, bool merges) noexcept {
 // Merges the members between the brackets at `first` and `last`. The closing bracket is removed. The opening
 // one becomes the comma behind the preceding members, or it remains, as the bracket of the outer object.
 void splice::merge(char* first, char* last) noexcept {
-  while (last - first > 1 && is_space(last[-1])) --last;
+  while (last - first > 1 && is_white_space(last[-1])) --last;
   const bool empty = last - first == 1;
   if (!members_precede_) {
     into_.at_ = last;

@@ -13,8 +13,6 @@
 namespace rowe::json {
 namespace {
 
-using detail::is_digit;
-
 const char* skip_digits(const char* at) noexcept {
   for (;; at += block_pair::bytes) {
     const std::uint32_t others = ~block_pair{at}.digits();
@@ -45,8 +43,6 @@ const char* number_end(const char* at) noexcept {
   }
   return at;
 }
-
-bool is_white(char c) noexcept { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; }
 
 bool begins_with(const char* at, std::string_view word) noexcept {
   return std::memcmp(at, word.data(), word.size()) == 0;
@@ -138,7 +134,7 @@ class token_check {
   // The scalar that begins at the token ends at or before the next one, which must be there.
   bool ends(const char* scalar_end) noexcept {
     const char* const next = text_ + *++at_;
-    return scalar_end == next || (scalar_end < next && is_white(*scalar_end));
+    return scalar_end == next || (scalar_end < next && is_white_space(*scalar_end));
   }
   bool word(std::string_view expected) noexcept {
     if (end_ - at_ < 2) return false;
@@ -154,7 +150,7 @@ class token_check {
   // ---- members of the whole
 
   static const char* before_space(const char* end) noexcept {
-    while (is_white(end[-1])) --end;
+    while (is_white_space(end[-1])) --end;
     return end;
   }
 
@@ -184,9 +180,7 @@ class token_check {
   std::bitset<fault_depth_limit> is_object_; // of each open level
 };
 
-bool is_hex(char c) noexcept {
-  return is_digit(c) || (static_cast<char>(c | 0x20) >= 'a' && static_cast<char>(c | 0x20) <= 'f');
-}
+bool is_hex(char c) noexcept { return hex_value(c) < 16; }
 
 // \uXXXX at `at`?
 bool is_code_unit(const char* at, const char* end) noexcept {

@@ -71,7 +71,7 @@ std::string_view inside_quotes(const value& v) noexcept {
 }
 
 template <class Integer>
-std::optional<Integer> whole_number(const value& v) noexcept {
+std::optional<Integer> integer_in(const value& v) noexcept {
   if (v.type != kind::number) return std::nullopt;
   Integer x = 0;
   const char* const end = v.raw.data() + v.raw.size();
@@ -195,8 +195,8 @@ std::optional<double> to_double(const value& v) noexcept {
   return nearest_double(v.raw);
 }
 
-std::optional<std::int64_t> to_integer(const value& v) noexcept { return whole_number<std::int64_t>(v); }
-std::optional<std::uint64_t> to_unsigned(const value& v) noexcept { return whole_number<std::uint64_t>(v); }
+std::optional<std::int64_t> to_integer(const value& v) noexcept { return integer_in<std::int64_t>(v); }
+std::optional<std::uint64_t> to_unsigned(const value& v) noexcept { return integer_in<std::uint64_t>(v); }
 
 std::optional<bool> to_boolean(const value& v) noexcept {
   if (v.type != kind::boolean) return std::nullopt;

@@ -59,7 +59,7 @@ class echo final : public service::transport_sink {
     p.id = id;
     p.ours = info.ours == service::side::server ? wire::role::server : wire::role::client;
     // Not written beforehand: pages that no message needs are never there.
-    p.assembly = std::make_unique_for_overwrite<std::byte[]>(message_bytes_max + tailroom_bytes);
+    p.assembly = std::make_unique_for_overwrite<std::byte[]>(message_bytes_max + service::tailroom_bytes);
     p.parser.reset(p.ours, {.message_bytes_max = message_bytes_max, .fragments_max = fragments_max},
                    {p.assembly.get(), message_bytes_max});
     met_anyone_ = true;

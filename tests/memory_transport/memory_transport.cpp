@@ -176,7 +176,7 @@ void memory_transport::deliver(link& on, connection_id id, service::transport_si
     const std::size_t bytes = std::min({budget, std::max<std::size_t>(on.conditions.chunk_bytes_max, 1),
                                         there.size(), sink.wanted_bytes(id)});
     if (bytes == 0) break;
-    buffer_.assign(bytes + service::transport_sink::tailroom_bytes, std::byte{0});
+    buffer_.assign(bytes + service::tailroom_bytes, std::byte{0});
     std::memcpy(buffer_.data(), there.data(), bytes);
     on.inbound.take(bytes);
     budget -= bytes;

@@ -73,7 +73,7 @@ TEST(client_by_name, tries_each_address_in_turn) {
   auto robot = listening({.allow_hosts = name});
   auto polled = poll_set::open();
   ASSERT_TRUE(polled);
-  auto lws = lws_host::open(lws_role::client, {}, 1, lws_host::memory_bytes_least);
+  auto lws = lws_host::open(lws_role::client, {}, 1, handshake_bytes_least);
   ASSERT_TRUE(lws);
   const socket_limits limits;
   socket_counters counters;

@@ -66,7 +66,7 @@ struct recording_sink final : service::transport_sink {
     reads.push_back(bytes.size());
     received[id.index].append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     // The tail room is readable (under the address sanitizer this would be found out).
-    for (std::size_t i = 0; i < tailroom_bytes; ++i)
+    for (std::size_t i = 0; i < service::tailroom_bytes; ++i)
       tail_ ^= std::to_integer<int>(bytes.data()[bytes.size() + i]);
     if (when_bytes) when_bytes(id, bytes);
   }

@@ -12,7 +12,7 @@
 #include "net/base/descriptor.hpp"
 #include "net/base/kept_descriptors.hpp"
 #include "net/base/poll_set.hpp"
-#include "net/transport/socket_transport.hpp"
+#include "net/base/settings.hpp"
 
 namespace rowe::net {
 

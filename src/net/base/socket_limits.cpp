@@ -4,7 +4,6 @@
 #include <climits>
 #include <cstdint>
 
-#include "net/lws/lws_host.hpp"
 #include "wire/http/http_request.hpp"
 
 namespace rowe::net {
@@ -24,7 +23,7 @@ status check(const socket_limits& limits) noexcept {
       {limits.connections_max, 1, 65536},
       {limits.connections_per_address_max, 1, UINT32_MAX},
       {limits.handshakes_max, 1, 1024},
-      {limits.handshake_bytes, lws_host::memory_bytes_least, std::uint64_t{1} << 26},
+      {limits.handshake_bytes, handshake_bytes_least, std::uint64_t{1} << 26},
       {limits.header_bytes_max, 256, wire::http_header_bytes_max},
       {limits.read_quantum_bytes, 512, most_bytes},
       {limits.read_alone_bytes_min, limits.read_quantum_bytes, most_bytes},

@@ -7,7 +7,7 @@
 
 #include <sys/types.h>
 
-#include "net/transport/socket_transport.hpp"
+#include "net/base/socket_limits.hpp"
 
 namespace rowe::net {
 

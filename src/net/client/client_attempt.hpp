@@ -20,10 +20,10 @@
 #include "net/base/arrival.hpp"
 #include "net/base/descriptor.hpp"
 #include "net/base/poll_set.hpp"
+#include "net/base/settings.hpp"
 #include "net/client/resolver.hpp"
 #include "net/connections/established.hpp"
 #include "net/lws/lws_host.hpp"
-#include "net/transport/socket_transport.hpp"
 #include "service/base/transport.hpp"
 
 namespace rowe::net {

@@ -19,9 +19,9 @@
 #include "net/base/deadline_list.hpp"
 #include "net/base/descriptor.hpp"
 #include "net/base/poll_set.hpp"
+#include "net/base/socket_limits.hpp"
 #include "net/connections/stop_visits.hpp"
 #include "net/connections/stream.hpp"
-#include "net/transport/socket_transport.hpp"
 #include "service/base/transport.hpp"
 
 namespace rowe::net {
@@ -79,7 +79,7 @@ class established {
                         service::transport_sink& sink) noexcept;
   bool holds_input() const noexcept { return !held_.empty(); }
 
-  // Handles one event of the poll_set. Reads at most `buffer`, behind which transport_sink::tailroom_bytes
+  // Handles one event of the poll_set. Reads at most `buffer`, behind which tailroom_bytes
   // are readable. Returns how many bytes were read.
   std::size_t on_event(const socket_event& event, std::span<std::byte> buffer,
                        service::transport_sink& sink) noexcept;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Accepted sockets that are not connections yet, or never will be. Each waits for its request's header; then
-// it is served a page, upgraded, logged in (wire/http/http_login.hpp), or rejected with a text. Service thread;
-// never allocates itself (libwebsockets does, for a page or an upgrade).
+// it is served a page, upgraded, logged in (wire/http/http_login.hpp), or rejected with a text. Service
+// thread; never allocates itself (libwebsockets does, for a page or an upgrade).
 //
 // The header is peeked at in the kernel (MSG_PEEK) until it is complete. Then exactly the header is taken
 // out: the bytes behind it belong to the connection, and libwebsockets must not see them. So no socket needs
@@ -31,11 +31,11 @@
 #include "net/base/kept_descriptors.hpp"
 #include "net/base/listener.hpp"
 #include "net/base/poll_set.hpp"
+#include "net/base/settings.hpp"
 #include "net/base/source_tally.hpp"
 #include "net/connections/established.hpp"
 #include "net/handshakes/token_tries.hpp"
 #include "net/lws/lws_host.hpp"
-#include "net/transport/socket_transport.hpp"
 #include "service/base/transport.hpp"
 #include "wire/http/http_request.hpp"
 

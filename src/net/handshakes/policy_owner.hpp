@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "net/base/address.hpp"
-#include "net/transport/socket_transport.hpp"
+#include "net/base/settings.hpp"
 #include "wire/http/http_request.hpp"
 
 namespace rowe::net {

@@ -9,9 +9,9 @@
 // callback.
 //
 // Service thread, but open() and the destructor. What libwebsockets does in here allocates from a heap of its
-// own, of a fixed size (net/lws/lws_memory.hpp); it does so per handshake and page, never per message. A server
-// checks the free memory before each of them, because libwebsockets does not handle every failed allocation.
-// A client makes one attempt at a time, and there is always memory for one.
+// own, of a fixed size (net/lws/lws_memory.hpp); it does so per handshake and page, never per message. A
+// server checks the free memory before each of them, because libwebsockets does not handle every failed
+// allocation. A client makes one attempt at a time, and there is always memory for one.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -67,9 +67,6 @@ enum class lws_role : std::uint8_t { server, client };
 
 class lws_host {
  public:
-  // The least that libwebsockets can be given: for its context and one handshake.
-  static constexpr std::size_t memory_bytes_least = std::size_t{1} << 16;
-
   // `sockets_max`: how many may be with libwebsockets at once. `memory_bytes`: all that it gets.
   // errc::no_memory when no context can be had.
   static result<std::unique_ptr<lws_host>> open(lws_role role, std::span<const std::string_view> subprotocols,

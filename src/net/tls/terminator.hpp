@@ -30,10 +30,10 @@
 #include "net/base/kept_descriptors.hpp"
 #include "net/base/listener.hpp"
 #include "net/base/poll_set.hpp"
+#include "net/base/socket_limits.hpp"
 #include "net/tls/certificates.hpp"
 #include "net/tls/relays.hpp"
 #include "net/tls/session.hpp"
-#include "net/transport/socket_transport.hpp"
 
 namespace rowe::net::tls {
 

@@ -120,8 +120,7 @@ class epoll_transport final : public socket_transport {
 
 epoll_transport::epoll_transport(const socket_limits& limits, poll_set polled)
     : limits_{limits},
-      buffer_(std::max(limits.read_alone_bytes_max, limits.header_bytes_max) +
-              transport_sink::tailroom_bytes),
+      buffer_(std::max(limits.read_alone_bytes_max, limits.header_bytes_max) + service::tailroom_bytes),
       polled_{std::move(polled)},
       pace_{limits.read_alone_bytes_min, limits.read_alone_bytes_max},
       connections_{limits, polled_} {}

@@ -47,7 +47,7 @@ class chunk_store {
   // In front of the chunks there is a place for one text in one piece that is no long one, with what may be
   // read behind it. Who uses it has used a chunk before.
   static std::size_t whole_bytes(const limits& bounds) noexcept {
-    return in_use(bounds) ? bounds.message_bytes_max + transport_sink::tailroom_bytes : 0;
+    return in_use(bounds) ? bounds.message_bytes_max + tailroom_bytes : 0;
   }
   // How many chunks there are: as many longest messages as there are slots for long ones.
   static std::uint32_t chunk_count(const limits& bounds) noexcept;

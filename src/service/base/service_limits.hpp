@@ -59,8 +59,7 @@ inline constexpr std::uint32_t long_page_rows = 4 * long_pages_max;
 // ---- reading
 
 // The bytes of one read of a peer while others are readable too, and the tailroom behind them.
-inline constexpr std::size_t staging_bytes =
-    transport_sink::read_bytes_in_turn + transport_sink::tailroom_bytes;
+inline constexpr std::size_t staging_bytes = transport_sink::read_bytes_in_turn + tailroom_bytes;
 // How much of a message is looked at for a stop, and how long the frame of a stop is.
 inline constexpr std::size_t stop_look_bytes = 160;
 inline constexpr std::size_t stop_frame_bytes_max = transport_sink::read_bytes_in_turn;
@@ -84,7 +83,7 @@ inline constexpr std::size_t long_encode_bytes = 8 * 1024;
 inline constexpr std::size_t long_copy_bytes = 64 * 1024;
 
 // What a JSON parser may read behind a text, and what is kept free for that behind each text.
-static_assert(transport_sink::tailroom_bytes >= json::reader::tailroom_bytes &&
+static_assert(tailroom_bytes >= json::reader::tailroom_bytes &&
               rt::tailroom_bytes >= json::reader::tailroom_bytes);
 
 // Longest id of a peer's request, as written in its text. A longer one is refused; a stop with a longer one

@@ -10,7 +10,7 @@ namespace {
 // The headroom, the text, and the bytes that a JSON parser may read behind it; rounded up, so that each slot
 // starts on a cache line of its own.
 constexpr std::size_t stride(std::size_t bytes) noexcept {
-  const std::size_t whole = slot_pool::headroom_bytes + bytes + transport_sink::tailroom_bytes;
+  const std::size_t whole = slot_pool::headroom_bytes + bytes + tailroom_bytes;
   return (whole + rt::line_bytes - 1) / rt::line_bytes * rt::line_bytes;
 }
 

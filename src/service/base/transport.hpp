@@ -176,6 +176,9 @@ class page_source {
   ~page_source() = default;
 };
 
+// What may be read behind the bytes that a transport hands over.
+inline constexpr std::size_t tailroom_bytes = 64;
+
 // What a transport reports. Implemented by the core; called only inside transport::poll().
 class transport_sink {
  public:
@@ -213,7 +216,6 @@ class transport_sink {
   // before anything else is reported of it.
   virtual void displace(connection_id) noexcept {}
 
-  static constexpr std::size_t tailroom_bytes = 64;
   // on_bytes() gets at most so many bytes while other connections are readable as well.
   static constexpr std::size_t read_bytes_in_turn = 4096;
   // The same for a connection that is alone: so many to begin with, and at most.

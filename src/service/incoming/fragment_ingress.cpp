@@ -14,8 +14,6 @@
 namespace rowe::service {
 namespace {
 
-constexpr std::size_t tailroom_bytes = transport_sink::tailroom_bytes;
-
 using why_buffer = std::array<char, 224>;
 
 } // namespace

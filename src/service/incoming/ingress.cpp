@@ -12,7 +12,6 @@
 namespace rowe::service {
 namespace {
 
-constexpr std::size_t tailroom_bytes = transport_sink::tailroom_bytes;
 std::size_t work_of(std::size_t frames, std::size_t bytes) noexcept {
   return ROWE_MUTANT(turn_budget) ? 0 : frames + bytes / read_work_bytes;
 }

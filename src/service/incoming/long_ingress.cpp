@@ -15,8 +15,6 @@
 namespace rowe::service {
 namespace {
 
-constexpr std::size_t tailroom_bytes = transport_sink::tailroom_bytes;
-
 std::size_t receipt_count(const limits& bounds) noexcept {
   return chunk_store::in_use(bounds) ? std::min(bounds.connections_max, bounds.long_slots) : 0;
 }

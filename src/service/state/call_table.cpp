@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t nonce_digits = 16;
 
-std::size_t bucket_count(const limits& bounds) noexcept {
+std::size_t call_buckets(const limits& bounds) noexcept {
   return std::bit_ceil(std::size_t{bounds.calls_max} * 2);
 }
 
@@ -39,7 +39,7 @@ bool take_number(std::string_view& text, T& into, bool last) noexcept {
 
 std::size_t call_table::footprint_bytes(const limits& bounds) noexcept {
   return rt::arena::bytes_for<call>(bounds.calls_max) +
-         rt::arena::bytes_for<call_index>(bucket_count(bounds)) +
+         rt::arena::bytes_for<call_index>(call_buckets(bounds)) +
          rt::arena::bytes_for(bounds.calls_max * stride_of(bounds)) +
          rt::arena::bytes_for<std::uint32_t>(bounds.connections_max);
 }
@@ -47,7 +47,7 @@ std::size_t call_table::footprint_bytes(const limits& bounds) noexcept {
 call_table::call_table(rt::arena& memory, const limits& bounds, std::uint32_t connections) noexcept
     : calls_{memory.carve<call>(bounds.calls_max)},
       free_{calls_},
-      buckets_{memory.carve<call_index>(bucket_count(bounds))},
+      buckets_{memory.carve<call_index>(call_buckets(bounds))},
       texts_{memory.carve<char>(bounds.calls_max * stride_of(bounds))},
       text_stride_{stride_of(bounds)},
       service_bytes_max_{bounds.topic_bytes_max},

@@ -10,7 +10,7 @@
 namespace rowe::service {
 namespace {
 
-std::size_t bucket_count(const limits& bounds) noexcept {
+std::size_t topic_buckets(const limits& bounds) noexcept {
   return std::bit_ceil(std::size_t{bounds.topics_max} * 2);
 }
 // The longest name, with the slash that may be added here.
@@ -28,14 +28,14 @@ std::size_t name_stride_of(const limits& bounds) noexcept {
 
 std::size_t topic_table::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
-  return arena::bytes_for<topic>(bounds.topics_max) + arena::bytes_for<topic_id>(bucket_count(bounds)) +
+  return arena::bytes_for<topic>(bounds.topics_max) + arena::bytes_for<topic_id>(topic_buckets(bounds)) +
          arena::bytes_for(bounds.topics_max * name_stride_of(bounds));
 }
 
 topic_table::topic_table(rt::arena& memory, const limits& bounds, const wire::codec& envelope) noexcept
     : envelope_{envelope},
       topics_{memory.carve<topic>(bounds.topics_max)},
-      buckets_{memory.carve<topic_id>(bucket_count(bounds))},
+      buckets_{memory.carve<topic_id>(topic_buckets(bounds))},
       names_{memory.carve<char>(bounds.topics_max * name_stride_of(bounds))},
       name_bytes_max_{name_bytes_max_of(bounds)},
       head_bytes_max_{head_bytes_max_of(bounds)},

@@ -17,7 +17,8 @@
 
 namespace rowe::service {
 
-namespace {
+// Named, because a type of the header's is made of it.
+namespace queue_memory {
 
 // The memory that moodycamel's queue gets while it is set up: a piece of the arena. At all other times there
 // is none, so the queue cannot allocate.
@@ -45,7 +46,12 @@ struct queue_traits : moodycamel::ConcurrentQueueDefaultTraits {
   static void free(void*) noexcept {} // the arena's memory goes with the arena
 };
 
-using queue = moodycamel::ConcurrentQueue<std::uint32_t, queue_traits>;
+} // namespace queue_memory
+
+namespace {
+
+using queue_memory::memory_piece, queue_memory::piece_alignment, queue_memory::source;
+using queue = moodycamel::ConcurrentQueue<std::uint32_t, queue_memory::queue_traits>;
 
 // Makes the producer of one slot, with its first block. That block is enough for ever: only the thread that
 // took the number puts it again, and taking leaves the block empty, so the producer can use it again.

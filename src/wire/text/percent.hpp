@@ -6,15 +6,9 @@
 #include <span>
 #include <string_view>
 
-#include "wire/text/ascii.hpp"
+#include "json/characters.hpp"
 
 namespace rowe::wire {
-
-constexpr int hex_value(char digit) noexcept {
-  if (digit >= '0' && digit <= '9') return digit - '0';
-  const char low = lower(digit);
-  return low >= 'a' && low <= 'f' ? low - 'a' + 10 : -1;
-}
 
 // Writes the text to `out`, as much of it as fits, and returns what was written. Nothing where a % has no two
 // digits behind it. `plus` is what a + stands for: a blank in forms, itself in paths.
@@ -25,9 +19,9 @@ constexpr std::optional<std::string_view> undo_percent(std::span<char> out, std:
     char one = text.front() == '+' ? plus : text.front();
     std::size_t taken = 1;
     if (one == '%') {
-      const int high = text.size() > 2 ? hex_value(text[1]) : -1;
-      const int low = text.size() > 2 ? hex_value(text[2]) : -1;
-      if (high < 0 || low < 0) return std::nullopt;
+      const unsigned high = text.size() > 2 ? json::hex_value(text[1]) : 16;
+      const unsigned low = text.size() > 2 ? json::hex_value(text[2]) : 16;
+      if (high > 15 || low > 15) return std::nullopt;
       one = static_cast<char>(high << 4 | low);
       taken = 3;
     }

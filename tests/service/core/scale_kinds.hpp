@@ -76,7 +76,7 @@ class lean_transport final : public rowe::service::transport {
     opening_.clear();
     std::swap(said_, hearing_);
     std::swap(arriving_, bytes_);
-    bytes_.resize(bytes_.size() + transport_sink::tailroom_bytes);
+    bytes_.resize(bytes_.size() + rowe::service::tailroom_bytes);
     for (const saying& one : hearing_) {
       const auto bytes = std::span{bytes_}.subspan(one.at, one.size);
       if (crossing([&] { return sink.wanted_bytes({one.index, 1}); }) != 0) {

@@ -78,7 +78,7 @@ struct reading_parts : peer_parts::peer_parts {
   }
   // As the transport reports them: with bytes behind that may be read.
   void read(const connection& c, std::string_view bytes) {
-    constexpr std::size_t behind = rowe::service::transport_sink::tailroom_bytes;
+    constexpr std::size_t behind = rowe::service::tailroom_bytes;
     of_transport.resize(bytes.size() + behind);
     bytes.copy(reinterpret_cast<char*>(of_transport.data()), bytes.size());
     in.receive({c.id.index}, std::span{of_transport}.first(bytes.size()));
