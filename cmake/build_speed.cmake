@@ -31,9 +31,9 @@ function(rowe_use_precompiled target name)
     $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CXX_COMPILER_ID:GNU>>:-Wno-array-bounds;-Wno-stringop-overread>)
 endfunction()
 
-# rowe_compile_together(TARGET [AT_MOST n]): the sources of a folder are one unit, or units of at most n files:
-# they include the same headers and instantiate the same templates. Files of a unit share one anonymous
-# namespace: their private names differ. -DROWE_ONE_UNIT_A_FOLDER=OFF is for who edits a file over and over.
+# rowe_compile_together(TARGET [AT_MOST n]): the sources of a folder become one unit, or units of at most n
+# files, because they include the same headers and instantiate the same templates. The files of a unit share
+# one anonymous namespace, so their private names differ. With ROWE_ONE_UNIT_A_FOLDER=OFF each file is a unit.
 function(rowe_compile_together target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "AT_MOST" "")
   if(NOT ROWE_ONE_UNIT_A_FOLDER)

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rules about the parts of src/service: calls go one way, and docs/inside.md shows the code as it is.
+"""Rules about the folders of src and the parts of src/service: what includes what goes one way, and
+docs/inside.md shows the code as it is.
 
-Of the page are checked: the picture (what a part includes stands on a lower line), the table (all parts, in
-the order in which they are made), and the journeys, which are nested lists of steps `FILE: FUNCTION`. An
-indented step is called by the one above it that is indented less, and steps side by side are called in their
-order; a step that is not indented is called from outside, and those of src/service belong to core."""
+Of the page are checked: its picture (all folders, in their order), a section for each folder with a table
+of its parts, and the journeys, which are nested lists of steps `FILE: FUNCTION`. An indented step is called
+by the one above it that is indented less, and steps side by side are called in their order; a step that is
+not indented is called from outside, and those of src/service belong to core."""
 import functools
 import re
 
@@ -14,39 +15,17 @@ from tree import finding
 page = "docs/inside.md"
 parts_header = "src/service/core/core_parts.hpp"
 state_header = "src/service/state/core_state.hpp"
-entrances = ("core.", "service_loop.")
+entrances = ("core/core.", "core/service_loop.")
 
-# What a file of src/service includes stands in front of it: nothing is called upwards.
-service_order = """
-ids index_list indexed_pool index_ring counters transport work service_limits
-local_stop limit_table parameter_table parameter_values shared_state cycle_state rate_limit event_log
-stop_frames shares chunk_store stand_in slot_pool timers peer_set connection peer_table latch_store
-latched_values last_value_store page_texts names
-policy_handover peer_rights
-message_queue listed_numbers pair_table topic_rows topic_table own_type_structs own_type_schemas own_types
-subscription_table call_table completion number_queue
-submission_queue shared_inbox core_options
-core_state topic_rates message_store check_sum peer_queues told_message outbox long_outbox subscription_queues
-batch mask_keys partial_frames control_frames round_trip credit urgent_frames message_frames
-frame_selection frame_group
-sender refusals access_control parameters parameter_requests
-local_delivery long_deliveries receiver frame_handler turns ingress json_fault
-long_arrival member_list long_ingress
-fragment_ingress
-checked_text trackers message_parking direct_messages liveness call_goals
-call_completion long_calls
-publish_predictor audiences advertisement_table topic_places kept_ids subscriptions advertisements broker
-topic_handles service_directory service_providers
-stop_rules stop_gate stop_switch thread_stops stop_service
-listed_topics topic_holders fitting_names statistics_report metrics_report topic_pages own_pages
-statistics_feed parameters_feed clock_feed gone_names graph_record graph_message connection_graph
-parameter_services graph_services type_services endpoint_services
-call_requests call_router numbered told_numbers listings registrations revocation stop_state_feed
-value_publisher long_publications handle_submissions thread_submissions pair_release handle_registry
-request_router dispatcher
-core_parts core_check core memory_plan service_loop
-""".split()
-_place = {name: place for place, name in enumerate(service_order)}
+# The folders of a room from the ground up: a file includes those of its own folder, and of folders before it.
+folders = {
+    "service": "base threads state outgoing incoming topics calls stop parameters reports graph requests "
+               "handles core".split(),
+    "wire": "text websocket http codec plain rosbridge foxglove protocols".split(),
+    "net": "base http lws tls connections handshakes client transport".split(),
+}
+# The line that says in one header of each folder of src/service what lives there.
+house_rule = re.compile(r"// Folder (\w+): .*")
 
 
 def _stem(path):
@@ -56,23 +35,46 @@ def _stem(path):
 def _included(t, path):
     """(line, name) of what a file of src/service includes of it."""
     for number, line in enumerate(t.lines(path), 1):
-        named = re.match(r'\s*#\s*include\s+"service/(\w+)\.hpp"', line)
+        named = re.match(r'\s*#\s*include\s+"service/\w+/(\w+)\.hpp"', line)
         if named and named[1] != _stem(path):
             yield number, named[1]
 
 
-def files_include_what_stands_before_them(t):
+def files_lie_in_folders_that_include_downwards(t):
+    for room, order in folders.items():
+        include = re.compile(rf'\s*#\s*include\s+"{room}/(\w+)/')
+        for path in t.within([f"src/{room}"]):
+            folder = path.split("/")[2]
+            if folder not in order:
+                yield finding(path, 1, "folder", f"lies in no folder of {', '.join(order)}")
+                continue
+            for number, line in enumerate(t.lines(path), 1):
+                other = include.match(line)
+                if other and other[1] in order[order.index(folder) + 1:]:
+                    yield finding(path, number, "folder", f"{other[1]} stands above {folder}")
+
+
+def each_folder_says_what_lives_there(t):
+    said = {}
+    for path in t.within(["src/service"], (".hpp",)):
+        for number, line in enumerate(t.lines(path), 1):
+            rule = house_rule.match(line)
+            if rule:
+                said.setdefault(path.split("/")[2], []).append((path, number, rule[1]))
+    for folder in folders["service"]:
+        rules = said.get(folder, [])
+        if len(rules) != 1 or rules[0][2] != folder:
+            path, number, _ = rules[-1] if rules else (f"src/service/{folder}", 1, "")
+            yield finding(path, number, "folder", f"one header says `// Folder {folder}: …`")
+
+
+@functools.lru_cache(maxsize=1)
+def _files(t):
+    """The header and the source of each name."""
+    files = {}
     for path in t.within(["src/service"]):
-        own = _stem(path)
-        for number, name in _included(t, path):
-            for one in (own, name):
-                if one not in _place:
-                    yield finding(path, number, "include-order", f"{one} has no place in service_order")
-            if _place.get(name, -1) > _place.get(own, len(_place)):
-                yield finding(path, number, "include-order", f"{name} stands above {own}")
-    for name in service_order:
-        if not any(t.exists(f"src/service/{name}{suffix}") for suffix in (".hpp", ".cpp")):
-            yield finding("tests/tidy/inside.py", 1, "include-order", f"src/service has no {name}")
+        files.setdefault(_stem(path), []).append(path)
+    return files
 
 
 @functools.lru_cache(maxsize=1)
@@ -91,12 +93,14 @@ def _parts(t):
                 yield number, named[1], _stem(home.files[0])
 
 
-def parts_are_made_in_that_order(t):
-    last = ""
-    for number, name, file in _parts(t):
-        if _place.get(file, -1) < _place.get(last, -1):
-            yield finding(parts_header, number, "include-order", f"{name} stands before {last}")
-        last = file
+def parts_are_made_after_those_they_include(t):
+    parts = list(_parts(t))
+    class_in, made = {file: name for _, name, file in parts}, set()
+    for number, name, file in parts:
+        made.add(file)
+        for one in _included_parts(t, file, class_in):
+            if one not in made:
+                yield finding(parts_header, number, "part-order", f"{name} is made before {class_in[one]}")
 
 
 def parts_have_one_name(t):
@@ -165,36 +169,40 @@ def _chapter(t, title):
             yield number, line
 
 
-def _drawn(t):
-    """The line of each word in the first block of text."""
-    lines, fence = {}, 0
+def _first_difference(told, right, start, where):
+    """Of (line, name) on the page from what is right."""
+    end = "nothing more"
+    told = told + [(start, end)] * (len(right) + 1)
+    for (number, name), other in zip(told, right + [end] * len(told)):
+        if name != other:
+            yield finding(page, number, "inside", f"{other} comes here {where}, not {name}")
+            return
+
+
+def the_page_draws_the_folders(t):
+    """The first word of each line of the picture: the folders, the ground last."""
+    lines, fence = [], 0
     for number, line in enumerate(t.lines(page), 1):
         fence += line.startswith("```")
-        if fence == 1:
-            lines.update((word, number) for word in re.findall(r"\w+", line))
-    return lines
+        word = re.match(r"  (\w+) ", line)
+        if fence == 1 and word:
+            lines.append((number, word[1]))
+    start = next((number for number, _ in _chapter(t, "The folders")), 1)
+    yield from _first_difference(lines, folders["service"][::-1], start, "in the picture")
 
 
-def the_page_shows_the_parts(t):
-    drawn = _drawn(t)
-    parts = list(_parts(t))
-    told = [(number, re.match(r"\| `(\w+)` \|", line)) for number, line in _chapter(t, "The parts")]
-    told = [(number, match[1]) for number, match in told if match]
-    start = next((number for number, _ in _chapter(t, "The parts")), 1)
-    names = [name for _, name, _ in parts]
-    missing = [name for name in names if name not in drawn]
-    if missing:
-        yield finding(page, 1, "inside", f"the picture lacks {', '.join(missing)}")
-    for (number, name), right in zip(told + [(start, "nothing more")], names + ["nothing more"]):
-        if name != right:
-            yield finding(page, number, "inside", f"{right} comes here in core_parts.hpp, not {name}")
-            break
-    class_in = {file: name for _, name, file in parts}
-    for _, name, file in parts:
-        for one in _included_parts(t, file, class_in):
-            other = class_in[one]
-            if drawn.get(other, len(t.lines(page))) <= drawn.get(name, 0):
-                yield finding(page, drawn[name], "inside", f"{name} includes {other}, which is not below it")
+def the_page_has_a_section_for_each_folder(t):
+    """With a table of its parts, in the order in which they are made."""
+    names = [(number, line[3:]) for number, line in enumerate(t.lines(page), 1)
+             if line.startswith("## ") and line[3:].islower()]
+    yield from _first_difference(names, folders["service"], 1, "among the sections")
+    parts = {}
+    for _, name, file in _parts(t):
+        parts.setdefault(_files(t)[file][0].split("/")[2], []).append(name)
+    for start, folder in names:
+        rows = [(number, match[1]) for number, match in
+                ((number, re.match(r"\| `(\w+)` \|", line)) for number, line in _chapter(t, folder)) if match]
+        yield from _first_difference(rows, parts.get(folder, []), start, "in core_parts.hpp")
 
 
 def _included_parts(t, file, parts):
@@ -202,21 +210,33 @@ def _included_parts(t, file, parts):
     found, seen, left = set(), {file}, [file]
     while left:
         one = left.pop()
-        for path in (f"src/service/{one}.hpp", f"src/service/{one}.cpp"):
-            for _, name in _included(t, path) if path in t.paths else ():
+        for path in _files(t).get(one, ()):
+            for _, name in _included(t, path):
                 if name not in seen:
                     seen.add(name)
                     (found.add if name in parts else left.append)(name)
     return sorted(found)
 
 
+steps_max = 12  # of each of the four journeys: who reads them sees the whole
+
+
+def the_four_journeys_are_short(t):
+    title, steps = None, 0
+    for number, line in [*_chapter(t, "Four journeys"), (0, "### ")]:
+        if line.startswith("### "):
+            if title and steps > steps_max:
+                yield finding(page, title, "inside", f"{steps} steps; {steps_max} fit")
+            title, steps = number, 0
+        steps += bool(re.match(r" *\d+\. ", line))
+
+
 def the_journeys_go_as_the_page_says(t):
     code = _program(t)
     above = []  # of each step around the next one: depth, file, function, and its calls that are left
-    lines = list(_chapter(t, "The journeys"))
-    if not lines:
+    if not any(_chapter(t, "Four journeys")):
         yield finding(page, 1, "inside", "there are no journeys")
-    for number, line in lines:
+    for number, line in enumerate(t.lines(page), 1):
         if line.startswith("#"):
             above = []
         step = re.match(r"( *)\d+\. ", line)
@@ -227,7 +247,8 @@ def the_journeys_go_as_the_page_says(t):
             yield finding(page, number, "inside", "a step begins with `FILE: FUNCTION`")
             continue
         depth = len(step[1])
-        path, function = named[1] if "/" in named[1] else "src/service/" + named[1], named[2]
+        elsewhere = named[1].startswith(("src/", "include/"))
+        path, function = named[1] if elsewhere else "src/service/" + named[1], named[2]
         if path not in t.paths:
             yield finding(page, number, "inside", f"there is no {path}")
             continue
@@ -256,17 +277,17 @@ larger = {"core": 526, "ingress": 434, "request_router": 404, "long_ingress": 49
 
 
 def the_page_shows_the_transport(t):
-    """Its picture has all files of TLS; a word in it with a `_` is a file of src/net."""
-    of_tls = {_stem(path) for path in t.within(["src/net/tls"], (".hpp",))}
+    """Its table has all folders of src/net; a word in its picture with a `_` is a file of src/net."""
     of_net = {_stem(path) for path in t.within(["src/net"], (".hpp",))}
-    named, block = {}, False
+    rows, named, block = [], {}, False
     for number, line in _chapter(t, "The transport"):
         block = block != line.startswith("```")
+        row = re.match(r"\| `(\w+)` \|", line)
+        rows += [row[1]] if row else []
         named.update((word, number) for word in re.findall(r"\w+", line) if block or "`" in line)
     start = next((number for number, _ in _chapter(t, "The transport")), 1)
-    missing = sorted(of_tls - set(named))
-    if missing:
-        yield finding(page, start, "inside", f"the transport's picture lacks {', '.join(missing)}")
+    if rows != folders["net"]:
+        yield finding(page, start, "inside", f"the transport's folders are {', '.join(folders['net'])}")
     for word, number in named.items():
         if "_" in word and word not in of_net:
             yield finding(page, number, "inside", f"src/net has no {word}")
@@ -359,7 +380,8 @@ def classes_are_small(t):
         yield finding("tests/tidy/inside.py", 1, "size", f"src/service has no class {name}")
 
 
-rules = (files_include_what_stands_before_them, parts_are_made_in_that_order, parts_have_one_name,
-         rows_have_typed_indices, limits_are_tied,
-         the_stop_is_recognised_at_the_gate, the_page_shows_the_parts, the_page_shows_the_transport,
+rules = (files_lie_in_folders_that_include_downwards, each_folder_says_what_lives_there,
+         parts_are_made_after_those_they_include, parts_have_one_name, rows_have_typed_indices,
+         limits_are_tied, the_stop_is_recognised_at_the_gate, the_page_draws_the_folders,
+         the_page_has_a_section_for_each_folder, the_page_shows_the_transport, the_four_journeys_are_short,
          the_journeys_go_as_the_page_says, parts_are_small, classes_are_small)

@@ -16,13 +16,14 @@ hash_spdx = "# SPDX-License-Identifier: Apache-2.0\n"
 
 # (file, text, [(line, rule)]): a file to add and all that is wrong with it. Line 1 is the licence.
 plants = [
-    ("src/service/plant_a.cpp",
+    ("src/service/base/plant_a.cpp",
      spdx + "lws_context* c;\n// as libwebsockets has it\nsimdjson::dom::parser p;\n",
      [(2, "library-room"), (3, "library-room"), (4, "library-room")]),
-    ("src/net/plant_b.cpp", spdx + "#include <simdjson.h>\n#include <concurrentqueue/concurrentqueue.h>\n",
+    ("src/net/base/plant_b.cpp",
+     spdx + "#include <simdjson.h>\n#include <concurrentqueue/concurrentqueue.h>\n",
      [(2, "library-room"), (3, "library-room")]),
-    ("src/wire/plant_c.cpp", spdx + "#include <dragonbox/dragonbox.h>\n", [(2, "library-room")]),
-    ("src/service/plant_d.cpp", spdx + "moodycamel::ConcurrentQueue<int> q;\n", [(2, "library-room")]),
+    ("src/wire/text/plant_c.cpp", spdx + "#include <dragonbox/dragonbox.h>\n", [(2, "library-room")]),
+    ("src/service/base/plant_d.cpp", spdx + "moodycamel::ConcurrentQueue<int> q;\n", [(2, "library-room")]),
     ("tools/plant_e.cpp", spdx + "lws_context* c;\n", [(2, "library-room")]),
     ("tools/rowe/setup/plant_f.cpp", spdx + "#include <openssl/evp.h>\n#include <qrencode.h>\n",
      [(2, "library-room"), (3, "library-room")]),
@@ -30,12 +31,13 @@ plants = [
     ("docs/examples/plant_e.cpp", spdx + "#include <openssl/evp.h>\n",
      [(1, "unlinked-example"), (2, "library-room"), (2, "interface")]),
 
-    ("src/wire/plant_f.cpp", spdx + '#include "service/core/core.hpp"\n#include "net/base/address.hpp"\n',
+    ("src/wire/text/plant_f.cpp",
+     spdx + '#include "service/core/core.hpp"\n#include "net/base/address.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
-    ("src/service/plant_g.cpp", spdx + '#include "net/base/address.hpp"\n#include "page/page.hpp"\n',
+    ("src/service/base/plant_g.cpp", spdx + '#include "net/base/address.hpp"\n#include "page/page.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
     ("src/json/plant_h.cpp", spdx + '#include "wire/text/utf8.hpp"\n', [(2, "arrow")]),
-    ("src/net/plant_i.cpp", spdx + '#include "service/core/core.hpp"\n#include "api/url.hpp"\n',
+    ("src/net/base/plant_i.cpp", spdx + '#include "service/core/core.hpp"\n#include "api/url.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
 
     ("tools/plant_j.cpp",
@@ -58,17 +60,18 @@ plants = [
     ("src/api/plant_o.cpp",
      spdx + '#include <iostream>\nstd::printf("x");\nstd::abort();\nstd::cerr << 1;\nexit(1);\n',
      [(line, "no-output-no-abort") for line in range(2, 7)]),
-    ("src/service/plant_p.cpp",
+    ("src/service/base/plant_p.cpp",
      spdx + "clock_gettime(CLOCK_MONOTONIC, &t);\nstd::chrono::steady_clock::now();\nrand();\n"
      "std::random_device r;\nstd::this_thread::get_id();\nrt::monotonic_clock::now();\n",
      [(line, "core-is-a-function") for line in range(2, 8)]),
-    ("src/service/plant_5.cpp",
-     spdx + '#include "wire/rosbridge/rosbridge.hpp"\n#include "wire/protocols/json_decoder.hpp"\nwire::bare::decode(text);\n'
-     'if (by == peer_profile::standard) return;\nif (subprotocol == "foxglove.sdk.v1") return;\n'
+    ("src/service/base/plant_5.cpp",
+     spdx + '#include "wire/rosbridge/rosbridge.hpp"\n#include "wire/protocols/json_decoder.hpp"\n'
+     'wire::bare::decode(text);\nif (by == peer_profile::standard) return;\n'
+     'if (subprotocol == "foxglove.sdk.v1") return;\n'
      '// as Hop has it\nbool is_bare = codec == hop_;\ninto.key("bare"); // of rosbridge_suite\n',
      [(2, "codec"), (3, "codec"), (4, "codec"), (5, "codec"), (6, "codec"), (7, "codec"), (8, "codec"),
       (8, "codec"), (9, "codec")]),
-    ("src/wire/plant_q.cpp", spdx + "std::chrono::system_clock::now();\n", [(2, "core-is-a-function")]),
+    ("src/wire/text/plant_q.cpp", spdx + "std::chrono::system_clock::now();\n", [(2, "core-is-a-function")]),
     ("tests/rt/plant_r.cpp", spdx + "std::this_thread::sleep_for(1ms);\nusleep(5);\n",
      [(2, "no-sleep-in-tests"), (3, "no-sleep-in-tests")]),
     ("tests/tools/plant_s.py", hash_spdx + "time.sleep(1)\n", [(2, "no-sleep-in-tests")]),
@@ -81,8 +84,9 @@ plants = [
     ("src/api/plant_9.cpp",
      spdx + "x.load(std::memory_order_acquire);  // acquire: pairs with the release in nowhere()\n",
      [(2, "order")]),
-    ("src/service/base/service_limits.hpp", spdx + "#pragma once\nstatic_assert(1 < 2);\nint last = no_index;\n",
-     [(1, "limits"), (4, "no-index")]),
+    ("src/service/base/service_limits.hpp",
+     spdx + "// Folder base: limits.\n#pragma once\nstatic_assert(1 < 2);\nint last = no_index;\n",
+     [(1, "limits"), (5, "no-index")]),
     ("tests/model/plant_6.hpp",
      spdx + "atomics::variable<pair_phase> phase;\nstd::atomic< detail::audience > heard;\n",
      [(2, "pair-word"), (3, "pair-word")]),
@@ -105,13 +109,15 @@ plants = [
     ("bench/plant_3.cmake", hash_spdx + "# see docs/nowhere.md\n", [(2, "named-file")]),
     ("docs/plant_6.md", "Letters go by the front door.\nA carrier and a `dialect`, or dialects.\n",
      [(1, "word"), (1, "word"), (2, "word"), (2, "word")]),
-    ("src/service/mask_keys.cpp",
-     spdx + '#include "service/outgoing/mask_keys.hpp"\n#include "service/base/ids.hpp"\n#include "service/outgoing/sender.hpp"\n',
-     [(4, "include-order")]),
-    ("src/service/plant_8.cpp", spdx + '#include "service/base/ids.hpp"\n', [(2, "include-order")]),
-    ("src/service/batch.cpp", spdx + "bool of = stop_gate::find(read, asked, text) == stop_verb::stop;\n",
+    ("src/service/outgoing/mask_keys.cpp",
+     spdx + '#include "service/base/ids.hpp"\n#include "service/incoming/ingress.hpp"\n', [(3, "folder")]),
+    ("src/service/plant_8.cpp", spdx, [(1, "folder")]),
+    ("src/wire/http/plant_8.cpp", spdx + '#include "wire/codec/codec.hpp"\n', [(2, "folder")]),
+    ("src/service/stop/zz_plant.hpp", spdx + "// Folder stop: another one.\n#pragma once\n", [(2, "folder")]),
+    ("src/service/outgoing/batch.cpp",
+     spdx + "bool of = stop_gate::find(read, asked, text) == stop_verb::stop;\n",
      [(2, "stop-gate")]),
-    ("src/service/plant_9.cpp", spdx + "int x;\n" * 400, [(1, "length"), (1, "size")]),
+    ("src/service/base/plant_9.cpp", spdx + "int x;\n" * 400, [(1, "length"), (1, "size")]),
     ("src/service/outgoing/batch.hpp",
      spdx + "class batch {\n public:\n  struct needs {\n    core_state& state;\n"
      + "".join(f"    outbox& p{n};\n" for n in range(9))
@@ -123,31 +129,32 @@ plants = [
      spdx + "class core_parts {\n  core_state state_;\n  topic_rates topic_rates_;\n  outbox outbox_;\n"
      "  message_store message_store_;\n  sender writer_;\n  stop_service stop_service_;\n"
      "  handle_registry handle_registry_;\n};\n",
-     [(6, "include-order"), (7, "part-name")]),
+     [(5, "part-order"), (7, "part-name")]),
     ("docs/inside.md",
-     "# Inside\n```\n  handle_registry\n  stop_service\n  timers   topic_rates\n"
-     "  topic_table   cycle_state\n```\n"
-     "## The parts\n"
-     "| `cycle_state` | a | b |\n| `event_log` | a | b |\n| `topic_table` | a | b |\n## The journeys\n"
-     "1. `core.cpp: cycle` begins.\n"
-     "   1. `handle_registry.cpp: scan` is called, and calls\n"
-     "      1. `handle_submissions.cpp: take`, which calls\n"
-     "         1. `value_publisher.hpp: publish`, and not\n"
-     "         2. `subscription_queues.cpp: fan_out`.\n"
-     "   2. `stop_service.hpp: update` comes earlier.\n"
-     "2. `broker.cpp: nothing_of_the_kind` is not there,\n"
+     "# Inside\n```\n  core           x\n  requests       y\n```\n"
+     "## base\n| `event_log` | a | b |\n## state\n"
+     "## Four journeys\n### One\n"
+     "1. `core/core.cpp: cycle` begins.\n"
+     "   1. `handles/handle_registry.cpp: scan` is called, and calls\n"
+     "      1. `handles/handle_submissions.cpp: take`, which calls\n"
+     "         1. `topics/value_publisher.hpp: publish`, and not\n"
+     "         2. `outgoing/subscription_queues.cpp: fan_out`.\n"
+     "   2. `stop/stop_service.hpp: update` comes earlier.\n"
+     "2. `topics/broker.cpp: nothing_of_the_kind` is not there,\n"
      "3. `include/rowe/detail/nowhere.hpp: publish` neither.\n"
-     "4. `core.cpp` has no function here.\n"
-     "## The transport\n```\nsession context\nlws_nothing\n```\n",
-     [(1, "inside"), (5, "inside"), (11, "inside"), (17, "inside"), (18, "inside"), (19, "inside"),
-      (19, "inside"), (20, "inside"), (20, "named-file"), (21, "inside"), (22, "inside"), (25, "inside")]),
+     "4. `core/core.cpp` has no function here.\n"
+     "5. `topics/broker.cpp: relay` is no beginning.\n"
+     + "".join(f"{n}. `core/core.cpp: cycle` goes on.\n" for n in range(6, 9))
+     + "## The transport\n```\nsession context\nlws_nothing\n```\n",
+     [(18, "named-file"),
+      *((line, "inside") for line in (4, 7, 8, 8, 10, 15, 16, 17, 17, 18, 19, 20, 24, 27))]),
     ("tests/sim/plant_7.cpp", spdx + "int weather_of_today;\nauto roll = DICE;\nint x; // it naps\n",
      [(2, "word"), (3, "word"), (4, "word")]),
-    ("src/service/plant_7.cpp",
+    ("src/service/base/plant_7.cpp",
      spdx + "slots.unkeep(dead);  // owes much, and put aside\n"
      "state.to_peers.tell_room(); // what it rings, once drawn\n",
      [(2, "word")] * 4 + [(3, "word")] * 4),
-    ("src/net/plant_7.cpp",
+    ("src/net/base/plant_7.cpp",
      spdx + "guest& one = parting_.first;\nhttp_refusal why{sentence, room_bytes_};\nvoid on_refused();\n",
      [(2, "word"), (2, "word"), (3, "word"), (3, "word"), (3, "word"), (4, "word")]),
     ("src/api/plant_7.cpp", spdx + "stops.hand_in(all); // may_begin_all_the_same, lives_no_longer\n",
@@ -160,13 +167,14 @@ plants = [
 
 # What comes close and is right.
 innocent = [
-    ("src/net/innocent_a.cpp",
+    ("src/net/base/innocent_a.cpp",
      spdx + '#include "service/base/transport.hpp"\n#include "wire/text/utf8.hpp"\nlws_context* c;\n'),
-    ("src/service/number_queue_innocent.cpp", spdx + "#include <concurrentqueue/concurrentqueue.h>\n"),
-    ("src/service/innocent_a.cpp",
+    ("src/service/threads/number_queue_innocent.cpp",
+     spdx + "#include <concurrentqueue/concurrentqueue.h>\n"),
+    ("src/service/calls/innocent_a.cpp",
      spdx + '#include "wire/codec/codec.hpp"\n.messages_unasked = options.bare_unasked,\ninto.key("bare");\n'
      "const codec& in = protocols_.of(asked.codec); // barely, or by hops\n"),
-    ("src/service/innocent_b.cpp",
+    ("src/service/calls/innocent_b.cpp",
      spdx + '// rand() and steady_clock would be wrong.\nconst char* word = "volatile, rand(), TIMEOUT";\n'
      "std::snprintf(room, 8, format);\nauto strand(int);\nint brand(int);\n"),
     ("src/api/innocent_c.cpp",
@@ -180,9 +188,9 @@ innocent = [
     ("tests/service/innocent_h.cpp", spdx + "audience_word<atomics> audience;\nstd::span<audience> all;\n"),
     ("tests/sim/innocent_h.cpp", spdx + "rt::producer_epoch<> epoch; // europe, a snapshot, a doorbell\n"),
     ("tools/innocent_i.cpp", spdx + "// a letter of the alphabet, drawn by a guest, and a sentence\n"),
-    ("src/wire/innocent_i.cpp",
+    ("src/wire/text/innocent_i.cpp",
      spdx + "// it recommends what has headroom_bytes; a withdrawn deadline\nint tailroom_bytes;\n"),
-    ("src/net/innocent_j.cpp", spdx + "int x;\n" * 399),
+    ("src/net/base/innocent_j.cpp", spdx + "int x;\n" * 399),
     ("tests/net/innocent_j.cpp", spdx + "int x;\n" * 400),
     ("tests/innocent_f.cpp", spdx + "// clang-format off\n// " + "x" * 120 + "\n// clang-format on\n"),
     ("docs/innocent_g.md",
@@ -243,7 +251,7 @@ class tidy_test(unittest.TestCase):
         for lines, whose in ((401, []), (402, []), (400, [path])):
             with unittest.mock.patch.dict(tidy.longer, {path: (lines, "it is planted")}):
                 found = [one.path for one in tidy.files_are_short(tree(self.root))]
-            self.assertEqual(sorted({*found} - {"src/service/plant_9.cpp"}), whose)
+            self.assertEqual(sorted({*found} - {"src/service/base/plant_9.cpp"}), whose)
         with unittest.mock.patch.dict(tidy.longer, {"src/api/endpoint.cpp": (500, "it used to be")}):
             found = [one.what for one in tidy.files_are_short(tree(self.root))]
         self.assertIn("src/api/endpoint.cpp is no longer longer", found)

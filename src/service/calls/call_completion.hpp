@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+// Folder calls: the life of a call, and direct messages. Who is called is decided in requests.
 // Ends calls, by an answer of this process, an answer of a peer, or an error, and tells the caller. A reply
 // that finds no room is an error of the callee, which may try again; everything else closes the call. Only
-// the service thread decides which of reply, refusal, time-out and loss comes first. Nothing waits or
-// allocates.
+// the service thread decides what comes first: reply, refusal, time-out or loss. It never waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>

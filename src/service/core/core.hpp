@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+// Folder core: the cycle, the parts as members, the thread, the memory. It decides nothing itself.
 // The core: everything the service thread does, as a function of state, time and what the transport reports.
 // It has no thread, clock, socket or randomness of its own. So a simulation can run hours of bad network in
 // seconds from one seed, a fuzzer can feed it bytes, and sockets are one transport among others.
-//
 // The parts do the work (core_parts.hpp). This file has the cycle, and how connections come and go.
 // One cycle, in this order:
 //   read: what each peer sent is staged; a stop is carried out as it is read

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Folder graph: what a peer may learn of others: lists, types, connections. It changes nothing.
 // Tells peers who publishes on each topic, subscribes to it, and provides each service, and what of that has
 // changed since. Names are those of graph_services. A peer is told only of what its role may see or call.
 //

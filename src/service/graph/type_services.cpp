@@ -10,7 +10,7 @@
 #include "service/topics/own_types.hpp"
 #include "wire/codec/own_names.hpp"
 #include "wire/codec/refusal.hpp"
-#include "wire/rosbridge/ros_typedefs.hpp"
+#include "wire/codec/ros_typedefs.hpp"
 #include "wire/text/text_out.hpp"
 #include "json/description.hpp"
 #include "json/reader.hpp"

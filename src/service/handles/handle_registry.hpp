@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Folder handles: what handles and other threads of this process submit. It writes to no socket.
 // The life of handles. Set-up offers a queue pair; this part attaches or refuses it. When the handle is
 // closed, the pair is emptied and detached, and it is free again when the user's loop has released all slots.
 // Service thread only; nothing waits or allocates. A user thread that sleeps is woken, which enters the

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Folder parameters: the values of parameters, who may set them, who is told. No other settings.
 // Parameters, for services and codecs: those of handles of this process, and, read only, the endpoint's own
 // limits and counters below /rowe/. Knows no protocol: values go in and out as JSON. Service thread only;
 // nothing waits or allocates.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Folder stop: the emergency stop. What is here takes no slot and no queue.
 // The services of the stop: carries out and answers what peers and this process ask. stop_rules.hpp has the
 // rules. A stop is carried out when it is read: no slot, queue or table is in its way, and the permit is
 // withdrawn before the next message is looked at. Service thread only; nothing waits or allocates.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Folder topics: who publishes, who subscribes, and what happens to a value. No calls.
 // Sends a value to everyone who wants it. The value is encoded once, not for each peer. Values of this
 // process and values that peers publish go the same way: into the queues of peers, and into the inboxes of
 // handles. Service thread only; nothing waits or allocates.

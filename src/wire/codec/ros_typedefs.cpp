@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wire/rosbridge/ros_typedefs.hpp"
+#include "wire/codec/ros_typedefs.hpp"
 
 #include <array>
 #include <cstdint>

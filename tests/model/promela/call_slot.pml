@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A call from its start in a handle to its completion there (rowe/detail/calls.hpp,
- * src/service/state/call_table.hpp): the queue pair's table of pending calls, the service thread's table of calls,
- * a peer that replies at any time, perhaps twice, and a user who waits, cancels, or gives up. Both tables
- * have one place, so every late thing meets the next call in its predecessor's place, and generations are
- * all that tells them apart.
+ * src/service/state/call_table.hpp): the queue pair's table of pending calls, the service thread's table of
+ * calls, a peer that replies at any time, perhaps twice, and a user who waits, cancels, or gives up. Both
+ * tables have one place, so every late thing meets the next call in its predecessor's place, and generations
+ * are all that tells them apart.
  *
  * Only the service thread decides how a call ends. A user's own time-out and cancel mark the place; the
  * completion is dropped when it comes, and only then the place is free.

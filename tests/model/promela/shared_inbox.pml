@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Receivers asleep at the shared inbox, a service thread that delivers, and an endpoint that closes
- * (src/service/threads/shared_inbox.cpp: receive(), deliver(), close(), wake_receiver()): two receivers, each of
- * which receives until it is told that the inbox is closed. All accesses there are seq_cst or exchanges of
- * one word, so they are steps here. The kernel compares and begins to wait in one step, and wakes one
+ * (src/service/threads/shared_inbox.cpp: receive(), deliver(), close(), wake_receiver()): two receivers, each
+ * of which receives until it is told that the inbox is closed. All accesses there are seq_cst or exchanges
+ * of one word, so they are steps here. The kernel compares and begins to wait in one step, and wakes one
  * sleeper at a time.
  *
  * A lost wake-up is an invalid end state: a receiver sleeps for ever. And no message is left behind.

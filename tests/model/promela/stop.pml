@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The stop (docs/stop.md, src/service/threads/stop_rules.cpp, rowe/detail/stop_permit.hpp): two loops of any speed;
- * a service thread of any speed that may die; a guard whose heartbeats the network delays by any time, and
- * whose connection may end and come again; two sources of stops; and an operator who resets whatever he has
- * seen, stopped or not yet, at any later time. Time may pass at any step.
+ * The stop (docs/stop.md, src/service/threads/stop_rules.cpp, rowe/detail/stop_permit.hpp): two loops of any
+ * speed; a service thread of any speed that may die; a guard whose heartbeats the network delays by any time,
+ * and whose connection may end and come again; two sources of stops; and an operator who resets whatever he
+ * has seen, stopped or not yet, at any later time. Time may pass at any step.
  *
  * What must hold whenever a loop decides to move:
  *   no stop was accepted that this loop has not met (also not by a reset that came too soon);

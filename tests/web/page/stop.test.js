@@ -191,7 +191,8 @@ test("a reset names the stop that was shown, and echoes the newest tick", () => 
 
 test("every cause and every refusal of the robot has its words", async () => {
   const { readFile } = await import("node:fs/promises");
-  const rules = await readFile(new URL("../../../src/service/threads/stop_rules.cpp", import.meta.url), "utf8");
+  const source = "../../../src/service/threads/stop_rules.cpp";
+  const rules = await readFile(new URL(source, import.meta.url), "utf8");
   const names = (list) =>
     [...rules.match(new RegExp(`${list}\\{([^}]*)\\}`))[1].matchAll(/"(\w+)"/g)].map(([, name]) => name);
   assert.deepEqual(names("cause_names").sort(), Object.keys(causes).sort());
