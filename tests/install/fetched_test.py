@@ -19,7 +19,8 @@ class fetched(unittest.TestCase):
         cls.room = pathlib.Path(tempfile.mkdtemp(prefix="rowe-fetched-"))
         cls.addClassCleanup(shutil.rmtree, cls.room)
         cls.fleet = project(copied(cls.room / "projects") / "fetched", ["C", "CXX"],
-                            f"-DFETCHCONTENT_SOURCE_DIR_ROWE={source}", "-DCMAKE_UNITY_BUILD=ON")
+                            f"-DFETCHCONTENT_SOURCE_DIR_ROWE={source}", "-DCMAKE_UNITY_BUILD=ON",
+                            "-DROWE_ONE_UNIT_A_FOLDER=OFF")  # a file without its includes is found
         cls.said = cls.fleet.configure()
 
     def listed(self, what):

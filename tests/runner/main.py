@@ -112,8 +112,9 @@ def build(told, preset, asked, targets=(), options=()):
     begin = time.monotonic()
     steps = builds.build(preset, asked.jobs, targets)
     told.steps += [(seconds, with_preset(preset, what)) for seconds, what in steps]
-    compiled = sum(name.endswith((".cpp", ".c", ".S")) for _, name in steps)
-    terminal.line(f"{compiled} compiled, {len(steps)} steps in {time.monotonic() - begin:.0f} s")
+    compiled = [seconds for seconds, name in steps if name.endswith((".cpp", ".c", ".S", ".gch"))]
+    terminal.line(f"{len(compiled)} units compiled in {sum(compiled):.0f} s of one core, {len(steps)} steps in "
+                  f"{time.monotonic() - begin:.0f} s")
 
 
 def run(told, preset, asked, options=(), environment=None, name=None):
