@@ -10,7 +10,7 @@
 
 #include <rowe/ros.hpp>
 
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::bench {
 

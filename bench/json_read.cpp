@@ -35,10 +35,10 @@
 
 #include "json_contest.hpp"
 #include "json_messages.hpp"
-#include "json/decoder.hpp"
-#include "json/encoder.hpp"
-#include "json/reader.hpp"
-#include "json/writer.hpp"
+#include "json/reading/reader.hpp"
+#include "json/structs/decoder.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::bench {
 namespace {

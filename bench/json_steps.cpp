@@ -10,12 +10,12 @@
 #include <string_view>
 
 #include "json_messages.hpp"
-#include "json/cbor.hpp"
-#include "json/decoder.hpp"
-#include "json/encoder.hpp"
-#include "json/reader.hpp"
-#include "json/scanner.hpp"
-#include "json/writer.hpp"
+#include "json/reading/reader.hpp"
+#include "json/reading/scanner.hpp"
+#include "json/structs/decoder.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/writing/cbor.hpp"
+#include "json/writing/writer.hpp"
 
 namespace steps {
 

@@ -36,9 +36,9 @@
 
 #include "json_contest.hpp"
 #include "json_messages.hpp"
-#include "json/digits.hpp"
-#include "json/encoder.hpp"
-#include "json/writer.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/text/digits.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::bench {
 namespace {

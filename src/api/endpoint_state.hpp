@@ -26,7 +26,7 @@
 #include "service/threads/shared_inbox.hpp"
 #include "service/threads/shared_state.hpp"
 #include "service/threads/submission_queue.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::detail {
 

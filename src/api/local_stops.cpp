@@ -6,7 +6,7 @@
 #include <rowe/endpoint.hpp>
 
 #include "api/endpoint_state.hpp"
-#include "json/utf8.hpp"
+#include "json/text/utf8.hpp"
 
 namespace rowe {
 namespace detail {

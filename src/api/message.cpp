@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::detail {
 

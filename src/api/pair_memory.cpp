@@ -9,8 +9,8 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/slab.hpp>
 
-#include "json/description.hpp"
-#include "json/times.hpp"
+#include "json/structs/description.hpp"
+#include "json/structs/times.hpp"
 
 namespace rowe::detail {
 namespace {

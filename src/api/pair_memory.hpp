@@ -10,8 +10,8 @@
 #include <rowe/detail/queue_pair.hpp>
 #include <rowe/options.hpp>
 
-#include "json/decoder.hpp"
-#include "json/encoder.hpp"
+#include "json/structs/decoder.hpp"
+#include "json/structs/encoder.hpp"
 
 namespace rowe::detail {
 

@@ -13,8 +13,8 @@
 
 #include "capi/error.hpp"
 #include "capi/outside.hpp"
-#include "json/base64.hpp"
-#include "json/writer.hpp"
+#include "json/reading/base64.hpp"
+#include "json/writing/writer.hpp"
 
 using namespace rowe;
 

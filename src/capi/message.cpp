@@ -9,8 +9,8 @@
 #include "capi/object.hpp"
 #include "capi/outside.hpp"
 #include "wire/text/utf8.hpp"
-#include "json/base64.hpp"
-#include "json/writer.hpp"
+#include "json/reading/base64.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::capi {
 namespace {

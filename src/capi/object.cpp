@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "capi/error.hpp"
-#include "json/base64.hpp"
-#include "json/utf8.hpp"
+#include "json/reading/base64.hpp"
+#include "json/text/utf8.hpp"
 
 using namespace rowe::capi;
 using rowe::errc;

@@ -12,7 +12,7 @@
 #include <rowe/result.hpp>
 #include <rowe/rowe.h>
 
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::capi {
 

@@ -8,8 +8,8 @@
 #include <cstring>
 
 #include "capi/error.hpp"
-#include "json/fault.hpp"
-#include "json/writer.hpp"
+#include "json/reading/fault.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::capi {
 namespace {

@@ -14,8 +14,8 @@
 
 #include "capi/struct_scalars.hpp"
 #include "wire/text/utf8.hpp"
-#include "json/encoder.hpp"
-#include "json/words.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/text/words.hpp"
 
 namespace rowe::capi {
 namespace {

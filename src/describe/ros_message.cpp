@@ -7,7 +7,7 @@
 #include <rowe/types.hpp>
 
 #include "words.hpp"
-#include "json/ros_names.hpp"
+#include "json/text/ros_names.hpp"
 
 namespace rowe {
 namespace {

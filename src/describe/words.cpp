@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::describe_words {
 

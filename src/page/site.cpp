@@ -17,7 +17,7 @@
 
 #include "access/token.hpp"
 #include "wire/codec/own_names.hpp"
-#include "json/digits.hpp"
+#include "json/text/digits.hpp"
 
 namespace rowe::page {
 namespace {

@@ -12,8 +12,8 @@
 #include "describe/robot.hpp"
 #include "describe/words.hpp"
 #include "json/decodable.hpp"
-#include "json/encoder.hpp"
-#include "json/writer.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/writing/writer.hpp"
 
 namespace {
 

@@ -15,8 +15,8 @@
 
 #include "fuzz/require.hpp"
 #include "wire/plain/bare.hpp"
-#include "json/reader.hpp"
-#include "json/writer.hpp"
+#include "json/reading/reader.hpp"
+#include "json/writing/writer.hpp"
 
 namespace {
 

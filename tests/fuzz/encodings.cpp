@@ -11,14 +11,14 @@
 #include "fuzz/require.hpp"
 #include "wire/png_text.hpp"
 #include "wire/rosbridge/png.hpp"
-#include "json/cbor.hpp"
 #include "json/cbor_text.hpp"
 #include "json/decodable.hpp"
-#include "json/decoder.hpp"
-#include "json/encoder.hpp"
 #include "json/padded.hpp"
-#include "json/reader.hpp"
-#include "json/writer.hpp"
+#include "json/reading/reader.hpp"
+#include "json/structs/decoder.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/writing/cbor.hpp"
+#include "json/writing/writer.hpp"
 
 namespace {
 

@@ -15,7 +15,7 @@
 #include "fuzz/require.hpp"
 #include "wire/foxglove/foxglove_codec.hpp"
 #include "wire/foxglove/foxglove_decoder.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace {
 

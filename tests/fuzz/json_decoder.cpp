@@ -13,13 +13,13 @@
 
 #include "fuzz/require.hpp"
 #include "json/decodable.hpp"
-#include "json/decoder.hpp"
-#include "json/encoder.hpp"
 #include "json/padded.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 #include "json/respelled.hpp"
 #include "json/slow_decoder.hpp"
-#include "json/writer.hpp"
+#include "json/structs/decoder.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/writing/writer.hpp"
 
 namespace {
 

@@ -15,11 +15,11 @@
 
 #include "fuzz/require.hpp"
 #include "json/equivalence.hpp"
-#include "json/fault.hpp"
 #include "json/padded.hpp"
-#include "json/reader.hpp"
+#include "json/reading/fault.hpp"
+#include "json/reading/reader.hpp"
 #include "json/scanned.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace {
 

@@ -15,7 +15,7 @@
 #include "fuzz/require.hpp"
 #include "json/decodable.hpp"
 #include "json/padded.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace {
 

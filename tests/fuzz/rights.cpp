@@ -23,7 +23,7 @@
 #include "service/core/core_harness.hpp"
 #include "sim/swarm_grammar.hpp"
 #include "wire/codec/own_names.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace {
 

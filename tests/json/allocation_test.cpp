@@ -19,10 +19,10 @@
 #include "rt/sanitized.hpp"
 #include "rt/seed.hpp"
 #include "texts.hpp"
-#include "json/decoder.hpp"
-#include "json/encoder.hpp"
-#include "json/reader.hpp"
-#include "json/writer.hpp"
+#include "json/reading/reader.hpp"
+#include "json/structs/decoder.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/writing/writer.hpp"
 
 namespace {
 std::atomic<std::uint64_t> allocations{0}; // relaxed: read by the one thread that counts

@@ -14,9 +14,9 @@
 #include <rowe/schema.hpp>
 
 #include "rt/seed.hpp"
-#include "json/base64.hpp"
-#include "json/encoder.hpp"
-#include "json/writer.hpp"
+#include "json/reading/base64.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/writing/writer.hpp"
 
 namespace base64_test {
 

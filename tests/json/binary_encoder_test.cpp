@@ -15,10 +15,10 @@
 #include <rowe/schema.hpp>
 
 #include "cbor_text.hpp"
-#include "json/cbor.hpp"
-#include "json/digits.hpp"
-#include "json/encoder.hpp"
-#include "json/writer.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/text/digits.hpp"
+#include "json/writing/cbor.hpp"
+#include "json/writing/writer.hpp"
 
 namespace binary_test {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // JSON text as CBOR.
-#include "json/cbor.hpp"
+#include "json/writing/cbor.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -14,7 +14,7 @@
 #include "cbor_text.hpp"
 #include "rt/seed.hpp"
 #include "texts.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::json {
 namespace cbor_test {

@@ -10,8 +10,8 @@
 #include <string>
 #include <string_view>
 
-#include "json/utf8.hpp"
-#include "json/writer.hpp"
+#include "json/text/utf8.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::tests {
 

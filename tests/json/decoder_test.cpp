@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "json/decoder.hpp"
+#include "json/structs/decoder.hpp"
 
 #include <algorithm>
 #include <array>
@@ -24,10 +24,10 @@
 #include "rt/seed.hpp"
 #include "slow_decoder.hpp"
 #include "texts.hpp"
-#include "json/encoder.hpp"
-#include "json/numbers.hpp"
-#include "json/reader.hpp"
-#include "json/writer.hpp"
+#include "json/reading/numbers.hpp"
+#include "json/reading/reader.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::json {
 namespace decoder_test {

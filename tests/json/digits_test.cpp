@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "json/digits.hpp"
+#include "json/text/digits.hpp"
 
 #include <bit>
 #include <charconv>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "json/encoder.hpp"
-#include "json/encoder_pieces.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/structs/encoder_pieces.hpp"
 
 #include <array>
 #include <limits>

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::tests {
 

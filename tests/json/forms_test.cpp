@@ -16,10 +16,10 @@
 #include "rt/seed.hpp"
 #include "slow_decoder.hpp"
 #include "texts.hpp"
-#include "json/decoder.hpp"
-#include "json/encoder.hpp"
-#include "json/reader.hpp"
-#include "json/writer.hpp"
+#include "json/reading/reader.hpp"
+#include "json/structs/decoder.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::json {
 namespace forms_test {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "padded.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::json {
 namespace members_noted_test {

@@ -13,9 +13,9 @@
 #include <rowe/schema.hpp>
 
 #include "padded.hpp"
-#include "json/decoder.hpp"
-#include "json/encoder.hpp"
-#include "json/writer.hpp"
+#include "json/structs/decoder.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/writing/writer.hpp"
 
 namespace offsets_test {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::tests {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 #include <algorithm>
 #include <string>
@@ -12,7 +12,7 @@
 #include "padded.hpp"
 #include "scanned.hpp"
 #include "texts.hpp"
-#include "json/fault.hpp"
+#include "json/reading/fault.hpp"
 
 namespace rowe::json {
 namespace reader_test {
@@ -40,8 +40,8 @@ class validation : public ::testing::Test {
     const std::size_t cuts = text.size() <= 200 ? text.size() : 3;
     for (std::size_t cut = 1; cut <= std::max<std::size_t>(cuts, 1); ++cut) {
       std::size_t pieces = 0;
-      const scanner in_two = tests::scanned(text, reader::depth_max_default,
-                                            [&] { return pieces++ == 0 ? cut : text.size(); });
+      const scanner in_two =
+          tests::scanned(text, reader::depth_max_default, [&] { return pieces++ == 0 ? cut : text.size(); });
       ASSERT_TRUE(tests::same_fault(in_two.found(), f)) << text << " cut at " << cut;
       const scanner in_many = tests::scanned(text, reader::depth_max_default, [&] { return cut; });
       ASSERT_TRUE(tests::same_fault(in_many.found(), f)) << text << " in pieces of " << cut;

@@ -7,8 +7,8 @@
 #include <memory>
 #include <string_view>
 
-#include "json/reader.hpp"
-#include "json/scanner.hpp"
+#include "json/reading/reader.hpp"
+#include "json/reading/scanner.hpp"
 
 namespace rowe::tests {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // reader_test.cpp asks the scanner about each of its texts, too, cut in every place.
-#include "json/scanner.hpp"
+#include "json/reading/scanner.hpp"
 
 #include <cfloat>
 #include <cmath>

@@ -19,8 +19,8 @@
 #include <rowe/result.hpp>
 #include <rowe/schema.hpp>
 
-#include "json/reader.hpp"
-#include "json/times.hpp"
+#include "json/reading/reader.hpp"
+#include "json/structs/times.hpp"
 
 namespace rowe::tests {
 

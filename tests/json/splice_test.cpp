@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "json/splice.hpp"
+#include "json/writing/splice.hpp"
 
 #include <array>
 #include <cstddef>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Times as {"sec","nsec"}: by the encoder of a struct, and by rewriting its JSON. Both say the same.
-#include "json/times.hpp"
+#include "json/structs/times.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,9 +14,9 @@
 #include <rowe/ros.hpp>
 #include <rowe/schema.hpp>
 
-#include "json/decoder.hpp"
-#include "json/encoder.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
+#include "json/structs/decoder.hpp"
+#include "json/structs/encoder.hpp"
 
 namespace times_test {
 

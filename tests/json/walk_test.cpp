@@ -16,7 +16,7 @@
 #include "padded.hpp"
 #include "rt/seed.hpp"
 #include "texts.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::json {
 namespace walk_test {

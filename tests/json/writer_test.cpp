@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 #include <array>
 #include <cstdint>

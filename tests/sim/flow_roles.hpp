@@ -16,7 +16,7 @@
 #include <rowe/access.hpp>
 #include <rowe/stop_latch.hpp>
 
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 #include "flow.hpp"
 #include "flow_policies.hpp"
@@ -201,8 +201,7 @@ class roles final : public world {
     case verb::subscribe: return subscribe(name);
     case verb::publish:
       return R"({"op":"publish","topic":")" + std::string{name} + R"(","msg":{"n":)" + n + "}}";
-    case verb::advertise:
-      return R"({"op":"advertise","type":"a/B","topic":")" + std::string{name} + "\"}";
+    case verb::advertise: return R"({"op":"advertise","type":"a/B","topic":")" + std::string{name} + "\"}";
     case verb::call:
       if (random_.one_in(2))
         return R"({"message_id":)" + n + R"(,"service":")" + std::string{name} + R"(","n":)" + n + "}";
@@ -233,13 +232,12 @@ class roles final : public world {
     settle();
     const bool was_denied = on_.count(counter::denied) != denied_before;
     if (was_denied == allowed)
-      fail("denied", name_of(by) +
-                         (allowed ? " was denied: " : " was allowed: ") + text);
+      fail("denied", name_of(by) + (allowed ? " was denied: " : " was allowed: ") + text);
     seen_.add(allowed ? flow_event::role_allowed : denied(what));
     const bool leaves_trace = what == verb::publish || what == verb::call || what == verb::plain;
     if (leaves_trace && heard(number) != allowed)
-      fail("denied", name_of(by) +
-                         (allowed ? " said in vain: " : " was heard, though it had no right: ") + text);
+      fail("denied",
+           name_of(by) + (allowed ? " said in vain: " : " was heard, though it had no right: ") + text);
     if (what != verb::provide) return;
     if (!allowed && provides(by, "/new" + std::string{name}))
       fail("denied", "a peer without that right provides a service: " + text);
@@ -323,8 +321,8 @@ class roles final : public world {
     });
     const bool allowed = by.is == supervisor || (by.is == guard && !resigns);
     if (refused == allowed)
-      fail("lease", name_of(by) + (resigns ? " ends a guard" : " guards") +
-                        (allowed ? ": refused" : ": allowed"));
+      fail("lease",
+           name_of(by) + (resigns ? " ends a guard" : " guards") + (allowed ? ": refused" : ": allowed"));
     seen_.add(allowed ? flow_event::role_guards : flow_event::role_guards_not);
   }
 
@@ -348,9 +346,7 @@ class roles final : public world {
       }
     }
   }
-  guest& some_guest() {
-    return *std::next(guests_.begin(), static_cast<int>(random_.below(guests_.size())));
-  }
+  guest& some_guest() { return *std::next(guests_.begin(), static_cast<int>(random_.below(guests_.size()))); }
   void leave() {
     if (guests_.size() <= 2) return;
     const auto which = std::next(guests_.begin(), 2 + static_cast<int>(random_.below(guests_.size() - 2)));

@@ -12,7 +12,7 @@
 
 #include "wire/graph_view.hpp"
 #include "wire/numbers_codec.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace swarm {
 

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "wire/rosbridge/rosbridge.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::wire::rosbridge {
 

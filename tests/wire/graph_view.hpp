@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 class graph_view {
  public:

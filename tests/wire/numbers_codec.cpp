@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace numbers {
 namespace {

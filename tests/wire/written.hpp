@@ -5,7 +5,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::wire {
 

@@ -22,7 +22,7 @@
 #include "wire/codec/refusal.hpp"
 #include "wire/codec/request.hpp"
 #include "wire/websocket/websocket.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 

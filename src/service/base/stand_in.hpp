@@ -9,7 +9,7 @@
 
 #include "service/base/ids.hpp"
 #include "wire/codec/object_form.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 

@@ -8,7 +8,7 @@
 
 #include "service/calls/checked_text.hpp"
 #include "wire/codec/object_form.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 namespace {

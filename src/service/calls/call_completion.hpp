@@ -22,8 +22,8 @@
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
 #include "wire/protocols/protocols.hpp"
-#include "json/encoder.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
+#include "json/structs/encoder.hpp"
 
 namespace rowe::service {
 

@@ -7,7 +7,7 @@
 #include <rowe/result.hpp>
 
 #include "wire/codec/object_form.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 

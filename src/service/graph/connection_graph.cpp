@@ -9,7 +9,7 @@
 #include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"
 #include "service/base/shares.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

@@ -6,7 +6,7 @@
 
 #include "service/base/names.hpp"
 #include "service/graph/topic_holders.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

@@ -11,7 +11,7 @@
 #include "service/graph/topic_holders.hpp"
 #include "service/topics/listed_topics.hpp"
 #include "wire/codec/own_names.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 namespace {

@@ -12,8 +12,8 @@
 #include "wire/codec/refusal.hpp"
 #include "wire/codec/ros_typedefs.hpp"
 #include "wire/text/text_out.hpp"
-#include "json/description.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
+#include "json/structs/description.hpp"
 
 namespace rowe::service {
 namespace {

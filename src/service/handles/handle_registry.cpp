@@ -8,7 +8,7 @@
 
 #include "service/handles/pair_release.hpp"
 #include "wire/codec/codec.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

@@ -22,7 +22,7 @@
 #include "service/state/publish_predictor.hpp"
 #include "service/topics/topic_handles.hpp"
 #include "service/topics/value_publisher.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 

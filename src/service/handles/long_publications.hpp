@@ -17,8 +17,8 @@
 #include "service/topics/broker.hpp"
 #include "service/topics/topic_handles.hpp"
 #include "service/topics/value_publisher.hpp"
-#include "json/encoder_pieces.hpp"
-#include "json/scanner.hpp"
+#include "json/reading/scanner.hpp"
+#include "json/structs/encoder_pieces.hpp"
 
 namespace rowe::service {
 

@@ -9,7 +9,7 @@
 
 #include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 namespace {

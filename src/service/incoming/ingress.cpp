@@ -7,7 +7,7 @@
 #include <cstring>
 #include <utility>
 
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "service/base/service_limits.hpp"
 #include "service/incoming/json_fault.hpp"
-#include "json/scanner.hpp"
+#include "json/reading/scanner.hpp"
 
 namespace rowe::service {
 

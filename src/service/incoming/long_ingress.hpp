@@ -28,7 +28,7 @@
 #include "service/incoming/long_arrival.hpp"
 #include "service/state/core_state.hpp"
 #include "wire/websocket/frame_parser.hpp"
-#include "json/scanner.hpp"
+#include "json/reading/scanner.hpp"
 
 namespace rowe::service {
 

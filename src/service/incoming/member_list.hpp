@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "service/base/stand_in.hpp"
-#include "json/scanner.hpp"
+#include "json/reading/scanner.hpp"
 
 namespace rowe::service {
 

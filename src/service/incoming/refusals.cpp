@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 #include "service/base/service_limits.hpp"
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "service/base/service_limits.hpp"
-#include "json/utf8.hpp"
+#include "json/text/utf8.hpp"
 
 namespace rowe::service {
 

@@ -11,7 +11,7 @@
 #include <rowe/result.hpp>
 
 #include "service/state/core_state.hpp"
-#include "json/decoder.hpp"
+#include "json/structs/decoder.hpp"
 
 namespace rowe::service {
 

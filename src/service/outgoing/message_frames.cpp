@@ -11,8 +11,8 @@
 
 #include "wire/websocket/mask.hpp"
 #include "wire/websocket/websocket.hpp"
-#include "json/utf8.hpp"
-#include "json/writer.hpp"
+#include "json/text/utf8.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 namespace {

@@ -27,7 +27,7 @@
 #include "service/base/stand_in.hpp"
 #include "service/state/core_state.hpp"
 #include "wire/codec/codec.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

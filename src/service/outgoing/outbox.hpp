@@ -25,7 +25,7 @@
 #include "service/outgoing/message_store.hpp"
 #include "service/state/core_state.hpp"
 #include "service/state/peer_queues.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

@@ -22,8 +22,8 @@
 #include "service/state/told_message.hpp"
 #include "wire/codec/request.hpp"
 #include "wire/text/text_out.hpp"
-#include "json/reader.hpp"
-#include "json/writer.hpp"
+#include "json/reading/reader.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

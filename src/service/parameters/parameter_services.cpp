@@ -10,7 +10,7 @@
 #include "wire/codec/own_names.hpp"
 #include "wire/codec/refusal.hpp"
 #include "wire/text/text_out.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 namespace {

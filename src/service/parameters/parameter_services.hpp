@@ -11,7 +11,7 @@
 #include "service/parameters/parameters.hpp"
 #include "service/state/core_state.hpp"
 #include "wire/codec/request.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 
 #include "service/base/service_limits.hpp"
-#include "json/numbers.hpp"
-#include "json/reader.hpp"
-#include "json/utf8.hpp"
+#include "json/reading/numbers.hpp"
+#include "json/reading/reader.hpp"
+#include "json/text/utf8.hpp"
 
 namespace rowe::service {
 namespace {

@@ -7,7 +7,7 @@
 #include <rowe/detail/parameter_cell.hpp>
 
 #include "wire/text/text_out.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

@@ -18,7 +18,7 @@
 #include "service/base/limit_table.hpp"
 #include "service/state/core_state.hpp"
 #include "wire/text/text_out.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

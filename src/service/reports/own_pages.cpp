@@ -5,7 +5,7 @@
 
 #include "wire/codec/own_names.hpp"
 #include "wire/text/text_out.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 namespace {

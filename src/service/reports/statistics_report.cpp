@@ -9,7 +9,7 @@
 #include "service/base/limit_table.hpp"
 #include "service/base/service_limits.hpp"
 #include "service/topics/listed_topics.hpp"
-#include "json/digits.hpp"
+#include "json/text/digits.hpp"
 
 namespace rowe::service {
 namespace {

@@ -17,7 +17,7 @@
 #include "service/state/topic_rates.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "wire/protocols/protocols.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

@@ -4,8 +4,8 @@
 #include <array>
 
 #include "wire/codec/object_form.hpp"
-#include "json/decoder.hpp"
-#include "json/writer.hpp"
+#include "json/structs/decoder.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 namespace {

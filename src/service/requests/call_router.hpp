@@ -21,7 +21,7 @@
 #include "service/stop/stop_service.hpp"
 #include "wire/codec/request.hpp"
 #include "wire/protocols/protocols.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 

@@ -11,7 +11,7 @@
 #include "service/stop/stop_gate.hpp"
 #include "wire/codec/refusal.hpp"
 #include "wire/text/text_out.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 namespace {

@@ -24,7 +24,7 @@
 #include "service/topics/broker.hpp"
 #include "wire/codec/codec.hpp"
 #include "wire/codec/request.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 

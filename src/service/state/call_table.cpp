@@ -10,7 +10,7 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/base/names.hpp"
-#include "json/digits.hpp"
+#include "json/text/digits.hpp"
 
 namespace rowe::service {
 namespace {

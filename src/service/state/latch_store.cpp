@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

@@ -8,7 +8,7 @@
 #include "service/state/call_table.hpp"
 #include "wire/codec/codec.hpp"
 #include "wire/codec/request.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 

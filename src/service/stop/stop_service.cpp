@@ -7,7 +7,7 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/base/service_limits.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 namespace {

@@ -25,7 +25,7 @@
 #include "service/stop/thread_stops.hpp"
 #include "wire/codec/request.hpp"
 #include "wire/protocols/protocols.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

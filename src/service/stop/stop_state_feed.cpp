@@ -6,7 +6,7 @@
 
 #include "service/state/topic_rates.hpp"
 #include "service/stop/stop_gate.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

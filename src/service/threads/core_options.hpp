@@ -15,7 +15,7 @@
 #include "service/base/transport.hpp"
 #include "service/threads/policy_handover.hpp"
 #include "wire/protocols/protocols.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 

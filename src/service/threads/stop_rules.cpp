@@ -6,8 +6,8 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
-#include "json/utf8.hpp"
-#include "json/writer.hpp"
+#include "json/text/utf8.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 namespace {

@@ -10,8 +10,8 @@
 #include "service/topics/own_types.hpp"
 #include "wire/codec/refusal.hpp"
 #include "wire/text/text_out.hpp"
-#include "json/decoder.hpp"
-#include "json/utf8.hpp"
+#include "json/structs/decoder.hpp"
+#include "json/text/utf8.hpp"
 
 #include "service/base/service_limits.hpp"
 

@@ -20,7 +20,7 @@
 #include "service/state/core_state.hpp"
 #include "service/state/topic_rates.hpp"
 #include "wire/codec/request.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

@@ -10,8 +10,8 @@
 #include "wire/codec/own_names.hpp"
 #include "wire/codec/refusal.hpp"
 #include "wire/text/text_out.hpp"
-#include "json/encoder.hpp"
-#include "json/times.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/structs/times.hpp"
 
 namespace rowe::service {
 namespace {

@@ -11,7 +11,7 @@
 #include "service/topics/own_types.hpp"
 #include "wire/codec/codec.hpp"
 #include "wire/text/text_out.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 // A peer may have taken the last place for a topic since set-up looked. So set-up is answered from here.

@@ -11,8 +11,8 @@
 #include "service/state/core_state.hpp"
 #include "service/state/publish_predictor.hpp"
 #include "service/topics/broker.hpp"
-#include "json/encoder.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
+#include "json/structs/encoder.hpp"
 
 namespace rowe::service {
 

@@ -17,7 +17,7 @@
 #include "wire/codec/refusal.hpp"
 #include "wire/codec/request.hpp"
 #include "wire/websocket/websocket.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe {
 struct schema_description;

@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "wire/text/word_table.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::wire {
 

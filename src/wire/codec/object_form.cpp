@@ -7,10 +7,10 @@
 
 #include "wire/codec/members.hpp"
 #include "wire/codec/time_to_live.hpp"
-#include "json/encoder.hpp"
-#include "json/reader.hpp"
-#include "json/splice.hpp"
-#include "json/writer.hpp"
+#include "json/reading/reader.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/writing/splice.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::wire {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdint>
 
-#include "json/description.hpp"
-#include "json/ros_names.hpp"
+#include "json/structs/description.hpp"
+#include "json/text/ros_names.hpp"
 
 namespace rowe::wire {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <rowe/schema.hpp>
 
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::wire {
 

@@ -11,7 +11,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "wire/codec/refusal.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::wire {
 

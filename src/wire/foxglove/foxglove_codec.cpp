@@ -7,8 +7,8 @@
 
 #include "wire/foxglove/foxglove.hpp"
 #include "wire/foxglove/foxglove_schema.hpp"
-#include "json/encoder.hpp"
-#include "json/times.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/structs/times.hpp"
 
 namespace rowe::wire {
 namespace {

@@ -9,7 +9,7 @@
 #include "wire/codec/own_names.hpp"
 #include "wire/foxglove/foxglove.hpp"
 #include "wire/text/text_out.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::wire {
 namespace {

@@ -7,8 +7,8 @@
 
 #include <rowe/detail/schema.hpp>
 
-#include "json/digits.hpp"
-#include "json/times.hpp"
+#include "json/structs/times.hpp"
+#include "json/text/digits.hpp"
 
 namespace rowe::wire {
 namespace {

@@ -9,7 +9,7 @@
 
 #include <rowe/schema.hpp>
 
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::wire {
 

@@ -6,7 +6,7 @@
 
 #include "wire/codec/members.hpp"
 #include "wire/codec/time_to_live.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::wire::bare {
 namespace {

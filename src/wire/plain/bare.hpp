@@ -22,9 +22,9 @@
 #include "wire/codec/object_form.hpp"
 #include "wire/codec/refusal.hpp"
 #include "wire/codec/request.hpp"
-#include "json/reader.hpp"
-#include "json/splice.hpp"
-#include "json/writer.hpp"
+#include "json/reading/reader.hpp"
+#include "json/writing/splice.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::wire::bare {
 

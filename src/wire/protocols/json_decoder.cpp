@@ -7,7 +7,7 @@
 #include "wire/codec/own_names.hpp"
 #include "wire/plain/bare.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::wire {
 namespace {

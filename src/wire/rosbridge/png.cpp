@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "json/digits.hpp"
-#include "json/utf8.hpp"
+#include "json/text/digits.hpp"
+#include "json/text/utf8.hpp"
 
 namespace rowe::wire {
 namespace {

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::wire {
 

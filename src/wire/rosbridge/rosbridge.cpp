@@ -11,7 +11,7 @@
 #include "wire/codec/time_to_live.hpp"
 #include "wire/rosbridge/rosbridge_operations.hpp"
 #include "wire/rosbridge/rosbridge_values.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::wire::rosbridge {
 namespace {

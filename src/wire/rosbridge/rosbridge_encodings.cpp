@@ -5,8 +5,8 @@
 
 #include "wire/rosbridge/png.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
-#include "json/cbor.hpp"
-#include "json/encoder.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/writing/cbor.hpp"
 
 namespace rowe::wire {
 namespace {

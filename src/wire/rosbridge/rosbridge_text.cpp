@@ -5,7 +5,7 @@
 #include "wire/codec/codec.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
 #include "wire/text/text_out.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::wire::rosbridge {
 namespace {

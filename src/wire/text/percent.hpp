@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "json/characters.hpp"
+#include "json/text/characters.hpp"
 
 namespace rowe::wire {
 

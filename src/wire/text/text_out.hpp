@@ -9,7 +9,7 @@
 #include <span>
 #include <string_view>
 
-#include "json/utf8.hpp"
+#include "json/text/utf8.hpp"
 
 namespace rowe::wire {
 

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "wire/websocket/frame_header.hpp"
-#include "json/utf8.hpp"
+#include "json/text/utf8.hpp"
 
 namespace rowe::wire {
 

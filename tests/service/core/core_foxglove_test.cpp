@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace core_foxglove_test {
 namespace {

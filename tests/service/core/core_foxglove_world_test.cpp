@@ -12,7 +12,7 @@
 #include <random>
 #include <set>
 
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace core_foxglove_world_test {
 namespace {

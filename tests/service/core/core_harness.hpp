@@ -29,7 +29,7 @@
 #include "service/threads/submission_queue.hpp"
 #include "wire/websocket/frame_parser.hpp"
 #include "wire/websocket/websocket.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace harness {
 

@@ -6,7 +6,7 @@
 #include "long_fixtures.hpp"
 
 #include "service/base/service_limits.hpp"
-#include "json/encoder.hpp"
+#include "json/structs/encoder.hpp"
 
 namespace core_long_structs_test {
 

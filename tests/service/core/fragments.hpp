@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "json/reader.hpp"
-#include "json/utf8.hpp"
-#include "json/writer.hpp"
+#include "json/reading/reader.hpp"
+#include "json/text/utf8.hpp"
+#include "json/writing/writer.hpp"
 
 namespace fragments {
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace stop_rules_test {
 namespace {

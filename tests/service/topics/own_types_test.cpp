@@ -6,7 +6,7 @@
 #include <string>
 
 #include "service/topics/own_types.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace own_types_test {
 namespace {

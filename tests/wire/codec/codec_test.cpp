@@ -11,7 +11,7 @@
 #include "wire/codec/own_names.hpp"
 #include "wire/numbers_codec.hpp"
 #include "wire/protocols/protocols.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace codec_test {
 namespace {

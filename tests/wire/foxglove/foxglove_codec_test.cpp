@@ -12,7 +12,7 @@
 
 #include "wire/foxglove/foxglove_schema.hpp"
 #include "wire/protocols/protocols.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 struct foxglove_point {
   double x = 0;

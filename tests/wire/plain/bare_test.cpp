@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::wire::bare {
 namespace bare_test {

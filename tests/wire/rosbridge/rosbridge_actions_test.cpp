@@ -8,7 +8,7 @@
 
 #include "wire/decoded.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::wire::rosbridge {
 namespace rosbridge_actions_test {

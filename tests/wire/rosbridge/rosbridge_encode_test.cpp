@@ -8,7 +8,7 @@
 
 #include "wire/rosbridge/rosbridge.hpp"
 #include "wire/written.hpp"
-#include "json/reader.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::wire::rosbridge {
 namespace rosbridge_encode_test {

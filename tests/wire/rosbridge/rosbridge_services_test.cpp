@@ -10,7 +10,7 @@
 #include "wire/decoded.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
 #include "wire/written.hpp"
-#include "json/writer.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::wire::rosbridge {
 namespace rosbridge_services_test {
