@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trees from JSON text and back. Text from the program is checked by the scan that has the last word on JSON
-// in this library (json/fault.hpp), which needs no memory; text from a peer was validated by the service
-// thread.
+// in this library (json/reading/fault.hpp), which needs no memory; text from a peer was validated by the
+// service thread.
 #include "capi/object.hpp"
 
 #include <cstdlib>

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """JSON, good and bad, by RFC 8259. `values()` stand where a value may; `messages()` are whole texts.
 
-What RFC 8259 leaves to the reader is decided so (src/json/reading/reader.hpp): a number beyond the range of a double
-is refused, of any size and precision below it is accepted; half a surrogate pair is refused; names may be
-there twice, but not those of the codec; 64 levels are the limit.
+What RFC 8259 leaves to the reader is decided so (src/json/reading/reader.hpp): a number beyond the range of a
+double is refused, of any size and precision below it is accepted; half a surrogate pair is refused; names may
+be there twice, but not those of the codec; 64 levels are the limit.
 """
 import json
 

@@ -113,8 +113,8 @@ def build(told, preset, asked, targets=(), options=()):
     steps = builds.build(preset, asked.jobs, targets)
     told.steps += [(seconds, with_preset(preset, what)) for seconds, what in steps]
     compiled = [seconds for seconds, name in steps if name.endswith((".cpp", ".c", ".S", ".gch"))]
-    terminal.line(f"{len(compiled)} units compiled in {sum(compiled):.0f} s of one core, {len(steps)} steps in "
-                  f"{time.monotonic() - begin:.0f} s")
+    terminal.line(f"{len(compiled)} units compiled in {sum(compiled):.0f} s of one core; "
+                  f"{len(steps)} steps in {time.monotonic() - begin:.0f} s")
 
 
 def run(told, preset, asked, options=(), environment=None, name=None):

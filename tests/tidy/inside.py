@@ -21,6 +21,7 @@ entrances = ("core/core.", "core/service_loop.")
 folders = {
     "service": "base threads state outgoing incoming topics calls stop parameters reports graph requests "
                "handles core".split(),
+    "json": "text reading writing structs".split(),
     "wire": "text websocket http codec plain rosbridge foxglove protocols".split(),
     "net": "base http lws tls connections handshakes client transport".split(),
 }

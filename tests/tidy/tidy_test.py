@@ -36,7 +36,7 @@ plants = [
      [(2, "arrow"), (3, "arrow")]),
     ("src/service/base/plant_g.cpp", spdx + '#include "net/base/address.hpp"\n#include "page/page.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
-    ("src/json/plant_h.cpp", spdx + '#include "wire/text/utf8.hpp"\n', [(2, "arrow")]),
+    ("src/json/text/plant_h.cpp", spdx + '#include "wire/text/utf8.hpp"\n', [(2, "arrow")]),
     ("src/net/base/plant_i.cpp", spdx + '#include "service/core/core.hpp"\n#include "api/url.hpp"\n',
      [(2, "arrow"), (3, "arrow")]),
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base64.hpp"
+#include "json/reading/base64.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <cstring>
 #include <span>
 
-#include "reader.hpp"
+#include "json/reading/reader.hpp"
 #include "json/text/bytes.hpp"
 
 namespace rowe::json {

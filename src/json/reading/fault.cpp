@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fault.hpp"
+#include "json/reading/fault.hpp"
 
 #include <bitset>
 #include <cassert>

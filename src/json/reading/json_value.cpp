@@ -4,11 +4,11 @@
 // first.
 #include <rowe/json_value.hpp>
 
-#include "base64.hpp"
-#include "cursor.hpp"
-#include "fault.hpp"
-#include "numbers.hpp"
-#include "reader.hpp"
+#include "json/reading/base64.hpp"
+#include "json/reading/cursor.hpp"
+#include "json/reading/fault.hpp"
+#include "json/reading/numbers.hpp"
+#include "json/reading/reader.hpp"
 #include "json/text/characters.hpp"
 
 namespace rowe {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "numbers.hpp"
+#include "json/reading/numbers.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <charconv>
 
-#include "cursor.hpp"
-#include "fault.hpp"
+#include "json/reading/cursor.hpp"
+#include "json/reading/fault.hpp"
 
 namespace rowe::json {
 namespace {

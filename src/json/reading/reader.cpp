@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "reader.hpp"
+#include "json/reading/reader.hpp"
 
 #include <array>
 #include <new>
@@ -7,8 +7,8 @@
 
 #include <simdjson.h>
 
-#include "fault.hpp"
-#include "token_check.hpp"
+#include "json/reading/fault.hpp"
+#include "json/reading/token_check.hpp"
 
 namespace rowe::json {
 

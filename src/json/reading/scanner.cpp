@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "scanner.hpp"
+#include "json/reading/scanner.hpp"
 
 #include <cassert>
 

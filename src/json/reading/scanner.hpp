@@ -15,9 +15,9 @@
 #include <span>
 #include <string_view>
 
-#include "double_range.hpp"
-#include "fault.hpp"
-#include "reader.hpp"
+#include "json/reading/double_range.hpp"
+#include "json/reading/fault.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::json {
 

@@ -2,7 +2,7 @@
 // The scanner within strings.
 #include <cstring>
 
-#include "scanner.hpp"
+#include "json/reading/scanner.hpp"
 #include "json/text/block.hpp"
 #include "json/text/bytes.hpp"
 #include "json/text/characters.hpp"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "token_check.hpp"
+#include "json/reading/token_check.hpp"
 
 #include <bit>
 #include <bitset>
 #include <cassert>
 #include <cstring>
 
-#include "cursor.hpp"
-#include "numbers.hpp"
+#include "json/reading/cursor.hpp"
+#include "json/reading/numbers.hpp"
 #include "json/text/block.hpp"
 
 namespace rowe::json {

@@ -11,8 +11,8 @@
 #include <span>
 #include <string_view>
 
-#include "fault.hpp"
-#include "reader.hpp"
+#include "json/reading/fault.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::json {
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <charconv>
 
-#include "cursor.hpp"
-#include "fault.hpp"
-#include "reader.hpp"
+#include "json/reading/cursor.hpp"
+#include "json/reading/fault.hpp"
+#include "json/reading/reader.hpp"
 
 namespace rowe::json {
 namespace {

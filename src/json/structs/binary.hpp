@@ -8,7 +8,7 @@
 #include <cstring>
 #include <string_view>
 
-#include "encoder_program.hpp"
+#include "json/structs/encoder_program.hpp"
 #include "json/text/utf8.hpp"
 #include "json/writing/cbor.hpp"
 

@@ -2,20 +2,20 @@
 // The interpreter of a flattened schema: one walk over the text. Each function is passed the position and
 // returns the new one, so it stays in a register; null says that it failed, and failed_ says how. It relies
 // on the text being JSON, but looks at the end before every byte and moves forward with every step.
-#include "decoder.hpp"
+#include "json/structs/decoder.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cstring>
 #include <limits>
 
-#include "decoder_program.hpp"
-#include "stored.hpp"
-#include "times.hpp"
 #include "json/reading/base64.hpp"
 #include "json/reading/cursor.hpp"
 #include "json/reading/numbers.hpp"
 #include "json/reading/reader.hpp"
+#include "json/structs/decoder_program.hpp"
+#include "json/structs/stored.hpp"
+#include "json/structs/times.hpp"
 
 namespace rowe::json {
 namespace {

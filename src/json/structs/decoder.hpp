@@ -35,7 +35,7 @@
 #include <rowe/result.hpp>
 #include <rowe/schema.hpp>
 
-#include "encoder.hpp"
+#include "json/structs/encoder.hpp"
 
 namespace rowe::json {
 

@@ -9,9 +9,9 @@
 
 #include <rowe/detail/schema.hpp>
 
-#include "decoder_program.hpp"
-#include "sample.hpp"
-#include "times.hpp"
+#include "json/structs/decoder_program.hpp"
+#include "json/structs/sample.hpp"
+#include "json/structs/times.hpp"
 
 namespace rowe::json {
 namespace {

@@ -4,8 +4,8 @@
 #include <charconv>
 #include <limits>
 
-#include "decoder_program.hpp"
 #include "json/reading/cursor.hpp"
+#include "json/structs/decoder_program.hpp"
 #include "json/text/names_listed.hpp"
 #include "json/text/words.hpp"
 

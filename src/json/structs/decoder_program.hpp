@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "decoder.hpp"
+#include "json/structs/decoder.hpp"
 #include "json/text/bytes.hpp"
 
 namespace rowe::json {

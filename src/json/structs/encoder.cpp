@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "encoder.hpp"
+#include "json/structs/encoder.hpp"
 
-#include "encoder_run.hpp"
+#include "json/structs/encoder_run.hpp"
 
 namespace rowe::json {
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstring>
 
-#include "binary.hpp"
-#include "encoder.hpp"
-#include "stored.hpp"
 #include "json/reading/numbers.hpp"
+#include "json/structs/binary.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/structs/stored.hpp"
 #include "json/text/digits.hpp"
 #include "json/writing/writer.hpp"
 

@@ -10,10 +10,10 @@
 
 #include <rowe/detail/schema.hpp>
 
-#include "binary.hpp"
-#include "encoder_program.hpp"
-#include "sample.hpp"
 #include "json/reading/base64.hpp"
+#include "json/structs/binary.hpp"
+#include "json/structs/encoder_program.hpp"
+#include "json/structs/sample.hpp"
 #include "json/text/digits.hpp"
 #include "json/writing/cbor.hpp"
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "encoder_pieces.hpp"
+#include "json/structs/encoder_pieces.hpp"
 
 #include <algorithm>
 #include <utility>
 
-#include "encoder_run.hpp"
+#include "json/structs/encoder_run.hpp"
 #include "json/text/utf8.hpp"
 
 namespace rowe::json {

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "encoder.hpp"
+#include "json/structs/encoder.hpp"
 #include "json/writing/writer.hpp"
 
 namespace rowe::json {

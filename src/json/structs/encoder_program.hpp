@@ -9,8 +9,8 @@
 #include <cstring>
 #include <string_view>
 
-#include "encoder.hpp"
-#include "times.hpp"
+#include "json/structs/encoder.hpp"
+#include "json/structs/times.hpp"
 #include "json/text/digits.hpp"
 
 namespace rowe::json {

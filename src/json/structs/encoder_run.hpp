@@ -7,10 +7,10 @@
 #include <cstring>
 #include <string_view>
 
-#include "encoder_program.hpp"
-#include "stored.hpp"
-#include "times.hpp"
 #include "json/reading/base64.hpp"
+#include "json/structs/encoder_program.hpp"
+#include "json/structs/stored.hpp"
+#include "json/structs/times.hpp"
 #include "json/text/digits.hpp"
 #include "json/writing/writer.hpp"
 

@@ -4,8 +4,8 @@
 
 #include <new>
 
-#include "decoder.hpp"
 #include "json/reading/cursor.hpp"
+#include "json/structs/decoder.hpp"
 #include "json/text/names_listed.hpp"
 #include "json/text/words.hpp"
 

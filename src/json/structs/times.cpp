@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "times.hpp"
+#include "json/structs/times.hpp"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 // on random digits. So the most frequent doubles of robots have their own function, which uses dragonbox's
 // proof and powers of ten, but not its branches and its loop. Dragonbox formats all others. Pure functions,
 // on any thread.
-#include "digits.hpp"
+#include "json/text/digits.hpp"
 
 #include <algorithm>
 #include <array>

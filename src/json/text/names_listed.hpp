@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <string_view>
 
-#include "words.hpp"
+#include "json/text/words.hpp"
 
 namespace rowe::json {
 

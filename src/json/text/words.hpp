@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "utf8.hpp"
+#include "json/text/utf8.hpp"
 
 namespace rowe::json {
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // JSON text as CBOR, in one pass. The head of an object or an array is one byte, which is written last: with
 // the count if it is small, else as one of a length not said, whose end is marked.
-#include "cbor.hpp"
+#include "json/writing/cbor.hpp"
 
 #include <algorithm>
 #include <array>
 
-#include "writer.hpp"
 #include "json/reading/cursor.hpp"
 #include "json/reading/numbers.hpp"
+#include "json/writing/writer.hpp"
 
 namespace rowe::json::cbor {
 namespace {

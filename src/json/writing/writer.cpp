@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "writer.hpp"
+#include "json/writing/writer.hpp"
 
 #include <algorithm>
 #include <cstring>

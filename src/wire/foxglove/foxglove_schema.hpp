@@ -13,8 +13,8 @@
 
 namespace rowe::wire {
 
-// How times are described: those of topics' messages as the objects that they become (json/times.hpp), those
-// of calls as they are.
+// How times are described: those of topics' messages as the objects that they become
+// (json/structs/times.hpp), those of calls as they are.
 enum class foxglove_times : std::uint8_t { as_described, sec_nsec };
 
 // Writes the string, with its quotes. Null: an object of which nothing is known.
