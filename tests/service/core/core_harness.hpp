@@ -84,7 +84,7 @@ class core_harness_over {
         rights{access},
         memory{rowe::service::plan_memory(chosen.limits).arena() +
                    rowe::service::plan_memory(chosen.limits).pair_memory,
-               rowe::rt::page_lock::none},
+               rowe::rt::page_lock::in_parts}, // a short test uses few of its pages
         chunk_pool{new std::byte[rowe::service::plan_memory(chosen.limits).chunks]},
         random{seed},
         validator{
