@@ -82,7 +82,7 @@ struct endpoint_options {
   duration inbound_ttl = rt::for_ever; // what is not taken within this time is dropped; a peer's call ends
                                        // if it is not answered within it
   duration call_timeout = std::chrono::seconds{30}; // of a peer's call that names none; 1 ms or more
-  bool bare_unasked = false; // plain messages also go to peers that never used the bare codec
+  bool bare_unasked = false; // plain messages also go to peers that never used the plain codec
   bool answers_any = false;  // calls that no handle serves wait for receive() from the start, not only once
                              // it was called
 

@@ -133,7 +133,7 @@ constexpr std::array endpoint_rows{
     of_endpoint<&options::bare_unasked>(
         {.name = "bare_unasked",
          .option = "--bare-unasked",
-         .meaning = "plain messages also go to peers that never used the bare codec"}),
+         .meaning = "plain messages also go to peers that never used the plain codec"}),
     of_endpoint<&options::answers_any>(
         {.name = "answers_any",
          .option = "--answers-any",

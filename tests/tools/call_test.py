@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`rowe call` and `rowe peers`: services of the hub, of its peers and of the demo robot, over rosbridge and
-bare; and every way a call can fail."""
+in the plain format; and every way a call can fail."""
 import contextlib
 import json
 import re
