@@ -112,7 +112,7 @@ class services_of_peers(calling):
                         self.assertTrue(asked.wait(60))
                         serving.process.kill()
                         self.assertEqual(calling_it.end(), 1, calling_it.stderr)
-                        self.assertIn("service /silent: who was to answer went away", calling_it.stderr[-1])
+                        self.assertIn("service /silent: the provider went away", calling_it.stderr[-1])
                 serving.process.wait()
 
     def test_can_be_given_up(self):
