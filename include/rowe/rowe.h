@@ -40,7 +40,7 @@ extern "C" {
   X(8, too_deep)           /* JSON that nests deeper than a limit */                                         \
   X(9, bad_argument)       /* an argument out of its range */                                                \
   X(10, bad_url)           /* a host or path that makes no URL */                                            \
-  X(11, bad_address)       /* an address that cannot be listened on */                                       \
+  X(11, bad_address)       /* an address on which it cannot listen */                                       \
   X(12, address_in_use)    /* a port that another program has */                                             \
   X(13, not_loopback)      /* listening beyond loopback needs `insecure` */                                  \
   X(14, too_many_lanes)    /* handles */                                                                     \
