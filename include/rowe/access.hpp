@@ -24,7 +24,7 @@ struct role {
   std::vector<std::string> provide = {}; // a service
   std::vector<std::string> set = {};     // parameters
   bool reset = false;                    // the stop
-  bool guard = false;                    // hold a lease of the stop; to end that of others takes `reset`
+  bool guard = false;                    // be a guard of the stop; to end the guard of others takes `reset`
 };
 
 // Someone who proves by a token, or by a certificate (tls_options::client_ca), who that is. Who shows both is

@@ -81,7 +81,7 @@ class endpoint {
   result<subscriber<T>> subscribe(std::string_view topic, const topic_options& options = {});
 
   // A responder that provides the service `name`; "x" and "/x" are the same service. Peers call it over
-  // rosbridge or with bare invocations, handles of this process with callers and lanes. Both of Q and A may
+  // rosbridge or in the plain format, handles of this process with callers and lanes. Both of Q and A may
   // be json_text. Errors: bad_argument (a name that is empty or too long; a depth out of range),
   // reserved_topic, service_taken, too_many_services, too_many_lanes, lane_memory, closed.
   template <class Q, class A>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lanes: from endpoint::open_lane(), for one thread, to send, receive, invoke and reply with plain messages,
-// which are JSON objects of any form. There are two kinds of calls. try_send, try_receive, start, try_finish,
+// which are JSON objects of any form. A lane is a queue out and a queue in; others call that a channel, or a
+// pair of message queues. There are two kinds of calls. try_send, try_receive, start, try_finish,
 // try_reply and try_refuse are for loops and never wait. send, receive, invoke and reply wait, as each says.
 //
 // Messages are JSON objects without members named op, message_id or in_reply_to at the top. The service

@@ -28,9 +28,9 @@ enum class idle : std::uint8_t {
          // `poll`
 };
 
-// The kind of peers that an endpoint has. Hop programs know only text frames. So they are sent no pings and
-// no close frames, there is no subprotocol, and messages have at most 65 535 bytes. A silent Hop program is
-// not disconnected (see docs/wire.md).
+// The kind of WebSocket that the peers of an endpoint speak. Hop is Inria's language for the Web, and Hop
+// programs know only text frames. So they are sent no pings and no close frames, there is no subprotocol,
+// and messages have at most 65 535 bytes. A silent Hop program is not disconnected (see docs/wire.md).
 enum class peer_profile : std::uint8_t {
   standard, // exactly RFC 6455
   hop,      // Hop of 2015 and later
@@ -50,7 +50,7 @@ constexpr duration service_timeout_default(bool real_time) noexcept {
 // The stop of an endpoint; in use from its first stop_latch on. See docs/stop.md.
 struct stop_options {
   duration lease = std::chrono::milliseconds{500}; // a guard that is silent for so long stops; 20 ms to 60 s
-  duration tick = std::chrono::milliseconds{20};   // how often guards are told the time; 1 ms to lease / 2
+  duration tick = std::chrono::milliseconds{20};   // how often guards get the state; 1 ms to lease / 2
   // Loops stop when the service thread is silent for so long; 2 ms to 10 s. More than a loop keeps the
   // service thread from its core. 0: 50 ms if the service thread was granted SCHED_FIFO, else 250 ms.
   duration service_timeout = {};
@@ -82,7 +82,7 @@ struct endpoint_options {
   duration inbound_ttl = rt::for_ever; // what is not taken within this time is dropped; a peer's call ends
                                        // if it is not answered within it
   duration call_timeout = std::chrono::seconds{30}; // of a peer's call that names none; 1 ms or more
-  bool bare_unasked = false; // plain messages also go to peers that never used the bare codec
+  bool bare_unasked = false; // plain messages also go to peers that never used the plain codec
   bool answers_any = false;  // calls that no handle serves wait for receive() from the start, not only once
                              // it was called
 
@@ -148,7 +148,7 @@ constexpr bool is_ros_type(std::string_view type) noexcept {
 
 // endpoint::advertise and endpoint::subscribe.
 struct topic_options {
-  // advertise: a value older than this is neither sent nor taken, here and behind each hop (docs/wire.md);
+  // advertise: a value older than this is neither sent nor taken, here and further on (docs/wire.md);
   // more than `poll_period`; 0: it is sent now or never.
   duration ttl = rt::for_ever;
   rowe::keep keep = rowe::keep::all;

@@ -36,10 +36,10 @@ namespace rowe {
   X(not_utf8, "the argument %nis not UTF-8 (at byte %v)")                                                    \
   X(control_character, "the argument %nhas a control character (at byte %v)")                                \
   X(bad_url, "the URL must read ws[s]://HOST[:PORT][/PATH]; this one does not from byte %v on")              \
-  X(bad_address, "the address cannot be listened on (errno %v)")                                             \
+  X(bad_address, "cannot listen on the address (errno %v)")                                                  \
   X(address_in_use, "port %v is in use by another program")                                                  \
   X(not_loopback, "listening beyond loopback needs the options `tls` and `access`, or `insecure`")           \
-  X(bad_access, "the option `access` or the token is wrong; check_access() says how of the former")          \
+  X(bad_access, "the option `access` or the token is wrong; check_access() checks `access`")                 \
   X(bad_certificate, "a file that the option `tls` names is wrong; check_tls() says how")                    \
   X(bad_config, "the configuration is wrong (line %v of a file, or 0)")                                      \
   X(bad_web, "the folder that the option `web` names cannot be served; check_web() says why")                \
@@ -49,7 +49,7 @@ namespace rowe {
   X(reserved_topic, "the name is one of the endpoint's own")                                                 \
   X(type_conflict, "the topic exists with another type (an event names both)")                               \
   X(too_many_latches, "%v stop latches exist; the limit is %l")                                              \
-  X(no_memory, "%v bytes of memory cannot be had or locked (limit %l)")                                      \
+  X(no_memory, "cannot allocate or lock %v bytes of memory (limit %l)")                                      \
   X(no_thread, "the service thread cannot be started (errno %v)")                                            \
   X(expired, "the time to live passed before it was sent")                                                   \
   X(peer_lost, "the peer went away")                                                                         \

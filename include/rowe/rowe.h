@@ -40,7 +40,7 @@ extern "C" {
   X(8, too_deep)           /* JSON that nests deeper than a limit */                                         \
   X(9, bad_argument)       /* an argument out of its range */                                                \
   X(10, bad_url)           /* a host or path that makes no URL */                                            \
-  X(11, bad_address)       /* an address that cannot be listened on */                                       \
+  X(11, bad_address)       /* an address on which it cannot listen */                                       \
   X(12, address_in_use)    /* a port that another program has */                                             \
   X(13, not_loopback)      /* listening beyond loopback needs `insecure` */                                  \
   X(14, too_many_lanes)    /* handles */                                                                     \
@@ -123,7 +123,7 @@ enum rowe_idle {
 struct rowe_options {
   size_t bytes;               // sizeof(struct rowe_options)
   const char* name;           // shown to peers; NULL: the host's name
-  int profile;                // enum rowe_profile: what peers it meets
+  int profile;                // enum rowe_profile: what kind of WebSocket peers speak
   const char* address;        // to listen on, numeric; NULL: 127.0.0.1. Beyond loopback only with `insecure`
   bool insecure;              // whoever reaches the address may send, publish and call
   bool no_page;               // do not serve the page at /
@@ -142,7 +142,7 @@ struct rowe_options {
   // Of the stop (rowe/loop.h):
   bool stop_unguarded;          // the robot may move without any guard; shown to everyone
   long stop_lease_ms;           // a guard that is silent for so long stops; 0: 500
-  long stop_tick_ms;            // how often guards are told the time; 0: 20
+  long stop_tick_ms;            // how often guards get the state; 0: 20
   long stop_service_timeout_ms; // loops stop when the service thread is silent for so long; 0: 50 if it was
                                 // granted SCHED_FIFO, else 250
   long stop_observe_timeout_ms; // who asks for a stop is answered within it; 0: 50

@@ -30,10 +30,10 @@ class subscriber {
 
   // Takes the oldest value that has arrived and whose time to live is not over; with keep::newest, which
   // texts do not have, the newest one, if it was not taken yet. A value has a time to live if its publisher
-  // gave it one (topic_options::ttl); that of a peer counts from the last hop on. Errors: empty (there is
-  // none), closed (the endpoint is, and nothing is left), misuse (an empty handle). Never waits, never
-  // allocates, no system call; at most as many steps as `depth`. Without `now` it reads the clock, if a value
-  // has a time to live.
+  // gave it one (topic_options::ttl); the time of a peer's value counts from its arrival here. Errors: empty
+  // (there is none), closed (the endpoint is, and nothing is left), misuse (an empty handle). Never waits,
+  // never allocates, no system call; at most as many steps as `depth`. Without `now` it reads the clock, if a
+  // value has a time to live.
   ROWE_RT result<view> try_take(time_point now) noexcept { return take_at(&now); }
   ROWE_RT result<view> try_take() noexcept { return take_at(nullptr); }
 

@@ -60,7 +60,8 @@ std::string check_patterns(const role& of, std::string_view right, const std::ve
     if (stars > stars_max)
       return where + "the pattern " + quoted(one) + " has " + std::to_string(stars) + " stars; it may have 4";
     if (one.find("***") != std::string::npos)
-      return where + "the pattern " + quoted(one) + " has three stars; `*` and `**` have a meaning";
+      return where + "the pattern " + quoted(one) +
+             " has three stars in a row; only `*` and `**` have a meaning";
   }
   return {};
 }
@@ -132,7 +133,7 @@ void check_twice(fault_list& to, access::fault::place where, std::string_view wh
   for (std::size_t i = 0; i < list.size(); ++i) {
     const auto here = list.begin() + static_cast<std::ptrdiff_t>(i);
     if (std::any_of(list.begin(), here, [&](const auto& other) { return other.name == here->name; }))
-      to.add(where, i, std::string{what} + " " + quoted(here->name) + " is there twice");
+      to.add(where, i, std::string{what} + " " + quoted(here->name) + " is defined twice");
   }
 }
 
@@ -172,7 +173,7 @@ std::vector<access::fault> access::faults_of(const access_options& options) {
   if (identities.empty() && (!roles.empty() || !local_role.empty() || anonymous_may_stop)) {
     found.add(place::options, 0,
               "there is no identity, so everyone may do everything: roles, local_role and anonymous_may_stop "
-              "mean nothing");
+              "have no effect");
   }
   return found.take();
 }

@@ -24,7 +24,7 @@ std::vector<access::fault> check_proofs(const endpoint_options& options) {
     if (one.token_sha256.empty() && !one.certificate.empty()) {
       found.push_back({access::fault::place::identity, i,
                        "identity `" + one.name +
-                           "` has a certificate alone, and nobody is asked for one: set `client_ca`"});
+                           "` has only a certificate, and clients are not asked for one: set `client_ca`"});
     }
   }
   return found;

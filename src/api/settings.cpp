@@ -200,7 +200,7 @@ config::fault settings::explain(const error& reason) const {
   const std::size_t address_at = config::find("endpoint", "address");
   if (reason.code == errc::not_loopback) {
     return {origins_[address_at].line, subject(address_at) + " is " + address +
-                                           ", where everyone who reaches it may read and publish: that takes "
+                                           ", where everyone who reaches it may read and publish: that needs "
                                            "a certificate and identities, or insecure = true (--insecure)"};
   }
   if (reason.code == errc::bad_address) {

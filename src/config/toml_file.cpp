@@ -94,7 +94,7 @@ bool check_characters(std::string_view text, fault& wrong) {
   for (std::size_t at = 0; at < text.size();) {
     if (text[at] == '\n') ++line;
     if (static_cast<unsigned char>(text[at]) >= 0x80 && !place.is_free()) {
-      wrong = {line, "characters beyond ASCII may stand in comments, and in strings of one line"};
+      wrong = {line, "characters beyond ASCII are allowed in comments, and in strings of one line"};
       return false;
     }
     at += place.read(text.substr(at));

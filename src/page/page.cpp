@@ -98,7 +98,7 @@ service::http_answer answer(const service::http_request& request) noexcept {
   for (const asset& each : assets) {
     if (each.path == request.path || each.path == below) return serve(each, request.accepts_gzip);
   }
-  return plain(404, "There is nothing here. The page is at /, a sign of life at /healthz, the counts at "
+  return plain(404, "There is nothing here. The page is at /, the health at /healthz, the counts at "
                     "/metrics and /api/v1/stats.\n");
 }
 

@@ -103,7 +103,7 @@ std::string site::read(const std::string& where, std::size_t& total, content& by
   const opened file{::open(where.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)}; // a pipe would wait
   struct stat facts {};
   if (file.number < 0 || ::fstat(file.number, &facts) != 0) return ::strerrordesc_np(errno);
-  if (!S_ISREG(facts.st_mode)) return "it is no file";
+  if (!S_ISREG(facts.st_mode)) return "it is not a file";
   // Keys and tokens are like that, and what is served can be read by everyone.
   if ((facts.st_mode & S_IROTH) == 0)
     return "not everyone may read it, so it is not served: chmod o+r, or move it";

@@ -94,7 +94,7 @@ export const causes = {
   request: () => "it was asked to stop",
   lease: (name) => `its guard ${name} fell silent or went away`,
   loop: (name) => `its loop ${name} was late or ended`,
-  service: (name) => `its loop ${name} heard nothing from the service thread`,
+  service: (name) => `its loop ${name} found the service thread silent`,
 };
 
 // Behind a right that is missing: the robot does not say whether it has roles.
@@ -108,7 +108,7 @@ export const refusals = {
   reset_guards: "not reset: a guard is missing",
   reset_loops: "not reset: a loop has not acknowledged the stop, or does not run",
   lease_role: "not guarding: your role has no right to guard" + own_machine,
-  dismiss_role: "not forgotten: that takes the right to reset, which your role does not have" + own_machine,
+  dismiss_role: "not removed: that needs the right to reset, which your role does not have" + own_machine,
   lease_guards: "not guarding: it has as many guards as it can have",
   lease_name: "not guarding: another guard has this name",
   lease_tick: "not guarding: the request was too late, try again",
@@ -129,28 +129,28 @@ export const text = {
   not_acknowledged: (ms) => `NOT ACKNOWLEDGED for ${duration(ms / 1000)}, asking again and again`,
   not_observed: (ms, loops) =>
     `NOT ACKNOWLEDGED for ${duration(ms / 1000)} by its loop ${loops}, asking again and again`,
-  not_sent: "NOT ACKNOWLEDGED: not connected; it is asked again once it can be reached",
+  not_sent: "NOT ACKNOWLEDGED: not connected; the page asks again when it is",
   stop_unreachable: "not connected: this button cannot reach the robot",
   only_stop: "no connection is free: only STOP works",
   stop_asking: "asking whether the robot has a stop",
-  stop_silent: "nothing is heard of its stop any more",
-  moves_unguarded: "UNGUARDED: it may move though nobody watches",
+  stop_silent: "the robot no longer reports its stop",
+  moves_unguarded: "UNGUARDED: it may move although nobody guards it",
   moves_guarded: "it stops when a guard falls silent",
   guard: "Guard this robot",
-  guarding: "Guarding: let go",
+  guarding: "Guarding: end it",
   guards_none: "no guard: it cannot move",
   guards_unguarded: "UNGUARDED: it moves without a guard",
   guards: (names) => `guarded by ${names.join(", ")}`,
   guard_this: (name) => `${name} (this page)`,
   guard_silent: (name) => `${name} (silent)`,
-  guard_hidden: "this page was hidden, and guards no more",
-  dismiss: (name) => `forget ${name}`,
+  guard_hidden: "this page was hidden, so it no longer guards",
+  dismiss: (name) => `remove ${name}`,
   reset: "Hold 2 s to reset",
   reset_hold: "keep holding",
 
   token_label: "Token",
   token_wanted: "This robot wants to know who you are: open the link of its set-up, or type a token.",
-  token_unknown: "This robot does not know this token, or not any more. Type another one.",
+  token_unknown: "This robot does not know this token, or no longer knows it. Type another one.",
   token_send: "Connect",
 
   path_label: "The path driven, seen from above. The numbers beside it say where it ends.",
@@ -183,8 +183,8 @@ export const text = {
   says: (message) => `The endpoint says: ${message}`,
   axes: "x \u2192  y \u2191",
   silent_topic: (topic) => `${topic} is silent, the endpoint still answers`,
-  silent: "nothing arrives from the endpoint any more",
-  known: "shown is what was known last",
+  silent: "the endpoint no longer sends anything",
+  known: "the page shows the last known values",
 };
 
 // The counters of /rowe/stats in plain words, in the order in which they are shown.

@@ -26,10 +26,11 @@ TEST(check_access, accepts_what_is_right) {
 TEST(check_access, names_the_value_and_what_is_allowed) {
   const std::vector<std::pair<access_options, std::string>> cases = {
       {{.roles = {{.name = "an arm"}}}, "role `an arm`: a name has 1 to 64 letters, digits and . _ -"},
-      {{.roles = {{.name = "arm"}, {.name = "arm"}}}, "role `arm` is there twice"},
+      {{.roles = {{.name = "arm"}, {.name = "arm"}}}, "role `arm` is defined twice"},
       {{.roles = {{.name = "arm", .call = {""}}}}, "role `arm`, call: a pattern is empty"},
       {{.roles = {{.name = "arm", .publish = {"/a/***"}}}},
-       "role `arm`, publish: the pattern `/a/***` has three stars; `*` and `**` have a meaning"},
+       "role `arm`, publish: the pattern `/a/***` has three stars in a row; only `*` and `**` have a "
+       "meaning"},
       {{.roles = {{.name = "arm", .publish = {std::string(129, 'a')}}}},
        "role `arm`, publish: the pattern `" + std::string(80, 'a') + "` has 129 bytes; it may have 128"},
       {{.roles = {{.name = "arm", .provide = std::vector<std::string>(65, "a")}}},
@@ -40,15 +41,15 @@ TEST(check_access, names_the_value_and_what_is_allowed) {
        "identity `bob`: there is no role `pilot`; there are observer, driver, supervisor, peer"},
       {{.identities = {{"bob", "driver", "12ab"}}},
        "identity `bob`: the hash of a token has 64 hexadecimal digits, this one has 4 bytes"},
-      {{.identities = {{"bob", "driver", hash}, {"bob", "peer", hash}}}, "identity `bob` is there twice"},
+      {{.identities = {{"bob", "driver", hash}, {"bob", "peer", hash}}}, "identity `bob` is defined twice"},
       {{.identities = {{"bob", "driver", hash}}, .local_role = "pilot"},
        "local_role: there is no role `pilot`; there are observer, driver, supervisor, peer"},
       {{.local_role = "driver"},
-       "there is no identity, so everyone may do everything: roles, local_role and anonymous_may_stop mean "
-       "nothing"},
+       "there is no identity, so everyone may do everything: roles, local_role and anonymous_may_stop have "
+       "no effect"},
       {{.roles = {{.name = "arm"}}},
-       "there is no identity, so everyone may do everything: roles, local_role and anonymous_may_stop mean "
-       "nothing"},
+       "there is no identity, so everyone may do everything: roles, local_role and anonymous_may_stop have "
+       "no effect"},
       {{.roles = {{.name = "arm", .call = {"*a*a*a*a*"}}}},
        "role `arm`, call: the pattern `*a*a*a*a*` has 5 stars; it may have 4"},
       {{.identities = {{"bob", "driver", hash}, {"eve", "peer", hash}}},

@@ -42,7 +42,7 @@ inline std::uint64_t count_of(const rowe::endpoint& of, std::string_view name) {
   return 0;
 }
 
-// Whether a reply has these members; one that came from a bare peer has in_reply_to behind them.
+// Whether a reply has these members; one of a peer that uses the plain format has in_reply_to behind them.
 inline bool says(std::string_view reply, std::string_view object) {
   return reply == object || reply.starts_with(std::string{object.substr(0, object.size() - 1)} + ",");
 }

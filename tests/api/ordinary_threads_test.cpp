@@ -38,7 +38,7 @@ TEST(ordinary_threads, carries_messages_both_ways) {
   EXPECT_EQ(heard->value(), R"({"from":"viewer"})");
   EXPECT_FALSE(heard->wants_reply());
   ASSERT_TRUE(heard->from());
-  // The viewer has spoken bare, so the robot may send to it, alone or as one of all.
+  // The viewer has used the plain format, so the robot may send to it, alone or as one of all.
   ASSERT_TRUE(robot.send(R"({"to":"you"})", timeout, heard->from()));
   ASSERT_TRUE(robot.send(R"({"to":"all"})", timeout));
   EXPECT_EQ(viewer.receive(timeout)->value(), R"({"to":"you"})");

@@ -159,7 +159,8 @@ TEST(what_a_client_needs, is_checked_with_the_rest) {
   EXPECT_EQ(fault_of("token_file = \"" + readable.path() + '"'),
             key + readable.path() + ": others can read it (mode 0644): chmod 600");
   EXPECT_EQ(fault_of("token_file = \"" + short_one.path() + '"'),
-            key + short_one.path() + ": its first line is no token: 16 to 128 letters, digits and - . _ ~");
+            key + short_one.path() +
+                ": its first line is not a token: 16 to 128 letters, digits and - . _ ~");
   EXPECT_EQ(fault_of("token_file = \"/nowhere/token\""), key + "/nowhere/token: No such file or directory");
   EXPECT_EQ(fault_of("ca = \"/nowhere/root.pem\""),
             "client.ca: /nowhere/root.pem: No such file or directory");
@@ -230,7 +231,7 @@ TEST(what_is_wrong_together, is_told_with_the_line_of_the_value) {
   EXPECT_EQ(judge(open).why,
             open.at(3) +
                 "endpoint.address is \"0.0.0.0\", where everyone who reaches it may "
-                "read and publish: that takes a certificate and identities, or insecure = true (--insecure)");
+                "read and publish: that needs a certificate and identities, or insecure = true (--insecure)");
   EXPECT_EQ(judge(open).line, 3);
   const toml name{"[endpoint]\naddress = \"robot.local\"\n"};
   EXPECT_EQ(judge(name).why, name.at(2) + "endpoint.address needs a numeric address such as \"127.0.0.1\" or "
@@ -261,7 +262,7 @@ TEST(what_is_wrong_together, is_told_all_at_once) {
                                                          {17, "role `a b`: a name has"},
                                                          {19, "identity `anna`: there is no"},
                                                          {23, "identity `bob`: the hash of a token"},
-                                                         {27, "identity `eve` has a certificate alone"}};
+                                                         {27, "identity `eve` has only a certificate"}};
   std::istringstream lines{judge(file).why};
   std::string line;
   for (const auto& [number, says] : told) {
@@ -279,8 +280,8 @@ TEST(roles_and_identities, that_are_wrong_are_told_with_their_line) {
   const toml twice{"[[role]]\nname = \"a\"\n[[role]]\nname = \"a\"\n"};
   EXPECT_EQ(judge(twice).why,
             "access: there is no identity, so everyone may do everything: roles, local_role "
-            "and anonymous_may_stop mean nothing\n" +
-                twice.at(3) + "role `a` is there twice");
+            "and anonymous_may_stop have no effect\n" +
+                twice.at(3) + "role `a` is defined twice");
   const toml local{"[access]\nlocal_role = \"pilot\"\n[[identity]]\nname = \"anna\"\nrole = \"peer\"\n"
                    "token_sha256 = \"" +
                    hash_a + "\"\n"};

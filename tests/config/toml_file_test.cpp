@@ -78,7 +78,8 @@ TEST(toml, has_characters_beyond_ascii_in_comments_and_in_strings_of_one_line) {
        {"\n\xd0\x99 = 1", "\n[\xd0\x99", "\na = \xd0\x99", "\na = \"b\" \xd0\x99", "\na = '#' \xd0\x99",
         "\na = '\\' \xd0\x99", "\na = \"\" \xd0\x99", "\na = \"\"\"\\ \xd0\x99\"\"\"", "\na = '''\xd0\x99'''",
         "\na = '''b''''' \xd0\x99"}) {
-    EXPECT_EQ(fault_of(wrong), "2: characters beyond ASCII may stand in comments, and in strings of one line")
+    EXPECT_EQ(fault_of(wrong),
+              "2: characters beyond ASCII are allowed in comments, and in strings of one line")
         << wrong;
   }
 }

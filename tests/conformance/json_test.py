@@ -74,7 +74,7 @@ class relay:
         test.assertEqual(self.delivered(), body)
 
     def is_refused(self, test, text):
-        """The text is answered with an error, a status or one of the bare codec, and nothing arrives."""
+        """The text is answered with an error, a status or one of the plain codec, and nothing arrives."""
         self.publisher.send(frame(TEXT, text))
         said = self.answers(self.publisher)
         test.assertEqual(len(said), 1)

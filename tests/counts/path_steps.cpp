@@ -219,7 +219,7 @@ struct call_between_peers : place {
 struct direct_message : place {
   direct_message() : place{1}, by{handle_on<rowe::lane>(on, rowe::detail::talk_request({.receive = true}))} {
     connect(1);
-    on.net.say(0, text); // from now on it is bare
+    on.net.say(0, text); // from now on it uses the plain format
     settle();
     need(by.try_receive(on.now));
     frames_a_step = 1;

@@ -71,16 +71,16 @@ class swapped(unittest.TestCase):
         half = before.encode()[:len(before) // 2]
         with restored(self.bot.at("certificate.pem")):
             replace(self.bot.at("certificate.pem"), b"")
-            serving.line("new certificate is not taken: it holds no certificate in PEM")
+            serving.line("new certificate is not used: it holds no certificate in PEM")
             replace(self.bot.at("certificate.pem"), half)
             os.unlink(self.bot.at("certificate.pem"))
-            serving.line("new certificate is not taken: No such file")
+            serving.line("new certificate is not used: No such file")
             self.assertEqual(shown(serving), before)
         with restored(self.bot.at("key.pem")):
             replace(self.bot.at("key.pem"), foreign_key)
-            serving.line("new certificate is not taken: it is not the key of")
+            serving.line("new certificate is not used: it is not the key of")
             replace(self.bot.at("key.pem"), foreign_key, 0o644)
-            serving.line("new certificate is not taken: others can read it")
+            serving.line("new certificate is not used: others can read it")
             self.assertEqual(shown(serving), before)
             self.bot.stop(serving)
         until_shown(serving, self.renew())
@@ -92,7 +92,7 @@ class swapped(unittest.TestCase):
         until_shown(serving, self.text("certificate.pem"))
         with open(self.bot.at("certificate.pem"), "wb", buffering=0) as file:
             file.write(new[:300])
-            serving.line("new certificate is not taken")
+            serving.line("new certificate is not used")
             file.write(new[300:])
         until_shown(serving, new.decode())
 

@@ -94,21 +94,21 @@ class descriptors(unittest.TestCase):
                     self.assertTrue(answer["result"])
                     if round < 2:
                         stopper.stream.close()
-                serving.line("nobody gets in but who comes to stop: this process has no file descriptor")
+                serving.line("only peers that come to stop can connect: this process has no file descriptor")
 
     def test_a_token_that_was_revoked_meanwhile_is_refused_as_soon_as_the_file_can_be_read(self):
         bot, serving = self.bot, self.serving
         with bot.peer(serving, "driver") as driver:
             with restored(bot.file), none_left(serving):
                 self.assertEqual(run("token", "remove", "driver", "--dir", bot.folder).code, 0)
-                serving.line("is wrong: what was read from it before holds")
+                serving.line("is wrong: the values that it had before hold")
                 websocket.settle(driver)
             # Put back as it was: that is a change as well, and nothing was lost.
             serving.line("has changed: its roles and identities hold now")
             websocket.settle(driver)
             with none_left(serving):
                 self.assertEqual(run("token", "remove", "driver", "--dir", bot.folder).code, 0)
-                serving.line("is wrong: what was read from it before holds", count=2)
+                serving.line("is wrong: the values that it had before hold", count=2)
             serving.line("has changed: its roles and identities hold now", count=2)
             driver.wait_for_close()
         with self.assertRaises(websocket.refused) as refused:
@@ -123,12 +123,12 @@ class descriptors(unittest.TestCase):
         with none_left(serving):
             ended = run("setup", "--renew", "--dir", bot.folder)
             self.assertEqual(ended.code, 0, ended.stderr)
-            serving.line("the new certificate is not taken: .*[Tt]oo many open files")
+            serving.line("the new certificate is not used: .*[Tt]oo many open files")
         with open(bot.at("certificate.pem"), encoding="ascii") as file:
             renewed = file.read().strip()
         self.assertNotEqual(renewed, before)
         until(lambda: shown(serving) == renewed)  # it looks each second
-        said = [line for line in serving.stderr if "the new certificate is not taken" in line]
+        said = [line for line in serving.stderr if "the new certificate is not used" in line]
         self.assertEqual(len(said), 1)
 
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bare codec under arbitrary texts. What is required: a text that is valid JSON is decoded, or refused
+// The plain codec under arbitrary texts. What is required: a text that is valid JSON is decoded, or refused
 // with a whole diagnostic; what was decoded keeps its limits and points into the text or the scratch buffer.
 // The text itself, as the body of an invocation, a call, a reply, an error or a delivered call, gives JSON
 // that is decoded with the same meaning, in a buffer of any size, or does not fit. A text that is not valid

@@ -174,7 +174,7 @@ TEST_F(asked_server, takes_other_roots_without_a_restart) {
   EXPECT_EQ(outcome_of(showing(anna)), "anna");
   test::write_private(files.files / "clients.pem", "no certificate");
   ASSERT_TRUE(drive.until([&] { return !drive.sink().warnings.empty(); }));
-  EXPECT_EQ(drive.sink().warnings[0], "the new certificate is not taken: it holds no certificate in PEM");
+  EXPECT_EQ(drive.sink().warnings[0], "the new certificate is not used: it holds no certificate in PEM");
   EXPECT_EQ(outcome_of(showing(anna)), "anna") << "it keeps what it has";
   test::write_private(files.files / "clients.pem", others.certificate);
   ASSERT_TRUE(drive.until([&] { return outcome_of(showing(bob)) == "bob"; }));

@@ -126,7 +126,7 @@ TEST_F(a_site, names_the_file_that_cannot_be_served) {
   EXPECT_EQ(fault("rowe/stop.html"), own_fault);
   EXPECT_EQ(fault("api/v1/index.html"), own_fault);
   ASSERT_EQ(::mkfifo(at("pipe").c_str(), 0600), 0);
-  EXPECT_EQ(served.load(folder), at("pipe") + ": it is no file"); // and nobody waits for a writer
+  EXPECT_EQ(served.load(folder), at("pipe") + ": it is not a file"); // and nobody waits for a writer
 }
 
 TEST_F(a_site, does_not_follow_links_to_folders_and_takes_those_to_files) {

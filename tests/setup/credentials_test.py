@@ -220,7 +220,7 @@ class credentials(in_a_folder):
             "driver": (lambda: os.chmod(self.at("r", "key.pem"), 0o644), "key.pem: others can read it"),
             "observer": (lambda: os.chmod(self.at("shown"), 0o644), r"client.token_file: .*others can read"),
             "peer": (lambda: open(self.at("site", "a 2x.png"), "wb").close(), "a 2x.png"),
-            "supervisor": (lambda: self.certificate("arm-1"), "has a certificate alone, and nobody is asked"),
+            "supervisor": (lambda: self.certificate("arm-1"), "has only a certificate"),
         }
         for name, (how, says) in breaking.items():
             with self.subTest(name):
@@ -338,7 +338,7 @@ class credentials(in_a_folder):
         self.assertIn('add `client_ca = "ca.pem"` to [tls]', "\n".join(ended.stderr))
         self.assertIn("arm-1 driver certificate", self.rowe("token", "list", "--dir", "r").stdout)
         told = self.rowe("config", "check", "r/rowe.toml", code=2)
-        self.assertIn("identity `arm-1` has a certificate alone, and nobody is asked for one",
+        self.assertIn("identity `arm-1` has only a certificate, and clients are not asked for one",
                       "\n".join(told.stdout + told.stderr))
 
 

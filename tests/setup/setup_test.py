@@ -257,7 +257,7 @@ class renewing(in_a_folder):
         self.set_up("--keep-ca", "--days", "10", "--host", "gate.example")
         before = self.all_in("r")
         self.assertRegex(self.rowe("setup", "--renew", "--dir", "r", "--days", "20").stdout[0],
-                         r"^renewed: good until \d{4}-\d\d-\d\d$")
+                         r"^renewed: valid until \d{4}-\d\d-\d\d$")
         after = self.all_in("r")
         self.assertEqual([name for name in before if before[name] != after[name]], ["certificate.pem"])
         self.assertEqual({*after}, {*before})

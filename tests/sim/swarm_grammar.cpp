@@ -156,7 +156,7 @@ class writing {
     return std::stoll(text);
   }
 
-  // The members of a bare message, besides the reserved ones.
+  // The members of a plain message, besides the reserved ones.
   void add_body(std::vector<piece>& object, domain is, std::string_view how) {
     if (how == "absent" || how == "empty" || how == "array" || how == "text" || how == "null") return;
     if (how == "number") return object.push_back({"result", "7"});

@@ -122,7 +122,7 @@ enum class form : std::uint8_t {
   rosbridge,    // an object with op
   bare,         // an object
   stop_call,    // a call of the stop, by rosbridge
-  stop_bare,    // the same by the bare codec
+  stop_bare,    // the same in the plain format
   stop_publish, // on the stop's topic
   malformed,    // a text that is no JSON
   binary,       //

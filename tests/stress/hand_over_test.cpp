@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hand-over structures between two real threads, with payloads that would show a torn or an early read,
+// The hand-off structures between two real threads, with payloads that would show a torn or an early read,
 // for longer than tests/model can look. tests/model shows what such a run cannot: orders that this processor
 // does not use. This run adds the real std::atomic, and ThreadSanitizer's check of every payload byte (preset
 // tsan; planted_race.cpp proves that it checks). Each test does a stated amount, times ROWE_STRESS_FACTOR.

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`rowe call` and `rowe peers`: services of the hub, of its peers and of the demo robot, over rosbridge and
-bare; and every way a call can fail."""
+in the plain format; and every way a call can fail."""
 import contextlib
 import json
 import re
@@ -112,7 +112,7 @@ class services_of_peers(calling):
                         self.assertTrue(asked.wait(60))
                         serving.process.kill()
                         self.assertEqual(calling_it.end(), 1, calling_it.stderr)
-                        self.assertIn("service /silent: who was to answer went away", calling_it.stderr[-1])
+                        self.assertIn("service /silent: the provider went away", calling_it.stderr[-1])
                 serving.process.wait()
 
     def test_can_be_given_up(self):

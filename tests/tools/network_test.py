@@ -106,7 +106,7 @@ class network(unittest.TestCase):
         self.addCleanup(self.write, text)
         with self.serving() as serving:
             self.write(text + "\n[[identity]]\nname = 1\n")
-            serving.line("is wrong: what was read from it before holds")
+            serving.line("is wrong: the values that it had before hold")
             self.assertEqual(self.asks(serving.port, "peers", token=self.tokens["supervisor"]).code, 0)
 
     def write(self, text):

@@ -113,7 +113,7 @@ class on_topics(unittest.TestCase):
 
     def test_keeps_the_last_message_for_those_who_come_late(self):
         with program("pub", self.serving.url, "/kept", '{"a":1}', "--latch", "--type", "x/T") as pub:
-            pub.line("stays for late subscribers")
+            pub.line("is retained for late subscribers")
             with peer(self.serving.port) as late:
                 late.send({"op": "subscribe", "topic": "/kept", "type": "x/T"})
                 self.assertEqual(late.receive()["msg"], {"a": 1})
@@ -125,7 +125,7 @@ class on_topics(unittest.TestCase):
     def test_says_that_nobody_has_subscribed(self):
         ended = run("pub", self.serving.url, "/nobody", "{}")
         self.check(ended, 1)
-        self.assertIn("nobody has subscribed to /nobody: the server took it", ended.stderr[0])
+        self.assertIn("nobody has subscribed to /nobody: only the server got it", ended.stderr[0])
         heard = run("pub", self.serving.url, "/t", "{}")
         self.check(heard, 1)
         self.assertNotIn("nobody", "\n".join(heard.stderr))
@@ -328,7 +328,7 @@ class long_messages(unittest.TestCase):
         text = json.dumps({"width": 3000, "data": [0] * 1_000_000}, indent=0)
         path = self.file_of(text)
         with program("pub", self.serving.url, "/late", "@" + path, "--latch", environment=self.raised) as pub:
-            pub.line("stays for late subscribers")
+            pub.line("is retained for late subscribers")
             ended = run("echo", self.serving.url, "/late", "--field", "width", "--once",
                         environment=self.raised)
             self.assertEqual((ended.code, ended.stdout), (0, ["3000", "---"]), ended.stderr)

@@ -312,7 +312,7 @@ class the_demo(unittest.TestCase):
             resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
 
         with hub("--demo", preexec_fn=without_limits, **options) as serving:
-            line = serving.line(r"not as real-time as asked: (.*)")[1]
+            line = serving.line(r"not granted as asked: (.*)")[1]
             self.assertIn("SCHED_FIFO 80 not permitted (rtprio limit 0)", line)
             self.assertIn("ulimit -r", line)
             service = serving.line(r"the service thread is not as asked: (.*)")[1]
@@ -321,7 +321,7 @@ class the_demo(unittest.TestCase):
                 self.assertIn("ulimit -l", line)
             self.check(self.watch(serving, 200))
             self.assertEqual(serving.end(signal.SIGTERM), 0)
-            self.assertEqual(len([text for text in serving.stderr if "real-time as asked" in text]), 1)
+            self.assertEqual(len([text for text in serving.stderr if "not granted as asked" in text]), 1)
 
     def sanitized(self):
         with open(ROWE, "rb") as file:

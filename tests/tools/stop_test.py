@@ -132,7 +132,7 @@ class the_demo_robot(unittest.TestCase):
                 file.write("x" * 43)
             for ended in (run("stop", robot.url, "--token-file", token),
                           run("reset", robot.url, "--token-file", token)):
-                words = f"to let it go: rowe reset {robot.url} [0-9]+ --token-file '{re.escape(token)}'$"
+                words = f"to reset it: rowe reset {robot.url} [0-9]+ --token-file '{re.escape(token)}'$"
                 self.assertTrue([line for line in ended.stderr if re.search(words, line)], ended.stderr)
 
     def test_is_asked_again_and_again_and_never_reset(self):
@@ -280,7 +280,7 @@ class full(unittest.TestCase):
         ended = run("stop", robot.url, "--source", "hand")
         self.assertEqual(ended.code, 0, ended.stderr)
         said = "\n".join(ended.stderr)
-        self.assertIn(f"asking on {robot.url}rowe/stop, where places are kept for a stop", said)
+        self.assertIn(f"asking on {robot.url}rowe/stop, where places are reserved for a stop", said)
         self.assertLessEqual(said.count("the other side has no room"), 1, said)
         self.assertRegex(ended.stdout[0], acknowledged)
 

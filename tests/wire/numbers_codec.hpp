@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A third codec, as small as one can be that has all which rosbridge and bare JSON have not: binary frames,
-// numbers in place of names, numbers that the peer gives, several requests in one message, and a server that
-// speaks first. This file, its source and the row at its end are all of it; nothing in src/service knows it.
+// A third codec, as small as one can be that has all which rosbridge and the plain format have not: binary
+// frames, numbers in place of names, numbers that the peer gives, several requests in one message, and a
+// server that speaks first. This file, its source and the row at its end are all of it; nothing in
+// src/service knows it.
 //
 // Integers have four bytes, the lowest first; times eight. To the server:
 //   text    {"want":[[TAG,CHANNEL],…]}          subscribes, each under the peer's own TAG

@@ -27,10 +27,10 @@ struct mode {
 constexpr std::array modes{
     mode{"rpc", "the round trip of a call to a robot", rpc},
     mode{"send", "from publishing to the arrival in the subscriber's thread", send},
-    mode{"stop", "from asking for a stop to the loop's brake, and what that is made of", stop},
+    mode{"stop", "from asking for a stop to the loop's brake, and the parts of that", stop},
     mode{"loop", "how late a periodic loop wakes up", loop},
-    mode{"expiry", "what it costs that a message expires among many that wait", expiry},
-    mode{"idle", "what an endpoint costs that has nothing to do", idle},
+    mode{"expiry", "what it costs to expire a message among many that wait", expiry},
+    mode{"idle", "what an idle endpoint costs", idle},
     mode{"peer", "the other end, for measuring between two processes or hosts", peer},
 };
 
@@ -40,8 +40,8 @@ std::string overview() {
       "  rowe bench loop -D 60s --cpu 3 --prio 80         is this machine fit for a loop of 1 kHz\n"
       "  rowe bench rpc --max 2ms --p99.9 300us           exit code 5 when a call takes longer\n"
       "\nusage: rowe bench MODE [arguments]    (`rowe bench MODE --help` says which)\n\n"
-      "Measures as a distribution, never as a mean, and says first on which machine. Messages have their\n"
-      "times before the run begins: a stall is charged to every message that it delayed.\n\nmodes:\n";
+      "Prints a distribution, never a mean alone, and first of all the machine. The times of the messages\n"
+      "are fixed before the run begins, so a stall counts for every message that it delayed.\n\nmodes:\n";
   for (const mode& m : modes)
     text.append("  ").append(m.name).append(9 - m.name.size(), ' ').append(m.meaning) += '\n';
   return text;

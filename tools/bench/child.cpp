@@ -73,7 +73,7 @@ child::child(const std::vector<std::string>& arguments) {
   pipe_ends input;
   pipe_ends output;
   if (input.read < 0 || output.read < 0) {
-    wrong_ = joined("no pipe can be had (errno ", errno, ")");
+    wrong_ = joined("cannot make a pipe (errno ", errno, ")");
     return;
   }
   if (const int failure = spawn(id_, arguments, input.read, output.write); failure != 0) {

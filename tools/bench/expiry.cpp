@@ -116,7 +116,7 @@ exit_code expiry(argument_list arguments) {
   r.ran = m.ran;
   r.counts.intended = r.counts.finished = samples.times().count();
   r.samples = &samples;
-  r.parts = {{"one is taken off before its time, another put on: mean of 64", "move", &moved}};
+  r.parts = {{"one is removed before its time, another added: mean of 64", "move", &moved}};
   r.usage = m.usage;
   r.problem = m.problem;
   if (samples.times().count() > 0) r.bounds = bounds_of(s, samples.times());

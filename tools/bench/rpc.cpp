@@ -66,7 +66,7 @@ class calls {
   // Why the last call failed that did; empty where none did. After the run.
   std::string failure() const {
     if (!failure_) return {};
-    if (failure_->code == errc::refused) return joined("the service says no: ", printable(from_.refusal()));
+    if (failure_->code == errc::refused) return joined("the service refused: ", printable(from_.refusal()));
     return failure_->message();
   }
 
@@ -115,7 +115,7 @@ command rpc_table(rpc_settings& s) {
     table.options.insert(table.options.end(), more.begin(), more.end());
   table.options.push_back(
       {"--service", "", "NAME", "call this service (default: the peer's echo)", &s.service});
-  table.options.push_back({"--request", "", "JSON", "what it is asked (default {})", &s.request});
+  table.options.push_back({"--request", "", "JSON", "the request (default {})", &s.request});
   return table;
 }
 

@@ -80,7 +80,7 @@ command send_table(settings& s) {
                      "peer's thread\n"
                      "had it. With the URL of a `rowe bench peer` on another machine, whose clock is not "
                      "ours, half of the\n"
-                     "round trip is measured in its place, and called so.\n",
+                     "round trip is measured instead, and the report says so.\n",
       .operands = {url_operand(s.url)},
       .options = run_options(s)};
   table.operands[0].optional = true;

@@ -102,7 +102,7 @@ std::vector<option> bound_options(settings& s) {
 
 std::vector<option> output_options(settings& s) {
   return {{"--json", "", "FILE|-", "the result as one JSON object", &s.json},
-          {"--compare", "", "FILE", "beside the result that --json wrote before", &s.compare}};
+          {"--compare", "", "FILE", "compare with an earlier result of --json", &s.compare}};
 }
 
 std::vector<option> plot_options(settings& s) {
@@ -137,7 +137,7 @@ std::string complete(settings& s) {
   }
   if (!s.url.empty()) s.peer = {};
   if (count_in(s.run_time_or_default(), period_of(s.rate_or_default())) > samples_max)
-    return joined("that is more than ", samples_max, " samples: measure less long, or less often");
+    return joined("that is more than ", samples_max, " samples: measure for less time, or less often");
   return {};
 }
 

@@ -49,14 +49,14 @@ command table_of(doctor_options& o) {
           "Says whether this machine is fit for a real-time loop: for each check whether it is ok, fails\n"
           "(promises do not hold here), warns (they hold, later than they could) or is for information, "
           "with\n"
-          "what was found, what is wanted and why. Changes nothing. What root only can see is said to be\n"
+          "what was found, what is wanted and why. Changes nothing. What only root can see is reported as\n"
           "not visible.\n",
       .operands = {},
       .options = {
           {"--cpu", "", "LIST",
            "the cores meant for loops, such as 2,3 (default: isolated ones, else the last)", &o.cpus},
           {"--fix-hints", "", "", "with the commands that would change it, to be run as root", &o.fix_hints},
-          {"--duration", "", "TIME", "of the self-test, which measures wake-ups (default 2s)",
+          {"--duration", "", "TIME", "how long the self-test measures wake-ups (default 2s)",
            time_span{&o.duration}},
           {"--quick", "", "", "without the self-test", &o.quick},
           {"--certificate", "", "FILE", "also when this certificate ends (PEM)", &o.certificate},
@@ -64,8 +64,8 @@ command table_of(doctor_options& o) {
           {"--json", "", "", "one JSON object a line, one for each check", &o.json},
           {"--root", "", "DIR", "examine another machine's files, DIR/proc and DIR/sys, and DIR/trials",
            &o.root},
-          {"--verbose", "-v", "", "reasons and changes for what is ok, too", &o.verbose},
-          {"--quiet", "-q", "", "what fails or warns only", &o.quiet},
+          {"--verbose", "-v", "", "reasons and changes also for checks that are ok", &o.verbose},
+          {"--quiet", "-q", "", "only checks that fail or warn", &o.quiet},
       }};
 }
 

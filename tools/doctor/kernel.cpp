@@ -103,11 +103,11 @@ finding clock_source(const machine& on) {
 // clang-format off
 constexpr std::array<check, 5> kernel_table{{
     {.name = "preempt_rt", .title = "real-time kernel", .wanted = "PREEMPT_RT",
-     .why = "other kernels hold a loop up for milliseconds, in drivers, softirqs and spinlocks",
+     .why = "other kernels delay a loop by milliseconds, in drivers, softirqs and spinlocks",
      .change = "install a PREEMPT_RT kernel and reboot", .vital = true, .examine = preempt_rt},
     {.name = "virtual_machine", .title = "virtual machine", .wanted = "none",
      .why = "the hypervisor takes cores away, unseen from inside",
-     .change = "measure and run on the metal; or pin the virtual cores and isolate them on the host",
+     .change = "measure and run on real hardware; or pin the virtual cores and isolate them on the host",
      .examine = virtual_machine},
     {.name = "container", .title = "container", .wanted = "either",
      .why = "a container shares the host's kernel: tune the host, grant the container its rights",

@@ -64,7 +64,7 @@ finding fork_after_start(const machine&) {
 // clang-format off
 constexpr std::array<check, 7> memory_table{{
     {.name = "huge_pages", .title = "transparent huge pages", .wanted = "madvise or never",
-     .why = "the kernel assembles huge pages behind a program's back, and its pages fault meanwhile",
+     .why = "the kernel assembles huge pages while a program runs, and its pages fault meanwhile",
      .change = "allow them on request only", .examine = huge_pages},
     {.name = "same_pages", .title = "merging of equal pages", .wanted = "off",
      .why = "a merged page faults when it is written to", .change = "switch KSM off", .examine = same_pages},

@@ -66,7 +66,7 @@ finding coalescing(const machine& on) {
     result.mark = std::max(result.mark, *time > much ? level::warn : level::info);
     result.commands.push_back(joined("ethtool -C ", interface, " adaptive-rx off rx-usecs 0"));
   }
-  if (!any) return {.found = "not visible here (no interface tells)", .visible = false};
+  if (!any) return {.found = "not visible here (no interface reports it)", .visible = false};
   return result;
 }
 
@@ -82,7 +82,7 @@ constexpr std::array<check, 4> network_table{{
      .why = "the core that takes a packet's interrupt also does the network's work for it",
      .change = "send them to the core of the service thread", .examine = adapter_interrupts},
     {.name = "coalescing", .title = "interrupt coalescing", .wanted = "0",
-     .why = "what came in waits so long for company", .change = "switch it off, for more interrupts",
+     .why = "received packets wait so long for more of them", .change = "switch it off, for more interrupts",
      .examine = coalescing},
     {.name = "busy_poll", .title = "busy polling", .wanted = "0",
      .why = "threads that wait for sockets spin so many microseconds first: quicker, and a busier core",

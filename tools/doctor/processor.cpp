@@ -111,7 +111,7 @@ finding capacity(const machine& on) {
   }
   if (most == 0) {
     if (!on.files.exists("/sys/devices/system/cpu")) return unseen("/sys/devices/system/cpu", ENOENT);
-    return {.mark = level::info, .found = "not told (no cpu_capacity)"};
+    return {.mark = level::info, .found = "not reported (no cpu_capacity)"};
   }
   finding result;
   for (const int cpu : on.cpus) {
@@ -175,7 +175,7 @@ finding temperature(const machine& on) {
 // clang-format off
 constexpr std::array<check, 5> processor_table{{
     {.name = "governor", .title = "frequency governor", .wanted = "performance",
-     .why = "a core that slept in a slow gear runs the first microseconds of a cycle in it",
+     .why = "a core that slept at a low frequency runs the first microseconds of a cycle at it",
      .change = "choose the governor performance", .examine = governor},
     {.name = "idle_states", .title = "idle states", .wanted = "out of the deepest within 20 µs",
      .why = "a core that sleeps deeply wakes up late",
@@ -189,7 +189,7 @@ constexpr std::array<check, 5> processor_table{{
      .examine = capacity},
     {.name = "temperature", .title = "temperature", .wanted = "5 C below where cores slow down, or less",
      .why = "hot cores are slowed down, whatever the governor says",
-     .change = "cool the machine, or give it a supply that suffices", .examine = temperature},
+     .change = "cool the machine, or give it a sufficient power supply", .examine = temperature},
 }};
 // clang-format on
 

@@ -164,7 +164,7 @@ void bridge::follow_topics_to_ros(const ros_graph& graph) {
     if (from_ros_.contains(name) || to_ros_.contains(name)) continue;
     if (how_.topics_from_ros.match(name) && graph.topics.contains(name)) continue; // it goes the other way
     if (type.empty()) {
-      cannot(name, "nobody says its type; name it with --to-ros NAME=package/Type");
+      cannot(name, "no side states its type; give it with --to-ros NAME=package/Type");
     } else if (has_room(from_ros_.size() + to_ros_.size(), topics_max, name)) {
       add_to_ros(name, type);
     }
@@ -265,7 +265,7 @@ void bridge::follow_services_to_ros(const ros_graph& graph) {
         type = plain_type_name(*its_type);
     }
     if (type.empty()) {
-      cannot(name, "nobody says its type; name it with --service-to-ros NAME=package/Type");
+      cannot(name, "no side states its type; give it with --service-to-ros NAME=package/Type");
     } else if (has_room(services_from_ros_.size() + services_to_ros_.size(), services_max, name)) {
       add_service_to_ros(name, type);
     }

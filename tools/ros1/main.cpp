@@ -49,27 +49,29 @@ command table_of(options& o) {
                     {"rowe_ros1 ws://127.0.0.1:8080 --service-from-ros '/move_base/*'",
                      "services of ROS, for pages"}}},
       .description =
-          "A node of ROS 1 that hands topics and services between ROS and a rowe endpoint, or a rosbridge\n"
-          "server. A pattern is as in a shell; `*` matches `/`, too. A topic goes one way: whoever "
-          "publishes\n"
-          "it first. Types are those of publishers; behind a name may stand =package/Type where nobody says\n"
-          "it. /rowe/stop is a service in ROS, std_srvs/Trigger, which stops the robot at the other end.\n"
+          "A node of ROS 1 that bridges topics and services between ROS and a rowe endpoint, or a rosbridge\n"
+          "server. A pattern is as in a shell; `*` matches `/`, too. A topic goes one way, that of its "
+          "first\n"
+          "publisher. Types are those of publishers; if there is none, write =package/Type after the name.\n"
+          "/rowe/stop is a service in ROS, std_srvs/Trigger, which stops the robot at the other end.\n"
           "ROS's own arguments are understood: __name:=NODE, __master:=URI, and $ROS_MASTER_URI.\n",
       .operands = {url_operand(o.at.url)},
       .options = with_remote(
-          o.at, {
-                    {"--from-ros", "", "PATTERN", "topics that ROS publishes; again for more", &o.from_ros},
-                    {"--to-ros", "", "PATTERN", "topics that peers publish; again for more", &o.to_ros},
-                    {"--service-from-ros", "", "PATTERN", "services that ROS provides", &o.services_from_ros},
-                    {"--service-to-ros", "", "PATTERN", "services that peers provide", &o.services_to_ros},
-                    {"--except", "", "PATTERN", "not what matches this, unless it is named", &o.except},
-                    {"--messages", "", "FOLDER",
-                     "more definitions: FOLDER/package/msg/Name.msg (else $ROS_PACKAGE_PATH and /usr/share)",
-                     &o.messages},
-                    {"--timeout", "", "TIME", "of a call from ROS (default 10s)", time_span{&o.timeout}},
-                    {"--no-stop", "", "", "no /rowe/stop in ROS", &o.no_stop},
-                    {"--quiet", "-q", "", "print errors only", &o.quiet},
-                })};
+          o.at,
+          {
+              {"--from-ros", "", "PATTERN", "topics that ROS publishes; again for more", &o.from_ros},
+              {"--to-ros", "", "PATTERN", "topics that peers publish; again for more", &o.to_ros},
+              {"--service-from-ros", "", "PATTERN", "services that ROS provides", &o.services_from_ros},
+              {"--service-to-ros", "", "PATTERN", "services that peers provide", &o.services_to_ros},
+              {"--except", "", "PATTERN", "do not bridge what matches this, unless it is named", &o.except},
+              {"--messages", "", "FOLDER",
+               "more definitions: FOLDER/package/msg/Name.msg (else $ROS_PACKAGE_PATH and /usr/share)",
+               &o.messages},
+              {"--timeout", "", "TIME", "the timeout of a call from ROS (default 10s)",
+               time_span{&o.timeout}},
+              {"--no-stop", "", "", "no /rowe/stop in ROS", &o.no_stop},
+              {"--quiet", "-q", "", "print errors only", &o.quiet},
+          })};
 }
 
 // Follows both sides until a signal comes.
@@ -152,7 +154,7 @@ exit_code main(argument_list arguments) {
   for (const auto& one : how.topics_from_ros.all()) {
     if (one.is_name && how.topics_to_ros.names(one.pattern))
       return usage_error("rowe_ros1",
-                         joined(one.pattern, " cannot go both ways: it would go round and round"));
+                         joined(one.pattern, " cannot go both ways: its messages would go round for ever"));
   }
   return start(o, how);
 }

@@ -21,22 +21,22 @@ struct verb {
 };
 
 constexpr std::array verbs{
-    verb{"serve", "a hub to try things, with the page at /; --demo drives a robot", serve},
-    verb{"config", "whether a rowe.toml makes sense, and which values hold", config},
+    verb{"serve", "run a hub, with the page at /; --demo drives a simulated robot", serve},
+    verb{"config", "check a rowe.toml, or show the values that hold", config},
     verb{"pub", "publish a message, or the lines of stdin", pub},
     verb{"echo", "print the messages of topics", echo},
-    verb{"call", "ask a service", call},
+    verb{"call", "call a service", call},
     verb{"stop", "stop a robot, and say whether it acknowledged", stop},
-    verb{"reset", "let a stopped robot go again", reset},
-    verb{"param", "a robot's parameters: list them, read or set one", param},
-    verb{"types", "a robot's types, as TypeScript, JSON Schema, ROS text or C", types},
-    verb{"peers", "who is connected to an endpoint, and what was lost", peers},
+    verb{"reset", "reset a stopped robot, so that it may move", reset},
+    verb{"param", "list a robot's parameters, read or set one", param},
+    verb{"types", "print a robot's types as TypeScript, JSON Schema, ROS text or C", types},
+    verb{"peers", "list who is connected to an endpoint, and what was lost", peers},
     verb{"replay", "publish a recorded trajectory at its own pace", replay},
-    verb{"setup", "makes certificate, tokens and settings, to put a robot on a network", setup},
-    verb{"token", "who may connect to a robot that was set up: add, remove, list", token},
-    verb{"discover", "the robots that are announced on the network", discover},
-    verb{"doctor", "whether this machine is fit for real time, and what is in the way", doctor},
-    verb{"bench", "how long things take on this machine, as a distribution", bench::run},
+    verb{"setup", "make certificate, tokens and settings, to put a robot on a network", setup},
+    verb{"token", "add, remove or list who may connect to a robot that was set up", token},
+    verb{"discover", "list the robots that are announced on the network", discover},
+    verb{"doctor", "check whether this machine is fit for real time", doctor},
+    verb{"bench", "measure latencies on this machine, as distributions", bench::run},
     verb{"version", "print the version", version},
 };
 
@@ -56,7 +56,7 @@ std::string overview() {
   std::string text =
       "examples:\n"
       "  rowe serve --demo                      a robot to look at: open the URL that is printed\n"
-      "  rowe echo ws://127.0.0.1:8080 /odom    what it says\n"
+      "  rowe echo ws://127.0.0.1:8080 /odom    its messages\n"
       "\nusage: rowe VERB [arguments]    (`rowe VERB --help` says which)\n\nverbs:\n";
   for (const verb& v : verbs)
     text.append("  ").append(v.name).append(9 - v.name.size(), ' ').append(v.meaning) += '\n';

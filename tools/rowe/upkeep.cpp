@@ -46,17 +46,17 @@ bool upkeep::take_access(endpoint& hub) {
   if (!chosen || !chosen->check_access(&why)) {
     if (std::exchange(told_, why) == why) return false;
     configuration_options::say_lines(to_, severity::error, why);
-    to_.error(printable(file_), " has changed and is wrong: what was read from it before holds");
+    to_.error(printable(file_), " has changed and is wrong: the values that it had before hold");
     return false;
   }
   if (const status taken = hub.set_access(chosen->values().endpoint.access, &why); !taken) {
     if (why.empty()) why = taken.error().message();
     if (std::exchange(told_, why) == why) return false;
-    to_.error(printable(file_), " has changed, but its roles and identities are not taken: ", printable(why));
+    to_.error(printable(file_), " has changed, but its roles and identities are not used: ", printable(why));
     return false;
   }
   told_.clear();
-  to_.note(printable(file_), " has changed: its roles and identities hold now; all else takes a restart");
+  to_.note(printable(file_), " has changed: its roles and identities hold now; all else needs a restart");
   if (!chosen->check(&why)) {
     to_.say(severity::warning, "a restart would be refused:");
     configuration_options::say_lines(to_, severity::warning, why);

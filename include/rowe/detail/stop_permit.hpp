@@ -120,7 +120,7 @@ class latch_words {
 
   // Set-up: before the words are shared.
   void reset() noexcept {
-    // relaxed, all: the hand-over of the queue pair publishes them
+    // relaxed, all: the submission of the queue pair publishes them
     checked_in_ns_.store(0, std::memory_order_relaxed);
     tripped_.store(0, std::memory_order_relaxed);
     acknowledged_.store(0, std::memory_order_relaxed);

@@ -46,7 +46,7 @@ wire::http_rejection too_many_pages(std::uint32_t pages_max) noexcept {
 }
 
 wire::http_rejection too_many_waiting(std::uint32_t waiting_max) noexcept {
-  return rejection_of(service_unavailable, "% pages wait for what they show, which is the limit",
+  return rejection_of(service_unavailable, "% pages wait for a value, which is the limit",
                       "try again in a moment, or raise handshakes_max", decimal{waiting_max}.text());
 }
 
@@ -64,7 +64,7 @@ wire::http_rejection too_many_from_one_address(std::uint32_t connections_max) no
 
 wire::http_rejection no_place_for_stop() noexcept {
   return rejection_of(service_unavailable,
-                      "the places kept for the stop have just been given to others, or used to stop",
+                      "the places reserved for the stop have just been given to others, or used to stop",
                       "try again within a second");
 }
 
@@ -78,7 +78,7 @@ wire::http_rejection not_admitted(const service::admit_answer& why,
 
 wire::http_rejection too_many_wrong_tokens() noexcept {
   return rejection_of(service::rejection::slowed,
-                      "nobody here has this token, and this address has shown many such",
+                      "this token is not known here, and this address has shown many such",
                       "ask whoever runs this endpoint for one");
 }
 

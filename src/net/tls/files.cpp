@@ -31,7 +31,7 @@ std::string read_file(const std::string& path, readers allowed, std::string& tex
   if (!file) return ::strerrordesc_np(errno);
   struct stat facts {};
   if (::fstat(file.get(), &facts) != 0) return ::strerrordesc_np(errno);
-  if (!S_ISREG(facts.st_mode)) return "it is no file";
+  if (!S_ISREG(facts.st_mode)) return "it is not a file";
   const unsigned mode = facts.st_mode & 07777U;
   if (allowed == readers::owner && (mode & 077U) != 0 && !access::is_credential(path))
     return "others can read it (mode " + octal(mode) + "): chmod 600";

@@ -273,7 +273,7 @@ ssize_t session::cannot_read(int what) noexcept {
     cut_by_ = asks_too_often() ? service::counter::tls_key_floods
               : lost           ? service::counter::tls_cuts
                                : service::counter::tls_alerts;
-    reason_ = asks_too_often() ? "it took new keys too often" : newest_reason();
+    reason_ = asks_too_often() ? "it changed its keys too often" : newest_reason();
     remedy_ = remedy_of_client(); // only clients are told of it
   }
   if (unreadable_ == 0) unreadable_ = end_seen_ ? ECONNRESET : EPROTO;

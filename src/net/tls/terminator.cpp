@@ -152,7 +152,7 @@ void terminator::look_after_certificates() {
   const auto before = certificates_.current();
   if (const auto fault = certificates_.look()) {
     counters_.add(service::counter::tls_reload_faults);
-    notice("the new certificate is not taken: %", fault->what, "correct %; until then the old one is in use",
+    notice("the new certificate is not used: %", fault->what, "correct %; until then the old one is in use",
            fault->file);
   }
   if (certificates_.current() != before) {

@@ -285,8 +285,9 @@ void epoll_transport::accept_some(transport_sink& sink) noexcept {
 void epoll_transport::tell_pause(transport_sink& sink) noexcept {
   sink.on_rejected({.http_status = 0,
                     .peer = {},
-                    .what = "nobody gets in but who comes to stop: this process has no file descriptor or no "
-                            "memory left",
+                    .what =
+                        "only peers that come to stop can connect: this process has no file descriptor or no "
+                        "memory left",
                     .remedy = "raise its limit of open files (ulimit -n) or lower connections_max"});
 }
 

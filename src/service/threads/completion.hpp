@@ -39,7 +39,7 @@ class completion {
   // Begins anew, before the slot is handed to the service thread, whose acquire of the slot orders this. If
   // nobody will wait, the word says that the submitter has left.
   void arm(bool somebody_waits) noexcept {
-    // relaxed: the hand-over of the slot releases this as well; the service thread's exchange comes after it
+    // relaxed: the push of the slot releases this as well; the service thread's exchange comes after it
     word_.store(somebody_waits ? pending : abandoned, std::memory_order_relaxed);
   }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The object form: plain messages and calls as users of this process write and read them, whatever codec
 // their peers use. It is one JSON object. A call has a member `service` beside its arguments; the members op,
-// message_id and in_reply_to belong to the endpoint. It is not another format: the bare codec writes it
+// message_id and in_reply_to belong to the endpoint. It is not another format: the plain codec writes it
 // unchanged.
 //
 // The core calls this on the service thread; users' threads call find_reserved(). Texts are validated.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bare format, that of the paper: every JSON text is a message. Three members are reserved. `message_id`
-// makes an object an invocation. `in_reply_to`, with the same id as it was written, makes it the reply.
-// `ttl_ms` is its time to live. An invocation may name the service in `service`; a reply that is a refusal
-// has `error`. All other members belong to the users and are not looked at.
+// The plain format, that of the report of 2015: every JSON text is a message. Three members are reserved.
+// `message_id` makes an object an invocation. `in_reply_to`, with the same id as it was written, makes it the
+// reply. `ttl_ms` is its time to live. An invocation may name the service in `service`; a reply that is a
+// refusal has `error`. All other members belong to the users and are not looked at.
 //
 //   {"service":"add-two-numbers","a":38,"b":4,"message_id":"7"}     an invocation
 //   {"result":42,"in_reply_to":"7"}                                 its reply

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The codec of the bare format (bare.hpp reads and writes the format). It has messages and calls, and no
+// The codec of the plain format (bare.hpp reads and writes the format). It has messages and calls, and no
 // topics.
 #pragma once
 #include "wire/codec/codec.hpp"

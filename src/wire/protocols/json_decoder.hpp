@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads text messages of the two JSON formats. Each message decides for itself: an object with a string
-// member `op` is rosbridge's, everything else is bare.
+// Reads text messages of the two JSON formats. Each message is recognised by itself: an object with a string
+// member `op` is rosbridge's, everything else is in the plain format.
 #pragma once
 #include <array>
 

@@ -66,7 +66,7 @@ constexpr protocol_set standard_set{.codecs = codecs,
                                     .envelope = rosbridge,
                                     .message_bytes_max = SIZE_MAX};
 
-// Hop's programs use bare JSON, have neither topics nor control frames, and have their own subprotocols.
+// Hop programs use the plain format, have neither topics nor control frames, and have their own subprotocols.
 constexpr std::array<protocol, 1> hop{{{.subprotocol = {},
                                         .reads = json_texts,
                                         .first = bare,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain messages of the bare codec through the core: how they find their peers, what their senders learn,
+// Plain messages through the core: how they find their peers, what their senders learn,
 // and who in this process receives.
 #include <rowe/lane.hpp>
 
@@ -65,7 +65,7 @@ TEST_F(plain_messages, gives_a_message_to_every_peer_that_has_spoken_bare) {
   EXPECT_EQ(outcome(slot), "sent");
   EXPECT_EQ(bare.hear(), texts{R"({"a":1})"});
   EXPECT_EQ(other.hear(), texts{R"({"a":1})"});
-  EXPECT_EQ(silent.hear(), texts{}) << "it has not spoken bare, so it is not sent bare unasked";
+  EXPECT_EQ(silent.hear(), texts{}) << "it has not used the plain format, so it gets none unasked";
 }
 
 TEST_F(plain_messages, says_that_a_message_is_sent_when_one_peer_has_it) {

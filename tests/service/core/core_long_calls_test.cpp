@@ -109,7 +109,7 @@ TEST_F(long_calls_test, go_between_all_codecs) {
 
 TEST_F(long_calls_test, go_to_programs_that_speak_plain_messages) {
   peer provider{on, side::server, "127.0.0.1:2", "/", "rowe.v1"};
-  provider.say(R"({"op":"advertise_service","service":"/map"})"); // bare peers say this as others do
+  provider.say(R"({"op":"advertise_service","service":"/map"})"); // peers of the plain format do so, too
   peer caller{on};
   on.cycle();
   (void)provider.hear();

@@ -132,7 +132,7 @@ TEST_F(core_sender, large_messages_leave_turns_to_fewer_peers) {
 }
 
 TEST_F(core_sender, what_has_no_time_to_live_goes_to_all_in_its_cycle) {
-  all_say("{}"); // they speak bare
+  all_say("{}"); // they use the plain format
   const auto sent = on.submissions.submit({.what = rowe::detail::entry::message,
                                            .wants_outcome = false,
                                            .peer = {},

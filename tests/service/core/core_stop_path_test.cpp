@@ -145,7 +145,7 @@ TEST_F(stop_path, is_refused_everything_else_with_words_and_counted) {
 
 TEST_F(stop_path, hears_nothing_that_is_said_to_everyone) {
   peer& p = comes();
-  (void)answer_to(p, R"({"service":"rowe/stop"})"); // a bare message: another peer would be talked to now
+  (void)answer_to(p, R"({"service":"rowe/stop"})"); // a plain message: any other peer would get some now
   (void)answer_to(p, R"({"a":1})");
   peer ordinary{on};
   (void)answer_to(ordinary, R"({"a":1})");

@@ -315,7 +315,7 @@ struct waiting : place {
   explicit waiting(std::uint32_t peers) : place{peers, 1} {
     connect(peers + 1);
     for (std::uint32_t i = 0; i < peers; ++i) on.net.stop_reading(i);
-    for (std::uint32_t i = 0; i <= peers; ++i) on.net.say(i, R"({"data":1})"); // from now on they are bare
+    for (std::uint32_t i = 0; i <= peers; ++i) on.net.say(i, R"({"data":1})"); // they use the plain one
     settle();
     send_to_all();
     on.net.stop_reading(peers);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each state of the submission queue; tests/stress has many threads in it at once, tests/model the hand-over
+// Each state of the submission queue; tests/stress has many threads in it at once, tests/model the hand-off
 // of a slot between a caller that runs out of time and the service thread.
 #include "service/threads/submission_queue.hpp"
 

@@ -200,7 +200,7 @@ VARIANTS = (
     ("coalescing", "ok", "0 ns", {}, {}),
     ("coalescing", "info", "3.0 µs", {}, {"coalescing": "coalescing enp3s0 3"}),
     ("coalescing", "warn", "100 µs", {}, {"coalescing": "coalescing enp3s0 100"}),
-    ("coalescing", "unseen", "no interface tells", {}, {"coalescing": None}),
+    ("coalescing", "unseen", "no interface reports it", {}, {"coalescing": None}),
     ("busy_poll", "ok", "0", {}, {}),
     ("busy_poll", "info", "50", {"/proc/sys/net/core/busy_poll": "50\n"}, {}),
     ("busy_poll", "unseen", "busy_poll", {"/proc/sys/net/core/busy_poll": None}, {}),

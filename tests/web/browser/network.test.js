@@ -101,6 +101,6 @@ test("a token that is taken back ends the page's connection, and the page asks a
   });
   rowe("token", "remove", "guest", "--dir", folder);
   await page.locator("#who").waitFor({ state: "visible" });
-  assert.match(await page.textContent("#who_says"), /does not know this token, or not any more/);
+  assert.match(await page.textContent("#who_says"), /does not know this token, or no longer knows it/);
   await page.context().close();
 });

@@ -297,7 +297,7 @@ test("a page that is hidden lets go of the robot, and says so", limit, async () 
   });
   await stop_is(watching, "stopped");
   await shown(watching, "guards", /^no guard/);
-  await shown(page, "guards", /^this page was hidden, and guards no more$/);
+  await shown(page, "guards", /^this page was hidden, so it no longer guards$/);
   assert.equal(await page.getAttribute("#guard", "aria-pressed"), "false");
 });
 

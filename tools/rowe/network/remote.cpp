@@ -75,7 +75,7 @@ std::vector<option> with_remote(remote_place& into, std::vector<option> own) {
                  "our certificate, for a wss:// server that asks for one (default $ROWE_CERT)", &into.cert});
   own.push_back({"--key", "", "FILE", "its key (default $ROWE_KEY, else the file of --cert)", &into.key});
   own.push_back({"--token-file", "", "FILE",
-                 "holds the token that says who we are (default $ROWE_TOKEN itself)", &into.token_file});
+                 "has our token in its first line (default: the token is in $ROWE_TOKEN)", &into.token_file});
   return own;
 }
 
@@ -137,7 +137,8 @@ operand url_operand(std::string& into) noexcept {
 
 option profile_option(std::size_t& into) noexcept {
   return {"--profile", "", "standard|hop|hop_2014",
-          "who is at the other end: hop for Hop's programs (default standard)", choice{&into, profile_names}};
+          "the kind of WebSocket of the peer: hop and hop_2014 are for Hop programs (default standard)",
+          choice{&into, profile_names}};
 }
 
 peer_profile profile_of(std::size_t index) noexcept { return static_cast<peer_profile>(index); }

@@ -53,19 +53,21 @@ command table_of(call_options& o) {
                      "how long it takes"}}},
       .description =
           "Calls a service with a JSON object and prints the object it answers: indented on a terminal, as\n"
-          "it came elsewhere. Where the service says no, or nobody provides it, the reason is on stderr\n"
+          "it came elsewhere. If the service refuses, or nobody provides it, the reason is on stderr\n"
           "(1). With --json there is always one object on stdout, with the members service, answer, error,\n"
           "text and round_trip_ns; with --repeat one about all calls and how long they took.\n",
       .operands =
           {url_operand(o.at.url),
            {.name = "SERVICE", .meaning = "its name, such as /robot/set_speed", .into = &o.service},
-           {.name = "JSON", .meaning = "what is asked (default {})", .into = &o.request, .optional = true}},
+           {.name = "JSON", .meaning = "the request (default {})", .into = &o.request, .optional = true}},
       .options = with_remote(
           o.at,
           {
-              {"--timeout", "", "TIME", "for each answer (default 2s); connecting has 1s at least",
+              {"--timeout", "", "TIME",
+               "how long to wait for each answer (default 2s), and 1s at least to connect",
                time_span{&o.timeout}},
-              {"--repeat", "", "N", "call so often, one after another", integer{&o.repeat, 1, INT64_MAX}},
+              {"--repeat", "", "N", "call this many times, one after another",
+               integer{&o.repeat, 1, INT64_MAX}},
               {"--json", "", "", "one JSON object, with the answer or the error and with the time", &o.json},
               {"--bare", "", "", "as a plain message with the member `service`, not over rosbridge", &o.bare},
               profile_option(o.profile),
@@ -99,7 +101,7 @@ std::string reason_of(const error& why, std::string_view said, rt::duration time
   case errc::no_service: return joined("nobody provides it (", printable(said), ")");
   case errc::no_peer: return "there is nobody to ask";
   case errc::timed_out: return joined("no answer within ", seconds_text(timeout));
-  case errc::peer_lost: return "who was to answer went away before it did";
+  case errc::peer_lost: return "the provider went away before it answered";
   default: return why.message();
   }
 }

@@ -24,9 +24,9 @@ command table_of(config_words& words, configuration_options& chosen) {
       .examples = {{{"rowe config check rowe.toml", "whether `rowe serve --config rowe.toml` would take it"},
                     {"rowe config show rowe.toml", "each value that holds, and where it comes from"}}},
       .description =
-          "`check` says what is wrong, all of it, with file and line; the exit code is 2 then. `show`\n"
-          "prints a file of TOML that says the same, and takes the options of `rowe serve`. Both read\n"
-          "the environment, as `rowe serve` does. docs/config.md has the keys.\n",
+          "`check` reports all mistakes with file and line, and then exits with 2. `show` prints the\n"
+          "values as a file of TOML, and takes the options of `rowe serve`. Both read the environment, as\n"
+          "`rowe serve` does. docs/config.md has the keys.\n",
       .operands = {{.name = "check|show", .meaning = "what to do", .into = &words.what},
                    {.name = "FILE",
                     .meaning = "a file of TOML (of show: default $ROWE_CONFIG, or none)",

@@ -33,8 +33,8 @@ command table_of(discover_settings& o) {
                         {"rowe discover --json | jq -r .url", "their URLs alone"}}},
           .description =
               "Prints a line for each robot: its name, its URL, its addresses, and what else it\n"
-              "announces. Whoever is on the network may announce whatever they like: that it is your\n"
-              "robot is shown by its certificate only. Runs avahi-browse (package avahi-utils).\n",
+              "announces. Anybody on the network can announce any name: only the certificate proves\n"
+              "that it is your robot. Runs avahi-browse (package avahi-utils).\n",
           .operands = {},
           .options = {
               {"--timeout", "", "TIME", "how long to wait for answers (default 5s)", time_span{&o.timeout}},

@@ -59,15 +59,15 @@ command table_of(echo_options& o) {
       .examples = {{{"rowe echo ws://127.0.0.1:8080 /odom", "until Ctrl-C"},
                     {"rowe echo 127.0.0.1:8080", "the topics there are"}}},
       .description =
-          "Prints the bodies of the topics' messages, each followed by a line `---`. Of several topics each\n"
-          "message says which one it is of; with --json it is {\"topic\":NAME,\"msg\":BODY} then. Without a\n"
+          "Prints the bodies of the topics' messages, each followed by a line `---`. With several topics\n"
+          "each message names its topic; with --json it is {\"topic\":NAME,\"msg\":BODY} then. Without a\n"
           "topic it prints the topics there are, with their types. It ends at once (4) when --timeout\n"
-          "passes without a message, and with 1 when a message has no such --field. What is below /rowe/\n"
-          "is the server's.\n"
+          "passes without a message, and with 1 when a message has no such --field. Topics below /rowe/\n"
+          "are the server's.\n"
           "\n"
           "Messages may have 60 KiB; with --long, --once or a small -n they may have 1 MiB, or what\n"
           "ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX says, up to 64 MiB. The longer they may be, the fewer\n"
-          "are kept while the reader of the output is slow.\n",
+          "are buffered for a slow reader of the output.\n",
       .operands = {url_operand(o.at.url),
                    {.name = "TOPIC",
                     .meaning = "their names, such as /odom; without any they are listed",

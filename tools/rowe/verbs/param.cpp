@@ -34,25 +34,26 @@ struct param_settings {
 };
 
 command param_table(param_settings& o) {
-  return {.verb = "param",
-          .examples = {{{"rowe param list ws://127.0.0.1:8080", "the robot's parameters and their values"},
-                        {"rowe param set 127.0.0.1:8080 /gain 0.5", "sets it"}}},
-          .description = "Lists, reads or sets parameters. A value is JSON; what is no JSON is a text. A "
-                         "value outside of the\n"
-                         "parameter's range, or one that your role may not set, is refused, and the reason "
-                         "is on stderr (1).\n"
-                         "The endpoint's own limits and counters are parameters too, read only.\n",
-          .operands =
-              {{.name = "list|get|set", .meaning = "what to do", .into = &o.what},
-               url_operand(o.at.url),
-               {.name = "NAME", .meaning = "get, set: of the parameter", .into = &o.name, .optional = true},
-               {.name = "VALUE", .meaning = "set: in JSON", .into = &o.value, .optional = true}},
-          .options = with_remote(
-              o.at, {
-                        {"--timeout", "", "TIME", "for the connection and for each answer (default 2s)",
-                         time_span{&o.timeout}},
-                        {"--all", "", "", "list: also the endpoint's own, below /rowe/", &o.all},
-                    })};
+  return {
+      .verb = "param",
+      .examples = {{{"rowe param list ws://127.0.0.1:8080", "the robot's parameters and their values"},
+                    {"rowe param set 127.0.0.1:8080 /gain 0.5", "sets it"}}},
+      .description = "Lists, reads or sets parameters. A VALUE that is no JSON is a text. A "
+                     "value outside of the\n"
+                     "parameter's range, or one that your role may not set, is refused, and the reason "
+                     "is on stderr (1).\n"
+                     "The endpoint's own limits and counters are parameters too, read only.\n",
+      .operands =
+          {{.name = "list|get|set", .meaning = "what to do", .into = &o.what},
+           url_operand(o.at.url),
+           {.name = "NAME", .meaning = "get, set: the parameter's name", .into = &o.name, .optional = true},
+           {.name = "VALUE", .meaning = "set: the value, in JSON", .into = &o.value, .optional = true}},
+      .options = with_remote(
+          o.at, {
+                    {"--timeout", "", "TIME", "for the connection and for each answer (default 2s)",
+                     time_span{&o.timeout}},
+                    {"--all", "", "", "list: also the endpoint's own, below /rowe/", &o.all},
+                })};
 }
 
 // As endpoints say it of names; `which` is a name or a value.

@@ -48,7 +48,7 @@ command table_of(peers_options& o) {
       .options = with_remote(
           o.at,
           {
-              {"--json", "", "", "all that the endpoint tells about itself, as one JSON object", &o.json},
+              {"--json", "", "", "all that the endpoint reports about itself, as one JSON object", &o.json},
               {"--timeout", "", "TIME", "for the connection and for the answer (default 2s)",
                time_span{&o.timeout}},
               {"--quiet", "-q", "", "print errors only on stderr", &o.quiet},

@@ -86,9 +86,10 @@ command table_of(pub_options& o) {
       .description =
           "Publishes a JSON object on a topic: once, or with -r again and again; with - each line of stdin\n"
           "is one, with @FILE the whole file. With --bare it is sent as a plain message. The summary is on\n"
-          "stderr, behind what the server says of messages that nobody there can take: then it ends with 1.\n"
-          "It ends with 6 when a message was not sent within its time to live, or was dropped. Where nobody\n"
-          "has subscribed to the topic, it says so; with -w it waits for somebody first.\n"
+          "stderr. If the server reports that a subscriber there cannot decode a message, it exits with 1. "
+          "If\n"
+          "a message was not sent within its time to live, or was dropped, it exits with 6. If nobody has\n"
+          "subscribed to the topic, it says so; with -w it waits for somebody first.\n"
           "\n"
           "A topic's message may have 1 MiB, or what ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX says, up to 64 MiB:\n"
           "so many bytes the server must allow, too (rowe serve --limit long_message_bytes_max=67108864). A\n"
@@ -104,12 +105,12 @@ command table_of(pub_options& o) {
       .options = with_remote(
           o.at,
           {
-              {"--rate", "-r", "HZ", "so often (10Hz, 1kHz); without -n until Ctrl-C",
+              {"--rate", "-r", "HZ", "publish at this rate (10Hz, 1kHz); without -n until Ctrl-C",
                rate{&o.rate, rate_max}},
               {"-n", "", "N", "end after so many messages", integer{&o.count, 1, INT64_MAX}},
               {"--once", "", "", "end after one message", &o.once},
               {"--ttl", "", "TIME",
-               "what is older is not sent; for a plain message this includes waiting for the connection",
+               "an older message is not sent; for a plain message this includes waiting for the connection",
                time_span{&o.ttl}},
               {"--stamp", "", "", "set header.stamp to the time of sending", &o.stamp},
               {"--type", "", "TYPE", "the topic's type, such as std_msgs/String", &o.type},
@@ -156,7 +157,7 @@ std::string contradiction(const pub_options& o, std::string_view named) {
   if (o.bare && !o.type.empty()) return "--type is for topics, not for plain messages";
   if (o.bare && o.wait) return "--wait is for topics, not for plain messages";
   if (o.wait && profile_of(o.profile) != peer_profile::standard)
-    return "--wait is for the profile standard: Hop's programs have no subscribers";
+    return "--wait is for the profile standard: Hop programs have no subscribers";
   if (o.bare && o.ttl && o.timeout) {
     return "--timeout and --ttl exclude each other: the time to live of a plain message includes waiting for "
            "the connection";
@@ -394,7 +395,7 @@ exit_code verdict(std::optional<exit_code> end, std::uint64_t sent, std::uint64_
 void tell(const result<bool>& answer, bool refused, bool met, std::size_t longest_sent, const pub_options& o,
           const console& to) {
   if (answer && !*answer && !o.latch && !refused && !met) {
-    to.note("nobody has subscribed to ", printable(o.topic), ": the server took it, and nobody else");
+    to.note("nobody has subscribed to ", printable(o.topic), ": only the server got it");
   } else if (answer.code() == errc::timed_out) {
     to.note("the server did not answer within ", seconds_text(answer_time_for(longest_sent)),
             ", so whether it took all is not known");
@@ -429,7 +430,7 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
   }
   const bool kept = connection.error_reported().find("is not kept for late subscribers") == std::string::npos;
   if (o.latch && kept && !connection.topic_refused() && !end && !interrupt::seen()) {
-    to.note("the last message stays for late subscribers (Ctrl-C to stop)");
+    to.note("the last message is retained for late subscribers (Ctrl-C to stop)");
     while (!interrupt::seen()) {
       interrupt::sleep_until(rt::monotonic_clock::now() + interrupt::slice);
       connection.report();

@@ -33,15 +33,16 @@ struct reset_settings {
 command table_of(reset_settings& o) {
   return {
       .verb = "reset",
-      .examples = {{{"rowe reset ws://127.0.0.1:8080", "why the robot stands, and the number of its stop"},
+      .examples = {{{"rowe reset ws://127.0.0.1:8080",
+                     "why the robot is stopped, and the number of its stop"},
                     {"rowe reset 127.0.0.1:8080 1742", "ends this stop: the robot may move"}}},
       .description =
-          "Ends the stop of that number, if nobody has stopped the robot since, its loops are well and its\n"
-          "guards are there; otherwise says which of these it was (1). Look at the robot first. Without a\n"
-          "number it says who stopped it (1, or 0 where it is running). See `rowe stop`.\n",
+          "Ends the stop of that number, if nobody has stopped the robot since, its loops run and its\n"
+          "guards are fresh; otherwise says why not (1). Look at the robot first. Without a number it says\n"
+          "who stopped it (1, or 0 if it is running). See `rowe stop`.\n",
       .operands = {url_operand(o.at.url),
                    {.name = "NUMBER",
-                    .meaning = "of the stop, as it was shown",
+                    .meaning = "of the stop, as `rowe reset URL` prints it",
                     .into = &o.number,
                     .optional = true}},
       .options = with_remote(
@@ -102,8 +103,7 @@ exit_code reset_from(endpoint hub, const reset_settings& o, const std::string& u
   if (o.number.empty()) {
     emit(joined(state_words(state), "\n"));
     if (text_member(state, "state") == "running") return exit_code::done;
-    to.note("to let it go: rowe reset ", url, " ", printable(text_member(state, "number")),
-            typed_again(o.at));
+    to.note("to reset it: rowe reset ", url, " ", printable(text_member(state, "number")), typed_again(o.at));
     return exit_code::failed;
   }
   const std::string answer = ask(*resetting, joined(R"({"number":)", o.number, R"(,"tick":)",
@@ -112,8 +112,8 @@ exit_code reset_from(endpoint hub, const reset_settings& o, const std::string& u
   if (const std::string why = text_member(answer, "refused"); !why.empty()) {
     to.error("NOT reset: ", refusal_words(why, state, o.number));
     if (why == "guards" && !silent_guards(state).empty()) {
-      to.note("to wait for a guard no more: rowe call ", url,
-              R"( /rowe/stop/lease '{"guard":"NAME","resign":true}')", typed_again(o.at));
+      to.note("to remove a guard: rowe call ", url, R"( /rowe/stop/lease '{"guard":"NAME","resign":true}')",
+              typed_again(o.at));
     }
     return exit_code::failed;
   }

@@ -44,12 +44,12 @@ command table_of(configuration_options& chosen) {
           "rosbridge clients connect to its WebSocket; the page is at /. One line with the URL goes to\n"
           "stdout when it is ready; what happens goes to stderr. Ctrl-C ends it with a summary.\n"
           "\n"
-          "Each option is also a key of a file and a variable of the environment (docs/config.md). Of "
-          "several\n"
-          "values that on the command line holds, then that of the environment, then the file's.\n"
+          "Each option is also a key of a file and a variable of the environment (docs/config.md). "
+          "The\n"
+          "value of the command line comes before that of the environment, and that before the file's.\n"
           "\n"
           "A topic's message may have 1 MiB. --limit long_message_bytes_max=67108864 lets it have 64 MiB,\n"
-          "the most; long_slots times as much memory is taken as it is needed (8 by default).\n",
+          "the most. It takes up to long_slots (8 by default) times as much memory, as it needs it.\n",
       .operands = {},
       .options = chosen.table(),
   };
@@ -70,7 +70,7 @@ std::string refused_settings(const endpoint& hub, const demo* loop, const rt::gr
   std::array<char, 256> buffer;
   std::string line;
   const auto add = [&](std::string_view who, std::string_view what) {
-    line.append(line.empty() ? "not as real-time as asked: " : "; ").append(who).append(": ").append(what);
+    line.append(line.empty() ? "not granted as asked: " : "; ").append(who).append(": ").append(what);
   };
   if (loop != nullptr && !loop->grants().complete()) add("robot thread", loop->grants().text(buffer));
   if (!hub.memory_locked()) {
@@ -120,10 +120,11 @@ void summarise(const demo_report& driven, const console& to) {
 
 // A robot starts stopped. Whoever starts the demo wants to see it drive, so it is let go once, and no more.
 void let_go(endpoint& hub, bool guarded, const console& to) {
-  if (guarded) return to.note("the robot stands until a page guards it and resets its stop (--guarded)");
+  if (guarded)
+    return to.note("the robot stays stopped until a page guards it and resets its stop (--guarded)");
   if (const auto moves = hub.reset_emergency_stop({}, let_go_time); !moves)
-    return to.error("the robot stands: its stop cannot be reset: ", moves.error().message());
-  to.note("the robot drives unguarded: it stops when asked to, not when nobody watches (see --guarded)");
+    return to.error("the robot stays stopped: its stop cannot be reset: ", moves.error().message());
+  to.note("the robot drives unguarded: it stops when asked to, not when nobody guards it (see --guarded)");
 }
 
 // Serves until a signal comes.
@@ -177,7 +178,7 @@ exit_code serve_on(endpoint hub, const configuration& of, const console& to, ser
     if (manager.watches()) manager.cycles_are(cycles_of(hub), now);
     interrupt::sleep_until(now + event_period);
   }
-  manager.stopping("told to end");
+  manager.stopping("asked to end");
   const demo_report driven = loop ? loop->stop() : demo_report{};
   (void)hub.close(drain_time); // a peer that does not read in that time gets nothing more
   log.report(hub, rt::monotonic_clock::now());

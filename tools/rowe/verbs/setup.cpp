@@ -58,11 +58,11 @@ command table_of(setup_settings& o) {
   return {
       .verb = "setup",
       .examples = {{{"rowe setup --name ang-01", "makes the folder rowe-ang-01 and prints a QR code"},
-                    {"rowe setup --renew --dir rowe-ang-01", "a new certificate by the root that was kept"}}},
+                    {"rowe setup --renew --dir rowe-ang-01", "a new certificate by the root of --keep-ca"}}},
       .description =
           "Makes what a robot needs to be put on a network: rowe.toml, a certificate for all names and\n"
           "addresses of this machine, the root that signed it, for phones to import (it can vouch for\n"
-          "private names and addresses only), and a token for each role, of which only hashes are kept.\n"
+          "private names and addresses only), and a token for each role, of which only hashes are stored.\n"
           "The tokens are printed once. The folder appears once all of it is there and they are\n"
           "printed, or not at all.\n",
       .operands = {},
@@ -72,7 +72,7 @@ command table_of(setup_settings& o) {
           {"--address", "", "ADDR", "where it will listen (default 0.0.0.0: all IPv4 networks)", &o.address},
           {"--port", "", "N", "its TCP port (default 8443)", integer{&o.port, 1, 65535}},
           {"--host", "", "NAME|ADDR", "a further name or address in URLs; repeatable", &o.hosts},
-          {"--days", "", "N", "how long the certificate is good (default 397)",
+          {"--days", "", "N", "how many days the certificate is valid (default 397)",
            integer{&o.days, 1, certificate_days_max}},
           {"--keep-ca", "", "", "keep the root's key (ca-key.pem), so that certificates can be renewed",
            &o.keep_ca},
@@ -235,10 +235,10 @@ std::string page_of(const robot& made, const setup_settings& o) {
 }
 
 void say_what_next(const robot& made, const setup_settings& o, const std::string& dir, const console& to) {
-  to.note("made ", dir, "; the certificate is good until ", date_of(made.end), ", SHA-256 ",
+  to.note("made ", dir, "; the certificate is valid until ", date_of(made.end), ", SHA-256 ",
           made.fingerprint);
   to.note("the tokens are printed once",
-          o.save_tokens ? joined(" and stand in ", dir, "/", tokens_file) : " and kept nowhere",
+          o.save_tokens ? joined(" and are in ", dir, "/", tokens_file) : " and stored nowhere",
           "; the links and the QR code have that of the ", token_roles[o.link]);
   const bool here_alone = is_loopback(o.address);
   const std::string local = own_local_name();
@@ -261,7 +261,7 @@ void say_what_next(const robot& made, const setup_settings& o, const std::string
             "/rowe-", made.name, ".service");
   }
   if (o.keep_ca) {
-    to.note("who has ", dir, "/", root_key_file, " can be this robot, for whoever imported ",
+    to.note("whoever has ", dir, "/", root_key_file, " can pretend to be this robot to those who imported ",
             root_phone_file);
   }
 }
@@ -275,7 +275,8 @@ new_file service_of(const robot& made, const setup_settings& o) {
 // What is wrong with the arguments; empty: nothing.
 std::string check(const setup_settings& o, const std::string& name) {
   if (std::string wrong = check_robot_name(name); !wrong.empty())
-    return joined(o.name.empty() ? "this machine's name is no robot's; give --name: " : "--name: ", wrong);
+    return joined(o.name.empty() ? "this machine's name cannot be a robot's; give --name: " : "--name: ",
+                  wrong);
   if (!is_address(o.address))
     return joined("--address needs an IPv4 or IPv6 address, not ", quoted(o.address));
   for (const std::string& one : o.hosts) {
@@ -338,7 +339,7 @@ exit_code renew_in(const setup_settings& o, const console& to) {
     to.error("not in the new certificate, since its root may not vouch for it: ", printable(one));
   switch (done.what) {
   case renewal::outcome::renewed:
-    emit(joined("renewed: good until ", date_of(done.end), "\n"));
+    emit(joined("renewed: valid until ", date_of(done.end), "\n"));
     return exit_code::done;
   case renewal::outcome::without_root:
     to.error("the root's key was not kept (", o.dir, "/", root_key_file,

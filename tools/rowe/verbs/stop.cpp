@@ -51,18 +51,20 @@ command table_of(stop_settings& o) {
           "Stops all loops of a robot and says whether they acknowledged it (0). 1: they did not, or it has\n"
           "no stop. 3: it was not reached. 4: it did not answer in time. 5: an answer took longer than "
           "--max.\n"
-          "With --repeat it is asked again and again and never reset, so all but the first find it stopped.\n"
+          "With --repeat it asks again and never resets, so all requests but the first find it stopped.\n"
           "A software stop, not a safety-rated emergency stop.\n",
       .operands = {url_operand(o.at.url)},
       .options = with_remote(
           o.at,
           {
-              {"--source", "", "S", "who stops it, as everyone is shown (default: our address)", &o.source},
-              {"--reason", "", "R", "why, for the robot's events", &o.reason},
-              {"--timeout", "", "TIME", "for each answer (default 1s); connecting has 1s at least",
+              {"--source", "", "S", "who stops it, as everyone sees it (default: our address)", &o.source},
+              {"--reason", "", "R", "why it is stopped, for the robot's events", &o.reason},
+              {"--timeout", "", "TIME",
+               "how long to wait for each answer (default 1s), and 1s at least to connect",
                time_span{&o.timeout}},
-              {"--repeat", "", "N", "ask so often, one after another", integer{&o.repeat, 1, INT64_MAX}},
-              {"--max", "", "TIME", "what an answer may take", time_span{&o.max}},
+              {"--repeat", "", "N", "ask this many times, one after another",
+               integer{&o.repeat, 1, INT64_MAX}},
+              {"--max", "", "TIME", "the longest time that an answer may take", time_span{&o.max}},
               {"--json", "", "", "one JSON object, times in nanoseconds", &o.json},
               {"--quiet", "-q", "", "no hints on stderr", &o.quiet},
           })};
@@ -167,7 +169,7 @@ exit_code stop_by(stop_ways& robot, const stop_settings& o, const std::string& u
   }
   if (const std::string beyond = all.beyond(); !beyond.empty()) to.error(beyond);
   if (last.number)
-    to.note("it stays stopped; to let it go: rowe reset ", url, " ", *last.number, typed_again(o.at));
+    to.note("it stays stopped; to reset it: rowe reset ", url, " ", *last.number, typed_again(o.at));
   if (last.how != stop_outcome::end::acknowledged) to.note("if it moves, use its wired emergency stop");
   return all.verdict();
 }

@@ -108,7 +108,7 @@ std::optional<exit_code> stop_ways::connect(rt::duration timeout) {
         chosen_ = kept_.get();
         const bool told_why = ordinary_->connection.failure_told();
         to_.note("no ordinary connection", told_why ? "" : joined(" (", why.empty() ? "no answer" : why, ")"),
-                 "; asking on ", kept_->connection.url(), ", where places are kept for a stop");
+                 "; asking on ", kept_->connection.url(), ", where places are reserved for a stop");
         return std::nullopt;
       }
     }

@@ -36,7 +36,7 @@ command table_of(token_settings& o) {
   return {
       .verb = "token",
       .examples = {{{"rowe token add anna supervisor", "prints a new token for anna, once"},
-                    {"rowe token remove anna", "from then on it is nobody's"}}},
+                    {"rowe token remove anna", "from then on it is invalid"}}},
       .description = "Adds and removes those who may connect, in rowe.toml; `list` shows them. Only the hash "
                      "of a token\n"
                      "is written. The rest of the file stays as it is.\n",
@@ -50,7 +50,7 @@ command table_of(token_settings& o) {
       .options = {
           {"--dir", "", "DIR", "the folder of rowe.toml (default: this one)", &o.dir},
           {"--certificate", "", "FILE",
-           "a certificate in place of a token, by the root that was kept: FILE gets it, and its key",
+           "a certificate in place of a token, by the root of --keep-ca: FILE gets it, and its key",
            &o.certificate},
           {"--in-url", "", "", "the new token may also come as ?token=, where logs may see it", &o.in_url},
       }};
@@ -151,7 +151,7 @@ bool asks_for_certificates(const token_settings& o) {
 void explain_certificate(const console& to, const token_settings& o) {
   to.note("made ", printable(o.certificate), "; clients show it by --cert ", printable(o.certificate));
   if (asks_for_certificates(o)) return;
-  to.note("nobody is asked for a certificate yet: add `client_ca = \"", root_file, "\"` to [tls] in ",
+  to.note("clients are not asked for a certificate yet: add `client_ca = \"", root_file, "\"` to [tls] in ",
           settings_file, ", and start the endpoint again");
 }
 

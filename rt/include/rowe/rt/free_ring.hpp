@@ -29,8 +29,8 @@ namespace rowe::rt {
 template <class Atomics = std_atomics>
 class free_ring;
 
-// The borrower's end of a free_ring. One thread at a time; passing it to another thread needs a hand-over of
-// its own. A base of the ring, so that the shared word lies at a fixed distance and no load stands before
+// The borrower's end of a free_ring. One thread at a time; passing it to another thread needs synchronisation
+// of its own. A base of the ring, so that the shared word lies at a fixed distance and no load stands before
 // its.
 template <class Atomics>
 class free_producer {

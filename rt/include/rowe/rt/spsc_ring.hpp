@@ -26,9 +26,9 @@ namespace rowe::rt {
 template <class T, class Atomics = std_atomics>
 class spsc_ring;
 
-// The end of a spsc_ring that pushes. One thread at a time; passing it to another thread needs a hand-over of
-// its own. A base of the ring, so that the shared words lie at fixed distances and no load stands before
-// theirs: a tenth to a quarter of a round trip between near cores, nothing between far ones
+// The end of a spsc_ring that pushes. One thread at a time; passing it to another thread needs
+// synchronisation of its own. A base of the ring, so that the shared words lie at fixed distances and no load
+// stands before theirs: a tenth to a quarter of a round trip between near cores, nothing between far ones
 // (bench/hand_over.cpp).
 template <class T, class Atomics>
 class ring_producer {

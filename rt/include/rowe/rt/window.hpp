@@ -38,9 +38,9 @@ enum class freshness : std::uint8_t {
 template <class Atomics = std_atomics>
 class window_core;
 
-// The end of a window_core that writes. One thread at a time; passing it to another thread needs a hand-over
-// of its own. A base of the core, so that the shared words lie at fixed distances and no load stands before
-// theirs.
+// The end of a window_core that writes. One thread at a time; passing it to another thread needs
+// synchronisation of its own. A base of the core, so that the shared words lie at fixed distances and no load
+// stands before theirs.
 template <class Atomics>
 class core_writer {
  public:
