@@ -11,8 +11,8 @@
 
 int main(int count, char** arguments) {
   using namespace std::chrono_literals;
-  const auto lease = std::chrono::milliseconds{count > 1 ? std::atoi(arguments[1]) : 500};
-  auto robot = rowe::endpoint::listen(0, {.stop = {.lease = lease}});
+  const auto timeout = std::chrono::milliseconds{count > 1 ? std::atoi(arguments[1]) : 500};
+  auto robot = rowe::endpoint::listen(0, {.stop = {.guard_timeout = timeout}});
   if (!robot) return 1;
   auto latch = robot->stop_latch({.loop_timeout = 1s});
   if (!latch) return 1;

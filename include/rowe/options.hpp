@@ -49,8 +49,10 @@ constexpr duration service_timeout_default(bool real_time) noexcept {
 
 // The stop of an endpoint; in use from its first stop_latch on. See docs/stop.md.
 struct stop_options {
-  duration lease = std::chrono::milliseconds{500}; // a guard that is silent for so long stops; 20 ms to 60 s
-  duration tick = std::chrono::milliseconds{20};   // how often guards get the state; 1 ms to lease / 2
+  // A guard that is silent for so long stops; 20 ms to 60 s.
+  duration guard_timeout = std::chrono::milliseconds{500};
+  // How often guards get the state; 1 ms to guard_timeout / 2.
+  duration tick = std::chrono::milliseconds{20};
   // Loops stop when the service thread is silent for so long; 2 ms to 10 s. More than a loop keeps the
   // service thread from its core. 0: 50 ms if the service thread was granted SCHED_FIFO, else 250 ms.
   duration service_timeout = {};
@@ -82,9 +84,9 @@ struct endpoint_options {
   duration inbound_ttl = rt::for_ever; // what is not taken within this time is dropped; a peer's call ends
                                        // if it is not answered within it
   duration call_timeout = std::chrono::seconds{30}; // of a peer's call that names none; 1 ms or more
-  bool bare_unasked = false; // plain messages also go to peers that never used the plain codec
-  bool answers_any = false;  // calls that no handle serves wait for receive() from the start, not only once
-                             // it was called
+  bool plain_unasked = false; // plain messages also go to peers that never used the plain codec
+  bool answers_any = false;   // calls that no handle serves wait for receive() from the start, not only once
+                              // it was called
 
   // Encryption; see tls.hpp.
   tls_options tls = {};

@@ -141,7 +141,7 @@ struct rowe_options {
   size_t lane_bytes;          // memory of the handles of rowe/loop.h; 0: 8 MiB
   // Of the stop (rowe/loop.h):
   bool stop_unguarded;          // the robot may move without any guard; shown to everyone
-  long stop_lease_ms;           // a guard that is silent for so long stops; 0: 500
+  long stop_guard_timeout_ms;           // a guard that is silent for so long stops; 0: 500
   long stop_tick_ms;            // how often guards get the state; 0: 20
   long stop_service_timeout_ms; // loops stop when the service thread is silent for so long; 0: 50 if it was
                                 // granted SCHED_FIFO, else 250

@@ -12,7 +12,7 @@
 
 namespace rowe::rt {
 
-// The kernel takes the address of the bare integer.
+// The kernel takes the address of the plain integer.
 static_assert(sizeof(futex::word) == sizeof(std::uint32_t) && alignof(futex::word) == alignof(std::uint32_t));
 static_assert(std::is_standard_layout_v<futex::word>);
 

@@ -86,7 +86,7 @@ std::array<status, 5> check_relations(const endpoint_options& o) noexcept {
       in_range(argument::small_slot_bytes, o.limits.small_slot_bytes, 0U, o.limits.message_bytes_max),
       in_range(argument::silence_max, o.silence_max, o.ping_period, rt::for_ever),
       in_range(argument::retry_max, o.retry_max, o.retry_min, rt::for_ever),
-      in_range(argument::tick, o.stop.tick, duration::zero(), o.stop.lease / 2),
+      in_range(argument::tick, o.stop.tick, duration::zero(), o.stop.guard_timeout / 2),
       left_open ? status{} : in_range(argument::service_timeout, o.stop.service_timeout, 2ms, rt::for_ever),
   };
 }

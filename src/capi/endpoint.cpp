@@ -47,7 +47,7 @@ result<endpoint_options> options_of(const rowe_options* given) {
   if (all->address != nullptr) options.address = all->address;
   options.insecure = all->insecure;
   options.page = !all->no_page;
-  options.bare_unasked = !all->only_when_spoken_to;
+  options.plain_unasked = !all->only_when_spoken_to;
   options.answers_any = true; // what arrives waits for rowe_receive()
   options.relay = all->relay;
   if (all->pin_service) options.service_cpu = all->service_cpu;
@@ -57,7 +57,7 @@ result<endpoint_options> options_of(const rowe_options* given) {
     if (given_ms != 0) into = time_of_option<std::chrono::milliseconds>(given_ms);
   };
   options.stop.unguarded = all->stop_unguarded;
-  set(options.stop.lease, all->stop_lease_ms);
+  set(options.stop.guard_timeout, all->stop_guard_timeout_ms);
   set(options.stop.tick, all->stop_tick_ms);
   set(options.stop.service_timeout, all->stop_service_timeout_ms);
   set(options.stop.observe_timeout, all->stop_observe_timeout_ms);

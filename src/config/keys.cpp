@@ -132,9 +132,9 @@ constexpr std::array endpoint_rows{
                                          .least = ns(1ms),
                                          .most = for_ever_ns,
                                          .which = argument::call_timeout}),
-    of_endpoint<&options::bare_unasked>(
-        {.name = "bare_unasked",
-         .option = "--bare-unasked",
+    of_endpoint<&options::plain_unasked>(
+        {.name = "plain_unasked",
+         .option = "--plain-unasked",
          .meaning = "plain messages also go to peers that never used the plain codec"}),
     of_endpoint<&options::answers_any>(
         {.name = "answers_any",
@@ -160,19 +160,19 @@ consteval key<configuration> of_stop(const facts& of) noexcept {
   return row<configuration, Member>("stop", of);
 }
 constexpr std::array stop_rows{
-    of_stop<&stop_options::lease>({.name = "lease",
-                                   .option = "--stop-lease",
-                                   .meaning = "a guard that is silent for so long stops the robot",
-                                   .least = ns(20ms),
-                                   .most = ns(60s),
-                                   .which = argument::lease}),
+    of_stop<&stop_options::guard_timeout>({.name = "guard_timeout",
+                                           .option = "--stop-guard-timeout",
+                                           .meaning = "a guard that is silent for so long stops the robot",
+                                           .least = ns(20ms),
+                                           .most = ns(60s),
+                                           .which = argument::guard_timeout}),
     of_stop<&stop_options::tick>({.name = "tick",
                                   .option = "--stop-tick",
                                   .meaning = "how often guards get the state, with a new tick",
                                   .least = ns(1ms),
                                   .most = ns(30s),
                                   .which = argument::tick,
-                                  .bounded_by = "half of lease at most"}),
+                                  .bounded_by = "half of guard_timeout at most"}),
     of_stop<&stop_options::service_timeout>(
         {.name = "service_timeout",
          .option = "--stop-service-timeout",

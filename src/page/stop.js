@@ -27,7 +27,7 @@ export class stop {
       asked: null,       // the last press: {since, sent, taken, answer}, answer: {number, took_ms, own_ms}
       guarding: false,   // this page has been told to guard
       hidden: false,     // and let go since nobody saw it
-      refused: null,     // what the robot did not do as asked last: reset_tick, lease_role and so on
+      refused: null,     // what the robot did not do as asked last: reset_tick, guard_role and so on
     });
     this.calls = new Map();  // what to do with answers to come, by their id
     this.calls_made = 0;
@@ -75,8 +75,8 @@ export class stop {
 
   // A guard that is gone keeps the robot stopped until somebody says that it is not to be waited for.
   dismiss(guard) {
-    this.#call("/rowe/stop/lease", { guard, tick: this.state?.tick ?? 0, resign: true }, ({ refused }) => {
-      this.refused = refused ? `${refused === "role" ? "dismiss" : "lease"}_${refused}` : null;
+    this.#call("/rowe/stop/guard", { guard, tick: this.state?.tick ?? 0, resign: true }, ({ refused }) => {
+      this.refused = refused ? `${refused === "role" ? "dismiss" : "guard"}_${refused}` : null;
     });
   }
 
@@ -153,12 +153,12 @@ export class stop {
 
   #beat() {
     if (!this.state || this.limited) return;
-    this.#call("/rowe/stop/lease", { guard: this.name, tick: this.state.tick }, ({ refused }) => {
+    this.#call("/rowe/stop/guard", { guard: this.name, tick: this.state.tick }, ({ refused }) => {
       // A tick that was too old is followed by a newer one; a name that our lost connection still has comes
       // free. What else there is does not pass.
       if (!refused || refused === "tick" || refused === "name" || !this.guarding) return;
       this.guarding = false;
-      this.refused = `lease_${refused}`;
+      this.refused = `guard_${refused}`;
     });
   }
 }

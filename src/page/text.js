@@ -92,7 +92,7 @@ export const latch = {
 export const causes = {
   start: () => "it starts stopped, a reset lets it move",
   request: () => "it was asked to stop",
-  lease: (name) => `its guard ${name} fell silent or went away`,
+  guard: (name) => `its guard ${name} fell silent or went away`,
   loop: (name) => `its loop ${name} was late or ended`,
   service: (name) => `its loop ${name} found the service thread silent`,
 };
@@ -107,11 +107,11 @@ export const refusals = {
   reset_role: "not reset: your role has no right to reset" + own_machine,
   reset_guards: "not reset: a guard is missing",
   reset_loops: "not reset: a loop has not acknowledged the stop, or does not run",
-  lease_role: "not guarding: your role has no right to guard" + own_machine,
+  guard_role: "not guarding: your role has no right to guard" + own_machine,
   dismiss_role: "not removed: that needs the right to reset, which your role does not have" + own_machine,
-  lease_guards: "not guarding: it has as many guards as it can have",
-  lease_name: "not guarding: another guard has this name",
-  lease_tick: "not guarding: the request was too late, try again",
+  guard_guards: "not guarding: it has as many guards as it can have",
+  guard_name: "not guarding: another guard has this name",
+  guard_tick: "not guarding: the request was too late, try again",
 };
 
 export const text = {

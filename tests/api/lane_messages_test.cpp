@@ -76,7 +76,7 @@ TEST(lanes, have_several_calls_in_flight_without_waiting) {
 
 TEST(lanes, send_to_everyone_and_to_one) {
   auto options = quick();
-  options.bare_unasked = true;
+  options.plain_unasked = true;
   auto robot = endpoint::listen(0, options).value();
   auto lane = robot.open_lane().value();
   auto first = connected(robot);

@@ -78,7 +78,7 @@ topics_max = 256
 lane_bytes = 3_000_000
 
 [stop]
-lease = "1 s"
+guard_timeout = "1 s"
 unguarded = true
 
 [access]
@@ -107,7 +107,7 @@ token_sha256 = ")" +
   EXPECT_EQ(options->allow_hosts, std::vector<std::string>{"ang-01.local"});
   EXPECT_EQ(options->limits.topics_max, 256U);
   EXPECT_EQ(options->limits.lane_bytes, 3'000'000U);
-  EXPECT_EQ(options->stop.lease, 1s);
+  EXPECT_EQ(options->stop.guard_timeout, 1s);
   EXPECT_TRUE(options->stop.unguarded);
   EXPECT_EQ(options->access.local_role, "driver");
   ASSERT_EQ(options->access.roles.size(), 1U);
@@ -216,10 +216,10 @@ TEST(what_is_wrong_in_a_file, is_counted_however_much_it_is) {
 }
 
 TEST(what_is_wrong_together, is_told_with_the_line_of_the_value) {
-  const toml tick{"[stop]\nlease = \"100 ms\"\ntick = \"60 ms\"\n"};
-  EXPECT_EQ(judge(tick).why, tick.at(3) +
-                                 "stop.tick is out of range: \"60 ms\" (at most \"50 ms\": half of lease "
-                                 "at most)");
+  const toml tick{"[stop]\nguard_timeout = \"100 ms\"\ntick = \"60 ms\"\n"};
+  EXPECT_EQ(judge(tick).why,
+            tick.at(3) + "stop.tick is out of range: \"60 ms\" (at most \"50 ms\": half of guard_timeout "
+                         "at most)");
   const toml silence{"[endpoint]\nsilence_max = \"1 s\"\n"};
   EXPECT_EQ(judge(silence).why, silence.at(2) +
                                     "endpoint.silence_max is out of range: \"1 s\" (at least \"3 s\": "
@@ -242,7 +242,7 @@ TEST(what_is_wrong_together, is_told_with_the_line_of_the_value) {
 
 TEST(what_is_wrong_together, is_told_all_at_once) {
   const toml file{"[endpoint]\naddress = \"x\"\nsilence_max = \"1 s\"\nweb = \"/nowhere/site\"\n"
-                  "[stop]\nlease = \"100 ms\"\ntick = \"60 ms\"\n"
+                  "[stop]\nguard_timeout = \"100 ms\"\ntick = \"60 ms\"\n"
                   "[tls]\ncertificate = \"/nowhere/c.pem\"\nkey = \"/nowhere/key.pem\"\n"
                   "[client]\nca = \"/nowhere/root.pem\"\npin = \"12\"\ntoken_file = \"/nowhere/token\"\n"
                   "[access]\nlocal_role = \"captain\"\n"

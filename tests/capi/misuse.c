@@ -119,7 +119,7 @@ static void times_that_nothing_can_hold(void) {
                         9223372036855};
   for (size_t i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
     const struct rowe_options each[] = {
-        {.bytes = sizeof *each, .stop_lease_ms = wrong[i]},
+        {.bytes = sizeof *each, .stop_guard_timeout_ms = wrong[i]},
         {.bytes = sizeof *each, .stop_tick_ms = wrong[i]},
         {.bytes = sizeof *each, .stop_service_timeout_ms = wrong[i]},
         {.bytes = sizeof *each, .stop_observe_timeout_ms = wrong[i]},

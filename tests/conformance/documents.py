@@ -9,7 +9,7 @@ import json
 
 from cases import invalid_texts, valid_texts
 
-VALID, INVALID, NOT_UTF8, BARE = "valid", "invalid", "not UTF-8", "bare"
+VALID, INVALID, NOT_UTF8, PLAIN = "valid", "invalid", "not UTF-8", "plain"
 depth_max = 64
 
 valid_numbers = """0 -0 1 -1 9 10 12 123456789 0.0 -0.0 0.1 -0.1 1.0 1.5 -1.5 0.5e1 1e0 1E0 1e1 1E1 1e+1
@@ -131,7 +131,7 @@ def values(outside):
 
 
 def messages(publish):
-    """(verdict, text) of whole texts; `publish` is a valid one. INVALID are all that must be refused. BARE
+    """(verdict, text) of whole texts; `publish` is a valid one. INVALID are all that must be refused. PLAIN
     is JSON without an `op`: a plain message, for nobody here, and no error."""
     text = json.dumps(publish)
     whole = text.encode()
@@ -150,7 +150,7 @@ def messages(publish):
         yield VALID, blank.encode() + whole
         yield VALID, whole + blank.encode()
     for other in ("{}", '{"a":1}', '{"msg":{}}', f'{{"a":{text}}}'):
-        yield BARE, other.encode()
+        yield PLAIN, other.encode()
     for other in ("null", "true", "false", "0", "-1.5", '""', '"publish"', "[]", "[{}]", f"[{text}]",
                   json.dumps(text)):
         yield INVALID, other.encode()
@@ -169,7 +169,7 @@ def messages(publish):
             yield INVALID, b"{" + more.encode() + b"," + whole[1:]
     for name in ("op", "topic", "msg"):
         without = {other: value for other, value in publish.items() if other != name}
-        yield BARE if name == "op" else INVALID, json.dumps(without).encode()
+        yield PLAIN if name == "op" else INVALID, json.dumps(without).encode()
         for wrong in (None, True, False, 0, 1.5, [], [1], *([] if name == "msg" else [{}, ""]),
                       *(["x"] if name == "msg" else [])):
             yield INVALID, json.dumps({**without, name: wrong}).encode()

@@ -6,7 +6,7 @@ import unittest
 
 import documents
 import programs
-from documents import BARE, INVALID, NOT_UTF8, VALID
+from documents import PLAIN, INVALID, NOT_UTF8, VALID
 from frames import PING, PONG, TEXT, frame
 
 
@@ -129,14 +129,14 @@ class messages(unittest.TestCase):
     publish = {"op": "publish", "id": "i", "topic": "/t", "msg": {"a": [1, "x", None]}}
 
     def test_each_as_a_whole_text(self):
-        counts = dict.fromkeys((VALID, INVALID, BARE), 0)
+        counts = dict.fromkeys((VALID, INVALID, PLAIN), 0)
         with programs.server("hub", *unlimited) as serving, relay(serving) as through:
             for verdict, text in documents.messages(self.publish):
                 with self.subTest(f"{verdict}: {text[:100]!r} ({len(text)} bytes)"):
                     counts[verdict] += 1
                     if verdict == VALID:
                         through.passes(self, text, dict(meaning(text.decode())[1])["msg"])
-                    elif verdict == BARE:
+                    elif verdict == PLAIN:
                         through.is_for_nobody(self, text)
                     else:
                         through.is_refused(self, text)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Somebody sets the clock of the robot's machine, a day ahead or back, while it is served. Its stop, its
-leases, the time to live of its messages and its calls follow the monotonic clock and notice nothing; its
+guards, the time to live of its messages and its calls follow the monotonic clock and notice nothing; its
 certificate follows the clock of the day."""
 import datetime
 import ssl
@@ -45,19 +45,19 @@ class a_clock_that_is_set(unittest.TestCase):
     @undisturbed
     def test_lets_a_guarded_robot_move_on_and_stop_as_before(self):
         bot = self.bot
-        with self.serving("--demo", "--stop-lease", "30 s", "--stop-tick", "100 ms") as serving:
+        with self.serving("--demo", "--stop-guard-timeout", "30 s", "--stop-tick", "100 ms") as serving:
             serving.line("the robot drives unguarded")
             with bot.peer(serving, "supervisor") as guard:
                 refused = "tick"
                 while refused == "tick":  # which it is when it comes back too late
                     tick = self.asks(guard, "/rowe/stop/state")["tick"]
-                    refused = self.asks(guard, "/rowe/stop/lease", guard="desk", tick=tick)["refused"]
+                    refused = self.asks(guard, "/rowe/stop/guard", guard="desk", tick=tick)["refused"]
                 self.assertIsNone(refused)
                 for shift in steps:
                     self.clock.set(shift)
                     for _ in range(3):
                         tick = self.asks(guard, "/rowe/stop/state")["tick"]
-                        self.asks(guard, "/rowe/stop/lease", guard="desk", tick=tick)
+                        self.asks(guard, "/rowe/stop/guard", guard="desk", tick=tick)
                     self.assertEqual(self.asks(guard, "/rowe/stop/state")["state"], "running", shift)
                 self.clock.set(-day)
                 number = bot.stop(serving)["number"]
@@ -66,7 +66,7 @@ class a_clock_that_is_set(unittest.TestCase):
                     state = self.asks(guard, "/rowe/stop/state")
                     self.assertEqual((state["state"], state["number"]), ("stopped", number))
                     self.assertLess(state["since_ms"], 60_000)
-                self.asks(guard, "/rowe/stop/lease", guard="desk", resign=True)
+                self.asks(guard, "/rowe/stop/guard", guard="desk", resign=True)
                 refused = "tick"
                 while refused == "tick":
                     tick = self.asks(guard, "/rowe/stop/state")["tick"]

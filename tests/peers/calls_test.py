@@ -163,7 +163,7 @@ class hop_profile:
         self.hop = self.enterContext(hop_server(period=self.period))
 
     def rowe(self, verb, *arguments, hop=None):
-        ended = run(verb, (hop or self.hop).url, *arguments, "--bare", "--profile", self.profile)
+        ended = run(verb, (hop or self.hop).url, *arguments, "--plain", "--profile", self.profile)
         self.untouched(hop or self.hop)
         return ended
 
@@ -207,7 +207,7 @@ class hop_profile:
 
     def test_plain_messages_are_printed(self):
         texts = ['{"x":1.5}', json.dumps({"x": "x" * 200}), json.dumps({"x": "x" * 3000})]
-        with program("echo", self.hop.url, "--bare", "--profile", self.profile, "--json") as echo:
+        with program("echo", self.hop.url, "--plain", "--profile", self.profile, "--json") as echo:
             while not echo.stdout and echo.process.poll() is None:  # sent into the void until it listens
                 self.hop.send('{"probe":1}')
                 with echo.changed:
@@ -226,14 +226,14 @@ class hop_profile:
         self.assertEqual(self.hop.heard, [])
 
     def test_another_path_is_named(self):
-        ended = given_time(lambda time: run("call", f"ws://127.0.0.1:{self.hop.port}/robot", "x", "--bare",
+        ended = given_time(lambda time: run("call", f"ws://127.0.0.1:{self.hop.port}/robot", "x", "--plain",
                                             "--profile", self.profile, "--timeout", time),
                            lambda it: "404" in "\n".join(it.stderr))
         self.assertEqual(ended.code, 3, ended.stderr)
         self.assertIn("404", "\n".join(ended.stderr))
 
     def test_silence_is_neither_pinged_nor_cut(self):
-        with program("echo", self.hop.url, "--bare", "--profile", self.profile, "--json") as echo:
+        with program("echo", self.hop.url, "--plain", "--profile", self.profile, "--json") as echo:
             self.hop.wait(lambda: self.hop.upgraded, "the connection")
             with self.assertRaises(AssertionError):
                 self.hop.wait(lambda: self.hop.ends, "an end", seconds=silence)

@@ -213,7 +213,7 @@ class a_server_for_the_program(against):
                                      "service": asked["service"], "values": values})
 
         await self.listening(play)
-        for more in ((), ("--bare",)):
+        for more in ((), ("--plain",)):
             ended = await rowe("call", self.url, "/add", '{"a":38,"b":4}', *more)
             self.assertEqual(ended.code, 0, ended.stderr)
             self.assertEqual([json.loads(line) for line in ended.stdout], [{"result": 42}])
@@ -249,7 +249,7 @@ class a_server_for_the_program(against):
         self.assertEqual([one["op"] for one in (asked, third, last)],
                          ["call_service", "unadvertise", "call_service"])
         self.assertRegex("\n".join(ended.stderr), "did not answer within")
-        ended = await rowe("pub", self.url, '{"plain":"é"}', "--bare")
+        ended = await rowe("pub", self.url, '{"plain":"é"}', "--plain")
         self.assertEqual(ended.code, 0, ended.stderr)
         self.assertEqual(await in_time(heard.get()), {"plain": "é"})
 

@@ -152,7 +152,7 @@ void answer_beside(real_time& rt, bool refused) {
   });
 }
 
-// The other thread stops and resets, lets leases run out, and reads what the loop says.
+// The other thread stops and resets, lets permits run out, and reads what the loop says.
 template <class Look>
 void stop_beside(real_time& rt, Look look) {
   auto& permit = rt.make<detail::permit_word<>>();
@@ -161,7 +161,7 @@ void stop_beside(real_time& rt, Look look) {
   rt.beside([&permit, &on = with.on, number = detail::latch_number{1}]() mutable {
     switch (number % 3) {
     case 0: permit.grant(number, rt::never); break;
-    case 1: permit.grant(number, now - 1s); break; // a lease that has run out
+    case 1: permit.grant(number, now - 1s); break; // a permit that has run out
     default: permit.withdraw(number); break;
     }
     use(on.latch.tripped());
@@ -300,9 +300,9 @@ constexpr exercise list[] = {
     {"responder::reply", "beside a service thread", [](real_time& rt) { answer_beside(rt, false); }},
     {"responder::refuse", "beside a service thread", [](real_time& rt) { answer_beside(rt, true); }},
 
-    {"stop_latch::engaged", "beside a service thread that stops, resets and lets leases run out",
+    {"stop_latch::engaged", "beside a service thread that stops, resets and lets permits run out",
      [](real_time& rt) { stop_beside(rt, [](auto& latch) { use(latch.engaged(now)); }); }},
-    {"stop_latch::acknowledge", "beside a service thread that stops, resets and lets leases run out",
+    {"stop_latch::acknowledge", "beside a service thread that stops, resets and lets permits run out",
      [](real_time& rt) {
        stop_beside(rt, [](auto& latch) {
          if (latch.engaged(now)) latch.acknowledge(now);

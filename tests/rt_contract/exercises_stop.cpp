@@ -47,7 +47,7 @@ constexpr exercise list[] = {
          use(on.latch.engaged(now));
        });
      }},
-    {"stop_latch::engaged", "when its lease has run out",
+    {"stop_latch::engaged", "when its permit has run out",
      [](real_time& rt) {
        stop_harness on{rt};
        rt.calls([&](std::uint64_t i) {

@@ -23,7 +23,7 @@ long_runs = ["^rt_contract/", "^sim/(sim|messaging_sim|swarm_|growth)", "^failur
 # they do not find in its neighbours.
 same_everywhere = ["^(tidy|runner)/", "^model/promela", "^json/refused$", "^arm64/memory_orders",
                    "^bench/(report|releases|pages)$", "needs_every_memory_order",
-                   "^sim/stop_silence.needs_a_lease", "^sim/backlog_sim.follows",
+                   "^sim/stop_silence.needs_a_timeout", "^sim/backlog_sim.follows",
                    "^sim/delays.let_all_messages"]
 # Most tests that take long wait for something.
 tests_per_core = 3

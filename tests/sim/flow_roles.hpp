@@ -308,11 +308,11 @@ class roles final : public world {
     settle();
   }
   // With a tick that is too old, so that it fails in any case: what counts is for which reason.
-  void lease() {
+  void heartbeat() {
     guest& by = random_.one_in(3) ? *watcher_ : some_guest();
     if (by.stop_only) return;
     const bool resigns = random_.one_in(2);
-    by.link->say(R"({"op":"call_service","id":"l","service":"/rowe/stop/lease",)"
+    by.link->say(R"({"op":"call_service","id":"l","service":"/rowe/stop/guard",)"
                  R"("args":{"guard":"panel","tick":1)" +
                  std::string{resigns ? R"(,"resign":true)" : ""} + "}}");
     settle();
@@ -321,7 +321,7 @@ class roles final : public world {
     });
     const bool allowed = by.is == supervisor || (by.is == guard && !resigns);
     if (refused == allowed)
-      fail("lease",
+      fail("guard",
            name_of(by) + (resigns ? " ends a guard" : " guards") + (allowed ? ": refused" : ": allowed"));
     seen_.add(allowed ? flow_event::role_guards : flow_event::role_guards_not);
   }
@@ -339,7 +339,7 @@ class roles final : public world {
       case 3: stop(); break;
       case 4:
       case 5: reset(); break;
-      case 6: lease(); break;
+      case 6: heartbeat(); break;
       case 7: look(); break;
       case 8: change(); break;
       default: ask(); break;

@@ -47,7 +47,7 @@ inline const std::vector<swarm::invariant>& invariants() {
       {"reset", "a role that may not reset never lets a loop go"},
       {"revoked", "who has lost a right, or the token, is closed in the same cycle, and nobody else"},
       {"seen", "a peer is shown what it may subscribe to, and nothing else"},
-      {"lease", "a role that may not guard is told so, and only who may reset ends the guard of others"},
+      {"guard", "a role that may not guard is told so, and only who may reset ends the guard of others"},
       {"hop_over", "nothing is taken after its time to live, but for the time between endpoints"},
       {"hop_told", "a rowe endpoint is told what is left of a time to live, and nobody else"},
       {"hop_stale", "nothing comes behind what its publisher said later, whatever breaks in between"},

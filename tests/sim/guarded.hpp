@@ -24,9 +24,9 @@ class guarded {
   // When data sent at a time arrives: from the robot, from the guard. None: at once.
   using delivery = std::function<time_point(time_point)>;
 
-  guarded(duration lease, duration heartbeat, std::uint64_t seed, delivery from_robot = {},
+  guarded(duration timeout, duration heartbeat, std::uint64_t seed, delivery from_robot = {},
           delivery from_guard = {})
-      : on{options_with(lease), rowe::service::side::server, seed},
+      : on{options_with(timeout), rowe::service::side::server, seed},
         latch_{harness::core_harness::handle_of(on.offer(rowe::detail::latch_request({})))},
         guard_{on},
         heartbeat_{heartbeat} {
@@ -73,9 +73,9 @@ class guarded {
   }
 
  private:
-  static rowe::endpoint_options options_with(duration lease) {
+  static rowe::endpoint_options options_with(duration timeout) {
     rowe::endpoint_options options = harness::small_options();
-    options.stop.lease = lease;
+    options.stop.guard_timeout = timeout;
     return options;
   }
 
@@ -103,7 +103,7 @@ class guarded {
     speaks_next_ = on.now + heartbeat_;
     if (tick_ < 0) return;
     const std::string tick = std::to_string(tick_);
-    call("/rowe/stop/lease", R"({"guard":"guard","tick":)" + tick + "}");
+    call("/rowe/stop/guard", R"({"guard":"guard","tick":)" + tick + "}");
     if (guard_resets && stopped_) {
       call("/rowe/stop/reset", R"({"number":)" + std::to_string(number_) + R"(,"tick":)" + tick + "}");
     }

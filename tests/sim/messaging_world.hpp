@@ -116,7 +116,7 @@ class messaging_world : public sim_base {
     random_source random{seed + 77};
     chosen.relay = random.one_in(2);
     chosen.answers_any = random.one_in(2);
-    chosen.bare_unasked = random.one_in(4);
+    chosen.plain_unasked = random.one_in(4);
     if (random.one_in(3)) chosen.inbound_ttl = 200ms;
     auto& bounds = chosen.limits;
     if (random.one_in(3)) bounds.small_slots = 8;

@@ -17,9 +17,9 @@ using rowe::rt::duration;
 using rowe::rt::time_point;
 using sim::guarded;
 
-constexpr duration lease = 500ms; // the default
+constexpr duration guard_timeout = 500ms; // the default
 constexpr duration service_timeout = rowe::service_timeout_default(false);
-static_assert(lease == rowe::stop_options{}.lease);
+static_assert(guard_timeout == rowe::stop_options{}.guard_timeout);
 
 // One; ROWE_SIM_SEEDS asks for more, one for each 500.
 std::uint64_t hours() {
@@ -35,22 +35,22 @@ struct lossy_link {
   explicit lossy_link(const std::string& tcp = {})
       : ticks{sim::trace::read("robot_20ms" + tcp)}, echoes{sim::trace::read("guard_20ms" + tcp)} {}
 
-  guarded robot(duration with_lease, duration heartbeat, std::uint64_t seed) const {
+  guarded robot(duration timeout, duration heartbeat, std::uint64_t seed) const {
     const sim::trace& beats = heartbeat == guarded::each_tick ? echoes : slow_beats;
-    return guarded{with_lease, heartbeat, seed, sim::delays{ticks, seed}, sim::delays{beats, ~seed}};
+    return guarded{timeout, heartbeat, seed, sim::delays{ticks, seed}, sim::delays{beats, ~seed}};
   }
 
   sim::trace ticks, echoes, slow_beats = sim::trace::read("guard_50ms");
 };
 
 // How often a robot stops in an hour in which its guard was there all the time.
-int stops_in_an_hour(const lossy_link& link, duration with_lease, duration heartbeat, std::uint64_t seed) {
-  guarded robot = link.robot(with_lease, heartbeat, seed);
+int stops_in_an_hour(const lossy_link& link, duration timeout, duration heartbeat, std::uint64_t seed) {
+  guarded robot = link.robot(timeout, heartbeat, seed);
   while (!robot.moving && robot.on.now < time_point{1010s}) robot.step();
   EXPECT_TRUE(robot.moving);
   for (const time_point end = robot.on.now + 1h; robot.on.now < end;) robot.step();
   EXPECT_TRUE(robot.moving || robot.on.now - robot.stopped_at < 5s); // it is always reset again
-  std::cout << "lease " << ms(with_lease) << " ms, heartbeat "
+  std::cout << "timeout " << ms(timeout) << " ms, heartbeat "
             << (heartbeat == guarded::each_tick ? "for each tick" : "every 50 ms") << ", seed " << seed
             << ": " << robot.stops << " stops; the newest echoed tick was " << robot.age_ms_max
             << " ms old at most\n";
@@ -60,16 +60,16 @@ int stops_in_an_hour(const lossy_link& link, duration with_lease, duration heart
 TEST(stop_silence, is_not_what_three_percent_of_loss_is_taken_for_where_tcp_repeats_after_20_ms) {
   const lossy_link link{"_rto20"};
   for (std::uint64_t seed = 1; seed <= hours(); ++seed)
-    EXPECT_EQ(stops_in_an_hour(link, lease, guarded::each_tick, seed), 0);
+    EXPECT_EQ(stops_in_an_hour(link, guard_timeout, guarded::each_tick, seed), 0);
 }
 
 // A segment that is lost two or three times in a row then delays everything by more than half a second.
-TEST(stop_silence, needs_a_lease_of_a_second_where_tcp_waits_200_ms) {
+TEST(stop_silence, needs_a_timeout_of_a_second_where_tcp_waits_200_ms) {
   const lossy_link link;
   for (std::uint64_t seed = 1; seed <= hours(); ++seed) {
     EXPECT_EQ(stops_in_an_hour(link, 1s, guarded::each_tick, seed), 0);
-    EXPECT_GT(stops_in_an_hour(link, lease, guarded::each_tick, seed), 0);
-    EXPECT_GT(stops_in_an_hour(link, lease, 50ms, seed), 0);
+    EXPECT_GT(stops_in_an_hour(link, guard_timeout, guarded::each_tick, seed), 0);
+    EXPECT_GT(stops_in_an_hour(link, guard_timeout, 50ms, seed), 0);
   }
 }
 
@@ -104,7 +104,7 @@ void befall(guarded& robot, fate what) {
   }
 }
 
-TEST(stop_silence, stops_within_the_lease_however_the_guard_goes_and_whatever_still_arrives) {
+TEST(stop_silence, stops_within_the_timeout_however_the_guard_goes_and_whatever_still_arrives) {
   constexpr std::uint64_t runs = 1000;
   const lossy_link link;
   std::array<duration, names.size()> longest{};
@@ -114,8 +114,8 @@ TEST(stop_silence, stops_within_the_lease_however_the_guard_goes_and_whatever_st
     sim::random_source random_source{seed};
     const auto what = static_cast<fate>(seed % names.size());
     const duration heartbeat = random_source.one_in(2) ? guarded::each_tick : 50ms;
-    guarded robot =
-        random_source.one_in(2) ? link.robot(lease, heartbeat, seed) : guarded{lease, heartbeat, seed};
+    guarded robot = random_source.one_in(2) ? link.robot(guard_timeout, heartbeat, seed)
+                                            : guarded{guard_timeout, heartbeat, seed};
     for (auto left = random_source.below(1000); left > 0 || !robot.moving; left -= left > 0 ? 1 : 0) {
       robot.step();
       ASSERT_LT(robot.on.now, time_point{1020s});
@@ -127,7 +127,7 @@ TEST(stop_silence, stops_within_the_lease_however_the_guard_goes_and_whatever_st
     while (robot.moving && robot.on.now < since + 10s) robot.step();
     ASSERT_FALSE(robot.moving) << "guard " << names[seed % names.size()];
     const duration took = robot.on.now - since;
-    EXPECT_LE(took, what == fate::service_thread_dies ? service_timeout + 2ms : lease + 20ms)
+    EXPECT_LE(took, what == fate::service_thread_dies ? service_timeout + 2ms : guard_timeout + 20ms)
         << "guard " << names[seed % names.size()];
     longest[seed % names.size()] = std::max(longest[seed % names.size()], took);
 

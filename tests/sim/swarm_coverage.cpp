@@ -33,7 +33,7 @@ const std::array<state_name, states>& state_names() {
                                                    {d::stop, "running"},
                                                    {d::connection, "fresh"},
                                                    {d::connection, "rosbridge"},
-                                                   {d::connection, "bare"},
+                                                   {d::connection, "plain"},
                                                    {d::connection, "numbers"},
                                                    {d::connection, "foxglove"},
                                                    {d::connection, "backpressured"},
@@ -102,7 +102,7 @@ std::string_view impossible(std::size_t row, std::size_t column) {
   if (looks_at == dimension::times)
     return of.goes == form::opening && is(state::times_once) ? "" : "it is the operation that is repeated";
   if (by == speaker::thread) return impossible_of_thread(m, how, in);
-  const bool by_names = is(state::connection_rosbridge, state::connection_bare);
+  const bool by_names = is(state::connection_rosbridge, state::connection_plain);
   const bool by_numbers = is(state::connection_numbers, state::connection_foxglove);
   if ((by == speaker::numbers_peer && by_names) || (by == speaker::peer && by_numbers) ||
       (by == speaker::foxglove_peer && (by_names || is(state::connection_numbers))))

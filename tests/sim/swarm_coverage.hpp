@@ -41,7 +41,7 @@ enum class state : std::uint8_t {
   stop_running,
   connection_fresh, // nothing was said on it
   connection_rosbridge,
-  connection_bare,
+  connection_plain,
   connection_numbers,
   connection_foxglove,
   connection_backpressured,

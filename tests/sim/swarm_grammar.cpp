@@ -34,9 +34,9 @@ class writing {
   saying run() {
     switch (of_.goes) {
     case form::rosbridge:
-    case form::bare:
+    case form::plain:
     case form::stop_call:
-    case form::stop_bare:
+    case form::stop_plain:
     case form::stop_publish: write_object(); break;
     case form::malformed: write_malformed(); break;
     case form::binary:
@@ -119,7 +119,7 @@ class writing {
     if (of_.goes == form::stop_call) object.push_back({"args", joined(inner)});
     if (of_.goes == form::stop_publish) object.push_back({"msg", joined(inner)});
     const bool of_stop =
-        of_.goes == form::stop_call || of_.goes == form::stop_bare || of_.goes == form::stop_publish;
+        of_.goes == form::stop_call || of_.goes == form::stop_plain || of_.goes == form::stop_publish;
     if (!of_stop) return;
     said_.stops = of_.name.starts_with("stop") && of_.name != "stop_state";
     said_.resets = of_.name.starts_with("reset");
@@ -318,7 +318,7 @@ class writing {
   std::string stop_service(std::string_view how) {
     std::string name = "/rowe/stop";
     if (of_.name.starts_with("reset")) name += "/reset";
-    if (of_.name.starts_with("lease")) name += "/lease";
+    if (of_.name.starts_with("heartbeat")) name += "/guard";
     if (of_.name == "stop_state") name += "/state";
     said_.service = name;
     std::string written = name;
@@ -458,7 +458,7 @@ class writing {
   std::string deep(std::size_t levels) const { return std::string(levels, '[') + std::string(levels, ']'); }
 
   std::string body_value(std::string_view how) {
-    if (of_.goes == form::bare) {
+    if (of_.goes == form::plain) {
       if (how == "deep") return deep(known_.bounds.depth_max - 2);
       if (how == "too_deep") return deep(known_.bounds.depth_max);
       return quoted(std::string(filling(how), 'x'));
@@ -482,7 +482,7 @@ class writing {
   }
 
   std::string arguments(std::string_view how) {
-    if (of_.goes == form::bare) return quoted(std::string(filling(how), 'x'));
+    if (of_.goes == form::plain) return quoted(std::string(filling(how), 'x'));
     if (how == "names") return known_names();
     if (how == "small") return R"({"a":1,"b":2})";
     if (how == "empty") return "{}";
@@ -903,7 +903,7 @@ class writing {
   std::string thread_service(std::string_view how) {
     if (how == "stop") return quoted("/rowe/stop");
     if (how == "reset") return quoted("/rowe/stop/reset");
-    if (how == "lease") return quoted("/rowe/stop/lease");
+    if (how == "guard") return quoted("/rowe/stop/guard");
     if (how == "lists") return called_service(from_.one_in(2) ? "list_topics" : "list_services");
     return called_service(how);
   }

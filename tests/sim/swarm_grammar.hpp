@@ -120,9 +120,9 @@ enum class speaker : std::uint8_t { any_peer, peer, numbers_peer, foxglove_peer,
 // In what form it is sent.
 enum class form : std::uint8_t {
   rosbridge,    // an object with op
-  bare,         // an object
+  plain,        // an object
   stop_call,    // a call of the stop, by rosbridge
-  stop_bare,    // the same in the plain format
+  stop_plain,   // the same in the plain format
   stop_publish, // on the stop's topic
   malformed,    // a text that is no JSON
   binary,       //

@@ -368,11 +368,11 @@ class honest {
   void operate() {
     if (!operates || !stop.known || in_.on.now < operates_next_) return;
     operates_next_ = in_.on.now + 40ms;
-    link_->say(R"({"op":"call_service","service":"/rowe/stop/lease","args":{"guard":"honest","tick":)" +
+    link_->say(R"({"op":"call_service","service":"/rowe/stop/guard","args":{"guard":"honest","tick":)" +
                std::to_string(stop.tick) + "}}");
     for (const std::string& gone : stop.gone_guards) {
       if (gone != "honest")
-        link_->say(R"({"op":"call_service","service":"/rowe/stop/lease","args":{"guard":")" + gone +
+        link_->say(R"({"op":"call_service","service":"/rowe/stop/guard","args":{"guard":")" + gone +
                    R"(","resign":true,"tick":)" + std::to_string(stop.tick) + "}}");
     }
     if (stop.running) return;

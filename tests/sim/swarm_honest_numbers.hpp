@@ -131,7 +131,7 @@ class honest_by_number {
       return;
     }
     const std::string_view all = text;
-    if (text.starts_with('{') && in_.on.options.bare_unasked) return; // a plain message, to everyone
+    if (text.starts_with('{') && in_.on.options.plain_unasked) return; // a plain message, to everyone
     switch (text.empty() ? ' ' : text.front()) {
     case 'e': {
       if (all.find("messages for this client were dropped") != std::string_view::npos) return;
@@ -186,7 +186,7 @@ class honest_by_number {
       const auto words = understood(message, anew_graph_);
       if (!words) continue;
       const std::string& text = *words;
-      if (text.starts_with('{') && in_.on.options.bare_unasked) continue; // likewise
+      if (text.starts_with('{') && in_.on.options.plain_unasked) continue; // likewise
       if (!number_lists::is_list(text)) return fail("listing", "who comes anew was sent " + shortened(text));
       if (const std::string why = anew_.take(text); !why.empty())
         return fail("listing", "who comes anew was sent " + shortened(text) + ": " + why);

@@ -16,7 +16,7 @@
 #include "service/core/fragments.hpp"
 #include "swarm_context.hpp"
 #include "swarm_encodings.hpp"
-#include "wire/plain/bare.hpp"
+#include "wire/plain/plain.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
 
 namespace swarm {
@@ -32,12 +32,12 @@ class codec_check {
     feedback,
     answer,
     announcement,
-    bare_message
+    plain_message
   };
   struct heard {
     kind is = kind::wrong;
     std::string id_raw{};
-    bool in_bare = false;
+    bool in_plain = false;
     std::string topic{};
     std::string_view body{};
     bool failed = false; // an answer that says why not
@@ -52,7 +52,7 @@ class codec_check {
       return {.why = "no valid JSON (" + std::string{valid.error().name()} + " at " +
                      std::to_string(valid.error().value) + ")"};
     if (!rowe::json::is_object(text)) return {.why = "no object"};
-    return text.starts_with(R"({"op":")") ? rosbridge(text) : bare(text);
+    return text.starts_with(R"({"op":")") ? rosbridge(text) : plain(text);
   }
 
   // Of a part of a message: empty, or what is wrong with it.
@@ -103,8 +103,8 @@ class codec_check {
     }
     return out;
   }
-  heard bare(std::string_view text) {
-    namespace b = rowe::wire::bare;
+  heard plain(std::string_view text) {
+    namespace b = rowe::wire::plain;
     using rowe::wire::verb;
     rowe::wire::request said;
     auto op = b::op_member::none;
@@ -114,10 +114,10 @@ class codec_check {
       std::array<char, rowe::wire::refusal::text_bytes_max> why;
       return {.why = std::string{no->text(why)}};
     }
-    heard out{.id_raw = std::string{said.id_raw}, .in_bare = true, .body = text, .failed = said.failed};
+    heard out{.id_raw = std::string{said.id_raw}, .in_plain = true, .body = text, .failed = said.failed};
     out.is = said.what == verb::call    ? kind::request
              : said.what == verb::reply ? kind::answer
-                                        : kind::bare_message;
+                                        : kind::plain_message;
     return out;
   }
 
@@ -297,9 +297,9 @@ class untrusted_peer {
     const operation& of = operations()[said.operation];
     switch (of.goes) {
     case form::rosbridge:
-    case form::bare:
+    case form::plain:
     case form::stop_call:
-    case form::stop_bare:
+    case form::stop_plain:
     case form::stop_publish:
     case form::number_text:
     case form::foxglove_text:
@@ -361,8 +361,8 @@ class untrusted_peer {
     if (binary && said.text.size() >= 9 && said.text.front() == (speaks_foxglove() ? '\x02' : 'c'))
       ids_.insert(said.text.substr(5, 4));
     if (of.goes == form::rosbridge || of.goes == form::stop_call || of.goes == form::stop_publish)
-      spoke_bare_last_ = false;
-    if (of.goes == form::bare || of.goes == form::stop_bare) spoke_bare_last_ = true;
+      spoke_plain_last_ = false;
+    if (of.goes == form::plain || of.goes == form::stop_plain) spoke_plain_last_ = true;
     if (of.goes == form::close || of.goes == form::no_frame || (binary && !speaks_numbers_) ||
         (of.goes == form::partial))
       closing_ = true;
@@ -475,7 +475,7 @@ class untrusted_peer {
     if (backpressured()) return state::connection_backpressured;
     if (speaks_foxglove()) return state::connection_foxglove;
     if (speaks_numbers_) return state::connection_numbers;
-    return spoke_bare_last_ ? state::connection_bare : state::connection_rosbridge;
+    return spoke_plain_last_ ? state::connection_plain : state::connection_rosbridge;
   }
   state state_of_subscription(const std::string& topic) {
     const auto found = subscriptions_.find(topic);
@@ -645,7 +645,7 @@ class untrusted_peer {
   std::map<std::string, bool> advertised_; // whether latched
   std::set<std::string> services_;
   std::set<std::uint32_t> given_numbers_; // to subscriptions and channels
-  bool spoke_bare_last_ = false;
+  bool spoke_plain_last_ = false;
   bool said_something_ = false;
   bool closing_ = false;
   bool flooded_ = false;

@@ -103,15 +103,15 @@ inline plan draw_plan(std::uint64_t seed, tongues speak) {
   if (random.one_in(5)) p.ours = rowe::service::side::client;
   o.relay = random.one_in(2);
   o.answers_any = random.one_in(3);
-  o.bare_unasked = random.one_in(4);
+  o.plain_unasked = random.one_in(4);
   constexpr rowe::idle idles[] = {rowe::idle::poll, rowe::idle::poll, rowe::idle::spin, rowe::idle::wake,
                                   rowe::idle::phase};
   o.idle_policy = random.one_of(idles);
   if (random.one_in(6)) o.profile = random.one_in(2) ? rowe::peer_profile::hop : rowe::peer_profile::hop_2014;
   if (random.one_in(4)) o.inbound_ttl = 200ms;
   o.stop.unguarded = random.one_in(2);
-  constexpr rowe::duration leases[] = {100ms, 500ms, 5s};
-  o.stop.lease = random.one_of(leases);
+  constexpr rowe::duration timeouts[] = {100ms, 500ms, 5s};
+  o.stop.guard_timeout = random.one_of(timeouts);
   o.stop.service_timeout = random.one_in(2) ? 50ms : 1s;
   o.stop.observe_timeout = random.one_in(2) ? 50ms : 5ms;
   l.connections_max = 8;
@@ -365,7 +365,7 @@ class world {
     context_.say("seed " + std::to_string(seed_) +
                  (plan_.ours == rowe::service::side::client ? " client" : " server") +
                  (o.relay ? " relay" : "") + (o.answers_any ? " answers_any" : "") +
-                 (o.bare_unasked ? " bare_unasked" : "") + (plan_.roomy ? " roomy" : " tight") +
+                 (o.plain_unasked ? " plain_unasked" : "") + (plan_.roomy ? " roomy" : " tight") +
                  (plan_.has_honest ? " honest" : "") + (plan_.numbers ? " numbers" : "") +
                  (plan_.foxglove ? " foxglove" : "") + " profile " +
                  std::to_string(static_cast<int>(o.profile)) + " idle " +
@@ -505,7 +505,7 @@ class world {
     if (random_.one_in(16)) count = 1000;
     if (flood_left_ && context_.stop_in_use && random_.one_in(6)) {
       flood_left_ = false;
-      constexpr std::string_view stops[] = {"stop", "stop_in_bare", "stop_by_publish"};
+      constexpr std::string_view stops[] = {"stop", "stop_in_plain", "stop_by_publish"};
       const std::string_view name = p->speaks_numbers() ? "stop_by_number" : random_.one_of(stops);
       const recipe one = choose_recipe(random_, uses_, operation_named(name), 0);
       // More often than a number of 16 bits counts. Repeats change nothing, so there need not be many.
@@ -514,7 +514,7 @@ class world {
     }
     const recipe what = random_.one_in(2) ? choose_text(*p) : choose_greedy(*p);
     const form goes = operations()[what.operation].goes;
-    if (count > 100 && goes != form::stop_call && goes != form::stop_bare && goes != form::stop_publish &&
+    if (count > 100 && goes != form::stop_call && goes != form::stop_plain && goes != form::stop_publish &&
         goes != form::number_stop)
       count = 100;
     p->say(what, count, random_.one_in(2) || count > 100);

@@ -170,13 +170,12 @@ def the_core_has_no_clock_and_no_chance(t):
 def the_service_names_no_codec(t):
     """src/service knows codecs, and not which, also in strings and comments. What users set and read is
     called after one of them."""
-    allowed = r'options\.bare_unasked\b|key\("bare"\)|takes_messages, "bare">'
-    names = (r"(?<![a-z])(?:rosbridge|bare|hop|foxglove)(?![a-z])|wire/\w+/\w+_(?:codec|decoder)\.hpp|"
-             r"peer_profile")
-    pattern = re.compile(rf"{allowed}|({names})", re.IGNORECASE)
+    names = (r"(?<![a-z])(?:rosbridge|hop|foxglove)(?![a-z])|wire::plain|plain_codec|peer_profile|"
+             r"wire/\w+/\w+_(?:codec|decoder)\.hpp")
+    pattern = re.compile(names, re.IGNORECASE)
     for path in t.within(["src/service"]):
         for number, line in enumerate(t.lines(path), 1):
-            for found in filter(None, pattern.findall(line)):
+            for found in pattern.findall(line):
                 yield finding(path, number, "codec", f"{found}: only src/wire knows which codecs there are")
 
 

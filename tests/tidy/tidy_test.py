@@ -66,11 +66,10 @@ plants = [
      [(line, "core-is-a-function") for line in range(2, 8)]),
     ("src/service/base/plant_5.cpp",
      spdx + '#include "wire/rosbridge/rosbridge.hpp"\n#include "wire/protocols/json_decoder.hpp"\n'
-     'wire::bare::decode(text);\nif (by == peer_profile::standard) return;\n'
+     'wire::plain::decode(text);\nif (by == peer_profile::standard) return;\n'
      'if (subprotocol == "foxglove.sdk.v1") return;\n'
-     '// as Hop has it\nbool is_bare = codec == hop_;\ninto.key("bare"); // of rosbridge_suite\n',
-     [(2, "codec"), (3, "codec"), (4, "codec"), (5, "codec"), (6, "codec"), (7, "codec"), (8, "codec"),
-      (8, "codec"), (9, "codec")]),
+     '// as Hop has it\nbool is_plain = codec == hop_;\ninto.key("plain"); // of rosbridge_suite\n',
+     [(line, "codec") for line in range(2, 10)]),
     ("src/wire/text/plant_q.cpp", spdx + "std::chrono::system_clock::now();\n", [(2, "core-is-a-function")]),
     ("tests/rt/plant_r.cpp", spdx + "std::this_thread::sleep_for(1ms);\nusleep(5);\n",
      [(2, "no-sleep-in-tests"), (3, "no-sleep-in-tests")]),
@@ -172,7 +171,8 @@ innocent = [
     ("src/service/threads/number_queue_innocent.cpp",
      spdx + "#include <concurrentqueue/concurrentqueue.h>\n"),
     ("src/service/calls/innocent_a.cpp",
-     spdx + '#include "wire/codec/codec.hpp"\n.messages_unasked = options.bare_unasked,\ninto.key("bare");\n'
+     spdx + '#include "wire/codec/codec.hpp"\n.messages_unasked = options.plain_unasked,\n'
+     'into.key("plain");\n'
      "const codec& in = protocols_.of(asked.codec); // barely, or by hops\n"),
     ("src/service/calls/innocent_b.cpp",
      spdx + '// rand() and steady_clock would be wrong.\nconst char* word = "volatile, rand(), TIMEOUT";\n'

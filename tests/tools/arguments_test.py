@@ -40,7 +40,7 @@ class arguments(unittest.TestCase):
         self.refused("pub", "ws://127.0.0.1:1", says=["TOPIC is missing"])
         self.refused("pub", "ws://127.0.0.1:1", "/t", says=["JSON|@FILE|- is missing"])
         self.refused("pub", "ws://127.0.0.1:1", "/t", '{"a":01}', says=["'{\"a\":01}'", "at byte 6"])
-        self.refused("pub", "ws://127.0.0.1:1", "--bare", '{"a":"' + "x" * 62000 + '"}',
+        self.refused("pub", "ws://127.0.0.1:1", "--plain", '{"a":"' + "x" * 62000 + '"}',
                      says=["62008 bytes, at most 61440 can be sent as a plain message"])
         self.refused("pub", "ws://127.0.0.1:1", "/t", '{"a":"' + "x" * 70000 + '"}',
                      environment={"ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX": "65536"},
@@ -52,12 +52,12 @@ class arguments(unittest.TestCase):
         self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "--once", "-r", "2", says=["exclude"])
         self.refused("pub", "ws://127.0.0.1:1", "/t", '{"header":1}', "--stamp", says=["`header`"])
         self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "--ttl", "1us", says=["/t", "out of range"])
-        self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "--bare", says=["'{}'"])
-        self.refused("pub", "ws://127.0.0.1:1", "{}", "--bare", "--latch", says=["--latch"])
-        self.refused("pub", "ws://127.0.0.1:1", "{}", "--bare", "-w", says=["--wait is for topics"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "--plain", says=["'{}'"])
+        self.refused("pub", "ws://127.0.0.1:1", "{}", "--plain", "--latch", says=["--latch"])
+        self.refused("pub", "ws://127.0.0.1:1", "{}", "--plain", "-w", says=["--wait is for topics"])
         self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "-w", "--profile", "hop", says=["--wait"])
-        self.refused("pub", "ws://127.0.0.1:1", "{}", "--bare", "--type", "x/T", says=["--type"])
-        self.refused("pub", "ws://127.0.0.1:1", "{}", "--bare", "--ttl", "1s", "--timeout", "1s",
+        self.refused("pub", "ws://127.0.0.1:1", "{}", "--plain", "--type", "x/T", says=["--type"])
+        self.refused("pub", "ws://127.0.0.1:1", "{}", "--plain", "--ttl", "1s", "--timeout", "1s",
                      says=["exclude"])
         self.refused("peers", "ws://127.0.0.1:1", "more", says=["'more'"])
 

@@ -74,28 +74,28 @@ class services_of_peers(calling):
 
     def test_are_reached_through_the_hub_by_either_codec(self):
         for name in ("/add", "add"):
-            for how in ((), ("--bare",)):
+            for how in ((), ("--plain",)):
                 ended = run("call", self.serving.url, name, '{"a":38,"b":4}', *how)
                 self.assertEqual((ended.code, ended.stderr, len(ended.stdout)), (0, [], 1), (name, how))
                 self.assertEqual(json.loads(ended.stdout[0]), {"sum": 42}, (name, how))
 
     def test_may_say_no(self):
-        for how in ((), ("--bare",)):
+        for how in ((), ("--plain",)):
             self.fails(1, self.serving.url, "/refuse", *how, says=["service /refuse: not today"])
 
     def test_that_nobody_provides_are_named(self):
-        for how in ((), ("--bare",)):
+        for how in ((), ("--plain",)):
             self.fails(1, self.serving.url, "/nope", *how, says=["service /nope: nobody provides it"])
 
     def test_that_do_not_answer_are_a_time_out(self):
-        for how in ((), ("--bare",)):
+        for how in ((), ("--plain",)):
             ended = given_time(lambda time: run("call", self.serving.url, "/silent", "--timeout", time, *how),
                                lambda ended: ended.code != 3)
             self.assertEqual((ended.code, ended.stdout), (4, []), ended.stderr)
             self.assertRegex(ended.stderr[-1], r"service /silent: no answer within \d+\.\d{3} s")
 
     def test_whose_provider_goes_away_are_no_time_out(self):
-        for how in ((), ("--bare",)):
+        for how in ((), ("--plain",)):
             with provider(self.serving.port, leaving=lambda _: leaves.peer.stream.shutdown(2)) as leaves:
                 ended = run("call", self.serving.url, "/leaving", "--timeout", "50s", *how)
                 self.assertEqual((ended.code, ended.stdout), (1, []), ended.stderr)
@@ -104,7 +104,7 @@ class services_of_peers(calling):
             self.fails(1, self.serving.url, "/leaving", *how, says=["nobody provides it"])
 
     def test_whose_hub_goes_away_are_no_time_out_either(self):
-        for how in ((), ("--bare",)):
+        for how in ((), ("--plain",)):
             with hub() as serving:
                 asked = threading.Event()
                 with provider(serving.port, silent=lambda _: asked.set()):
@@ -116,7 +116,7 @@ class services_of_peers(calling):
                 serving.process.wait()
 
     def test_can_be_given_up(self):
-        for how in ((), ("--bare",)):
+        for how in ((), ("--plain",)):
             asked = threading.Event()
             with provider(self.serving.port, slow=lambda _: asked.set()):
                 with program("call", self.serving.url, "/slow", "--timeout", "50s", *how) as calling_it:
@@ -125,7 +125,7 @@ class services_of_peers(calling):
                     self.assertEqual(calling_it.stdout, [])
 
     def test_may_answer_at_length(self):
-        for how in ((), ("--bare",)):
+        for how in ((), ("--plain",)):
             ended = run("call", self.serving.url, "/long", '{"length":50000}', *how)
             self.assertEqual(ended.code, 0, ended.stderr)
             self.assertEqual(json.loads(ended.stdout[0]), {"text": "x" * 50000})
@@ -150,7 +150,7 @@ class services_of_peers(calling):
     def test_are_timed_over_many_calls(self):
         members = ["service", "calls", "answered", "failed", "timed_out",
                    "min_ns", "p50_ns", "p99_ns", "max_ns"]
-        for how in ((), ("--bare",)):
+        for how in ((), ("--plain",)):
             ended = run("call", self.serving.url, "/add", '{"a":1,"b":2}', "--repeat", "100", "--json", *how)
             self.assertEqual((ended.code, ended.stderr), (0, []))
             (line,) = ended.stdout
@@ -196,7 +196,7 @@ class services_of_peers(calling):
 class the_robot(calling):
     def test_drives_at_the_speed_that_is_set(self):
         with hub("--demo") as robot:
-            for how in ((), ("--bare",)):
+            for how in ((), ("--plain",)):
                 ended = run("call", robot.url, "/robot/set_speed", '{"speed":0.5}', *how)
                 self.assertEqual((ended.code, ended.stdout), (0, ['{"speed":0.5}']), ended.stderr)
                 self.fails(1, robot.url, "/robot/set_speed", '{"speed":1.5}', *how,
@@ -228,7 +228,7 @@ class arguments(calling):
                              "--repeat 0 is out of range: 1 to "),
                             (("ws://127.0.0.1:1", "/x", "--timeout", "0"), "0 is out of range: 1ns"),
                             (("ws://127.0.0.1:1", "/x", "--profile", "hip"), "standard or hop or hop_2014"),
-                            (("ws://127.0.0.1:1", "/x", '{"service":"y"}', "--bare"), "`service`"),
+                            (("ws://127.0.0.1:1", "/x", '{"service":"y"}', "--plain"), "`service`"),
                             (("ws://127.0.0.1:1", "x" * 200), "cannot call 'xxx"),
                             (("ws://127.0.0.1:1", "/x", '{"a":"' + "x" * 62000 + '"}'),
                              "62008 bytes, at most 61440"),
@@ -238,7 +238,7 @@ class arguments(calling):
     def test_members_that_rowe_needs_itself_are_refused(self):
         with hub() as serving:
             for member in ("op", "message_id", "in_reply_to"):
-                self.fails(2, serving.url, "/x", json.dumps({member: "y"}), "--bare", says=[member])
+                self.fails(2, serving.url, "/x", json.dumps({member: "y"}), "--plain", says=[member])
 
     def test_the_url_may_come_from_the_environment(self):
         with hub() as serving, provider(serving.port, add=add):

@@ -124,11 +124,11 @@ TEST(command_line, takes_from_the_environment_the_operand_that_is_missing) {
   ::unsetenv("ROWE_TEST_URL");
 }
 
-// A verb whose arguments may be fewer: TRY URL [TOPIC...] or, with --bare, URL [JSON].
+// A verb whose arguments may be fewer: TRY URL [TOPIC...] or, with --plain, URL [JSON].
 struct loose_fixture {
   std::string url, json = "{}";
   std::vector<std::string> topics;
-  bool bare = false;
+  bool plain = false;
 
   std::optional<exit_code> read(std::vector<std::string> words) {
     const command table{
@@ -140,9 +140,9 @@ struct loose_fixture {
                       .into = &url,
                       .variable = "ROWE_TEST_URL",
                       .reads_like_it = [](std::string_view word) { return word.starts_with("ws:"); }},
-                     {.name = "TOPIC", .meaning = "what", .into = &topics, .left_out = &bare},
+                     {.name = "TOPIC", .meaning = "what", .into = &topics, .left_out = &plain},
                      {.name = "JSON", .meaning = "with", .into = &json, .optional = true}},
-        .options = {{"--bare", "", "", "without topics", &bare}}};
+        .options = {{"--plain", "", "", "without topics", &plain}}};
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     testing::internal::CaptureStderr();
@@ -182,14 +182,14 @@ TEST(command_line, gathers_what_may_be_repeated_and_leaves_out_what_may_be) {
 
 TEST(command_line, lets_an_option_do_away_with_an_argument_wherever_it_stands) {
   for (const std::vector<std::string>& words :
-       std::initializer_list<std::vector<std::string>>{{"ws:h", "7", "--bare"}, {"--bare", "ws:h", "7"}}) {
+       std::initializer_list<std::vector<std::string>>{{"ws:h", "7", "--plain"}, {"--plain", "ws:h", "7"}}) {
     loose_fixture f;
     EXPECT_EQ(f.read(words), std::nullopt);
     EXPECT_TRUE(f.topics.empty());
     EXPECT_EQ(f.json, "7");
   }
   loose_fixture f;
-  EXPECT_EQ(f.read({"ws:h", "7", "8", "--bare"}), exit_code::usage);
+  EXPECT_EQ(f.read({"ws:h", "7", "8", "--plain"}), exit_code::usage);
   EXPECT_NE(f.said.find("one argument too many: '8'"), std::string::npos) << f.said;
 }
 

@@ -97,9 +97,10 @@ class config(unittest.TestCase):
                 name, value = line.split("  #")[0].rstrip().split(" = ", 1)
                 values.append((section, name, value))
         self.assertGreater(len(values), 60)
-        bare = {(section, name): "" if value == "[]" else value.strip('"') for section, name, value in values}
+        plain = {(section, name): "" if value == "[]" else value.strip('"')
+                 for section, name, value in values}
 
-        environment = {f"ROWE_{section}_{name}".upper(): text for (section, name), text in bare.items()}
+        environment = {f"ROWE_{section}_{name}".upper(): text for (section, name), text in plain.items()}
         shown = [line for line in run("config", "show", environment=environment).stdout if " = " in line]
         self.assertEqual([line.split("# ")[1] for line in shown], list(environment))
 
@@ -111,8 +112,8 @@ class config(unittest.TestCase):
         # docs/config.md says which option a key has, and config/reference that it says so rightly.
         options = dict(re.findall(r"\| `(\w+)` \| `(--[\w-]+)` \|", documented()))
         has_option = [value != "[]" and section != "client" for section, _, value in values]
-        words = [f"--limit={name}={bare[section, name]}" if section == "limits" else
-                 f"{options[name]}={bare[section, name]}"
+        words = [f"--limit={name}={plain[section, name]}" if section == "limits" else
+                 f"{options[name]}={plain[section, name]}"
                  for (section, name, _), has in zip(values, has_option) if has]
         shown = [line for line in run("config", "show", *words).stdout if " = " in line]
         self.assertEqual([line.split("  #")[1].strip().startswith("--") for line in shown], has_option)

@@ -128,7 +128,7 @@ class answer(unittest.TestCase):
     def test_answers_by_either_codec_and_refuses_with_its_sentence(self):
         url = f"ws://127.0.0.1:{port}"
         with example("answer") as robot:
-            for codec in ([], ["--bare"]):
+            for codec in ([], ["--plain"]):
                 # It can be reached a moment before it provides its service.
                 asked = until(lambda how=codec: run("call", url, "/set_speed", '{"speed":0.5}', *how),
                               lambda ended: "nobody provides it" not in "\n".join(ended.stderr))

@@ -194,7 +194,7 @@ class as_plain_messages(unittest.TestCase):
 
     def test_sends_what_it_is_given(self):
         for arguments, count in (((), 1), (("-n", "3"), 3), (("-r", "100", "-n", "3"), 3)):
-            with program("pub", self.there.url, "--bare", '{"a":1.50}', *arguments) as pub:
+            with program("pub", self.there.url, "--plain", '{"a":1.50}', *arguments) as pub:
                 with self.there.accept() as p:
                     self.assertEqual([p.receive_text() for _ in range(count)], ['{"a":1.50}'] * count)
                     self.assertEqual(pub.end(), 0)
@@ -203,7 +203,7 @@ class as_plain_messages(unittest.TestCase):
 
     def test_sends_the_lines_of_stdin(self):
         messages = [{"i": i} for i in range(100)]
-        with program("pub", self.there.url, "-", "--bare", stdin=subprocess.PIPE) as pub:
+        with program("pub", self.there.url, "-", "--plain", stdin=subprocess.PIPE) as pub:
             with self.there.accept() as p:
                 pub.process.stdin.write(lines_of(*messages))
                 pub.process.stdin.close()
@@ -212,7 +212,7 @@ class as_plain_messages(unittest.TestCase):
 
     def test_members_that_rowe_needs_itself_are_refused(self):
         for member in ("op", "message_id", "in_reply_to"):
-            with program("pub", self.there.url, "--bare", json.dumps({member: "x"})) as pub:
+            with program("pub", self.there.url, "--plain", json.dumps({member: "x"})) as pub:
                 with self.there.accept() as p:
                     self.assertEqual(pub.end(), 2)
                     with self.assertRaises(closed):
@@ -220,32 +220,32 @@ class as_plain_messages(unittest.TestCase):
                 self.assertIn(member, "\n".join(pub.stderr))
 
     def test_a_number_that_no_double_can_hold_is_refused(self):
-        with program("pub", self.there.url, "--bare", '{"a":1e999}') as pub:
+        with program("pub", self.there.url, "--plain", '{"a":1e999}') as pub:
             self.assertEqual(pub.end(), 2)
             self.assertIn("or too large for a double, from '1e999}' on", "\n".join(pub.stderr))
 
     def test_a_time_to_live_that_passed_is_6(self):
-        with program("pub", self.there.url, "--bare", "{}", "--ttl", "1ns", "-n", "3") as pub:
+        with program("pub", self.there.url, "--plain", "{}", "--ttl", "1ns", "-n", "3") as pub:
             self.assertEqual(pub.end(), 6)
             self.assertRegex(pub.stderr[-1], "sent 0 messages in .*, not sent 3$")
 
     def test_a_time_to_live_includes_the_wait_for_somebody(self):
-        ended = run("pub", "127.0.0.1:1", "--bare", "{}", "--ttl", "100ms")
+        ended = run("pub", "127.0.0.1:1", "--plain", "{}", "--ttl", "100ms")
         self.assertEqual((ended.code, ended.stdout), (6, []))
         self.assertRegex(ended.stderr[-1], "sent 0 messages in .*, not sent 1$")
-        with program("pub", self.there.url, "--bare", "{}", "--ttl", "50s") as pub, self.there.accept() as p:
+        with program("pub", self.there.url, "--plain", "{}", "--ttl", "50s") as pub, self.there.accept() as p:
             self.assertRegex(p.receive_text(), r'^\{"ttl_ms":49\d{3}(\.\d{3})?\}$')
             self.assertEqual(pub.end(), 0)
 
     def test_a_message_that_waits_for_nobody_can_be_interrupted(self):
-        with program("pub", "127.0.0.1:1", "--bare", "{}", "--ttl", "50s") as pub:
+        with program("pub", "127.0.0.1:1", "--plain", "{}", "--ttl", "50s") as pub:
             pub.line("nobody listens at 127.0.0.1:1")
             self.assertEqual(pub.end(signal.SIGINT), 130)
 
 
 class ending(unittest.TestCase):
     def test_nobody_there_is_3(self):
-        for arguments in (("/t", "{}"), ("--bare", "{}")):
+        for arguments in (("/t", "{}"), ("--plain", "{}")):
             ended = nobody_at("pub", "127.0.0.1:1", *arguments)
             self.assertEqual((ended.code, ended.stdout), (3, []))
             self.assertIn("nobody listens at 127.0.0.1:1", "\n".join(ended.stderr))
@@ -274,7 +274,7 @@ class ending(unittest.TestCase):
             return pub
 
         on_topic = given_time(lambda time: publish("/t", "-", "--timeout", time), lambda it: it.code != 3, 1)
-        for pub in (on_topic, publish("--bare", "-")):
+        for pub in (on_topic, publish("--plain", "-")):
             self.assertEqual(pub.code, 6, pub.stderr)
             self.assertRegex(pub.stderr[-1], r"sent \d+ messages? in .*, not sent [1-9]\d*$")
 

@@ -100,7 +100,7 @@ class the_demo_robot(unittest.TestCase):
     @undisturbed
     def test_stands_where_it_is_to_be_guarded_and_nobody_does(self):
         with hub("--demo", "--guarded") as robot:
-            robot.line("stands until a page guards it")
+            robot.line("stays stopped until a page guards it")
             state = state_of(robot.url)
             self.assertEqual((state["state"], state["cause"], state["unguarded"], state["guards"]),
                              ("stopped", "start", False, []))
@@ -341,9 +341,9 @@ class guards(unittest.TestCase):
                 refused = "tick"
                 while refused == "tick":  # which it is when it comes back too late
                     tick = self.ask(guard, "/rowe/stop/state")["tick"]
-                    refused = self.ask(guard, "/rowe/stop/lease", guard="desk", tick=tick)["refused"]
+                    refused = self.ask(guard, "/rowe/stop/guard", guard="desk", tick=tick)["refused"]
                 self.assertIsNone(refused)
-            robot.line("stopped: lease")
+            robot.line("stopped: guard")
             shown = run("reset", robot.url)
             self.assertRegex(shown.stdout[0],
                              r"^stopped: the guard desk fell silent or went away .* ago, number ")
@@ -351,8 +351,8 @@ class guards(unittest.TestCase):
             ended = run("reset", robot.url, number)
             self.assertEqual(ended.code, 1)
             self.assertIn("NOT reset: a guard is silent: desk", ended.stderr[0])
-            self.assertIn("/rowe/stop/lease", ended.stderr[-1])
-            resigned = run("call", robot.url, "/rowe/stop/lease", '{"guard":"desk","resign":true}')
+            self.assertIn("/rowe/stop/guard", ended.stderr[-1])
+            resigned = run("call", robot.url, "/rowe/stop/guard", '{"guard":"desk","resign":true}')
             self.assertEqual(resigned.code, 0, resigned.stderr)
             self.assertEqual(run("reset", robot.url, number).code, 0)
 

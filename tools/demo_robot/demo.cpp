@@ -81,7 +81,7 @@ std::optional<int> core_besides(int other) noexcept {
 } // namespace
 
 stop_options demo::stop_of(bool guarded) noexcept {
-  return {.lease = 1s, .service_timeout = 500ms, .observe_timeout = 500ms, .unguarded = !guarded};
+  return {.guard_timeout = 1s, .service_timeout = 500ms, .observe_timeout = 500ms, .unguarded = !guarded};
 }
 
 result<demo::handles> demo::open(endpoint& on) {

@@ -21,7 +21,7 @@ constexpr std::size_t discarded_per_call = 16384;
 
 // How soon TCP repeats what was not acknowledged, in addition to the round trip. By default it waits 200 ms
 // at least. A segment that is lost twice in a row then holds up everything for a quarter of a second, and one
-// that is lost three times for longer than the lease of a stop's guard.
+// that is lost three times for longer than the timeout of a stop's guard.
 constexpr int retransmission_us_min = 20'000;
 constexpr int tcp_rto_min_us = 45; // TCP_RTO_MIN_US of Linux 6.15, which older headers lack; refused before
 

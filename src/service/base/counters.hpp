@@ -45,7 +45,7 @@ namespace rowe::service {
   X(replies_foreign, loss, "replies to no call of the connection they came on")                              \
   X(replies_unsent, loss, "answers of this process to a peer that had gone")                                 \
   X(stops, flow, "stops asked for")                                                                          \
-  X(stop_refusals, refusal, "resets and leases of the stop that were refused")                               \
+  X(stop_refusals, refusal, "resets and heartbeats of the stop that were refused")                           \
   X(stop_answers_lost, loss, "answers to a stop for which a peer that does not read had no room")            \
   X(calls_refused, refusal, "calls answered with an error")                                                  \
   X(nonfinite, flow, "NaN or infinity written as null")                                                      \

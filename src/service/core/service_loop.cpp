@@ -16,7 +16,7 @@ using clock = rt::monotonic_clock;
 constexpr rt::duration answer_wait = std::chrono::microseconds{1};
 
 void sleep_to_yield() noexcept {
-  const timespec how_long{.tv_sec = 0, .tv_nsec = throttle_guard::yield_time.count()};
+  const timespec how_long{.tv_sec = 0, .tv_nsec = throttle_avoidance::yield_time.count()};
   (void)::clock_nanosleep(CLOCK_MONOTONIC, 0, &how_long,
                           nullptr); // a signal may end it early: the next one makes up for it
 }
@@ -87,7 +87,7 @@ void service_loop::idle_until(rt::time_point next, bool fifo) noexcept {
   }
   case idle::spin:
     if (!fifo || !throttle_.due()) return; // `now_` is the end of the last cycle
-    transport_.wait(now_, now_ + throttle_guard::yield_time);
+    transport_.wait(now_, now_ + throttle_avoidance::yield_time);
   }
   now_ = clock::now();
   if (fifo) throttle_.waited_until(now_);

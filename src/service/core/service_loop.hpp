@@ -20,7 +20,7 @@ namespace rowe::service {
 // thread yields by itself, 8 % of the time, each time for far less than that. To yield it waits for sockets.
 // Under a flood each such wait ends at once; then the thread sleeps instead. The share was measured:
 // docs/decisions/0016-yield-the-core-for-eight-percent.md.
-class throttle_guard {
+class throttle_avoidance {
  public:
   static constexpr rt::duration yield_time = std::chrono::microseconds{100};
   // The part of each yield that the kernel needs to switch threads.
@@ -87,7 +87,7 @@ class service_loop {
   rt::waker<>& waker_;
   const idle policy_;
   const rt::duration poll_period_;
-  throttle_guard throttle_;
+  throttle_avoidance throttle_;
   rt::time_point now_{}; // read after each cycle and each wait, and nowhere else
   rt::time_point next_{};
   rt::std_atomics::variable<std::int64_t> drain_until_ns_{rt::nanoseconds_of(rt::never)};

@@ -103,7 +103,7 @@ void statistics_report::write_connections(json::writer& into, const reader* by) 
     into.key("dialect");
     into.string(c.messages_in == 0 ? std::string_view{"none"}
                                    : state_.seams.protocols.of(c.spoke_last).name());
-    into.key("bare");
+    into.key("plain");
     into.boolean(c.takes_messages);
     into.key("since_s");
     into.number(rounded(seconds(state_.cycle.now - c.opened_at)));

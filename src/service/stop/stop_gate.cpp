@@ -9,7 +9,7 @@
 namespace rowe::service {
 namespace {
 
-constexpr std::array<std::string_view, 4> names{wire::stop_name, wire::stop_reset_name, wire::stop_lease_name,
+constexpr std::array<std::string_view, 4> names{wire::stop_name, wire::stop_reset_name, wire::stop_guard_name,
                                                 wire::stop_state_name};
 
 } // namespace

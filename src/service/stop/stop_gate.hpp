@@ -12,7 +12,7 @@
 
 namespace rowe::service {
 
-enum class stop_verb : std::uint8_t { none, stop, reset, lease, state };
+enum class stop_verb : std::uint8_t { none, stop, reset, guard, state };
 
 // Who asks for one of these services.
 struct stop_asker {

@@ -108,14 +108,14 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
     refused = stop_rules_.reset(integer_of(args, "number"), integer_of(args, "tick"),
                                 may(access::right::reset), state_.cycle.now);
     break;
-  case stop_verb::lease: {
+  case stop_verb::guard: {
     const auto resign = json::find(args, "resign");
     const bool resigns = resign && json::to_boolean(*resign).value_or(false);
     // To take away the guard of somebody else weakens the next reset, so it needs that right.
     const bool takes = resigns && !ROWE_MUTANT(role_resign);
     const bool allowed = may(takes ? access::right::reset : access::right::guard);
-    refused = stop_rules_.lease(text_of("guard"), integer_of(args, "tick"), resigns, key, allowed,
-                                state_.cycle.now);
+    refused = stop_rules_.heartbeat(text_of("guard"), integer_of(args, "tick"), resigns, key, allowed,
+                                    state_.cycle.now);
     break;
   }
   case stop_verb::state:
@@ -178,9 +178,10 @@ void stop_service::write_answer(json::writer& into, stop_verb which, const decis
     write_time(into, "accepted_ns", made.accepted);
     write_time(into, "observed_ns", stop_rules_.observed());
     break;
-  case stop_verb::lease:
-    into.key("lease_ms");
-    into.number(std::chrono::duration_cast<std::chrono::milliseconds>(state_.options.stop.lease).count());
+  case stop_verb::guard:
+    into.key("timeout_ms");
+    into.number(
+        std::chrono::duration_cast<std::chrono::milliseconds>(state_.options.stop.guard_timeout).count());
     into.key("tick");
     into.number(stop_rules_.tick(state_.cycle.now));
     [[fallthrough]];

@@ -81,7 +81,7 @@ class stop_switch {
     add_words(", ", reason);
     std::array<char, stop_source_bytes_max + 3> guard; // a peer may be one, and has said its name
     const std::string_view source =
-        stop_rules_.cause() == stop_cause::lease
+        stop_rules_.cause() == stop_cause::guard
             ? wire::text_out{guard}.add_name(stop_rules_.source(), stop_source_bytes_max).text()
             : stop_rules_.source();
     const std::string_view who = asked && by.is_peer ? by.address : running ? by.name : source;

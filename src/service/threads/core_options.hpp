@@ -72,7 +72,7 @@ struct core_options {
     return {.bounds = options.limits,
             .ours = ours,
             .relay = options.relay,
-            .messages_unasked = options.bare_unasked,
+            .messages_unasked = options.plain_unasked,
             .answers_any = options.answers_any,
             .handles_wake = options.idle_policy == idle::wake,
             .predicts = options.idle_policy == idle::phase,

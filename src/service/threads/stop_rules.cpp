@@ -12,7 +12,7 @@
 namespace rowe::service {
 namespace {
 
-constexpr std::array<std::string_view, 5> cause_names{"start", "request", "lease", "loop", "service"};
+constexpr std::array<std::string_view, 5> cause_names{"start", "request", "guard", "loop", "service"};
 constexpr std::array<std::string_view, 7> refusal_names{"",       "number", "tick", "role",
                                                         "guards", "loops",  "name"};
 
@@ -154,8 +154,8 @@ bool stop_rules::guarded(rt::time_point now) const noexcept {
   return any;
 }
 
-stop_rules::refusal stop_rules::lease(std::string_view name, std::int64_t tick, bool resigns,
-                                      std::uint64_t peer, bool role, rt::time_point now) noexcept {
+stop_rules::refusal stop_rules::heartbeat(std::string_view name, std::int64_t tick, bool resigns,
+                                          std::uint64_t peer, bool role, rt::time_point now) noexcept {
   update(now);
   guard* known = find_guard(name);
   const bool own = known != nullptr && known->peer == peer;
@@ -163,14 +163,14 @@ stop_rules::refusal stop_rules::lease(std::string_view name, std::int64_t tick, 
   if (!good_name(name)) return refusal::name;
   if (resigns) {
     if (known == nullptr) return refusal::none;
-    if (running_) stop(stop_cause::lease, name, now);
+    if (running_) stop(stop_cause::guard, name, now);
     *known = {};
     ++version_;
     return refusal::none;
   }
   if (known != nullptr && !own && known->peer != 0) return refusal::name; // somebody else has it
   const rt::time_point when = issued(tick, now);
-  if (when == rt::never || when + options_.lease <= now) return refusal::tick;
+  if (when == rt::never || when + options_.guard_timeout <= now) return refusal::tick;
   if (known == nullptr) {
     const auto free =
         std::find_if(guards_.begin(), guards_.end(), [](const guard& g) { return g.name_bytes == 0; });
@@ -181,7 +181,7 @@ stop_rules::refusal stop_rules::lease(std::string_view name, std::int64_t tick, 
   if (!own || known->until <= now) ++version_;
   known->peer = peer;
   known->issued = std::max(known->issued, when);
-  known->until = std::max(known->until, when + options_.lease);
+  known->until = std::max(known->until, when + options_.guard_timeout);
   return refusal::none;
 }
 
@@ -191,7 +191,7 @@ void stop_rules::peer_gone(std::uint64_t peer, rt::time_point now) noexcept {
     if (g.name_bytes == 0 || g.peer != peer) continue;
     g.peer = 0;
     g.until = std::min(g.until, now);
-    if (running_) stop(stop_cause::lease, g.name(), now);
+    if (running_) stop(stop_cause::guard, g.name(), now);
     ++version_;
   }
 }
@@ -287,16 +287,16 @@ bool stop_rules::find_trouble(rt::time_point now) noexcept {
                         [&](const guard& g) { return g.name_bytes != 0 && g.until <= at; });
   };
   if (const auto g = lapsed(now); g != guards_.end()) {
-    stop(stop_cause::lease, g->name(), now);
+    stop(stop_cause::guard, g->name(), now);
     return true;
   }
   for (const loop& l : loops_) {
     if (l.words == nullptr) continue;
     if (l.words->tripped() == latch_) {
-      // It found the permit over, a moment ago: a lease, or this thread was late.
+      // It found the permit over, a moment ago: a guard was silent, or this thread was late.
       const auto g = lapsed(last_look(l) + rt::duration{std::int64_t{1} << detail::permit::unit_shift});
-      const bool by_lease = g != guards_.end();
-      stop(by_lease ? stop_cause::lease : stop_cause::service, by_lease ? g->name() : l.name(), now);
+      const bool by_guard = g != guards_.end();
+      stop(by_guard ? stop_cause::guard : stop_cause::service, by_guard ? g->name() : l.name(), now);
       return true;
     }
     if (now - last_look(l) > l.timeout) {

@@ -27,7 +27,7 @@ class writer;
 
 namespace rowe::service {
 
-enum class stop_cause : std::uint8_t { start, request, lease, loop, service };
+enum class stop_cause : std::uint8_t { start, request, guard, loop, service };
 
 class stop_rules {
  public:
@@ -62,13 +62,13 @@ class stop_rules {
   // `number` and `tick` as the peer sent them; negative: none.
   refusal reset(std::int64_t number, std::int64_t tick, bool role, rt::time_point now) noexcept;
   // A guard's heartbeat; the first one registers.
-  refusal lease(std::string_view guard, std::int64_t tick, bool resigns, std::uint64_t peer, bool role,
-                rt::time_point now) noexcept;
+  refusal heartbeat(std::string_view guard, std::int64_t tick, bool resigns, std::uint64_t peer, bool role,
+                    rt::time_point now) noexcept;
   // A connection has ended.
   void peer_gone(std::uint64_t peer, rt::time_point now) noexcept;
   bool guards_include(std::uint64_t peer) const noexcept;
 
-  // ---- time. To be called in each cycle: looks at the loops' words, the leases and the clock.
+  // ---- time. To be called in each cycle: looks at the loops' words, the guards and the clock.
   void update(rt::time_point now) noexcept;
   // When update() is needed at the latest, if nothing is asked before.
   rt::time_point next_update(rt::time_point now) const noexcept;
@@ -99,7 +99,7 @@ class stop_rules {
     std::uint8_t name_bytes = 0; // 0: the place is free
     std::uint64_t peer = 0;      // 0: its connection has ended
     rt::time_point issued{};     // the newest tick it echoed
-    rt::time_point until{};      // its lease
+    rt::time_point until{};      // when its timeout ends
 
     std::string_view name() const noexcept { return {name_buffer.data(), name_bytes}; }
   };

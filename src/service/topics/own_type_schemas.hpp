@@ -22,7 +22,7 @@ template <>
 inline constexpr auto names<told::motion> = enumerators<told::motion::running, told::motion::stopped>{};
 template <>
 inline constexpr auto names<told::cause> =
-    enumerators<told::cause::start, told::cause::request, told::cause::lease, told::cause::loop,
+    enumerators<told::cause::start, told::cause::request, told::cause::guard, told::cause::loop,
                 told::cause::service>{};
 
 template <>
@@ -79,7 +79,7 @@ inline constexpr auto schema<told::connection_row> =
     fields<&told::connection_row::address, &told::connection_row::identity,
            &told::connection_row::identity_role, &told::connection_row::role,
            field<&told::connection_row::format, "dialect">,
-           field<&told::connection_row::takes_messages, "bare">, &told::connection_row::since_s,
+           field<&told::connection_row::takes_messages, "plain">, &told::connection_row::since_s,
            &told::connection_row::silent_s, &told::connection_row::messages_in,
            &told::connection_row::messages_out, &told::connection_row::queued, &told::connection_row::blocked,
            &told::connection_row::subscriptions, &told::connection_row::calls>{};
@@ -108,13 +108,13 @@ inline constexpr auto schema<told::reset_answer> =
     fields<field<&told::reset_answer::state>.by_name(), &told::reset_answer::number,
            &told::reset_answer::refused, &told::reset_answer::right>{};
 template <>
-inline constexpr auto schema<told::lease_request> =
-    fields<&told::lease_request::guard, &told::lease_request::tick, &told::lease_request::resign>{};
+inline constexpr auto schema<told::heartbeat> =
+    fields<&told::heartbeat::guard, &told::heartbeat::tick, &told::heartbeat::resign>{};
 template <>
-inline constexpr auto schema<told::lease_answer> =
-    fields<field<&told::lease_answer::state>.by_name(), &told::lease_answer::number,
-           &told::lease_answer::lease_ms, &told::lease_answer::tick, &told::lease_answer::refused,
-           &told::lease_answer::right>{};
+inline constexpr auto schema<told::heartbeat_answer> =
+    fields<field<&told::heartbeat_answer::state>.by_name(), &told::heartbeat_answer::number,
+           &told::heartbeat_answer::timeout_ms, &told::heartbeat_answer::tick,
+           &told::heartbeat_answer::refused, &told::heartbeat_answer::right>{};
 template <>
 inline constexpr auto schema<told::guard_row> =
     fields<&told::guard_row::name, &told::guard_row::age_ms, &told::guard_row::fresh>{};

@@ -76,7 +76,7 @@ struct all_stats : stats {
 // ---- the stop
 
 enum class motion : std::uint8_t { running, stopped };
-enum class cause : std::uint8_t { start, request, lease, loop, service };
+enum class cause : std::uint8_t { start, request, guard, loop, service };
 
 struct stop_request {
   std::optional<name_text> source, reason;
@@ -98,15 +98,15 @@ struct reset_answer {
   null_while_none<name_text> refused;
   std::optional<name_text> right;
 };
-struct lease_request {
+struct heartbeat {
   name_text guard;
   std::uint64_t tick = 0;
   std::optional<bool> resign;
 };
-struct lease_answer {
+struct heartbeat_answer {
   motion state{};
   std::uint64_t number = 0;
-  std::int64_t lease_ms = 0;
+  std::int64_t timeout_ms = 0;
   std::uint64_t tick = 0;
   null_while_none<name_text> refused;
   std::optional<name_text> right;

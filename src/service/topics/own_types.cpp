@@ -34,7 +34,7 @@ constexpr std::array topic_types{
 constexpr std::array service_types{
     typed<told::stop_request, told::stop_answer>(wire::stop_name, "rowe/Stop"),
     typed<told::reset_request, told::reset_answer>(wire::stop_reset_name, "rowe/ResetStop"),
-    typed<told::lease_request, told::lease_answer>(wire::stop_lease_name, "rowe/LeaseStop"),
+    typed<told::heartbeat, told::heartbeat_answer>(wire::stop_guard_name, "rowe/GuardStop"),
     typed<told::anything, told::stop_state>(wire::stop_state_name, "rowe/GetStopState"),
     typed<told::anything, told::all_stats, told::stats>(wire::stats_name, "rowe/GetStats"),
     typed<told::anything, told::topics_and_types>(wire::list_topics_name, "rosapi/Topics"),

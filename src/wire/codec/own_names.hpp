@@ -14,7 +14,7 @@ inline constexpr std::string_view counter_parameters = "/rowe/counters/";
 inline constexpr std::string_view stop_name = "/rowe/stop"; // a service, and a topic on which a message stops
 inline constexpr std::uint32_t stop_service_number = 1;     // where a codec numbers services
 inline constexpr std::string_view stop_reset_name = "/rowe/stop/reset";
-inline constexpr std::string_view stop_lease_name = "/rowe/stop/lease";
+inline constexpr std::string_view stop_guard_name = "/rowe/stop/guard";
 inline constexpr std::string_view stop_state_name = "/rowe/stop/state"; // a topic and a service
 
 inline constexpr std::string_view types_name = "/rowe/types"; // a service

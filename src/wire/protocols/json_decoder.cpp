@@ -5,7 +5,7 @@
 #include <iterator>
 
 #include "wire/codec/own_names.hpp"
-#include "wire/plain/bare.hpp"
+#include "wire/plain/plain.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
 #include "json/reading/reader.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 
 constexpr bool decoders_fit(const name_limits& limits) {
   return rosbridge::scratch_bytes(limits) <= decode_scratch_bytes(limits) &&
-         bare::scratch_bytes(limits) <= decode_scratch_bytes(limits);
+         plain::scratch_bytes(limits) <= decode_scratch_bytes(limits);
 }
 static_assert(decoders_fit({.name_bytes_max = 0, .id_bytes_max = 0}) && decoders_fit({}));
 
@@ -41,10 +41,10 @@ decoded json_decoder::decode(const json::document& text, const decode_buffers& b
 
 inline decoded json_decoder::decode_other(const json::document& text, const decode_buffers& buffers,
                                           request& into, diagnostic& why) const noexcept {
-  auto op = bare::op_member::none;
-  const auto wrong = bare::decode(text, buffers.scratch, buffers.limits, into, op);
-  if (op == bare::op_member::text) return decode_rosbridge(text, buffers, into, why);
-  into.codec = bare_;
+  auto op = plain::op_member::none;
+  const auto wrong = plain::decode(text, buffers.scratch, buffers.limits, into, op);
+  if (op == plain::op_member::text) return decode_rosbridge(text, buffers, into, why);
+  into.codec = plain_;
   if (wrong) {
     why = diagnose(*wrong, buffers);
     return decoded::refused;
@@ -69,7 +69,7 @@ inline decoded json_decoder::decode_rosbridge(const json::document& text, const 
 
 codec_id json_decoder::guess(std::string_view text, codec_id spoke_last) const noexcept {
   if (rosbridge::names_operation(text)) return rosbridge_;
-  return bare::names_id(text) ? bare_ : spoke_last;
+  return plain::names_id(text) ? plain_ : spoke_last;
 }
 
 // Whether a text that begins like this has a "service" or "topic" that is the stop, at its top level and not

@@ -12,8 +12,8 @@ class json_decoder final : public message_decoder {
  public:
   // The codecs of rosbridge's encodings of messages, by rosbridge_encoding.
   using encodings = std::array<codec_id, 4>;
-  constexpr json_decoder(codec_id bare, const encodings& rosbridge) noexcept
-      : bare_{bare}, rosbridge_{rosbridge[0]}, encodings_{rosbridge} {}
+  constexpr json_decoder(codec_id plain, const encodings& rosbridge) noexcept
+      : plain_{plain}, rosbridge_{rosbridge[0]}, encodings_{rosbridge} {}
 
   decoded decode(const json::document& text, const decode_buffers& buffers, request& into,
                  diagnostic& why) const noexcept override;
@@ -26,7 +26,7 @@ class json_decoder final : public message_decoder {
   decoded decode_other(const json::document& text, const decode_buffers& buffers, request& into,
                        diagnostic& why) const noexcept;
 
-  codec_id bare_;
+  codec_id plain_;
   codec_id rosbridge_;
   encodings encodings_;
 };

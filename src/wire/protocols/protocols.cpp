@@ -6,14 +6,14 @@
 
 #include "wire/foxglove/foxglove_codec.hpp"
 #include "wire/foxglove/foxglove_decoder.hpp"
-#include "wire/plain/bare_codec.hpp"
+#include "wire/plain/plain_codec.hpp"
 #include "wire/protocols/json_decoder.hpp"
 #include "wire/rosbridge/rosbridge_encodings.hpp"
 
 namespace rowe::wire {
 namespace {
 
-constexpr bare_codec bare{codec_id{0}};
+constexpr plain_codec plain{codec_id{0}};
 constexpr rosbridge_json_codec rosbridge{codec_id{1}};
 constexpr rosbridge_png_codec rosbridge_png{codec_id{2}};
 constexpr rosbridge_cbor_codec rosbridge_cbor{codec_id{3}};
@@ -21,9 +21,9 @@ constexpr rosbridge_cbor_raw_codec rosbridge_cbor_raw{codec_id{4}};
 constexpr foxglove_json_codec foxglove{codec_id{5}, codec_id{6}};
 constexpr foxglove_times_codec foxglove_timed{codec_id{6}};
 constexpr std::array<const codec*, 7> codecs{
-    &bare, &rosbridge, &rosbridge_png, &rosbridge_cbor, &rosbridge_cbor_raw, &foxglove, &foxglove_timed};
+    &plain, &rosbridge, &rosbridge_png, &rosbridge_cbor, &rosbridge_cbor_raw, &foxglove, &foxglove_timed};
 constexpr json_decoder json_texts{
-    bare.id(), {rosbridge.id(), rosbridge_png.id(), rosbridge_cbor.id(), rosbridge_cbor_raw.id()}};
+    plain.id(), {rosbridge.id(), rosbridge_png.id(), rosbridge_cbor.id(), rosbridge_cbor_raw.id()}};
 constexpr foxglove_decoder foxglove_texts{foxglove.id()};
 
 constexpr bool are_in_order() {
@@ -49,10 +49,10 @@ constexpr protocol row_of_foxglove(std::string_view subprotocol) noexcept {
           .can = {.binary = true, .losses = true, .listing = true, .clock = true, .ttl_in_messages = false}};
 }
 constexpr std::array<protocol, 4> standard{
-    {{.subprotocol = {}, .reads = json_texts, .first = bare, .topics = rosbridge, .can = {}},
+    {{.subprotocol = {}, .reads = json_texts, .first = plain, .topics = rosbridge, .can = {}},
      {.subprotocol = own_subprotocols[0],
       .reads = json_texts,
-      .first = bare,
+      .first = plain,
       .topics = rosbridge,
       .can = {.takes_messages = true, .ttl_in_topics = true}},
      row_of_foxglove(standard_subprotocols[1]),
@@ -61,7 +61,7 @@ constexpr protocol_set standard_set{.codecs = codecs,
                                     .protocols = standard,
                                     .offers = own_subprotocols,
                                     .accepts = standard_subprotocols,
-                                    .messages = bare,
+                                    .messages = plain,
                                     .calls_to_server = rosbridge,
                                     .envelope = rosbridge,
                                     .message_bytes_max = SIZE_MAX};
@@ -69,7 +69,7 @@ constexpr protocol_set standard_set{.codecs = codecs,
 // Hop programs use the plain format, have neither topics nor control frames, and have their own subprotocols.
 constexpr std::array<protocol, 1> hop{{{.subprotocol = {},
                                         .reads = json_texts,
-                                        .first = bare,
+                                        .first = plain,
                                         .topics = rosbridge,
                                         .can = {.control_frames = false,
                                                 .topics = false,
@@ -79,7 +79,7 @@ constexpr std::array<protocol, 1> hop{{{.subprotocol = {},
 // Those of 2014 do not mask either.
 constexpr std::array<protocol, 1> hop_2014{{{.subprotocol = {},
                                              .reads = json_texts,
-                                             .first = bare,
+                                             .first = plain,
                                              .topics = rosbridge,
                                              .can = {.control_frames = false,
                                                      .masks = false,
@@ -94,8 +94,8 @@ constexpr protocol_set set_of_hop(std::span<const protocol> protocols) noexcept 
           .protocols = protocols,
           .offers = {},
           .accepts = own_subprotocols,
-          .messages = bare,
-          .calls_to_server = bare,
+          .messages = plain,
+          .calls_to_server = plain,
           .envelope = rosbridge,
           .message_bytes_max = 65535}; // Hop writes nine length bytes beyond that, and reads none
 }

@@ -38,8 +38,8 @@ class text_out {
     return add(json::utf8_prefix(piece, bytes_max)).add("...");
   }
 
-  // A name that somebody else chose, of at most `bytes_max` bytes with what is around it. It stands bare only
-  // if it is plain. Any other is in quotes, so that no line of a log is taken for another one.
+  // A name that somebody else chose, of at most `bytes_max` bytes with what is around it. It stands plain
+  // only if it is plain. Any other is in quotes, so that no line of a log is taken for another one.
   text_out& add_name(std::string_view name, std::size_t bytes_max) noexcept {
     if (is_plain(name)) return add_shortened(name, bytes_max);
     return add("'").add_quoted(name, bytes_max - 2, '\'').add("'");

@@ -7,7 +7,7 @@
  * What must hold whenever a loop decides to move:
  *   no stop was accepted that this loop has not met (also not by a reset that came too soon);
  *   since it was last stopped, there was a reset;
- *   the guard sent something less than a lease ago; when that arrived does not count;
+ *   the guard sent something less than its timeout ago; when that arrived does not count;
  *   if the service thread died, it did so less than its time-out ago;
  *   the other loop has looked less than its time-out plus the service thread's ago.
  * And a reset is accepted only from somebody who has seen every stop.
@@ -16,7 +16,7 @@
  * long: A_STOP
  * mutants: RACES+RESET_WITHOUT_LOOPS RACES+RESET_OF_ANY_NUMBER RACES+SECOND_SOURCE_KEEPS_NUMBER
  * mutants: RACES+STOP_KEEPS_NUMBER
- * mutants: LEASE_FROM_ARRIVAL NO_SERVICE_TIMEOUT NO_MEMORY_OF_TRIPS IGNORES_SLOW_LOOPS GUARD_LOSS_IGNORED
+ * mutants: TIMEOUT_FROM_ARRIVAL NO_SERVICE_TIMEOUT NO_MEMORY_OF_TRIPS IGNORES_SLOW_LOOPS GUARD_LOSS_IGNORED
  */
 #ifdef RACES                                   /* of stops and resets, in one moment */
 #define TIMES 0
@@ -35,12 +35,12 @@
 #define STOPS_OF_OTHER 0
 #define HEARTBEATS 1
 #endif
-#define LEASE 2
+#define TIMEOUT 2
 #define SERVICE_TIMEOUT 1
 #define LOOP_TIMEOUT 1
 #define LOOPS 2
 
-mtype = { lease, gone };
+mtype = { heartbeat, gone };
 
 byte now = 0;
 
@@ -54,7 +54,7 @@ byte own[LOOPS];
 /* The service thread's. */
 byte number = 1;
 bool running = true;
-byte guard_until = LEASE;
+byte guard_until = TIMEOUT;
 byte asked_by = 0;                             /* sources of this stop, a bit each */
 bool alive = true;
 
@@ -156,14 +156,14 @@ inline take_reset(asked, seen) {               /* reset(), loops_ready(), guarde
   fi
 }
 
-inline take_lease(tick) {                      /* lease() */
+inline take_heartbeat(tick) {                      /* heartbeat() */
   turn();
-#ifdef LEASE_FROM_ARRIVAL
-  guard_until = now + LEASE
+#ifdef TIMEOUT_FROM_ARRIVAL
+  guard_until = now + TIMEOUT
 #else
   if
-  :: tick + LEASE > now ->
-    guard_until = MAXIMUM(guard_until, tick + LEASE)
+  :: tick + TIMEOUT > now ->
+    guard_until = MAXIMUM(guard_until, tick + TIMEOUT)
   :: else
   fi
 #endif
@@ -189,7 +189,7 @@ active proctype service() {
 end:
   do
   :: atomic { turn() }
-  :: atomic { from_guard?lease(a) -> take_lease(a); a = 0 }
+  :: atomic { from_guard?heartbeat(a) -> take_heartbeat(a); a = 0 }
   :: atomic { from_guard?gone(a) -> take_gone(); a = 0 }
   :: atomic { stops_left[0] > 0 -> stops_left[0]--; take_stop(0) }
   :: atomic { stops_left[1] > 0 -> stops_left[1]--; take_stop(1) }
@@ -211,7 +211,7 @@ inline look(me) {
   :: MAY_MOVE(me) ->
     assert(!must_meet[me]);
     assert(!stood[me]);
-    assert(time < guard_sent + LEASE);
+    assert(time < guard_sent + TIMEOUT);
     assert(alive || time < died + SERVICE_TIMEOUT);
     assert(time <= checked_in[1 - me] + LOOP_TIMEOUT + SERVICE_TIMEOUT)
   :: else ->
@@ -254,12 +254,12 @@ end:
   od
 }
 
-/* A heartbeat has the newest tick; an older one only makes its lease end earlier. */
+/* A heartbeat has the newest tick; an older one only makes its time end earlier. */
 active proctype guard() {
   byte sent = 0;
 end:
   do
-  :: atomic { guard_connected && sent < HEARTBEATS -> from_guard!lease(now); guard_sent = now; sent++ }
+  :: atomic { guard_connected && sent < HEARTBEATS -> from_guard!heartbeat(now); guard_sent = now; sent++ }
   :: atomic { guard_connected && sent < HEARTBEATS -> from_guard!gone(0); guard_connected = false }
   :: atomic { !guard_connected -> guard_connected = true }
   od

@@ -88,8 +88,8 @@ struct stop_access : local_access {
     (void)loop.moves();
     return call_stop(on, by, "reset", "");
   }
-  std::string lease(peer& by, std::string_view more) {
-    return call_stop(on, by, "lease", R"("guard":"panel",)" + std::string{more});
+  std::string heartbeat(peer& by, std::string_view more) {
+    return call_stop(on, by, "guard", R"("guard":"panel",)" + std::string{more});
   }
   stoppable_loop loop{on};
 };
@@ -118,10 +118,10 @@ TEST_F(stop_access, lets_supervisors_reset_and_everyone_stop) {
 
 TEST_F(stop_access, lets_nobody_take_the_guard_of_others_who_may_not_reset) {
   peer& boss = comes("supervisor");
-  (void)lease(boss, "");
+  (void)heartbeat(boss, "");
   peer& guard = comes("guard");
-  EXPECT_NE(lease(guard, R"("resign":true,)").find("\"role\""), std::string::npos);
-  EXPECT_EQ(lease(boss, R"("resign":true,)").find("\"role\""), std::string::npos);
+  EXPECT_NE(heartbeat(guard, R"("resign":true,)").find("\"role\""), std::string::npos);
+  EXPECT_EQ(heartbeat(boss, R"("resign":true,)").find("\"role\""), std::string::npos);
 }
 
 TEST_F(stop_access, lets_somebody_whose_token_is_not_known_any_more_stop) {

@@ -105,7 +105,7 @@ TEST_F(core_calls, answers_a_call_of_rosbridge) {
   EXPECT_EQ(on.count(counter::calls_in), 1U);
 }
 
-TEST_F(core_calls, answers_a_bare_invocation_and_echoes_its_id_as_it_stood_there) {
+TEST_F(core_calls, answers_a_plain_invocation_and_echoes_its_id_as_it_stood_there) {
   auto add = handle_on<add_responder>(on, serve_add("add-two-numbers"));
   peer program{on};
   for (const std::string id : {R"("x\u0041")", "17", "-3"}) {
@@ -551,7 +551,7 @@ TEST_F(core_calls, drops_replies_that_come_on_another_connection_or_mean_no_call
   EXPECT_TRUE(pair.try_finish());
 }
 
-TEST_F(core_calls, reads_a_bare_refusal) {
+TEST_F(core_calls, reads_a_plain_refusal) {
   auto pair = open_lane(on);
   peer program{on};
   program.say("{}");

@@ -54,16 +54,16 @@ struct plain_messages : core_test {
   }
 };
 
-TEST_F(plain_messages, gives_a_message_to_every_peer_that_has_spoken_bare) {
-  peer bare{on}, other{on}, silent{on};
+TEST_F(plain_messages, gives_a_message_to_every_peer_that_has_spoken_plain) {
+  peer plain{on}, other{on}, silent{on};
   on.cycle();
-  bare.say(R"({"hello":1})");
+  plain.say(R"({"hello":1})");
   other.say(R"({"hello":2})");
   on.cycle();
   const auto slot = send(R"({"a":1})");
   on.cycle();
   EXPECT_EQ(outcome(slot), "sent");
-  EXPECT_EQ(bare.hear(), texts{R"({"a":1})"});
+  EXPECT_EQ(plain.hear(), texts{R"({"a":1})"});
   EXPECT_EQ(other.hear(), texts{R"({"a":1})"});
   EXPECT_EQ(silent.hear(), texts{}) << "it has not used the plain format, so it gets none unasked";
 }
@@ -391,7 +391,7 @@ TEST_F(plain_messages, answers_what_is_no_json_by_the_codec_that_was_used_last) 
   EXPECT_EQ(on.count(counter::malformed), 2U);
 }
 
-TEST_F(plain_messages, refuses_bare_texts_that_are_no_objects) {
+TEST_F(plain_messages, refuses_plain_texts_that_are_no_objects) {
   peer there{on};
   there.say("[1,2]");
   there.say(R"({"op":5})");

@@ -183,7 +183,7 @@ TEST_F(robot_runs, are_told_apart_by_their_epoch) {
   EXPECT_NE(member(second.ask("/rowe/stats", "{}"), "epoch"), epoch);
 }
 
-TEST_F(robot_runs, refuse_a_reset_and_a_lease_that_were_meant_for_the_run_before) {
+TEST_F(robot_runs, refuse_a_reset_and_a_heartbeat_that_were_meant_for_the_run_before) {
   run before{1};
   const std::string old = before.ask("/rowe/stop/state", "{}");
   const std::string number = member(old, "number");
@@ -197,8 +197,8 @@ TEST_F(robot_runs, refuse_a_reset_and_a_lease_that_were_meant_for_the_run_before
     EXPECT_NE(member(answer, "refused"), "null") << answer;
     EXPECT_EQ(member(answer, "state"), "\"stopped\"") << answer;
   }
-  const std::string lease = after.ask("/rowe/stop/lease", R"({"guard":"pad","tick":)" + tick + "}");
-  EXPECT_EQ(member(lease, "refused"), "\"tick\"") << lease;
+  const std::string heartbeat = after.ask("/rowe/stop/guard", R"({"guard":"pad","tick":)" + tick + "}");
+  EXPECT_EQ(member(heartbeat, "refused"), "\"tick\"") << heartbeat;
 }
 
 } // namespace

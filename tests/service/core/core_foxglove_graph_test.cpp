@@ -157,7 +157,7 @@ TEST_F(foxglove_graph, has_what_the_endpoint_itself_publishes) {
                                R"({"name":"/rowe/stop/state","subscriberIds":[]})",
                                R"({"name":"/rowe/stop","providerIds":["robot"]},)"
                                R"({"name":"/rowe/stop/reset","providerIds":["robot"]},)"
-                               R"({"name":"/rowe/stop/lease","providerIds":["robot"]},)"
+                               R"({"name":"/rowe/stop/guard","providerIds":["robot"]},)"
                                R"({"name":"/rowe/stop/state","providerIds":["robot"]})"));
 }
 

@@ -83,12 +83,12 @@ TEST_F(long_calls_test, go_between_all_codecs) {
   provide(provider);
   const std::string values = map_of(30'000, 2);
 
-  peer bare{on, side::server, "127.0.0.1:2", "/", "rowe.v1"};
-  bare.say(R"({"service":"/map","image":")" + std::string(30'000, 'x') + R"(","message_id":7})");
+  peer plain{on, side::server, "127.0.0.1:2", "/", "rowe.v1"};
+  plain.say(R"({"service":"/map","image":")" + std::string(30'000, 'x') + R"(","message_id":7})");
   std::string asked = only(provider);
   EXPECT_TRUE(has(asked, R"("args":{"image":")" + std::string(30'000, 'x') + "\"}")) << asked.substr(0, 200);
   answer(provider, asked, values);
-  EXPECT_TRUE(only(bare) == R"({"result":)" + values + R"(,"in_reply_to":7})");
+  EXPECT_TRUE(only(plain) == R"({"result":)" + values + R"(,"in_reply_to":7})");
 
   peer fox{on, side::server, "127.0.0.1:2", "/", "foxglove.websocket.v1"};
   const texts lists = heard_by(fox);
@@ -104,7 +104,7 @@ TEST_F(long_calls_test, go_between_all_codecs) {
   EXPECT_TRUE(has(asked, R"("args":)" + args)) << asked.substr(0, 200);
   answer(provider, asked, values);
   EXPECT_TRUE(only(fox) == "\x03" + id + four(10) + four(4) + "json" + values);
-  EXPECT_EQ(provider.violated + bare.violated + fox.violated, "");
+  EXPECT_EQ(provider.violated + plain.violated + fox.violated, "");
 }
 
 TEST_F(long_calls_test, go_to_programs_that_speak_plain_messages) {
@@ -252,13 +252,13 @@ TEST_F(long_calls_test, whose_provider_leaves_have_their_answer_all_the_same) {
 TEST_F(long_calls_test, with_names_of_the_endpoint_cannot_be_taken_for_another_message) {
   peer provider{on};
   provide(provider);
-  peer bare{on, side::server, "127.0.0.1:2", "/", "rowe.v1"};
+  peer plain{on, side::server, "127.0.0.1:2", "/", "rowe.v1"};
   const std::string spaces(20'000, ' ');
   for (const std::string& values :
        {R"({"op":"publish","topic":"/cmd","msg":{},"in_reply_to":"9")" + spaces + "}", "{" + spaces + "}"}) {
-    bare.say(R"({"service":"/map","message_id":7})");
+    plain.say(R"({"service":"/map","message_id":7})");
     answer(provider, only(provider), values);
-    EXPECT_TRUE(only(bare) == R"({"result":)" + values + R"(,"in_reply_to":7})");
+    EXPECT_TRUE(only(plain) == R"({"result":)" + values + R"(,"in_reply_to":7})");
   }
 }
 

@@ -32,17 +32,17 @@ struct long_messages_test : testing::Test {
 TEST_F(long_messages_test, reach_the_subscribers_of_every_codec_unchanged) {
   peer robot{on};
   peer browser{on};
-  peer bare{on, rowe::service::side::server, "127.0.0.1:2", "/", "rowe.v1"};
+  peer plain{on, rowe::service::side::server, "127.0.0.1:2", "/", "rowe.v1"};
   peer cbor{on};
   browser.say(R"({"op":"subscribe","topic":"/map"})");
-  bare.say(R"({"op":"subscribe","topic":"map"})");
+  plain.say(R"({"op":"subscribe","topic":"map"})");
   cbor.say(R"({"op":"subscribe","topic":"/map","compression":"cbor"})");
   on.cycle();
-  (void)bare.hear();
+  (void)plain.hear();
   const std::string map = map_of(40'000);
   robot.say(published("/map", map));
   EXPECT_EQ(heard_by(browser), texts{published("/map", map)});
-  EXPECT_EQ(heard_by(bare), texts{published("map", map)});
+  EXPECT_EQ(heard_by(plain), texts{published("map", map)});
   const texts in_cbor = heard_by(cbor); // CBOR is not made of what is so long: it is sent as JSON
   EXPECT_EQ(in_cbor.back(), published("/map", map));
   EXPECT_EQ(robot.violated + browser.violated, "");
@@ -150,10 +150,10 @@ TEST_F(refused_long_messages_test, fail_the_calls_that_they_are) {
   heard = answer_to(robot, R"({"op":"call_service","id":"c2","args":)" + map_of(20'000) + "}");
   EXPECT_TRUE(has(heard, R"("op":"service_response")") && has(heard, R"("id":"c2")"))
       << heard; // though its service is not known
-  peer bare{on, rowe::service::side::server, "127.0.0.1:2", "/", "rowe.v1"};
-  heard = answer_to(bare, R"({"service":"rosapi/topics","message_id":17,"data":)" + map_of(20'000) + "}");
+  peer plain{on, rowe::service::side::server, "127.0.0.1:2", "/", "rowe.v1"};
+  heard = answer_to(plain, R"({"service":"rosapi/topics","message_id":17,"data":)" + map_of(20'000) + "}");
   EXPECT_TRUE(has(heard, R"("in_reply_to":17)") && has(heard, "too_big")) << heard;
-  heard = answer_to(bare, R"({"service":"x","message_id":18,"data":)" + map_of(20'000) + ",}");
+  heard = answer_to(plain, R"({"service":"x","message_id":18,"data":)" + map_of(20'000) + ",}");
   EXPECT_TRUE(has(heard, R"("in_reply_to":18)") && has(heard, "malformed")) << heard;
 }
 
@@ -205,8 +205,8 @@ TEST_F(refused_long_messages_test, name_the_topic_and_the_id_where_there_was_no_
   peer robot{on};
   std::string heard = answer_to(robot, with_id("m7", published("/map", map_of(60'000))));
   EXPECT_TRUE(has(heard, "publish /map: a message of 60") && has(heard, R"("id":"m7")")) << heard;
-  peer bare{on, rowe::service::side::server, "127.0.0.1:2", "/", "rowe.v1"};
-  heard = answer_to(bare, R"({"service":"x","message_id":17,"data":)" + map_of(60'000) + "}");
+  peer plain{on, rowe::service::side::server, "127.0.0.1:2", "/", "rowe.v1"};
+  heard = answer_to(plain, R"({"service":"x","message_id":17,"data":)" + map_of(60'000) + "}");
   EXPECT_TRUE(has(heard, R"("in_reply_to":17)") && has(heard, R"("code":"full")")) << heard;
   // Its topic is behind what is kept of it.
   heard = answer_to(robot, R"({"op":"publish","msg":)" + map_of(60'000) + R"(,"topic":"/map"})");

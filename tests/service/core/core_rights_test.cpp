@@ -222,7 +222,7 @@ struct guarded_rights : rights {
 TEST_F(guarded_rights, stop_the_robot_when_they_are_taken_from_its_guard) {
   peer& boss = comes("supervisor");
   peer& guard = comes("guard");
-  EXPECT_EQ(call_stop(on, guard, "lease", R"("guard":"panel",)").find("\"role\""), std::string::npos);
+  EXPECT_EQ(call_stop(on, guard, "guard", R"("guard":"panel",)").find("\"role\""), std::string::npos);
   (void)loop.moves();
   (void)call_stop(on, boss, "reset", "");
   ASSERT_TRUE(loop.moves());

@@ -125,7 +125,7 @@ TEST_F(stop_path, is_refused_everything_else_with_words_and_counted) {
   }
   for (const char* text :
        {R"({"op":"call_service","id":"1","service":"/rowe/stop/reset","args":{"number":1,"tick":1}})",
-        R"({"op":"call_service","id":"1","service":"/rowe/stop/lease","args":{"guard":"x","tick":1}})",
+        R"({"op":"call_service","id":"1","service":"/rowe/stop/guard","args":{"guard":"x","tick":1}})",
         R"({"op":"call_service","id":"1","service":"/rowe/stats"})",
         R"({"op":"call_service","id":"1","service":"/rosapi/topics"})",
         R"({"service":"/rowe/stop/reset","message_id":1,"number":1,"tick":1})",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stop, its other services, lists, statistics and pages, of every role and in each codec: one table says
-// who may. A reset or a lease that is denied names the right that is missing, is counted and reported, and
-// changes nothing.
+// who may. A reset or a heartbeat that is denied names the right that is missing, is counted and reported,
+// and changes nothing.
 #include "rights_table.hpp"
 
 #include <algorithm>
@@ -13,14 +13,14 @@ using namespace rights_table;
 
 struct row {
   stop_verb what;
-  bool resigns; // lease: ends the guard of somebody else
+  bool resigns; // guard: ends the guard of somebody else
   std::optional<right> needs;
   std::string_view allowed; // to whom
 };
 constexpr row table[] = {
     {stop_verb::stop, false, {}, everyone},        {stop_verb::state, false, {}, everyone},
-    {stop_verb::reset, false, right::reset, "sl"}, {stop_verb::lease, false, right::guard, "sgl"},
-    {stop_verb::lease, true, right::reset, "sl"},
+    {stop_verb::reset, false, right::reset, "sl"}, {stop_verb::guard, false, right::guard, "sgl"},
+    {stop_verb::guard, true, right::reset, "sl"},
 };
 constexpr bool each_verb_has_a_row() {
   for (std::size_t i = 1; i <= static_cast<std::size_t>(stop_verb::state); ++i) {
@@ -53,7 +53,7 @@ struct stop_scene : scene {
     ASSERT_TRUE(loop.moves());
   }
   void guard() {
-    const std::string answer = call_stop(on, other, "lease", R"("guard":"panel",)");
+    const std::string answer = call_stop(on, other, "guard", R"("guard":"panel",)");
     ASSERT_TRUE(has(answer, R"("refused":null)")) << answer;
   }
   stoppable_loop loop{on};
@@ -66,7 +66,7 @@ void prepare(stop_scene& in, const row& of) {
 std::string args_of(stop_scene& in, const row& of) {
   switch (of.what) {
   case stop_verb::reset: return stop_as_shown(in.on, in.other) + ",";
-  case stop_verb::lease:
+  case stop_verb::guard:
     return stop_as_shown(in.on, in.other) + R"(,"guard":"panel",)" + (of.resigns ? R"("resign":true,)" : "");
   case stop_verb::none:
   case stop_verb::stop:
@@ -79,7 +79,7 @@ bool has_effect(stop_scene& in, const row& of) {
   case stop_verb::none: break;
   case stop_verb::stop: return !in.loop.moves();
   case stop_verb::reset: return in.loop.moves();
-  case stop_verb::lease:
+  case stop_verb::guard:
     return has(in.answer_to(in.other, call_of("/rowe/stop/state")), R"("name":"panel")") != of.resigns;
   case stop_verb::state: return has(in.told, R"("loops":[)");
   }

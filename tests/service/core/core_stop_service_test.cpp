@@ -95,7 +95,7 @@ TEST_F(stopping, is_answered_when_the_loop_has_acknowledged_in_rosbridge) {
   EXPECT_NE(member(answer, "observed_ns"), "null");
 }
 
-TEST_F(stopping, is_answered_in_bare) {
+TEST_F(stopping, is_answered_in_plain) {
   peer operator_{on};
   start(operator_);
   operator_.say(R"({"service":"/rowe/stop","message_id":7})");
@@ -136,7 +136,7 @@ TEST_F(stopping, is_answered_as_observed_though_others_stop_more_often_than_the_
   EXPECT_NE(member(inside(heard[0]), "observed_ns"), "null");
 }
 
-TEST_F(stopping, takes_a_publish_and_a_bare_message_without_an_id_too) {
+TEST_F(stopping, takes_a_publish_and_a_plain_message_without_an_id_too) {
   for (const char* text : {R"({"op":"publish","topic":"/rowe/stop","msg":{"source":"joystick"}})",
                            R"({"service":"/rowe/stop","source":"joystick"})", R"({"service":"rowe/stop"})"}) {
     peer operator_{on};
@@ -331,8 +331,8 @@ TEST_F(stopping, takes_members_of_wrong_types_as_missing) {
   EXPECT_FALSE(look());
   operator_.say(R"({"op":"call_service","service":"/rowe/stop","args":[1,2]})");
   operator_.say(R"({"op":"call_service","service":"/rowe/stop/reset","args":{"number":"1","tick":1.5}})");
-  operator_.say(R"({"op":"call_service","service":"/rowe/stop/lease","args":{"guard":5}})");
-  operator_.say(R"({"op":"call_service","service":"/rowe/stop/lease"})");
+  operator_.say(R"({"op":"call_service","service":"/rowe/stop/guard","args":{"guard":5}})");
+  operator_.say(R"({"op":"call_service","service":"/rowe/stop/guard"})");
   on.cycle();
   const auto heard = operator_.hear();
   ASSERT_GE(heard.size(), 4U);
@@ -347,7 +347,7 @@ TEST_F(stopping, answers_by_the_id_it_was_asked_with_however_long_its_source_is)
   std::string quotes;
   for (int i = 0; i < 150; ++i) quotes += "\\\"";
   peer operator_{on};
-  for (const std::string_view service : {"/rowe/stop#first", "/rowe/stop/lease#second"}) {
+  for (const std::string_view service : {"/rowe/stop#first", "/rowe/stop/guard#second"}) {
     operator_.say(R"({"op":"call_service","service":")" + std::string{service} + R"(","args":{"source":")" +
                   quotes + R"(","guard":")" + quotes + R"(","reason":")" + quotes + "\"}}");
     on.cycle();
@@ -695,7 +695,7 @@ TEST_F(stopping_guarded, guard_keeps_it_moving_by_echoing_ticks_and_stops_it_by_
     for (const std::string& text : page.hear()) {
       if (member(text, "op") != "\"publish\"") continue;
       page.say(
-          R"({"op":"call_service","id":"l","service":"/rowe/stop/lease","args":{"guard":"page","tick":)" +
+          R"({"op":"call_service","id":"l","service":"/rowe/stop/guard","args":{"guard":"page","tick":)" +
           member(inside(text), "tick") + "}}");
     }
   };
@@ -714,9 +714,9 @@ TEST_F(stopping_guarded, guard_keeps_it_moving_by_echoing_ticks_and_stops_it_by_
 TEST_F(stopping_guarded, guard_stops_it_by_sending_a_close_frame) {
   peer page{on};
   look();
-  page.say(R"({"service":"/rowe/stop/lease","guard":"g","message_id":1})");
+  page.say(R"({"service":"/rowe/stop/guard","guard":"g","message_id":1})");
   on.cycle();
-  page.say(R"({"service":"/rowe/stop/lease","guard":"g","tick":)" + member(page.hear().back(), "tick") +
+  page.say(R"({"service":"/rowe/stop/guard","guard":"g","tick":)" + member(page.hear().back(), "tick") +
            R"(,"message_id":1})");
   on.cycle();
   ASSERT_EQ(reset(page), "null");
@@ -733,13 +733,13 @@ TEST_F(stopping_guarded, guard_is_told_the_newest_tick_by_each_answer) {
   std::string tick = "0";
   int granted = 0;
   for (int i = 0; i < 100; ++i) {
-    page.say(R"({"service":"/rowe/stop/lease","guard":"bare","tick":)" + tick + R"(,"message_id":1})");
+    page.say(R"({"service":"/rowe/stop/guard","guard":"plain","tick":)" + tick + R"(,"message_id":1})");
     look();
     const auto heard = page.hear();
     ASSERT_EQ(heard.size(), 1U);
     tick = member(heard[0], "tick");
     granted += member(heard[0], "refused") == "null";
-    EXPECT_EQ(member(heard[0], "lease_ms"), "500");
+    EXPECT_EQ(member(heard[0], "timeout_ms"), "500");
   }
   EXPECT_EQ(granted, 99); // all but the first, which had no tick
 }

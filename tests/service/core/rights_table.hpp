@@ -142,9 +142,9 @@ inline std::vector<frame> said_in_json(verb what, const about& of) {
   case verb::advertise: return {{R"({"op":"advertise","type":"a/B","topic":)" + name + "}"}};
   case verb::unadvertise: return {{R"({"op":"unadvertise","topic":)" + name + "}"}};
   case verb::call: {
-    const frame bare{R"({"mark":)" + std::string{mark} + "," + named + R"("message_id":)" + id + "}"};
-    if (of.name.empty()) return {bare};
-    return {bare, {R"({"op":"call_service","id":)" + id + "," + named + R"("args":)" + body + "}"}};
+    const frame plain{R"({"mark":)" + std::string{mark} + "," + named + R"("message_id":)" + id + "}"};
+    if (of.name.empty()) return {plain};
+    return {plain, {R"({"op":"call_service","id":)" + id + "," + named + R"("args":)" + body + "}"}};
   }
   case verb::reply:
     return {{R"({"op":"service_response","result":true,"id":)" + of.id + "," + named + R"("values":)" + body +

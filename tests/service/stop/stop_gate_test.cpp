@@ -22,8 +22,8 @@ TEST(stop_gate, knows_its_names_in_both_spellings_and_no_others) {
       {"rowe/stop", stop_verb::stop},
       {"/rowe/stop/reset", stop_verb::reset},
       {"rowe/stop/reset", stop_verb::reset},
-      {"/rowe/stop/lease", stop_verb::lease},
-      {"rowe/stop/lease", stop_verb::lease},
+      {"/rowe/stop/guard", stop_verb::guard},
+      {"rowe/stop/guard", stop_verb::guard},
       {"/rowe/stop/state", stop_verb::state},
       {"rowe/stop/state", stop_verb::state},
       {"", stop_verb::none},
@@ -39,7 +39,7 @@ TEST(stop_gate, knows_its_names_in_both_spellings_and_no_others) {
 }
 
 TEST(stop_gate, names_each_verb_with_the_slash) {
-  for (const stop_verb which : {stop_verb::stop, stop_verb::reset, stop_verb::lease, stop_verb::state}) {
+  for (const stop_verb which : {stop_verb::stop, stop_verb::reset, stop_verb::guard, stop_verb::state}) {
     const std::string_view name = stop_gate::name_of(which);
     EXPECT_TRUE(name.starts_with("/rowe/stop")) << name;
     EXPECT_EQ(stop_gate::service_named(name), which) << name;
@@ -111,7 +111,7 @@ TEST(stop_gate, judges_a_request_by_its_verb_and_the_rest_by_its_text) {
 TEST(stop_gate, judges_a_call_of_this_process_by_its_service_and_an_object_by_its_text_too) {
   using form = rowe::wire::call_args::form;
   constexpr std::string_view names_it = R"({"topic":"/rowe/stop"})";
-  EXPECT_EQ(stop_gate::find("/rowe/stop/lease", {.is = form::object, .text = names_it}), stop_verb::lease);
+  EXPECT_EQ(stop_gate::find("/rowe/stop/guard", {.is = form::object, .text = names_it}), stop_verb::guard);
   EXPECT_EQ(stop_gate::find("/other", {.is = form::object, .text = names_it}), stop_verb::stop);
   EXPECT_EQ(stop_gate::find("/other", {.is = form::object, .text = "{}"}), stop_verb::none);
   EXPECT_EQ(stop_gate::find("/other", {.is = form::args, .text = names_it}), stop_verb::none);
@@ -149,7 +149,7 @@ TEST(stop_gate, lets_peers_that_came_for_the_stop_stop_and_see_the_state) {
   EXPECT_TRUE(stop_gate::is_for_stop_peers(stop_verb::state));
   EXPECT_FALSE(stop_gate::is_for_stop_peers(stop_verb::none));
   EXPECT_FALSE(stop_gate::is_for_stop_peers(stop_verb::reset));
-  EXPECT_FALSE(stop_gate::is_for_stop_peers(stop_verb::lease));
+  EXPECT_FALSE(stop_gate::is_for_stop_peers(stop_verb::guard));
 }
 
 } // namespace

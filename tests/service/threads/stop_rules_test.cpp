@@ -72,11 +72,11 @@ struct robot {
     }
   }
   std::int64_t tick() const { return static_cast<std::int64_t>(rules.tick(now)); }
-  refusal lease(std::string_view guard = "page", std::uint64_t peer = operator_a) {
-    return rules.lease(guard, tick(), false, peer, true, now);
+  refusal heartbeat(std::string_view guard = "page", std::uint64_t peer = operator_a) {
+    return rules.heartbeat(guard, tick(), false, peer, true, now);
   }
   void beat() {
-    if (guarded) (void)lease();
+    if (guarded) (void)heartbeat();
   }
   // With a tick that was issued after whatever was asked before.
   refusal reset() {
@@ -105,7 +105,7 @@ struct moving_robot : robot {
     add_loop();
     guarded = true;
     look_all();
-    EXPECT_EQ(lease(), refusal::none);
+    EXPECT_EQ(heartbeat(), refusal::none);
     EXPECT_EQ(reset(), refusal::none);
     look_all();
     EXPECT_TRUE(loops[0].moving);
@@ -167,7 +167,7 @@ TEST(stop_rules, let_it_move_while_its_guard_is_there) {
   EXPECT_TRUE(r.base().moving);
 }
 
-TEST(stop_rules, stop_within_the_lease_of_a_guard_that_falls_silent_each_of_a_thousand_times) {
+TEST(stop_rules, stop_within_the_timeout_of_a_guard_that_falls_silent_each_of_a_thousand_times) {
   std::mt19937 random{1};
   for (int round = 0; round < 1000; ++round) {
     moving_robot r;
@@ -179,11 +179,11 @@ TEST(stop_rules, stop_within_the_lease_of_a_guard_that_falls_silent_each_of_a_th
       r.now += 1ms;
       r.update();
       r.look_all();
-      ASSERT_LT(r.now, last_tick + r.options.lease + 20ms) << round;
+      ASSERT_LT(r.now, last_tick + r.options.guard_timeout + 20ms) << round;
     }
-    ASSERT_GE(r.now, last_tick + r.options.lease - 1ms) << round;
+    ASSERT_GE(r.now, last_tick + r.options.guard_timeout - 1ms) << round;
     r.update(); // the loop may have seen it first
-    ASSERT_EQ(r.rules.cause_name(), "lease");
+    ASSERT_EQ(r.rules.cause_name(), "guard");
     ASSERT_EQ(r.rules.source(), "page");
   }
 }
@@ -197,21 +197,21 @@ TEST(stop_rules, renew_nothing_by_old_ticks_that_arrive_late_all_at_once) {
   }
   // 480 ms of heartbeats that a stalled network kept: the newest counts from when it was issued.
   for (const std::int64_t tick : held)
-    EXPECT_EQ(r.rules.lease("page", tick, false, operator_a, true, r.now), refusal::none);
+    EXPECT_EQ(r.rules.heartbeat("page", tick, false, operator_a, true, r.now), refusal::none);
   r.pass(499ms, false);
   EXPECT_TRUE(r.base().moving);
   r.pass(2ms, false);
   EXPECT_FALSE(r.base().moving);
   // And none of them any more.
   for (const std::int64_t tick : held)
-    EXPECT_EQ(r.rules.lease("page", tick, false, operator_a, true, r.now), refusal::tick);
+    EXPECT_EQ(r.rules.heartbeat("page", tick, false, operator_a, true, r.now), refusal::tick);
 }
 
 TEST(stop_rules, take_no_tick_that_was_not_issued_yet_or_is_of_another_run) {
   moving_robot r;
   for (const std::int64_t tick :
        {r.tick() + 1, std::int64_t{0}, std::int64_t{-1}, std::int64_t{1}, INT64_MAX})
-    EXPECT_EQ(r.rules.lease("page", tick, false, operator_a, true, r.now), refusal::tick) << tick;
+    EXPECT_EQ(r.rules.heartbeat("page", tick, false, operator_a, true, r.now), refusal::tick) << tick;
   EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick() + 1, true, r.now),
             refusal::number); // it moves
   r.stop();
@@ -237,14 +237,14 @@ TEST(stop_rules, stop_at_once_when_a_guards_connection_ends) {
   r.publish();
   r.look_all();
   EXPECT_FALSE(r.base().moving);
-  EXPECT_EQ(r.rules.cause_name(), "lease");
+  EXPECT_EQ(r.rules.cause_name(), "guard");
   EXPECT_EQ(r.reset(), refusal::guards);
 }
 
 TEST(stop_rules, let_a_guard_go_on_over_another_connection) {
   moving_robot r;
   r.rules.peer_gone(operator_a, r.now);
-  EXPECT_EQ(r.lease("page", operator_b), refusal::none);
+  EXPECT_EQ(r.heartbeat("page", operator_b), refusal::none);
   r.publish();
   r.look_all();
   EXPECT_EQ(r.reset(), refusal::none);
@@ -252,26 +252,26 @@ TEST(stop_rules, let_a_guard_go_on_over_another_connection) {
 
 TEST(stop_rules, take_a_guards_name_from_nobody_who_is_there) {
   moving_robot r;
-  EXPECT_EQ(r.lease("page", operator_b), refusal::name);
+  EXPECT_EQ(r.heartbeat("page", operator_b), refusal::name);
 }
 
 TEST(stop_rules, want_every_guard_fresh) {
   moving_robot r;
-  EXPECT_EQ(r.lease("second", operator_b), refusal::none);
+  EXPECT_EQ(r.heartbeat("second", operator_b), refusal::none);
   r.pass(499ms);
   EXPECT_TRUE(r.base().moving);
   r.pass(5ms);
   EXPECT_FALSE(r.base().moving);
   EXPECT_EQ(r.rules.source(), "second");
   EXPECT_EQ(r.reset(), refusal::guards);
-  EXPECT_EQ(r.lease("second", operator_b), refusal::none);
+  EXPECT_EQ(r.heartbeat("second", operator_b), refusal::none);
   EXPECT_EQ(r.reset(), refusal::none);
 }
 
 TEST(stop_rules, let_a_guard_resign_while_stopped_and_stop_when_it_resigns_moving) {
   moving_robot r;
-  EXPECT_EQ(r.lease("second", operator_b), refusal::none);
-  EXPECT_EQ(r.rules.lease("second", -1, true, operator_b, true, r.now), refusal::none);
+  EXPECT_EQ(r.heartbeat("second", operator_b), refusal::none);
+  EXPECT_EQ(r.rules.heartbeat("second", -1, true, operator_b, true, r.now), refusal::none);
   r.publish();
   r.look_all();
   EXPECT_FALSE(r.base().moving);
@@ -281,8 +281,8 @@ TEST(stop_rules, let_a_guard_resign_while_stopped_and_stop_when_it_resigns_movin
 TEST(stop_rules, let_those_with_the_role_resign_a_guard_that_never_comes_back) {
   moving_robot r;
   r.rules.peer_gone(operator_a, r.now);
-  EXPECT_EQ(r.rules.lease("page", -1, true, operator_b, false, r.now), refusal::role);
-  EXPECT_EQ(r.rules.lease("page", -1, true, operator_b, true, r.now), refusal::none);
+  EXPECT_EQ(r.rules.heartbeat("page", -1, true, operator_b, false, r.now), refusal::role);
+  EXPECT_EQ(r.rules.heartbeat("page", -1, true, operator_b, true, r.now), refusal::none);
   r.publish();
   r.look_all();
   EXPECT_EQ(r.reset(), refusal::guards); // none is left
@@ -292,7 +292,7 @@ TEST(stop_rules, register_guards_and_reset_only_with_the_role) {
   robot r{unguarded()};
   r.add_loop();
   r.look_all();
-  EXPECT_EQ(r.rules.lease("page", r.tick(), false, operator_a, false, r.now), refusal::role);
+  EXPECT_EQ(r.rules.heartbeat("page", r.tick(), false, operator_a, false, r.now), refusal::role);
   EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick(), false, r.now),
             refusal::role);
 }
@@ -300,10 +300,10 @@ TEST(stop_rules, register_guards_and_reset_only_with_the_role) {
 TEST(stop_rules, have_places_for_eight_guards_with_plain_names) {
   robot r;
   r.add_loop();
-  for (int i = 0; i < 8; ++i) EXPECT_EQ(r.lease("g" + std::to_string(i), operator_a), refusal::none);
-  EXPECT_EQ(r.lease("one-more", operator_a), refusal::guards);
+  for (int i = 0; i < 8; ++i) EXPECT_EQ(r.heartbeat("g" + std::to_string(i), operator_a), refusal::none);
+  EXPECT_EQ(r.heartbeat("one-more", operator_a), refusal::guards);
   for (const std::string_view bad : {"", "a b", "\"", "a-name-that-is-longer-than-31-bytes"})
-    EXPECT_EQ(r.lease(bad, operator_a), refusal::name) << bad;
+    EXPECT_EQ(r.heartbeat(bad, operator_a), refusal::name) << bad;
 }
 
 TEST(stop_rules, stop_every_loop_when_somebody_asks) {
@@ -503,7 +503,7 @@ TEST(stop_rules, refuse_a_reset_whose_tick_is_older_than_a_stop_that_nobody_aske
   r.rules.peer_gone(operator_a, r.now);
   r.publish();
   r.look_all();
-  EXPECT_EQ(r.lease("page", operator_b), refusal::none);
+  EXPECT_EQ(r.heartbeat("page", operator_b), refusal::none);
   EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), tick, true, r.now), refusal::tick);
   EXPECT_EQ(r.reset(), refusal::none);
 }
@@ -583,7 +583,7 @@ TEST(stop_rules, let_loops_stop_by_themselves_when_this_thread_is_silent_and_the
     ASSERT_LE(r.now, silent_from + r.options.service_timeout + 1ms);
   }
   // It wakes up before the other loop has looked, and renews nothing.
-  (void)r.lease();
+  (void)r.heartbeat();
   r.update();
   r.look(arm);
   EXPECT_FALSE(arm.moving);
@@ -635,11 +635,11 @@ TEST(stop_rules, stop_when_a_loop_comes_or_goes_while_others_move) {
   EXPECT_EQ(r.rules.cause_name(), "loop");
 }
 
-TEST(stop_rules, shorten_the_permit_at_once_for_a_guard_whose_lease_is_nearly_over) {
+TEST(stop_rules, shorten_the_permit_at_once_for_a_guard_whose_timeout_is_nearly_over) {
   moving_robot r;
   r.pass(600ms);
   const std::int64_t old_tick = r.tick() - 495;
-  ASSERT_EQ(r.rules.lease("second", old_tick, false, operator_b, true, r.now), refusal::none);
+  ASSERT_EQ(r.rules.heartbeat("second", old_tick, false, operator_b, true, r.now), refusal::none);
   r.update();
   r.now += 6ms;
   r.look(r.base()); // this thread does nothing more
@@ -674,7 +674,7 @@ TEST(stop_rules, raise_their_version_for_all_that_is_shown) {
   EXPECT_TRUE(changed()); // acknowledged
   EXPECT_EQ(r.reset(), refusal::none);
   EXPECT_TRUE(changed());
-  (void)r.lease("second", operator_b);
+  (void)r.heartbeat("second", operator_b);
   EXPECT_TRUE(changed());
 }
 
@@ -682,7 +682,7 @@ TEST(stop_rules, write_the_largest_state_in_two_and_a_half_kilobytes) {
   robot r;
   const std::string name(31, 'n');
   for (int i = 0; i < 8; ++i) r.add_loop(name);
-  for (int i = 0; i < 8; ++i) (void)r.lease(name.substr(1) + std::to_string(i));
+  for (int i = 0; i < 8; ++i) (void)r.heartbeat(name.substr(1) + std::to_string(i));
   r.rules.request(std::string(200, '\x01'), operator_a, r.now);
   r.now += 9999h;
   EXPECT_LT(r.state().size(), 2560U);

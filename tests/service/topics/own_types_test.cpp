@@ -116,11 +116,11 @@ TEST_F(own_types, agree_with_what_services_answer) {
     EXPECT_EQ(object_fault(values, *own.answer, ""), "") << own.name << ": " << values;
   }
   // While nothing is stopped, its cause is null; and a stop whose loop does not look is not observed.
-  call_stop(on, boss, "lease", R"("guard":"hand",)");
+  call_stop(on, boss, "guard", R"("guard":"hand",)");
   (void)loop.moves();
   call_stop(on, boss, "reset", "");
   for (const std::string_view name :
-       {"/rowe/stop/state", "/rowe/stop", "/rowe/stop/reset", "/rowe/stop/lease"}) {
+       {"/rowe/stop/state", "/rowe/stop", "/rowe/stop/reset", "/rowe/stop/guard"}) {
     const auto* const own = rowe::service::own_type_of_service(name);
     boss.say(R"({"op":"call_service","service":")" + std::string{name} + R"(","args":{}})");
     std::string values;

@@ -95,10 +95,10 @@ test("an acknowledgment is forgotten once the robot runs again, not by what was 
 });
 
 test("an acknowledgment is not told of another stop, of a robot that started anew for one", () => {
-  says({ state: "stopped", number: 7, cause: "lease" });
+  says({ state: "stopped", number: 7, cause: "guard" });
   made.press();
   answer(sent("/rowe/stop")[0], acknowledged);
-  says({ state: "stopped", number: 7, cause: "lease" });
+  says({ state: "stopped", number: 7, cause: "guard" });
   assert.ok(made.asked, "a state from before the press");
   says({ state: "stopped", number: 8, cause: "request" });
   assert.ok(made.asked);
@@ -126,7 +126,7 @@ test("a guard answers ticks as they come, and nothing but ticks", () => {
   says({ tick: 120 });
   pass(5000);
   made.turn();
-  assert.deepEqual(sent("/rowe/stop/lease").map(({ args }) => args),
+  assert.deepEqual(sent("/rowe/stop/guard").map(({ args }) => args),
     [{ guard: "page-1", tick: 100 }, { guard: "page-1", tick: 120 }]);
 });
 
@@ -134,46 +134,46 @@ test("a page that is hidden lets go, says so, and does not guard again by itself
   says();
   made.guard();
   made.hide();
-  assert.deepEqual(sent("/rowe/stop/lease").at(-1).args, { guard: "page-1", tick: 100, resign: true });
+  assert.deepEqual(sent("/rowe/stop/guard").at(-1).args, { guard: "page-1", tick: 100, resign: true });
   assert.ok(made.hidden && !made.guarding);
   says({ tick: 140 });
-  assert.equal(sent("/rowe/stop/lease").length, 2);
+  assert.equal(sent("/rowe/stop/guard").length, 2);
 });
 
 test("a page that does not guard has nothing to let go when it is hidden", () => {
   says();
   made.hide();
   assert.ok(!made.hidden);
-  assert.equal(sent("/rowe/stop/lease").length, 0);
+  assert.equal(sent("/rowe/stop/guard").length, 0);
 });
 
 test("a guard goes on guarding on the next connection, and a name still taken is waited for", () => {
   says();
   made.guard();
   made.opened();
-  says({ state: "stopped", cause: "lease", tick: 300 });
-  answer(sent("/rowe/stop/lease").at(-1), { refused: "name" });
+  says({ state: "stopped", cause: "guard", tick: 300 });
+  answer(sent("/rowe/stop/guard").at(-1), { refused: "name" });
   assert.ok(made.guarding);
-  says({ state: "stopped", cause: "lease", tick: 320 });
-  assert.equal(sent("/rowe/stop/lease").at(-1).args.tick, 320);
+  says({ state: "stopped", cause: "guard", tick: 320 });
+  assert.equal(sent("/rowe/stop/guard").at(-1).args.tick, 320);
 });
 
 test("a guard that is refused for good does not guard", () => {
   says();
   made.guard();
-  answer(sent("/rowe/stop/lease")[0], { refused: "role" });
+  answer(sent("/rowe/stop/guard")[0], { refused: "role" });
   assert.ok(!made.guarding);
-  assert.equal(made.refused, "lease_role");
+  assert.equal(made.refused, "guard_role");
 });
 
 test("to forget somebody else's guard takes another right than to guard", () => {
   says({ guards: [{ name: "desk", fresh: false }] });
   made.dismiss("desk");
-  answer(sent("/rowe/stop/lease")[0], { refused: "role", right: "reset" });
+  answer(sent("/rowe/stop/guard")[0], { refused: "role", right: "reset" });
   assert.equal(made.refused, "dismiss_role");
   made.dismiss("desk");
-  answer(sent("/rowe/stop/lease")[1], { refused: "tick" });
-  assert.equal(made.refused, "lease_tick");
+  answer(sent("/rowe/stop/guard")[1], { refused: "tick" });
+  assert.equal(made.refused, "guard_tick");
 });
 
 test("a reset names the stop that was shown, and echoes the newest tick", () => {
@@ -240,7 +240,7 @@ test("there it guards nothing", () => {
   without_connection();
   made.guarding = true;
   says();
-  assert.ok(!kept.sent.some(({ service }) => service === "/rowe/stop/lease"));
+  assert.ok(!kept.sent.some(({ service }) => service === "/rowe/stop/guard"));
 });
 
 test("the ordinary connection is used as soon as there is one", () => {

@@ -312,18 +312,18 @@ TEST(codec, leaves_the_slash_of_a_topic_out_where_its_subscriber_does) {
 // ---- texts of two codecs
 
 TEST(json_decoder, tells_codecs_apart_by_the_member_op) {
-  const codec_id bare = standard().messages.id();
+  const codec_id plain = standard().messages.id();
   const codec_id rosbridge = standard().calls_to_server.id();
-  ASSERT_NE(bare, rosbridge);
+  ASSERT_NE(plain, rosbridge);
   const std::pair<const char*, codec_id> texts[] = {{R"({"op":"subscribe","topic":"/t"})", rosbridge},
                                                     {R"({"topic":"/t","op":"subscribe"})", rosbridge},
                                                     {R"({"\u006fp":"subscribe","topic":"/t"})", rosbridge},
                                                     {R"({"a":1,"op":"nonsense"})", rosbridge},
-                                                    {R"({"op":7})", bare},
-                                                    {R"({"x":{"op":"publish"}})", bare},
-                                                    {R"({"message_id":1})", bare},
-                                                    {"{}", bare},
-                                                    {"[1]", bare}};
+                                                    {R"({"op":7})", plain},
+                                                    {R"({"x":{"op":"publish"}})", plain},
+                                                    {R"({"message_id":1})", plain},
+                                                    {"{}", plain},
+                                                    {"[1]", plain}};
   for (const auto& [text, codec] : texts)
     EXPECT_EQ(received(standard().find(""), text).request.codec, codec) << text;
 }
@@ -368,11 +368,11 @@ TEST(json_decoder, says_why_it_does_not_offer_an_operation) {
 
 TEST(json_decoder, guesses_the_codec_of_a_text_that_is_no_json) {
   const message_decoder& reads = standard().find("").reads;
-  const codec_id bare = standard().messages.id();
+  const codec_id plain = standard().messages.id();
   const codec_id rosbridge = standard().calls_to_server.id();
-  for (const codec_id last : {bare, rosbridge}) {
+  for (const codec_id last : {plain, rosbridge}) {
     EXPECT_EQ(reads.guess(R"({"op":"publish","msg":NaN})", last), rosbridge);
-    EXPECT_EQ(reads.guess(R"({"a":NaN,"message_id":7})", last), bare);
+    EXPECT_EQ(reads.guess(R"({"a":NaN,"message_id":7})", last), plain);
     EXPECT_EQ(reads.guess(R"({"a":NaN})", last), last);
   }
 }

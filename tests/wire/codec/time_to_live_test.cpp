@@ -7,7 +7,7 @@
 #include <string>
 
 #include "wire/decoded.hpp"
-#include "wire/plain/bare_codec.hpp"
+#include "wire/plain/plain_codec.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
 #include "wire/rosbridge/rosbridge_codec.hpp"
 
@@ -47,7 +47,7 @@ TEST(time_to_live, is_read_as_it_was_written) {
 }
 
 TEST(time_to_live, stands_first_in_a_plain_message) {
-  const bare_codec codec{codec_id{0}};
+  const plain_codec codec{codec_id{0}};
   EXPECT_EQ(text_of(codec.head_of({.ttl_ns = 7'500'000})), R"({"ttl_ms":7.500,)");
   EXPECT_EQ(text_of(codec.head_of({.empty = true, .ttl_ns = 7'000'000})), R"({"ttl_ms":7)");
   EXPECT_EQ(codec.head_of({.ttl_ns = 7'000'000}).from, 1) << "the text goes on behind its brace";

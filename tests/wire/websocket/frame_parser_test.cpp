@@ -146,12 +146,12 @@ constexpr frame_limits lax{.message_bytes_max = 4096, .fragments_max = 16, .unma
 
 TEST(frame_parser, takes_unmasked_frames_as_a_server_where_asked) {
   receiver peer{role::server, lax};
-  const std::vector<frame> stream = {{.payload = "bare", .masked = false},
+  const std::vector<frame> stream = {{.payload = "plain", .masked = false},
                                      {.payload = "masked"},
                                      {.opcode = ping_frame, .payload = "p", .masked = false},
                                      {.payload = std::string(300, 'x'), .masked = false},
                                      {.opcode = ping_frame, .payload = "q"}};
-  const std::vector<event> expected = {text("bare"), text("masked"), ping("p"), text(std::string(300, 'x')),
+  const std::vector<event> expected = {text("plain"), text("masked"), ping("p"), text(std::string(300, 'x')),
                                        ping("q")};
   EXPECT_EQ(peer.feed(bytes_of(stream)), expected);
   receiver slow{role::server, lax};

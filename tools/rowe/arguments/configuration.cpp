@@ -28,7 +28,7 @@ void set_demo_defaults(settings& in) {
   const stop_options stop = demo::stop_of(in.values().serve.guarded);
   const auto text_of = [](duration time) { return joined(time.count(), " ns"); };
   (void)in.set_default("endpoint", "priority", joined(demo_service_priority)); // these are keys, in range
-  (void)in.set_default("stop", "lease", text_of(stop.lease));
+  (void)in.set_default("stop", "guard_timeout", text_of(stop.guard_timeout));
   (void)in.set_default("stop", "service_timeout", text_of(stop.service_timeout));
   (void)in.set_default("stop", "observe_timeout", text_of(stop.observe_timeout));
   (void)in.set_default("stop", "unguarded", stop.unguarded ? "true" : "false");

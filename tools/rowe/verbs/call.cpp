@@ -40,7 +40,7 @@ struct call_options {
   std::optional<rt::duration> timeout;
   std::int64_t repeat = 0; // 0: one call, whose answer is printed
   bool json = false;
-  bool bare = false;
+  bool plain = false;
   std::size_t profile = 0;
   bool quiet = false;
 };
@@ -69,7 +69,8 @@ command table_of(call_options& o) {
               {"--repeat", "", "N", "call this many times, one after another",
                integer{&o.repeat, 1, INT64_MAX}},
               {"--json", "", "", "one JSON object, with the answer or the error and with the time", &o.json},
-              {"--bare", "", "", "as a plain message with the member `service`, not over rosbridge", &o.bare},
+              {"--plain", "", "", "as a plain message with the member `service`, not over rosbridge",
+               &o.plain},
               profile_option(o.profile),
               {"--quiet", "-q", "", "print errors only on stderr", &o.quiet},
           })};
@@ -82,8 +83,8 @@ std::string contradiction(const call_options& o) {
   if (o.request.size() > text_bytes_max) {
     return joined("the request has ", o.request.size(), " bytes, at most ", text_bytes_max, " can be sent");
   }
-  if (o.bare && read_json(o.request).find("service")) {
-    return "with --bare, `service` is the member that names the service; the arguments have one as well";
+  if (o.plain && read_json(o.request).find("service")) {
+    return "with --plain, `service` is the member that names the service; the arguments have one as well";
   }
   return {};
 }
@@ -308,8 +309,8 @@ exit_code call(argument_list arguments) {
   if (const auto end = use(chosen.at, options, to)) return *end;
   auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
-  return chosen.bare ? ask_from<by_invocation>(std::move(hub).value(), url.url, chosen, to)
-                     : ask_from<over_rosbridge>(std::move(hub).value(), url.url, chosen, to);
+  return chosen.plain ? ask_from<by_invocation>(std::move(hub).value(), url.url, chosen, to)
+                      : ask_from<over_rosbridge>(std::move(hub).value(), url.url, chosen, to);
 }
 
 } // namespace rowe::tools

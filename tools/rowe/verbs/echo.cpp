@@ -35,7 +35,7 @@ constexpr rt::duration look_period = 1ms; // how often several topics are looked
 struct echo_options {
   remote_place at;
   std::vector<std::string> topics;
-  bool bare = false;
+  bool plain = false;
   bool pretty = false;
   bool json = false;
   bool csv = false;
@@ -73,7 +73,7 @@ command table_of(echo_options& o) {
                     .meaning = "their names, such as /odom; without any they are listed",
                     .into = &o.topics,
                     .optional = true,
-                    .left_out = &o.bare}},
+                    .left_out = &o.plain}},
       .options = with_remote(
           o.at,
           {
@@ -86,7 +86,7 @@ command table_of(echo_options& o) {
               {"--timeout", "", "TIME", "for the connection and for each message (default: until Ctrl-C)",
                time_span{&o.timeout}},
               {"--long", "", "", "also long messages, such as maps", &o.takes_long},
-              {"--bare", "", "", "plain messages in place of a topic's", &o.bare},
+              {"--plain", "", "", "plain messages in place of a topic's", &o.plain},
               profile_option(o.profile),
               {"--quiet", "-q", "", "print errors only on stderr", &o.quiet},
           })};
@@ -96,7 +96,7 @@ command table_of(echo_options& o) {
 std::string contradiction(const echo_options& o) {
   if (o.once && o.count > 1) return "--once and -n exclude each other";
   if (o.pretty + o.json + o.csv > 1) return "--pretty, --json and --csv exclude each other";
-  if (!o.bare && o.topics.empty() && (o.csv || o.pretty || o.once || o.count > 0 || !o.field.empty()))
+  if (!o.plain && o.topics.empty() && (o.csv || o.pretty || o.once || o.count > 0 || !o.field.empty()))
     return "a TOPIC is missing; without one the topics are listed, as text or with --json";
   const auto field = json_value{}.get<json_value>(o.field);
   if (!field && field.code() == errc::bad_argument)
@@ -222,7 +222,7 @@ class missing_publishers {
  public:
   missing_publishers(endpoint& hub, const remote& at, const echo_options& o, const console& to)
       : at_{at}, to_{to} {
-    if (o.bare || profile_of(o.profile) != peer_profile::standard) return; // Hop's programs know no topics
+    if (o.plain || profile_of(o.profile) != peer_profile::standard) return; // Hop's programs know no topics
     auto opened = hub.client<json_text, json_text>("/rosapi/publishers",
                                                    {.depth = static_cast<std::uint32_t>(o.topics.size())});
     if (!opened) return;
@@ -329,7 +329,7 @@ class printer {
   }
 
   std::string what() const {
-    if (chosen_.bare) return "plain message";
+    if (chosen_.plain) return "plain message";
     std::string text = "message on ";
     for (const std::string& topic : chosen_.topics) {
       text.append(&topic == &chosen_.topics.front() ? "" : " or ").append(printable(topic));
@@ -412,7 +412,7 @@ exit_code print_from(endpoint hub, const std::string& url, const echo_options& o
     to.note(counted(printing.odd_rows(), "message"), " had other members than the table");
   if (interrupt::seen() || lost > 0 || output_failed())
     to.note(counted(printing.printed(), "message"), lost == 0 ? std::string{} : joined(", lost ", lost));
-  if (lost > 0 && !o.bare && !o.takes_long)
+  if (lost > 0 && !o.plain && !o.takes_long)
     to.note("with --long, messages of more than ", short_bytes_max, " bytes are printed, too");
   if (lost > 0 && end == exit_code::done) return exit_code::lost;
   return end;
@@ -436,18 +436,18 @@ exit_code echo(argument_list arguments) {
   // So few are kept, however fast they come.
   const auto wanted = static_cast<std::uint64_t>(chosen.count);
   if (wanted != 0 && wanted <= queue_bytes / longest) chosen.takes_long = true;
-  if (!chosen.bare && chosen.takes_long) chosen.text_bytes_max = longest;
+  if (!chosen.plain && chosen.takes_long) chosen.text_bytes_max = longest;
   const std::size_t depth =
-      chosen.bare ? queue_depth : depth_for(chosen) * std::max<std::size_t>(chosen.topics.size(), 1);
+      chosen.plain ? queue_depth : depth_for(chosen) * std::max<std::size_t>(chosen.topics.size(), 1);
   bounds->lane_bytes = std::max(bounds->lane_bytes, depth * (chosen.text_bytes_max + std::size_t{1024}) +
                                                         std::size_t{64} * (short_bytes_max + 1024));
   endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
   if (const auto end = use(chosen.at, options, to)) return *end;
   auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
-  if (!chosen.bare && chosen.topics.empty()) return list_topics(std::move(hub).value(), url.url, chosen, to);
-  return chosen.bare ? print_from<plain_messages>(std::move(hub).value(), url.url, chosen, to)
-                     : print_from<subscriptions>(std::move(hub).value(), url.url, chosen, to);
+  if (!chosen.plain && chosen.topics.empty()) return list_topics(std::move(hub).value(), url.url, chosen, to);
+  return chosen.plain ? print_from<plain_messages>(std::move(hub).value(), url.url, chosen, to)
+                      : print_from<subscriptions>(std::move(hub).value(), url.url, chosen, to);
 }
 
 } // namespace rowe::tools

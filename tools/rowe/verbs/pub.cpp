@@ -56,7 +56,7 @@ struct pub_options {
   bool stamp = false;
   std::string type;
   bool latch = false;
-  bool bare = false;
+  bool plain = false;
   bool wait = false;
   std::optional<rt::duration> timeout;
   std::size_t profile = 0;
@@ -85,7 +85,7 @@ command table_of(pub_options& o) {
                      "until Ctrl-C"}}},
       .description =
           "Publishes a JSON object on a topic: once, or with -r again and again; with - each line of stdin\n"
-          "is one, with @FILE the whole file. With --bare it is sent as a plain message. The summary is on\n"
+          "is one, with @FILE the whole file. With --plain it is sent as a plain message. The summary is on\n"
           "stderr. If the server reports that a subscriber there cannot decode a message, it exits with 1. "
           "If\n"
           "a message was not sent within its time to live, or was dropped, it exits with 6. If nobody has\n"
@@ -96,9 +96,9 @@ command table_of(pub_options& o) {
           "plain message may have 60 KiB.\n",
       .operands = {url_operand(o.at.url),
                    {.name = "TOPIC",
-                    .meaning = "its name, such as /chatter; none with --bare",
+                    .meaning = "its name, such as /chatter; none with --plain",
                     .into = &o.topic,
-                    .left_out = &o.bare},
+                    .left_out = &o.plain},
                    {.name = "JSON|@FILE|-",
                     .meaning = "the message, or @map.json for that file, or - for the lines of stdin",
                     .into = &o.json}},
@@ -116,7 +116,7 @@ command table_of(pub_options& o) {
               {"--type", "", "TYPE", "the topic's type, such as std_msgs/String", &o.type},
               {"--latch", "", "", "late subscribers get the last message; stay for them until Ctrl-C",
                &o.latch},
-              {"--bare", "", "", "a plain message in place of a topic's", &o.bare},
+              {"--plain", "", "", "a plain message in place of a topic's", &o.plain},
               {"--wait", "-w", "", "wait until somebody has subscribed to the topic", &o.wait},
               {"--timeout", "", "TIME",
                "how long to wait for the connection, and for a subscriber (default: until Ctrl-C)",
@@ -128,7 +128,7 @@ command table_of(pub_options& o) {
 
 // How to raise the limit on a message's length.
 std::string_view remedy(const pub_options& o) noexcept {
-  return o.bare ? " as a plain message" : " (ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX raises that)";
+  return o.plain ? " as a plain message" : " (ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX raises that)";
 }
 
 // Reads the file that is named in place of the message. Returns what is wrong, if anything.
@@ -153,12 +153,12 @@ std::string read_file(pub_options& o) {
 std::string contradiction(const pub_options& o, std::string_view named) {
   if (o.once && o.count > 1) return "--once and -n exclude each other";
   if (o.once && o.rate) return "--once and -r exclude each other";
-  if (o.bare && o.latch) return "--latch is for topics, not for plain messages";
-  if (o.bare && !o.type.empty()) return "--type is for topics, not for plain messages";
-  if (o.bare && o.wait) return "--wait is for topics, not for plain messages";
+  if (o.plain && o.latch) return "--latch is for topics, not for plain messages";
+  if (o.plain && !o.type.empty()) return "--type is for topics, not for plain messages";
+  if (o.plain && o.wait) return "--wait is for topics, not for plain messages";
   if (o.wait && profile_of(o.profile) != peer_profile::standard)
     return "--wait is for the profile standard: Hop programs have no subscribers";
-  if (o.bare && o.ttl && o.timeout) {
+  if (o.plain && o.ttl && o.timeout) {
     return "--timeout and --ttl exclude each other: the time to live of a plain message includes waiting for "
            "the connection";
   }
@@ -408,11 +408,12 @@ template <class Target>
 exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, const console& to) {
   auto target = Target::open(hub, o);
   if (!target) {
-    to.error("cannot publish", o.bare ? "" : joined(" on ", quoted(o.topic)), ": ", target.error().message());
+    to.error("cannot publish", o.plain ? "" : joined(" on ", quoted(o.topic)), ": ",
+             target.error().message());
     return exit_code_of(target.error());
   }
   remote connection{hub, url, to};
-  if (!(o.bare && o.ttl)) {
+  if (!(o.plain && o.ttl)) {
     if (const auto end = connection.wait(o.timeout)) return *end;
   }
   sender<Target> sending{std::move(*target), connection, o, to};
@@ -442,12 +443,12 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
   if (!drained) to.error("at the end: ", drained.error().message());
 
   // The endpoint tells of plain messages one by one.
-  const std::uint64_t lost = o.bare ? sending.expired() : std::min(lost_here(hub), sending.sent());
-  const std::uint64_t sent = sending.sent() - (o.bare ? 0 : lost);
+  const std::uint64_t lost = o.plain ? sending.expired() : std::min(lost_here(hub), sending.sent());
+  const std::uint64_t sent = sending.sent() - (o.plain ? 0 : lost);
   if (const std::string refused = refusal_of(url, sending.longest_sent(), connection.error_reported());
       !refused.empty()) {
     to.error(refused);
-  } else if (!o.bare && (lost != 0 || cut_off) && sending.longest_sent() > short_bytes_max) {
+  } else if (!o.plain && (lost != 0 || cut_off) && sending.longest_sent() > short_bytes_max) {
     to.note("the longest message has ", sending.longest_sent(),
             " bytes, which the server must allow: its limit long_message_bytes_max is 1 MiB by default");
   }
@@ -470,7 +471,7 @@ exit_code pub(argument_list arguments) {
   to.be_quiet(chosen.quiet);
   auto bounds = limits_for("pub");
   if (!bounds) return exit_code::usage;
-  if (!chosen.bare) chosen.longest = std::max(short_bytes_max, bounds->long_message_bytes_max);
+  if (!chosen.plain) chosen.longest = std::max(short_bytes_max, bounds->long_message_bytes_max);
   const std::string named = quoted(chosen.from_file() ? chosen.json.substr(1) : chosen.json);
   if (chosen.from_file()) {
     if (const std::string wrong = read_file(chosen); !wrong.empty()) return usage_error("pub", wrong);
@@ -487,8 +488,8 @@ exit_code pub(argument_list arguments) {
   if (const auto end = use(chosen.at, options, to)) return *end;
   auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
-  return chosen.bare ? send_to<plain_messages>(std::move(hub).value(), url.url, chosen, to)
-                     : send_to<on_topic>(std::move(hub).value(), url.url, chosen, to);
+  return chosen.plain ? send_to<plain_messages>(std::move(hub).value(), url.url, chosen, to)
+                      : send_to<on_topic>(std::move(hub).value(), url.url, chosen, to);
 }
 
 } // namespace rowe::tools

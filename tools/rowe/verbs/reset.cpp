@@ -112,7 +112,7 @@ exit_code reset_from(endpoint hub, const reset_settings& o, const std::string& u
   if (const std::string why = text_member(answer, "refused"); !why.empty()) {
     to.error("NOT reset: ", refusal_words(why, state, o.number));
     if (why == "guards" && !silent_guards(state).empty()) {
-      to.note("to remove a guard: rowe call ", url, R"( /rowe/stop/lease '{"guard":"NAME","resign":true}')",
+      to.note("to remove a guard: rowe call ", url, R"( /rowe/stop/guard '{"guard":"NAME","resign":true}')",
               typed_again(o.at));
     }
     return exit_code::failed;

@@ -30,7 +30,7 @@ std::string names_in(std::string_view state, std::string_view list, Wanted&& wan
 // Who or what stopped it, to be read after "stopped".
 std::string cause_words(std::string_view cause, const std::string& source) {
   if (cause == "start") return " since it started";
-  if (cause == "lease") return joined(": the guard ", source, " fell silent or went away");
+  if (cause == "guard") return joined(": the guard ", source, " fell silent or went away");
   if (cause == "loop") return joined(": the loop ", source, " was late or ended");
   if (cause == "service") return joined(": the loop ", source, " found the service thread silent");
   return joined(" by ", source);

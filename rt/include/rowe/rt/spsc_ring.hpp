@@ -4,7 +4,7 @@
 // Modules, TOPLAS 1983) with two additions: each side keeps its own index in private memory, so that a push
 // loads no line that the other side has just fetched, and each side remembers the other's index as it last
 // saw it, so that it looks again only when the ring seems full (or empty). bench/hand_over.cpp
-// compares a round trip with the bare transfer of the lines.
+// compares a round trip with the plain transfer of the lines.
 //
 // Wait-free on both sides: try_push and try_pop are straight lines with one conditional second look, and
 // neither contains a loop. Each end is a type that is given out once, so there cannot be a second producer.

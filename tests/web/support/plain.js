@@ -7,7 +7,7 @@ import { WebSocket, WebSocketServer } from "ws";
 import { until } from "./watchdog.js";
 
 // One end of a connection: what came, and how it ended.
-export class bare_peer {
+export class plain_peer {
   constructor(socket, request) {
     this.socket = socket;
     this.request = request;  // of a server: the handshake's
@@ -23,7 +23,7 @@ export class bare_peer {
   }
 
   static async connect(url, ...how) {
-    const made = new bare_peer(new WebSocket(url, ...how));
+    const made = new plain_peer(new WebSocket(url, ...how));
     await once(made.socket, "open");
     return made;
   }
@@ -49,13 +49,13 @@ export class bare_peer {
 }
 
 // Listens; `on_message(message, peer)` for each.
-export class bare_server {
+export class plain_server {
   static async start({ on_message, port = 0, ...options } = {}) {
-    const made = new bare_server();
+    const made = new plain_server();
     made.peers = [];
     made.server = new WebSocketServer({ host: "127.0.0.1", port, ...options });
     made.server.on("connection", (socket, request) => {
-      const one = new bare_peer(socket, request);
+      const one = new plain_peer(socket, request);
       if (on_message) one.on_message = (message) => on_message(message, one);
       made.peers.push(one);
     });

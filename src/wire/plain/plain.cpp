@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wire/plain/bare.hpp"
+#include "wire/plain/plain.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include "wire/codec/time_to_live.hpp"
 #include "json/reading/reader.hpp"
 
-namespace rowe::wire::bare {
+namespace rowe::wire::plain {
 namespace {
 
 enum reserved : std::size_t { message_id, in_reply_to, ttl_ms, service, error, op };
@@ -170,4 +170,4 @@ void write_error(json::writer& out, std::string_view in_reply_to_raw, std::strin
   out.end_object();
 }
 
-} // namespace rowe::wire::bare
+} // namespace rowe::wire::plain

@@ -26,7 +26,7 @@
 #include "json/writing/splice.hpp"
 #include "json/writing/writer.hpp"
 
-namespace rowe::wire::bare {
+namespace rowe::wire::plain {
 
 // The first member `op` of a text. If it is a string, the text is rosbridge's.
 enum class op_member : std::uint8_t { none, text, other };
@@ -108,4 +108,4 @@ void write_reply(json::writer& out, std::string_view in_reply_to_raw, std::strin
 void write_error(json::writer& out, std::string_view in_reply_to_raw, std::string_view code,
                  std::string_view text) noexcept;
 
-} // namespace rowe::wire::bare
+} // namespace rowe::wire::plain

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The codec of the plain format (bare.hpp reads and writes the format). It has messages and calls, and no
+// The codec of the plain format (plain.hpp reads and writes the format). It has messages and calls, and no
 // topics.
 #pragma once
 #include "wire/codec/codec.hpp"
 
 namespace rowe::wire {
 
-class bare_codec final : public codec {
+class plain_codec final : public codec {
  public:
-  constexpr explicit bare_codec(codec_id id) noexcept
-      : codec{{.id = id, .name = "bare", .fails_as_refusal = true}} {}
+  constexpr explicit plain_codec(codec_id id) noexcept
+      : codec{{.id = id, .name = "plain", .fails_as_refusal = true}} {}
 
   // Of a plain message. Its shared text must begin with the brace.
   message_head head_of(const delivery& to) const noexcept override;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plain messages: `rowe echo --bare`, and the programs that send back what they receive."""
+"""Plain messages: `rowe echo --plain`, and the programs that send back what they receive."""
 import contextlib
 import json
 import os
@@ -25,13 +25,13 @@ class echoing(unittest.TestCase):
                            ((), ["a: 1.50", "---", "b: [1, 2]", "---"]),
                            (("--csv", "--field", "a", "-n", "1"), ["a", "1.50"])):
             count = ("-n", "2") if "-n" not in how else ()
-            with program("echo", self.there.url, "--bare", *how, *count) as echo, self.there.accept() as p:
+            with program("echo", self.there.url, "--plain", *how, *count) as echo, self.there.accept() as p:
                 p.send_text('{"a":1.50}')
                 p.send_text('{"b":[1,2]}')
                 self.assertEqual((echo.end(), echo.stdout, echo.stderr), (0, lines, []), how)
 
     def test_prints_calls_and_refuses_them(self):
-        with program("echo", self.there.url, "--bare", "--json", "--once") as echo, self.there.accept() as p:
+        with program("echo", self.there.url, "--plain", "--json", "--once") as echo, self.there.accept() as p:
             # It takes calls before its lane is open, and then knows nobody who answers (docs/roadmap.md).
             for _ in range(1000):
                 p.send({"service": "x", "message_id": "m7"})
@@ -45,7 +45,7 @@ class echoing(unittest.TestCase):
 
     def test_asks_for_nothing(self):
         def listens(time):
-            with listener() as there, program("echo", there.url, "--bare", "--timeout", time) as echo:
+            with listener() as there, program("echo", there.url, "--plain", "--timeout", time) as echo:
                 with contextlib.suppress(closed), there.accept() as p:  # closed: it has given up already
                     echo.code = echo.end()
                     with self.assertRaises(closed):
@@ -58,7 +58,7 @@ class echoing(unittest.TestCase):
         self.assertRegex(echo.stderr[-1], r"no plain message within \d+\.\d{3} s")
 
     def test_takes_no_topics_and_no_contradictions(self):
-        for words, says in ((("/t", "--bare"), "one argument too many: '/t'"),
+        for words, says in ((("/t", "--plain"), "one argument too many: '/t'"),
                             (("--csv", "--json", "/t"), "exclude"),
                             (("/t", "/u", "--csv"), "a table of one topic, not of 2"),
                             ([f"/{i}" for i in range(17)], "17 topics are too many: at most 16")):
@@ -67,7 +67,8 @@ class echoing(unittest.TestCase):
             self.assertIn(says, ended.stderr[0])
 
     def test_a_field_that_is_missing_is_named(self):
-        with program("echo", self.there.url, "--bare", "--field", "pose.y") as echo, self.there.accept() as p:
+        with (program("echo", self.there.url, "--plain", "--field", "pose.y") as echo,
+              self.there.accept() as p):
             p.send_text('{"pose":{"x":1}}')
             self.assertEqual((echo.end(), echo.stdout), (1, []))
             self.assertIn('the member "pose.y" is missing', echo.stderr[-1])
@@ -108,10 +109,10 @@ class sending_back(unittest.TestCase):
 
     def test_as_a_server_answers_the_program_s_own_calls(self):
         with self.server("--quiet") as (echo, port):
-            ended = run("call", f"127.0.0.1:{port}", "/x", '{"a":1}', "--bare")
+            ended = run("call", f"127.0.0.1:{port}", "/x", '{"a":1}', "--plain")
             self.assertEqual((ended.code, ended.stdout), (0, ['{"service":"/x","a":1}']), ended.stderr)
             self.assertEqual(run("call", f"127.0.0.1:{port}", "/x", "--repeat", "100").code, 0)
-            with program("pub", f"127.0.0.1:{port}", "--bare", "-", stdin=subprocess.PIPE) as pub:
+            with program("pub", f"127.0.0.1:{port}", "--plain", "-", stdin=subprocess.PIPE) as pub:
                 pub.process.stdin.write(b'{"a":1}\n' * 1000)
                 pub.process.stdin.close()
                 self.assertEqual(pub.end(), 0, pub.stderr)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wire/plain/bare.hpp"
+#include "wire/plain/plain.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +12,8 @@
 
 #include "json/reading/reader.hpp"
 
-namespace rowe::wire::bare {
-namespace bare_test {
+namespace rowe::wire::plain {
+namespace plain_test {
 namespace {
 
 constexpr name_limits limits{.name_bytes_max = 16, .id_bytes_max = 24};
@@ -57,7 +57,7 @@ std::string diagnostic_for(std::string text) { return decoded{std::move(text)}.d
 
 // Reading
 
-TEST(bare_decode, reads_the_papers_invocation_and_its_reply) {
+TEST(plain_decode, reads_the_papers_invocation_and_its_reply) {
   const decoded invocation{R"({"service":"add-two-numbers","a":38,"b":4,"message_id":"7.a"})"};
   EXPECT_EQ(invocation->what, verb::call);
   EXPECT_EQ(invocation->id_raw, R"("7.a")");
@@ -69,7 +69,7 @@ TEST(bare_decode, reads_the_papers_invocation_and_its_reply) {
   EXPECT_FALSE(reply->failed);
 }
 
-TEST(bare_decode, takes_everything_else_for_a_message) {
+TEST(plain_decode, takes_everything_else_for_a_message) {
   for (const char* text :
        {"{}", R"({"x":1,"service":"/lamp"})", "[]", "7", "\"message_id\"", "null", R"([{"message_id":1}])",
         R"({"x":{"message_id":1,"in_reply_to":2,"ttl_ms":-1}})"}) {
@@ -81,7 +81,7 @@ TEST(bare_decode, takes_everything_else_for_a_message) {
   }
 }
 
-TEST(bare_decode, says_what_the_first_member_named_op_is) {
+TEST(plain_decode, says_what_the_first_member_named_op_is) {
   const std::pair<const char*, op_member> texts[] = {{R"({"x":1,"op":"publish"})", op_member::text},
                                                      {R"({"x":1,"\u006fp":"publish"})", op_member::text},
                                                      {R"( {"op":"publish","op":1} )", op_member::text},
@@ -93,14 +93,14 @@ TEST(bare_decode, says_what_the_first_member_named_op_is) {
   for (const auto& [text, op] : texts) EXPECT_EQ(decoded{text}.op(), op) << text;
 }
 
-TEST(bare_decode, takes_an_object_with_both_ids_for_a_reply) {
+TEST(plain_decode, takes_an_object_with_both_ids_for_a_reply) {
   const decoded d{R"({"message_id":2,"in_reply_to":1,"service":"/s"})"};
   EXPECT_EQ(d->what, verb::reply);
   EXPECT_EQ(d->id_raw, "1");
   EXPECT_EQ(d->service, "");
 }
 
-TEST(bare_decode, takes_ids_of_either_kind_as_they_stand) {
+TEST(plain_decode, takes_ids_of_either_kind_as_they_stand) {
   for (const std::string raw : {R"("a\/\u0062\"")", "0", "-5", "9223372036854775807", "18446744073709551615",
                                 R"("")", R"("0123456789012345678901")"}) {
     EXPECT_EQ(
@@ -110,21 +110,21 @@ TEST(bare_decode, takes_ids_of_either_kind_as_they_stand) {
   }
 }
 
-TEST(bare_decode, understands_escapes_in_names_and_services) {
+TEST(plain_decode, understands_escapes_in_names_and_services) {
   const decoded d{R"({"m\u0065ssage_id":1,"s\u0065rvice":"\/caf\u00e9","ttl\u005fms":1})"};
   EXPECT_EQ(d->id_raw, "1");
   EXPECT_EQ(d->service, "/caf\xc3\xa9");
   EXPECT_EQ(d->ttl_ns, 1'000'000);
 }
 
-TEST(bare_decode, leaves_a_service_that_is_no_string_to_the_users) {
+TEST(plain_decode, leaves_a_service_that_is_no_string_to_the_users) {
   EXPECT_EQ(
       decoded { R"({"message_id":1,"service":{"name":"x"}})" } -> service, "");
   EXPECT_EQ(
       decoded { R"({"message_id":1,"service":7})" } -> service, "");
 }
 
-TEST(bare_decode, looks_at_a_service_only_in_an_invocation) {
+TEST(plain_decode, looks_at_a_service_only_in_an_invocation) {
   for (const char* text : {R"({"service":"012345678901234567"})", R"({"service":"","service":1})",
                            R"({"in_reply_to":1,"service":"a\nb"})"}) {
     EXPECT_EQ(
@@ -137,7 +137,7 @@ std::int64_t ttl_of(const std::string& milliseconds) {
   return decoded { "{\"ttl_ms\":" + milliseconds + "}" } -> ttl_ns;
 }
 
-TEST(bare_decode, takes_a_time_to_live_in_milliseconds) {
+TEST(plain_decode, takes_a_time_to_live_in_milliseconds) {
   EXPECT_EQ(ttl_of("0"), 0);
   EXPECT_EQ(ttl_of("-0.0"), 0);
   EXPECT_EQ(ttl_of("250"), 250'000'000);
@@ -146,13 +146,13 @@ TEST(bare_decode, takes_a_time_to_live_in_milliseconds) {
   EXPECT_EQ(ttl_of("9e12"), 9'000'000'000'000'000'000);
 }
 
-TEST(bare_decode, takes_a_time_to_live_that_no_clock_can_hold_for_none) {
+TEST(plain_decode, takes_a_time_to_live_that_no_clock_can_hold_for_none) {
   EXPECT_EQ(ttl_of("9.3e12"), unlimited);
   EXPECT_EQ(ttl_of("1e300"), unlimited);
   EXPECT_EQ(ttl_of("99999999999999999999"), unlimited);
 }
 
-TEST(bare_decode, tells_a_refusal_from_an_ordinary_reply) {
+TEST(plain_decode, tells_a_refusal_from_an_ordinary_reply) {
   const decoded failed{
       R"({"error":{"code":"no_s\u0065rvice","text":"there is \"none\""},"in_reply_to":"7"})"};
   EXPECT_TRUE(failed->failed);
@@ -165,7 +165,7 @@ TEST(bare_decode, tells_a_refusal_from_an_ordinary_reply) {
       decoded { R"({"in_reply_to":1,"error":{"code":"x","text":7}})" } -> body_raw, "");
 }
 
-TEST(bare_decode, leaves_other_errors_to_the_users) {
+TEST(plain_decode, leaves_other_errors_to_the_users) {
   const std::string long_code(code_bytes_max + 1, 'c');
   for (const std::string& error : {std::string{"null"}, std::string{R"("code")"}, std::string{"{}"},
                                    std::string{R"(["code"])"}, std::string{R"({"code":404,"text":"x"})"},
@@ -183,7 +183,7 @@ struct wrong {
   const char* diagnostic;
 };
 
-TEST(bare_decode, refuses_with_a_diagnostic_that_names_member_value_and_limit) {
+TEST(plain_decode, refuses_with_a_diagnostic_that_names_member_value_and_limit) {
   constexpr wrong table[] = {
       {R"({"message_id":1.5})", R"(the member "message_id" must be a string or an integer; it is 1.5)"},
       {R"({"message_id":null})", R"(the member "message_id" must be a string or an integer; it is null)"},
@@ -217,7 +217,7 @@ TEST(bare_decode, refuses_with_a_diagnostic_that_names_member_value_and_limit) {
   for (const wrong& row : table) EXPECT_EQ(diagnostic_for(row.text), row.diagnostic) << row.text;
 }
 
-TEST(bare_decode, keeps_the_id_for_the_answer_to_a_refusal) {
+TEST(plain_decode, keeps_the_id_for_the_answer_to_a_refusal) {
   const decoded service{R"({"service":"","message_id":"a"})"};
   EXPECT_EQ(service.as_far_as_read().what, verb::call);
   EXPECT_EQ(service.as_far_as_read().id_raw, R"("a")");
@@ -231,7 +231,7 @@ TEST(bare_decode, keeps_the_id_for_the_answer_to_a_refusal) {
   EXPECT_EQ(which.as_far_as_read().id_raw, "");
 }
 
-TEST(bare_decode, never_cuts_a_diagnostic_within_the_room_it_asks_for) {
+TEST(plain_decode, never_cuts_a_diagnostic_within_the_room_it_asks_for) {
   const std::string long_text(200, 'v');
   for (int kind = 0; kind <= static_cast<int>(refusal::kind::bad_characters); ++kind) {
     const refusal worst{.what = static_cast<refusal::kind>(kind),
@@ -247,14 +247,14 @@ TEST(bare_decode, never_cuts_a_diagnostic_within_the_room_it_asks_for) {
   }
 }
 
-TEST(bare_reserved, finds_the_member_that_a_user_may_not_use) {
+TEST(plain_reserved, finds_the_member_that_a_user_may_not_use) {
   EXPECT_EQ(find_reserved(R"({"a":1,"op":2})"), 7U);
   EXPECT_EQ(find_reserved(R"( { "message_id":1})"), 3U);
   EXPECT_EQ(find_reserved(R"({"in_reply_to":1})"), 1U);
   EXPECT_EQ(find_reserved(R"({"\u006fp":1})"), 1U);
 }
 
-TEST(bare_reserved, finds_nothing_in_what_is_free_to_use) {
+TEST(plain_reserved, finds_nothing_in_what_is_free_to_use) {
   for (const char* text : {"{}", R"({"service":"x","ttl_ms":1,"error":1,"Op":1,"opp":1})",
                            R"({"x":{"op":1}})", R"(["op"])", R"("op")", "7"}) {
     EXPECT_FALSE(find_reserved(text)) << text;
@@ -277,7 +277,7 @@ std::string invocation(std::string_view object, std::string_view id) {
   return written([&](json::writer& w) { write_invocation(w, object, id); });
 }
 
-TEST(bare_write, adds_an_id_to_an_object) {
+TEST(plain_write, adds_an_id_to_an_object) {
   EXPECT_EQ(invocation(R"({"service":"add","a":38})", "7"), R"({"service":"add","a":38,"message_id":"7"})");
   EXPECT_EQ(invocation("{}", "7"), R"({"message_id":"7"})");
   EXPECT_EQ(invocation("{ \n}", "7"), R"({"message_id":"7"})");
@@ -290,13 +290,13 @@ std::string call(std::string_view body) {
       [&](json::writer& w) { write_call(w, "/a\"dd", "7.1", [body](json::writer& b) { b.raw(body); }); });
 }
 
-TEST(bare_write, writes_a_call_around_its_body) {
+TEST(plain_write, writes_a_call_around_its_body) {
   EXPECT_EQ(call(R"({"a":1,"b":[2]})"), R"({"service":"/a\"dd","a":1,"b":[2],"message_id":"7.1"})");
   EXPECT_EQ(call("{}"), R"({"service":"/a\"dd","message_id":"7.1"})");
   EXPECT_EQ(call("5"), R"({"service":"/a\"dd","args":5,"message_id":"7.1"})");
 }
 
-TEST(bare_write, writes_a_reply_around_its_body) {
+TEST(plain_write, writes_a_reply_around_its_body) {
   const auto reply = [](std::string_view value) {
     return written([value](json::writer& w) { write_reply(w, R"("i\/d")", value); });
   };
@@ -315,7 +315,7 @@ TEST(bare_write, writes_a_reply_around_its_body) {
             R"({"sum":42,"in_reply_to":7})");
 }
 
-TEST(bare_write, writes_an_error_with_and_without_an_id) {
+TEST(plain_write, writes_an_error_with_and_without_an_id) {
   EXPECT_EQ(written([](json::writer& w) { write_error(w, "7", "no_service", "a \"b\""); }),
             R"({"error":{"code":"no_service","text":"a \"b\""},"in_reply_to":7})");
   EXPECT_EQ(written([](json::writer& w) { write_error(w, "", "malformed", "x"); }),
@@ -326,21 +326,21 @@ std::string delivered(std::string_view args) {
   return written([args](json::writer& w) { write_delivered_call(w, "/add", args, "7"); });
 }
 
-TEST(bare_write, delivers_a_rosbridge_call_as_an_invocation) {
+TEST(plain_write, delivers_a_rosbridge_call_as_an_invocation) {
   EXPECT_EQ(delivered(R"({"a":1,"b":2})"), R"({"service":"/add","a":1,"b":2,"message_id":"7"})");
   EXPECT_EQ(delivered("{}"), R"({"service":"/add","message_id":"7"})");
   EXPECT_EQ(delivered(""), R"({"service":"/add","message_id":"7"})");
   EXPECT_EQ(delivered("[1,2]"), R"({"service":"/add","args":[1,2],"message_id":"7"})");
 }
 
-TEST(bare_write, keeps_arguments_apart_that_would_be_mistaken_for_the_envelope) {
+TEST(plain_write, keeps_arguments_apart_that_would_be_mistaken_for_the_envelope) {
   for (const std::string name : {"service", "op", "message_id", "in_reply_to", "m\\u0065ssage_id"}) {
     const std::string args = R"({"a":1,")" + name + R"(":2})";
     EXPECT_EQ(delivered(args), R"({"service":"/add","args":)" + args + R"(,"message_id":"7"})");
   }
 }
 
-TEST(bare_write, keeps_bodies_apart_that_have_its_own_members) {
+TEST(plain_write, keeps_bodies_apart_that_have_its_own_members) {
   for (const std::string name : {"service", "op", "message_id", "in_reply_to", "m\\u0065ssage_id"}) {
     const std::string body = R"({"a":1,")" + name + R"(":2})";
     EXPECT_EQ(call(body), R"({"service":"/a\"dd","args":)" + body + R"(,"message_id":"7.1"})");
@@ -350,7 +350,7 @@ TEST(bare_write, keeps_bodies_apart_that_have_its_own_members) {
   }
 }
 
-TEST(bare_write, writes_what_it_can_read) {
+TEST(plain_write, writes_what_it_can_read) {
   const std::string service = "/\xc3\xa9\"\\/x";
   const decoded called{written([&](json::writer& w) {
     write_call(w, service, "i\"d", [](json::writer& b) { b.raw(R"({"ttl_ms":5})"); });
@@ -367,7 +367,7 @@ TEST(bare_write, writes_what_it_can_read) {
   EXPECT_EQ(answered->body_raw, R"("late")");
 }
 
-TEST(bare_write, writes_all_or_says_that_it_does_not_fit) {
+TEST(plain_write, writes_all_or_says_that_it_does_not_fit) {
   const auto all = [](json::writer& w) {
     w.begin_array();
     write_invocation(w, R"({"a":1})", "7");
@@ -388,5 +388,5 @@ TEST(bare_write, writes_all_or_says_that_it_does_not_fit) {
 }
 
 } // namespace
-} // namespace bare_test
-} // namespace rowe::wire::bare
+} // namespace plain_test
+} // namespace rowe::wire::plain

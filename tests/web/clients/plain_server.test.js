@@ -2,7 +2,7 @@
 // The npm package ws as a server that speaks plain JSON, with rowe's programs as its clients.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { bare_server } from "../support/bare.js";
+import { plain_server } from "../support/plain.js";
 import { free_port } from "../support/port.js";
 import { program, rowe, until_connected } from "../support/program.js";
 import { until } from "../support/watchdog.js";
@@ -11,7 +11,7 @@ const limit = { timeout: 60000 };
 
 // Runs `play(server)` with a server of its own.
 async function with_server(options, play) {
-  const server = await bare_server.start(options);
+  const server = await plain_server.start(options);
   try {
     await play(server);
   } finally {
@@ -24,7 +24,7 @@ const add = ({ service, a, b, message_id }, peer) => {
   peer.send({ result: a + b, in_reply_to: message_id });
 };
 const paper_call = (url, ...more) =>
-  rowe("call", url, "add-two-numbers", '{"a":38,"b":4}', "--bare", ...more);
+  rowe("call", url, "add-two-numbers", '{"a":38,"b":4}', "--plain", ...more);
 const fails = ({ code, stdout, stderr }, expected, words) => {
   assert.equal(code, expected, stderr);
   assert.equal(stdout, "");
@@ -104,14 +104,14 @@ test("a refusal, silence and a lost connection are told apart", limit, async () 
 });
 
 test("what it says is printed, across a restart", limit, async () => {
-  let server = await bare_server.start({ port: await free_port() });
-  const echo = program.rowe("echo", server.url, "--bare", "--json", "-n", "4");
+  let server = await plain_server.start({ port: await free_port() });
+  const echo = program.rowe("echo", server.url, "--plain", "--json", "-n", "4");
   const said = ['{"n":1}', '{"n":2.0,"text":"\u00e9"}', '{"n":3}', '{"n":4}'];
   const first = await server.peer();
   for (const text of said.slice(0, 2)) first.socket.send(text);
   await echo.line(/"n":2.0/);
   await server.close();
-  server = await bare_server.start({ port: server.port });
+  server = await plain_server.start({ port: server.port });
   const second = await server.peer();
   for (const text of said.slice(2)) second.socket.send(text);
   assert.equal(await echo.end(), 0, echo.stderr);
@@ -123,7 +123,7 @@ test("it gets what is published, while it is not too old", limit, async () => {
   await with_server({}, async (server) => {
     const texts = ['{"x":1.50}', '{"name":"\u00e9/\u{1f916}"}'];
     for (const text of texts) {
-      const { code, stderr } = await rowe("pub", server.url, text, "--bare", "--once");
+      const { code, stderr } = await rowe("pub", server.url, text, "--plain", "--once");
       assert.equal(code, 0, stderr);
     }
     await until("both", () => server.messages.length === 2);
@@ -131,11 +131,11 @@ test("it gets what is published, while it is not too old", limit, async () => {
   });
 
   // Nobody is there in time; then somebody is, who gets what has no end and not what is over.
-  const gone = await bare_server.start({ port: await free_port() });
+  const gone = await plain_server.start({ port: await free_port() });
   await gone.close();
-  const late = await rowe("pub", gone.url, '{"late":1}', "--bare", "--once", "--ttl", "50ms");
+  const late = await rowe("pub", gone.url, '{"late":1}', "--plain", "--once", "--ttl", "50ms");
   assert.notEqual(late.code, 0);
-  const patient = program.rowe("pub", gone.url, '{"patient":1}', "--bare", "--once", "--ttl", "60s");
+  const patient = program.rowe("pub", gone.url, '{"patient":1}', "--plain", "--once", "--ttl", "60s");
   await with_server({ port: gone.port }, async (server) => {
     assert.equal(await patient.end(), 0, patient.stderr);
     await until("what could wait", () => server.messages.length > 0);
@@ -146,12 +146,12 @@ test("it gets what is published, while it is not too old", limit, async () => {
 });
 
 test("rowe's client closes, and sees that the server does", limit, () => with_server({}, async (server) => {
-  const echo = program.rowe("echo", server.url, "--bare", "--json");
+  const echo = program.rowe("echo", server.url, "--plain", "--json");
   const peer = await server.peer();
   assert.equal(await echo.end("SIGINT"), 130, echo.stderr);  // before any result
   assert.equal((await peer.end()).code, 1001);
 
-  const other = program.rowe("echo", server.url, "--bare", "--json", "-n", "1");
+  const other = program.rowe("echo", server.url, "--plain", "--json", "-n", "1");
   const leaves = await server.peer(2);
   leaves.socket.close(1001, "back soon");
   assert.equal((await leaves.end()).code, 1001);

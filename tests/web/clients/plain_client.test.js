@@ -3,7 +3,7 @@
 // and answers each call with itself.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { bare_peer } from "../support/bare.js";
+import { plain_peer } from "../support/plain.js";
 import { program } from "../support/program.js";
 import { until } from "../support/watchdog.js";
 
@@ -22,7 +22,7 @@ after(() => server.end("SIGTERM"));
 
 // Runs `play(peer)` on a connection of its own.
 async function with_peer(play, ...how) {
-  const peer = await bare_peer.connect(url, ...how);
+  const peer = await plain_peer.connect(url, ...how);
   try {
     await play(peer);
   } finally {
@@ -145,7 +145,7 @@ test("what is no message is answered, and harms nobody", limit, () => with_peer(
 }));
 
 test("a server that ends says so", limit, async () => {
-  const ours = await bare_peer.connect(url);
+  const ours = await plain_peer.connect(url);
   ours.send({ a: 1 });
   await comes_back(ours, '{"a":1}');
   assert.equal(await server.end("SIGTERM"), 0, server.stderr);

@@ -14,14 +14,14 @@
 #include <vector>
 
 #include "fuzz/require.hpp"
-#include "wire/plain/bare.hpp"
+#include "wire/plain/plain.hpp"
 #include "json/reading/reader.hpp"
 #include "json/writing/writer.hpp"
 
 namespace {
 
 using namespace rowe::wire;
-using namespace rowe::wire::bare;
+using namespace rowe::wire::plain;
 namespace json = rowe::json;
 using json::reader;
 using rowe::fuzz::require;
