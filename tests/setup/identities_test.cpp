@@ -90,7 +90,7 @@ TEST(identities, values_of_several_lines_go_with_them) {
 TEST(identities, that_would_not_be_taken_are_not_added) {
   identities_text in = read(table("a", '1'));
   const std::string before = in.text();
-  EXPECT_NE(in.add(who("a", "driver", '2')).find("there twice"), std::string::npos);
+  EXPECT_NE(in.add(who("a", "driver", '2')).find("defined twice"), std::string::npos);
   EXPECT_NE(in.add(who("b", "pilot", '2')).find("no role"), std::string::npos);
   EXPECT_NE(in.add(who("b c", "driver", '2')).find("64 letters"), std::string::npos);
   EXPECT_NE(in.add(who("b\"\n[x]", "driver", '2')), "");

@@ -158,7 +158,7 @@ VARIANTS = (
       CPU + "cpu3/topology/thread_siblings_list": "3\n"}, {}),
     ("siblings", "unseen", "thread_siblings_list", {CPU + "smt/active": "1\n"}, {}),
     ("siblings", "unseen", "smt/active", {CPU + "smt": None}, {}),
-    ("capacity", "info", "not told", {}, {}),
+    ("capacity", "info", "not reported", {}, {}),
     ("capacity", "ok", "full (1024)", {CPU + f"cpu{n}/cpu_capacity": "1024\n" for n in range(4)}, {}),
     ("capacity", "warn", "cpu 3: 446 of 1024",
      {CPU + "cpu2/cpu_capacity": "1024\n", CPU + "cpu3/cpu_capacity": "446\n"}, {}),
