@@ -481,16 +481,20 @@ rules = (
     links_lead_somewhere, words_are_the_fields, *inside.rules)
 
 
-def check(root):
-    """All findings, sorted."""
+def found_by_rules(root):
+    """What each rule finds, in their order."""
     t = tree(root)
+    return [list(rule(t)) for rule in rules]
+
+
+def without_exempt(found_by):
+    """All findings that are not excused, sorted."""
     found, used = [], set()
-    for rule in rules:
-        for one in rule(t):
-            if (one.path, one.rule) in exempt:
-                used.add((one.path, one.rule))
-            else:
-                found.append(one)
+    for one in (one for found_by_rule in found_by for one in found_by_rule):
+        if (one.path, one.rule) in exempt:
+            used.add((one.path, one.rule))
+        else:
+            found.append(one)
     stale = sorted(set(exempt) - used)
     found += [finding(path, 1, "exempt", f"nothing is excused from {rule} any more") for path, rule in stale]
     return sorted(found)
@@ -498,7 +502,8 @@ def check(root):
 
 if __name__ == "__main__":
     here = os.path.dirname(os.path.abspath(__file__))
-    offences = check(sys.argv[1] if len(sys.argv) > 1 else os.path.join(here, "..", ".."))
+    top = sys.argv[1] if len(sys.argv) > 1 else os.path.join(here, "..", "..")
+    offences = without_exempt(found_by_rules(top))
     for one in offences:
         print(f"{one.path}:{one.line}: {one.rule}: {one.what}")
     sys.exit(1 if offences else 0)
