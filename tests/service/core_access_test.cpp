@@ -134,8 +134,7 @@ TEST(access_of_a_client, does_not_ask_its_server_for_a_role) {
   on.cycle();
   peer server{on, rowe::service::side::client, "10.0.0.1:9090"};
   on.cycle();
-  server.say(R"({"op":"publish","topic":"/odom","msg":{}})");
-  on.cycles(2);
+  server.tell(R"({"op":"publish","topic":"/odom","msg":{}})", 2);
   EXPECT_EQ(on.count(counter::denied), 0U);
 }
 

@@ -58,8 +58,7 @@ TEST_F(core_client, announces_its_handles_when_it_is_connected_and_masks_its_fra
   on.offer(pair_kind::subscribe_text, "/in", 100);
   on.cycle();
   peer server{on, side::client};
-  on.cycles(2);
-  const auto heard = server.hear();
+  const auto heard = server.hear_after(2);
   EXPECT_EQ(server.violated, ""); // unmasked frames would be
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_NE(heard[0].find(R"("op":"advertise")"), std::string::npos);
@@ -85,11 +84,9 @@ TEST_F(core_client, tells_its_handles_the_statistics_of_its_server_and_never_its
   auto& seen = on.offer(pair_kind::subscribe_text, "/rowe/stats", 4000);
   on.cycle();
   peer server{on, side::client};
-  on.cycles(300);
-  EXPECT_EQ(server.hear().size(), 1U); // that it subscribes
+  EXPECT_EQ(server.hear_after(300).size(), 1U); // that it subscribes
   EXPECT_EQ(taken(seen), texts{});
-  server.say(R"({"op":"publish","topic":"/rowe/stats","msg":{"name":"hub"}})");
-  on.cycles(300);
+  server.tell(R"({"op":"publish","topic":"/rowe/stats","msg":{"name":"hub"}})", 300);
   EXPECT_EQ(taken(seen), texts{R"({"name":"hub"})"});
 }
 
@@ -100,8 +97,7 @@ TEST_F(core_client, tells_its_handles_the_stop_of_its_server_and_never_its_own) 
   peer server{on, side::client};
   on.cycles(500);
   EXPECT_EQ(taken(seen), texts{});
-  server.say(R"({"op":"publish","topic":"/rowe/stop/state","msg":{"state":"running"}})");
-  on.cycles(500);
+  server.tell(R"({"op":"publish","topic":"/rowe/stop/state","msg":{"state":"running"}})", 500);
   EXPECT_EQ(taken(seen), texts{R"({"state":"running"})"});
 }
 
@@ -109,12 +105,10 @@ TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_th
   peer server{on, side::client};
   on.cycle();
   auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
-  on.cycles(2);
-  EXPECT_EQ(server.hear().size(), 1U);
+  EXPECT_EQ(server.hear_after(2).size(), 1U);
   publish(pair, "{\"n\":1}");
   pair.lifecycle.close();
-  on.cycles(3);
-  const auto heard = server.hear();
+  const auto heard = server.hear_after(3);
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_EQ(heard[0], R"({"op":"publish","topic":"/out","msg":{"n":1}})");
   EXPECT_NE(heard[1].find(R"("op":"unadvertise")"), std::string::npos);
@@ -124,8 +118,7 @@ TEST_F(core_client, publishes_to_the_server_without_being_asked) {
   auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
   on.cycle();
   peer server{on, side::client};
-  on.cycle();
-  (void)server.hear();
+  (void)server.hear_after(1);
   for (const char* text : {"{\"n\":1}", "{\"n\":2}", "{\"n\":3}"}) publish(pair, text);
   on.cycle();
   EXPECT_EQ(server.hear(), (texts{R"({"op":"publish","topic":"/out","msg":{"n":1}})",
@@ -137,8 +130,7 @@ TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it)
   auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
   on.cycle();
   peer server{on, side::client};
-  on.cycle();
-  (void)server.hear();
+  (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 5;
   publish(pair, "{\"n\":12345}");
   publish(pair, "{\"n\":67890}");
@@ -156,8 +148,7 @@ TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
   auto& inbox = on.offer(pair_kind::subscribe_text, "/in", 100);
   on.cycle();
   peer server{on, side::client};
-  server.say(R"({"op":"publish","topic":"\/in","msg":{"data":0.1}})");
-  on.cycles(2);
+  server.tell(R"({"op":"publish","topic":"\/in","msg":{"data":0.1}})", 2);
   const auto slot = inbox.user.in.ring->try_pop();
   ASSERT_TRUE(slot);
   EXPECT_EQ(std::string(reinterpret_cast<const char*>(inbox.user.in.memory.value(*slot)),
@@ -169,8 +160,7 @@ TEST_F(core_client, leaves_in_the_queue_pair_what_the_server_does_not_read_so_th
   auto& pair = on.offer(pair_kind::publish_text, "/out", 100, {.depth = 32});
   on.cycle();
   peer server{on, side::client};
-  on.cycle();
-  (void)server.hear();
+  (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 0;
   int accepted = 0;
   for (int i = 0; i < 200; ++i) {
@@ -182,8 +172,7 @@ TEST_F(core_client, leaves_in_the_queue_pair_what_the_server_does_not_read_so_th
   EXPECT_EQ(accepted, 16 + 32); // queue_depth_max towards the server, and the queue pair's own
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
   on.net.link_of(server.id()).capacity_bytes = 1 << 20;
-  on.cycles(20);
-  EXPECT_EQ(server.hear().size(), static_cast<std::size_t>(accepted));
+  EXPECT_EQ(server.hear_after(20).size(), static_cast<std::size_t>(accepted));
 }
 
 TEST_F(core_client, counts_what_a_subscriber_does_not_take_and_what_does_not_fit) {
@@ -202,8 +191,7 @@ TEST_F(core_client, never_answers_a_server_and_shows_its_status) {
   server.say(R"({"op":"status","level":"error","msg":"no such topic"})");
   server.say(R"({"op":"subscribe","topic":"/x"})");
   server.say("nonsense");
-  on.cycles(2);
-  EXPECT_TRUE(server.hear().empty());
+  EXPECT_TRUE(server.hear_after(2).empty());
   bool shown = false;
   while (const auto what = on.shared.try_event()) {
     shown = shown || what->what_kind == rowe::event::kind::status_from_peer;
@@ -232,8 +220,7 @@ TEST_F(core_client, starts_afresh_after_a_lost_connection) {
   auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
   on.cycle();
   peer server{on, side::client};
-  on.cycle();
-  (void)server.hear();
+  (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 3;
   publish(pair, "{\"n\":1}");
   on.cycle();
@@ -243,8 +230,7 @@ TEST_F(core_client, starts_afresh_after_a_lost_connection) {
   on.cycles(300);
   EXPECT_EQ(on.net.attempts(), before + 1);
   peer again{on, side::client};
-  on.cycles(2);
-  EXPECT_EQ(again.hear().size(), 1U); // the advertisement; nothing of what was queued for the old one
+  EXPECT_EQ(again.hear_after(2).size(), 1U); // the advertisement; nothing of what was queued for the old one
   EXPECT_EQ(again.violated, "");
   publish(pair, "{\"n\":2}");
   on.cycle();

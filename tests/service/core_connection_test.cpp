@@ -9,12 +9,10 @@ namespace {
 TEST_F(core_test, answers_a_ping_and_a_close) {
   peer p{on};
   p.send(rowe::wire::opcode::ping, "are you there");
-  on.cycle();
-  (void)p.hear();
+  (void)p.hear_after(1);
   EXPECT_EQ(p.pongs, 1);
   p.send(rowe::wire::opcode::close, std::string_view{"\x03\xe8", 2});
-  on.cycle();
-  (void)p.hear();
+  (void)p.hear_after(1);
   EXPECT_EQ(p.close_code, 1000);
   EXPECT_TRUE(p.cut());
 }
@@ -62,8 +60,7 @@ TEST_F(core_test, has_room_for_its_close_frame_behind_pongs) {
   for (int i = 0; i < 10; ++i) p.send(rowe::wire::opcode::ping, std::string(125, 'x'));
   const std::byte reserved[] = {std::byte{0xf1}, std::byte{0x80}, {}, {}, {}, {}};
   p.send_raw(reserved);
-  on.cycle();
-  p.hear();
+  p.hear_after(1);
   EXPECT_EQ(p.close_code, 1002);
 }
 
@@ -71,20 +68,17 @@ TEST_F(core_test, writes_what_it_has_answered_before_it_answers_a_close) {
   peer p{on};
   p.say(R"({"op":"call_service","id":"1","service":"/rosapi/services"})");
   p.send(rowe::wire::opcode::close, std::string("\x03\xe8", 2));
-  on.cycle();
-  EXPECT_EQ(p.hear().size(), 1U);
+  EXPECT_EQ(p.hear_after(1).size(), 1U);
   EXPECT_EQ(p.close_code, 1000);
 }
 
 TEST_F(core_test, writes_nothing_after_its_close_frame) {
   auto& pair = advertise_pose(on);
   peer p{on};
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  p.tell(R"({"op":"subscribe","topic":"/pose"})");
   ASSERT_TRUE(publish(on, pair, {1, 0}));
   p.send(rowe::wire::opcode::close, "");
-  on.cycles(2);
-  EXPECT_TRUE(p.hear().empty());
+  EXPECT_TRUE(p.hear_after(2).empty());
   EXPECT_EQ(p.violated, "");
 }
 
@@ -92,17 +86,14 @@ TEST_F(core_test, closes_a_connection_that_breaks_the_protocol_with_the_code_for
   peer p{on};
   const std::byte unmasked[] = {std::byte{0x81}, std::byte{1}, std::byte{'x'}};
   p.send_raw(unmasked);
-  on.cycle();
-  (void)p.hear();
+  (void)p.hear_after(1);
   EXPECT_EQ(p.close_code, 1002);
   EXPECT_EQ(on.count(counter::violations), 1U);
 }
 
 TEST_F(core_test, refuses_a_message_larger_than_its_limit_with_1009) {
   peer p{on};
-  p.say(std::string(9000, ' '));
-  on.cycle();
-  (void)p.hear();
+  (void)p.ask(std::string(9000, ' '));
   EXPECT_EQ(p.close_code, 1009);
 }
 
@@ -177,8 +168,7 @@ TEST_F(core_test, cuts_a_peer_that_does_not_finish_its_message_though_it_goes_on
 TEST_F(core_test, gives_everything_back_when_a_peer_vanishes_in_the_middle_of_a_frame) {
   auto& pair = advertise_pose(on);
   peer p{on};
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  p.tell(R"({"op":"subscribe","topic":"/pose"})");
   on.net.link_of(p.id()).capacity_bytes = 10;
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
@@ -202,8 +192,7 @@ TEST_F(core_test, understands_messages_however_their_bytes_arrive) {
 TEST_F(core_test, continues_a_frame_where_the_socket_stopped_taking_it) {
   auto& pair = advertise_pose(on);
   peer p{on};
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  p.tell(R"({"op":"subscribe","topic":"/pose"})");
   on.net.link_of(p.id()).capacity_bytes = 3;
   texts heard;
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
@@ -242,9 +231,7 @@ TEST_F(core_test, publishes_its_statistics_at_their_period_while_somebody_listen
   EXPECT_NE(reports.back().find(R"("topic":"/pose","type":"test/Pose")"), std::string::npos)
       << reports.back();
   EXPECT_NE(reports.back().find(R"("losses":{"full":0)"), std::string::npos) << reports.back();
-  p.say(R"({"op":"unsubscribe","topic":"/rowe/stats"})");
-  on.cycle();
-  EXPECT_LE(p.hear().size(), 1U);
+  EXPECT_LE(p.ask(R"({"op":"unsubscribe","topic":"/rowe/stats"})").size(), 1U);
   on.cycles(300);
   for (const auto& text : p.hear()) EXPECT_EQ(text.find("stats"), std::string::npos);
 }
@@ -252,12 +239,10 @@ TEST_F(core_test, publishes_its_statistics_at_their_period_while_somebody_listen
 TEST_F(core_test, counts_rates_from_the_time_somebody_listens_to_them) {
   auto& pair = advertise_pose(on);
   peer p{on};
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  p.tell(R"({"op":"subscribe","topic":"/pose"})");
   for (int i = 0; i < 500; ++i) {
     ASSERT_TRUE(publish(on, pair, {1, 0}));
-    on.cycle();
-    (void)p.hear();
+    (void)p.hear_after(1);
   }
   p.say(R"({"op":"subscribe","topic":"/rowe/stats"})");
   std::string report;
@@ -281,9 +266,8 @@ struct rate_report {
   double over_s = -1;
   double gap_ms = -1;
 };
-rate_report rate_of_pose(core_harness& on, peer& p) {
-  p.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
-  on.cycle();
+rate_report rate_of_pose(peer& p) {
+  p.tell(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
   for (const auto& text : p.hear()) {
     if (text.find("service_response") == std::string::npos) continue;
     const auto number = [&](std::string_view key, std::size_t from) {
@@ -310,7 +294,7 @@ TEST_F(core_test, reports_rates_of_the_last_seconds_though_nobody_subscribed_to_
     on.cycle(10ms);
     (void)p.hear();
   }
-  const rate_report busy = rate_of_pose(on, p);
+  const rate_report busy = rate_of_pose(p);
   EXPECT_GE(busy.over_s, 1);
   EXPECT_LE(busy.over_s, 2.1);
   EXPECT_NEAR(busy.hz, 100, 5);
@@ -319,7 +303,7 @@ TEST_F(core_test, reports_rates_of_the_last_seconds_though_nobody_subscribed_to_
     on.cycle(100ms);
     (void)p.hear();
   }
-  EXPECT_EQ(rate_of_pose(on, p).hz, 0);
+  EXPECT_EQ(rate_of_pose(p).hz, 0);
 }
 
 TEST_F(core_test, reports_the_same_rates_while_somebody_subscribes_to_them) {
@@ -333,7 +317,7 @@ TEST_F(core_test, reports_the_same_rates_while_somebody_subscribes_to_them) {
     on.cycle(10ms);
     (void)p.hear();
   }
-  const rate_report both = rate_of_pose(on, p);
+  const rate_report both = rate_of_pose(p);
   EXPECT_GE(both.over_s, 1);
   EXPECT_NEAR(both.hz, 100, 5);
   EXPECT_NEAR(both.gap_ms, 10, 1);
@@ -355,8 +339,7 @@ TEST_F(core_test, has_nothing_to_wake_for_without_peers) {
 TEST_F(core_test, must_look_at_lanes_while_somebody_listens) {
   advertise_pose(on);
   peer p{on};
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  p.tell(R"({"op":"subscribe","topic":"/pose"})");
   EXPECT_EQ(on.core.idle_time_max(1ms), 1ms);
   p.leave();
   on.cycles(2);

@@ -5,8 +5,8 @@
 
 #include <rowe/ros.hpp>
 
-#include "json/cbor_text.hpp"
 #include "wire/png_text.hpp"
+#include "json/cbor_text.hpp"
 
 namespace core_encodings_test {
 namespace {
@@ -33,9 +33,8 @@ struct encodings : core_test {
   }
   void subscribe(peer& by, std::string_view compression, std::string_view topic = "/pose",
                  std::string_view id = "1") {
-    by.say(R"({"op":"subscribe","id":")" + std::string{id} + R"(","topic":")" + std::string{topic} +
-           R"(","compression":")" + std::string{compression} + R"("})");
-    on.cycle();
+    by.tell(R"({"op":"subscribe","id":")" + std::string{id} + R"(","topic":")" + std::string{topic} +
+            R"(","compression":")" + std::string{compression} + R"("})");
   }
   // What came in a PNG, as JSON.
   static texts from_png(const texts& heard) {
@@ -105,8 +104,7 @@ TEST_F(encodings, relay_every_digit) {
   peer other{on};
   const std::string numbers = R"({"id":9223372036854775807,"low":-9223372036854775808,"x":0.1,"name":")";
   const std::string body = numbers + R"(\u00f6\/"})";
-  other.say(R"({"op":"publish","topic":"/big","msg":)" + body + "}");
-  on.cycles(2);
+  other.tell(R"({"op":"publish","topic":"/big","msg":)" + body + "}", 2);
   const std::string said = R"({"op":"publish","topic":"/big","msg":)" + numbers + R"(ö/"}})";
   EXPECT_EQ(from_cbor(cbor.hear()), texts{said});
   EXPECT_EQ(from_cbor(raw.hear()), texts{said}) << "as cbor, where no struct is published";
@@ -132,9 +130,9 @@ TEST_F(encodings, raw_has_the_time_and_ros_bytes) {
   std::string readable{bytes.substr(0, at + 5)};
   readable[0] = '\xa3';
   EXPECT_NE(bytes.find("secs"), std::string_view::npos);
-  EXPECT_EQ(cbor_text(readable + "\x01").value_or("no"),
-            R"({"op":"publish","topic":"/pose","msg":{"secs":)" + std::to_string(seconds) +
-                R"(,"nsecs":)" + std::to_string(nanoseconds) + R"(,"bytes":1}})");
+  EXPECT_EQ(cbor_text(readable + "\x01").value_or("no"), R"({"op":"publish","topic":"/pose","msg":{"secs":)" +
+                                                             std::to_string(seconds) + R"(,"nsecs":)" +
+                                                             std::to_string(nanoseconds) + R"(,"bytes":1}})");
 }
 
 TEST_F(encodings, raw_warns_where_there_is_no_type) {
@@ -170,19 +168,16 @@ TEST_F(encodings, of_several_requests_the_highest_counts) {
   peer p = subscriber("none");
   const auto heard = [&] {
     EXPECT_TRUE(publish(on, pair, {1, 0}));
-    on.cycle();
-    return p.hear();
+    return p.hear_after(1);
   };
   EXPECT_EQ(heard(), texts{message(1)});
   subscribe(p, "cbor", "/pose", "2");
   EXPECT_EQ(from_cbor(heard()), texts{message(1)});
   subscribe(p, "png", "/pose", "3");
   EXPECT_EQ(from_cbor(heard()), texts{message(1)});
-  p.say(R"({"op":"unsubscribe","topic":"/pose","id":"2"})");
-  on.cycle();
+  p.tell(R"({"op":"unsubscribe","topic":"/pose","id":"2"})");
   EXPECT_EQ(from_png(heard()), texts{message(1)});
-  p.say(R"({"op":"unsubscribe","topic":"/pose","id":"3"})");
-  on.cycle();
+  p.tell(R"({"op":"unsubscribe","topic":"/pose","id":"3"})");
   EXPECT_EQ(heard(), texts{message(1)});
 }
 
@@ -196,8 +191,7 @@ TEST_F(encodings, change_only_what_is_not_queued_yet) {
   ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycle();
   on.net.link_of(p.id()).capacity_bytes = 4096;
-  on.cycles(2);
-  const texts heard = p.hear();
+  const texts heard = p.hear_after(2);
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_EQ(heard[0], R"({"op":"publish","topic":"pose","msg":{"x":1,"y":0}})");
   EXPECT_EQ(cbor_text(heard[1]), R"({"op":"publish","topic":"pose","msg":{"x":2,"y":0}})");
@@ -207,14 +201,12 @@ TEST_F(encodings, expire_as_any_message) {
   auto& pair = advertise_pose(on, {.ttl = 5ms});
   peer p = subscriber("cbor", "/pose", "rowe.v1");
   ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
-  EXPECT_EQ(from_cbor(p.hear()), texts{message(1)}) << "no time to live is told";
+  EXPECT_EQ(from_cbor(p.hear_after(1)), texts{message(1)}) << "no time to live is told";
   on.net.link_of(p.id()).capacity_bytes = 0;
   ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycles(10);
   on.net.link_of(p.id()).capacity_bytes = 4096;
-  on.cycles(2);
-  EXPECT_EQ(p.hear(), texts{});
+  EXPECT_EQ(p.hear_after(2), texts{});
   EXPECT_EQ(on.core.slots_in_use(), 0U);
 }
 
@@ -236,8 +228,7 @@ TEST_F(encodings, are_those_of_the_stops_state) {
 
 TEST_F(encodings, are_not_asked_for_by_calls) {
   peer p{on};
-  p.say(R"({"op":"call_service","id":"c","service":"/rosapi/topics","compression":"cbor"})");
-  on.cycles(2);
+  p.tell(R"({"op":"call_service","id":"c","service":"/rosapi/topics","compression":"cbor"})", 2);
   const texts heard = p.hear();
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_TRUE(heard[0].starts_with(R"({"op":"service_response")")) << heard[0];
@@ -246,8 +237,7 @@ TEST_F(encodings, are_not_asked_for_by_calls) {
 TEST_F(encodings, throttle_and_queues_hold_for_all) {
   auto& pair = advertise_pose(on);
   peer p{on};
-  p.say(R"({"op":"subscribe","topic":"/pose","compression":"cbor","throttle_rate":100})");
-  on.cycle();
+  p.tell(R"({"op":"subscribe","topic":"/pose","compression":"cbor","throttle_rate":100})");
   for (int i = 0; i < 50; ++i) {
     ASSERT_TRUE(publish(on, pair, {1, 0}));
     on.cycle();

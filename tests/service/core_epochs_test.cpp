@@ -45,8 +45,7 @@ TEST_F(clients_epochs, end_what_handles_had_published_and_nobody_had_taken) {
   EXPECT_EQ(on.count(counter::lost_with_peer), 16U);
   EXPECT_EQ(on.count(counter::no_peer), 32U);
   peer again{on, side::client};
-  on.cycles(3);
-  const texts heard = again.hear();
+  const texts heard = again.hear_after(3);
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_NE(heard[0].find(R"("op":"advertise")"), std::string::npos);
 }
@@ -56,8 +55,7 @@ TEST_F(clients_epochs, begin_with_what_handles_keep_latched) {
   on.cycle();
   for (int i = 1; i <= 2; ++i) {
     peer server{on, side::client, "127.0.0.1:9", "/", "rowe.v1"};
-    on.cycles(2);
-    const texts heard = server.hear();
+    const texts heard = server.hear_after(2);
     ASSERT_EQ(heard.size(), i == 1 ? 1U : 2U) << "nobody has published yet";
     if (i == 2) {
       EXPECT_NE(heard[1].find(R"("topic":"/map","msg":{"n":1})"), std::string::npos) << heard[1];
@@ -66,15 +64,13 @@ TEST_F(clients_epochs, begin_with_what_handles_keep_latched) {
     if (i == 1) {
       ASSERT_TRUE(publish_text(on, pair, R"({"n":1})"));
     }
-    on.cycle();
-    EXPECT_EQ(server.hear().size(), i == 1 ? 1U : 0U);
+    EXPECT_EQ(server.hear_after(1).size(), i == 1 ? 1U : 0U);
     server.leave(rowe::service::close_cause::reset);
     wait_for_attempt();
   }
   on.cycles(10'001);
   peer late{on, side::client};
-  on.cycles(2);
-  EXPECT_EQ(late.hear().size(), 1U) << "its time is over";
+  EXPECT_EQ(late.hear_after(2).size(), 1U) << "its time is over";
 }
 
 TEST_F(clients_epochs, end_plain_messages_when_their_time_is_over) {
@@ -93,8 +89,7 @@ TEST_F(clients_epochs, end_plain_messages_when_their_time_is_over) {
   server.leave(rowe::service::close_cause::reset);
   wait_for_attempt();
   peer again{on, side::client};
-  on.cycles(2);
-  const texts heard = again.hear();
+  const texts heard = again.hear_after(2);
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_EQ(member(heard[0], "tell"), "2");
   EXPECT_LT(std::stod(member(heard[0], "ttl_ms")), 60'000.0 - 187) << "less the time without a server";
@@ -106,8 +101,7 @@ TEST_F(clients_epochs, give_handles_the_latched_value_of_the_new_server_only) {
   on.cycle();
   {
     peer server{on, side::client};
-    server.say(R"({"op":"publish","topic":"/map","msg":{"of":"old"},"latch":true})");
-    on.cycles(2);
+    server.tell(R"({"op":"publish","topic":"/map","msg":{"of":"old"},"latch":true})", 2);
     EXPECT_EQ(take(pair).value(), R"({"of":"old"})");
     server.leave();
     on.cycle();
@@ -119,8 +113,7 @@ TEST_F(clients_epochs, give_handles_the_latched_value_of_the_new_server_only) {
   peer again{on, side::client};
   on.cycles(2);
   EXPECT_EQ(take(late).code(), rowe::errc::empty);
-  again.say(R"({"op":"publish","topic":"/map","msg":{"of":"new"}})");
-  on.cycle();
+  again.tell(R"({"op":"publish","topic":"/map","msg":{"of":"new"}})");
   EXPECT_EQ(take(late).value(), R"({"of":"new"})");
 }
 
@@ -128,8 +121,7 @@ TEST_F(clients_epochs, give_handles_the_latched_value_of_the_new_server_only) {
 TEST_F(core_test, ends_with_a_connection_what_was_queued_for_it_and_what_it_had_said_in_part) {
   auto& pair = advertise_pose(on);
   peer first{on};
-  first.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  first.tell(R"({"op":"subscribe","topic":"/pose"})");
   on.net.link_of(first.id()).capacity_bytes = 5;
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
@@ -141,11 +133,9 @@ TEST_F(core_test, ends_with_a_connection_what_was_queued_for_it_and_what_it_had_
   EXPECT_EQ(on.count(counter::lost_with_peer), 3U);
   peer second{on};
   EXPECT_EQ(second.id().index, first.id().index) << "it has the place of the first";
-  second.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  second.tell(R"({"op":"subscribe","topic":"/pose"})");
   ASSERT_TRUE(publish(on, pair, {7, 0}));
-  on.cycle();
-  EXPECT_EQ(second.hear(), texts{message(7)});
+  EXPECT_EQ(second.hear_after(1), texts{message(7)});
 }
 
 struct robot_runs : testing::Test {
@@ -163,8 +153,7 @@ struct robot_runs : testing::Test {
     std::string ask(const std::string& service, const std::string& args) {
       peer by{on};
       on.cycle();
-      by.say(R"({"op":"call_service","id":"c","service":")" + service + R"(","args":)" + args + "}");
-      on.cycles(2);
+      by.tell(R"({"op":"call_service","id":"c","service":")" + service + R"(","args":)" + args + "}", 2);
       const texts heard = by.hear();
       by.leave();
       on.cycle();

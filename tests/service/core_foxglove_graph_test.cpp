@@ -58,8 +58,7 @@ struct foxglove_graph : access {
   peer& viewer(std::string_view role, std::string_view address = far) {
     peer& one = peers.emplace_back(on, side::server, address, "/", "foxglove.websocket.v1", token_of(role));
     for (int i = 0; i < 20; ++i) {
-      on.cycles(2);
-      (void)one.hear();
+      (void)one.hear_after(2);
     }
     return one;
   }
@@ -91,8 +90,7 @@ TEST_F(foxglove_graph, is_told_whole_to_who_subscribes) {
   arm.say(R"({"op":"advertise","topic":"/arm/joints"})");
   arm.say(R"({"op":"subscribe","topic":"/arm/goal"})");
   arm.say(R"({"op":"subscribe","topic":"arm/goal"})"); // one subscriber, by both spellings
-  arm.say(R"({"op":"advertise_service","service":"/arm/open"})");
-  on.cycles(2);
+  arm.tell(R"({"op":"advertise_service","service":"/arm/open"})", 2);
   peer& page = comes("all", page_at);
   page.say(R"({"op":"subscribe","topic":"/odom"})");
   page.say(R"({"op":"subscribe","topic":"/cmd_vel"})");
@@ -249,8 +247,7 @@ TEST_F(foxglove_graph, is_told_later_to_who_does_not_read_as_it_is_then) {
   peer& busy = comes("all", page_at);
   graph_view seen;
   (void)one.hear();
-  one.say(subscribe);
-  on.cycles(2);
+  one.tell(subscribe, 2);
   see(one, seen);
   on.net.link_of(one.id()).capacity_bytes = 0;
   for (int i = 0; i < 30; ++i) {
@@ -339,8 +336,7 @@ TEST_F(foxglove_graph_in_small_messages, is_told_in_several) {
   }
   peer& one = viewer("all");
   graph_view seen;
-  one.say(subscribe);
-  on.cycles(40);
+  one.tell(subscribe, 40);
   see(one, seen);
   EXPECT_GT(seen.updates, 3U);
   EXPECT_EQ(graph_view::held(seen.publishers), expected);
@@ -352,8 +348,7 @@ TEST_F(foxglove_graph_in_small_messages, says_as_many_of_many_holders_as_fit) {
   on.cycles(4);
   peer& one = viewer("all");
   graph_view seen;
-  one.say(subscribe);
-  on.cycles(40);
+  one.tell(subscribe, 40);
   see(one, seen);
   const std::size_t told = seen.subscribers["/a"].size();
   EXPECT_GT(told, 8U);

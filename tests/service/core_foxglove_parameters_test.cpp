@@ -24,8 +24,7 @@ struct foxglove_parameters : access {
   peer& viewer(std::string_view role) {
     peer& one = peers.emplace_back(on, side::server, far, "/", "foxglove.websocket.v1", token_of(role));
     for (int i = 0; i < 20; ++i) {
-      on.cycles(2);
-      (void)one.hear();
+      (void)one.hear_after(2);
     }
     return one;
   }
@@ -311,13 +310,11 @@ TEST_F(foxglove_parameters, are_told_again_to_who_lost_what_it_was_told) {
   const auto lost = [&] { return on.count(counter::evicted) + on.count(counter::outbox_full); };
   ASSERT_EQ(lost(), 0U);
   const std::string get_others = R"({"op":"getParameters","parameterNames":[)" + names + "]}";
-  one.say(get_others);
-  on.cycles(2);
+  one.tell(get_others, 2);
   for (peer* const other : more) {
     if (lost() != 0) break;
     on.net.link_of(other->id()).capacity_bytes = 0;
-    other->say(get_others);
-    on.cycles(2);
+    other->tell(get_others, 2);
   }
   ASSERT_EQ(lost(), 1U);
   on.net.link_of(one.id()).capacity_bytes = 1U << 20U;

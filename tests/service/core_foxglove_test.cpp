@@ -76,15 +76,10 @@ struct core_foxglove : testing::Test {
   core_foxglove() : on{hub_options(), side::server, 1, rowe::rt::time_point{1000s}} { on.cycle(); }
   ~core_foxglove() override { EXPECT_TRUE(on.core.check()); }
 
-  texts say(peer& p, std::string_view text) {
-    p.say(text);
-    on.cycles(2);
-    return p.hear();
-  }
+  texts say(peer& p, std::string_view text) { return p.ask(text, 2); }
   texts send(peer& p, const std::string& bytes) {
     p.send(opcode::binary, bytes);
-    on.cycles(2);
-    return p.hear();
+    return p.hear_after(2);
   }
   core_harness on;
 };
@@ -128,13 +123,11 @@ TEST_F(core_foxglove, is_told_what_the_endpoints_own_topics_and_services_look_li
 
 TEST_F(core_foxglove, is_told_of_a_topic_anew_when_its_schema_comes) {
   peer other{on};
-  other.say(R"({"op":"subscribe","topic":"/pose","type":"test/Pose"})");
-  on.cycle();
+  other.tell(R"({"op":"subscribe","topic":"/pose","type":"test/Pose"})");
   client p{on};
   const std::uint32_t before = p.topic("/pose");
   advertise_pose(on);
-  on.cycles(2);
-  const texts heard = p.hear();
+  const texts heard = p.hear_after(2);
   EXPECT_TRUE(has(heard, R"({"op":"unadvertise","channelIds":[)" + std::to_string(before) + "]}"));
   const auto after = number_of(heard, "advertise", "topic", "/pose");
   ASSERT_TRUE(after);
@@ -162,9 +155,9 @@ TEST_F(core_foxglove, is_told_the_time_by_which_messages_are_stamped) {
   on.cycle();
   client one{on};
   client idle{on};
-  one.say(R"({"op":"subscribe","subscriptions":[{"id":5,"channelId":)" + std::to_string(one.topic("/pose")) +
-          "}]}");
-  on.cycles(2);
+  one.tell(R"({"op":"subscribe","subscriptions":[{"id":5,"channelId":)" + std::to_string(one.topic("/pose")) +
+               "}]}",
+           2);
   (void)one.hear();
   (void)idle.hear();
   one.times.clear();
@@ -177,8 +170,7 @@ TEST_F(core_foxglove, is_told_the_time_by_which_messages_are_stamped) {
   EXPECT_NEAR(static_cast<double>(one.times.size()), 60, 8);
   EXPECT_NEAR(static_cast<double>(idle.times.size()), 4, 1);
   ASSERT_TRUE(publish(on, pose_pair, {1, 2}));
-  on.cycle();
-  const texts heard = one.hear();
+  const texts heard = one.hear_after(1);
   ASSERT_EQ(heard.size(), 1U);
   std::int64_t stamp = 0;
   std::memcpy(&stamp, heard[0].data() + 5, sizeof stamp);
@@ -193,8 +185,7 @@ TEST_F(core_foxglove, is_told_the_time_by_which_messages_are_stamped) {
   on.cycle(std::chrono::seconds{1});
   client again{on};
   on.cycle(std::chrono::milliseconds{300});
-  on.cycle();
-  (void)again.hear();
+  (void)again.hear_after(1);
   EXPECT_FALSE(again.times.empty());
 }
 
@@ -230,8 +221,7 @@ TEST_F(core_foxglove, calls_services_and_is_always_answered) {
   auto asked = echo.try_next(on.now);
   ASSERT_TRUE(asked);
   EXPECT_TRUE(echo.reply(*asked, {asked->value().y, asked->value().x}, on.now));
-  on.cycle();
-  EXPECT_EQ(p.hear(), texts{"\x03" + four(number) + four(9) + four(4) + R"(json{"x":2,"y":1})"});
+  EXPECT_EQ(p.hear_after(1), texts{"\x03" + four(number) + four(9) + four(4) + R"(json{"x":2,"y":1})"});
   const auto fails = [&](const std::string& bytes, std::uint32_t service, std::uint32_t call) {
     const texts heard = send(p, bytes);
     EXPECT_TRUE(has(heard, R"({"op":"serviceCallFailure","serviceId":)" + std::to_string(service) +
@@ -257,8 +247,7 @@ TEST_F(core_foxglove, stops_at_once_by_a_number_that_never_changes) {
     on.cycle();
     EXPECT_EQ(on.count(counter::stops), ++stops) << body;
   }
-  on.cycles(200);
-  const texts heard = p.hear();
+  const texts heard = p.hear_after(200);
   EXPECT_TRUE(has(heard, "\x03" + four(1) + four(3) + four(4) + R"(json{"state":"stopped")"));
   EXPECT_TRUE(has(heard, "\x01" + four(9))) << "the state, as a message of its topic";
   for (const std::size_t bytes : {5U, 8U, 9U, 12U, 15U}) { // what its number names is enough
@@ -296,14 +285,12 @@ TEST_F(core_foxglove, that_does_not_read_stays_connected_while_others_get_all) {
   std::size_t heard = 0;
   for (int i = 0; i < 300; ++i) {
     ASSERT_TRUE(publish(on, pose_pair, {static_cast<double>(i), 0}));
-    on.cycle();
-    heard += quick.hear().size();
+    heard += quick.hear_after(1).size();
   }
   EXPECT_EQ(heard, 300U);
   EXPECT_FALSE(slow.cut());
   on.net.link_of(slow.id()).capacity_bytes = 1U << 20U;
-  on.cycles(3);
-  EXPECT_FALSE(slow.hear().empty());
+  EXPECT_FALSE(slow.hear_after(3).empty());
 }
 
 TEST_F(core_foxglove, lists_schemas_that_do_not_fit_into_one_message_in_several) {

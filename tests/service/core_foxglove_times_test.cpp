@@ -51,9 +51,9 @@ struct foxglove_times : core_test {
     const std::size_t at = all.find(R"(,"topic":"/stamped")");
     ASSERT_NE(at, std::string::npos) << all;
     const std::size_t id = all.rfind(R"("id":)", at) + 5;
-    one.say(R"({"op":"subscribe","subscriptions":[{"id":)" + std::to_string(tag) + R"(,"channelId":)" +
-            all.substr(id, at - id) + "}]}");
-    on.cycles(2);
+    one.tell(R"({"op":"subscribe","subscriptions":[{"id":)" + std::to_string(tag) + R"(,"channelId":)" +
+                 all.substr(id, at - id) + "}]}",
+             2);
   }
   // Bodies of what it has heard, behind the number of its subscription.
   static texts bodies(peer& one, char tag) {
@@ -77,8 +77,7 @@ TEST_F(foxglove_times, of_a_struct_are_in_one_body_for_all_and_others_get_theirs
   publish_header(pair);
   EXPECT_EQ(bodies(first, 5), texts{std::string{in_foxglove}});
   EXPECT_EQ(bodies(second, 6), texts{std::string{in_foxglove}});
-  other.say(R"({"op":"subscribe","topic":"/stamped"})");
-  on.cycle();
+  other.tell(R"({"op":"subscribe","topic":"/stamped"})");
   publish_header(pair);
   EXPECT_EQ(bodies(first, 5), texts{std::string{in_foxglove}});
   EXPECT_EQ(other.hear(), texts{R"({"op":"publish","topic":"/stamped","msg":)" + std::string{in_ros} + "}"});
@@ -104,8 +103,7 @@ TEST_F(foxglove_times, of_a_latched_value_are_in_the_same_form) {
 TEST_F(foxglove_times, that_a_peer_publishes_are_in_the_same_form) {
   advertise({.shared = true});
   subscribe(first, 5);
-  other.say(R"({"op":"publish","topic":"/stamped","msg":)" + std::string{in_ros} + "}");
-  on.cycles(2);
+  other.tell(R"({"op":"publish","topic":"/stamped","msg":)" + std::string{in_ros} + "}", 2);
   EXPECT_EQ(bodies(first, 5), texts{std::string{in_foxglove}});
 }
 

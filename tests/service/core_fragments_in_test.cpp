@@ -30,8 +30,7 @@ std::string published(std::string_view topic, std::string_view msg) {
 
 struct fragments_in_test : testing::Test {
   explicit fragments_in_test(const rowe::endpoint_options& chosen = options_with(64 * 1024)) : on{chosen} {
-    listener.say(R"({"op":"subscribe","topic":"/map"})");
-    on.cycle();
+    listener.tell(R"({"op":"subscribe","topic":"/map"})");
   }
   core_harness on;
   peer robot{on};
@@ -88,15 +87,13 @@ TEST_F(fragments_in_test, may_have_the_total_and_the_id_of_the_reference_server)
 
 TEST_F(fragments_in_test, let_other_messages_of_their_peer_pass) {
   peer other{on};
-  other.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  other.tell(R"({"op":"subscribe","topic":"/pose"})");
   const std::string map = published("/map", map_of(20'000));
   int poses = 0;
   for (const std::string& one : cut(map, 1000)) {
     robot.say(one);
     robot.say(published("/pose", R"({"x":1})"));
-    on.cycle();
-    poses += static_cast<int>(other.hear().size());
+    poses += static_cast<int>(other.hear_after(1).size());
   }
   poses += static_cast<int>(heard_by(other).size());
   EXPECT_EQ(poses, 21);
@@ -212,8 +209,7 @@ TEST_F(fragments_in_test, that_never_end_are_given_up_in_time) {
 }
 
 TEST_F(fragments_in_test, of_a_peer_that_leaves_give_back_their_chunks) {
-  robot.say(cut(published("/map", map_of(1000)), 100)[0]);
-  on.cycle();
+  robot.tell(cut(published("/map", map_of(1000)), 100)[0]);
   EXPECT_NE(on.core.chunks_in_use(), 0U);
   robot.leave();
   on.cycle();
@@ -240,9 +236,7 @@ TEST_F(fragments_in_test, that_nobody_ends_keep_out_nobody_for_long) {
 // A peer's own work in one cycle stays small, however long its fragments are.
 TEST_F(fragments_in_test, leave_other_peers_their_turns) {
   peer other{on};
-  other.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
-  (void)other.hear();
+  (void)other.ask(R"({"op":"subscribe","topic":"/pose"})");
   for (const std::string& one : cut(published("/map", map_of(60'000)), 7900)) robot.say(one);
   listener.say(published("/pose", R"({"x":1})"));
   int cycles = 0;

@@ -35,9 +35,8 @@ struct fragments_out_test : testing::Test {
   fragments::reassembly into;
 
   void subscribe(std::string_view topic, std::size_t size) {
-    browser.say(R"({"op":"subscribe","topic":")" + std::string{topic} + R"(","fragment_size":)" +
-                std::to_string(size) + "}");
-    on.cycle();
+    browser.tell(R"({"op":"subscribe","topic":")" + std::string{topic} + R"(","fragment_size":)" +
+                 std::to_string(size) + "}");
   }
   // What the browser is told, put together.
   texts heard(int cycles = 60, std::size_t bytes_max = SIZE_MAX) {
@@ -62,8 +61,7 @@ TEST_F(fragments_out_test, are_no_longer_than_asked_and_never_cut_a_character) {
   for (const std::size_t size : {256U, 257U, 258U, 259U, 1000U, 8192U, 8195U, 20'000U}) {
     peer asks{on};
     fragments::reassembly whole;
-    asks.say(R"({"op":"subscribe","topic":"/map","fragment_size":)" + std::to_string(size) + "}");
-    on.cycle();
+    asks.tell(R"({"op":"subscribe","topic":"/map","fragment_size":)" + std::to_string(size) + "}");
     for (const std::size_t bytes : {200U, 300U, 5000U, 7900U, 9000U, 30'000U, 60'000U}) {
       for (int shift = 0; shift < 8; shift += bytes < 9000 ? 1 : 5) {
         const std::string text = published("/map", map_of(bytes, shift));
@@ -141,8 +139,7 @@ TEST_F(fragments_handed_over_test, go_behind_a_frame_that_was_begun) {
   for (std::size_t part = 0; part < 700; part += 5) {
     peer other{on};
     subscribe("/map", 300);
-    other.say(R"({"op":"subscribe","topic":"/other","fragment_size":300})");
-    on.cycle();
+    other.tell(R"({"op":"subscribe","topic":"/other","fragment_size":300})");
     auto& link = on.net.link_of(browser.id());
     auto& other_link = on.net.link_of(other.id());
     link.capacity_bytes = other_link.capacity_bytes = 600;
@@ -211,15 +208,12 @@ TEST_F(fragments_out_test, are_asked_for_anew_by_each_request_that_says_a_size) 
   EXPECT_LE(into.longest, 256U);
   EXPECT_GE(into.longest, 250U);
   subscribe("/other", 1000);
-  robot.say(text);
-  on.cycle();
+  robot.tell(text);
   EXPECT_EQ(browser.hear(), texts{text}); // whole
 }
 
 TEST_F(fragments_out_test, are_not_asked_for_by_a_request_that_is_refused) {
-  browser.say(R"({"op":"subscribe","topic":"/map","fragment_size":10})");
-  on.cycle();
-  const texts told = browser.hear();
+  const texts told = browser.ask(R"({"op":"subscribe","topic":"/map","fragment_size":10})");
   ASSERT_EQ(told.size(), 1U);
   EXPECT_NE(told[0].find("must be at least 256; it is 10"), std::string::npos) << told[0];
 }
@@ -235,10 +229,8 @@ TEST_F(fragments_out_test, are_sent_under_the_name_without_a_slash_as_well) {
 }
 
 TEST_F(fragments_out_test, are_not_made_of_binary_messages) {
-  browser.say(R"({"op":"subscribe","topic":"/map","compression":"cbor","fragment_size":300})");
-  on.cycle();
-  robot.say(published("/map", map_of(3000)));
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/map","compression":"cbor","fragment_size":300})");
+  robot.tell(published("/map", map_of(3000)));
   EXPECT_EQ(browser.hear().size(), 1U);
   EXPECT_EQ(browser.binaries, 1);
 }
@@ -275,8 +267,7 @@ TEST_F(fragments_out_test, of_a_peer_that_leaves_give_back_what_they_hold) {
     on.net.link_of(leaves.id()).capacity_bytes = capacity;
     robot.say(published("/map", map_of(30'000)));
     for (int i = 0; i < 30; ++i) {
-      robot.say(published("/pose", R"({"x":1})"));
-      on.cycle();
+      robot.tell(published("/pose", R"({"x":1})"));
       if (i % 3 == 0) (void)leaves.hear(100);
     }
     leaves.leave();

@@ -30,8 +30,7 @@ struct graph : access {
     arm.say(R"({"op":"advertise","topic":"/arm/joints","type":"sensor_msgs/msg/JointState"})");
     arm.say(R"({"op":"subscribe","topic":"/arm/goal"})");
     arm.say(R"({"op":"subscribe","topic":"arm/goal"})"); // one node, by both spellings
-    arm.say(R"({"op":"advertise_service","service":"/arm/open","type":"std_srvs/Trigger"})");
-    on.cycles(2);
+    arm.tell(R"({"op":"advertise_service","service":"/arm/open","type":"std_srvs/Trigger"})", 2);
   }
   // The members of the answer.
   std::string ask(peer& by, std::string_view service, std::string_view args = "{}") {
@@ -90,8 +89,7 @@ TEST_F(graph, has_the_other_services_of_ros_servers) {
   EXPECT_EQ(ask(page, "services_for_type", R"({"type":"rosapi/Nodes"})"),
             R"({"services":["/rosapi/nodes"]})");
   peer& docks = comes("peer", "10.0.0.6:6");
-  docks.say(R"({"op":"advertise_action","action":"/dock","type":"a/action/Dock"})");
-  on.cycle();
+  docks.tell(R"({"op":"advertise_action","action":"/dock","type":"a/action/Dock"})");
   EXPECT_EQ(ask(boss, "action_type", R"({"action":"dock"})"), R"({"type":"a/action/Dock"})");
   EXPECT_EQ(ask(boss, "action_type", R"({"action":"/arm/open"})"), R"({"type":""})") << "that is a service";
   EXPECT_EQ(ask(page, "action_type", R"({"action":"/dock"})"), R"({"type":""})")

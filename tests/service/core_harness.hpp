@@ -226,7 +226,8 @@ class peer {
   explicit peer(core_harness& in, rowe::service::side ours = rowe::service::side::server,
                 std::string_view address = "127.0.0.1:50000", std::string_view path = "/",
                 std::string_view subprotocol = {}, std::string_view token = {})
-      : net_{in.net},
+      : on_{in},
+        net_{in.net},
         id_{in.net.open(ours, address, path, subprotocol, token)},
         masks_{ours == rowe::service::side::server},
         has_clock_{subprotocol.starts_with("foxglove")} {
@@ -238,6 +239,11 @@ class peer {
   connection_id id() const { return id_; }
 
   void say(std::string_view text) { send(rowe::wire::opcode::text, text); }
+  // Says it, and the core does its next cycles.
+  void tell(std::string_view text, int cycles = 1) {
+    say(text);
+    on_.cycles(cycles);
+  }
   void send(rowe::wire::opcode what, std::string_view payload) {
     const rowe::wire::mask_key key{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}};
     std::vector<std::byte> frame(rowe::wire::frame_header_bytes_max + payload.size());
@@ -280,6 +286,16 @@ class peer {
     }
     return texts;
   }
+  // What has come when the core has done so many cycles more.
+  std::vector<std::string> hear_after(int cycles) {
+    on_.cycles(cycles);
+    return hear();
+  }
+  // What it is told when it says this.
+  std::vector<std::string> ask(std::string_view text, int cycles = 1) {
+    tell(text, cycles);
+    return hear();
+  }
   // Reads all that has come and keeps nothing of it; pings are answered. Allocates nothing once it has read
   // as much before.
   void skim() {
@@ -318,6 +334,7 @@ class peer {
     return true;
   }
 
+  core_harness& on_;
   rowe::net::memory_transport& net_;
   connection_id id_;
   bool masks_;

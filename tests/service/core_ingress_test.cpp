@@ -328,8 +328,7 @@ TEST_F(core_ingress, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
   auto again = std::make_unique<peer>(on);
   on.cycle();
   (void)order();
-  again->say(say('z'));
-  on.cycles(3);
+  again->tell(say('z'), 3);
   EXPECT_EQ(order(), "z");
 }
 
@@ -606,8 +605,7 @@ TEST(core_ingress_alone, ends_the_cycle_when_its_work_is_done) {
   EXPECT_LT(first, 60U) << "each costs as much as its answer of some kilobytes";
   EXPECT_EQ(on.count(counter::stops), 1U) << "what stops does not wait";
   for (int i = 0; i < 200; ++i) {
-    on.cycle();
-    (void)alone.hear();
+    (void)alone.hear_after(1);
     EXPECT_LT(on.count(counter::calls_in), first + static_cast<std::uint64_t>(i + 1) * 60);
   }
   EXPECT_EQ(on.count(counter::calls_in), calls + 1);
@@ -761,8 +759,7 @@ TEST_F(receiver_shares, keeps_a_place_for_who_comes_last) {
   EXPECT_GE(theirs, 12U);
   for (int k = 0; k < 3; ++k) on.cycle(); // and they have taken as much again
   peer last{on};
-  last.say(message_of('l'));
-  on.cycles(2);
+  last.tell(message_of('l'), 2);
   EXPECT_NE(taken().find('l'), std::string::npos);
 }
 
@@ -786,8 +783,7 @@ TEST(shared_inbox_shares, keep_a_place_for_who_comes_last) {
     on.cycles(3);
   }
   peer last{on};
-  last.say(receiver_shares::message_of('l'));
-  on.cycles(3);
+  last.tell(receiver_shares::message_of('l'), 3);
   EXPECT_NE(taken().find('l'), std::string::npos);
 }
 

@@ -109,14 +109,11 @@ TEST_F(latched, values_all_reach_a_late_subscriber_beside_newer_messages) {
 // Of who may publish, and not advertise, too.
 TEST_F(latched, values_go_with_the_type_that_a_handle_replaces) {
   peer a{on};
-  a.say(R"({"op":"publish","topic":"/x","type":"a/A","latch":true,"msg":{"x":1}})");
-  on.cycles(2);
+  a.tell(R"({"op":"publish","topic":"/x","type":"a/A","latch":true,"msg":{"x":1}})", 2);
   on.offer(pair_kind::publish_text, "/x", 200, {.shared = true}, nullptr, "b/B");
   on.cycles(2);
   peer reader{on};
-  reader.say(R"({"op":"subscribe","topic":"/x"})");
-  on.cycles(4);
-  EXPECT_EQ(reader.hear(), texts{});
+  EXPECT_EQ(reader.ask(R"({"op":"subscribe","topic":"/x"})", 4), texts{});
 }
 
 TEST_F(latched, values_all_reach_a_handle_that_subscribes_late) {
@@ -160,8 +157,7 @@ TEST(values_not_kept, are_told_to_who_published_them) {
   const std::string body = R"({"x":")" + std::string(5000, 'x') + "\"}";
   a.say(R"({"op":"advertise","topic":"/map","type":"a/Map","latch":true})");
   for (int i = 0; i < 3; ++i) a.say(R"({"op":"publish","topic":"/map","id":"7","msg":)" + body + "}");
-  on.cycles(6);
-  const texts told = a.hear();
+  const texts told = a.hear_after(6);
   ASSERT_EQ(told.size(), 1U) << "once a second";
   EXPECT_NE(told[0].find("publish /map: its last value, of 5008 bytes, is not kept for late subscribers"),
             std::string::npos)

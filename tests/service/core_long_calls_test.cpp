@@ -41,10 +41,8 @@ struct long_calls_test : testing::Test {
     return together;
   }
   void provide(peer& by, std::string_view service = "/map") {
-    by.say(R"({"op":"advertise_service","service":")" + std::string{service} +
-           R"(","type":"nav_msgs/GetMap"})");
-    on.cycle();
-    (void)by.hear();
+    (void)by.ask(R"({"op":"advertise_service","service":")" + std::string{service} +
+                 R"(","type":"nav_msgs/GetMap"})");
   }
   void answer(peer& provider, const std::string& asked, std::string_view values) {
     provider.say(R"({"op":"service_response","result":true,"id":)" + member(asked, R"("id":)") +
@@ -111,8 +109,7 @@ TEST_F(long_calls_test, go_to_programs_that_speak_plain_messages) {
   peer provider{on, side::server, "127.0.0.1:2", "/", "rowe.v1"};
   provider.say(R"({"op":"advertise_service","service":"/map"})"); // bare peers say this as others do
   peer caller{on};
-  on.cycle();
-  (void)provider.hear();
+  (void)provider.hear_after(1);
   caller.say(R"({"op":"call_service","id":"c1","service":"/map","args":{"data":")" +
              std::string(20'000, 'x') + R"("}})");
   const std::string asked = only(provider);
@@ -317,8 +314,7 @@ TEST_F(few_long_calls_test, whose_answer_loses_its_room_are_told) {
   // Now another peer's messages want all the slots.
   peer robot{on};
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/map"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/map"})");
   std::size_t got = 0;
   for (int i = 0; i < 10; ++i) {
     robot.say(R"({"op":"publish","topic":"/map","msg":)" + map_of(50'000, i) + "}");
@@ -355,8 +351,7 @@ TEST_F(few_long_calls_test, that_lose_their_room_take_no_short_answer_with_them)
   on.cycles(40);
   peer robot{on};
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/map"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/map"})");
   for (int i = 0; i < 10; ++i) {
     robot.say(R"({"op":"publish","topic":"/map","msg":)" + map_of(50'000, i) + "}");
     EXPECT_EQ(heard_by(browser, 30).size(), 1U);
@@ -387,8 +382,7 @@ TEST_F(few_long_calls_test, and_maps_of_who_does_not_read_make_way_from_behind_w
   }
   const auto lost = on.count(counter::outbox_full) + on.count(counter::evicted);
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/grid"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/grid"})");
   for (int i = 0; i < 10; ++i) {
     robot.say(published("/grid", map_of(50'000, i)));
     EXPECT_EQ(heard_by(browser, 30).size(), 1U) << i;

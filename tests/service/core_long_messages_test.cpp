@@ -37,8 +37,7 @@ TEST_F(long_messages_test, reach_the_subscribers_of_every_codec_unchanged) {
   browser.say(R"({"op":"subscribe","topic":"/map"})");
   bare.say(R"({"op":"subscribe","topic":"map"})");
   cbor.say(R"({"op":"subscribe","topic":"/map","compression":"cbor"})");
-  on.cycle();
-  (void)bare.hear();
+  (void)bare.hear_after(1);
   const std::string map = map_of(40'000);
   robot.say(published("/map", map));
   EXPECT_EQ(heard_by(browser), texts{published("/map", map)});
@@ -51,8 +50,7 @@ TEST_F(long_messages_test, reach_the_subscribers_of_every_codec_unchanged) {
 TEST_F(long_messages_test, go_between_other_messages_of_their_publisher_in_their_order) {
   peer robot{on};
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/map"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/map"})");
   texts expected;
   for (int i = 0; i < 5; ++i) {
     expected.push_back(published("/map", map_of(i % 2 == 0 ? 20'000 : 100, i)));
@@ -162,8 +160,7 @@ TEST_F(refused_long_messages_test, fail_the_calls_that_they_answer) {
   provider.say(R"({"op":"advertise_service","service":"/map","type":"nav_msgs/GetMap"})");
   peer caller{on};
   on.cycle();
-  caller.say(R"({"op":"call_service","id":"c1","service":"/map"})");
-  on.cycles(2);
+  caller.tell(R"({"op":"call_service","id":"c1","service":"/map"})", 2);
   const texts asked = provider.hear();
   ASSERT_EQ(asked.size(), 1U);
   const std::size_t at = asked[0].find(R"("id":)") + 5;
@@ -327,8 +324,7 @@ TEST_F(long_messages_test, let_control_frames_pass_and_other_peers_too) {
   until_quiet();
   int poses = 0;
   for (int i = 0; i < 20; ++i) {
-    robot.say(published("/pose", R"({"x":1})"));
-    on.cycle();
+    robot.tell(published("/pose", R"({"x":1})"));
     poses += static_cast<int>(quick.hear().size());
   }
   EXPECT_EQ(poses, 20);
@@ -353,8 +349,7 @@ TEST_F(long_messages_test, that_never_end_keep_out_nobody_for_long) {
   for (int i = 0; i < 60; ++i) on.cycle(20ms);
   peer robot{on};
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/map"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/map"})");
   robot.say(published("/map", map_of(60'000)));
   EXPECT_EQ(heard_by(browser).size(), 1U);
 }
@@ -416,15 +411,13 @@ TEST_F(long_messages_test, give_back_all_chunks) {
   {
     peer robot{on};
     peer browser{on};
-    browser.say(R"({"op":"subscribe","topic":"/map"})");
-    on.cycle();
+    browser.tell(R"({"op":"subscribe","topic":"/map"})");
     for (int i = 0; i < 30; ++i) {
       robot.say(published("/map", map_of(50'000, i)));
       (void)heard_by(browser, 20);
     }
     EXPECT_EQ(on.count(rowe::service::counter::no_chunks), 0U);
-    robot.say(published("/map", map_of(50'000)));
-    on.cycle();
+    robot.tell(published("/map", map_of(50'000)));
     browser.leave();
     robot.leave();
   }

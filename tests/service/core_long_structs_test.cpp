@@ -71,8 +71,7 @@ TEST_F(long_structs, reach_subscribers_of_every_codec_in_order_with_short_ones) 
   auto& pair = advertise();
   peer browser{on}, studio{on, rowe::service::side::server, "127.0.0.1:2", "/", "foxglove.websocket.v1"};
   peer late{on};
-  browser.say(R"({"op":"subscribe","topic":"/scan"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/scan"})");
   on.cycles(4);
   std::string channel;
   for (const std::string& one : studio.hear()) {
@@ -81,8 +80,7 @@ TEST_F(long_structs, reach_subscribers_of_every_codec_in_order_with_short_ones) 
       channel = std::to_string(std::stoul(one.substr(one.rfind(R"("id":)", name) + 5)));
   }
   ASSERT_FALSE(channel.empty());
-  studio.say(R"({"op":"subscribe","subscriptions":[{"id":3,"channelId":)" + channel + "}]}");
-  on.cycles(2);
+  studio.tell(R"({"op":"subscribe","subscriptions":[{"id":3,"channelId":)" + channel + "}]}", 2);
   texts expected, to_studio;
   int number = 0;
   for (const std::size_t count : {4000U, 2U, 5U, 3500U}) {
@@ -108,8 +106,7 @@ TEST_F(long_structs, reach_subscribers_of_every_codec_in_order_with_short_ones) 
 TEST_F(long_structs, are_encoded_some_of_them_in_a_cycle) {
   auto& pair = advertise();
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/scan"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/scan"})");
   const auto value = scan_of(1, 4000);
   const std::size_t least = text_of(*value).size() / rowe::service::long_encode_bytes;
   publish(pair, *value);
@@ -145,8 +142,7 @@ TEST_F(long_structs, cost_nothing_where_nobody_listens) {
 TEST_F(long_structs, that_are_too_long_are_counted_and_those_behind_them_go_on) {
   auto& pair = advertise();
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/scan"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/scan"})");
   const auto fits = scan_of(2, 3);
   publish(pair, *scan_of(1, 6000)); // some 120 kB
   publish(pair, *fits);
@@ -157,8 +153,7 @@ TEST_F(long_structs, that_are_too_long_are_counted_and_those_behind_them_go_on) 
 TEST_F(long_structs, that_are_too_long_are_told_to_the_program_once_a_second) {
   auto& pair = advertise();
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/scan"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/scan"})");
   const auto told = [&] {
     int count = 0;
     while (const auto one = on.shared.try_event()) {

@@ -80,8 +80,7 @@ TEST_F(core_names, continues_a_frame_without_the_slash_wherever_the_socket_stopp
   auto& pair = advertise_pose(on);
   for (std::size_t bytes = 1; bytes < 80; ++bytes) {
     peer p{on};
-    p.say(R"({"op":"subscribe","topic":"pose"})");
-    on.cycle();
+    p.tell(R"({"op":"subscribe","topic":"pose"})");
     ASSERT_TRUE(publish(on, pair, {1, 0}));
     ASSERT_TRUE(publish(on, pair, {2, 0}));
     EXPECT_EQ(read_slowly(p, bytes), (texts{unslashed(1), unslashed(2)})) << bytes;
@@ -117,17 +116,13 @@ TEST_F(core_names, gives_a_peer_that_subscribed_by_both_names_one_copy_by_each) 
   p.say(R"({"op":"subscribe","id":"2","topic":"pose"})");
   on.cycle();
   ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
-  texts heard = p.hear();
+  texts heard = p.hear_after(1);
   std::sort(heard.begin(), heard.end());
   EXPECT_EQ(heard, (texts{message(1), unslashed(1)}));
-  p.say(R"({"op":"unsubscribe","id":"1","topic":"/pose"})");
-  on.cycle();
+  p.tell(R"({"op":"unsubscribe","id":"1","topic":"/pose"})");
   ASSERT_TRUE(publish(on, pair, {2, 0}));
-  on.cycle();
-  EXPECT_EQ(p.hear(), texts{unslashed(2)});
-  p.say(R"({"op":"unsubscribe","topic":"pose"})");
-  on.cycle();
+  EXPECT_EQ(p.hear_after(1), texts{unslashed(2)});
+  p.tell(R"({"op":"unsubscribe","topic":"pose"})");
   EXPECT_EQ(publish(on, pair, {3, 0}).code(), rowe::errc::no_peer);
 }
 
@@ -136,8 +131,7 @@ TEST_F(core_names, unsubscribes_by_the_other_name_where_there_is_but_one) {
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   p.say(R"({"op":"unsubscribe","topic":"pose"})");
-  on.cycle();
-  EXPECT_TRUE(p.hear().empty());
+  EXPECT_TRUE(p.hear_after(1).empty());
   EXPECT_EQ(publish(on, pair, {1, 0}).code(), rowe::errc::no_peer);
 }
 
@@ -147,9 +141,7 @@ TEST_F(core_names, keeps_the_last_value_for_late_subscribers_by_either_name) {
   ASSERT_TRUE(publish(on, pair, {1, 0}));
   on.cycle();
   peer late{on};
-  late.say(R"({"op":"subscribe","topic":"pose"})");
-  on.cycle();
-  EXPECT_EQ(late.hear(), texts{unslashed(1)});
+  EXPECT_EQ(late.ask(R"({"op":"subscribe","topic":"pose"})"), texts{unslashed(1)});
 }
 
 TEST_F(core_names, relays_between_peers_and_handles_by_either_name) {
@@ -163,8 +155,7 @@ TEST_F(core_names, relays_between_peers_and_handles_by_either_name) {
   other.say(R"({"op":"subscribe","topic":"chatter"})");
   hub.cycle();
   for (const char* name : {"/chatter", "chatter"}) {
-    speaker.say(R"({"op":"publish","topic":")" + std::string{name} + R"(","msg":{"d":1}})");
-    hub.cycle();
+    speaker.tell(R"({"op":"publish","topic":")" + std::string{name} + R"(","msg":{"d":1}})");
     EXPECT_EQ(one.hear(), texts{R"({"op":"publish","topic":"/chatter","msg":{"d":1}})"});
     EXPECT_EQ(other.hear(), texts{R"({"op":"publish","topic":"chatter","msg":{"d":1}})"});
     EXPECT_EQ(take(inbox).value(), R"({"d":1})");
@@ -180,28 +171,23 @@ TEST_F(core_names, takes_one_advertisement_for_both_names) {
   }
   p.say(R"({"op":"call_service","id":"1","service":"/rosapi/topic_type","args":{"topic":"a"}})");
   p.say(R"({"op":"call_service","id":"2","service":"rosapi/topic_type","args":{"topic":"/a"}})");
-  on.cycles(2);
   EXPECT_EQ(
-      p.hear(),
+      p.hear_after(2),
       (texts{R"({"op":"service_response","id":"1","service":"/rosapi/topic_type","result":true,"values":)"
              R"({"type":"test_msgs/msg/A"}})",
              R"({"op":"service_response","id":"2","service":"rosapi/topic_type","result":true,"values":)"
              R"({"type":"test_msgs/msg/A"}})"}));
-  p.say(R"({"op":"advertise","topic":"a","type":"test_msgs/B"})");
-  on.cycle();
-  EXPECT_EQ(p.hear(),
+  EXPECT_EQ(p.ask(R"({"op":"advertise","topic":"a","type":"test_msgs/B"})"),
             texts{R"({"op":"status","level":"error","msg":"advertise: the topic exists with the type )"
                   R"(test_msgs/msg/A"})"});
   p.say(R"({"op":"unadvertise","topic":"a"})");
   p.say(R"({"op":"unadvertise","topic":"/a"})");
-  on.cycle();
-  EXPECT_EQ(p.hear().size(), 1U); // the second is refused: there was one
+  EXPECT_EQ(p.hear_after(1).size(), 1U); // the second is refused: there was one
 }
 
 TEST_F(core_names, lets_a_handle_share_a_topic_whose_type_is_spelt_the_other_way) {
   peer p{on};
-  p.say(R"({"op":"advertise","topic":"cmd_vel","type":"geometry_msgs/msg/Twist"})");
-  on.cycle();
+  p.tell(R"({"op":"advertise","topic":"cmd_vel","type":"geometry_msgs/msg/Twist"})");
   auto& pair = on.offer(pair_kind::subscribe_value, "/cmd_vel", sizeof(rowe::ros::twist), {},
                         &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
   on.cycle();
@@ -227,14 +213,12 @@ TEST_F(core_names, tells_a_peer_that_expects_another_type_and_sends_it_the_messa
   auto& pair = advertise_pose(on);
   on.cycle();
   peer p{on};
-  p.say(R"({"op":"subscribe","id":"s","topic":"pose","type":"std_msgs/String"})");
-  on.cycle();
+  p.tell(R"({"op":"subscribe","id":"s","topic":"pose","type":"std_msgs/String"})");
   EXPECT_EQ(p.hear(),
             texts{R"({"op":"status","level":"error","id":"s","msg":"subscribe /pose: the topic has the type )"
                   R"(test/Pose, not std_msgs/String"})"});
   ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
-  EXPECT_EQ(p.hear(), texts{unslashed(1)});
+  EXPECT_EQ(p.hear_after(1), texts{unslashed(1)});
 }
 
 TEST_F(core_names, tells_a_peer_that_subscribed_before_the_topic_had_its_type) {
@@ -251,15 +235,13 @@ TEST_F(core_names, tells_a_peer_that_subscribed_before_the_topic_had_its_type) {
             R"(not the one that was asked for"})"});
   EXPECT_TRUE(right.hear().empty());
   EXPECT_TRUE(indifferent.hear().empty());
-  speaker.say(R"({"op":"advertise","topic":"pose","type":"test/Pose"})");
-  on.cycle();
+  speaker.tell(R"({"op":"advertise","topic":"pose","type":"test/Pose"})");
   EXPECT_TRUE(early.hear().empty()); // once
 }
 
 TEST_F(core_names, gives_its_own_topics_by_either_name_and_keeps_peers_off_both) {
   peer p{on};
-  p.say(R"({"op":"subscribe","topic":"rowe/stats"})");
-  on.cycle();
+  p.tell(R"({"op":"subscribe","topic":"rowe/stats"})");
   on.cycle(150ms);
   const texts heard = p.hear();
   ASSERT_EQ(heard.size(), 1U);
@@ -301,8 +283,7 @@ TEST_F(core_names, takes_the_longest_name_without_its_slash) {
   peer p{on}, usual{on};
   p.say(R"({"op":"subscribe","topic":")" + name + R"("})");
   usual.say(R"({"op":"subscribe","topic":"/)" + name.substr(1) + R"("})"); // another topic
-  on.cycle();
-  EXPECT_TRUE(p.hear().empty());
+  EXPECT_TRUE(p.hear_after(1).empty());
   auto& pair = on.offer(pair_kind::publish_text, name, 100);
   on.cycle();
   ASSERT_TRUE(publish_text(on, pair, "{}"));
@@ -354,18 +335,15 @@ TEST_F(core_names_as_client, calls_a_topic_towards_the_server_as_the_first_handl
       on.cycle();
       EXPECT_EQ(server->hear(), texts{R"({"op":"publish","topic":"out","msg":{}})"});
     }
-    server->say(R"({"op":"publish","topic":"in","msg":{"d":1}})");
-    on.cycle();
+    server->tell(R"({"op":"publish","topic":"in","msg":{"d":1}})");
     EXPECT_EQ(take(first).value(), R"({"d":1})");
     EXPECT_EQ(take(second).value(), R"({"d":1})");
     leave(first);
     leave(out);
-    on.cycles(3);
-    EXPECT_TRUE(server->hear().empty()); // the others go on
+    EXPECT_TRUE(server->hear_after(3).empty()); // the others go on
     leave(second);
     leave(also);
-    on.cycles(3);
-    const texts last = server->hear();
+    const texts last = server->hear_after(3);
     ASSERT_EQ(last.size(), 2U);
     EXPECT_TRUE(says(last[0], "unsubscribe", "in")) << last[0];
     EXPECT_TRUE(says(last[1], "unadvertise", "out")) << last[1];
@@ -379,8 +357,7 @@ TEST_F(core_names_as_client, continues_a_masked_frame_without_the_slash_where_th
   auto& pair = on.offer(pair_kind::publish_text, "out", 100);
   on.cycle();
   peer server{on, side::client};
-  on.cycle();
-  (void)server.hear();
+  (void)server.hear_after(1);
   for (std::size_t bytes = 1; bytes < 60; ++bytes) {
     ASSERT_TRUE(publish_text(on, pair, R"({"n":12345})"));
     texts heard;

@@ -66,15 +66,10 @@ struct core_numbers_codec : testing::Test {
   ~core_numbers_codec() override { EXPECT_TRUE(on.core.check()); }
 
   // What it hears of what it says.
-  texts say(peer& p, std::string_view text) {
-    p.say(text);
-    on.cycles(2);
-    return p.hear();
-  }
+  texts say(peer& p, std::string_view text) { return p.ask(text, 2); }
   texts send(peer& p, const std::string& bytes) {
     p.send(opcode::binary, bytes);
-    on.cycles(2);
-    return p.hear();
+    return p.hear_after(2);
   }
   rowe::detail::queue_pair& offer_echo() {
     auto& pair = on.offer({.kind = rowe::detail::pair_kind::respond_value,
@@ -117,14 +112,12 @@ TEST_F(core_numbers_codec, tells_of_topics_that_come_and_go_by_numbers_that_are_
   client p{on};
   EXPECT_FALSE(p.topics.contains("/a"));
   peer other{on};
-  other.say(R"({"op":"advertise","topic":"/a"})");
-  on.cycles(2);
+  other.tell(R"({"op":"advertise","topic":"/a"})", 2);
   const numbered came = list_of(p.hear(), 'T');
   ASSERT_TRUE(came.contains("/a"));
   other.say(R"({"op":"unadvertise","topic":"/a"})");
   other.say(R"({"op":"advertise","topic":"/b"})"); // in its place
-  on.cycles(2);
-  const texts heard = p.hear();
+  const texts heard = p.hear_after(2);
   EXPECT_EQ(gone_of(heard, 't'), std::vector{came.at("/a")});
   const numbered then = list_of(heard, 'T');
   ASSERT_TRUE(then.contains("/b"));
@@ -135,31 +128,26 @@ TEST_F(core_numbers_codec, tells_of_topics_that_come_and_go_by_numbers_that_are_
 
 TEST_F(core_numbers_codec, gives_a_topic_another_number_with_its_type) {
   peer other{on};
-  other.say(R"({"op":"subscribe","topic":"/a"})");
-  on.cycle();
+  other.tell(R"({"op":"subscribe","topic":"/a"})");
   client p{on};
   ASSERT_TRUE(p.topics.contains("/a"));
   EXPECT_EQ(say(p, subscribe_to(7, p.topics.at("/a"))), texts{});
   other.say(R"({"op":"advertise","topic":"/a","type":"a/A"})");
-  on.cycles(2);
-  const texts heard = p.hear();
+  const texts heard = p.hear_after(2);
   EXPECT_EQ(gone_of(heard, 't'), std::vector{p.topics.at("/a")});
   EXPECT_TRUE(list_of(heard, 'T').contains("/a"));
-  other.say(R"({"op":"publish","topic":"/a","msg":{"v":1}})");
-  on.cycle();
+  other.tell(R"({"op":"publish","topic":"/a","msg":{"v":1}})");
   EXPECT_EQ(p.hear(), texts{message(7, on.now, R"({"v":1})")}) << "its subscription stays";
 }
 
 TEST_F(core_numbers_codec, tells_of_services_that_come_and_go) {
   client p{on};
   peer other{on};
-  other.say(R"({"op":"advertise_service","service":"/add","type":"a/Add"})");
-  on.cycles(2);
+  other.tell(R"({"op":"advertise_service","service":"/add","type":"a/Add"})", 2);
   const numbered came = list_of(p.hear(), 'S');
   ASSERT_TRUE(came.contains("/add"));
   other.leave();
-  on.cycles(2);
-  EXPECT_EQ(gone_of(p.hear(), 's'), std::vector{came.at("/add")});
+  EXPECT_EQ(gone_of(p.hear_after(2), 's'), std::vector{came.at("/add")});
 }
 
 // A peer that advertises and takes it back all the time: others must not be closed because they do not read
@@ -170,22 +158,17 @@ TEST_F(core_numbers_codec, are_not_told_all_that_comes_and_goes_without_pause) {
   on.cycles(100);
   on.net.link_of(p.id()).capacity_bytes = 16; // it reads nothing, so its replies stay in their queue
   for (int i = 0; i < 500; ++i) {
-    restless.say(R"({"op":"advertise","topic":"/a"})");
-    on.cycle();
-    restless.say(R"({"op":"unadvertise","topic":"/a"})");
-    on.cycle();
+    restless.tell(R"({"op":"advertise","topic":"/a"})");
+    restless.tell(R"({"op":"unadvertise","topic":"/a"})");
   }
   EXPECT_FALSE(p.cut());
   on.net.link_of(p.id()).capacity_bytes = 4096;
-  on.cycles(2000);
-  (void)p.hear();
+  (void)p.hear_after(2000);
   for (const char* topic : {"/a", "/b", "/c", "/d"}) { // with pauses each is told at once, and some in a row
-    restless.say(std::string{R"({"op":"advertise","topic":")"} + topic + R"("})");
-    on.cycle();
+    restless.tell(std::string{R"({"op":"advertise","topic":")"} + topic + R"("})");
     EXPECT_TRUE(list_of(p.hear(), 'T').contains(topic));
   }
-  restless.say(R"({"op":"unadvertise","topic":"/a"})");
-  on.cycle();
+  restless.tell(R"({"op":"unadvertise","topic":"/a"})");
   EXPECT_EQ(p.hear(), texts{}) << "not yet";
   const auto until = on.now + 250ms;
   texts heard;
@@ -221,8 +204,7 @@ TEST_F(core_numbers_codec, is_greeted_again_when_it_has_lost_that) {
   EXPECT_GT(on.count(counter::outbox_full), 0U);
   EXPECT_FALSE(p.cut());
   on.net.link_of(p.id()).capacity_bytes = 1U << 20U;
-  on.cycles(100);
-  const texts heard = p.hear();
+  const texts heard = p.hear_after(100);
   EXPECT_EQ(std::count(heard.begin(), heard.end(), "hrobot"), 1);
   EXPECT_TRUE(list_of(heard, 'T').contains("/rowe/stats"));
 }
@@ -269,8 +251,7 @@ TEST_F(core_numbers_codec, goes_on_with_a_message_that_the_socket_took_a_part_of
     ASSERT_TRUE(publish(on, pose_pair, {1, 0}));
     texts heard;
     for (int i = 0; i < 60 && heard.empty(); ++i) {
-      on.cycle();
-      heard = p.hear();
+      heard = p.hear_after(1);
     }
     EXPECT_EQ(heard, texts{message(0x01020304, published, R"({"x":1,"y":0})")}) << capacity;
   }
@@ -286,8 +267,7 @@ TEST_F(core_numbers_codec, takes_several_requests_of_one_message) {
   EXPECT_EQ(say(p, three), texts{"enothing here has the number 9999"});
   EXPECT_EQ(say(p, R"({"drop":[3,9]})"), texts{"enothing here has the number 9"});
   ASSERT_TRUE(publish(on, pose_pair, {1, 0}));
-  on.cycle();
-  EXPECT_EQ(p.hear().size(), 1U);
+  EXPECT_EQ(p.hear_after(1).size(), 1U);
   EXPECT_EQ(say(p, R"({"drop":[1]})"), texts{});
   EXPECT_FALSE(publish(on, pose_pair, {1, 0})) << "nobody listens";
 }
@@ -319,8 +299,7 @@ TEST_F(numbers_beyond_their_rate, are_counted_each_where_a_message_lists_several
   // Who goes on like this is closed as if each had come in a message of its own.
   for (int i = 0; i < 60 && p.close_code == 0; ++i) {
     say(p, drop(30));
-    on.cycles(100);
-    (void)p.hear();
+    (void)p.hear_after(100);
   }
   EXPECT_EQ(p.close_code, 1008);
   EXPECT_EQ(on.count(counter::flooding_peers), 1U);
@@ -332,8 +311,7 @@ TEST_F(core_numbers_codec, carries_out_a_long_list_in_turn_with_others) {
   const auto asked = on.count(counter::messages_in);
   p.send(opcode::text, drop(1000));
   other.send(opcode::binary, "c" + four(4000) + "idxa{}");
-  on.cycles(1);
-  EXPECT_EQ(other.hear().size(), 1U) << "answered after a part of the list";
+  EXPECT_EQ(other.hear_after(1).size(), 1U) << "answered after a part of the list";
   const auto refused = [&] {
     return on.count(counter::refused_requests) + on.count(counter::refusals_unsaid);
   };
@@ -399,8 +377,7 @@ TEST_F(core_numbers_codec, relays_what_is_published_under_the_peers_own_number) 
 TEST_F(core_numbers_codec, answers_calls_of_the_endpoints_services_of_handles_and_of_peers) {
   rowe::responder<pose, pose> echo{core_harness::handle_of(offer_echo())};
   peer other{on};
-  other.say(R"({"op":"advertise_service","service":"/add"})");
-  on.cycle();
+  other.tell(R"({"op":"advertise_service","service":"/add"})");
   client p{on};
   const auto greeting = p.binaries;
   EXPECT_EQ(send(p, "c" + four(p.services.at("/rosapi/topic_type")) + id + R"({"topic":"/no"})"),
@@ -418,9 +395,8 @@ TEST_F(core_numbers_codec, answers_calls_of_the_endpoints_services_of_handles_an
   ASSERT_EQ(called.size(), 1U);
   const auto call_id = rowe::json::find(rowe::json::root(called[0]).raw, "id");
   ASSERT_TRUE(call_id);
-  other.say(R"({"op":"service_response","service":"/add","result":true,"values":{"sum":3},"id":)" +
-            std::string{call_id->raw} + "}");
-  on.cycle();
+  other.tell(R"({"op":"service_response","service":"/add","result":true,"values":{"sum":3},"id":)" +
+             std::string{call_id->raw} + "}");
   EXPECT_EQ(p.hear(), texts{"r" + id + R"({"sum":3})"});
   EXPECT_EQ(p.binaries, greeting + 3);
 }
@@ -528,8 +504,7 @@ TEST_F(core_numbers_codec, leaves_the_other_codecs_as_they_are) {
   client p{on};
   peer page{on};
   peer program{on};
-  on.cycle();
-  EXPECT_EQ(page.hear(), texts{}) << "nobody greets it";
+  EXPECT_EQ(page.hear_after(1), texts{}) << "nobody greets it";
   page.say(R"({"op":"subscribe","topic":"/pose"})");
   page.say(R"({"op":"subscribe","topic":"/cmd"})");
   say(p, subscribe_to(1, p.topics.at("/pose")));
@@ -542,10 +517,8 @@ TEST_F(core_numbers_codec, leaves_the_other_codecs_as_they_are) {
   auto asked = echo.try_next(on.now);
   ASSERT_TRUE(asked);
   EXPECT_TRUE(echo.reply(*asked, {5, 6}, on.now));
-  on.cycle();
-  EXPECT_EQ(program.hear(), texts{R"({"x":5,"y":6,"in_reply_to":1})"});
-  page.say(R"({"op":"publish","topic":"/pose","msg":{"x":4,"y":0}})");
-  on.cycle();
+  EXPECT_EQ(program.hear_after(1), texts{R"({"x":5,"y":6,"in_reply_to":1})"});
+  page.tell(R"({"op":"publish","topic":"/pose","msg":{"x":4,"y":0}})");
   EXPECT_EQ(p.hear().size(), 2U);
   send(program, "c" + four(1) + "abcd{}");
   EXPECT_EQ(program.close_code, 1003) << "no binary messages there";

@@ -79,12 +79,10 @@ TEST_F(parameters, end_as_the_service_thread_ordered_the_writes) {
   constexpr std::string_view nine =
       R"({"op":"call_service","service":"/rosapi/set_param","args":{"name":"/gain","value":"9"}})";
   EXPECT_TRUE(gain.set(5));
-  boss.say(nine);
-  on.cycle();
+  boss.tell(nine);
   EXPECT_TRUE(says(get(boss, "/gain"), R"("value":"9")"));
   EXPECT_EQ(gain.get(), 9);
-  boss.say(nine);
-  on.cycle();
+  boss.tell(nine);
   EXPECT_TRUE(gain.set(5));
   on.cycle();
   EXPECT_TRUE(says(get(boss, "/gain"), R"("value":"5")"));
@@ -223,8 +221,7 @@ TEST_F(parameters, are_gone_with_their_handle_and_their_name_is_free_again) {
 
 TEST_F(parameters, are_told_on_a_latched_topic_fifty_times_a_second_at_most) {
   peer& early = comes("observer");
-  early.say(R"({"op":"subscribe","topic":"/rowe/parameters"})");
-  on.cycle();
+  early.tell(R"({"op":"subscribe","topic":"/rowe/parameters"})");
   auto gain = open<double>("/gain", 0.5);
   on.cycles(2);
   EXPECT_EQ(heard(early), R"({"op":"publish","topic":"/rowe/parameters","msg":{"values":{"/gain":0.5}}})");
@@ -237,8 +234,7 @@ TEST_F(parameters, are_told_on_a_latched_topic_fifty_times_a_second_at_most) {
   on.cycles(2);
   EXPECT_TRUE(says(heard(early), R"("/gain":9)"));
   peer& late = comes("observer");
-  late.say(R"({"op":"subscribe","topic":"/rowe/parameters"})");
-  on.cycles(2);
+  late.tell(R"({"op":"subscribe","topic":"/rowe/parameters"})", 2);
   EXPECT_TRUE(says(heard(late), R"("/gain":9)"));
 }
 

@@ -9,8 +9,7 @@ namespace {
 TEST_F(core_test, sends_a_published_struct_to_the_peer_that_subscribed) {
   auto& pair = advertise_pose(on);
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
   ASSERT_TRUE(publish(on, pair, {1.5, -2}));
   on.cycle();
   EXPECT_EQ(browser.hear(), texts{R"({"op":"publish","topic":"/pose","msg":{"x":1.5,"y":-2}})"});
@@ -21,12 +20,9 @@ TEST_F(core_test, tells_a_publisher_that_nobody_listens_and_queues_nothing) {
   peer browser{on};
   on.cycle();
   EXPECT_EQ(publish(on, pair, {1, 0}).code(), rowe::errc::no_peer);
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
-  EXPECT_TRUE(browser.hear().empty());
+  EXPECT_TRUE(browser.ask(R"({"op":"subscribe","topic":"/pose"})").empty());
   EXPECT_TRUE(publish(on, pair, {2, 0}));
-  browser.say(R"({"op":"unsubscribe","topic":"/pose"})");
-  on.cycle();
+  browser.tell(R"({"op":"unsubscribe","topic":"/pose"})");
   EXPECT_EQ(publish(on, pair, {3, 0}).code(), rowe::errc::no_peer);
   EXPECT_EQ(on.count(counter::no_peer), 3U); // two refused, and the one that was under way
 }
@@ -34,8 +30,7 @@ TEST_F(core_test, tells_a_publisher_that_nobody_listens_and_queues_nothing) {
 TEST_F(core_test, refuses_to_publish_when_all_slots_wait_and_counts_it) {
   auto& pair = advertise_pose(on, {.depth = 4});
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
   for (int i = 0; i < 4; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   EXPECT_EQ(publish(on, pair, {9, 0}).code(), rowe::errc::full);
   on.cycle();
@@ -47,11 +42,9 @@ TEST_F(core_test, refuses_to_publish_when_all_slots_wait_and_counts_it) {
 TEST_F(core_test, keeps_only_the_newest_value_where_asked_to_and_counts_the_others) {
   auto& pair = advertise_pose(on, {.keep = rowe::keep::newest});
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
   for (int i = 1; i <= 5; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
-  on.cycle();
-  EXPECT_EQ(browser.hear(), texts{message(5)});
+  EXPECT_EQ(browser.hear_after(1), texts{message(5)});
   EXPECT_EQ(on.count(counter::replaced), 4U);
 }
 
@@ -75,15 +68,13 @@ TEST_F(core_test, encodes_once_for_all_peers) {
 TEST_F(core_test, sends_nothing_after_its_time_to_live_but_a_frame_already_begun) {
   auto& pair = advertise_pose(on, {.ttl = 20ms});
   peer slow{on};
-  slow.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  slow.tell(R"({"op":"subscribe","topic":"/pose"})");
   on.net.link_of(slow.id()).capacity_bytes = 10; // the first frame begins, no more
   for (int i = 1; i <= 3; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
   on.cycle(30ms);
   on.net.link_of(slow.id()).capacity_bytes = 4096;
-  on.cycles(3);
-  EXPECT_EQ(slow.hear(), texts{message(1)});
+  EXPECT_EQ(slow.hear_after(3), texts{message(1)});
   EXPECT_EQ(on.count(counter::expired), 2U);
   on.cycles(20);
   EXPECT_EQ(on.core.slots_in_use(), 0U);
@@ -92,8 +83,7 @@ TEST_F(core_test, sends_nothing_after_its_time_to_live_but_a_frame_already_begun
 TEST_F(core_test, drops_what_was_too_old_when_it_was_taken_from_its_lane) {
   auto& pair = advertise_pose(on, {.ttl = 20ms});
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
   ASSERT_TRUE(publish(on, pair, {1, 0}));
   on.cycle(25ms);
   EXPECT_TRUE(browser.hear().empty());
@@ -103,17 +93,14 @@ TEST_F(core_test, drops_what_was_too_old_when_it_was_taken_from_its_lane) {
 TEST_F(core_test, sends_a_value_without_time_to_live_only_in_the_cycle_that_sees_it) {
   auto& pair = advertise_pose(on, {.ttl = 0ms});
   peer slow{on};
-  slow.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  slow.tell(R"({"op":"subscribe","topic":"/pose"})");
   ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
-  EXPECT_EQ(slow.hear(), texts{message(1)});
+  EXPECT_EQ(slow.hear_after(1), texts{message(1)});
   on.net.link_of(slow.id()).capacity_bytes = 0;
   ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycle();
   on.net.link_of(slow.id()).capacity_bytes = 4096;
-  on.cycles(3);
-  EXPECT_TRUE(slow.hear().empty());
+  EXPECT_TRUE(slow.hear_after(3).empty());
   EXPECT_EQ(on.count(counter::expired), 1U);
 }
 
@@ -130,8 +117,7 @@ TEST_F(core_test, drops_the_oldest_for_a_peer_that_does_not_read_and_counts_it) 
   }
   EXPECT_EQ(quick.hear().size(), 40U);
   on.net.link_of(slow.id()).capacity_bytes = 1 << 20;
-  on.cycles(3);
-  const auto late = slow.hear();
+  const auto late = slow.hear_after(3);
   ASSERT_EQ(late.size(), 16U); // queue_depth_max
   EXPECT_EQ(late.front(), message(24));
   EXPECT_EQ(late.back(), message(39));
@@ -145,16 +131,13 @@ TEST_F(core_test, gives_a_late_subscriber_the_last_value_of_a_latched_topic) {
   ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycle();
   peer late{on};
-  late.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycles(2);
-  EXPECT_EQ(late.hear(), texts{message(2)});
+  EXPECT_EQ(late.ask(R"({"op":"subscribe","topic":"/pose"})", 2), texts{message(2)});
 }
 
 TEST_F(core_test, counts_each_expired_message_of_a_latched_topic) {
   auto& pair = advertise_pose(on, {.ttl = 20ms, .latched = true});
   peer slow{on};
-  slow.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  slow.tell(R"({"op":"subscribe","topic":"/pose"})");
   on.net.link_of(slow.id()).capacity_bytes = 0;
   for (int i = 0; i < 10; ++i) {
     ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
@@ -166,8 +149,7 @@ TEST_F(core_test, counts_each_expired_message_of_a_latched_topic) {
 
 TEST_F(core_test, gives_the_newest_only_to_those_who_subscribed_before_it_was_asked_for) {
   peer early{on};
-  early.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  early.tell(R"({"op":"subscribe","topic":"/pose"})");
   auto& pair = advertise_pose(on, {.keep = rowe::keep::newest});
   on.cycle();
   on.net.link_of(early.id()).capacity_bytes = 0;
@@ -176,8 +158,7 @@ TEST_F(core_test, gives_the_newest_only_to_those_who_subscribed_before_it_was_as
     on.cycle();
   }
   on.net.link_of(early.id()).capacity_bytes = 4096;
-  on.cycles(2);
-  EXPECT_EQ(early.hear(), texts{message(9)});
+  EXPECT_EQ(early.hear_after(2), texts{message(9)});
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
 }
 
@@ -235,8 +216,7 @@ TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
 TEST_F(core_test, writes_not_a_number_as_null_and_counts_it) {
   auto& pair = advertise_pose(on);
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
   ASSERT_TRUE(publish(on, pair, {std::numeric_limits<double>::quiet_NaN(), 0}));
   on.cycle();
   EXPECT_EQ(browser.hear(), texts{R"({"op":"publish","topic":"/pose","msg":{"x":null,"y":0}})"});
@@ -246,22 +226,19 @@ TEST_F(core_test, writes_not_a_number_as_null_and_counts_it) {
 TEST_F(core_test, drops_and_counts_text_that_is_no_json_object) {
   auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/text", 100);
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/text"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/text"})");
   for (const std::string_view text : {"{", "7", "[{}]"}) {
     ASSERT_TRUE(rowe::detail::publish_into(
         pair, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
   }
-  on.cycle();
-  EXPECT_TRUE(browser.hear().empty());
+  EXPECT_TRUE(browser.hear_after(1).empty());
   EXPECT_EQ(on.count(counter::malformed), 3U);
 }
 
 TEST_F(core_test, frees_a_closing_lane_and_its_topic_after_sending_what_it_held) {
   auto& pair = advertise_pose(on);
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
   ASSERT_TRUE(publish(on, pair, {4, 0}));
   pair.lifecycle.close();
   on.cycle();
@@ -284,17 +261,13 @@ TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {
   core_harness hub{options};
   peer talker{hub};
   peer listener{hub};
-  listener.say(R"({"op":"subscribe","topic":"/pose"})");
-  hub.cycle();
+  listener.tell(R"({"op":"subscribe","topic":"/pose"})");
   hub.net.link_of(listener.id()).capacity_bytes = 0;
-  talker.say(R"({"op":"publish","topic":"/pose","msg":{"x":1,"y":0}})");
-  hub.cycle();
+  talker.tell(R"({"op":"publish","topic":"/pose","msg":{"x":1,"y":0}})");
   advertise_pose(hub, {.keep = rowe::keep::newest, .priority = rowe::priority::urgent});
   hub.cycle();
-  talker.say(R"({"op":"publish","topic":"/pose","msg":{"x":2,"y":0}})");
-  hub.cycle();
-  listener.say(R"({"op":"unsubscribe","topic":"/pose"})");
-  hub.cycle();
+  talker.tell(R"({"op":"publish","topic":"/pose","msg":{"x":2,"y":0}})");
+  listener.tell(R"({"op":"unsubscribe","topic":"/pose"})");
   EXPECT_EQ(hub.core.slots_in_use(), 0U);
   EXPECT_TRUE(hub.core.check());
 }
@@ -302,8 +275,7 @@ TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {
 TEST_F(core_test, wants_the_next_cycle_at_once_when_a_lane_had_more_than_its_share) {
   auto& pair = advertise_pose(on, {.depth = 128});
   peer p{on};
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  p.tell(R"({"op":"subscribe","topic":"/pose"})");
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
   EXPECT_EQ(on.next_wake, on.now);
@@ -325,8 +297,7 @@ struct ample {
           options.limits.queued_max = 1024;
           return options;
         }()} {
-    reader.say(R"({"op":"subscribe","topic":"/pose","queue_length":)" + std::to_string(queue_length) + "}");
-    on.cycle();
+    reader.tell(R"({"op":"subscribe","topic":"/pose","queue_length":)" + std::to_string(queue_length) + "}");
   }
   void publish_all(int values) {
     for (int i = 0; i < values; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
@@ -357,8 +328,7 @@ TEST(core_publishing, takes_more_of_a_queue_pair_at_once_where_everybody_has_roo
 TEST(core_publishing, takes_no_more_of_a_lane_at_once_than_the_smallest_queue_holds) {
   ample a{100};
   peer patient{a.on};
-  patient.say(R"({"op":"subscribe","topic":"/pose"})");
-  a.on.cycle();
+  patient.tell(R"({"op":"subscribe","topic":"/pose"})");
   a.publish_all(300);
   a.on.cycle();
   EXPECT_EQ(a.waiting(), 200U);
@@ -402,8 +372,7 @@ TEST(core_publishing, takes_back_from_peers_that_do_not_read_only_what_they_hold
   on.net.link_of(other.id()).capacity_bytes = 0;
   other.say(R"({"op":"nonsense"})"); // the last slot
   on.cycle();
-  asks.say(R"({"op":"nonsense"})");
-  on.cycles(1100);
+  asks.tell(R"({"op":"nonsense"})", 1100);
   const auto heard = slow.hear();
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_NE(heard[1].find(R"({"n":2})"), std::string::npos) << heard[1];
@@ -422,8 +391,7 @@ TEST_F(core_test, takes_slots_back_from_peers_that_do_not_read_when_others_need_
     std::size_t heard = 0;
     for (int i = 0; i < 100; ++i) {
       EXPECT_TRUE(publish_text(busy, pair, R"({"x":")" + std::string(bytes, 'x') + R"("})"));
-      busy.cycle();
-      heard += hears.hear().size();
+      heard += hears.hear_after(1).size();
     }
     EXPECT_EQ(heard, 100U);
     EXPECT_EQ(busy.count(counter::no_slot), 0U);

@@ -41,13 +41,11 @@ TEST_F(qos, lifespan_of_an_advertisement_is_a_time_to_live) {
   robot.say(publish(1));
   on.cycles(2);
   peer soon{on};
-  soon.say(R"({"op":"subscribe","topic":"/t"})");
-  on.cycles(2);
+  soon.tell(R"({"op":"subscribe","topic":"/t"})", 2);
   EXPECT_TRUE(has(heard(soon), R"("n":1)"));
   on.now += 60ms;
   peer late{on};
-  late.say(R"({"op":"subscribe","topic":"/t"})");
-  on.cycles(2);
+  late.tell(R"({"op":"subscribe","topic":"/t"})", 2);
   EXPECT_EQ(heard(late), "");
 }
 
@@ -60,18 +58,15 @@ TEST_F(qos, lifespan_of_a_subscription_drops_what_waited_too_long_for_it_alone) 
       R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"queue_length":5,"qos":{"lifespan":0.2}})");
   patient.say(R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"queue_length":5})");
   on.cycle();
-  robot.say(publish(1));
-  on.cycles(2);
-  robot.say(publish(2));
-  on.cycles(2);
+  robot.tell(publish(1), 2);
+  robot.tell(publish(2), 2);
   EXPECT_TRUE(has(heard(hasty), R"("n":1)"));
   EXPECT_TRUE(has(heard(patient), R"("n":1)"));
   on.cycles(12, 100ms);
   EXPECT_EQ(heard(hasty), "");
   EXPECT_TRUE(has(heard(patient), R"("n":2)"));
   EXPECT_EQ(on.count(counter::expired), 1U);
-  robot.say(publish(3));
-  on.cycles(2);
+  robot.tell(publish(3), 2);
   EXPECT_TRUE(has(heard(hasty), R"("n":3)")); // what is fresh comes
 }
 
@@ -95,8 +90,7 @@ TEST_F(qos, deadline_is_counted_and_told_once_until_a_message_comes) {
   robot.say(publish(9));
   on.cycles(20, 100ms);
   EXPECT_TRUE(has(heard(page), "deadline"));
-  page.say(R"({"op":"unsubscribe","topic":"/t"})");
-  on.cycle();
+  page.tell(R"({"op":"unsubscribe","topic":"/t"})");
   const auto before = on.count(counter::deadlines_missed);
   on.cycles(20, 100ms);
   EXPECT_EQ(on.count(counter::deadlines_missed), before);
@@ -137,8 +131,7 @@ TEST_F(qos, deadline_is_told_without_an_id_only_to_who_has_many_long_ones) {
   EXPECT_FALSE(told_by(greedy, 4, long_id));
   EXPECT_TRUE(told_by(other, 0, "subscribe:/robot/camera/front/odometry:17"));
   for (int i = 0; i < 4; ++i) {
-    greedy.say(R"({"op":"unsubscribe","topic":"/t)" + std::to_string(i) + "\"}");
-    on.cycle();
+    greedy.tell(R"({"op":"unsubscribe","topic":"/t)" + std::to_string(i) + "\"}");
   }
   EXPECT_TRUE(told_by(greedy, 5, long_id));
 }
@@ -170,8 +163,7 @@ TEST_F(qos, of_zero_or_infinite_times_does_nothing) {
 TEST_F(qos, depth_is_the_length_of_the_queue) {
   peer page{on};
   peer robot{on};
-  page.say(R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"qos":{"depth":2}})");
-  on.cycle();
+  page.tell(R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"qos":{"depth":2}})");
   for (int i = 0; i < 6; ++i) robot.say(publish(i));
   on.cycles(40, 100ms);
   const std::string got = heard(page);

@@ -22,8 +22,7 @@ TEST_F(core_gone, a_peer_that_has_gone_is_answered_nothing) {
   peer p{on};
   p.say(R"({"op":"advertise","topic":"/said","type":"a/B"})");
   peer other{on};
-  other.say(R"({"op":"subscribe","topic":"/said"})");
-  on.cycle();
+  other.tell(R"({"op":"subscribe","topic":"/said"})");
   on.core.on_gone(p.id());
   (void)p.hear();
   (void)other.hear();
@@ -38,16 +37,13 @@ TEST_F(core_gone, a_peer_that_has_gone_is_answered_nothing) {
       R"({"op":"set_level","level":"none"})"};
   std::uint64_t count = 0;
   for (const std::string_view one : asked) {
-    p.say(one);
-    on.cycle();
+    p.tell(one);
     EXPECT_EQ(on.count(counter::left_behind), ++count) << one;
     EXPECT_EQ(p.hear(), texts{}) << one;
   }
-  p.say(R"({"op":"publish","topic":"/said","msg":{"x":1}})");
-  on.cycle();
+  p.tell(R"({"op":"publish","topic":"/said","msg":{"x":1}})");
   EXPECT_EQ(other.hear(), texts{R"({"op":"publish","topic":"/said","msg":{"x":1}})"}) << "others want that";
-  p.say(R"({"op":"call_service","id":"4","service":"/rowe/stop"})");
-  on.cycle();
+  p.tell(R"({"op":"call_service","id":"4","service":"/rowe/stop"})");
   EXPECT_EQ(on.count(counter::stops), 1U);
   EXPECT_EQ(on.count(counter::left_behind), count);
 }
@@ -80,8 +76,7 @@ struct throttling : core_test {
 TEST_F(throttling, spaces_messages_by_the_throttle_rate) {
   auto& pair = advertise_pose(on);
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":50})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/pose","throttle_rate":50})");
   EXPECT_EQ(run(browser, pair, 1000).size(), 20U);
   EXPECT_EQ(on.count(counter::throttled), 980U);
 }
@@ -89,8 +84,7 @@ TEST_F(throttling, spaces_messages_by_the_throttle_rate) {
 TEST_F(throttling, with_a_queue_of_one_sends_the_newest_value_when_it_is_due) {
   auto& pair = advertise_pose(on);
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":100,"queue_length":1})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/pose","throttle_rate":100,"queue_length":1})");
   const texts heard = run(browser, pair, 500);
   ASSERT_GE(heard.size(), 5U);
   EXPECT_EQ(heard[0], message(1));
@@ -100,8 +94,7 @@ TEST_F(throttling, with_a_queue_of_one_sends_the_newest_value_when_it_is_due) {
 TEST_F(throttling, with_a_longer_queue_drops_the_oldest_and_drains_at_its_rate) {
   auto& pair = advertise_pose(on);
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":10,"queue_length":3})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/pose","throttle_rate":10,"queue_length":3})");
   EXPECT_EQ(run(browser, pair, 5), texts{message(1)});
   texts heard;
   for (int i = 0; i < 50; ++i) {
@@ -116,27 +109,22 @@ TEST_F(throttling, with_a_longer_queue_drops_the_oldest_and_drains_at_its_rate) 
 TEST_F(throttling, takes_a_period_of_centuries_for_what_it_is) {
   auto& pair = advertise_pose(on);
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":9223372036854,"queue_length":1})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/pose","throttle_rate":9223372036854,"queue_length":1})");
   EXPECT_EQ(run(browser, pair, 100), texts{message(1)});
 }
 
 TEST_F(throttling, counts_from_when_a_message_was_sent_that_was_ready_before_the_rate_changed) {
   auto& pair = advertise_pose(on);
   peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":5,"queue_length":1})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/pose","throttle_rate":5,"queue_length":1})");
   EXPECT_EQ(run(browser, pair, 1).size(), 1U);
   on.net.link_of(browser.id()).capacity_bytes = 0;
   on.cycles(10);
   EXPECT_TRUE(run(browser, pair, 2).empty()); // the first waits for room, the second is behind it
-  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":1000,"queue_length":1})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/pose","throttle_rate":1000,"queue_length":1})");
   on.net.link_of(browser.id()).capacity_bytes = 1 << 20;
-  on.cycle();
-  EXPECT_FALSE(browser.hear().empty());
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  EXPECT_FALSE(browser.hear_after(1).empty());
+  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
   EXPECT_EQ(run(browser, pair, 5).size(), 5U);
 }
 
@@ -147,11 +135,9 @@ TEST_F(throttling, merges_two_subscriptions_of_one_peer_into_one_copy) {
   browser.say(R"({"op":"subscribe","id":"b","topic":"/pose"})");
   on.cycle();
   EXPECT_EQ(run(browser, pair, 10).size(), 10U);
-  browser.say(R"({"op":"unsubscribe","id":"b","topic":"/pose"})");
-  on.cycle();
+  browser.tell(R"({"op":"unsubscribe","id":"b","topic":"/pose"})");
   EXPECT_LE(run(browser, pair, 50).size(), 1U);
-  browser.say(R"({"op":"unsubscribe","id":"a","topic":"/pose"})");
-  on.cycle();
+  browser.tell(R"({"op":"unsubscribe","id":"a","topic":"/pose"})");
   EXPECT_EQ(publish(on, pair, {0, 0}).code(), rowe::errc::no_peer);
 }
 
@@ -170,8 +156,7 @@ TEST_F(hub, relays_what_one_peer_publishes_to_those_that_subscribed_with_its_tex
   peer talker{on};
   peer listener{on};
   peer bystander{on};
-  listener.say(R"({"op":"subscribe","topic":"/chatter"})");
-  on.cycle();
+  listener.tell(R"({"op":"subscribe","topic":"/chatter"})");
   talker.say(R"({"op":"advertise","topic":"/chatter","type":"std_msgs/String"})");
   talker.say(R"({"op":"publish","topic":"\/chatter","msg":{"data": 0.10000000000000001,"n":1e2}})");
   on.cycles(2);
@@ -184,11 +169,9 @@ TEST_F(hub, relays_what_one_peer_publishes_to_those_that_subscribed_with_its_tex
 TEST_F(hub, relays_messages_too_large_for_a_small_slot) {
   peer talker{on};
   peer listener{on};
-  listener.say(R"({"op":"subscribe","topic":"/big"})");
-  on.cycle();
+  listener.tell(R"({"op":"subscribe","topic":"/big"})");
   const std::string body = R"({"data":")" + std::string(6000, 'x') + R"("})";
-  talker.say(R"({"op":"publish","topic":"/big","msg":)" + body + "}");
-  on.cycles(2);
+  talker.tell(R"({"op":"publish","topic":"/big","msg":)" + body + "}", 2);
   EXPECT_EQ(listener.hear() == texts{R"({"op":"publish","topic":"/big","msg":)" + body + "}"}, true);
 }
 
@@ -196,8 +179,7 @@ TEST_F(hub, keeps_topics_below_rowe_for_itself) {
   peer talker{on};
   talker.say(R"({"op":"publish","id":"p","topic":"/rowe/stats","msg":{}})");
   talker.say(R"({"op":"advertise","topic":"/rowe/stats","type":"a/B"})");
-  on.cycle();
-  const auto heard = talker.hear();
+  const auto heard = talker.hear_after(1);
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_NE(heard[0].find(R"("op":"status","level":"error","id":"p")"), std::string::npos) << heard[0];
 }
@@ -205,10 +187,8 @@ TEST_F(hub, keeps_topics_below_rowe_for_itself) {
 TEST_F(hub, delivers_to_subscribers_of_its_own_process_too) {
   auto& inbox = on.offer(rowe::detail::pair_kind::subscribe_text, "/chatter", 1000);
   peer talker{on};
-  talker.say(R"({"op":"publish","topic":"/chatter","msg":{"data":1}})");
-  on.cycles(2);
-  talker.say(R"({"op":"publish","topic":"/chatter","msg":{"data":2}})");
-  on.cycle();
+  talker.tell(R"({"op":"publish","topic":"/chatter","msg":{"data":1}})", 2);
+  talker.tell(R"({"op":"publish","topic":"/chatter","msg":{"data":2}})");
   std::string newest;
   while (const auto text = take(inbox)) newest = *text;
   EXPECT_EQ(newest, R"({"data":2})");
@@ -217,18 +197,14 @@ TEST_F(hub, delivers_to_subscribers_of_its_own_process_too) {
 TEST_F(core_test, does_not_relay_unless_it_is_a_hub) {
   peer talker{on};
   peer listener{on};
-  listener.say(R"({"op":"subscribe","topic":"/chatter"})");
-  on.cycle();
-  talker.say(R"({"op":"publish","topic":"/chatter","msg":{}})");
-  on.cycles(2);
+  listener.tell(R"({"op":"subscribe","topic":"/chatter"})");
+  talker.tell(R"({"op":"publish","topic":"/chatter","msg":{}})", 2);
   EXPECT_TRUE(listener.hear().empty());
 }
 
 struct refusals : core_test {
   std::string answer(peer& of, std::string_view request) {
-    of.say(request);
-    on.cycle();
-    const auto heard = of.hear();
+    const auto heard = of.ask(request);
     return heard.empty() ? "" : heard.back();
   }
 };
@@ -253,8 +229,7 @@ TEST(refusal, names_the_limit_on_subscriptions_of_one_peer) {
   core_harness on{options};
   peer p{on};
   for (int i = 0; i < 9; ++i) p.say(R"({"op":"subscribe","topic":"/t)" + std::to_string(i) + "\"}");
-  on.cycle();
-  const texts heard = p.hear();
+  const texts heard = p.hear_after(1);
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_NE(heard[0].find("subscriptions_per_connection_max"), std::string::npos);
 }
@@ -286,8 +261,7 @@ TEST_F(refusals, name_the_limit_on_advertisements_and_take_them_back) {
   peer p{on};
   for (int i = 0; i < 4; ++i)
     p.say(R"({"op":"advertise","type":"a/B","topic":"/t)" + std::to_string(i) + "\"}");
-  on.cycle();
-  EXPECT_TRUE(p.hear().empty());
+  EXPECT_TRUE(p.hear_after(1).empty());
   EXPECT_NE(
       answer(p, R"({"op":"advertise","type":"a/B","topic":"/t9"})").find("advertisements_per_connection_max"),
       std::string::npos);
@@ -298,16 +272,14 @@ TEST_F(refusals, name_the_limit_on_advertisements_and_take_them_back) {
 
 TEST_F(refusals, name_the_type_that_a_topic_has) {
   peer p{on};
-  p.say(R"({"op":"advertise","topic":"/t","type":"a/B"})");
-  on.cycle();
+  p.tell(R"({"op":"advertise","topic":"/t","type":"a/B"})");
   EXPECT_NE(answer(p, R"({"op":"advertise","topic":"/t","type":"a/C"})").find("a/B"), std::string::npos);
 }
 
 TEST_F(refusals, answer_an_unsubscribe_without_subscription) {
   peer p{on};
   EXPECT_NE(answer(p, R"({"op":"unsubscribe","topic":"/t"})"), "");
-  p.say(R"({"op":"subscribe","id":"a","topic":"/t"})");
-  on.cycle();
+  p.tell(R"({"op":"subscribe","id":"a","topic":"/t"})");
   EXPECT_NE(answer(p, R"({"op":"unsubscribe","id":"b","topic":"/t"})").find("id"), std::string::npos);
 }
 
@@ -321,8 +293,7 @@ TEST_F(refusals, are_silent_after_set_level_none) {
 TEST_F(refusals, close_a_connection_that_sends_binary) {
   peer p{on};
   p.send(rowe::wire::opcode::binary, "x");
-  on.cycle();
-  (void)p.hear();
+  (void)p.hear_after(1);
   EXPECT_EQ(p.close_code, 1003);
   EXPECT_TRUE(p.cut());
 }

@@ -377,8 +377,7 @@ struct scene_with_parameter : scene {
     auto* const cell =
         on.shared.parameters.open(rowe::detail::parameter_request_of<bool>(name, false, {}), -1);
     flag = rowe::parameter<bool>{rowe::detail::parameter_handle{nullptr, *cell}, false, {}};
-    on.cycles(10);
-    (void)subject.hear();
+    (void)subject.hear_after(10);
     read_events();
   }
   rowe::parameter<bool> flag;

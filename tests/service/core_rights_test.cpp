@@ -445,8 +445,7 @@ TEST(seen_by_number, is_only_what_the_role_may_use_and_more_when_it_grows) {
   provider.say(R"({"op":"advertise_service","type":"c/D","service":"/secret/door"})");
   on.cycles(2);
   peer arm{on, rowe::service::side::server, far, "/", numbers::subprotocol, token_of("arm")};
-  on.cycles(6);
-  const auto heard = arm.hear();
+  const auto heard = arm.hear_after(6);
   const numbers::numbered topics = numbers::list_of(heard, 'T');
   const numbers::numbered services = numbers::list_of(heard, 'S');
   EXPECT_TRUE(topics.contains("/arm/joints"));
@@ -462,18 +461,15 @@ TEST(seen_by_number, is_only_what_the_role_may_use_and_more_when_it_grows) {
   for (const std::string& text : arm.hear()) EXPECT_EQ(text.find("secret"), std::string::npos) << text;
 
   // What goes was not told, so it is not told that it goes.
-  provider.say(R"({"op":"unadvertise","topic":"/secret/place"})");
-  on.cycles(300);
+  provider.tell(R"({"op":"unadvertise","topic":"/secret/place"})", 300);
   EXPECT_TRUE(numbers::gone_of(arm.hear(), 't').empty());
-  provider.say(R"({"op":"advertise","type":"a/B","topic":"/secret/place"})");
-  on.cycles(300);
+  provider.tell(R"({"op":"advertise","type":"a/B","topic":"/secret/place"})", 300);
   EXPECT_FALSE(numbers::list_of(arm.hear(), 'T').contains("/secret/place"));
 
   auto more = options.access;
   more.roles[0].subscribe = {"**", "/arm/**"};
   on.set_access(more);
-  on.cycles(2);
-  const numbers::numbered grown = numbers::list_of(arm.hear(), 'T');
+  const numbers::numbered grown = numbers::list_of(arm.hear_after(2), 'T');
   EXPECT_TRUE(grown.contains("/secret/place"));
   EXPECT_FALSE(grown.contains("/arm/joints")); // that it knows
 }

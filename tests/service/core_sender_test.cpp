@@ -152,12 +152,10 @@ TEST_F(core_sender, a_stop_does_not_wait_until_all_have_had_their_turn) {
   peer operator_{on};
   all_say(R"({"op":"subscribe","topic":"/pose"})");
   ASSERT_TRUE(publish(on, pair, {1, 0}));
-  operator_.say(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
-  on.cycle();
+  operator_.tell(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
   ASSERT_TRUE(latch.engaged(on.now));
   latch.acknowledge(on.now);
-  on.cycle();
-  EXPECT_EQ(operator_.hear().size(), 1U);
+  EXPECT_EQ(operator_.hear_after(1).size(), 1U);
   EXPECT_EQ(heard(), 2 * turns_per_cycle);
 }
 
@@ -169,8 +167,7 @@ TEST(sender, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did
   auto& lasting = advertise_pose(on);
   auto& brief = advertise_pose(on, {.ttl = 20ms});
   peer slow{on};
-  slow.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  slow.tell(R"({"op":"subscribe","topic":"/pose"})");
   on.net.link_of(slow.id()).capacity_bytes = 10; // the first frame begins, no more
   for (int i = 1; i <= 2; ++i) {
     ASSERT_TRUE(publish(on, lasting, {1.0 * i, 0}));
@@ -180,11 +177,9 @@ TEST(sender, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did
   on.cycle();
   on.now += 30ms;
   on.net.link_of(slow.id()).capacity_bytes = 4096;
-  on.cycles(3);
-  EXPECT_EQ(slow.hear(), (texts{message(1), message(2)}));
+  EXPECT_EQ(slow.hear_after(3), (texts{message(1), message(2)}));
   ASSERT_TRUE(publish(on, lasting, {4, 0}));
-  on.cycle();
-  EXPECT_EQ(slow.hear(), texts{message(4)});
+  EXPECT_EQ(slow.hear_after(1), texts{message(4)});
   EXPECT_EQ(on.core.inconsistency(), "");
 }
 
@@ -197,8 +192,7 @@ TEST(sender, begins_what_waited_for_a_frame_that_ended) {
   auto& pair = advertise_pose(on);
   peer first{on}, second{on};
   for (peer* p : {&first, &second}) {
-    p->say(R"({"op":"subscribe","topic":"/pose"})");
-    on.cycle();
+    p->tell(R"({"op":"subscribe","topic":"/pose"})");
     on.net.link_of(p->id()).capacity_bytes = 10;
   }
   for (int i = 1; i <= 2; ++i) {

@@ -58,24 +58,19 @@ TEST(core_shares, survives_a_queue_that_becomes_shorter_with_expired_messages_be
   auto& odom = offer_text(on, pair_kind::publish_text, "/odom", 64, {.ttl = 100ms});
   peer p{on};
   for (int round = 0; round < 5; ++round) {
-    p.say(subscribe("/odom", R"(,"throttle_rate":3600000,"queue_length":16)"));
-    on.cycle();
+    p.tell(subscribe("/odom", R"(,"throttle_rate":3600000,"queue_length":16)"));
     (void)publish_text(on, odom, R"({"n":0})"); // throttled from here on
     on.cycles(2);
-    p.say(publish_on("/odom", R"({"n":"lives"})"));
-    on.cycle();
+    p.tell(publish_on("/odom", R"({"n":"lives"})"));
     for (int i = 0; i < 8; ++i) {
       (void)publish_text(on, odom, R"({"n":1})");
       on.cycle();
     }
     on.cycle(220ms);
-    p.say(subscribe("/odom", R"(,"queue_length":1)"));
-    on.cycle();
+    p.tell(subscribe("/odom", R"(,"queue_length":1)"));
     (void)publish_text(on, odom, R"({"n":2})");
     on.cycles(2);
-    p.say(R"({"op":"unsubscribe","topic":"/odom"})");
-    on.cycle();
-    (void)p.hear();
+    (void)p.ask(R"({"op":"unsubscribe","topic":"/odom"})");
     ASSERT_TRUE(on.core.check()) << round;
   }
   EXPECT_EQ(on.core.slots_in_use(), 0U);
@@ -86,15 +81,13 @@ TEST(core_shares, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
   core_harness on{hub_options()};
   auto& pair = offer_text(on, pair_kind::publish_text, "/t", 64);
   peer p{on};
-  p.say(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":16)"));
-  on.cycle();
+  p.tell(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":16)"));
   for (int i = 0; i < 11; ++i) {
     (void)publish_text(on, pair, R"({"n":)" + std::to_string(i) + "}");
     on.cycle();
   }
   ASSERT_EQ(on.core.slots_in_use(), 10U);
-  p.say(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":2)"));
-  on.cycle();
+  p.tell(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":2)"));
   EXPECT_EQ(on.core.slots_in_use(), 2U);
   on.cycles(3, 1s);
   EXPECT_EQ(count_of(p.hear(), R"("n":9)"), 1U);
@@ -104,21 +97,16 @@ TEST(core_shares, follows_a_throttle_that_is_lowered_at_once) {
   core_harness on;
   auto& pair = offer_text(on, pair_kind::publish_text, "/t", 64);
   peer p{on};
-  p.say(subscribe("/t", R"(,"throttle_rate":3600000,"queue_length":4)"));
-  on.cycle();
+  p.tell(subscribe("/t", R"(,"throttle_rate":3600000,"queue_length":4)"));
   for (int i = 0; i < 3; ++i) {
     (void)publish_text(on, pair, R"({"n":)" + std::to_string(i) + "}");
     on.cycle();
   }
   ASSERT_EQ(p.hear().size(), 1U);
-  p.say(subscribe("/t", R"(,"throttle_rate":10,"queue_length":4)"));
-  on.cycles(40);
-  EXPECT_EQ(p.hear().size(), 2U);
-  p.say(subscribe("/t", R"(,"queue_length":4)"));
-  on.cycle();
+  EXPECT_EQ(p.ask(subscribe("/t", R"(,"throttle_rate":10,"queue_length":4)"), 40).size(), 2U);
+  p.tell(subscribe("/t", R"(,"queue_length":4)"));
   for (int i = 3; i < 6; ++i) (void)publish_text(on, pair, R"({"n":)" + std::to_string(i) + "}");
-  on.cycles(2);
-  EXPECT_EQ(p.hear().size(), 3U);
+  EXPECT_EQ(p.hear_after(2).size(), 3U);
 }
 
 // ---- slots
@@ -142,8 +130,7 @@ TEST(core_shares, serves_others_beside_a_reader_that_queues_all_it_may) {
   texts heard;
   for (int i = 0; i < 100; ++i) {
     EXPECT_TRUE(publish_text(on, pair, R"({"x":1})"));
-    other.say(R"({"op":"call_service","id":"c","service":"/rosapi/topics"})");
-    on.cycle();
+    other.tell(R"({"op":"call_service","id":"c","service":"/rosapi/topics"})");
     hear_more(other, heard);
   }
   EXPECT_EQ(count_of(heard, "/live\",\"msg"), 100U);
@@ -193,8 +180,7 @@ TEST(core_shares, delivers_large_messages_beside_many_large_latched_values) {
   }
   auto& live = offer_text(on, pair_kind::publish_text, "/live", 4000, {.depth = 2});
   peer p{on};
-  p.say(subscribe("/live"));
-  on.cycle();
+  p.tell(subscribe("/live"));
   texts heard;
   for (int i = 0; i < 10; ++i) {
     EXPECT_TRUE(publish_text(on, live, map));
@@ -264,8 +250,7 @@ TEST(core_shares, sends_messages_to_everyone_beside_one_that_queues_all_it_may) 
   for (int i = 0; i < 100; ++i) {
     ASSERT_TRUE(
         on.submissions.submit({.what = rowe::detail::entry::message, .stamped = on.now}, R"({"a":1})"));
-    on.cycle();
-    heard += fine.hear().size();
+    heard += fine.hear_after(1).size();
   }
   EXPECT_EQ(heard, 100U);
 }
@@ -296,8 +281,7 @@ TEST(core_shares, sends_messages_beside_those_that_take_messages_and_do_not_read
                                      .peer = {fine.id().index, fine.id().generation},
                                      .stamped = on.now},
                                     R"({"b":1})"));
-  on.cycle();
-  EXPECT_EQ(fine.hear(), texts{R"({"b":1})"});
+  EXPECT_EQ(fine.hear_after(1), texts{R"({"b":1})"});
 }
 
 TEST(core_shares, counts_a_latched_value_for_which_there_is_no_room_and_delivers_it_all_the_same) {
@@ -306,18 +290,14 @@ TEST(core_shares, counts_a_latched_value_for_which_there_is_no_room_and_delivers
   core_harness on{options};
   auto& pair = offer_text(on, pair_kind::publish_text, "/map", 4000, {.latched = true});
   peer p{on};
-  p.say(subscribe("/map"));
-  on.cycle();
+  p.tell(subscribe("/map"));
   ASSERT_TRUE(publish_text(on, pair, R"({"m":")" + std::string(3000, 'm') + R"("})"));
-  on.cycle();
-  EXPECT_EQ(p.hear().size(), 1U);
+  EXPECT_EQ(p.hear_after(1).size(), 1U);
   EXPECT_EQ(on.count(counter::not_latched), 1U);
   ASSERT_TRUE(publish_text(on, pair, R"({"m":1})"));
   on.cycle();
   peer late{on};
-  late.say(subscribe("/map"));
-  on.cycles(2);
-  EXPECT_EQ(late.hear().size(), 1U);
+  EXPECT_EQ(late.ask(subscribe("/map"), 2).size(), 1U);
 }
 
 // ---- what is latched, and by whom
@@ -329,16 +309,12 @@ TEST(core_shares, keeps_no_value_for_those_who_latch_nothing) {
   plain.say(publish_on("/t", R"({"from":"plain"})"));
   on.cycle();
   peer late{on};
-  late.say(subscribe("/t"));
-  on.cycle();
-  EXPECT_EQ(late.hear().size(), 0U);
+  EXPECT_EQ(late.ask(subscribe("/t")).size(), 0U);
   latches.say(publish_on("/t", R"({"from":"latches"})"));
   plain.say(publish_on("/t", R"({"from":"plain"})"));
   on.cycle();
   peer later{on};
-  later.say(subscribe("/t"));
-  on.cycle();
-  const texts heard = later.hear();
+  const texts heard = later.ask(subscribe("/t"));
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_NE(heard[0].find("latches"), std::string::npos);
 }
@@ -355,9 +331,7 @@ TEST(core_shares, forgets_a_latched_value_with_the_peer_that_latched_it) {
     leaves ? latches->leave() : latches->say(R"({"op":"unadvertise","topic":"/t"})");
     on.cycle();
     peer late{on};
-    late.say(subscribe("/t"));
-    on.cycles(2);
-    EXPECT_EQ(late.hear().size(), 0U) << leaves;
+    EXPECT_EQ(late.ask(subscribe("/t"), 2).size(), 0U) << leaves;
   }
 }
 
@@ -371,16 +345,12 @@ TEST(core_shares, does_not_put_a_peers_value_in_the_place_of_what_this_process_l
   rude.say(publish_on("/map", R"({"from":"stranger"})"));
   on.cycle();
   peer late{on};
-  late.say(subscribe("/map"));
-  on.cycle();
-  const texts heard = late.hear();
+  const texts heard = late.ask(subscribe("/map"));
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_NE(heard[0].find("robot"), std::string::npos);
   give_up(on, map);
   peer later{on};
-  later.say(subscribe("/map"));
-  on.cycle();
-  EXPECT_EQ(later.hear().size(), 0U);
+  EXPECT_EQ(later.ask(subscribe("/map")).size(), 0U);
 }
 
 TEST(core_shares, lets_no_peer_latch_more_than_its_share) {
@@ -408,9 +378,7 @@ TEST(core_shares, lets_no_peer_latch_more_than_its_share) {
   on.cycles(2);
   EXPECT_EQ(on.count(counter::not_latched), 15U);
   peer late{on};
-  late.say(subscribe("/o"));
-  on.cycles(2);
-  EXPECT_EQ(count_of(late.hear(), R"({"n":1})"), 1U);
+  EXPECT_EQ(count_of(late.ask(subscribe("/o"), 2), R"({"n":1})"), 1U);
 }
 
 // Each that comes takes all that it gets, and nothing is given back.
@@ -446,8 +414,7 @@ TEST(core_shares, keeps_some_of_each_pool_for_who_comes_last) {
   last.say(publish_on("/mine", R"({"n":1})"));
   last.say(R"({"op":"advertise_service","service":"/mine","type":"a/B"})");
   last.say(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
-  on.cycles(4);
-  const texts heard = last.hear();
+  const texts heard = last.hear_after(4);
   EXPECT_EQ(count_of(heard, R"("result":true)"), 1U);
   EXPECT_EQ(count_of(heard, R"("op":"status")"), 0U) << (heard.empty() ? "" : heard[0]);
   EXPECT_EQ(on.count(counter::not_latched), not_latched);
@@ -469,8 +436,7 @@ TEST(core_shares, lets_a_report_find_room_whatever_topics_peers_make_up) {
   on.cycles(10);
   asks.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
   asks.say(subscribe("/rowe/stats"));
-  on.cycles(3);
-  const texts heard = asks.hear();
+  const texts heard = asks.hear_after(3);
   ASSERT_EQ(count_of(heard, R"("result":true)"), 1U) << heard.size();
   EXPECT_EQ(count_of(heard, R"("topic":"/odom")"), 1U);
   EXPECT_EQ(count_of(heard, R"("topics_left_out":0)"), 0U);
@@ -499,8 +465,7 @@ TEST(core_shares, finds_slots_beside_many_that_hold_the_same_messages) {
   for (int i = 0; i < 200; ++i) {
     for (int t = 0; t < topics; ++t) feeds.say(publish_on(name((t + i) % topics), "{}"));
     fine.say(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
-    on.cycles(3);
-    answered += count_of(fine.hear(), R"("result":true)");
+    answered += count_of(fine.hear_after(3), R"("result":true)");
   }
   EXPECT_EQ(answered, 200U);
   EXPECT_EQ(on.count(counter::no_slot), 0U);
@@ -559,8 +524,7 @@ TEST(core_shares, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames)
     on.cycle();
   }
   peer reads{on};
-  reads.say(subscribe("/map", R"(,"queue_length":1)"));
-  on.cycle();
+  reads.tell(subscribe("/map", R"(,"queue_length":1)"));
   texts heard;
   for (int i = 0; i < 10; ++i) {
     (void)publish_text(on, map, large);
@@ -602,12 +566,10 @@ TEST(core_shares, cuts_nobody_for_a_peer_that_has_left) {
   auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
   peer slow{on}, waits{on};
   on.net.link_of(slow.id()).capacity_bytes = 500;
-  slow.say(subscribe("/map", R"(,"queue_length":1)"));
-  on.cycle();
+  slow.tell(subscribe("/map", R"(,"queue_length":1)"));
   (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
   on.cycles(50, 20ms); // more than a frame may be under way while others wait
-  waits.say(subscribe("/map", R"(,"queue_length":1)"));
-  on.cycle();
+  waits.tell(subscribe("/map", R"(,"queue_length":1)"));
   (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'y') + "\"}");
   on.cycle();
   waits.leave();
@@ -697,9 +659,7 @@ TEST(core_shares, leaves_this_process_places_for_its_topics_and_its_stop) {
   EXPECT_EQ(on.offer(rowe::detail::latch_request({})).lifecycle.look(), pair_phase::offered);
   on.cycle();
   peer page{on};
-  page.say(subscribe("/rowe/stop/state"));
-  on.cycle();
-  EXPECT_EQ(page.hear().size(), 1U);
+  EXPECT_EQ(page.ask(subscribe("/rowe/stop/state")).size(), 1U);
 }
 
 TEST(core_shares, takes_places_back_that_handles_left_to_those_who_subscribed) {
@@ -728,20 +688,15 @@ TEST(core_shares, lets_no_peer_make_up_more_topics_than_it_leaves) {
   core_harness on{options};
   peer greedy{on}, other{on};
   for (int i = 0; i < 8; ++i) greedy.say(subscribe("/g" + std::to_string(i)));
-  on.cycle();
-  const texts said = greedy.hear();
+  const texts said = greedy.hear_after(1);
   ASSERT_EQ(said.size(), 5U);
   EXPECT_NE(said[0].find("holds 3, 9 of 12 are left, 6 of them kept for peers that hold fewer "
                          "(limit topics_max)"),
             std::string::npos)
       << said[0];
-  other.say(subscribe("/mine"));
-  on.cycle();
-  EXPECT_EQ(other.hear().size(), 0U);
+  EXPECT_EQ(other.ask(subscribe("/mine")).size(), 0U);
   greedy.say(subscribe("/mine")); // no more than it leaves, whoever made it
-  greedy.say(R"({"op":"unsubscribe","topic":"/g0"})");
-  on.cycle();
-  EXPECT_EQ(greedy.hear().size(), 1U);
+  EXPECT_EQ(greedy.ask(R"({"op":"unsubscribe","topic":"/g0"})").size(), 1U);
 }
 
 // Many hold one topic, somebody takes what he gets, and they leave: what is kept for those who come is there.
@@ -767,8 +722,7 @@ TEST(core_shares, charges_one_of_those_who_share_a_topic) {
   }
   peer late{on};
   late.say(subscribe("/shared")); // which takes no place
-  on.cycle();
-  EXPECT_EQ(late.hear().size(), 0U);
+  EXPECT_EQ(late.hear_after(1).size(), 0U);
   for (auto& one : shares) one->leave();
   on.cycles(2);
   std::size_t refused = 0;
@@ -789,15 +743,13 @@ TEST(core_shares, charges_nobody_for_topics_of_this_process) {
   peer p{on};
   for (int i = 0; i < 4; ++i) p.say(subscribe("/mine" + std::to_string(i)));
   for (int i = 0; i < 4; ++i) p.say(subscribe("/other" + std::to_string(i)));
-  on.cycle();
-  EXPECT_EQ(p.hear().size(), 0U);
+  EXPECT_EQ(p.hear_after(1).size(), 0U);
 }
 
 TEST(core_shares, gives_a_topic_the_type_of_this_process_whoever_named_it_first) {
   core_harness on;
   peer early{on};
-  early.say(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
-  on.cycle();
+  early.tell(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
   auto& pair = offer_text(on, pair_kind::subscribe_text, "/cmd", 64, {}, "geometry_msgs/Twist");
   EXPECT_EQ(pair.lifecycle.look(), pair_phase::active);
   const texts said = early.hear();
@@ -808,8 +760,7 @@ TEST(core_shares, gives_a_topic_the_type_of_this_process_whoever_named_it_first)
   auto& second = offer_text(on, pair_kind::publish_text, "/cmd", 64, {}, "other/Type"); // of one process
   EXPECT_EQ(second.lifecycle.look(), pair_phase::refused);
   peer late{on};
-  late.say(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
-  on.cycle();
+  late.tell(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
   EXPECT_EQ(count_of(late.hear(), "exists with the type"), 1U);
 }
 
@@ -821,8 +772,7 @@ TEST(core_shares, gives_a_service_to_this_process_whoever_advertised_it_first) {
   early.say(R"({"op":"advertise_service","service":"/add","type":"a/Add"})");
   for (int i = 0; i < 20; ++i)
     early.say(R"({"op":"advertise_service","service":"/x)" + std::to_string(i) + R"(","type":"a/Add"})");
-  on.cycle();
-  const texts refused = early.hear();
+  const texts refused = early.hear_after(1);
   // Of sixteen services ten are for peers, five of them kept for those who have none, and one may have three.
   EXPECT_EQ(refused.size(), 18U);
   auto& mine = on.offer({.kind = pair_kind::respond_text,
@@ -836,28 +786,23 @@ TEST(core_shares, gives_a_service_to_this_process_whoever_advertised_it_first) {
   on.cycle();
   EXPECT_EQ(mine.lifecycle.look(), pair_phase::active);
   EXPECT_EQ(count_of(early.hear(), "this process provides /add now"), 1U);
-  asks.say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1}})");
-  on.cycle();
+  asks.tell(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1}})");
   EXPECT_TRUE(take(mine)) << "the handle was asked";
   peer other{on};
-  other.say(R"({"op":"advertise_service","service":"/other","type":"a/Add"})");
-  on.cycle();
-  EXPECT_EQ(other.hear().size(), 0U);
+  EXPECT_EQ(other.ask(R"({"op":"advertise_service","service":"/other","type":"a/Add"})").size(), 0U);
 }
 
 TEST(core_shares, leaves_calls_to_others_beside_one_that_asks_for_what_is_never_answered) {
   core_harness on{hub_options()}; // sixteen calls, twelve for peers, four for one
   peer provides{on}, first{on}, second{on}, third{on};
-  provides.say(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
-  on.cycle();
+  provides.tell(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
   for (peer* one : {&first, &second, &third}) {
     for (int i = 0; i < 6; ++i)
       one->say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/never"})");
   }
   on.cycles(2);
   peer fine{on};
-  fine.say(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
-  on.cycle();
+  fine.tell(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
   EXPECT_EQ(count_of(fine.hear(), R"("result":true)"), 1U);
   // And none of them lasts for ever, although nobody named a time.
   for (int i = 0; i < 80; ++i) {
@@ -875,8 +820,7 @@ TEST(core_shares, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
   core_harness on{options};
   (void)on.offer(rowe::detail::latch_request({}));
   peer flood{on}, other{on};
-  other.say(subscribe("/t"));
-  on.cycle();
+  other.tell(subscribe("/t"));
   texts heard;
   for (int i = 0; i < 60; ++i) {
     for (int k = 0; k < 5; ++k) flood.say(publish_on("/t", R"({"n":1})"));
@@ -896,8 +840,7 @@ TEST(core_shares, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
     (void)flood.hear();
     (void)other.hear();
   }
-  flood.say(publish_on("/t", R"({"n":2})"));
-  on.cycles(2);
+  flood.tell(publish_on("/t", R"({"n":2})"), 2);
   EXPECT_EQ(count_of(other.hear(), R"("n":2)"), 1U);
 }
 
@@ -928,16 +871,14 @@ TEST(core_shares, answers_each_call_that_it_refuses) {
   on.cycle();
   for (int i = 0; i < 50; ++i)
     wakes.say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/none"})");
-  on.cycles(2);
-  EXPECT_EQ(count_of(wakes.hear(), R"("result":false)"), 50U);
+  EXPECT_EQ(count_of(wakes.hear_after(2), R"("result":false)"), 50U);
   EXPECT_EQ(on.count(counter::refusals_unsaid), 0U);
 }
 
 TEST(core_shares, cuts_nobody_because_others_have_taken_all_calls) {
   core_harness on{hub_options()};
   peer provides{on}, asks{on};
-  provides.say(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
-  on.cycle();
+  provides.tell(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
   for (int i = 0; i < 4000; ++i) {
     asks.say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/never"})");
     on.cycle(5ms);
@@ -954,8 +895,7 @@ TEST(core_shares, says_and_reports_refusals_that_repeat_so_often_and_counts_the_
   on.cycle();
   while (on.shared.try_event()) continue;
   for (int i = 0; i < 50; ++i) clumsy.say(R"({"op":"unsubscribe","topic":"/none"})");
-  on.cycle();
-  EXPECT_EQ(clumsy.hear().size(), 20U);
+  EXPECT_EQ(clumsy.hear_after(1).size(), 20U);
   EXPECT_EQ(on.count(counter::refusals_unsaid), 30U);
   int events = 0;
   while (on.shared.try_event()) ++events;

@@ -44,20 +44,17 @@ struct stop_path : testing::Test {
   void start() {
     peer by{on};
     look();
-    by.say(R"({"op":"call_service","service":"/rowe/stop/state"})");
-    on.cycle();
+    by.tell(R"({"op":"call_service","service":"/rowe/stop/state"})");
     const std::string state = member(by.hear().back(), "values");
-    by.say(R"({"op":"call_service","service":"/rowe/stop/reset","args":{"number":)" +
-           member(state, "number") + R"(,"tick":)" + member(state, "tick") + "}}");
-    on.cycle();
+    by.tell(R"({"op":"call_service","service":"/rowe/stop/reset","args":{"number":)" +
+            member(state, "number") + R"(,"tick":)" + member(state, "tick") + "}}");
     ASSERT_TRUE(look());
     by.leave();
     on.cycle();
   }
   // What is said to a text of this peer.
   texts answer_to(peer& of, std::string_view text) {
-    of.say(text);
-    on.cycle();
+    of.tell(text);
     look();
     return of.hear();
   }
@@ -92,11 +89,8 @@ TEST_F(stop_path, sees_the_state_by_asking_and_by_subscribing) {
             std::string::npos);
   EXPECT_EQ(member(answer_to(p, R"({"op":"subscribe","topic":"/rowe/stop/state"})").at(0), "topic"),
             "\"/rowe/stop/state\"");
-  on.cycles(1000);
-  EXPECT_GE(p.hear().size(), 4U);
-  p.say(R"({"op":"unsubscribe","topic":"/rowe/stop/state"})");
-  on.cycles(1000);
-  EXPECT_TRUE(p.hear().empty());
+  EXPECT_GE(p.hear_after(1000).size(), 4U);
+  EXPECT_TRUE(p.ask(R"({"op":"unsubscribe","topic":"/rowe/stop/state"})", 1000).empty());
 }
 
 TEST_F(stop_path, is_refused_everything_else_with_words_and_counted) {
@@ -212,11 +206,9 @@ struct without_a_stop : core_test {};
 
 TEST_F(without_a_stop, the_path_leads_to_nothing_and_says_so) {
   peer p{on, rowe::service::side::server, "127.0.0.1:50000", rowe::service::stop_path};
-  p.say(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
-  on.cycle();
+  p.tell(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
   EXPECT_NE(p.hear().at(0).find("Service /rowe/stop does not exist"), std::string::npos);
-  p.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
-  on.cycle();
+  p.tell(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
   EXPECT_NE(p.hear().at(0).find("may only stop"), std::string::npos);
 }
 

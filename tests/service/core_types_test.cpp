@@ -22,10 +22,10 @@ struct core_types_path {
   std::int64_t number = 0;
 };
 template <>
-inline constexpr auto rowe::schema<core_types_path> =
-    rowe::fields<&core_types_path::mode, &core_types_path::points,
-                 rowe::field<&core_types_path::number>.as_string()>{}
-        .type("test/Path");
+inline constexpr auto
+    rowe::schema<core_types_path> = rowe::fields<&core_types_path::mode, &core_types_path::points,
+                                                 rowe::field<&core_types_path::number>.as_string()>{}
+                                        .type("test/Path");
 
 namespace core_types_test {
 namespace {
@@ -127,8 +127,7 @@ TEST_F(types, come_page_after_page_each_once) {
 TEST_F(types, go_with_their_handles) {
   auto& pair = publish_paths("/path");
   peer& boss = comes("supervisor");
-  boss.say(R"({"op":"subscribe","topic":"/path"})");
-  on.cycles(2);
+  boss.tell(R"({"op":"subscribe","topic":"/path"})", 2);
   EXPECT_TRUE(says(all_types(boss), "/path"));
   pair.lifecycle.close();
   on.cycles(3);

@@ -42,9 +42,7 @@ struct core_undecodable : core_test {
 
 TEST_F(core_undecodable, tells_the_peer_and_this_process_which_member_is_wrong) {
   peer p{on};
-  p.say(part);
-  on.cycles(2);
-  EXPECT_EQ(p.hear(), texts{told});
+  EXPECT_EQ(p.ask(part, 2), texts{told});
   EXPECT_EQ(on.count(counter::undecodable), 1U);
   const auto happened = events(on, event::kind::refused_request);
   ASSERT_EQ(happened.size(), 1U);
@@ -61,10 +59,8 @@ TEST_F(core_undecodable, tells_of_a_hub_as_well) {
   subscribe_twist(hub);
   hub.cycle();
   peer p{hub}, listener{hub};
-  listener.say(R"({"op":"subscribe","topic":"/cmd_vel"})");
-  hub.cycle();
-  p.say(part);
-  hub.cycles(2);
+  listener.tell(R"({"op":"subscribe","topic":"/cmd_vel"})");
+  p.tell(part, 2);
   EXPECT_EQ(p.hear(), texts{told});
   EXPECT_EQ(listener.hear().size(), 1U); // relayed all the same, and it is told nothing
   EXPECT_EQ(events(hub, event::kind::refused_request).size(), 1U);
@@ -74,8 +70,7 @@ TEST_F(core_undecodable, tells_once_a_second_and_counts_the_rest) {
   peer p{on};
   texts heard;
   for (int i = 0; i < 2500; ++i) { // 2.5 s
-    p.say(part);
-    on.cycle();
+    p.tell(part);
     for (auto& text : p.hear()) heard.push_back(std::move(text));
   }
   EXPECT_EQ(heard, (texts{told, told, told}));
@@ -86,12 +81,9 @@ TEST_F(core_undecodable, tells_once_a_second_and_counts_the_rest) {
 TEST_F(core_undecodable, tells_each_peer_whatever_another_has_sent) {
   peer noisy{on};
   for (int i = 0; i < 100; ++i) noisy.say(part);
-  on.cycles(2);
-  EXPECT_EQ(noisy.hear().size(), 1U);
+  EXPECT_EQ(noisy.hear_after(2).size(), 1U);
   peer other{on};
-  other.say(part);
-  on.cycles(2);
-  EXPECT_EQ(other.hear(), texts{told});
+  EXPECT_EQ(other.ask(part, 2), texts{told});
   EXPECT_EQ(events(on, event::kind::refused_request).size(), 1U); // of the topic
 }
 
@@ -109,23 +101,19 @@ TEST_F(core_undecodable, tells_a_peer_of_few_topics_a_second) {
   peer p{wide};
   std::size_t statuses = 0;
   for (int i = 0; i < 990; ++i) {
-    p.say(R"({"op":"publish","topic":")" + topics[static_cast<std::size_t>(i) % 10] + R"(","msg":{}})");
-    wide.cycle();
+    p.tell(R"({"op":"publish","topic":")" + topics[static_cast<std::size_t>(i) % 10] + R"(","msg":{}})");
     statuses += p.hear().size();
   }
   EXPECT_EQ(statuses, 2U);
   wide.cycle(1s);
-  p.say(R"({"op":"publish","topic":"/j","msg":{}})");
-  wide.cycle();
-  EXPECT_EQ(p.hear().size(), 1U);
+  EXPECT_EQ(p.ask(R"({"op":"publish","topic":"/j","msg":{}})").size(), 1U);
 }
 
 TEST_F(core_undecodable, says_nothing_to_a_peer_that_wants_no_status) {
   peer p{on};
   p.say(R"({"op":"set_level","level":"none"})");
   p.say(part);
-  on.cycles(2);
-  EXPECT_TRUE(p.hear().empty());
+  EXPECT_TRUE(p.hear_after(2).empty());
   EXPECT_EQ(events(on, event::kind::refused_request).size(), 1U);
 }
 
@@ -134,17 +122,14 @@ TEST_F(core_undecodable, fills_in_what_is_missing_in_types_of_ros) {
   auto& pair = subscribe_twist(lenient, {});
   lenient.cycle();
   peer p{lenient};
-  p.say(part);
-  lenient.cycle();
-  EXPECT_TRUE(p.hear().empty());
+  EXPECT_TRUE(p.ask(part).empty());
   rowe::subscriber<rowe::ros::twist> velocity{core_harness::handle_of(pair)};
   const auto taken = velocity.try_take();
   ASSERT_TRUE(taken);
   EXPECT_EQ(taken->value().linear.x, 0.1);
   EXPECT_EQ(taken->value().angular.z, 0);
   // What is wrong is not missing.
-  p.say(R"({"op":"publish","topic":"cmd_vel","msg":{"linear":{"x":"fast"}}})");
-  lenient.cycle();
+  p.tell(R"({"op":"publish","topic":"cmd_vel","msg":{"linear":{"x":"fast"}}})");
   EXPECT_EQ(
       p.hear(),
       texts{R"({"op":"status","level":"error","msg":"publish /cmd_vel: the member \"linear.x\" must be a )"
@@ -155,8 +140,7 @@ TEST_F(core_undecodable, tells_of_texts_that_are_too_long) {
   on.offer(pair_kind::subscribe_text, "/t", 10);
   on.cycle();
   peer p{on};
-  p.say(R"({"op":"publish","topic":"/t","msg":{"data":"too long for it"}})");
-  on.cycle();
+  p.tell(R"({"op":"publish","topic":"/t","msg":{"data":"too long for it"}})");
   EXPECT_EQ(
       p.hear(),
       texts{R"({"op":"status","level":"error","msg":"publish /t: the message has 26 bytes, its subscriber )"
@@ -180,11 +164,9 @@ TEST_F(core_undecodable, warns_as_a_client_and_answers_nothing) {
   subscribe_twist(client);
   client.cycle();
   peer server{client, side::client};
-  client.cycles(2);
-  (void)server.hear();
+  (void)server.hear_after(2);
   for (int i = 0; i < 3; ++i) server.say(part);
-  client.cycles(2);
-  EXPECT_TRUE(server.hear().empty());
+  EXPECT_TRUE(server.hear_after(2).empty());
   EXPECT_EQ(events(client, event::kind::warning).size(), 1U);
   EXPECT_EQ(client.count(counter::undecodable), 3U);
 }
@@ -192,8 +174,7 @@ TEST_F(core_undecodable, warns_as_a_client_and_answers_nothing) {
 TEST_F(core_undecodable, shows_the_words_of_a_servers_status) {
   core_harness client{small_options(), side::client};
   peer server{client, side::client};
-  server.say(told);
-  client.cycles(2);
+  server.tell(told, 2);
   const auto happened = events(client, event::kind::status_from_peer);
   ASSERT_EQ(happened.size(), 1U);
   EXPECT_EQ(std::string_view{happened[0].what},
@@ -207,9 +188,7 @@ bool has(const std::string& text, std::string_view words) { return text.find(wor
 struct malformed_texts : core_test {
   texts answer(std::string_view text) {
     peer fresh{on};
-    fresh.say(text);
-    on.cycle();
-    texts heard = fresh.hear();
+    texts heard = fresh.ask(text);
     fresh.leave();
     on.cycle();
     return heard;
@@ -240,8 +219,7 @@ TEST_F(malformed_texts, that_show_nothing_are_answered_by_the_codec_used_last) {
   p.say(R"({"op":"subscribe","topic":"/x"})");
   p.say("{");
   p.say(R"({"message_id":1,"a":NaN})");
-  on.cycle();
-  const texts heard = p.hear();
+  const texts heard = p.hear_after(1);
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_TRUE(heard[0].starts_with(R"({"op":"status")")) << heard[0];
   EXPECT_TRUE(heard[1].starts_with(R"({"error":)")) << heard[1];
@@ -299,18 +277,15 @@ TEST_F(malformed_texts, that_answer_a_call_fail_it) {
   options.relay = true;
   core_harness hub{options};
   peer arm{hub}, page{hub};
-  arm.say(R"({"op":"advertise_service","service":"/grip","type":"x/Y"})");
-  hub.cycle();
-  page.say(R"({"op":"call_service","id":"c1","service":"/grip"})");
-  hub.cycles(2);
+  arm.tell(R"({"op":"advertise_service","service":"/grip","type":"x/Y"})");
+  page.tell(R"({"op":"call_service","id":"c1","service":"/grip"})", 2);
   const texts asked = arm.hear();
   ASSERT_EQ(asked.size(), 1U);
   const std::size_t id = asked[0].find(R"("id":")");
   ASSERT_NE(id, std::string::npos) << asked[0];
   const std::string member = asked[0].substr(id, asked[0].find('"', id + 6) + 1 - id);
-  arm.say(R"({"op":"service_response",)" + member +
-          R"(,"service":"/grip","result":true,"values":{"x":NaN}})");
-  hub.cycles(2);
+  arm.tell(
+      R"({"op":"service_response",)" + member + R"(,"service":"/grip","result":true,"values":{"x":NaN}})", 2);
   const texts heard = page.hear();
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_TRUE(heard[0].starts_with(R"({"op":"service_response","id":"c1","service":"/grip","result":false,)"))

@@ -37,8 +37,7 @@ struct core_waking : testing::Test {
 TEST_F(core_waking, need_not_look_at_lanes_while_somebody_listens) {
   advertise_pose(on);
   peer p{on};
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycles(2);
+  p.tell(R"({"op":"subscribe","topic":"/pose"})", 2);
   EXPECT_GT(on.core.idle_time_max(1ms), 9ms);
 }
 
@@ -86,8 +85,7 @@ TEST_F(core_waking, is_told_what_lanes_callers_and_responders_hand_over) {
 TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room) {
   auto& talking = on.offer(rowe::detail::talk_request({.depth = 4, .inbox_depth = 4, .calls = 4}));
   peer slow{on};
-  slow.say("{}");
-  on.cycles(2);
+  slow.tell("{}", 2);
   rowe::lane talk{handle_of(talking)};
   on.net.link_of(slow.id()).capacity_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
@@ -149,14 +147,11 @@ TEST_F(core_in_phase, looks_for_nothing_where_nobody_listens_or_the_publisher_is
   peer p{on};
   on.cycles(2);
   EXPECT_EQ(next(), rowe::rt::never);
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycles(2);
+  p.tell(R"({"op":"subscribe","topic":"/pose"})", 2);
   EXPECT_LT(next(), rowe::rt::never);
-  p.say(R"({"op":"unsubscribe","topic":"/pose"})");
-  on.cycles(2);
+  p.tell(R"({"op":"unsubscribe","topic":"/pose"})", 2);
   EXPECT_EQ(next(), rowe::rt::never);
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycles(2);
+  p.tell(R"({"op":"subscribe","topic":"/pose"})", 2);
   pair.lifecycle.close();
   on.cycles(2);
   EXPECT_EQ(next(), rowe::rt::never);
@@ -171,8 +166,7 @@ TEST_F(core_in_phase, is_awake_for_the_answer_to_a_call) {
   peer p{on};
   on.cycle();
   EXPECT_EQ(next(), rowe::rt::never);
-  p.say(R"({"op":"call_service","id":"1","service":"/add"})");
-  on.cycle();
+  p.tell(R"({"op":"call_service","id":"1","service":"/add"})");
   EXPECT_LE(next(), on.now + 20us) << "it turns without waiting";
   on.now += 20us;
   auto asked = answers.try_next(on.now);
@@ -187,8 +181,7 @@ TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_se
   auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
   on.cycle();
   peer server{on, rowe::service::side::client};
-  on.cycle();
-  (void)server.hear();
+  (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
     EXPECT_TRUE(publish_text(on, pair, "{}"));

@@ -97,8 +97,7 @@ TEST_F(own_types, agree_with_what_services_answer) {
   stoppable_loop loop{on};
   const auto speed = open_parameter<double>(on, "/speed", 0.5, {0.0, 1.0});
   peer& boss = comes("supervisor");
-  boss.say(R"({"op":"subscribe","topic":"/odom"})");
-  on.cycle();
+  boss.tell(R"({"op":"subscribe","topic":"/odom"})");
   const auto args_of = [&](std::string_view name) -> std::string {
     if (name == "/rosapi/message_details") return R"({"type":"rowe/Stats"})";
     if (name.ends_with("_details") && name != "/rosapi/node_details") return R"({"type":"rosapi/GetParam"})";

@@ -104,8 +104,7 @@ TEST_F(outliving, request_keeps_the_lane_until_it_is_gone) {
   rowe::detail::queue_pair& one =
       on.offer(rowe::detail::serve_request<json_text, json_text>("/do", {.depth = 4}));
   on.cycle();
-  other.say(R"({"op":"call_service","service":"/do"})");
-  on.cycle();
+  other.tell(R"({"op":"call_service","service":"/do"})");
   std::optional<rowe::responder<json_text, json_text>> handle{core_harness::handle_of(one)};
   auto asked = std::optional{handle->try_next(on.now)};
   ASSERT_TRUE(*asked);

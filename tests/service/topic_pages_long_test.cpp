@@ -57,13 +57,12 @@ struct long_pages : core_test {
     return {reinterpret_cast<const char*>(answer.body.data()), answer.body.size()};
   }
   void publish(peer& by, std::string_view msg, std::string_view topic = "/map", bool latch = false) {
-    by.say(R"({"op":"publish","topic":")" + std::string{topic} + "\"" + (latch ? R"(,"latch":true)" : "") +
-           R"(,"msg":)" + std::string{msg} + "}");
-    on.cycles(60);
+    by.tell(R"({"op":"publish","topic":")" + std::string{topic} + "\"" + (latch ? R"(,"latch":true)" : "") +
+                R"(,"msg":)" + std::string{msg} + "}",
+            60);
   }
   void advertise(peer& by, std::string_view topic = "/map") {
-    by.say(R"({"op":"advertise","type":"a/Map","topic":")" + std::string{topic} + "\"}");
-    on.cycles(2);
+    by.tell(R"({"op":"advertise","type":"a/Map","topic":")" + std::string{topic} + "\"}", 2);
   }
   void TearDown() override { EXPECT_EQ(on.core.inconsistency(), ""); }
 };
@@ -119,8 +118,7 @@ TEST_F(long_pages, send_the_value_that_they_began_with_to_its_end) {
   const std::size_t read = first.size();
   ASSERT_LT(read, map.size());
   publish(robot, map_of(50'000, 2), "/map", true);
-  robot.say(R"({"op":"unadvertise","topic":"/map"})");
-  on.cycles(3);
+  robot.tell(R"({"op":"unadvertise","topic":"/map"})", 3);
   EXPECT_TRUE(rest_of(answer, read) == map.substr(read));
   robot.leave();
   on.cycles(3);
@@ -167,8 +165,7 @@ TEST_F(long_pages, make_way_for_messages) {
   const std::uint32_t kept = on.core.chunks_in_use();
   EXPECT_EQ(kept, 8U) << "what is being read, and what is kept";
   peer slow{on};
-  slow.say(R"({"op":"subscribe","topic":"/image"})");
-  on.cycle();
+  slow.tell(R"({"op":"subscribe","topic":"/image"})");
   on.net.link_of(slow.id()).capacity_bytes = 1000;
   for (int i = 0; i < 12; ++i) publish(robot, map_of(60'000, i), "/image");
   EXPECT_TRUE(get().later) << "what was kept made way";

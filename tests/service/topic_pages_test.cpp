@@ -169,30 +169,24 @@ TEST_F(topic_pages, send_late_subscribers_nothing_that_was_not_latched) {
   ASSERT_TRUE(publish(on, pair, {1, 0}));
   on.cycle();
   peer late{on};
-  late.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycles(3);
-  EXPECT_TRUE(late.hear().empty());
+  EXPECT_TRUE(late.ask(R"({"op":"subscribe","topic":"/pose"})", 3).empty());
   EXPECT_EQ(on.core.slots_in_use(), 0U) << "what is kept takes no slot";
 }
 
 TEST_F(topic_pages, show_what_peers_publish_as_it_was_written) {
   peer source{on};
-  source.say(R"({"op":"advertise","topic":"/count","type":"a/B"})");
-  on.cycles(2);
+  source.tell(R"({"op":"advertise","topic":"/count","type":"a/B"})", 2);
   ask_for("/api/v1/topics/count");
-  source.say(R"({"op":"publish","topic":"/count","msg":{"n":9007199254740993,"x":1.0e-7}})");
-  on.cycles(2);
+  source.tell(R"({"op":"publish","topic":"/count","msg":{"n":9007199254740993,"x":1.0e-7}})", 2);
   EXPECT_EQ(text_of(get("/api/v1/topics/count")), "{\"n\":9007199254740993,\"x\":1.0e-7}\n");
 }
 
 TEST_F(topic_pages, hold_no_topic_whose_last_holder_leaves) {
   peer source{on};
-  source.say(R"({"op":"advertise","topic":"/count","type":"a/B"})");
-  on.cycles(2);
+  source.tell(R"({"op":"advertise","topic":"/count","type":"a/B"})", 2);
   const http_answer waits = get("/api/v1/topics/count");
   ASSERT_TRUE(waits.later);
-  source.say(R"({"op":"unadvertise","topic":"/count"})");
-  on.cycle();
+  source.tell(R"({"op":"unadvertise","topic":"/count"})");
   EXPECT_EQ(on.next_wake, on.now) << "the page hears of it at once";
   EXPECT_EQ(again(waits).status, 404);
   source.say(R"({"op":"advertise","topic":"/count","type":"a/B"})"); // in the same row, perhaps
@@ -236,15 +230,14 @@ struct many_topics : topic_pages {
   static std::string path_of(int i) { return "/api/v1/topics/t" + std::to_string(i); }
   void advertise(peer& source, int count) {
     for (int i = 0; i < count; ++i) {
-      source.say(R"({"op":"advertise","type":"a/B","topic":"/t)" + std::to_string(i) + "\"}");
-      on.cycle();
+      source.tell(R"({"op":"advertise","type":"a/B","topic":"/t)" + std::to_string(i) + "\"}");
     }
     on.cycle();
   }
   void publish(peer& source, int i, std::size_t bytes) {
-    source.say(R"({"op":"publish","topic":"/t)" + std::to_string(i) + R"(","msg":{"v":")" +
-               std::string(bytes, 'x') + "\"}}");
-    on.cycles(2);
+    source.tell(R"({"op":"publish","topic":"/t)" + std::to_string(i) + R"(","msg":{"v":")" +
+                    std::string(bytes, 'x') + "\"}}",
+                2);
   }
 };
 
@@ -317,8 +310,7 @@ TEST_F(topic_pages_with_roles, need_the_right_to_subscribe_to_the_topic) {
        {"/api/v1/topics/pose", "/api/v1/topics/%61rms/a", "/api/v1/topics//pose"})
     EXPECT_EQ(may_read("arm", path).status, 403) << path;
   EXPECT_EQ(on.count(counter::denied), 3U);
-  EXPECT_EQ(may_read("arm", "/api/v1/topics/pose").value,
-            "arm, role arm, has no right to subscribe pose");
+  EXPECT_EQ(may_read("arm", "/api/v1/topics/pose").value, "arm, role arm, has no right to subscribe pose");
   EXPECT_EQ(may_read("guard", "/api/v1/topics/arm/a").status, 403);
   EXPECT_EQ(may_read("guard", "/api/v1/topics/rowe/stop/state").status, 0) << "everyone sees the stop";
   EXPECT_EQ(may_read("arm", "/api/v1/topics/rowe/stats").status, 403);
