@@ -7,6 +7,8 @@
 
 #include "core_fixtures.hpp"
 
+#include <deque>
+
 struct addends {
   std::int64_t a, b;
 };
@@ -26,22 +28,10 @@ using rowe::errc;
 using rowe::detail::pair_kind;
 using rowe::detail::pair_request;
 
-template <class Handle>
-Handle handle_on(core_harness& on, const pair_request& asked) {
-  Handle made{core_harness::handle_of(on.offer(asked))};
-  on.cycle();
-  return made;
-}
-
 rowe::lane open_lane(core_harness& on) {
-  return handle_on<rowe::lane>(on, {.kind = pair_kind::talk,
-                                    .receives = true,
-                                    .out_depth = 12,
-                                    .in_depth = 12,
-                                    .completions_depth = 4,
-                                    .out_bytes = 512,
-                                    .in_bytes = 512,
-                                    .completions_bytes = 512});
+  pair_request asked = lane_request(12, 512);
+  asked.completions_depth = 4;
+  return on.open<rowe::lane>(asked);
 }
 using add_responder = rowe::responder<addends, sum>;
 using add_caller = rowe::caller<addends, sum>;
@@ -88,12 +78,20 @@ struct core_calls : core_test {
     ASSERT_TRUE(asked) << asked.error().name();
     EXPECT_TRUE(by.reply(*asked, {asked->value().a + asked->value().b}, on.now));
   }
+  // A program that takes plain messages, and the lane that has had its first.
+  peer& program_on(rowe::lane& lane) {
+    peer& program = programs.emplace_back(on);
+    program.tell("{}");
+    EXPECT_TRUE(lane.try_receive(on.now));
+    return program;
+  }
+  std::deque<peer> programs;
 };
 
 // ---- peers ask, this process answers
 
 TEST_F(core_calls, answers_a_call_of_rosbridge) {
-  auto add = handle_on<add_responder>(on, serve_add());
+  auto add = on.open<add_responder>(serve_add());
   peer page{on};
   page.tell(R"({"op":"call_service","id":"call_service:/add:1","service":"\/add","args":{"a":38,"b":4}})");
   answer_one(add);
@@ -104,7 +102,7 @@ TEST_F(core_calls, answers_a_call_of_rosbridge) {
 }
 
 TEST_F(core_calls, answers_a_bare_invocation_and_echoes_its_id_as_it_stood_there) {
-  auto add = handle_on<add_responder>(on, serve_add("add-two-numbers"));
+  auto add = on.open<add_responder>(serve_add("add-two-numbers"));
   peer program{on};
   for (const std::string id : {R"("x\u0041")", "17", "-3"}) {
     program.tell(R"({"service":"add-two-numbers","a":38,"b":4,"message_id":)" + id + "}");
@@ -115,7 +113,7 @@ TEST_F(core_calls, answers_a_bare_invocation_and_echoes_its_id_as_it_stood_there
 
 // Between two cycles, as the loop of a thread does that never sleeps.
 TEST_F(core_calls, awaits_the_answer_of_a_handle_that_was_given_a_call_and_writes_it) {
-  auto add = handle_on<add_responder>(on, serve_add());
+  auto add = on.open<add_responder>(serve_add());
   peer page{on};
   on.cycle();
   EXPECT_FALSE(on.core.awaits_answer());
@@ -144,7 +142,7 @@ TEST_F(core_calls, awaits_nothing_of_a_handle_that_is_gone_or_was_not_given_the_
 }
 
 TEST_F(core_calls, finds_a_service_with_and_without_its_slash) {
-  auto add = handle_on<add_responder>(on, serve_add());
+  auto add = on.open<add_responder>(serve_add());
   peer page{on};
   page.tell(R"({"op":"call_service","service":"add","args":{"a":1,"b":1}})");
   answer_one(add);
@@ -153,7 +151,7 @@ TEST_F(core_calls, finds_a_service_with_and_without_its_slash) {
 }
 
 TEST_F(core_calls, refuses_arguments_that_are_not_what_the_service_reads) {
-  auto add = handle_on<add_responder>(on, serve_add());
+  auto add = on.open<add_responder>(serve_add());
   peer page{on};
   page.say(R"({"op":"call_service","id":1,"service":"/add","args":{"a":"38","b":4}})");
   page.say(R"({"op":"call_service","id":2,"service":"/add","args":{"a":38}})");
@@ -184,7 +182,7 @@ TEST_F(core_calls, refuses_at_once_what_nobody_provides) {
 }
 
 TEST_F(core_calls, passes_a_refusal_on_with_its_diagnostic) {
-  auto add = handle_on<add_responder>(on, serve_add());
+  auto add = on.open<add_responder>(serve_add());
   peer page{on};
   page.tell(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
   auto asked = add.try_next(on.now);
@@ -195,7 +193,7 @@ TEST_F(core_calls, passes_a_refusal_on_with_its_diagnostic) {
 }
 
 TEST_F(core_calls, refuses_for_a_responder_that_forgets_a_request) {
-  auto add = handle_on<add_responder>(on, serve_add());
+  auto add = on.open<add_responder>(serve_add());
   peer page{on};
   page.tell(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
   ASSERT_TRUE(add.try_next(on.now)); // and lets go of it
@@ -206,7 +204,7 @@ TEST_F(core_calls, refuses_for_a_responder_that_forgets_a_request) {
 
 TEST_F(core_calls, says_that_a_service_is_busy_when_its_places_are_taken) {
   on.cycle();
-  auto add = handle_on<add_responder>(on, serve_add());
+  auto add = on.open<add_responder>(serve_add());
   peer one{on}, two{on};
   for (int i = 0; i < 4; ++i) {
     one.say(R"({"op":"call_service","id":)" + std::to_string(i) +
@@ -249,7 +247,7 @@ TEST_F(core_calls, bounds_the_calls_of_one_peer_and_refuses_an_id_twice) {
 }
 
 TEST_F(core_calls, tells_a_responder_that_the_one_who_asked_is_gone) {
-  auto add = handle_on<add_responder>(on, serve_add());
+  auto add = on.open<add_responder>(serve_add());
   auto page = std::make_unique<peer>(on);
   page->tell(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
   auto asked = add.try_next(on.now);
@@ -263,7 +261,7 @@ TEST_F(core_calls, tells_a_responder_that_the_one_who_asked_is_gone) {
 }
 
 TEST_F(core_calls, tells_an_asker_that_its_time_is_over_and_does_not_answer_twice) {
-  auto add = handle_on<add_responder>(on, serve_add());
+  auto add = on.open<add_responder>(serve_add());
   peer page{on};
   page.tell(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1},"timeout":0.05})");
   auto asked = add.try_next(on.now);
@@ -412,7 +410,7 @@ TEST_F(replying, hears_that_there_was_no_room_and_may_try_again) {
 // ---- this process asks, peers answer
 
 TEST_F(core_calls, asks_the_peer_that_advertised_a_service) {
-  auto add = handle_on<add_caller>(on, call_add());
+  auto add = on.open<add_caller>(call_add());
   peer page{on};
   page.tell(R"({"op":"advertise_service","service":"/add","type":"test/Add"})");
   const auto call = add.start({38, 4}, 1s, on.now);
@@ -433,9 +431,7 @@ TEST_F(core_calls, asks_the_peer_that_advertised_a_service) {
 
 TEST_F(core_calls, keeps_several_calls_apart) {
   auto pair = open_lane(on);
-  peer program{on};
-  program.tell("{}");
-  ASSERT_TRUE(pair.try_receive(on.now));
+  peer& program = program_on(pair);
   const auto first = pair.start(R"({"service":"a"})", 1s, on.now);
   const auto second = pair.start(R"({"service":"b"})", 1s, on.now);
   const auto heard = program.hear_after(1);
@@ -454,7 +450,7 @@ TEST_F(core_calls, keeps_several_calls_apart) {
 }
 
 TEST_F(core_calls, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
-  auto add = handle_on<add_caller>(on, call_add());
+  auto add = on.open<add_caller>(call_add());
   auto pair = open_lane(on);
   EXPECT_TRUE(add.start({1, 1}, 1s, on.now));
   on.cycle();
@@ -510,9 +506,7 @@ TEST_F(core_calls, drops_replies_that_come_on_another_connection_or_mean_no_call
 
 TEST_F(core_calls, reads_a_bare_refusal) {
   auto pair = open_lane(on);
-  peer program{on};
-  program.tell("{}");
-  (void)pair.try_receive(on.now);
+  peer& program = program_on(pair);
   for (const auto& [code, why] :
        {std::pair{"busy", errc::refused}, std::pair{"no_service", errc::no_service}}) {
     ASSERT_TRUE(pair.start(R"({"service":"a"})", 1s, on.now));
@@ -562,9 +556,7 @@ TEST_F(core_calls, ends_a_call_that_is_no_object_or_uses_our_names) {
 
 TEST_F(core_calls, drops_the_end_of_a_cancelled_call) {
   auto pair = open_lane(on);
-  peer program{on};
-  program.tell("{}");
-  (void)pair.try_receive(on.now);
+  peer& program = program_on(pair);
   const auto call = pair.start(R"({"service":"a"})", 1s, on.now);
   on.cycle();
   pair.cancel(*call);
@@ -578,8 +570,8 @@ TEST_F(core_calls, drops_the_end_of_a_cancelled_call) {
 // ---- within this process, through the hub, of the endpoint itself
 
 TEST_F(core_calls, reaches_a_service_of_its_own_process) {
-  auto serves = handle_on<add_responder>(on, serve_add());
-  auto calls = handle_on<add_caller>(on, call_add());
+  auto serves = on.open<add_responder>(serve_add());
+  auto calls = on.open<add_caller>(call_add());
   ASSERT_TRUE(calls.start({20, 22}, 1s, on.now));
   on.cycle();
   answer_one(serves);
@@ -658,7 +650,7 @@ TEST_F(core_calls, does_not_pass_calls_on_unless_it_is_a_hub) {
 }
 
 TEST_F(core_calls, reports_itself) {
-  auto add = handle_on<add_responder>(on, serve_add());
+  auto add = on.open<add_responder>(serve_add());
   peer page{on};
   page.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
   page.say(R"({"op":"call_service","id":"2","service":"rosapi/topics","args":{}})");
@@ -707,7 +699,7 @@ struct core_calls_client : testing::Test {
 };
 
 TEST_F(core_calls_client, asks_its_server_by_rosbridge_and_waits_for_it) {
-  auto add = handle_on<add_caller>(on, call_add());
+  auto add = on.open<add_caller>(call_add());
   ASSERT_TRUE(add.start({38, 4}, 5s, on.now));
   on.cycles(10);
   peer server{on, rowe::service::side::client};
@@ -723,7 +715,7 @@ TEST_F(core_calls_client, asks_its_server_by_rosbridge_and_waits_for_it) {
 
 // rosbridge has no code for it, only a diagnostic; whatever else ends likewise is the provider's own.
 TEST_F(core_calls_client, knows_a_service_that_its_server_has_not_from_one_that_refuses) {
-  auto add = handle_on<add_caller>(on, call_add());
+  auto add = on.open<add_caller>(call_add());
   peer server{on, rowe::service::side::client};
   on.cycle();
   for (const auto& [diagnostic, code] : {std::pair{R"(Service \/add does not exist)", errc::no_service},
@@ -749,7 +741,7 @@ TEST_F(core_calls_client, names_the_longest_service_that_nobody_provides) {
   const std::string name = "/" + std::string(254, 'n');
   pair_request asked = call_add();
   asked.name = name;
-  auto add = handle_on<add_caller>(program, asked);
+  auto add = program.open<add_caller>(asked);
   peer server{program, rowe::service::side::client};
   program.cycle();
   ASSERT_TRUE(add.start({1, 1}, 1s, program.now));
@@ -761,7 +753,7 @@ TEST_F(core_calls_client, names_the_longest_service_that_nobody_provides) {
 }
 
 TEST_F(core_calls_client, names_the_member_of_a_reply_that_it_cannot_read) {
-  auto add = handle_on<add_caller>(on, call_add());
+  auto add = on.open<add_caller>(call_add());
   peer server{on, rowe::service::side::client};
   on.cycle();
   for (const auto& [values, code, diagnostic] :
@@ -779,7 +771,7 @@ TEST_F(core_calls_client, names_the_member_of_a_reply_that_it_cannot_read) {
 }
 
 TEST_F(core_calls_client, offers_its_services_to_its_server_each_time_it_connects) {
-  auto add = handle_on<add_responder>(on, serve_add());
+  auto add = on.open<add_responder>(serve_add());
   for (int i = 0; i < 2; ++i) {
     peer server{on, rowe::service::side::client};
     on.cycle();

@@ -379,16 +379,7 @@ TEST_F(plain_messages, refuses_bare_texts_that_are_no_objects) {
 // The same in a queue pair, behind a message for the peer that does not read.
 struct parked_in_a_lane : parked {
   parked_in_a_lane() {
-    auto& pair = on.offer({.kind = rowe::detail::pair_kind::talk,
-                           .receives = true,
-                           .out_depth = 4,
-                           .in_depth = 4,
-                           .completions_depth = 4,
-                           .out_bytes = 192,
-                           .in_bytes = 192,
-                           .completions_bytes = 192});
-    on.cycle();
-    talk = rowe::lane{core_harness::handle_of(pair)};
+    talk = on.open<rowe::lane>(lane_request(4, 192));
     while (talk.try_receive(on.now)) continue;
     EXPECT_TRUE(talk.try_send(R"({"to":"slow"})", -1ns, on.now, {to_slow.index, to_slow.generation}));
     on.cycle();
@@ -504,14 +495,7 @@ TEST(parked_messages, keeps_what_was_parked_when_another_one_begins_to_receive) 
     for (std::uint32_t n = 0; n < queued; ++n) send(i);
   }
   for (const std::size_t to : {0U, 0U, 0U, 0U, 1U, 1U, 2U}) send(to); // a half, a quarter, an eighth
-  on.offer({.kind = rowe::detail::pair_kind::talk,
-            .receives = true,
-            .out_depth = 4,
-            .in_depth = 4,
-            .completions_depth = 4,
-            .out_bytes = 192,
-            .in_bytes = 192,
-            .completions_bytes = 192});
+  on.offer(lane_request(4, 192));
   on.cycles(3);
   for (std::size_t i = 0; i < 3; ++i) on.net.link_of(slow[i].id()).capacity_bytes = 64 * 1024;
   on.cycles(5);
@@ -523,14 +507,7 @@ TEST(parked_messages, keeps_what_was_parked_when_another_one_begins_to_receive) 
 TEST_F(plain_messages, has_slots_for_calls_when_half_of_them_wait_for_everyone) {
   peer slow{on};
   slow.say("{}");
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
-                                                    .out_depth = 4,
-                                                    .in_depth = 1,
-                                                    .completions_depth = 4,
-                                                    .out_bytes = 192,
-                                                    .in_bytes = 192,
-                                                    .completions_bytes = 4096}))};
-  on.cycle();
+  auto talk = on.open<rowe::lane>(lane_request(4, 4096, false));
   on.net.link_of(slow.id()).capacity_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max + 2; ++i) {
     EXPECT_TRUE(talk.try_send(R"({"to":"all"})", -1ns, on.now));
@@ -559,14 +536,7 @@ TEST(parked_messages, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_readi
   std::vector<peer> crowd;
   for (int i = 0; i < 12; ++i) crowd.emplace_back(on);
   peer reads{on};
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
-                                                    .out_depth = 64,
-                                                    .in_depth = 1,
-                                                    .completions_depth = 1,
-                                                    .out_bytes = 192,
-                                                    .in_bytes = 192,
-                                                    .completions_bytes = 192}))};
-  on.cycle();
+  auto talk = on.open<rowe::lane>(lane_request(64, 192, false));
   for (peer& one : crowd) {
     on.net.link_of(one.id()).capacity_bytes = 0;
     for (int i = 0; i < 16; ++i)
@@ -584,14 +554,7 @@ TEST_F(plain_messages, leaves_large_slots_to_others_than_a_peer_that_does_not_re
   peer slow{on}, fine{on};
   slow.say("{}");
   fine.say("{}");
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
-                                                    .out_depth = 16,
-                                                    .in_depth = 1,
-                                                    .completions_depth = 1,
-                                                    .out_bytes = 2048,
-                                                    .in_bytes = 192,
-                                                    .completions_bytes = 192}))};
-  on.cycle();
+  auto talk = on.open<rowe::lane>(lane_request(16, 2048, false));
   on.net.link_of(slow.id()).capacity_bytes = 0;
   const std::string large = R"({"a":")" + std::string(1500, 'x') + R"("})";
   for (std::uint32_t i = 0; i < on.options.limits.large_slots; ++i)
@@ -605,14 +568,7 @@ TEST_F(plain_messages, leaves_large_slots_to_others_than_a_peer_that_does_not_re
 }
 
 TEST_F(plain_messages, leaves_large_slots_to_others_however_many_calls_wait_for_a_peer) {
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
-                                                    .out_depth = 16,
-                                                    .in_depth = 1,
-                                                    .completions_depth = 8,
-                                                    .out_bytes = 2048,
-                                                    .in_bytes = 192,
-                                                    .completions_bytes = 192}))};
-  on.cycle();
+  auto talk = on.open<rowe::lane>(lane_request(16, 2048, false));
   const std::string large = R"({"service":"/a","x":")" + std::string(1500, 'x') + R"("})";
   for (std::uint32_t i = 0; i < 2 * on.options.limits.large_slots; ++i) {
     EXPECT_TRUE(talk.start(large, -1ns, on.now));
@@ -637,14 +593,7 @@ TEST_F(plain_messages, keeps_the_order_towards_a_peer_when_slots_are_short) {
   slow.say("{}");
   slow_too.say("{}");
   fine.say("{}");
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
-                                                    .out_depth = 8,
-                                                    .in_depth = 1,
-                                                    .completions_depth = 1,
-                                                    .out_bytes = 2048,
-                                                    .in_bytes = 192,
-                                                    .completions_bytes = 192}))};
-  on.cycle();
+  auto talk = on.open<rowe::lane>(lane_request(8, 2048, false));
   on.net.link_of(slow.id()).capacity_bytes = 0;
   on.net.link_of(slow_too.id()).capacity_bytes = 0;
   const auto send_to = [&](const peer& to, const std::string& text) {

@@ -29,6 +29,18 @@ inline rowe::detail::queue_pair& advertise_pose(core_harness& on, rowe::topic_op
                   "test/Pose");
 }
 
+// A lane with so many slots of so many bytes each way.
+inline rowe::detail::pair_request lane_request(std::uint32_t depth, std::size_t bytes, bool receives = true) {
+  return {.kind = rowe::detail::pair_kind::talk,
+          .receives = receives,
+          .out_depth = depth,
+          .in_depth = depth,
+          .completions_depth = depth,
+          .out_bytes = bytes,
+          .in_bytes = bytes,
+          .completions_bytes = bytes};
+}
+
 inline rowe::status publish(core_harness& on, rowe::detail::queue_pair& pair, const pose& value) {
   return rowe::detail::publish_into(pair, sizeof value, on.now,
                                     [&](std::byte* slot) { std::memcpy(slot, &value, sizeof value); });

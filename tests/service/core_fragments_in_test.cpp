@@ -259,14 +259,7 @@ TEST_F(no_long_messages_test, takes_no_fragments_and_says_so) {
 
 // A call whose handle has no room is parked, and so is one that came in fragments.
 TEST_F(fragments_in_test, are_parked_until_a_handle_has_room) {
-  auto& receiver = on.offer({.kind = rowe::detail::pair_kind::talk,
-                             .receives = true,
-                             .out_depth = 2,
-                             .in_depth = 2,
-                             .completions_depth = 1,
-                             .out_bytes = 256,
-                             .in_bytes = 256,
-                             .completions_bytes = 256});
+  auto& receiver = on.offer(lane_request(2, 256));
   on.cycle();
   for (int i = 0; i < 6; ++i) say(cut(R"({"n":)" + std::to_string(i) + "}", 3, std::to_string(i)));
   texts taken;

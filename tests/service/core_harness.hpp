@@ -198,6 +198,13 @@ class core_harness_over {
   // What a handle on it is made of. Such a handle does not give the queue pair back: close its lifecycle for
   // that.
   static rowe::detail::pair_handle handle_of(rowe::detail::queue_pair& on) { return {nullptr, on}; }
+  // Such a handle, on a queue pair that is active from now on.
+  template <class Handle>
+  Handle open(const rowe::detail::pair_request& asked) {
+    rowe::detail::queue_pair& pair = offer(asked);
+    cycle();
+    return Handle{handle_of(pair)};
+  }
 
   rowe::endpoint_options options;
   rowe::access::policy access;               // the first

@@ -526,14 +526,7 @@ TEST_F(core_numbers_codec, leaves_the_other_codecs_as_they_are) {
 }
 
 TEST_F(core_numbers_codec, parks_a_plain_message_for_which_there_is_no_room) {
-  rowe::lane inbox{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
-                                                     .receives = true,
-                                                     .out_depth = 4,
-                                                     .in_depth = 4,
-                                                     .completions_depth = 4,
-                                                     .out_bytes = 64,
-                                                     .in_bytes = 64,
-                                                     .completions_bytes = 64}))};
+  rowe::lane inbox{core_harness::handle_of(on.offer(lane_request(4, 64)))};
   on.cycle();
   client p{on};
   for (int i = 0; i < 20; ++i) p.send(opcode::binary, R"(x{"i":)" + std::to_string(i) + "}");
