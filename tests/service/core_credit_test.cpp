@@ -61,8 +61,7 @@ TEST_F(core_credit, holds_back_telemetry_that_is_not_read_and_lets_an_urgent_mes
   const std::size_t telemetry_in_flight = on.net.sent(p.id()).size();
   EXPECT_GE(telemetry_in_flight, credit::bytes_min);
   EXPECT_LE(telemetry_in_flight, credit::bytes_min + 500);
-  ASSERT_TRUE(publish_text(on, alarm, R"({"stop":1})"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, alarm, R"({"stop":1})"));
   EXPECT_GT(on.net.sent(p.id()).size(), telemetry_in_flight);
   EXPECT_LT(on.net.sent(p.id()).size(), telemetry_in_flight + 100);
   const texts heard = p.hear();

@@ -59,8 +59,7 @@ TEST_F(encodings, are_sent_side_by_side) {
   peer cbor = subscriber("cbor");
   peer second = subscriber("cbor");
   peer png = subscriber("png");
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_EQ(plain.hear(), texts{message(1)});
   EXPECT_EQ(from_cbor(cbor.hear()), texts{message(1)});
   EXPECT_EQ(cbor.binaries, 1);
@@ -75,8 +74,7 @@ TEST_F(encodings, need_one_slot_for_all_who_share_one) {
   peer a = subscriber("cbor");
   peer b = subscriber("cbor");
   for (peer* const slow : {&a, &b}) on.net.link_of(slow->id()).capacity_bytes = 0;
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_EQ(on.core.slots_in_use(), 1U) << "no JSON is written that nobody wants";
 }
 
@@ -86,8 +84,7 @@ TEST_F(encodings, use_the_name_by_which_a_peer_subscribed) {
   peer png = subscriber("png", "pose");
   peer both = subscriber("cbor");
   subscribe(both, "cbor", "pose");
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   const std::string unslashed = R"({"op":"publish","topic":"pose","msg":{"x":1,"y":0}})";
   EXPECT_EQ(from_cbor(cbor.hear()), texts{unslashed});
   EXPECT_EQ(from_png(png.hear()), texts{unslashed});
@@ -116,8 +113,7 @@ TEST_F(encodings, raw_has_the_time_and_ros_bytes) {
   on.cycle();
   peer raw = subscriber("cbor-raw");
   EXPECT_EQ(raw.hear(), texts{}) << "nothing to warn of";
-  ASSERT_TRUE(publish(on, pair, {1, -2}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, -2}));
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(on.now.time_since_epoch()).count();
   const auto nanoseconds = (on.now - 1ms).time_since_epoch().count() % 1'000'000'000;
   const auto heard = raw.hear();
@@ -152,8 +148,7 @@ TEST_F(encodings, raw_warns_where_there_is_no_type) {
 TEST_F(encodings, are_those_of_latched_values_too) {
   auto& pair = advertise_pose(on, {.latched = true});
   on.cycle();
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   peer cbor = subscriber("cbor");
   peer png = subscriber("png", "pose");
   on.cycle();
@@ -185,11 +180,9 @@ TEST_F(encodings, change_only_what_is_not_queued_yet) {
   auto& pair = advertise_pose(on);
   peer p = subscriber("none", "pose");
   on.net.link_of(p.id()).capacity_bytes = 0;
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   subscribe(p, "cbor", "pose", "2");
-  ASSERT_TRUE(publish(on, pair, {2, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {2, 0}));
   on.net.link_of(p.id()).capacity_bytes = 4096;
   const texts heard = p.hear_after(2);
   ASSERT_EQ(heard.size(), 2U);
@@ -239,8 +232,7 @@ TEST_F(encodings, throttle_and_queues_hold_for_all) {
   peer p{on};
   p.tell(R"({"op":"subscribe","topic":"/pose","compression":"cbor","throttle_rate":100})");
   for (int i = 0; i < 50; ++i) {
-    ASSERT_TRUE(publish(on, pair, {1, 0}));
-    on.cycle();
+    ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   }
   EXPECT_EQ(from_cbor(p.hear()), texts{message(1)});
   EXPECT_EQ(on.count(counter::throttled), 49U);

@@ -52,6 +52,19 @@ inline rowe::status publish_text(core_harness& on, rowe::detail::queue_pair& pai
   });
 }
 
+// Publishes, and the core takes it in its next cycle.
+inline rowe::status publish_now(core_harness& on, rowe::detail::queue_pair& pair, const pose& value) {
+  const rowe::status done = publish(on, pair, value);
+  on.cycle();
+  return done;
+}
+inline rowe::status publish_text_now(core_harness& on, rowe::detail::queue_pair& pair,
+                                     std::string_view text) {
+  const rowe::status done = publish_text(on, pair, text);
+  on.cycle();
+  return done;
+}
+
 inline rowe::result<std::string> take(rowe::detail::queue_pair& pair) {
   const auto slot = pair.user.in.ring->try_pop();
   if (!slot) return rowe::errc::empty;

@@ -65,8 +65,7 @@ TEST_F(latched, topics_have_one_value_of_each_publisher) {
   peer a{on}, b{on};
   latch(a, "/map", value("a"));
   latch(b, "/map", value("b"));
-  ASSERT_TRUE(publish_text(on, own, value("own")));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, own, value("own")));
   latch(a, "/map", value("a again"));
   const texts all{published("/map", value("b")), published("/map", value("own")),
                   published("/map", value("a again"))};

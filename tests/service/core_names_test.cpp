@@ -138,8 +138,7 @@ TEST_F(core_names, unsubscribes_by_the_other_name_where_there_is_but_one) {
 TEST_F(core_names, keeps_the_last_value_for_late_subscribers_by_either_name) {
   auto& pair = advertise_pose(on, {.latched = true});
   on.cycle();
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   peer late{on};
   EXPECT_EQ(late.ask(R"({"op":"subscribe","topic":"pose"})"), texts{unslashed(1)});
 }
@@ -286,8 +285,7 @@ TEST_F(core_names, takes_the_longest_name_without_its_slash) {
   EXPECT_TRUE(p.hear_after(1).empty());
   auto& pair = on.offer(pair_kind::publish_text, name, 100);
   on.cycle();
-  ASSERT_TRUE(publish_text(on, pair, "{}"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, pair, "{}"));
   EXPECT_EQ(p.hear(), texts{R"({"op":"publish","topic":")" + name + R"(","msg":{}})"});
   EXPECT_TRUE(usual.hear().empty());
 }
@@ -299,8 +297,7 @@ TEST_F(core_names, keeps_two_slashes_apart_from_one) {
   p.say(R"({"op":"subscribe","topic":"//t"})");
   other.say(R"({"op":"subscribe","topic":"/t"})");
   on.cycle();
-  ASSERT_TRUE(publish_text(on, pair, "{}"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, pair, "{}"));
   EXPECT_EQ(p.hear(), texts{R"({"op":"publish","topic":"//t","msg":{}})"});
   EXPECT_TRUE(other.hear().empty());
 }
@@ -331,8 +328,7 @@ TEST_F(core_names_as_client, calls_a_topic_towards_the_server_as_the_first_handl
     for (const std::string& text : server->hear())
       EXPECT_TRUE(says(text, "subscribe", "in") || says(text, "advertise", "out")) << text;
     for (rowe::detail::queue_pair* pair : {&out, &also}) {
-      ASSERT_TRUE(publish_text(on, *pair, "{}"));
-      on.cycle();
+      ASSERT_TRUE(publish_text_now(on, *pair, "{}"));
       EXPECT_EQ(server->hear(), texts{R"({"op":"publish","topic":"out","msg":{}})"});
     }
     server->tell(R"({"op":"publish","topic":"in","msg":{"d":1}})");

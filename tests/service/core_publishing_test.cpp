@@ -10,8 +10,7 @@ TEST_F(core_test, sends_a_published_struct_to_the_peer_that_subscribed) {
   auto& pair = advertise_pose(on);
   peer browser{on};
   browser.tell(R"({"op":"subscribe","topic":"/pose"})");
-  ASSERT_TRUE(publish(on, pair, {1.5, -2}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1.5, -2}));
   EXPECT_EQ(browser.hear(), texts{R"({"op":"publish","topic":"/pose","msg":{"x":1.5,"y":-2}})"});
 }
 
@@ -54,8 +53,7 @@ TEST_F(core_test, encodes_once_for_all_peers) {
   for (int i = 0; i < 8; ++i) peers.emplace_back(on).say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   for (peer& p : peers) on.net.link_of(p.id()).capacity_bytes = 0; // nobody reads: the messages stay queued
-  ASSERT_TRUE(publish(on, pair, {7, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {7, 0}));
   EXPECT_EQ(on.core.slots_in_use(), 1U);
   for (peer& p : peers) {
     on.net.link_of(p.id()).capacity_bytes = 4096;
@@ -97,8 +95,7 @@ TEST_F(core_test, sends_a_value_without_time_to_live_only_in_the_cycle_that_sees
   ASSERT_TRUE(publish(on, pair, {1, 0}));
   EXPECT_EQ(slow.hear_after(1), texts{message(1)});
   on.net.link_of(slow.id()).capacity_bytes = 0;
-  ASSERT_TRUE(publish(on, pair, {2, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {2, 0}));
   on.net.link_of(slow.id()).capacity_bytes = 4096;
   EXPECT_TRUE(slow.hear_after(3).empty());
   EXPECT_EQ(on.count(counter::expired), 1U);
@@ -112,8 +109,7 @@ TEST_F(core_test, drops_the_oldest_for_a_peer_that_does_not_read_and_counts_it) 
   on.cycle();
   on.net.link_of(slow.id()).capacity_bytes = 0;
   for (int i = 0; i < 40; ++i) {
-    ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
-    on.cycle();
+    ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
   }
   EXPECT_EQ(quick.hear().size(), 40U);
   on.net.link_of(slow.id()).capacity_bytes = 1 << 20;
@@ -140,8 +136,7 @@ TEST_F(core_test, counts_each_expired_message_of_a_latched_topic) {
   slow.tell(R"({"op":"subscribe","topic":"/pose"})");
   on.net.link_of(slow.id()).capacity_bytes = 0;
   for (int i = 0; i < 10; ++i) {
-    ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
-    on.cycle();
+    ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
   }
   on.cycles(60);
   EXPECT_EQ(on.count(counter::expired), 10U);
@@ -154,8 +149,7 @@ TEST_F(core_test, gives_the_newest_only_to_those_who_subscribed_before_it_was_as
   on.cycle();
   on.net.link_of(early.id()).capacity_bytes = 0;
   for (int i = 0; i < 10; ++i) {
-    ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
-    on.cycle();
+    ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
   }
   on.net.link_of(early.id()).capacity_bytes = 4096;
   EXPECT_EQ(early.hear_after(2), texts{message(9)});
@@ -217,8 +211,7 @@ TEST_F(core_test, writes_not_a_number_as_null_and_counts_it) {
   auto& pair = advertise_pose(on);
   peer browser{on};
   browser.tell(R"({"op":"subscribe","topic":"/pose"})");
-  ASSERT_TRUE(publish(on, pair, {std::numeric_limits<double>::quiet_NaN(), 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {std::numeric_limits<double>::quiet_NaN(), 0}));
   EXPECT_EQ(browser.hear(), texts{R"({"op":"publish","topic":"/pose","msg":{"x":null,"y":0}})"});
   EXPECT_EQ(on.count(counter::nonfinite), 1U);
 }

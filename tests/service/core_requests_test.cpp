@@ -64,8 +64,7 @@ struct throttling : core_test {
   texts run(peer& to, rowe::detail::queue_pair& pair, int milliseconds) {
     texts all;
     for (int i = 0; i < milliseconds; ++i) {
-      EXPECT_TRUE(publish(on, pair, {1.0 * ++x, 0}));
-      on.cycle();
+      EXPECT_TRUE(publish_now(on, pair, {1.0 * ++x, 0}));
       for (auto& text : to.hear()) all.push_back(std::move(text));
     }
     return all;

@@ -69,8 +69,7 @@ TEST_F(core_sender, gives_everybody_a_turn_however_much_there_is_for_others) {
   all_say(R"({"op":"subscribe","topic":"/pose"})");
   std::vector<std::size_t> waits(crowd); // cycles
   for (int cycles = 0; cycles < 50; ++cycles) {
-    ASSERT_TRUE(publish(on, pair, {1, 0}));
-    on.cycle();
+    ASSERT_TRUE(publish_now(on, pair, {1, 0}));
     for (std::size_t i = 0; i < crowd; ++i) waits[i] = peers[i].hear().empty() ? waits[i] + 1 : 0;
     EXPECT_LE(*std::max_element(waits.begin(), waits.end()), crowd / turns_per_cycle + 1);
   }
@@ -170,11 +169,9 @@ TEST(sender, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did
   slow.tell(R"({"op":"subscribe","topic":"/pose"})");
   on.net.link_of(slow.id()).capacity_bytes = 10; // the first frame begins, no more
   for (int i = 1; i <= 2; ++i) {
-    ASSERT_TRUE(publish(on, lasting, {1.0 * i, 0}));
-    on.cycle();
+    ASSERT_TRUE(publish_now(on, lasting, {1.0 * i, 0}));
   }
-  ASSERT_TRUE(publish(on, brief, {3, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, brief, {3, 0}));
   on.now += 30ms;
   on.net.link_of(slow.id()).capacity_bytes = 4096;
   EXPECT_EQ(slow.hear_after(3), (texts{message(1), message(2)}));
@@ -196,8 +193,7 @@ TEST(sender, begins_what_waited_for_a_frame_that_ended) {
     on.net.link_of(p->id()).capacity_bytes = 10;
   }
   for (int i = 1; i <= 2; ++i) {
-    ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
-    on.cycle();
+    ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
   }
   for (peer* p : {&first, &second}) {
     on.net.link_of(p->id()).capacity_bytes = 4096;

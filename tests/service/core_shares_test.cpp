@@ -63,8 +63,7 @@ TEST(core_shares, survives_a_queue_that_becomes_shorter_with_expired_messages_be
     on.cycles(2);
     p.tell(publish_on("/odom", R"({"n":"lives"})"));
     for (int i = 0; i < 8; ++i) {
-      (void)publish_text(on, odom, R"({"n":1})");
-      on.cycle();
+      (void)publish_text_now(on, odom, R"({"n":1})");
     }
     on.cycle(220ms);
     p.tell(subscribe("/odom", R"(,"queue_length":1)"));
@@ -83,8 +82,7 @@ TEST(core_shares, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
   peer p{on};
   p.tell(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":16)"));
   for (int i = 0; i < 11; ++i) {
-    (void)publish_text(on, pair, R"({"n":)" + std::to_string(i) + "}");
-    on.cycle();
+    (void)publish_text_now(on, pair, R"({"n":)" + std::to_string(i) + "}");
   }
   ASSERT_EQ(on.core.slots_in_use(), 10U);
   p.tell(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":2)"));
@@ -99,8 +97,7 @@ TEST(core_shares, follows_a_throttle_that_is_lowered_at_once) {
   peer p{on};
   p.tell(subscribe("/t", R"(,"throttle_rate":3600000,"queue_length":4)"));
   for (int i = 0; i < 3; ++i) {
-    (void)publish_text(on, pair, R"({"n":)" + std::to_string(i) + "}");
-    on.cycle();
+    (void)publish_text_now(on, pair, R"({"n":)" + std::to_string(i) + "}");
   }
   ASSERT_EQ(p.hear().size(), 1U);
   EXPECT_EQ(p.ask(subscribe("/t", R"(,"throttle_rate":10,"queue_length":4)"), 40).size(), 2U);
@@ -158,8 +155,7 @@ TEST(core_shares, has_entries_for_others_beside_one_whose_queues_are_full_of_exp
     on.cycle();
   }
   for (int i = 0; i < 10; ++i) {
-    EXPECT_TRUE(publish_text(on, live, R"({"x":1})"));
-    on.cycle();
+    EXPECT_TRUE(publish_text_now(on, live, R"({"x":1})"));
   }
   EXPECT_EQ(other.hear().size(), 10U);
   EXPECT_TRUE(on.core.check());
@@ -175,16 +171,14 @@ TEST(core_shares, delivers_large_messages_beside_many_large_latched_values) {
   for (int i = 0; i < 8; ++i) { // twice as many as there are large slots
     maps.push_back(&offer_text(on, pair_kind::publish_text, "/map" + std::to_string(i), 4000,
                                {.depth = 2, .latched = true}));
-    ASSERT_TRUE(publish_text(on, *maps.back(), map));
-    on.cycle();
+    ASSERT_TRUE(publish_text_now(on, *maps.back(), map));
   }
   auto& live = offer_text(on, pair_kind::publish_text, "/live", 4000, {.depth = 2});
   peer p{on};
   p.tell(subscribe("/live"));
   texts heard;
   for (int i = 0; i < 10; ++i) {
-    EXPECT_TRUE(publish_text(on, live, map));
-    on.cycle();
+    EXPECT_TRUE(publish_text_now(on, live, map));
     hear_more(p, heard);
   }
   EXPECT_EQ(heard.size(), 10U);
@@ -210,8 +204,7 @@ TEST(core_shares, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is_
     std::vector<rowe::detail::queue_pair*> latched;
     for (const char* topic : {"/a", "/b", "/c"}) {
       latched.push_back(&offer_text(on, pair_kind::publish_text, topic, 64, {.latched = true}));
-      (void)publish_text(on, *latched.back(), R"({"kept":1})");
-      on.cycle();
+      (void)publish_text_now(on, *latched.back(), R"({"kept":1})");
     }
     peer p{on};
     if (!reads) on.net.link_of(p.id()).capacity_bytes = 30;
@@ -294,8 +287,7 @@ TEST(core_shares, counts_a_latched_value_for_which_there_is_no_room_and_delivers
   ASSERT_TRUE(publish_text(on, pair, R"({"m":")" + std::string(3000, 'm') + R"("})"));
   EXPECT_EQ(p.hear_after(1).size(), 1U);
   EXPECT_EQ(on.count(counter::not_latched), 1U);
-  ASSERT_TRUE(publish_text(on, pair, R"({"m":1})"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, pair, R"({"m":1})"));
   peer late{on};
   EXPECT_EQ(late.ask(subscribe("/map"), 2).size(), 1U);
 }
@@ -338,8 +330,7 @@ TEST(core_shares, forgets_a_latched_value_with_the_peer_that_latched_it) {
 TEST(core_shares, does_not_put_a_peers_value_in_the_place_of_what_this_process_latches) {
   core_harness on{hub_options()};
   auto& map = offer_text(on, pair_kind::publish_text, "/map", 64, {.latched = true});
-  ASSERT_TRUE(publish_text(on, map, R"({"from":"robot"})"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, map, R"({"from":"robot"})"));
   peer rude{on};
   rude.say(R"({"op":"advertise","topic":"/map","latch":true})");
   rude.say(publish_on("/map", R"({"from":"stranger"})"));
@@ -481,10 +472,7 @@ TEST(core_shares, has_slots_left_beside_peers_that_finish_no_large_message) {
   auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
   std::deque<peer> deaf;
   const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
-  const auto publish = [&] {
-    (void)publish_text(on, map, large);
-    on.cycle();
-  };
+  const auto publish = [&] { (void)publish_text_now(on, map, large); };
   for (int i = 0; i < 6; ++i) { // each has another message begun
     on.net.link_of(deaf.emplace_back(on).id()).capacity_bytes = 500;
     deaf.back().say(subscribe("/map", R"(,"queue_length":1)"));
@@ -520,15 +508,13 @@ TEST(core_shares, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames)
     how.rest_bytes_max = SIZE_MAX;
     deaf.back().say(subscribe("/map", R"(,"queue_length":1)"));
     on.cycle();
-    (void)publish_text(on, map, large);
-    on.cycle();
+    (void)publish_text_now(on, map, large);
   }
   peer reads{on};
   reads.tell(subscribe("/map", R"(,"queue_length":1)"));
   texts heard;
   for (int i = 0; i < 10; ++i) {
-    (void)publish_text(on, map, large);
-    on.cycle();
+    (void)publish_text_now(on, map, large);
     hear_more(reads, heard);
   }
   EXPECT_EQ(count_of(heard, R"("topic":"/map")"), 10U);
@@ -551,8 +537,7 @@ TEST(core_shares, lets_nobody_wait_where_there_is_one_large_slot_and_the_transpo
   on.cycle();
   texts heard;
   for (int i = 0; i < 10; ++i) {
-    (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
-    on.cycle();
+    (void)publish_text_now(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
     hear_more(reads, heard);
   }
   EXPECT_EQ(count_of(heard, R"("topic":"/map")"), 10U);
@@ -570,8 +555,7 @@ TEST(core_shares, cuts_nobody_for_a_peer_that_has_left) {
   (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
   on.cycles(50, 20ms); // more than a frame may be under way while others wait
   waits.tell(subscribe("/map", R"(,"queue_length":1)"));
-  (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'y') + "\"}");
-  on.cycle();
+  (void)publish_text_now(on, map, R"({"x":")" + std::string(3000, 'y') + "\"}");
   waits.leave();
   on.cycles(200, 20ms);
   EXPECT_EQ(on.count(counter::stalled_peers), 0U);

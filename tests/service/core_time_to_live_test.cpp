@@ -62,8 +62,7 @@ TEST_F(times_to_live, are_told_to_rowe_endpoints_only) {
   browser.say(R"({"op":"subscribe","topic":"/pose"})");
   peer old_name{on, rowe::service::side::server, "127.0.0.1:1", "/", "rowe.v1"};
   old_name.tell(R"({"op":"subscribe","topic":"pose"})");
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_EQ(endpoint.hear(), texts{with_ttl("49", 1)});
   EXPECT_EQ(browser.hear(), texts{message(1)}) << "who speaks rosbridge alone sees what it saw before";
   EXPECT_EQ(old_name.hear(), texts{R"({"op":"publish","ttl_ms":49,"topic":"pose","msg":{"x":1,"y":0}})"});
@@ -80,8 +79,7 @@ TEST_F(times_to_live, count_the_time_in_the_queue) {
   auto& pair = advertise_pose(on, {.ttl = 50ms});
   peer slow = subscriber();
   on.net.link_of(slow.id()).capacity_bytes = 0;
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycles(29);
   on.cycle(250us);
@@ -105,8 +103,7 @@ TEST_F(times_to_live, end_before_nothing_is_left_to_tell) {
   on.cycle(0ms);
   EXPECT_EQ(slow.hear(), (texts{with_ttl("0.001", 1), with_ttl("0.001", 2)}));
   on.net.link_of(slow.id()).capacity_bytes = 0;
-  ASSERT_TRUE(publish(on, pair, {3, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {3, 0}));
   on.cycle(49ms - 999ns);
   on.net.link_of(slow.id()).capacity_bytes = 4096;
   on.cycles(2, 0ms);
@@ -159,11 +156,9 @@ TEST_F(times_to_live, of_this_process_hold_for_its_own_handles) {
   on.cycle();
   rowe::subscriber<pose> handle{core_harness::handle_of(inbox)};
   const auto published = on.now;
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_TRUE(handle.latest(published + 5ms - 1ns));
-  ASSERT_TRUE(publish(on, pair, {2, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {2, 0}));
   EXPECT_EQ(handle.latest(published + 7ms).code(), errc::empty);
   EXPECT_EQ(handle.expired(), 1U);
 }
@@ -292,8 +287,7 @@ TEST_F(times_to_live, leave_a_message_that_is_sent_now_or_never_as_it_is) {
   auto& pair = advertise_pose(on, {.ttl = 0ms});
   on.cycle();
   const auto slot = send(R"({"a":1})", 0ns);
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_EQ(outcome(slot), "sent");
   EXPECT_EQ(there.hear(), texts{R"({"a":1})"});
   EXPECT_EQ(viewer.hear(), (texts{R"({"a":1})", message(1)}));

@@ -151,8 +151,7 @@ TEST_F(core_undecodable, tells_of_texts_that_are_too_long) {
 TEST_F(core_undecodable, warns_of_what_this_process_publishes_itself) {
   auto& pair = on.offer(pair_kind::publish_text, "cmd_vel", 100);
   on.cycle();
-  ASSERT_TRUE(publish_text(on, pair, R"({"linear":7})"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, pair, R"({"linear":7})"));
   const auto happened = events(on, event::kind::warning);
   ASSERT_EQ(happened.size(), 1U);
   EXPECT_EQ(std::string_view{happened[0].what},

@@ -16,13 +16,7 @@ using rowe::service::rate_limit;
 
 constexpr std::string_view stop = R"({"op":"call_service","id":"1","service":"/rowe/stop"})";
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.connections_max = 3;
-  bounds.lanes_max = 1;
-  bounds.door_slots = 4;
-  return bounds;
-}
+rowe::limits few() { return {.connections_max = 3, .door_slots = 4, .lanes_max = 1}; }
 
 struct dispatcher_test : all_parts::all_parts {
   explicit dispatcher_test(rowe::service::side of = rowe::service::side::server)

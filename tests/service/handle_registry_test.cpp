@@ -17,14 +17,7 @@ using rowe::detail::pair_kind;
 using rowe::detail::pair_phase;
 using ::state_fixture::taken;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.connections_max = 3;
-  bounds.lanes_max = 6;
-  bounds.services_max = 4;
-  bounds.door_slots = 8;
-  return bounds;
-}
+rowe::limits few() { return {.connections_max = 3, .services_max = 4, .door_slots = 8, .lanes_max = 6}; }
 
 struct handle_registry_test : all_parts::all_parts {
   handle_registry_test() : all_parts{::state_fixture::with(few())} {}

@@ -13,13 +13,7 @@ namespace {
 using namespace all_parts;
 using rowe::service::entries_per_cycle;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.connections_max = 3;
-  bounds.lanes_max = 3;
-  bounds.door_slots = 8;
-  return bounds;
-}
+rowe::limits few() { return {.connections_max = 3, .door_slots = 8, .lanes_max = 3}; }
 
 struct handle_submissions_test : all_parts::all_parts {
   handle_submissions_test() : all_parts{::state_fixture::with(few())} {}

@@ -13,10 +13,10 @@ using rowe::service::kept_id;
 using rowe::service::peer_index;
 
 rowe::limits few() {
-  rowe::limits bounds;
-  bounds.connections_max = 4;
-  bounds.subscriptions_max = 256; // 128 blocks of 28 bytes, 16 of them the claim of each peer
-  return bounds;
+  return {
+      .connections_max = 4,
+      .subscriptions_max = 256 // 128 blocks of 28 bytes, 16 of them the claim of each peer
+  };
 }
 
 struct kept_ids_test : testing::Test {

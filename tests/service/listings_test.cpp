@@ -20,16 +20,14 @@ using rowe::service::listings_period;
 using rowe::service::topic_id;
 
 rowe::limits few() {
-  rowe::limits bounds;
-  bounds.small_slots = 4 * rowe::service::replies_max;
-  bounds.small_slot_bytes = 1024;
-  bounds.large_slots = 2;
-  bounds.message_bytes_max = 4096;
-  bounds.connections_max = 3;
-  bounds.lanes_max = 2;
-  bounds.topics_max = 96;
-  bounds.services_max = 8;
-  return bounds;
+  return {.connections_max = 3,
+          .message_bytes_max = 4096,
+          .topics_max = 96,
+          .small_slots = 4 * rowe::service::replies_max,
+          .small_slot_bytes = 1024,
+          .large_slots = 2,
+          .services_max = 8,
+          .lanes_max = 2};
 }
 
 struct listings_test : peer_parts::peer_parts {

@@ -22,13 +22,13 @@ using rowe::service::slot_use;
 using rowe::service::timer;
 
 rowe::limits few() {
-  rowe::limits bounds;
-  bounds.small_slots = 3;
-  bounds.small_slot_bytes = 256;
-  bounds.large_slots = 2;
-  bounds.message_bytes_max = 4096;
-  bounds.subscriptions_max = bounds.connections_max = bounds.calls_max = 4;
-  return bounds;
+  return {.connections_max = 4,
+          .message_bytes_max = 4096,
+          .subscriptions_max = 4,
+          .small_slots = 3,
+          .small_slot_bytes = 256,
+          .large_slots = 2,
+          .calls_max = 4};
 }
 
 struct message_store_test : state_fixture::state_fixture {

@@ -25,18 +25,16 @@ using rowe::service::subscription_id;
 using rowe::service::topic_id;
 
 rowe::limits few(std::uint32_t slots = 8) {
-  rowe::limits bounds;
-  bounds.small_slots = slots;
-  bounds.small_slot_bytes = 256;
-  bounds.large_slots = 1;
-  bounds.message_bytes_max = 1024;
-  bounds.queued_max = 64;
-  bounds.queue_depth_max = 8;
-  bounds.connections_max = 4;
-  bounds.subscriptions_max = 16;
-  bounds.topics_max = 8;
-  bounds.calls_max = 4;
-  return bounds;
+  return {.connections_max = 4,
+          .message_bytes_max = 1024,
+          .topics_max = 8,
+          .subscriptions_max = 16,
+          .small_slots = slots,
+          .small_slot_bytes = 256,
+          .large_slots = 1,
+          .queue_depth_max = 8,
+          .queued_max = 64,
+          .calls_max = 4};
 }
 
 // An outbox with the tables it works on, and peers that are connected.

@@ -15,11 +15,11 @@ using rowe::service::page_texts;
 using rowe::service::text_id;
 
 rowe::limits few() {
-  rowe::limits bounds;
-  bounds.message_bytes_max = 1024;
-  bounds.long_message_bytes_max = 2 * chunk_store::chunk_bytes;
-  bounds.long_slots = 4; // 8 chunks: a quarter are 2
-  return bounds;
+  return {
+      .message_bytes_max = 1024,
+      .long_message_bytes_max = 2 * chunk_store::chunk_bytes,
+      .long_slots = 4 // 8 chunks: a quarter are 2
+  };
 }
 
 struct page_texts_test : testing::Test {

@@ -19,12 +19,10 @@ using rowe::service::pair_index;
 using rowe::service::peer_index;
 
 rowe::limits few() {
-  rowe::limits bounds;
-  bounds.connections_max = 4;
-  bounds.lanes_max = 3;
-  bounds.door_slots = 16; // a claim to one for each peer, and the other twelve for whoever comes
-  bounds.door_slot_bytes = 256;
-  return bounds;
+  return {.connections_max = 4,
+          .door_slots = 16, // a claim to one for each peer, and the other twelve for whoever comes
+          .door_slot_bytes = 256,
+          .lanes_max = 3};
 }
 
 struct receiver_test : state_fixture::state_fixture {

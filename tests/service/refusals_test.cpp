@@ -15,16 +15,14 @@ using rowe::event;
 using rowe::service::refusals;
 
 rowe::limits few() {
-  rowe::limits bounds;
-  bounds.small_slots = 256;
-  bounds.small_slot_bytes = 512;
-  bounds.large_slots = 1;
-  bounds.message_bytes_max = 1024;
-  bounds.connections_max = 2;
-  bounds.lanes_max = 1;
-  bounds.refusals_per_second_max = 10;
-  bounds.messages_per_second_max = 10;
-  return bounds;
+  return {.connections_max = 2,
+          .message_bytes_max = 1024,
+          .messages_per_second_max = 10,
+          .refusals_per_second_max = 10,
+          .small_slots = 256,
+          .small_slot_bytes = 512,
+          .large_slots = 1,
+          .lanes_max = 1};
 }
 
 struct refusals_test : peer_parts::peer_parts {

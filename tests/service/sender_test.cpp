@@ -16,14 +16,12 @@ using rowe::service::write_work_per_cycle;
 using rowe::wire::opcode;
 
 rowe::limits few() {
-  rowe::limits bounds;
-  bounds.small_slots = 512;
-  bounds.small_slot_bytes = 256;
-  bounds.large_slots = 4;
-  bounds.message_bytes_max = 1024;
-  bounds.connections_max = 2 * write_work_per_cycle;
-  bounds.lanes_max = 1;
-  return bounds;
+  return {.connections_max = 2 * write_work_per_cycle,
+          .message_bytes_max = 1024,
+          .small_slots = 512,
+          .small_slot_bytes = 256,
+          .large_slots = 4,
+          .lanes_max = 1};
 }
 
 struct sender_test : peer_parts::peer_parts {

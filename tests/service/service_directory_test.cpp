@@ -16,12 +16,7 @@ using rowe::service::service_directory;
 using rowe::service::service_index;
 using refusal = rowe::service::service_directory::refusal;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.services_max = 4;
-  bounds.topic_bytes_max = 16;
-  return bounds;
-}
+rowe::limits few() { return {.topic_bytes_max = 16, .services_max = 4}; }
 
 struct service_directory_test : testing::Test {
   rowe::limits bounds = few();

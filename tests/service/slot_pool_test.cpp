@@ -14,13 +14,11 @@ using rowe::service::slot_pool;
 using rowe::service::slot_ref;
 
 rowe::limits few() {
-  rowe::limits bounds;
-  bounds.small_slots = 3;
-  bounds.small_slot_bytes = 256;
-  bounds.large_slots = 1;
-  bounds.message_bytes_max = 4096;
-  bounds.long_message_bytes_max = 0;
-  return bounds;
+  return {.message_bytes_max = 4096,
+          .long_message_bytes_max = 0,
+          .small_slots = 3,
+          .small_slot_bytes = 256,
+          .large_slots = 1};
 }
 
 struct slot_pool_test : testing::Test {

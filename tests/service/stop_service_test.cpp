@@ -30,13 +30,12 @@ struct stop_service_test : call_parts::call_parts {
   stop_service_test() : call_parts{with_stop()} {}
 
   rowe::service::stop_rules rules{options.stop, cycle.now, 1};
-  rowe::service::stop_service stop{
-      memory,
-      {.state = state,
-       .sender = sending,
-       .access_control = access,
-       .call_completion = completion,
-       .stop_rules = rules}};
+  rowe::service::stop_service stop{memory,
+                                   {.state = state,
+                                    .sender = sending,
+                                    .access_control = access,
+                                    .call_completion = completion,
+                                    .stop_rules = rules}};
   rowe::detail::latch_words<> words;
   rowe::detail::latch_memory own;
 

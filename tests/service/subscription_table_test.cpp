@@ -11,12 +11,7 @@ namespace {
 using rowe::service::subscription_table;
 using rowe::service::topic_table;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.topics_max = 4;
-  bounds.subscriptions_max = 6;
-  return bounds;
-}
+rowe::limits few() { return {.topics_max = 4, .subscriptions_max = 6}; }
 
 struct subscription_table_test : testing::Test {
   rowe::limits bounds = few();

@@ -14,11 +14,9 @@ using namespace all_parts;
 using rowe::errc;
 
 rowe::limits few() {
-  rowe::limits bounds;
-  bounds.connections_max = 3;
-  bounds.lanes_max = 1;
-  bounds.door_slots = 8; // threads receive, so all may be parked; four for a lone peer
-  return bounds;
+  return {.connections_max = 3,
+          .door_slots = 8, // threads receive, so all may be parked; four for a lone peer
+          .lanes_max = 1};
 }
 
 struct thread_submissions_test : all_parts::all_parts {

@@ -88,8 +88,7 @@ TEST_F(topic_pages, name_topics_with_slashes_and_in_percent_encoding) {
   auto& pair = on.offer(rowe::detail::pair_kind::publish_text, topic, 64);
   on.cycle();
   ask_for("/api/v1/topics/robot/od%C3%B6m");
-  ASSERT_TRUE(publish_text(on, pair, R"({"a":1.50})"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, pair, R"({"a":1.50})"));
   for (const std::string_view path : {"/api/v1/topics/robot/od%c3%b6m", "/api/v1/topics//robot/od%C3%B6m",
                                       "/api/v1/topics/%2Frobot%2fod%c3%B6m"})
     EXPECT_EQ(text_of(get(path)), "{\"a\":1.50}\n") << path;
@@ -113,8 +112,7 @@ TEST_F(topic_pages, are_not_there_for_what_is_no_topic) {
 TEST_F(topic_pages, have_the_latched_value_from_the_first_request_on) {
   auto& pair = advertise_pose(on, {.latched = true});
   on.cycle();
-  ASSERT_TRUE(publish(on, pair, {4, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {4, 0}));
   EXPECT_EQ(text_of(get(pose_path)), "{\"x\":4,\"y\":0}\n");
   EXPECT_EQ(get(pose_path).age_ms, 1);
 }
@@ -166,8 +164,7 @@ TEST_F(topic_pages, send_late_subscribers_nothing_that_was_not_latched) {
   auto& pair = advertise_pose(on);
   on.cycle();
   ask_for(pose_path);
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   peer late{on};
   EXPECT_TRUE(late.ask(R"({"op":"subscribe","topic":"/pose"})", 3).empty());
   EXPECT_EQ(on.core.slots_in_use(), 0U) << "what is kept takes no slot";
@@ -354,8 +351,7 @@ TEST_F(topic_pages_with_roles, show_nothing_to_who_waits_when_the_rights_change)
   rowe::access_options with = access_fixture::with_roles().access;
   with.roles[0].subscribe.clear();
   on.set_access(with);
-  ASSERT_TRUE(publish_text(on, pair, "{}"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, pair, "{}"));
   const http_answer answer = again(waits);
   EXPECT_EQ(answer.status, 503);
   EXPECT_EQ(text_of(answer), "the rights have just changed\nask again\n");

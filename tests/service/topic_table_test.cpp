@@ -12,11 +12,7 @@ namespace {
 
 using rowe::service::topic_table;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.topics_max = 4;
-  return bounds;
-}
+rowe::limits few() { return {.topics_max = 4}; }
 
 struct topic_table_test : testing::Test {
   rowe::limits bounds = few();
