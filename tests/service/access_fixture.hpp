@@ -58,11 +58,8 @@ inline std::string answer_to(core_harness& on, peer& of, std::string_view text) 
 // A loop that can be stopped. It begins stopped.
 class stoppable_loop {
  public:
-  explicit stoppable_loop(core_harness& on) : on_{on} {
-    rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({.name = "base"}));
-    on.cycle();
-    latch_ = rowe::stop_latch{core_harness::handle_of(pair)};
-  }
+  explicit stoppable_loop(core_harness& on)
+      : on_{on}, latch_{on.open<rowe::stop_latch>(rowe::detail::latch_request({.name = "base"}))} {}
   bool is_stopped() { return latch_.engaged(on_.now); }
   // Looks, and acknowledges a stop.
   bool moves() {

@@ -76,9 +76,7 @@ TEST_F(answers, take_args_and_a_fragment_size_that_are_null_for_none) {
 }
 
 rowe::endpoint_options with_a_low_rate() {
-  rowe::endpoint_options options = with_roles();
-  options.limits.messages_per_second_max = 100;
-  return options;
+  return with_limits(with_roles(), &limits::messages_per_second_max, 100);
 }
 struct low_rate : answers {
   low_rate() : answers{with_a_low_rate()} {}

@@ -69,9 +69,7 @@ std::string member(const std::string& text, const std::string& name) {
 struct core_calls : core_test {
   core_calls() : core_test{room_for_calls()} {}
   static rowe::endpoint_options room_for_calls() {
-    auto options = small_options();
-    options.limits.calls_max = 24; // one peer may have four
-    return options;
+    return with_limits(small_options(), &limits::calls_max, 24); // one peer may have four
   }
   void answer_one(add_responder& by) {
     auto asked = by.try_next(on.now);
@@ -582,14 +580,8 @@ TEST_F(core_calls, reaches_a_service_of_its_own_process) {
   EXPECT_EQ(on.core.slots_in_use(), 0U);
 }
 
-struct core_calls_hub : testing::Test {
-  static rowe::endpoint_options hub() {
-    auto options = small_options();
-    options.relay = true;
-    return options;
-  }
-  ~core_calls_hub() override { EXPECT_TRUE(on.core.check()); }
-  core_harness on{hub()};
+struct core_calls_hub : core_test {
+  core_calls_hub() : core_test{hub_options()} {}
 };
 
 TEST_F(core_calls_hub, passes_calls_between_its_peers_by_either_codec) {
@@ -693,9 +685,8 @@ TEST_F(core_calls, tells_who_publishes_a_topic) {
 
 // ---- as a client
 
-struct core_calls_client : testing::Test {
-  ~core_calls_client() override { EXPECT_TRUE(on.core.check()); }
-  core_harness on{small_options(), rowe::service::side::client};
+struct core_calls_client : core_test {
+  core_calls_client() : core_test{small_options(), rowe::service::side::client} {}
 };
 
 TEST_F(core_calls_client, asks_its_server_by_rosbridge_and_waits_for_it) {

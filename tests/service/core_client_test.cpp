@@ -1,31 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core as a client of a rosbridge server.
-#include <gtest/gtest.h>
-
-#include <string>
-
-#include "core_harness.hpp"
+#include "core_fixtures.hpp"
 
 namespace core_client_test {
 namespace {
 
-using namespace std::chrono_literals;
-using harness::core_harness;
-using harness::peer;
+using namespace harness;
 using rowe::detail::pair_kind;
-using rowe::service::counter;
 using rowe::service::side;
-using texts = std::vector<std::string>;
 
-struct core_client : testing::Test {
-  core_client() : on{harness::small_options(), side::client} {}
-  ~core_client() override { EXPECT_TRUE(on.core.check()); }
-  core_harness on;
-
-  void publish(rowe::detail::queue_pair& pair, std::string_view text) {
-    ASSERT_TRUE(rowe::detail::publish_into(
-        pair, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
-  }
+struct core_client : core_test {
+  core_client() : core_test{small_options(), side::client} {}
 };
 
 TEST_F(core_client, connects_at_once_and_again_later_each_time_it_is_refused) {
@@ -66,28 +51,14 @@ TEST_F(core_client, announces_its_handles_when_it_is_connected_and_masks_its_fra
   EXPECT_NE(heard[1].find(R"("op":"subscribe")"), std::string::npos);
 }
 
-// The texts that have come to a subscriber.
-texts taken(rowe::detail::queue_pair& inbox) {
-  texts all;
-  const auto& path = inbox.user.in;
-  path.ring->drain(
-      [&](std::uint32_t slot) {
-        all.emplace_back(reinterpret_cast<const char*>(path.memory.value(slot)),
-                         path.memory.header(slot)->bytes);
-        path.free_ring->release(slot);
-      },
-      SIZE_MAX);
-  return all;
-}
-
 TEST_F(core_client, tells_its_handles_the_statistics_of_its_server_and_never_its_own) {
   auto& seen = on.offer(pair_kind::subscribe_text, "/rowe/stats", 4000);
   on.cycle();
   peer server{on, side::client};
   EXPECT_EQ(server.hear_after(300).size(), 1U); // that it subscribes
-  EXPECT_EQ(taken(seen), texts{});
+  EXPECT_EQ(take_all(seen), texts{});
   server.tell(R"({"op":"publish","topic":"/rowe/stats","msg":{"name":"hub"}})", 300);
-  EXPECT_EQ(taken(seen), texts{R"({"name":"hub"})"});
+  EXPECT_EQ(take_all(seen), texts{R"({"name":"hub"})"});
 }
 
 TEST_F(core_client, tells_its_handles_the_stop_of_its_server_and_never_its_own) {
@@ -96,9 +67,9 @@ TEST_F(core_client, tells_its_handles_the_stop_of_its_server_and_never_its_own) 
   on.cycle();
   peer server{on, side::client};
   on.cycles(500);
-  EXPECT_EQ(taken(seen), texts{});
+  EXPECT_EQ(take_all(seen), texts{});
   server.tell(R"({"op":"publish","topic":"/rowe/stop/state","msg":{"state":"running"}})", 500);
-  EXPECT_EQ(taken(seen), texts{R"({"state":"running"})"});
+  EXPECT_EQ(take_all(seen), texts{R"({"state":"running"})"});
 }
 
 TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_that_goes) {
@@ -106,7 +77,7 @@ TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_th
   on.cycle();
   auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
   EXPECT_EQ(server.hear_after(2).size(), 1U);
-  publish(pair, "{\"n\":1}");
+  ASSERT_TRUE(publish_text(on, pair, "{\"n\":1}"));
   pair.lifecycle.close();
   const auto heard = server.hear_after(3);
   ASSERT_EQ(heard.size(), 2U);
@@ -119,7 +90,7 @@ TEST_F(core_client, publishes_to_the_server_without_being_asked) {
   on.cycle();
   peer server{on, side::client};
   (void)server.hear_after(1);
-  for (const char* text : {"{\"n\":1}", "{\"n\":2}", "{\"n\":3}"}) publish(pair, text);
+  for (const char* text : {"{\"n\":1}", "{\"n\":2}", "{\"n\":3}"}) ASSERT_TRUE(publish_text(on, pair, text));
   on.cycle();
   EXPECT_EQ(server.hear(), (texts{R"({"op":"publish","topic":"/out","msg":{"n":1}})",
                                   R"({"op":"publish","topic":"/out","msg":{"n":2}})",
@@ -132,8 +103,8 @@ TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it)
   peer server{on, side::client};
   (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 5;
-  publish(pair, "{\"n\":12345}");
-  publish(pair, "{\"n\":67890}");
+  ASSERT_TRUE(publish_text(on, pair, "{\"n\":12345}"));
+  ASSERT_TRUE(publish_text(on, pair, "{\"n\":67890}"));
   texts heard;
   for (int i = 0; i < 100; ++i) {
     on.cycle();
@@ -222,7 +193,7 @@ TEST_F(core_client, starts_afresh_after_a_lost_connection) {
   peer server{on, side::client};
   (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 3;
-  publish(pair, "{\"n\":1}");
+  ASSERT_TRUE(publish_text(on, pair, "{\"n\":1}"));
   on.cycle();
   server.leave(rowe::service::close_cause::reset);
   on.cycles(2);
@@ -232,7 +203,7 @@ TEST_F(core_client, starts_afresh_after_a_lost_connection) {
   peer again{on, side::client};
   EXPECT_EQ(again.hear_after(2).size(), 1U); // the advertisement; nothing of what was queued for the old one
   EXPECT_EQ(again.violated, "");
-  publish(pair, "{\"n\":2}");
+  ASSERT_TRUE(publish_text(on, pair, "{\"n\":2}"));
   on.cycle();
   EXPECT_EQ(again.hear(), texts{R"({"op":"publish","topic":"/out","msg":{"n":2}})"});
 }

@@ -41,9 +41,7 @@ TEST_F(core_test, answers_the_latest_ping_however_many_came_before) {
 
 TEST(core, wakes_for_a_crowd_of_quiet_peers_sixty_times_a_second_at_most) {
   constexpr int crowd = 100;
-  rowe::endpoint_options options = small_options();
-  options.limits.connections_max = crowd;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::connections_max, crowd)};
   std::vector<peer> peers;
   for (int i = 0; i < crowd; ++i) {
     peers.emplace_back(on);

@@ -10,18 +10,13 @@ namespace {
 
 using rowe::service::credit;
 
-struct core_credit : testing::Test {
-  explicit core_credit(rowe::endpoint_options options = roomy()) : on{options} {}
-  ~core_credit() override { EXPECT_TRUE(on.core.check()); }
+struct core_credit : core_test {
+  explicit core_credit(rowe::endpoint_options options = roomy()) : core_test{options} {}
 
   static rowe::endpoint_options roomy() {
-    auto options = small_options();
-    options.limits.small_slots = 256;
-    options.limits.queue_depth_max = 200;
-    return options;
+    return with_limits(small_options(), &limits::small_slots, 256, &limits::queue_depth_max, 200);
   }
 
-  core_harness on;
   std::deque<peer> viewers;
   rowe::detail::queue_pair& telemetry = offer("/telemetry", rowe::priority::normal);
   rowe::detail::queue_pair& alarm = offer("/alarm", rowe::priority::urgent);

@@ -13,11 +13,7 @@ using rowe::errc;
 using rowe::detail::entry;
 
 // A queue to one peer that does not read is full before that has its share of the slots.
-rowe::endpoint_options with_many_slots() {
-  rowe::endpoint_options options = small_options();
-  options.limits.small_slots = 128;
-  return options;
-}
+rowe::endpoint_options with_many_slots() { return with_limits(small_options(), &limits::small_slots, 128); }
 
 struct plain_messages : core_test {
   plain_messages() : core_test{with_many_slots()} {}
@@ -529,10 +525,7 @@ TEST_F(plain_messages, has_slots_for_calls_when_half_of_them_wait_for_everyone) 
 
 // Each takes what it can as long as it reads, and then does not read any more.
 TEST(parked_messages, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_reading) {
-  auto options = with_many_slots();
-  options.limits.small_slots = 64;
-  options.limits.connections_max = 16;
-  core_harness on{options};
+  core_harness on{with_limits(with_many_slots(), &limits::small_slots, 64, &limits::connections_max, 16)};
   std::vector<peer> crowd;
   for (int i = 0; i < 12; ++i) crowd.emplace_back(on);
   peer reads{on};
@@ -614,9 +607,8 @@ TEST_F(plain_messages, keeps_the_order_towards_a_peer_when_slots_are_short) {
   EXPECT_EQ(on.core.slots_in_use(), 0U);
 }
 
-struct plain_messages_client : testing::Test {
-  ~plain_messages_client() override { EXPECT_TRUE(on.core.check()); }
-  core_harness on{small_options(), rowe::service::side::client};
+struct plain_messages_client : core_test {
+  plain_messages_client() : core_test{small_options(), rowe::service::side::client} {}
 };
 
 TEST_F(plain_messages_client, sends_to_its_server_without_being_asked) {

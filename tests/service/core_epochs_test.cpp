@@ -17,15 +17,13 @@ std::string member(std::string_view text, std::string_view name) {
   return std::string{text.substr(from, text.find_first_of(",}", from) - from)};
 }
 
-struct clients_epochs : testing::Test {
-  clients_epochs() : on{small_options(), side::client} {}
-  ~clients_epochs() override { EXPECT_TRUE(on.core.check()); }
+struct clients_epochs : core_test {
+  clients_epochs() : core_test{small_options(), side::client} {}
   // Until the next attempt to connect.
   void wait_for_attempt() {
     const auto before = on.net.attempts();
     while (on.net.attempts() == before) on.cycle();
   }
-  core_harness on;
 };
 
 TEST_F(clients_epochs, end_what_handles_had_published_and_nobody_had_taken) {

@@ -74,13 +74,22 @@ inline rowe::result<std::string> take(rowe::detail::queue_pair& pair) {
   return text;
 }
 
+inline texts take_all(rowe::detail::queue_pair& pair) {
+  texts all;
+  while (auto text = take(pair)) all.push_back(std::move(*text));
+  return all;
+}
+
 // What a peer hears of a pose at (x, 0).
 inline std::string message(int x) {
   return R"({"op":"publish","topic":"/pose","msg":{"x":)" + std::to_string(x) + R"(,"y":0}})";
 }
 
 struct core_test : testing::Test {
-  explicit core_test(const rowe::endpoint_options& options = small_options()) : on{options} {}
+  explicit core_test(const rowe::endpoint_options& options = small_options(),
+                     rowe::service::side ours = rowe::service::side::server,
+                     const rowe::wire::protocol_set* protocols = nullptr)
+      : on{options, ours, 1, rowe::rt::time_point{1000s}, protocols} {}
   ~core_test() override { EXPECT_TRUE(on.core.check()); }
   core_harness on;
 };

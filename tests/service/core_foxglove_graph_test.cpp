@@ -312,12 +312,8 @@ TEST_F(foxglove_graph, is_told_no_more_to_who_keeps_names_that_are_gone_for_too_
 
 struct foxglove_graph_in_small_messages : foxglove_graph {
   static rowe::endpoint_options small_messages() {
-    rowe::endpoint_options options = with_viewers();
-    options.limits.connections_max = 40;
-    options.limits.message_bytes_max = 640;
-    options.limits.small_slot_bytes = 300;
-    options.limits.topics_max = 64;
-    return options;
+    return with_limits(with_viewers(), &limits::connections_max, 40, &limits::message_bytes_max, 640,
+                       &limits::small_slot_bytes, 300, &limits::topics_max, 64);
   }
   foxglove_graph_in_small_messages() : foxglove_graph{small_messages()} {}
 };
@@ -381,9 +377,7 @@ TEST_F(foxglove_graph_in_small_messages, is_told_to_some_peers_in_a_cycle_and_to
 
 struct foxglove_graph_in_short_messages : foxglove_graph {
   static rowe::endpoint_options short_messages() {
-    rowe::endpoint_options options = with_viewers();
-    options.limits.message_bytes_max = 150;
-    return options;
+    return with_limits(with_viewers(), &limits::message_bytes_max, 150);
   }
   foxglove_graph_in_short_messages() : foxglove_graph{short_messages()} {}
 };

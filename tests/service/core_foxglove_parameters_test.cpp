@@ -330,11 +330,8 @@ TEST_F(foxglove_parameters, are_told_again_to_who_lost_what_it_was_told) {
 
 struct foxglove_parameters_in_small_messages : foxglove_parameters {
   static rowe::endpoint_options small_messages() {
-    rowe::endpoint_options options = with_roles();
-    options.limits.message_bytes_max = 512;
-    options.limits.small_slot_bytes = 512;
-    options.limits.parameters_max = 16;
-    return options;
+    return with_limits(with_roles(), &limits::message_bytes_max, 512, &limits::small_slot_bytes, 512,
+                       &limits::parameters_max, 16);
   }
   foxglove_parameters_in_small_messages() : foxglove_parameters{small_messages()} {}
 };

@@ -72,16 +72,14 @@ struct client : peer {
   texts greeting;
 };
 
-struct core_foxglove : testing::Test {
-  core_foxglove() : on{hub_options(), side::server, 1, rowe::rt::time_point{1000s}} { on.cycle(); }
-  ~core_foxglove() override { EXPECT_TRUE(on.core.check()); }
+struct core_foxglove : core_test {
+  core_foxglove() : core_test{hub_options()} { on.cycle(); }
 
   texts say(peer& p, std::string_view text) { return p.ask(text, 2); }
   texts send(peer& p, const std::string& bytes) {
     p.send(opcode::binary, bytes);
     return p.hear_after(2);
   }
-  core_harness on;
 };
 
 std::string subscribe_to(std::uint32_t id, std::uint32_t channel) {

@@ -11,12 +11,6 @@ using namespace harness;
 using rowe::ros::header;
 using rowe::service::side;
 
-rowe::endpoint_options hub_options() {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  return options;
-}
-
 constexpr std::string_view in_foxglove = R"({"seq":1,"stamp":{"sec":2,"nsec":3},"frame_id":"map"})";
 constexpr std::string_view in_ros = R"({"seq":1,"stamp":{"secs":2,"nsecs":3},"frame_id":"map"})";
 

@@ -136,9 +136,7 @@ TEST_F(graph, knows_the_time_in_the_words_of_both_ros) {
 
 struct graph_of_long_names : access {
   static rowe::endpoint_options with_long_names() {
-    rowe::endpoint_options options = with_roles();
-    options.limits.topic_bytes_max = 3000;
-    return options;
+    return with_limits(with_roles(), &limits::topic_bytes_max, 3000);
   }
   peer& page = comes("supervisor");
   peer& rude = comes("driver", "10.0.0.8:1");

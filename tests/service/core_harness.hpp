@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <rowe/publisher.hpp>
@@ -69,6 +70,27 @@ inline rowe::endpoint_options small_options() {
   options.limits.door_slots = 4;
   options.limits.door_slot_bytes = 1024;
   return options;
+}
+
+// Such options of a hub.
+inline rowe::endpoint_options hub_options() {
+  rowe::endpoint_options options = small_options();
+  options.relay = true;
+  return options;
+}
+
+using rowe::limits;
+
+// The options with other limits: with_limits(small_options(), &limits::topics_max, 8).
+template <class Limit, class Value, class... Others>
+rowe::endpoint_options with_limits(rowe::endpoint_options options, Limit limits::*limit, Value value,
+                                   const Others&... others) {
+  options.limits.*limit = static_cast<Limit>(value);
+  if constexpr (sizeof...(others) == 0) {
+    return options;
+  } else {
+    return with_limits(std::move(options), others...);
+  }
 }
 
 // Over any transport that is made for so many connections.

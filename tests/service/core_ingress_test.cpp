@@ -18,14 +18,10 @@ using namespace harness;
 
 constexpr const char* stop_call = R"({"op":"call_service","id":"1","service":"/rowe/stop"})";
 
-rowe::endpoint_options roomy() {
-  rowe::endpoint_options options = small_options();
-  options.limits.lane_bytes = 8 * 1024 * 1024;
-  return options;
-}
+rowe::endpoint_options roomy() { return with_limits(small_options(), &limits::lane_bytes, 8 * 1024 * 1024); }
 
-struct core_ingress : testing::Test {
-  core_ingress() {
+struct core_ingress : core_test {
+  core_ingress() : core_test{roomy()} {
     for (int i = 0; i < 4; ++i)
       peers.push_back(
           std::make_unique<peer>(on, rowe::service::side::server, "127.0.0.1:" + std::to_string(i)));
@@ -34,7 +30,6 @@ struct core_ingress : testing::Test {
       on.net.link_of(p->id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_in_turn;
     on.cycle();
   }
-  ~core_ingress() override { EXPECT_TRUE(on.core.check()); }
 
   // Hears who said what, by one character each, in the order in which it was carried out.
   std::string order() {
@@ -71,7 +66,6 @@ struct core_ingress : testing::Test {
            std::string(bytes, '.') + "\"}}";
   }
 
-  core_harness on{roomy()};
   std::vector<std::unique_ptr<peer>> peers;
   rowe::detail::queue_pair* heard = nullptr;
 };
@@ -506,9 +500,7 @@ TEST_F(receiver_shares, carries_out_a_stop_that_was_read_behind_what_waits) {
 
 // Behind a message that is parked more is kept than is read of one peer among others.
 TEST(core_ingress_alone, leaves_a_stop_that_is_long_to_its_turn) {
-  rowe::endpoint_options options = roomy();
-  options.limits.message_bytes_max = 64 * 1024;
-  core_harness on{options};
+  core_harness on{with_limits(roomy(), &limits::message_bytes_max, 64 * 1024)};
   (void)on.offer(rowe::detail::latch_request({}));
   auto talk = on.open<rowe::lane>(lane_request(2, 4096));
   peer alone{on};
@@ -527,10 +519,8 @@ TEST(core_ingress_alone, leaves_a_stop_that_is_long_to_its_turn) {
 
 // One that is longer than a message may be is read in pieces, in the memory of one that is not whole yet.
 TEST(core_ingress_alone, leaves_a_message_whole_beside_a_stop_that_is_too_long) {
-  rowe::endpoint_options options = roomy();
-  options.limits.message_bytes_max = 1024;
-  options.limits.long_message_bytes_max = 64 * 1024;
-  core_harness on{options};
+  core_harness on{
+      with_limits(roomy(), &limits::message_bytes_max, 1024, &limits::long_message_bytes_max, 64 * 1024)};
   (void)on.offer(rowe::detail::latch_request({}));
   auto& pair = on.offer(rowe::detail::pair_kind::subscribe_text, "/t", 1024);
   on.cycle();
@@ -552,9 +542,7 @@ TEST(core_ingress_alone, leaves_a_message_whole_beside_a_stop_that_is_too_long) 
 
 // One that is read by itself has no more of a cycle than those that are read in turn.
 TEST(core_ingress_alone, ends_the_cycle_when_its_work_is_done) {
-  rowe::endpoint_options options = roomy();
-  options.limits.message_bytes_max = 64 * 1024;
-  core_harness on{options};
+  core_harness on{with_limits(roomy(), &limits::message_bytes_max, 64 * 1024)};
   (void)on.offer(rowe::detail::latch_request({}));
   on.cycle();
   peer alone{on};
@@ -575,9 +563,7 @@ TEST(core_ingress_alone, ends_the_cycle_when_its_work_is_done) {
 
 // Several long ones, each behind the end of the one before in the same read.
 TEST(core_ingress_alone, keeps_long_messages_that_find_no_room) {
-  rowe::endpoint_options options = roomy();
-  options.limits.message_bytes_max = 64 * 1024;
-  core_harness on{options};
+  core_harness on{with_limits(roomy(), &limits::message_bytes_max, 64 * 1024)};
   auto talk = on.open<rowe::lane>(lane_request(4, 64 * 1024));
   peer alone{on};
   on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone_max;
@@ -699,9 +685,7 @@ TEST_F(receiver_shares, keeps_a_place_for_who_comes_last) {
 }
 
 TEST(shared_inbox_shares, keep_a_place_for_who_comes_last) {
-  rowe::endpoint_options options = small_options();
-  options.limits.door_slots = 64;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::door_slots, 64)};
   const auto taken = [&] {
     std::string senders;
     while (const auto slot = on.inbox.try_receive(on.now)) {

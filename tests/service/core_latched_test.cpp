@@ -13,23 +13,12 @@ namespace {
 
 using rowe::detail::pair_kind;
 
-rowe::endpoint_options hub() {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  return options;
-}
-
 struct latched : ::testing::Test {
   static rowe::endpoint_options chosen() {
-    rowe::endpoint_options options = hub();
-    options.limits.message_bytes_max = 64 * 1024;
-    options.limits.long_message_bytes_max = 1024 * 1024;
-    options.limits.advertisements_per_connection_max = 16;
-    options.limits.subscriptions_per_connection_max = 16;
-    options.limits.latched_bytes = 256 * 1024;
-    options.limits.topics_max = 64;
-    options.limits.connections_max = 12;
-    return options;
+    return with_limits(hub_options(), &limits::message_bytes_max, 64 * 1024, &limits::long_message_bytes_max,
+                       1024 * 1024, &limits::advertisements_per_connection_max, 16,
+                       &limits::subscriptions_per_connection_max, 16, &limits::latched_bytes, 256 * 1024,
+                       &limits::topics_max, 64, &limits::connections_max, 12);
   }
   core_harness on{chosen()};
 
@@ -147,9 +136,7 @@ TEST_F(latched, values_that_find_no_room_among_short_ones_are_where_long_ones_ar
 }
 
 TEST(values_not_kept, are_told_to_who_published_them) {
-  rowe::endpoint_options options = hub();
-  options.limits.latched_bytes = 4096;
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::latched_bytes, 4096)};
   auto& own = on.offer(pair_kind::publish_text, "/own", 6000, {.latched = true});
   peer a{on};
   on.cycle();

@@ -62,9 +62,8 @@ struct reader : peer {
   }
 };
 
-struct core_listings : testing::Test {
-  core_listings() { on.cycle(); }
-  ~core_listings() override { EXPECT_TRUE(on.core.check()); }
+struct core_listings : core_test {
+  core_listings() : core_test{for_many(), side::server, &numbers::protocols()} { on.cycle(); }
 
   void come(std::uint32_t count = readers) {
     for (std::uint32_t i = 0; i < count; ++i) all.emplace_back(on);
@@ -102,7 +101,6 @@ struct core_listings : testing::Test {
     EXPECT_EQ(cut(), 0U);
   }
 
-  core_harness on{for_many(), side::server, 1, rowe::rt::time_point{1000s}, &numbers::protocols()};
   std::deque<reader> all;
 
  private:

@@ -302,15 +302,13 @@ TEST_F(core_names, keeps_two_slashes_apart_from_one) {
   EXPECT_TRUE(other.hear().empty());
 }
 
-struct core_names_as_client : testing::Test {
-  core_names_as_client() : on{small_options(), side::client} { on.cycle(); }
-  ~core_names_as_client() override { EXPECT_TRUE(on.core.check()); }
+struct core_names_as_client : core_test {
+  core_names_as_client() : core_test{small_options(), side::client} { on.cycle(); }
   static void leave(rowe::detail::queue_pair& pair) { pair.lifecycle.close(); }
   static bool says(const std::string& text, std::string_view op, std::string_view topic) {
     return text.find(R"("op":")" + std::string{op} + '"') != text.npos &&
            text.find(R"("topic":")" + std::string{topic} + '"') != text.npos;
   }
-  core_harness on;
 };
 
 TEST_F(core_names_as_client, calls_a_topic_towards_the_server_as_the_first_handle_does) {

@@ -58,12 +58,11 @@ struct client : peer {
   numbered services;
 };
 
-struct core_numbers_codec : testing::Test {
+struct core_numbers_codec : core_test {
   explicit core_numbers_codec(const rowe::endpoint_options& options = hub_options())
-      : on{options, side::server, 1, rowe::rt::time_point{1000s}, &numbers::protocols()} {
+      : core_test{options, side::server, &numbers::protocols()} {
     on.cycle();
   }
-  ~core_numbers_codec() override { EXPECT_TRUE(on.core.check()); }
 
   // What it hears of what it says.
   texts say(peer& p, std::string_view text) { return p.ask(text, 2); }
@@ -84,8 +83,6 @@ struct core_numbers_codec : testing::Test {
     on.cycle();
     return pair;
   }
-
-  core_harness on;
 };
 
 const std::string id = std::string{"\0\xff\"\\", 4}; // of a call: any four bytes
@@ -274,10 +271,8 @@ TEST_F(core_numbers_codec, takes_several_requests_of_one_message) {
 
 struct numbers_beyond_their_rate : core_numbers_codec {
   static rowe::endpoint_options ten_a_second() {
-    rowe::endpoint_options options = hub_options();
-    options.limits.messages_per_second_max = 10;
-    options.limits.subscriptions_per_connection_max = 64;
-    return options;
+    return with_limits(hub_options(), &limits::messages_per_second_max, 10,
+                       &limits::subscriptions_per_connection_max, 64);
   }
   numbers_beyond_their_rate() : core_numbers_codec{ten_a_second()} {}
 };

@@ -284,11 +284,8 @@ TEST_F(core_test, wants_the_next_cycle_at_once_when_a_lane_had_more_than_its_sha
 struct ample {
   explicit ample(int queue_length)
       : on{[] {
-          rowe::endpoint_options options = small_options();
-          options.limits.small_slots = 1024;
-          options.limits.queue_depth_max = 256;
-          options.limits.queued_max = 1024;
-          return options;
+          return with_limits(small_options(), &limits::small_slots, 1024, &limits::queue_depth_max, 256,
+                             &limits::queued_max, 1024);
         }()} {
     reader.tell(R"({"op":"subscribe","topic":"/pose","queue_length":)" + std::to_string(queue_length) + "}");
   }
@@ -339,10 +336,7 @@ TEST(core_publishing, takes_the_usual_share_of_a_lane_where_a_peer_reads_slowly)
 }
 
 TEST(core_publishing, takes_back_from_peers_that_do_not_read_only_what_they_hold) {
-  auto options = small_options();
-  options.limits.small_slots = 2;
-  options.limits.large_slots = 1;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::small_slots, 2, &limits::large_slots, 1)};
   auto& lasting = on.offer(rowe::detail::pair_kind::publish_text, "/t", 64);
   auto& brief = on.offer(rowe::detail::pair_kind::publish_text, "/t", 64, {.ttl = 5ms});
   peer stalled{on}, changed{on}, slow{on}, other{on}, asks{on};

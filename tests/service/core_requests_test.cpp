@@ -7,12 +7,7 @@ namespace core_requests_test {
 namespace {
 
 struct core_gone : testing::Test {
-  static rowe::endpoint_options hub() {
-    rowe::endpoint_options options = small_options();
-    options.relay = true;
-    return options;
-  }
-  core_harness on{hub()};
+  core_harness on{hub_options()};
 };
 
 // What is asked for the sake of its answer, in each way, and what it would have brought about.
@@ -140,15 +135,8 @@ TEST_F(throttling, merges_two_subscriptions_of_one_peer_into_one_copy) {
   EXPECT_EQ(publish(on, pair, {0, 0}).code(), rowe::errc::no_peer);
 }
 
-struct hub : testing::Test {
-  hub()
-      : on{[] {
-          auto options = harness::small_options();
-          options.relay = true;
-          return options;
-        }()} {}
-  ~hub() override { EXPECT_TRUE(on.core.check()); }
-  core_harness on;
+struct hub : core_test {
+  hub() : core_test{hub_options()} {}
 };
 
 TEST_F(hub, relays_what_one_peer_publishes_to_those_that_subscribed_with_its_text_unchanged) {
@@ -223,9 +211,7 @@ TEST_F(refusals, answer_what_is_not_json_and_go_on) {
 }
 
 TEST(refusal, names_the_limit_on_subscriptions_of_one_peer) {
-  auto options = small_options();
-  options.limits.topics_max = 64;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::topics_max, 64)};
   peer p{on};
   for (int i = 0; i < 9; ++i) p.say(R"({"op":"subscribe","topic":"/t)" + std::to_string(i) + "\"}");
   const texts heard = p.hear_after(1);

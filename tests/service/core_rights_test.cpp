@@ -178,12 +178,7 @@ TEST_F(no_rights, end_with_the_first_identity) {
 
 // More than are closed in one cycle: all count as closed at once, and each is closed in one of the next.
 struct many_rights : rights {
-  many_rights()
-      : rights{[] {
-          auto options = with_roles();
-          options.limits.connections_max = 40;
-          return options;
-        }()} {}
+  many_rights() : rights{[] { return with_limits(with_roles(), &limits::connections_max, 40); }()} {}
 };
 
 TEST_F(many_rights, are_gone_at_once_however_many_peers_had_them) {

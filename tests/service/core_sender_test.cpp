@@ -26,12 +26,11 @@ rowe::endpoint_options for_a_crowd() {
   return options;
 }
 
-struct core_sender : testing::Test {
-  core_sender() {
+struct core_sender : core_test {
+  core_sender() : core_test{for_a_crowd()} {
     peers.reserve(crowd);
     for (std::size_t i = 0; i < crowd; ++i) peers.emplace_back(on);
   }
-  ~core_sender() override { EXPECT_TRUE(on.core.check()); }
 
   void all_say(std::string_view text) {
     for (peer& p : peers) p.say(text);
@@ -45,7 +44,6 @@ struct core_sender : testing::Test {
         std::count_if(peers.begin(), peers.end(), [](peer& p) { return !p.hear().empty(); }));
   }
 
-  core_harness on{for_a_crowd()};
   std::vector<peer> peers;
 };
 
@@ -183,9 +181,7 @@ TEST(sender, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did
 // Of small slots only one may be begun. Two peers have begun the same message; the one that is done with it
 // first has another one behind it, which waits until the other is done, too.
 TEST(sender, begins_what_waited_for_a_frame_that_ended) {
-  auto options = small_options();
-  options.limits.small_slots = 4;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::small_slots, 4)};
   auto& pair = advertise_pose(on);
   peer first{on}, second{on};
   for (peer* p : {&first, &second}) {

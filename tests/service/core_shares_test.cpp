@@ -30,12 +30,6 @@ void hear_more(peer& by, texts& to) {
   for (std::string& text : by.hear()) to.push_back(std::move(text));
 }
 
-rowe::endpoint_options hub_options() {
-  auto options = small_options();
-  options.relay = true;
-  return options;
-}
-
 rowe::detail::queue_pair& offer_text(core_harness& on, pair_kind kind, std::string_view topic,
                                      std::size_t bytes, rowe::topic_options how = {},
                                      std::string_view type = {}) {
@@ -138,9 +132,7 @@ TEST(core_shares, serves_others_beside_a_reader_that_queues_all_it_may) {
 }
 
 TEST(core_shares, has_entries_for_others_beside_one_whose_queues_are_full_of_expired_messages) {
-  auto options = small_options();
-  options.limits.queued_max = 40;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::queued_max, 40)};
   auto& brief = offer_text(on, pair_kind::publish_text, "/a", 64, {.ttl = 2ms});
   auto& brief_too = offer_text(on, pair_kind::publish_text, "/b", 64, {.ttl = 2ms});
   auto& brief_3 = offer_text(on, pair_kind::publish_text, "/c", 64, {.ttl = 2ms});
@@ -162,10 +154,7 @@ TEST(core_shares, has_entries_for_others_beside_one_whose_queues_are_full_of_exp
 }
 
 TEST(core_shares, delivers_large_messages_beside_many_large_latched_values) {
-  auto options = small_options();
-  options.limits.lanes_max = 12;
-  options.limits.latched_bytes = 64 * 1024;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::lanes_max, 12, &limits::latched_bytes, 64 * 1024)};
   std::vector<rowe::detail::queue_pair*> maps;
   const std::string map = R"({"m":")" + std::string(3000, 'm') + R"("})";
   for (int i = 0; i < 8; ++i) { // twice as many as there are large slots
@@ -196,11 +185,8 @@ TEST(core_shares, delivers_large_messages_beside_many_large_latched_values) {
 // Slots are taken back while latched values are composed for the one who loses them.
 TEST(core_shares, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is_free) {
   for (const bool reads : {true, false}) {
-    auto options = small_options();
-    options.limits.small_slots = 4;
-    options.limits.large_slots = 1;
-    options.limits.refusals_per_second_max = 0;
-    core_harness on{options};
+    core_harness on{with_limits(small_options(), &limits::small_slots, 4, &limits::large_slots, 1,
+                                &limits::refusals_per_second_max, 0)};
     std::vector<rowe::detail::queue_pair*> latched;
     for (const char* topic : {"/a", "/b", "/c"}) {
       latched.push_back(&offer_text(on, pair_kind::publish_text, topic, 64, {.latched = true}));
@@ -278,9 +264,7 @@ TEST(core_shares, sends_messages_beside_those_that_take_messages_and_do_not_read
 }
 
 TEST(core_shares, counts_a_latched_value_for_which_there_is_no_room_and_delivers_it_all_the_same) {
-  auto options = small_options();
-  options.limits.latched_bytes = 2048; // two blocks
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::latched_bytes, 2048)}; // two blocks
   auto& pair = offer_text(on, pair_kind::publish_text, "/map", 4000, {.latched = true});
   peer p{on};
   p.tell(subscribe("/map"));
@@ -374,9 +358,7 @@ TEST(core_shares, lets_no_peer_latch_more_than_its_share) {
 
 // Each that comes takes all that it gets, and nothing is given back.
 TEST(core_shares, keeps_some_of_each_pool_for_who_comes_last) {
-  auto options = hub_options();
-  options.limits.latched_bytes = 40 * 1024;
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::latched_bytes, 40 * 1024)};
   offer_text(on, pair_kind::publish_text, "/odom", 64);
   std::vector<std::unique_ptr<peer>> greedy;
   const auto say_all = [&](peer& one, int who) {
@@ -412,10 +394,8 @@ TEST(core_shares, keeps_some_of_each_pool_for_who_comes_last) {
 }
 
 TEST(core_shares, lets_a_report_find_room_whatever_topics_peers_make_up) {
-  auto options = hub_options();
-  options.limits.topics_max = 128;
-  options.limits.advertisements_per_connection_max = 64;
-  core_harness on{options};
+  core_harness on{
+      with_limits(hub_options(), &limits::topics_max, 128, &limits::advertisements_per_connection_max, 64)};
   offer_text(on, pair_kind::publish_text, "/odom", 64);
   peer makes{on}, asks{on};
   for (int i = 0; i < 64; ++i) {
@@ -436,13 +416,9 @@ TEST(core_shares, lets_a_report_find_room_whatever_topics_peers_make_up) {
 // A slot is free only when everybody has lost the message in it.
 TEST(core_shares, finds_slots_beside_many_that_hold_the_same_messages) {
   constexpr int topics = 30;
-  auto options = hub_options();
-  options.limits.small_slots = 256;
-  options.limits.topics_max = 128;
-  options.limits.subscriptions_max = 1024;
-  options.limits.subscriptions_per_connection_max = 64;
-  options.limits.queued_max = 8192;
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::small_slots, 256, &limits::topics_max, 128,
+                              &limits::subscriptions_max, 1024, &limits::subscriptions_per_connection_max, 64,
+                              &limits::queued_max, 8192)};
   const auto name = [](int i) { return "/t" + std::to_string(i); };
   std::deque<peer> hoard;
   for (int i = 0; i < 6; ++i) {
@@ -466,9 +442,7 @@ TEST(core_shares, finds_slots_beside_many_that_hold_the_same_messages) {
 
 // Each keeps a slot of which its socket has taken a part.
 TEST(core_shares, has_slots_left_beside_peers_that_finish_no_large_message) {
-  auto options = hub_options();
-  options.limits.large_slots = 8; // two of them for sockets
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::large_slots, 8)}; // two of them for sockets
   auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
   std::deque<peer> deaf;
   const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
@@ -496,9 +470,7 @@ TEST(core_shares, has_slots_left_beside_peers_that_finish_no_large_message) {
 
 // A transport that keeps the rest of frames itself, as sockets can.
 TEST(core_shares, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames) {
-  auto options = hub_options();
-  options.limits.large_slots = 8;
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::large_slots, 8)};
   auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
   std::deque<peer> deaf;
   const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
@@ -525,9 +497,7 @@ TEST(core_shares, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames)
 
 // Of so few large slots sockets may have one.
 TEST(core_shares, lets_nobody_wait_where_there_is_one_large_slot_and_the_transport_keeps_the_rest) {
-  auto options = hub_options();
-  options.limits.large_slots = 1;
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::large_slots, 1)};
   auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
   peer deaf{on}, reads{on};
   auto& how = on.net.link_of(deaf.id());
@@ -545,9 +515,7 @@ TEST(core_shares, lets_nobody_wait_where_there_is_one_large_slot_and_the_transpo
 
 // Who waited for others' frames to end, and has nothing to write any more.
 TEST(core_shares, cuts_nobody_for_a_peer_that_has_left) {
-  auto options = hub_options();
-  options.limits.large_slots = 4; // one of them for sockets
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::large_slots, 4)}; // one of them for sockets
   auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
   peer slow{on}, waits{on};
   on.net.link_of(slow.id()).capacity_bytes = 500;
@@ -563,9 +531,7 @@ TEST(core_shares, cuts_nobody_for_a_peer_that_has_left) {
 
 // Nobody waits for what it has.
 TEST(core_shares, cuts_no_peer_for_its_slow_reading_alone) {
-  auto options = hub_options();
-  options.limits.large_slots = 8;
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::large_slots, 8)};
   auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000, {.depth = 2});
   peer slow{on}, reads{on};
   on.net.link_of(slow.id()).capacity_bytes = 500;
@@ -647,9 +613,7 @@ TEST(core_shares, leaves_this_process_places_for_its_topics_and_its_stop) {
 }
 
 TEST(core_shares, takes_places_back_that_handles_left_to_those_who_subscribed) {
-  auto options = small_options();
-  options.limits.topics_max = 8;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::topics_max, 8)};
   peer greedy{on}, other{on};
   other.say(subscribe("/others"));
   for (int i = 0; i < 12; ++i) { // each costs its subscriber nothing, and stays when the handle closes
@@ -667,9 +631,7 @@ TEST(core_shares, takes_places_back_that_handles_left_to_those_who_subscribed) {
 }
 
 TEST(core_shares, lets_no_peer_make_up_more_topics_than_it_leaves) {
-  auto options = small_options();
-  options.limits.topics_max = 20; // twelve of them for peers
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::topics_max, 20)}; // twelve of them for peers
   peer greedy{on}, other{on};
   for (int i = 0; i < 8; ++i) greedy.say(subscribe("/g" + std::to_string(i)));
   const texts said = greedy.hear_after(1);
@@ -799,9 +761,7 @@ TEST(core_shares, leaves_calls_to_others_beside_one_that_asks_for_what_is_never_
 // ---- rates
 
 TEST(core_shares, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
-  auto options = hub_options();
-  options.limits.messages_per_second_max = 100;
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::messages_per_second_max, 100)};
   (void)on.offer(rowe::detail::latch_request({}));
   peer flood{on}, other{on};
   other.tell(subscribe("/t"));
@@ -829,9 +789,7 @@ TEST(core_shares, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
 }
 
 TEST(core_shares, cuts_a_peer_that_goes_on_beyond_its_rate) {
-  auto options = small_options();
-  options.limits.messages_per_second_max = 10;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::messages_per_second_max, 10)};
   peer flood{on};
   int seconds = 0;
   for (; seconds < 20 && !flood.cut(); ++seconds) {

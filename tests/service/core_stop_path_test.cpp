@@ -17,13 +17,10 @@ std::string member(const std::string& text, std::string_view name) {
   return found ? std::string{found->raw} : "";
 }
 
-struct stop_path : testing::Test {
-  explicit stop_path(const rowe::endpoint_options& options = unguarded()) : on{options} {
-    rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({.name = "base"}));
-    on.cycle();
-    latch.emplace(core_harness::handle_of(pair));
+struct stop_path : core_test {
+  explicit stop_path(const rowe::endpoint_options& options = unguarded()) : core_test{options} {
+    latch = on.open<rowe::stop_latch>(rowe::detail::latch_request({.name = "base"}));
   }
-  ~stop_path() override { EXPECT_TRUE(on.core.check()); }
 
   static rowe::endpoint_options unguarded() {
     rowe::endpoint_options options = small_options();
@@ -59,7 +56,6 @@ struct stop_path : testing::Test {
     return of.hear();
   }
 
-  core_harness on;
   std::optional<rowe::stop_latch> latch;
   std::deque<peer> peers;
 };

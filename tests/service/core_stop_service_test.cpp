@@ -29,13 +29,10 @@ rowe::endpoint_options with_stop(bool unguarded = true) {
   return options;
 }
 
-struct stopping : testing::Test {
-  explicit stopping(const rowe::endpoint_options& options = with_stop()) : on{options} {
-    rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({.name = "base"}));
-    on.cycle();
-    latch.emplace(core_harness::handle_of(pair));
+struct stopping : core_test {
+  explicit stopping(const rowe::endpoint_options& options = with_stop()) : core_test{options} {
+    latch = on.open<rowe::stop_latch>(rowe::detail::latch_request({.name = "base"}));
   }
-  ~stopping() override { EXPECT_TRUE(on.core.check()); }
 
   // A cycle of the loop, then one of the service thread.
   bool look(bool acknowledges = true) {
@@ -72,7 +69,6 @@ struct stopping : testing::Test {
     return by;
   }
 
-  core_harness on;
   std::optional<rowe::stop_latch> latch;
   std::deque<peer> at_work;
 };
@@ -682,9 +678,7 @@ TEST_F(stopping_guarded, guard_is_told_the_newest_tick_by_each_answer) {
 
 TEST(stopping_client, is_shown_and_answered_to_a_server_with_masked_frames) {
   core_harness on{with_stop(), rowe::service::side::client};
-  rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({}));
-  on.cycle();
-  rowe::stop_latch latch{core_harness::handle_of(pair)};
+  auto latch = on.open<rowe::stop_latch>(rowe::detail::latch_request({}));
   peer server{on, rowe::service::side::client};
   (void)server.hear_after(1);
   (void)latch.engaged(on.now);

@@ -17,8 +17,8 @@ rowe::endpoint_options waking() {
   return options;
 }
 
-struct core_waking : testing::Test {
-  ~core_waking() override { EXPECT_TRUE(on.core.check()); }
+struct core_waking : core_test {
+  core_waking() : core_test{waking()} {}
   // Whether handing over is seen, and by one cycle taken.
   template <class HandOver>
   void expect_told(HandOver hand_over) {
@@ -30,8 +30,6 @@ struct core_waking : testing::Test {
     EXPECT_TRUE(on.core.nothing_submitted());
   }
   static rowe::detail::pair_handle handle_of(rowe::detail::queue_pair& on) { return {nullptr, on}; }
-
-  core_harness on{waking()};
 };
 
 TEST_F(core_waking, need_not_look_at_lanes_while_somebody_listens) {
@@ -108,8 +106,8 @@ rowe::endpoint_options in_phase() {
   return options;
 }
 
-struct core_in_phase : testing::Test {
-  ~core_in_phase() override { EXPECT_TRUE(on.core.check()); }
+struct core_in_phase : core_test {
+  core_in_phase() : core_test{in_phase()} {}
   // So many values, a period apart, and each found at once.
   void publish_in_time(rowe::detail::queue_pair& pair, int count) {
     while (count-- > 0) {
@@ -120,8 +118,6 @@ struct core_in_phase : testing::Test {
     }
   }
   rowe::rt::time_point next() { return on.core.predictor().wait_until(on.now + 20us, 250us); }
-
-  core_harness on{in_phase()};
 };
 
 TEST_F(core_in_phase, polls_for_topics_of_no_known_period) {
