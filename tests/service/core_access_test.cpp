@@ -40,7 +40,7 @@ TEST_F(local_access, gives_peers_of_this_machine_the_role_that_is_chosen_for_the
 TEST_F(local_access, lets_anybody_come_to_stop_and_to_do_nothing_else) {
   EXPECT_TRUE(is_in(comes("", far, rowe::service::stop_path)));
   peer& p = peers.back();
-  EXPECT_NE(answer_to(p, R"({"op":"subscribe","topic":"/odom"})").find("may only stop"), std::string::npos);
+  EXPECT_TRUE(has(answer_to(p, R"({"op":"subscribe","topic":"/odom"})"), "may only stop"));
 }
 
 TEST_F(access, tells_who_was_denied_what) {
@@ -48,23 +48,21 @@ TEST_F(access, tells_who_was_denied_what) {
   (void)events();
   const std::string told = answer_to(observer, R"({"op":"publish","id":"7","topic":"/cmd_vel","msg":{}})");
   const std::string why = "observer, role observer, has no right to publish /cmd_vel";
-  EXPECT_NE(told.find(why), std::string::npos);
-  EXPECT_NE(told.find(R"("id":"7")"), std::string::npos);
+  EXPECT_TRUE(has(told, why));
+  EXPECT_TRUE(has(told, R"("id":"7")"));
   EXPECT_EQ(events(), why + "\n");
 }
 
 TEST_F(access, says_nothing_more_to_who_takes_back_what_was_denied) {
   peer& observer = comes("observer");
-  EXPECT_NE(answer_to(observer, R"({"op":"advertise","topic":"/cmd_vel"})").find("no right to advertise"),
-            std::string::npos);
+  EXPECT_TRUE(has(answer_to(observer, R"({"op":"advertise","topic":"/cmd_vel"})"), "no right to advertise"));
   const auto before = on.count(counter::refused_requests);
   (void)events();
   EXPECT_EQ(answer_to(observer, R"({"op":"unadvertise","topic":"/cmd_vel"})"), "");
   EXPECT_EQ(events(), "");
   EXPECT_EQ(on.count(counter::refused_requests), before + 1);
   peer& driver = comes("driver");
-  EXPECT_NE(answer_to(driver, R"({"op":"unadvertise","topic":"/cmd_vel"})").find("does not advertise"),
-            std::string::npos);
+  EXPECT_TRUE(has(answer_to(driver, R"({"op":"unadvertise","topic":"/cmd_vel"})"), "does not advertise"));
 }
 
 TEST_F(access, leaves_room_for_other_events_however_much_is_denied) {
@@ -97,7 +95,7 @@ struct stop_access : local_access {
 TEST_F(stop_access, lets_supervisors_reset_and_everyone_stop) {
   for (const char* const role : {"observer", "driver", "peer", "arm"}) {
     peer& one = comes(role);
-    EXPECT_NE(reset(one).find("\"role\""), std::string::npos) << role;
+    EXPECT_TRUE(has(reset(one), "\"role\"")) << role;
     EXPECT_FALSE(loop.moves()) << role;
     peer& boss = comes("supervisor");
     (void)reset(boss);
@@ -120,8 +118,8 @@ TEST_F(stop_access, lets_nobody_take_the_guard_of_others_who_may_not_reset) {
   peer& boss = comes("supervisor");
   (void)lease(boss, "");
   peer& guard = comes("guard");
-  EXPECT_NE(lease(guard, R"("resign":true,)").find("\"role\""), std::string::npos);
-  EXPECT_EQ(lease(boss, R"("resign":true,)").find("\"role\""), std::string::npos);
+  EXPECT_TRUE(has(lease(guard, R"("resign":true,)"), "\"role\""));
+  EXPECT_FALSE(has(lease(boss, R"("resign":true,)"), "\"role\""));
 }
 
 TEST_F(stop_access, lets_somebody_whose_token_is_not_known_any_more_stop) {

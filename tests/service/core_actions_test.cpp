@@ -91,8 +91,8 @@ TEST_F(core_actions, keeps_actions_and_services_apart) {
   page.say(R"({"op":"call_service","id":"a","service":"/rosapi/action_servers"})");
   const texts lists = page.hear_after(2);
   ASSERT_EQ(lists.size(), 2U);
-  EXPECT_EQ(lists[0].find("/dock"), std::string::npos) << lists[0];
-  EXPECT_NE(lists[1].find(R"("action_servers":["/dock"])"), std::string::npos) << lists[1];
+  EXPECT_FALSE(has(lists[0], "/dock"));
+  EXPECT_TRUE(has(lists[1], R"("action_servers":["/dock"])"));
 }
 
 TEST_F(core_actions, takes_a_goal_back_once_and_ends_it_in_the_time_of_a_call) {
@@ -112,7 +112,7 @@ TEST_F(core_actions, takes_a_goal_back_once_and_ends_it_in_the_time_of_a_call) {
   on.cycles(3, 1s);
   const texts heard = page.hear();
   ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find("in time"), std::string::npos) << heard[0];
+  EXPECT_TRUE(has(heard[0], "in time"));
   EXPECT_EQ(on.count(counter::calls_timed_out), 1U);
 }
 
@@ -170,7 +170,7 @@ TEST_F(core_actions, counts_goals_as_calls_of_their_peer) {
   EXPECT_EQ(on.count(counter::calls_out), 4U);
   const texts heard = page.hear();
   ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find("too many calls are in flight"), std::string::npos) << heard[0];
+  EXPECT_TRUE(has(heard[0], "too many calls are in flight"));
 }
 
 TEST_F(core_actions, loses_feedback_that_nobody_reads_and_counts_it) {

@@ -158,12 +158,12 @@ TEST_F(core_calls, refuses_arguments_that_are_not_what_the_service_reads) {
   EXPECT_EQ(add.try_next(on.now).code(), errc::empty);
   const auto heard = page.hear();
   ASSERT_EQ(heard.size(), 3U);
-  for (const auto& one : heard) EXPECT_NE(one.find(R"("result":false,"values":")"), std::string::npos) << one;
-  EXPECT_NE(heard[0].find(R"(the member \"a\" must be a whole number)"), std::string::npos) << heard[0];
-  EXPECT_NE(heard[0].find(R"(it is \"38\")"), std::string::npos) << heard[0];
-  EXPECT_NE(heard[1].find(R"(the member \"b\" is missing)"), std::string::npos) << heard[1];
+  for (const auto& one : heard) EXPECT_TRUE(has(one, R"("result":false,"values":")"));
+  EXPECT_TRUE(has(heard[0], R"(the member \"a\" must be a whole number)"));
+  EXPECT_TRUE(has(heard[0], R"(it is \"38\")"));
+  EXPECT_TRUE(has(heard[1], R"(the member \"b\" is missing)"));
   // A call without args comes in a buffer of the core's own.
-  EXPECT_NE(heard[2].find(R"(the member \"a\" is missing)"), std::string::npos) << heard[2];
+  EXPECT_TRUE(has(heard[2], R"(the member \"a\" is missing)"));
   EXPECT_EQ(on.count(counter::undecodable), 3U);
 }
 
@@ -197,7 +197,7 @@ TEST_F(core_calls, refuses_for_a_responder_that_forgets_a_request) {
   ASSERT_TRUE(add.try_next(on.now)); // and lets go of it
   const auto heard = page.hear_after(1);
   ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find(R"("result":false)"), std::string::npos) << heard[0];
+  EXPECT_TRUE(has(heard[0], R"("result":false)"));
 }
 
 TEST_F(core_calls, says_that_a_service_is_busy_when_its_places_are_taken) {
@@ -210,15 +210,15 @@ TEST_F(core_calls, says_that_a_service_is_busy_when_its_places_are_taken) {
   }
   const auto told = one.hear_after(1);
   ASSERT_EQ(told.size(), 1U) << "one place is left for others";
-  EXPECT_NE(told[0].find("busy"), std::string::npos) << told[0];
+  EXPECT_TRUE(has(told[0], "busy"));
   for (const char* id : {"x", "y"}) {
     two.tell(R"({"op":"call_service","id":")" + std::string{id} +
              R"(","service":"/add","args":{"a":1,"b":1}})");
   }
   const auto heard = two.hear();
   ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find("busy"), std::string::npos) << heard[0];
-  EXPECT_NE(heard[0].find(R"("id":"y")"), std::string::npos) << heard[0];
+  EXPECT_TRUE(has(heard[0], "busy"));
+  EXPECT_TRUE(has(heard[0], R"("id":"y")"));
   for (int i = 0; i < 4; ++i) answer_one(add);
   on.cycle();
   EXPECT_EQ(one.hear().size(), 3U);
@@ -233,9 +233,9 @@ TEST_F(core_calls, bounds_the_calls_of_one_peer_and_refuses_an_id_twice) {
   for (int i = 1; i < 6; ++i) program.say(R"({"service":"slow","message_id":)" + std::to_string(i) + "}");
   const auto heard = program.hear_after(1);
   ASSERT_EQ(heard.size(), 3U);
-  EXPECT_NE(heard[0].find(R"("code":"duplicate_id")"), std::string::npos) << heard[0];
-  EXPECT_NE(heard[1].find(R"("code":"busy")"), std::string::npos) << heard[1];
-  EXPECT_NE(heard[2].find(R"("in_reply_to":5)"), std::string::npos) << heard[2];
+  EXPECT_TRUE(has(heard[0], R"("code":"duplicate_id")"));
+  EXPECT_TRUE(has(heard[1], R"("code":"busy")"));
+  EXPECT_TRUE(has(heard[2], R"("in_reply_to":5)"));
   for (int i = 0; i < 4; ++i) {
     const auto asked = pair.try_receive(on.now);
     ASSERT_TRUE(asked);
@@ -281,7 +281,7 @@ TEST_F(core_calls, gives_calls_that_nobody_serves_to_whoever_receives_in_one_for
     ASSERT_TRUE(asked);
     EXPECT_TRUE(asked->wants_reply());
     EXPECT_TRUE(asked->value().starts_with(R"({"service":"/add","a":)")) << asked->value();
-    EXPECT_NE(asked->value().find(R"("message_id":")"), std::string_view::npos) << asked->value();
+    EXPECT_TRUE(has(asked->value(), R"("message_id":")")) << asked->value();
     EXPECT_TRUE(pair.try_reply(*asked, R"({"result":7})", on.now));
   }
   on.cycle();
@@ -382,7 +382,7 @@ TEST_F(replying, hears_that_its_time_to_live_was_over_before_it_was_looked_at) {
   EXPECT_EQ(outcome(slot), "expired");
   const auto heard = program.hear();
   ASSERT_EQ(heard.size(), 1U) << "the one who asked is told that there will be no reply";
-  EXPECT_NE(heard[0].find(R"("code":"refused")"), std::string::npos) << heard[0];
+  EXPECT_TRUE(has(heard[0], R"("code":"refused")"));
 }
 
 TEST_F(replying, hears_that_there_was_no_room_and_may_try_again) {
@@ -442,7 +442,7 @@ TEST_F(core_calls, keeps_several_calls_apart) {
   const auto two = pair.try_finish();
   ASSERT_TRUE(one && two);
   EXPECT_EQ(one->id, *second);
-  EXPECT_NE(one->reply->value().find(R"("of":"b")"), std::string_view::npos);
+  EXPECT_TRUE(has(one->reply->value(), R"("of":"b")"));
   EXPECT_EQ(two->id, *first);
   EXPECT_EQ(pair.try_receive(on.now)->value(), R"({"unrelated":1})");
 }
@@ -591,8 +591,8 @@ TEST_F(core_calls_hub, passes_calls_between_its_peers_by_either_codec) {
   program.say(R"({"service":"/add","a":3,"b":4,"message_id":9})");
   const auto asked = provider.hear_after(1);
   ASSERT_EQ(asked.size(), 2U);
-  EXPECT_NE(asked[0].find(R"("args":{"a":1,"b":2})"), std::string::npos) << asked[0];
-  EXPECT_NE(asked[1].find(R"("args":{"a":3,"b":4})"), std::string::npos) << asked[1];
+  EXPECT_TRUE(has(asked[0], R"("args":{"a":1,"b":2})"));
+  EXPECT_TRUE(has(asked[1], R"("args":{"a":3,"b":4})"));
   for (const auto& one : asked) {
     provider.say(R"({"op":"service_response","service":"\/add","values":{"sum":7},"result":true,"id":")" +
                  member(one, "id") + R"("})");
@@ -653,11 +653,11 @@ TEST_F(core_calls, reports_itself) {
   ASSERT_EQ(heard.size(), 5U);
   for (const char* part :
        {R"("connections":[{"address":"127.0.0.1:50000")", R"("calls_max":24)", R"("expired":0)"})
-    EXPECT_NE(heard[0].find(part), std::string::npos) << heard[0];
-  EXPECT_NE(heard[1].find(R"("topics":["/rowe/stats"])"), std::string::npos) << heard[1];
-  EXPECT_NE(heard[2].find(R"("services":["/add","/rowe/stats",)"), std::string::npos) << heard[2];
-  EXPECT_NE(heard[3].find(R"("type":"test/Add")"), std::string::npos) << heard[3];
-  EXPECT_NE(heard[4].find(R"("type":"")"), std::string::npos) << heard[4];
+    EXPECT_TRUE(has(heard[0], part));
+  EXPECT_TRUE(has(heard[1], R"("topics":["/rowe/stats"])"));
+  EXPECT_TRUE(has(heard[2], R"("services":["/add","/rowe/stats",)"));
+  EXPECT_TRUE(has(heard[3], R"("type":"test/Add")"));
+  EXPECT_TRUE(has(heard[4], R"("type":"")"));
 }
 
 TEST_F(core_calls, tells_who_publishes_a_topic) {
@@ -676,11 +676,11 @@ TEST_F(core_calls, tells_who_publishes_a_topic) {
   for (const auto& [topic, by] :
        {std::pair{"/odom", R"(["robot","10.0.0.7:4711"])"}, std::pair{"/rowe/stats", R"(["robot"])"},
         std::pair{"/asked", "[]"}, std::pair{"/heard", "[]"}, std::pair{"/nothing", "[]"}})
-    EXPECT_NE(publishers(topic).find(R"("publishers":)" + std::string{by}), std::string::npos)
+    EXPECT_TRUE(has(publishers(topic), R"("publishers":)" + std::string{by}))
         << topic << ": " << publishers(topic);
   other.leave();
   on.cycles(2);
-  EXPECT_NE(publishers("/odom").find(R"("publishers":["robot"])"), std::string::npos);
+  EXPECT_TRUE(has(publishers("/odom"), R"("publishers":["robot"])"));
 }
 
 // ---- as a client
@@ -696,7 +696,7 @@ TEST_F(core_calls_client, asks_its_server_by_rosbridge_and_waits_for_it) {
   peer server{on, rowe::service::side::client};
   const auto heard = server.hear_after(2);
   ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find(R"("op":"call_service")"), std::string::npos) << heard[0];
+  EXPECT_TRUE(has(heard[0], R"("op":"call_service")"));
   server.tell(R"({"op":"service_response","service":"\/add","values":{"sum":42},"result":true,"id":")" +
               member(heard[0], "id") + R"("})");
   const auto end = add.try_finish();

@@ -61,7 +61,7 @@ TEST_F(core_credit, holds_back_telemetry_that_is_not_read_and_lets_an_urgent_mes
   EXPECT_LT(on.net.sent(p.id()).size(), telemetry_in_flight + 100);
   const texts heard = p.hear();
   EXPECT_LT(heard.size(), 50U); // of a hundred
-  EXPECT_NE(heard.back().find("stop"), std::string::npos);
+  EXPECT_TRUE(has(heard.back(), "stop"));
   on.cycle(); // the pong; the rest follows
   EXPECT_FALSE(p.hear_after(1).empty());
 }

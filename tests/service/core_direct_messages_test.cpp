@@ -577,7 +577,7 @@ TEST_F(plain_messages, leaves_large_slots_to_others_however_many_calls_wait_for_
   std::erase_if(heard,
                 [](const std::string& text) { return !text.starts_with(R"({"op":"service_response")"); });
   ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find(R"("result":true)"), std::string::npos) << heard[0];
+  EXPECT_TRUE(has(heard[0], R"("result":true)"));
   EXPECT_EQ(on.core.inconsistency(), "");
 }
 

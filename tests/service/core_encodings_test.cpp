@@ -125,7 +125,7 @@ TEST_F(encodings, raw_has_the_time_and_ros_bytes) {
   EXPECT_EQ(bytes.substr(at + 10), std::string_view("\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\0\xc0", 16));
   std::string readable{bytes.substr(0, at + 5)};
   readable[0] = '\xa3';
-  EXPECT_NE(bytes.find("secs"), std::string_view::npos);
+  EXPECT_TRUE(has(bytes, "secs"));
   EXPECT_EQ(cbor_text(readable + "\x01").value_or("no"), R"({"op":"publish","topic":"/pose","msg":{"secs":)" +
                                                              std::to_string(seconds) + R"(,"nsecs":)" +
                                                              std::to_string(nanoseconds) + R"(,"bytes":1}})");

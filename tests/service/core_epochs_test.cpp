@@ -45,7 +45,7 @@ TEST_F(clients_epochs, end_what_handles_had_published_and_nobody_had_taken) {
   peer again{on, side::client};
   const texts heard = again.hear_after(3);
   ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find(R"("op":"advertise")"), std::string::npos);
+  EXPECT_TRUE(has(heard[0], R"("op":"advertise")"));
 }
 
 TEST_F(clients_epochs, begin_with_what_handles_keep_latched) {
@@ -56,7 +56,7 @@ TEST_F(clients_epochs, begin_with_what_handles_keep_latched) {
     const texts heard = server.hear_after(2);
     ASSERT_EQ(heard.size(), i == 1 ? 1U : 2U) << "nobody has published yet";
     if (i == 2) {
-      EXPECT_NE(heard[1].find(R"("topic":"/map","msg":{"n":1})"), std::string::npos) << heard[1];
+      EXPECT_TRUE(has(heard[1], R"("topic":"/map","msg":{"n":1})"));
       EXPECT_LT(std::stod(member(heard[1], "ttl_ms")), 10'000.0 - 187) << "less the time without a server";
     }
     if (i == 1) {

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -78,6 +79,35 @@ inline texts take_all(rowe::detail::queue_pair& pair) {
   texts all;
   while (auto text = take(pair)) all.push_back(std::move(*text));
   return all;
+}
+
+// Whether a text has this part; what is there instead if not.
+inline testing::AssertionResult has(std::string_view text, std::string_view part) {
+  const bool found = text.find(part) != text.npos;
+  return (found ? testing::AssertionSuccess() : testing::AssertionFailure()) << text;
+}
+// Of so many texts.
+inline std::size_t count_of(const texts& all, std::string_view part) {
+  return static_cast<std::size_t>(std::count_if(
+      all.begin(), all.end(), [&](const std::string& one) { return one.find(part) != one.npos; }));
+}
+inline testing::AssertionResult has(const texts& all, std::string_view part) {
+  testing::AssertionResult found = testing::AssertionResult{count_of(all, part) != 0};
+  for (const std::string& one : all) found << one << '\n';
+  return found;
+}
+
+// A member's value as it stands in a JSON object; empty: there is none.
+inline std::string member(std::string_view object, std::string_view name) {
+  const auto found = rowe::json::find(rowe::json::root(object).raw, name);
+  return found ? std::string{found->raw} : "";
+}
+
+// A number as Foxglove's binary messages have it.
+inline std::string four(std::uint32_t number) {
+  std::string bytes;
+  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
+  return bytes;
 }
 
 // What a peer hears of a pose at (x, 0).

@@ -23,11 +23,6 @@ rowe::endpoint_options hub_options() {
   return options;
 }
 
-std::string four(std::uint32_t number) {
-  std::string bytes;
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
-  return bytes;
-}
 std::string call_of(std::uint32_t service, std::uint32_t call, std::string_view body) {
   return "\x02" + four(service) + four(call) + four(4) + "json" + std::string{body};
 }
@@ -85,10 +80,6 @@ struct core_foxglove : core_test {
 std::string subscribe_to(std::uint32_t id, std::uint32_t channel) {
   return R"({"op":"subscribe","subscriptions":[{"id":)" + std::to_string(id) + R"(,"channelId":)" +
          std::to_string(channel) + "}]}";
-}
-bool has(const texts& heard, std::string_view what) {
-  return std::any_of(heard.begin(), heard.end(),
-                     [&](const std::string& one) { return one.find(what) != std::string::npos; });
 }
 
 TEST_F(core_foxglove, is_told_who_we_are_and_what_there_is) {

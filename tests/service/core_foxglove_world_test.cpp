@@ -22,12 +22,6 @@ namespace json = rowe::json;
 using rowe::service::side;
 using rowe::wire::opcode;
 
-std::string four(std::uint32_t number) {
-  std::string bytes;
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
-  return bytes;
-}
-
 rowe::endpoint_options hub_options() {
   rowe::endpoint_options options = small_options();
   options.relay = true;

@@ -115,7 +115,7 @@ TEST_F(fragments_in_test, make_calls_and_are_answered) {
   say(cut(R"({"op":"call_service","id":"c","service":"/rosapi/get_time"})", 15));
   const texts answers = heard_by(robot);
   ASSERT_EQ(answers.size(), 1U);
-  EXPECT_NE(answers[0].find(R"("id":"c")"), std::string::npos);
+  EXPECT_TRUE(has(answers[0], R"("id":"c")"));
 }
 
 TEST_F(fragments_in_test, stop) {
@@ -129,10 +129,10 @@ TEST_F(fragments_in_test, stop) {
 
 TEST_F(fragments_in_test, that_are_out_of_order_are_refused_once) {
   const texts all = cut(published("/map", map_of(1000)), 100);
-  EXPECT_NE(refusal_of({all[0], all[2], all[3], all[4]}).find("num is 2, but 1 is due"), std::string::npos);
-  EXPECT_NE(refusal_of({all[0], all[1], all[1], all[2]}).find("num is 1, but 2 is due"), std::string::npos);
+  EXPECT_TRUE(has(refusal_of({all[0], all[2], all[3], all[4]}), "num is 2, but 1 is due"));
+  EXPECT_TRUE(has(refusal_of({all[0], all[1], all[1], all[2]}), "num is 1, but 2 is due"));
   const texts other = cut(published("/map", map_of(1000)), 100, "7");
-  EXPECT_NE(refusal_of({other[3], other[4]}).find("num is 3, but no message"), std::string::npos);
+  EXPECT_TRUE(has(refusal_of({other[3], other[4]}), "num is 3, but no message"));
   EXPECT_TRUE(works());
   EXPECT_EQ(on.count(counter::fragments_lost), 2U);
   EXPECT_EQ(on.core.chunks_in_use(), 0U);
@@ -142,8 +142,7 @@ TEST_F(fragments_in_test, of_another_message_are_refused_while_one_is_under_way)
   const std::string text = published("/map", map_of(1000));
   const texts first = cut(text, 600, R"("a")");
   const texts second = cut(text, 600, R"("b")");
-  EXPECT_NE(refusal_of({first[0], second[0]}).find("another message in fragments is under way"),
-            std::string::npos);
+  EXPECT_TRUE(has(refusal_of({first[0], second[0]}), "another message in fragments is under way"));
   robot.say(first[1]);
   EXPECT_EQ(heard_by(listener), texts{text}); // the first one goes on
 }
@@ -151,47 +150,42 @@ TEST_F(fragments_in_test, of_another_message_are_refused_while_one_is_under_way)
 TEST_F(fragments_in_test, may_begin_anew_and_their_sender_is_told_what_was_lost) {
   const std::string text = published("/map", map_of(1000));
   const texts all = cut(text, 100);
-  EXPECT_NE(refusal_of({all[0], all[1], all[0]}).find("begins anew, of which number 2"), std::string::npos);
+  EXPECT_TRUE(has(refusal_of({all[0], all[1], all[0]}), "begins anew, of which number 2"));
   for (std::size_t i = 1; i < all.size(); ++i) robot.say(all[i]);
   EXPECT_EQ(heard_by(listener), texts{text});
 }
 
 TEST_F(fragments_in_test, that_are_wrong_are_refused_with_the_value) {
   const auto answer = [&](const std::string& one) { return refusal_of({one}); };
-  EXPECT_NE(answer(R"({"op":"fragment","data":"","num":0,"total":1})").find("\\\"id\\\""), std::string::npos);
-  EXPECT_NE(answer(R"({"op":"fragment","id":"1","data":[],"num":0,"total":1})")
-                .find("\\\"data\\\" must be a string"),
-            std::string::npos);
-  EXPECT_NE(answer(R"({"op":"fragment","id":"1","data":"x","num":-1,"total":1})").find("it is -1"),
-            std::string::npos);
-  EXPECT_NE(answer(R"({"op":"fragment","id":"1","data":"x","num":0,"total":0})").find("at least 1; it is 0"),
-            std::string::npos);
-  EXPECT_NE(answer(fragment("1", "x", 0, "99999999")).find("total is 99999999, and may be"),
-            std::string::npos);
-  EXPECT_NE(answer(fragment("1", fragment("2", "{}", 0, "1"), 0, "1")).find("must not hold another"),
-            std::string::npos);
-  EXPECT_NE(answer(fragment("1", "{\"op\"", 0, "1")).find("no valid JSON"), std::string::npos);
-  EXPECT_NE(answer(fragment("1", "", 0, "1")).find("no valid JSON"), std::string::npos);
+  EXPECT_TRUE(has(answer(R"({"op":"fragment","data":"","num":0,"total":1})"), "\\\"id\\\""));
+  EXPECT_TRUE(has(answer(R"({"op":"fragment","id":"1","data":[],"num":0,"total":1})"),
+                  "\\\"data\\\" must be a string"));
+  EXPECT_TRUE(has(answer(R"({"op":"fragment","id":"1","data":"x","num":-1,"total":1})"), "it is -1"));
+  EXPECT_TRUE(
+      has(answer(R"({"op":"fragment","id":"1","data":"x","num":0,"total":0})"), "at least 1; it is 0"));
+  EXPECT_TRUE(has(answer(fragment("1", "x", 0, "99999999")), "total is 99999999, and may be"));
+  EXPECT_TRUE(has(answer(fragment("1", fragment("2", "{}", 0, "1"), 0, "1")), "must not hold another"));
+  EXPECT_TRUE(has(answer(fragment("1", "{\"op\"", 0, "1")), "no valid JSON"));
+  EXPECT_TRUE(has(answer(fragment("1", "", 0, "1")), "no valid JSON"));
   EXPECT_TRUE(works());
 }
 
 TEST_F(fragments_in_test, whose_total_changes_are_refused) {
   const texts all = cut(published("/map", map_of(1000)), 100);
-  EXPECT_NE(refusal_of({all[0], fragment(R"("m")", "x", 1, "3")}).find("total is 3, but was 11"),
-            std::string::npos);
+  EXPECT_TRUE(has(refusal_of({all[0], fragment(R"("m")", "x", 1, "3")}), "total is 3, but was 11"));
   EXPECT_TRUE(works());
 }
 
 TEST_F(fragments_in_test, of_a_message_that_is_too_long_are_refused) {
   const std::string text = published("/map", map_of(66'000));
-  EXPECT_NE(refusal_of(cut(text, 7000)).find("long_message_bytes_max is 65536"), std::string::npos);
+  EXPECT_TRUE(has(refusal_of(cut(text, 7000)), "long_message_bytes_max is 65536"));
   EXPECT_EQ(on.count(counter::violations), 0U);
   EXPECT_TRUE(works());
 }
 
 TEST_F(fragments_in_test, of_what_may_not_be_long_are_refused_as_a_long_message_is) {
   const std::string request = R"({"op":"advertise","topic":"/x","x":)" + map_of(20'000) + "}";
-  EXPECT_NE(refusal_of(cut(request, 7000)).find("message_bytes_max"), std::string::npos);
+  EXPECT_TRUE(has(refusal_of(cut(request, 7000)), "message_bytes_max"));
 }
 
 TEST_F(fragments_in_test, that_never_end_are_given_up_in_time) {
@@ -203,7 +197,7 @@ TEST_F(fragments_in_test, that_never_end_are_given_up_in_time) {
     (void)listener.hear();
   }
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_NE(told[0].find("not finished in time: number 1 of 11"), std::string::npos) << told[0];
+  EXPECT_TRUE(has(told[0], "not finished in time: number 1 of 11"));
   EXPECT_EQ(on.core.chunks_in_use(), 0U);
   EXPECT_FALSE(robot.cut());
 }
@@ -253,8 +247,7 @@ struct no_long_messages_test : fragments_in_test {
 };
 
 TEST_F(no_long_messages_test, takes_no_fragments_and_says_so) {
-  EXPECT_NE(refusal_of(cut(published("/map", R"({"x":1})"), 10)).find("long_message_bytes_max is 0"),
-            std::string::npos);
+  EXPECT_TRUE(has(refusal_of(cut(published("/map", R"({"x":1})"), 10)), "long_message_bytes_max is 0"));
 }
 
 // A call whose handle has no room is parked, and so is one that came in fragments.

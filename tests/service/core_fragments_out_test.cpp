@@ -215,7 +215,7 @@ TEST_F(fragments_out_test, are_asked_for_anew_by_each_request_that_says_a_size) 
 TEST_F(fragments_out_test, are_not_asked_for_by_a_request_that_is_refused) {
   const texts told = browser.ask(R"({"op":"subscribe","topic":"/map","fragment_size":10})");
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_NE(told[0].find("must be at least 256; it is 10"), std::string::npos) << told[0];
+  EXPECT_TRUE(has(told[0], "must be at least 256; it is 10"));
 }
 
 TEST_F(fragments_out_test, are_sent_under_the_name_without_a_slash_as_well) {

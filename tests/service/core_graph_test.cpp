@@ -57,7 +57,7 @@ TEST_F(graph, says_what_a_node_does) {
   EXPECT_TRUE(robot.starts_with(
       R"({"subscribing":["/cmd_vel"],"publishing":["/rowe/stats","/odom"],"services":["/rowe/stats",)"))
       << robot;
-  EXPECT_EQ(robot.find("/arm/open"), std::string::npos) << robot;
+  EXPECT_FALSE(has(robot, "/arm/open"));
   EXPECT_EQ(ask(page, "node_details", R"({"node":"/nobody"})"),
             R"({"subscribing":[],"publishing":[],"services":[]})");
   EXPECT_EQ(ask(arm, "node_details", R"({"node":"10.0.0.7:50000"})"),
@@ -160,11 +160,11 @@ TEST_F(graph_of_long_names, lists_as_many_topics_as_fit_and_says_how_many_do_not
   rude.say(R"({"op":"subscribe","topic":"/short"})");
   on.cycles(3);
   const std::string answer = ask("topics");
-  EXPECT_NE(answer.find(R"("result":true)"), answer.npos) << answer;
+  EXPECT_TRUE(has(answer, R"("result":true)"));
   for (const std::string_view name : {"\"/odom\"", "\"/short\"", "\"/rowe/stats\""})
-    EXPECT_NE(answer.find(name), answer.npos) << name;
+    EXPECT_TRUE(has(answer, name)) << name;
   EXPECT_EQ(count_of(answer, "\"a/B\""), 2U) << "types are those of the names";
-  EXPECT_NE(answer.find(R"("left_out":2)"), answer.npos);
+  EXPECT_TRUE(has(answer, R"("left_out":2)"));
   EXPECT_EQ(on.count(counter::names_left_out), 2U);
 }
 
@@ -180,9 +180,9 @@ TEST_F(graph_of_long_names, lists_as_many_services_as_fit) {
   provide(second, "short");
   on.cycles(3);
   const std::string answer = ask("services");
-  EXPECT_NE(answer.find(R"("result":true)"), answer.npos);
-  EXPECT_NE(answer.find("\"/arm/short\""), answer.npos);
-  EXPECT_NE(answer.find(R"("left_out":1)"), answer.npos) << answer.size();
+  EXPECT_TRUE(has(answer, R"("result":true)"));
+  EXPECT_TRUE(has(answer, "\"/arm/short\""));
+  EXPECT_TRUE(has(answer, R"("left_out":1)")) << answer.size();
   EXPECT_EQ(on.count(counter::names_left_out), 1U);
 }
 

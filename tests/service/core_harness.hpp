@@ -315,6 +315,11 @@ class peer {
     }
     return texts;
   }
+  std::string hear_as_one() {
+    std::string all;
+    for (const std::string& text : hear()) all += text;
+    return all;
+  }
   // What has come when the core has done so many cycles more.
   std::vector<std::string> hear_after(int cycles) {
     on_.cycles(cycles);

@@ -160,9 +160,9 @@ TEST_F(long_structs, that_are_too_long_are_told_to_the_program_once_a_second) {
       if (one->what_kind != rowe::event::kind::warning) continue;
       ++count;
       const std::string_view what{one->what};
-      EXPECT_NE(what.find("/scan"), what.npos) << what;
-      EXPECT_NE(what.find(": a value of "), what.npos) << what;
-      EXPECT_NE(what.find(" is not sent; the limit is "), what.npos) << what;
+      EXPECT_TRUE(has(what, "/scan"));
+      EXPECT_TRUE(has(what, ": a value of "));
+      EXPECT_TRUE(has(what, " is not sent; the limit is "));
       EXPECT_EQ(std::string_view{one->remedy}, "raise the limit long_message_bytes_max");
     }
     return count;

@@ -539,7 +539,7 @@ TEST_F(core_numbers_codec, is_named_by_the_statistics) {
   client p{on};
   const texts heard = send(p, "c" + four(p.services.at("/rowe/stats")) + "abcd{}");
   ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find(R"("dialect":"numbers")"), std::string::npos);
+  EXPECT_TRUE(has(heard[0], R"("dialect":"numbers")"));
 }
 
 } // namespace

@@ -26,9 +26,6 @@ struct qos : core_test {
     for (const std::string& one : by.hear()) all += one;
     return all;
   }
-  static bool has(const std::string& text, std::string_view what) {
-    return text.find(what) != std::string::npos;
-  }
   static std::string publish(int n) {
     return R"({"op":"publish","topic":"/t","msg":{"n":)" + std::to_string(n) + "}}";
   }
@@ -83,7 +80,7 @@ TEST_F(qos, deadline_is_counted_and_told_once_until_a_message_comes) {
   EXPECT_EQ(on.count(counter::deadlines_missed), 0U);
   on.cycles(20, 100ms);
   const std::string told = heard(page);
-  EXPECT_TRUE(has(told, "subscribe /t: no message came within its deadline of 500 ms")) << told;
+  EXPECT_TRUE(has(told, "subscribe /t: no message came within its deadline of 500 ms"));
   EXPECT_TRUE(has(told, R"("level":"warning")"));
   EXPECT_EQ(told.find("deadline"), told.rfind("deadline"));
   EXPECT_GE(on.count(counter::deadlines_missed), 3U);
@@ -123,7 +120,7 @@ TEST_F(qos, deadline_is_told_without_an_id_only_to_who_has_many_long_ones) {
            R"(","qos":{"deadline":0.5}})");
     on.cycles(12, 100ms);
     const std::string told = heard(by);
-    EXPECT_TRUE(has(told, "/t" + std::to_string(topic) + ": no message came within its deadline")) << told;
+    EXPECT_TRUE(has(told, "/t" + std::to_string(topic) + ": no message came within its deadline"));
     return has(told, R"("id":")" + id + '"');
   };
   const std::string long_id(250, 'g');
@@ -167,7 +164,7 @@ TEST_F(qos, depth_is_the_length_of_the_queue) {
   for (int i = 0; i < 6; ++i) robot.say(publish(i));
   on.cycles(40, 100ms);
   const std::string got = heard(page);
-  EXPECT_TRUE(has(got, R"("n":4)") && has(got, R"("n":5)")) << got; // all came in one cycle
+  EXPECT_TRUE(has(got, R"("n":4)") && has(got, R"("n":5)")); // all came in one cycle
   EXPECT_FALSE(has(got, R"("n":3)")) << got;
 }
 

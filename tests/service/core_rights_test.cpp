@@ -71,18 +71,17 @@ TEST_F(rights, that_a_role_has_lost_close_its_peers_and_no_others) {
   EXPECT_EQ(closed(arm), "role changed");
   EXPECT_EQ(closed(driver), "");
   peer& again = comes("arm");
-  EXPECT_NE(answer_to(again, R"({"op":"subscribe","topic":"/arm/b"})").find("has no right"),
-            std::string::npos);
+  EXPECT_TRUE(has(answer_to(again, R"({"op":"subscribe","topic":"/arm/b"})"), "has no right"));
 }
 
 TEST_F(rights, that_a_role_was_given_hold_for_those_who_are_there) {
   peer& arm = comes("arm");
   const std::string call = R"({"op":"call_service","id":"1","service":"/rosapi/topics"})";
-  EXPECT_NE(answer_to(arm, call).find("has no right"), std::string::npos);
+  EXPECT_TRUE(has(answer_to(arm, call), "has no right"));
   role_named("arm").call.emplace_back("/rosapi/*");
   on.set_access(now);
   EXPECT_EQ(closed(arm), "");
-  EXPECT_NE(answer_to(arm, call).find("\"topics\""), std::string::npos);
+  EXPECT_TRUE(has(answer_to(arm, call), "\"topics\""));
 }
 
 TEST_F(rights, go_with_a_new_token_another_name_or_another_role) {
@@ -114,8 +113,7 @@ TEST_F(rights, keep_their_peer_wherever_it_stands_in_the_options) {
   on.set_access(now);
   EXPECT_EQ(closed(arm) + closed(boss), "");
   EXPECT_EQ(answer_to(boss, R"({"op":"publish","topic":"/x","msg":{}})"), "");
-  EXPECT_NE(answer_to(arm, R"({"op":"subscribe","topic":"/odom"})").find("arm, role arm, has no right"),
-            std::string::npos);
+  EXPECT_TRUE(has(answer_to(arm, R"({"op":"subscribe","topic":"/odom"})"), "arm, role arm, has no right"));
 }
 
 struct local_rights : rights {
@@ -217,7 +215,7 @@ struct guarded_rights : rights {
 TEST_F(guarded_rights, stop_the_robot_when_they_are_taken_from_its_guard) {
   peer& boss = comes("supervisor");
   peer& guard = comes("guard");
-  EXPECT_EQ(call_stop(on, guard, "lease", R"("guard":"panel",)").find("\"role\""), std::string::npos);
+  EXPECT_FALSE(has(call_stop(on, guard, "lease", R"("guard":"panel",)"), "\"role\""));
   (void)loop.moves();
   (void)call_stop(on, boss, "reset", "");
   ASSERT_TRUE(loop.moves());
@@ -232,9 +230,8 @@ TEST_F(guarded_rights, stop_the_robot_when_they_are_taken_from_its_guard) {
 TEST_F(rights, tell_who_comes_and_goes_and_who_is_there) {
   peer& driver = comes("driver");
   EXPECT_EQ(on.shared.connections().at(0).identity, "driver");
-  EXPECT_NE(answer_to(driver, R"({"op":"call_service","id":"1","service":"/rowe/stats"})")
-                .find(R"("address":"10.0.0.7:50000","identity":"driver")"),
-            std::string::npos);
+  EXPECT_TRUE(has(answer_to(driver, R"({"op":"call_service","id":"1","service":"/rowe/stats"})"),
+                  R"("address":"10.0.0.7:50000","identity":"driver")"));
   revoke("driver");
   on.set_access(now);
   on.cycle();
@@ -252,19 +249,16 @@ TEST_F(guarded_rights, tell_who_has_stopped_the_robot) {
   EXPECT_EQ(who, "10.0.0.7:50000"); // who has reset it
   peer& driver = comes("driver");
   (void)answer_to(driver, R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
-  EXPECT_NE(
-      answer_to(boss, R"({"op":"call_service","service":"/rowe/stop/state"})").find(R"("source":"driver")"),
-      std::string::npos);
+  EXPECT_TRUE(
+      has(answer_to(boss, R"({"op":"call_service","service":"/rowe/stop/state"})"), R"("source":"driver")"));
 }
 
 TEST_F(rights, are_not_what_a_stop_wants_where_there_is_none) {
   const std::string call = R"({"op":"call_service","id":"1","service":"/rowe/stop"})";
   for (const char* const who : {"observer", "driver"}) {
     peer& one = comes(who);
-    EXPECT_NE(answer_to(one, call).find("Service /rowe/stop does not exist"), std::string::npos) << who;
-    EXPECT_NE(answer_to(one, R"({"service":"/rowe/stop","message_id":2})").find("no_service"),
-              std::string::npos)
-        << who;
+    EXPECT_TRUE(has(answer_to(one, call), "Service /rowe/stop does not exist")) << who;
+    EXPECT_TRUE(has(answer_to(one, R"({"service":"/rowe/stop","message_id":2})"), "no_service")) << who;
   }
   EXPECT_EQ(on.count(counter::denied), 0U);
   EXPECT_EQ(on.count(counter::calls_refused), 4U);
@@ -367,8 +361,6 @@ TEST_F(rights, are_not_asked_about_wrong_tokens_but_those_are_counted) {
 
 constexpr std::string_view topics_call = R"({"op":"call_service","id":"1","service":"/rosapi/topics"})";
 
-bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
-
 struct seen : rights {
   seen()
       : rights{[] {
@@ -453,7 +445,7 @@ TEST(seen_by_number, is_only_what_the_role_may_use_and_more_when_it_grows) {
   for (std::uint32_t number = 0; number < 64; ++number)
     arm.say(R"({"want":[[)" + std::to_string(100 + number) + "," + std::to_string(number) + "]]}");
   on.cycles(40);
-  for (const std::string& text : arm.hear()) EXPECT_EQ(text.find("secret"), std::string::npos) << text;
+  for (const std::string& text : arm.hear()) EXPECT_FALSE(has(text, "secret"));
 
   // What goes was not told, so it is not told that it goes.
   provider.tell(R"({"op":"unadvertise","topic":"/secret/place"})", 300);

@@ -20,11 +20,6 @@ std::string publish_on(std::string_view topic, std::string_view body) {
   return R"({"op":"publish","topic":")" + std::string{topic} + R"(","msg":)" + std::string{body} + "}";
 }
 
-std::size_t count_of(const texts& in, std::string_view part) {
-  return static_cast<std::size_t>(std::count_if(
-      in.begin(), in.end(), [&](const std::string& t) { return t.find(part) != std::string::npos; }));
-}
-
 // Adds what it has heard; pings are answered meanwhile.
 void hear_more(peer& by, texts& to) {
   for (std::string& text : by.hear()) to.push_back(std::move(text));
@@ -292,7 +287,7 @@ TEST(core_shares, keeps_no_value_for_those_who_latch_nothing) {
   peer later{on};
   const texts heard = later.ask(subscribe("/t"));
   ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find("latches"), std::string::npos);
+  EXPECT_TRUE(has(heard[0], "latches"));
 }
 
 TEST(core_shares, forgets_a_latched_value_with_the_peer_that_latched_it) {
@@ -322,7 +317,7 @@ TEST(core_shares, does_not_put_a_peers_value_in_the_place_of_what_this_process_l
   peer late{on};
   const texts heard = late.ask(subscribe("/map"));
   ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find("robot"), std::string::npos);
+  EXPECT_TRUE(has(heard[0], "robot"));
   give_up(on, map);
   peer later{on};
   EXPECT_EQ(later.ask(subscribe("/map")).size(), 0U);
@@ -636,10 +631,8 @@ TEST(core_shares, lets_no_peer_make_up_more_topics_than_it_leaves) {
   for (int i = 0; i < 8; ++i) greedy.say(subscribe("/g" + std::to_string(i)));
   const texts said = greedy.hear_after(1);
   ASSERT_EQ(said.size(), 5U);
-  EXPECT_NE(said[0].find("holds 3, 9 of 12 are left, 6 of them kept for peers that hold fewer "
-                         "(limit topics_max)"),
-            std::string::npos)
-      << said[0];
+  EXPECT_TRUE(has(said[0], "holds 3, 9 of 12 are left, 6 of them kept for peers that hold fewer "
+                           "(limit topics_max)"));
   EXPECT_EQ(other.ask(subscribe("/mine")).size(), 0U);
   greedy.say(subscribe("/mine")); // no more than it leaves, whoever made it
   EXPECT_EQ(greedy.ask(R"({"op":"unsubscribe","topic":"/g0"})").size(), 1U);
@@ -700,9 +693,8 @@ TEST(core_shares, gives_a_topic_the_type_of_this_process_whoever_named_it_first)
   EXPECT_EQ(pair.lifecycle.look(), pair_phase::active);
   const texts said = early.hear();
   ASSERT_EQ(said.size(), 1U);
-  EXPECT_NE(said[0].find("/cmd has the type geometry_msgs/Twist here now; it was advertised as strange/Type"),
-            std::string::npos)
-      << said[0];
+  EXPECT_TRUE(
+      has(said[0], "/cmd has the type geometry_msgs/Twist here now; it was advertised as strange/Type"));
   auto& second = offer_text(on, pair_kind::publish_text, "/cmd", 64, {}, "other/Type"); // of one process
   EXPECT_EQ(second.lifecycle.look(), pair_phase::refused);
   peer late{on};

@@ -12,11 +12,6 @@ namespace {
 
 using namespace harness;
 
-std::string member(const std::string& text, std::string_view name) {
-  const auto found = rowe::json::find(rowe::json::root(text).raw, name);
-  return found ? std::string{found->raw} : "";
-}
-
 struct stop_path : core_test {
   explicit stop_path(const rowe::endpoint_options& options = unguarded()) : core_test{options} {
     latch = on.open<rowe::stop_latch>(rowe::detail::latch_request({.name = "base"}));
@@ -81,8 +76,7 @@ TEST_F(stop_path, sees_the_state_by_asking_and_by_subscribing) {
   const auto told = answer_to(p, R"({"op":"call_service","id":"1","service":"/rowe/stop/state"})");
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(member(member(told[0], "values"), "state"), "\"stopped\"");
-  EXPECT_NE(answer_to(p, R"({"service":"/rowe/stop/state","message_id":1})").at(0).find("\"tick\""),
-            std::string::npos);
+  EXPECT_TRUE(has(answer_to(p, R"({"service":"/rowe/stop/state","message_id":1})").at(0), "\"tick\""));
   EXPECT_EQ(member(answer_to(p, R"({"op":"subscribe","topic":"/rowe/stop/state"})").at(0), "topic"),
             "\"/rowe/stop/state\"");
   EXPECT_GE(p.hear_after(1000).size(), 4U);
@@ -109,7 +103,7 @@ TEST_F(stop_path, is_refused_everything_else_with_words_and_counted) {
     const auto before = on.count(counter::refused_requests);
     const auto said = answer_to(p, text);
     ASSERT_EQ(said.size(), 1U) << text;
-    EXPECT_NE(said[0].find("may only stop the robot"), std::string::npos) << text << said[0];
+    EXPECT_TRUE(has(said[0], "may only stop the robot")) << text << said[0];
     EXPECT_EQ(on.count(counter::refused_requests), before + 1) << text;
     for (int i = 0; i < 200; ++i) look(); // not more of them in a second than are said
   }
@@ -123,7 +117,7 @@ TEST_F(stop_path, is_refused_everything_else_with_words_and_counted) {
     const auto before = on.count(counter::calls_refused);
     const auto said = answer_to(p, text);
     ASSERT_EQ(said.size(), 1U) << text;
-    EXPECT_NE(said[0].find("may only stop the robot"), std::string::npos) << text << said[0];
+    EXPECT_TRUE(has(said[0], "may only stop the robot")) << text << said[0];
     EXPECT_EQ(on.count(counter::calls_refused), before + 1) << text;
     for (int i = 0; i < 200; ++i) look();
   }
@@ -203,9 +197,9 @@ struct without_a_stop : core_test {};
 TEST_F(without_a_stop, the_path_leads_to_nothing_and_says_so) {
   peer p{on, rowe::service::side::server, "127.0.0.1:50000", rowe::service::stop_path};
   p.tell(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
-  EXPECT_NE(p.hear().at(0).find("Service /rowe/stop does not exist"), std::string::npos);
+  EXPECT_TRUE(has(p.hear().at(0), "Service /rowe/stop does not exist"));
   p.tell(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
-  EXPECT_NE(p.hear().at(0).find("may only stop"), std::string::npos);
+  EXPECT_TRUE(has(p.hear().at(0), "may only stop"));
 }
 
 } // namespace

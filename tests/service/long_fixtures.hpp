@@ -39,16 +39,6 @@ inline std::vector<std::byte> begun(std::string_view text, std::size_t bytes) {
   return frame;
 }
 
-// A number as Foxglove's binary messages have it.
-inline std::string four(std::uint32_t number) {
-  std::string bytes;
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
-  return bytes;
-}
-inline bool has(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
-}
-
 // All that a peer is told, while it reads as fast as it can.
 inline std::vector<std::string> heard_by(harness::core_harness& on, harness::peer& by, int cycles) {
   std::vector<std::string> all;

@@ -47,7 +47,7 @@ TEST_F(topic_pages, show_what_the_service_of_the_statistics_answers) {
   EXPECT_TRUE(text.ends_with("}\n"));
   for (const std::string_view member :
        {"\"counters\":{", "\"limits\":{", "\"topics\":[", "\"connections\":["})
-    EXPECT_NE(text.find(member), text.npos) << member;
+    EXPECT_TRUE(has(text, member)) << member;
 }
 
 TEST_F(topic_pages, wait_for_the_next_value_of_a_topic_that_nobody_has_asked_for) {
@@ -144,7 +144,7 @@ TEST_F(topic_pages, say_when_none_came_for_too_long) {
   const http_answer answer = again(waits, true);
   EXPECT_FALSE(answer.later);
   EXPECT_EQ(answer.status, 404);
-  EXPECT_NE(text_of(answer).find("no value of the topic came within 2 s"), std::string::npos);
+  EXPECT_TRUE(has(text_of(answer), "no value of the topic came within 2 s"));
 }
 
 TEST_F(topic_pages, let_publishers_rest_when_nobody_has_asked_for_a_minute) {
@@ -332,12 +332,12 @@ TEST_F(topic_pages_with_roles, show_in_the_statistics_only_the_topics_that_a_rol
   with.roles[0].call = {"/rowe/stats"};
   on.set_access(with);
   const std::string all = text_of(get_as("observer", "/api/v1/stats"));
-  EXPECT_NE(all.find("\"/pose\""), all.npos);
-  EXPECT_NE(all.find("\"driver\""), all.npos);
+  EXPECT_TRUE(has(all, "\"/pose\""));
+  EXPECT_TRUE(has(all, "\"driver\""));
   const std::string some = text_of(get_as("arm", "/api/v1/stats"));
-  EXPECT_NE(some.find("\"/arm/a\""), some.npos);
-  EXPECT_EQ(some.find("\"/pose\""), some.npos);
-  EXPECT_NE(some.find("\"connections\":[]"), some.npos) << some;
+  EXPECT_TRUE(has(some, "\"/arm/a\""));
+  EXPECT_FALSE(has(some, "\"/pose\""));
+  EXPECT_TRUE(has(some, "\"connections\":[]"));
 }
 
 TEST_F(topic_pages_with_roles, show_nothing_to_who_waits_when_the_rights_change) {
