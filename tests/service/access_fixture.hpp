@@ -50,9 +50,7 @@ rowe::parameter<T> open_parameter(core_harness& on, std::string_view name, const
 inline std::string answer_to(core_harness& on, peer& of, std::string_view text) {
   of.say(text);
   on.cycles(2);
-  std::string all;
-  for (const std::string& one : of.hear()) all += one;
-  return all;
+  return of.hear_as_one();
 }
 
 // A loop that can be stopped. It begins stopped.

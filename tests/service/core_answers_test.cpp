@@ -89,10 +89,10 @@ TEST_F(low_rate, answers_each_call_and_goal_beyond_it) {
     page.say(text({R"({"op":"call_service",)", id, R"(,"service":"/rosapi/get_time"})"}));
     page.say(text({R"({"op":"send_action_goal",)", id, R"(,"action":"/dock"})"}));
     on.cycle(1us);
-    for (const std::string& one : page.hear()) heard += one;
+    heard += page.hear_as_one();
   }
   on.cycles(3);
-  for (const std::string& one : page.hear()) heard += one;
+  heard += page.hear_as_one();
   for (int i = 0; i < 150; ++i)
     for (const std::string_view op : {"service_response", "action_result"})
       EXPECT_TRUE(has(heard, text({R"("op":")", op, R"(","id":"n)", std::to_string(i), ".\""}))) << op << i;
@@ -156,8 +156,7 @@ TEST_F(answers, and_topics_of_the_program_belong_to_it) {
   on.offer(pair_kind::publish_text, "/odom", 100);
   on.offer(pair_kind::publish_text, "/shared", 100, {.shared = true});
   on.cycles(2);
-  std::string told;
-  for (const std::string& one : early.hear()) told += one;
+  const std::string told = early.hear_as_one();
   EXPECT_TRUE(has(told, "advertise: /odom is published by the program here"));
   peer& page = comes("observer");
   (void)asks(page, R"({"op":"subscribe","topic":"/odom"})");

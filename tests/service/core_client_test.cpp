@@ -105,11 +105,7 @@ TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it)
   on.net.link_of(server.id()).capacity_bytes = 5;
   ASSERT_TRUE(publish_text(on, pair, "{\"n\":12345}"));
   ASSERT_TRUE(publish_text(on, pair, "{\"n\":67890}"));
-  texts heard;
-  for (int i = 0; i < 100; ++i) {
-    on.cycle();
-    for (auto& text : server.hear()) heard.push_back(std::move(text));
-  }
+  texts heard = server.hear_during(100);
   EXPECT_EQ(server.violated, "");
   EXPECT_EQ(heard, (texts{R"({"op":"publish","topic":"/out","msg":{"n":12345}})",
                           R"({"op":"publish","topic":"/out","msg":{"n":67890}})"}));

@@ -97,10 +97,7 @@ TEST_F(core_test, refuses_a_message_larger_than_its_limit_with_1009) {
 
 TEST_F(core_test, pings_a_silent_peer_and_keeps_it_while_it_answers) {
   peer p{on};
-  for (int i = 0; i < 60; ++i) {
-    on.cycle(500ms);
-    (void)p.hear();
-  }
+  (void)p.hear_during(60, 500ms);
   EXPECT_GE(p.pings, 5);
   EXPECT_FALSE(p.cut());
 }
@@ -108,10 +105,7 @@ TEST_F(core_test, pings_a_silent_peer_and_keeps_it_while_it_answers) {
 TEST_F(core_test, cuts_a_peer_that_answers_no_ping) {
   peer p{on};
   p.answers_pings = false;
-  for (int i = 0; i < 20; ++i) {
-    on.cycle(500ms);
-    (void)p.hear();
-  }
+  (void)p.hear_during(20, 500ms);
   EXPECT_EQ(p.pings, 2); // it is asked twice
   EXPECT_EQ(p.close_code, 1008);
   EXPECT_EQ(on.count(counter::silent_peers), 1U);
@@ -294,10 +288,7 @@ TEST_F(core_test, reports_rates_of_the_last_seconds_though_nobody_subscribed_to_
   EXPECT_LE(busy.over_s, 2.1);
   EXPECT_NEAR(busy.hz, 100, 5);
   EXPECT_NEAR(busy.gap_ms, 10, 1);
-  for (int i = 0; i < 40; ++i) {
-    on.cycle(100ms);
-    (void)p.hear();
-  }
+  (void)p.hear_during(40, 100ms);
   EXPECT_EQ(rate_of_pose(p).hz, 0);
 }
 

@@ -28,11 +28,7 @@ struct foxglove_parameters : access {
     }
     return one;
   }
-  std::string heard(peer& by) {
-    std::string all;
-    for (const std::string& one : by.hear()) all += one;
-    return all;
-  }
+  std::string heard(peer& by) { return by.hear_as_one(); }
   std::string say(peer& by, std::string_view text) { return answer_to(by, text); }
   void pause() {
     on.now += 20ms;

@@ -12,11 +12,7 @@ using fragments::cut;
 using fragments::fragment;
 
 rowe::endpoint_options options_with(std::uint32_t long_bytes) {
-  rowe::endpoint_options chosen = small_options();
-  chosen.limits.long_message_bytes_max = long_bytes;
-  chosen.limits.long_slots = 8;
-  chosen.relay = true;
-  return chosen;
+  return with_limits(hub_options(), &limits::long_message_bytes_max, long_bytes, &limits::long_slots, 8);
 }
 
 std::string map_of(std::size_t bytes) {
@@ -24,42 +20,30 @@ std::string map_of(std::size_t bytes) {
   while (made.size() + 20 < bytes) made += "," + std::to_string(made.size());
   return made + R"(],"é":"ü\n\"😀"})";
 }
-std::string published(std::string_view topic, std::string_view msg) {
-  return R"({"op":"publish","topic":")" + std::string{topic} + R"(","msg":)" + std::string{msg} + "}";
-}
 
-struct fragments_in_test : testing::Test {
-  explicit fragments_in_test(const rowe::endpoint_options& chosen = options_with(64 * 1024)) : on{chosen} {
+struct fragments_in_test : core_test {
+  explicit fragments_in_test(const rowe::endpoint_options& chosen = options_with(64 * 1024))
+      : core_test{chosen} {
     listener.tell(R"({"op":"subscribe","topic":"/map"})");
   }
-  core_harness on;
   peer robot{on};
   peer listener{on};
 
-  texts heard_by(peer& by, int cycles = 60) {
-    texts all;
-    for (int i = 0; i < cycles; ++i) {
-      on.cycle();
-      for (std::string& one : by.hear()) all.push_back(std::move(one));
-    }
-    return all;
-  }
   void say(const texts& all) {
     for (const std::string& one : all) robot.say(one);
   }
   // The one status that the robot is told for these.
   std::string refusal_of(const texts& all) {
     say(all);
-    const texts told = heard_by(robot);
+    const texts told = robot.hear_during(60);
     return told.size() == 1 ? told[0] : "(" + std::to_string(told.size()) + " answers)";
   }
   bool works() {
     const std::string text = published("/map", R"({"again":1})");
     say(cut(text, 20));
-    const texts heard = heard_by(listener);
+    const texts heard = listener.hear_during(60);
     return !heard.empty() && heard.back() == text;
   }
-  void TearDown() override { EXPECT_EQ(on.core.inconsistency(), ""); }
 };
 
 TEST_F(fragments_in_test, are_carried_out_as_the_whole_message_would_be) {
@@ -68,21 +52,21 @@ TEST_F(fragments_in_test, are_carried_out_as_the_whole_message_would_be) {
       if (bytes / size > 2000) continue;
       const std::string text = published("/map", map_of(bytes));
       say(cut(text, size));
-      EXPECT_EQ(heard_by(listener, 400), texts{text}) << bytes << " in " << size;
+      EXPECT_EQ(listener.hear_during(400), texts{text}) << bytes << " in " << size;
     }
   }
-  EXPECT_TRUE(heard_by(robot).empty());
+  EXPECT_TRUE(robot.hear_during(60).empty());
 }
 
 TEST_F(fragments_in_test, may_have_the_total_and_the_id_of_the_reference_server) {
   for (const std::size_t size : {10U, 64U, 500U}) {
     const std::string text = published("/map", map_of(2000));
     say(cut(text, size, "0", true));
-    EXPECT_EQ(heard_by(listener, 200), texts{text}) << size;
+    EXPECT_EQ(listener.hear_during(200), texts{text}) << size;
   }
   const std::string even = published("/map", R"({"x":123456789})"); // 15.0 where 15 is the count
   say(cut(even, 3, "0", true));
-  EXPECT_EQ(heard_by(listener), texts{even});
+  EXPECT_EQ(listener.hear_during(60), texts{even});
 }
 
 TEST_F(fragments_in_test, let_other_messages_of_their_peer_pass) {
@@ -95,9 +79,9 @@ TEST_F(fragments_in_test, let_other_messages_of_their_peer_pass) {
     robot.say(published("/pose", R"({"x":1})"));
     poses += static_cast<int>(other.hear_after(1).size());
   }
-  poses += static_cast<int>(heard_by(other).size());
+  poses += static_cast<int>(other.hear_during(60).size());
   EXPECT_EQ(poses, 21);
-  EXPECT_EQ(heard_by(listener), texts{map});
+  EXPECT_EQ(listener.hear_during(60), texts{map});
 }
 
 TEST_F(fragments_in_test, let_a_long_message_in_frames_pass) {
@@ -108,12 +92,12 @@ TEST_F(fragments_in_test, let_a_long_message_in_frames_pass) {
   robot.say(second);
   robot.say(in_fragments[1]);
   robot.say(in_fragments[2]);
-  EXPECT_EQ(heard_by(listener, 200), (texts{second, first}));
+  EXPECT_EQ(listener.hear_during(200), (texts{second, first}));
 }
 
 TEST_F(fragments_in_test, make_calls_and_are_answered) {
   say(cut(R"({"op":"call_service","id":"c","service":"/rosapi/get_time"})", 15));
-  const texts answers = heard_by(robot);
+  const texts answers = robot.hear_during(60);
   ASSERT_EQ(answers.size(), 1U);
   EXPECT_TRUE(has(answers[0], R"("id":"c")"));
 }
@@ -123,7 +107,7 @@ TEST_F(fragments_in_test, stop) {
   (void)latch;
   on.cycle();
   say(cut(R"({"op":"call_service","service":"/rowe/stop","args":{"reason":"a wall"}})", 16));
-  (void)heard_by(robot, 10);
+  (void)robot.hear_during(10);
   EXPECT_EQ(on.count(counter::stops), 1U);
 }
 
@@ -144,7 +128,7 @@ TEST_F(fragments_in_test, of_another_message_are_refused_while_one_is_under_way)
   const texts second = cut(text, 600, R"("b")");
   EXPECT_TRUE(has(refusal_of({first[0], second[0]}), "another message in fragments is under way"));
   robot.say(first[1]);
-  EXPECT_EQ(heard_by(listener), texts{text}); // the first one goes on
+  EXPECT_EQ(listener.hear_during(60), texts{text}); // the first one goes on
 }
 
 TEST_F(fragments_in_test, may_begin_anew_and_their_sender_is_told_what_was_lost) {
@@ -152,7 +136,7 @@ TEST_F(fragments_in_test, may_begin_anew_and_their_sender_is_told_what_was_lost)
   const texts all = cut(text, 100);
   EXPECT_TRUE(has(refusal_of({all[0], all[1], all[0]}), "begins anew, of which number 2"));
   for (std::size_t i = 1; i < all.size(); ++i) robot.say(all[i]);
-  EXPECT_EQ(heard_by(listener), texts{text});
+  EXPECT_EQ(listener.hear_during(60), texts{text});
 }
 
 TEST_F(fragments_in_test, that_are_wrong_are_refused_with_the_value) {
@@ -224,7 +208,7 @@ TEST_F(fragments_in_test, that_nobody_ends_keep_out_nobody_for_long) {
   for (int i = 0; i < 100; ++i) on.cycle(20ms);
   const std::string text = published("/map", map_of(50'000));
   say(cut(text, 7000));
-  EXPECT_EQ(heard_by(listener, 200), texts{text});
+  EXPECT_EQ(listener.hear_during(200), texts{text});
 }
 
 // A peer's own work in one cycle stays small, however long its fragments are.
@@ -239,7 +223,7 @@ TEST_F(fragments_in_test, leave_other_peers_their_turns) {
     if (!other.hear().empty()) break;
   }
   EXPECT_LE(cycles, 1);
-  (void)heard_by(listener, 100);
+  (void)listener.hear_during(100);
 }
 
 struct no_long_messages_test : fragments_in_test {

@@ -325,6 +325,15 @@ class peer {
     on_.cycles(cycles);
     return hear();
   }
+  // What comes in so many cycles, after each of which it reads.
+  std::vector<std::string> hear_during(int cycles, rowe::rt::duration each = 1ms) {
+    std::vector<std::string> texts;
+    while (cycles-- > 0) {
+      on_.cycle(each);
+      for (std::string& text : hear()) texts.push_back(std::move(text));
+    }
+    return texts;
+  }
   // What it is told when it says this.
   std::vector<std::string> ask(std::string_view text, int cycles = 1) {
     tell(text, cycles);

@@ -25,9 +25,6 @@ struct latched : ::testing::Test {
   static std::string value(std::string_view name, std::size_t bytes = 1) {
     return R"({"of":")" + std::string{name} + R"(","x":")" + std::string(bytes, 'x') + "\"}";
   }
-  static std::string published(std::string_view topic, const std::string& body) {
-    return R"({"op":"publish","topic":")" + std::string{topic} + R"(","msg":)" + body + "}";
-  }
   void latch(peer& by, std::string_view topic, const std::string& body) {
     by.say(R"({"op":"advertise","topic":")" + std::string{topic} + R"(","type":"a/Map","latch":true})");
     by.say(published(topic, body));

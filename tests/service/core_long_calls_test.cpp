@@ -21,20 +21,10 @@ std::string member(const std::string& text, std::string_view name) {
   return text.substr(from, text.find_first_of(",}", from) - from);
 }
 
-struct long_calls_test : testing::Test {
-  explicit long_calls_test(std::uint32_t slots = 8) : on{options_with(64 * 1024, slots)} {}
-  core_harness on;
-
-  texts heard_by(peer& by, int cycles = 100) {
-    texts all;
-    for (int i = 0; i < cycles; ++i) {
-      on.cycle();
-      for (std::string& one : by.hear()) all.push_back(std::move(one));
-    }
-    return all;
-  }
+struct long_calls_test : core_test {
+  explicit long_calls_test(std::uint32_t slots = 8) : core_test{options_with(64 * 1024, slots)} {}
   std::string only(peer& by) {
-    const texts all = heard_by(by);
+    const texts all = by.hear_during(100);
     std::string together;
     for (const std::string& one : all) together += one;
     EXPECT_EQ(all.size(), 1U) << together.substr(0, 300);
@@ -48,10 +38,7 @@ struct long_calls_test : testing::Test {
     provider.say(R"({"op":"service_response","result":true,"id":)" + member(asked, R"("id":)") +
                  R"(,"service":"/map","values":)" + std::string{values} + "}");
   }
-  void TearDown() override {
-    EXPECT_EQ(on.core.inconsistency(), "");
-    EXPECT_EQ(on.count(counter::violations), 0U);
-  }
+  void TearDown() override { EXPECT_EQ(on.count(counter::violations), 0U); }
 };
 
 TEST_F(long_calls_test, go_from_peer_to_peer_with_their_answers) {
@@ -68,7 +55,7 @@ TEST_F(long_calls_test, go_from_peer_to_peer_with_their_answers) {
   EXPECT_TRUE(only(caller) ==
               R"({"op":"service_response","id":"c1","service":"/map","result":true,"values":)" + values +
                   "}");
-  EXPECT_TRUE(heard_by(provider).empty());
+  EXPECT_TRUE(provider.hear_during(100).empty());
   // The call is over, and its id is free again.
   caller.say(R"({"op":"call_service","id":"c1","service":"/map","args":{"x":1}})");
   answer(provider, only(provider), R"({"y":2})");
@@ -89,7 +76,7 @@ TEST_F(long_calls_test, go_between_all_codecs) {
   EXPECT_TRUE(only(bare) == R"({"result":)" + values + R"(,"in_reply_to":7})");
 
   peer fox{on, side::server, "127.0.0.1:2", "/", "foxglove.websocket.v1"};
-  const texts lists = heard_by(fox);
+  const texts lists = fox.hear_during(100);
   std::string all;
   for (const std::string& one : lists) all += one;
   const std::size_t map = all.find(R"("name":"/map")");
@@ -122,7 +109,7 @@ TEST_F(long_calls_test, go_in_fragments_to_who_asked_for_them) {
   provide(provider);
   caller.say(R"({"op":"call_service","id":"c1","service":"/map","fragment_size":8000})");
   answer(provider, only(provider), map_of(30'000));
-  const texts heard = heard_by(caller);
+  const texts heard = caller.hear_during(100);
   EXPECT_GT(heard.size(), 3U);
   for (const std::string& one : heard)
     EXPECT_TRUE(one.starts_with(R"({"op":"fragment")")) << one.substr(0, 80);
@@ -158,7 +145,7 @@ TEST_F(long_calls_test, whose_id_is_what_is_long_are_refused) {
   caller.say(R"({"op":"call_service","id":")" + std::string(20'000, 'x') +
              R"(","service":"/map","args":{}})");
   EXPECT_TRUE(has(only(caller), "message_bytes_max"));
-  EXPECT_TRUE(heard_by(provider).empty());
+  EXPECT_TRUE(provider.hear_during(100).empty());
 }
 
 TEST_F(long_calls_test, wait_for_an_answer_that_began_in_time) {
@@ -200,7 +187,7 @@ TEST_F(long_calls_test, end_when_their_time_is_over_and_nothing_comes) {
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_TRUE(has(heard[0], "in time"));
   answer(provider, asked, map_of(20'000));
-  EXPECT_TRUE(heard_by(caller).empty());
+  EXPECT_TRUE(caller.hear_during(100).empty());
   EXPECT_EQ(on.count(counter::replies_late), 1U);
 }
 
@@ -235,11 +222,7 @@ TEST_F(long_calls_test, whose_provider_leaves_have_their_answer_all_the_same) {
   on.cycles(20);
   provider.leave();
   on.cycles(3);
-  texts heard;
-  for (int i = 0; i < 200; ++i) {
-    on.cycle();
-    for (std::string& one : caller.hear()) heard.push_back(std::move(one));
-  }
+  texts heard = caller.hear_during(200);
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_TRUE(has(heard[0], R"("result":true)")) << heard[0].substr(0, 200);
 }
@@ -304,7 +287,7 @@ TEST_F(few_long_calls_test, whose_answer_loses_its_room_are_told) {
   on.net.link_of(caller.id()).capacity_bytes = 0; // nothing is read
   for (int i = 0; i < 3; ++i)
     caller.say(R"({"op":"call_service","id":"c)" + std::to_string(i) + R"(","service":"/map"})");
-  const texts asked = heard_by(provider);
+  const texts asked = provider.hear_during(100);
   ASSERT_EQ(asked.size(), 3U);
   for (const std::string& one : asked) {
     answer(provider, one, map_of(50'000));
@@ -317,13 +300,13 @@ TEST_F(few_long_calls_test, whose_answer_loses_its_room_are_told) {
   std::size_t got = 0;
   for (int i = 0; i < 10; ++i) {
     robot.say(R"({"op":"publish","topic":"/map","msg":)" + map_of(50'000, i) + "}");
-    got += heard_by(browser, 30).size();
+    got += browser.hear_during(30).size();
   }
   EXPECT_EQ(got, 10U) << on.count(counter::no_chunks) << " " << on.count(counter::no_slot) << " "
                       << on.count(counter::evicted) << " " << on.count(counter::outbox_full) << " "
                       << robot.close_code << browser.close_code;
   on.net.link_of(caller.id()).capacity_bytes = 1'000'000;
-  const texts heard = heard_by(caller, 400);
+  const texts heard = caller.hear_during(400);
   int fine = 0;
   int failed = 0;
   for (const std::string& one : heard) {
@@ -342,7 +325,7 @@ TEST_F(few_long_calls_test, that_lose_their_room_take_no_short_answer_with_them)
   on.net.link_of(caller.id()).capacity_bytes = 0;
   for (int i = 0; i < 3; ++i)
     caller.say(R"({"op":"call_service","id":"c)" + std::to_string(i) + R"(","service":"/map"})");
-  const texts asked = heard_by(provider);
+  const texts asked = provider.hear_during(100);
   ASSERT_EQ(asked.size(), 3U);
   answer(provider, asked[0], R"({"short":1})");
   answer(provider, asked[1], map_of(50'000));
@@ -353,11 +336,11 @@ TEST_F(few_long_calls_test, that_lose_their_room_take_no_short_answer_with_them)
   browser.tell(R"({"op":"subscribe","topic":"/map"})");
   for (int i = 0; i < 10; ++i) {
     robot.say(R"({"op":"publish","topic":"/map","msg":)" + map_of(50'000, i) + "}");
-    EXPECT_EQ(heard_by(browser, 30).size(), 1U);
+    EXPECT_EQ(browser.hear_during(30).size(), 1U);
   }
   on.net.link_of(caller.id()).capacity_bytes = 1'000'000;
   std::string all;
-  for (const std::string& one : heard_by(caller, 400)) all += one;
+  for (const std::string& one : caller.hear_during(400)) all += one;
   EXPECT_TRUE(has(all, R"("values":{"short":1})")) << all.substr(0, 300);
   for (const std::string_view id : {"c0", "c1", "c2"}) EXPECT_TRUE(has(all, R"("id":")" + std::string{id}));
 }
@@ -377,14 +360,14 @@ TEST_F(few_long_calls_test, and_maps_of_who_does_not_read_make_way_from_behind_w
   for (int i = 0; i < 40; ++i) robot.say(published("/odom", R"({"x":1})"));
   for (int i = 0; i < 4; ++i) {
     robot.say(published("/map", map_of(50'000, i)));
-    (void)heard_by(robot, 20);
+    (void)robot.hear_during(20);
   }
   const auto lost = on.count(counter::outbox_full) + on.count(counter::evicted);
   peer browser{on};
   browser.tell(R"({"op":"subscribe","topic":"/grid"})");
   for (int i = 0; i < 10; ++i) {
     robot.say(published("/grid", map_of(50'000, i)));
-    EXPECT_EQ(heard_by(browser, 30).size(), 1U) << i;
+    EXPECT_EQ(browser.hear_during(30).size(), 1U) << i;
   }
   EXPECT_LE(on.count(counter::outbox_full) + on.count(counter::evicted) - lost, 4U);
 }

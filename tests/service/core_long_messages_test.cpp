@@ -14,19 +14,12 @@ namespace {
 using namespace long_fixtures;
 using rowe::service::chunk_store;
 
-std::string published(std::string_view topic, std::string_view msg) {
-  return R"({"op":"publish","topic":")" + std::string{topic} + R"(","msg":)" + std::string{msg} + "}";
-}
-
-struct long_messages_test : testing::Test {
-  explicit long_messages_test(const rowe::endpoint_options& chosen = options_with(64 * 1024)) : on{chosen} {}
-  core_harness on;
-
+struct long_messages_test : core_test {
+  explicit long_messages_test(const rowe::endpoint_options& chosen = options_with(64 * 1024))
+      : core_test{chosen} {}
   void until_quiet() {
     for (int i = 0; i < 400; ++i) on.cycle();
   }
-  texts heard_by(peer& by, int cycles = 100) { return long_fixtures::heard_by(on, by, cycles); }
-  void TearDown() override { EXPECT_EQ(on.core.inconsistency(), ""); }
 };
 
 TEST_F(long_messages_test, reach_the_subscribers_of_every_codec_unchanged) {
@@ -40,9 +33,9 @@ TEST_F(long_messages_test, reach_the_subscribers_of_every_codec_unchanged) {
   (void)bare.hear_after(1);
   const std::string map = map_of(40'000);
   robot.say(published("/map", map));
-  EXPECT_EQ(heard_by(browser), texts{published("/map", map)});
-  EXPECT_EQ(heard_by(bare), texts{published("map", map)});
-  const texts in_cbor = heard_by(cbor); // CBOR is not made of what is so long: it is sent as JSON
+  EXPECT_EQ(browser.hear_during(100), texts{published("/map", map)});
+  EXPECT_EQ(bare.hear_during(100), texts{published("map", map)});
+  const texts in_cbor = cbor.hear_during(100); // CBOR is not made of what is so long: it is sent as JSON
   EXPECT_EQ(in_cbor.back(), published("/map", map));
   EXPECT_EQ(robot.violated + browser.violated, "");
 }
@@ -56,14 +49,14 @@ TEST_F(long_messages_test, go_between_other_messages_of_their_publisher_in_their
     expected.push_back(published("/map", map_of(i % 2 == 0 ? 20'000 : 100, i)));
     robot.say(expected.back());
   }
-  EXPECT_EQ(heard_by(browser), expected);
+  EXPECT_EQ(browser.hear_during(100), expected);
 }
 
 TEST_F(long_messages_test, are_refused_with_a_reason_when_they_are_wrong) {
   peer robot{on};
   const auto answer_to = [&](const std::string& text) {
     robot.say(text);
-    const texts heard = heard_by(robot);
+    const texts heard = robot.hear_during(100);
     return heard.size() == 1 ? heard[0] : "(" + std::to_string(heard.size()) + ")";
   };
   std::string broken = published("/map", map_of(20'000));
@@ -90,7 +83,7 @@ std::string with_id(std::string_view id, std::string text) {
 struct refused_long_messages_test : long_messages_test {
   std::string told(peer& by) {
     std::string all;
-    for (const std::string& one : heard_by(by)) all += one;
+    for (const std::string& one : by.hear_during(100)) all += one;
     return all;
   }
   std::string answer_to(peer& by, const std::string& text) {
@@ -299,7 +292,7 @@ TEST_F(long_messages_test, are_latched_for_late_subscribers_without_a_copy) {
   for (int i = 0; i < 3; ++i) {
     peer late{on};
     late.say(R"({"op":"subscribe","topic":"/map"})");
-    EXPECT_EQ(heard_by(late), texts{published("/map", map)});
+    EXPECT_EQ(late.hear_during(100), texts{published("/map", map)});
     late.leave();
     on.cycle();
   }
@@ -307,7 +300,7 @@ TEST_F(long_messages_test, are_latched_for_late_subscribers_without_a_copy) {
   on.cycle();
   peer later{on};
   later.say(R"({"op":"subscribe","topic":"/map"})");
-  EXPECT_TRUE(heard_by(later).empty()); // the value went with its publisher
+  EXPECT_TRUE(later.hear_during(100).empty()); // the value went with its publisher
 }
 
 TEST_F(long_messages_test, let_control_frames_pass_and_other_peers_too) {
@@ -349,7 +342,7 @@ TEST_F(long_messages_test, that_never_end_keep_out_nobody_for_long) {
   peer browser{on};
   browser.tell(R"({"op":"subscribe","topic":"/map"})");
   robot.say(published("/map", map_of(60'000)));
-  EXPECT_EQ(heard_by(browser).size(), 1U);
+  EXPECT_EQ(browser.hear_during(100).size(), 1U);
 }
 
 struct few_long_messages_test : long_messages_test { // a quarter of the chunks is one message
@@ -365,11 +358,7 @@ TEST_F(few_long_messages_test, that_somebody_does_not_read_keep_others_from_thei
   on.net.link_of(deaf.id()).capacity_bytes = 1000;
   const texts maps = {published("/map", map_of(60'000, 1)), published("/map", map_of(60'000, 2))};
   for (const std::string& one : maps) robot.say(one);
-  texts heard;
-  for (int i = 0; i < 120; ++i) {
-    on.cycle(10ms);
-    for (std::string& one : quick.hear()) heard.push_back(std::move(one));
-  }
+  texts heard = quick.hear_during(120, 10ms);
   EXPECT_EQ(heard, maps);
   EXPECT_EQ(on.count(rowe::service::counter::stalled_peers), 1U);
   EXPECT_TRUE(deaf.cut());
@@ -388,7 +377,7 @@ TEST_F(few_long_messages_test, of_one_that_comes_again_and_again_do_not_take_the
     hostile.leave();
     on.cycle(20ms);
   }
-  EXPECT_TRUE(heard_by(robot).empty()); // no status says `full`
+  EXPECT_TRUE(robot.hear_during(100).empty()); // no status says `full`
   EXPECT_EQ(on.count(rowe::service::counter::no_chunks), 0U);
 }
 
@@ -398,7 +387,7 @@ TEST_F(few_long_messages_test, for_which_there_is_no_room_are_counted_and_told) 
   on.cycle();
   peer second{on};
   second.say(published("/map", map_of(60'000)));
-  const texts told = heard_by(second);
+  const texts told = second.hear_during(100);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_TRUE(has(told[0], "60"));
   EXPECT_TRUE(has(told[0], "send it again later"));
@@ -412,7 +401,7 @@ TEST_F(long_messages_test, give_back_all_chunks) {
     browser.tell(R"({"op":"subscribe","topic":"/map"})");
     for (int i = 0; i < 30; ++i) {
       robot.say(published("/map", map_of(50'000, i)));
-      (void)heard_by(browser, 20);
+      (void)browser.hear_during(20);
     }
     EXPECT_EQ(on.count(rowe::service::counter::no_chunks), 0U);
     robot.tell(published("/map", map_of(50'000)));

@@ -63,7 +63,6 @@ struct long_structs : testing::Test {
   static std::string published(const scan& value) {
     return R"({"op":"publish","topic":"/scan","msg":)" + text_of(value) + "}";
   }
-  texts heard_by(peer& by) { return long_fixtures::heard_by(on, by, 200); }
   void TearDown() override { EXPECT_EQ(on.core.inconsistency(), ""); }
 };
 
@@ -128,7 +127,7 @@ TEST_F(long_structs, of_the_newest_kind_go_too_and_are_latched) {
   on.cycles(50);
   peer late{on};
   late.say(R"({"op":"subscribe","topic":"/scan"})");
-  EXPECT_EQ(heard_by(late), texts{published(*value)});
+  EXPECT_EQ(late.hear_during(200), texts{published(*value)});
 }
 
 TEST_F(long_structs, cost_nothing_where_nobody_listens) {
@@ -146,7 +145,7 @@ TEST_F(long_structs, that_are_too_long_are_counted_and_those_behind_them_go_on) 
   const auto fits = scan_of(2, 3);
   publish(pair, *scan_of(1, 6000)); // some 120 kB
   publish(pair, *fits);
-  EXPECT_EQ(heard_by(browser), texts{published(*fits)});
+  EXPECT_EQ(browser.hear_during(200), texts{published(*fits)});
   EXPECT_EQ(on.count(counter::too_big), 1U);
 }
 

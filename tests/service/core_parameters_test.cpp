@@ -40,11 +40,7 @@ struct parameters : access {
     for (const char c : json) escaped += c == '"' || c == '\\' ? std::string{'\\', c} : std::string{c};
     return call(by, "set_param", R"({"name":")" + std::string{name} + R"(","value":")" + escaped + "\"}");
   }
-  static std::string heard(peer& by) {
-    std::string all;
-    for (const std::string& one : by.hear()) all += one;
-    return all;
-  }
+  static std::string heard(peer& by) { return by.hear_as_one(); }
 };
 
 TEST_F(parameters, that_a_peer_sets_reach_the_loop) {

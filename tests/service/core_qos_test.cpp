@@ -21,11 +21,7 @@ rowe::endpoint_options hub() {
 struct qos : core_test {
   qos() : core_test{hub()} {}
 
-  static std::string heard(peer& by) {
-    std::string all;
-    for (const std::string& one : by.hear()) all += one;
-    return all;
-  }
+  static std::string heard(peer& by) { return by.hear_as_one(); }
   static std::string publish(int n) {
     return R"({"op":"publish","topic":"/t","msg":{"n":)" + std::to_string(n) + "}}";
   }

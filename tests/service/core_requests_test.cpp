@@ -90,11 +90,7 @@ TEST_F(throttling, with_a_longer_queue_drops_the_oldest_and_drains_at_its_rate) 
   peer browser{on};
   browser.tell(R"({"op":"subscribe","topic":"/pose","throttle_rate":10,"queue_length":3})");
   EXPECT_EQ(run(browser, pair, 5), texts{message(1)});
-  texts heard;
-  for (int i = 0; i < 50; ++i) {
-    on.cycle();
-    for (auto& text : browser.hear()) heard.push_back(std::move(text));
-  }
+  texts heard = browser.hear_during(50);
   EXPECT_EQ(heard, (texts{message(3), message(4), message(5)}));
   EXPECT_EQ(on.count(counter::throttled), 1U); // as asked for, so no loss
   EXPECT_EQ(on.count(counter::outbox_full), 0U);

@@ -16,10 +16,6 @@ std::string subscribe(std::string_view topic, std::string_view more = "") {
   return R"({"op":"subscribe","topic":")" + std::string{topic} + '"' + std::string{more} + "}";
 }
 
-std::string publish_on(std::string_view topic, std::string_view body) {
-  return R"({"op":"publish","topic":")" + std::string{topic} + R"(","msg":)" + std::string{body} + "}";
-}
-
 // Adds what it has heard; pings are answered meanwhile.
 void hear_more(peer& by, texts& to) {
   for (std::string& text : by.hear()) to.push_back(std::move(text));
@@ -50,7 +46,7 @@ TEST(core_shares, survives_a_queue_that_becomes_shorter_with_expired_messages_be
     p.tell(subscribe("/odom", R"(,"throttle_rate":3600000,"queue_length":16)"));
     (void)publish_text(on, odom, R"({"n":0})"); // throttled from here on
     on.cycles(2);
-    p.tell(publish_on("/odom", R"({"n":"lives"})"));
+    p.tell(published("/odom", R"({"n":"lives"})"));
     for (int i = 0; i < 8; ++i) {
       (void)publish_text_now(on, odom, R"({"n":1})");
     }
@@ -277,12 +273,12 @@ TEST(core_shares, keeps_no_value_for_those_who_latch_nothing) {
   core_harness on{hub_options()};
   peer latches{on}, plain{on};
   latches.say(R"({"op":"advertise","topic":"/t","type":"a/B","latch":true})");
-  plain.say(publish_on("/t", R"({"from":"plain"})"));
+  plain.say(published("/t", R"({"from":"plain"})"));
   on.cycle();
   peer late{on};
   EXPECT_EQ(late.ask(subscribe("/t")).size(), 0U);
-  latches.say(publish_on("/t", R"({"from":"latches"})"));
-  plain.say(publish_on("/t", R"({"from":"plain"})"));
+  latches.say(published("/t", R"({"from":"latches"})"));
+  plain.say(published("/t", R"({"from":"plain"})"));
   on.cycle();
   peer later{on};
   const texts heard = later.ask(subscribe("/t"));
@@ -297,7 +293,7 @@ TEST(core_shares, forgets_a_latched_value_with_the_peer_that_latched_it) {
     keeps_topic.say(subscribe("/t"));
     auto latches = std::make_unique<peer>(on);
     latches->say(R"({"op":"advertise","topic":"/t","type":"a/B","latch":true})");
-    latches->say(publish_on("/t", R"({"n":1})"));
+    latches->say(published("/t", R"({"n":1})"));
     on.cycle();
     leaves ? latches->leave() : latches->say(R"({"op":"unadvertise","topic":"/t"})");
     on.cycle();
@@ -312,7 +308,7 @@ TEST(core_shares, does_not_put_a_peers_value_in_the_place_of_what_this_process_l
   ASSERT_TRUE(publish_text_now(on, map, R"({"from":"robot"})"));
   peer rude{on};
   rude.say(R"({"op":"advertise","topic":"/map","latch":true})");
-  rude.say(publish_on("/map", R"({"from":"stranger"})"));
+  rude.say(published("/map", R"({"from":"stranger"})"));
   on.cycle();
   peer late{on};
   const texts heard = late.ask(subscribe("/map"));
@@ -333,18 +329,18 @@ TEST(core_shares, lets_no_peer_latch_more_than_its_share) {
   for (int i = 0; i < 16; ++i) {
     const std::string topic = "/g" + std::to_string(i);
     greedy.say(R"({"op":"advertise","topic":")" + topic + R"(","latch":true})");
-    greedy.say(publish_on(topic, R"({"n":1})"));
+    greedy.say(published(topic, R"({"n":1})"));
   }
   on.cycles(4);
   EXPECT_EQ(on.count(counter::not_latched), 14U); // of the eight, four are kept for others
   other.say(R"({"op":"advertise","topic":"/o","latch":true})");
-  other.say(publish_on("/o", R"({"n":1})"));
+  other.say(published("/o", R"({"n":1})"));
   on.cycles(2);
   EXPECT_EQ(on.count(counter::not_latched), 14U);
   // Nor does a value that is refused end what another one has there.
-  greedy.say(publish_on("/o", R"({"n":2})"));
+  greedy.say(published("/o", R"({"n":2})"));
   greedy.say(R"({"op":"advertise","topic":"/o","latch":true})");
-  greedy.say(publish_on("/o", R"({"n":3})"));
+  greedy.say(published("/o", R"({"n":3})"));
   on.cycles(2);
   EXPECT_EQ(on.count(counter::not_latched), 15U);
   peer late{on};
@@ -363,7 +359,7 @@ TEST(core_shares, keeps_some_of_each_pool_for_who_comes_last) {
       one.say(R"({"op":"advertise_service","service":")" + name + R"(","type":"a/B"})");
       one.say(R"({"op":"call_service","id":")" + n + R"(","service":"/never"})");
       one.say(R"({"op":"advertise","topic":")" + name + R"(","latch":true})");
-      one.say(publish_on(name, R"({"n":1})"));
+      one.say(published(name, R"({"n":1})"));
     }
     for (int i = 0; i < 8; ++i) // each spelling is a subscription
       one.say(subscribe("/g" + std::to_string(i / 2) + "_0"));
@@ -379,7 +375,7 @@ TEST(core_shares, keeps_some_of_each_pool_for_who_comes_last) {
   peer last{on};
   last.say(subscribe("/odom"));
   last.say(R"({"op":"advertise","topic":"/mine","latch":true})");
-  last.say(publish_on("/mine", R"({"n":1})"));
+  last.say(published("/mine", R"({"n":1})"));
   last.say(R"({"op":"advertise_service","service":"/mine","type":"a/B"})");
   last.say(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
   const texts heard = last.hear_after(4);
@@ -425,7 +421,7 @@ TEST(core_shares, finds_slots_beside_many_that_hold_the_same_messages) {
   peer feeds{on}, fine{on};
   std::size_t answered = 0;
   for (int i = 0; i < 200; ++i) {
-    for (int t = 0; t < topics; ++t) feeds.say(publish_on(name((t + i) % topics), "{}"));
+    for (int t = 0; t < topics; ++t) feeds.say(published(name((t + i) % topics), "{}"));
     fine.say(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
     answered += count_of(fine.hear_after(3), R"("result":true)");
   }
@@ -759,7 +755,7 @@ TEST(core_shares, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
   other.tell(subscribe("/t"));
   texts heard;
   for (int i = 0; i < 60; ++i) {
-    for (int k = 0; k < 5; ++k) flood.say(publish_on("/t", R"({"n":1})"));
+    for (int k = 0; k < 5; ++k) flood.say(published("/t", R"({"n":1})"));
     on.cycle(1us);
     hear_more(other, heard);
   }
@@ -776,7 +772,7 @@ TEST(core_shares, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
     (void)flood.hear();
     (void)other.hear();
   }
-  flood.tell(publish_on("/t", R"({"n":2})"), 2);
+  flood.tell(published("/t", R"({"n":2})"), 2);
   EXPECT_EQ(count_of(other.hear(), R"("n":2)"), 1U);
 }
 
