@@ -90,8 +90,8 @@ struct core_calls : core_test {
 
 TEST_F(core_calls, answers_a_call_of_rosbridge) {
   auto add = on.open<add_responder>(serve_add());
-  peer page{on};
-  page.tell(R"({"op":"call_service","id":"call_service:/add:1","service":"\/add","args":{"a":38,"b":4}})");
+  peer page = peer_saying(
+      on, R"({"op":"call_service","id":"call_service:/add:1","service":"\/add","args":{"a":38,"b":4}})");
   answer_one(add);
   EXPECT_EQ(page.hear_after(1),
             texts{R"({"op":"service_response","id":"call_service:/add:1","service":"/add","result":true,)"
@@ -127,10 +127,8 @@ TEST_F(core_calls, awaits_the_answer_of_a_handle_that_was_given_a_call_and_write
 }
 
 TEST_F(core_calls, awaits_nothing_of_a_handle_that_is_gone_or_was_not_given_the_call) {
-  auto& pair = on.offer(serve_add());
-  on.cycle();
-  peer page{on};
-  page.tell(R"({"op":"call_service","service":"/add","args":{"a":"1"}})");
+  auto& pair = on.offer_now(serve_add());
+  peer page = peer_saying(on, R"({"op":"call_service","service":"/add","args":{"a":"1"}})");
   EXPECT_FALSE(on.core.awaits_answer());
   page.say(R"({"op":"call_service","service":"/add","args":{"a":1,"b":1}})");
   pair.lifecycle.close();
@@ -141,8 +139,7 @@ TEST_F(core_calls, awaits_nothing_of_a_handle_that_is_gone_or_was_not_given_the_
 
 TEST_F(core_calls, finds_a_service_with_and_without_its_slash) {
   auto add = on.open<add_responder>(serve_add());
-  peer page{on};
-  page.tell(R"({"op":"call_service","service":"add","args":{"a":1,"b":1}})");
+  peer page = peer_saying(on, R"({"op":"call_service","service":"add","args":{"a":1,"b":1}})");
   answer_one(add);
   EXPECT_EQ(page.hear_after(1),
             texts{R"({"op":"service_response","service":"add","result":true,"values":{"sum":2}})"});
@@ -181,8 +178,7 @@ TEST_F(core_calls, refuses_at_once_what_nobody_provides) {
 
 TEST_F(core_calls, passes_a_refusal_on_with_its_diagnostic) {
   auto add = on.open<add_responder>(serve_add());
-  peer page{on};
-  page.tell(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
+  peer page = peer_saying(on, R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
   auto asked = add.try_next(on.now);
   ASSERT_TRUE(asked);
   EXPECT_TRUE(add.refuse(*asked, "the arm is out of reach", on.now));
@@ -192,12 +188,10 @@ TEST_F(core_calls, passes_a_refusal_on_with_its_diagnostic) {
 
 TEST_F(core_calls, refuses_for_a_responder_that_forgets_a_request) {
   auto add = on.open<add_responder>(serve_add());
-  peer page{on};
-  page.tell(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
+  peer page = peer_saying(on, R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
   ASSERT_TRUE(add.try_next(on.now)); // and lets go of it
-  const auto heard = page.hear_after(1);
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(has(heard[0], R"("result":false)"));
+  const std::string heard = only(page.hear_after(1));
+  EXPECT_TRUE(has(heard, R"("result":false)"));
 }
 
 TEST_F(core_calls, says_that_a_service_is_busy_when_its_places_are_taken) {
@@ -215,10 +209,9 @@ TEST_F(core_calls, says_that_a_service_is_busy_when_its_places_are_taken) {
     two.tell(R"({"op":"call_service","id":")" + std::string{id} +
              R"(","service":"/add","args":{"a":1,"b":1}})");
   }
-  const auto heard = two.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(has(heard[0], "busy"));
-  EXPECT_TRUE(has(heard[0], R"("id":"y")"));
+  const std::string heard = only(two.hear());
+  EXPECT_TRUE(has(heard, "busy"));
+  EXPECT_TRUE(has(heard, R"("id":"y")"));
   for (int i = 0; i < 4; ++i) answer_one(add);
   on.cycle();
   EXPECT_EQ(one.hear().size(), 3U);
@@ -260,8 +253,8 @@ TEST_F(core_calls, tells_a_responder_that_the_one_who_asked_is_gone) {
 
 TEST_F(core_calls, tells_an_asker_that_its_time_is_over_and_does_not_answer_twice) {
   auto add = on.open<add_responder>(serve_add());
-  peer page{on};
-  page.tell(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1},"timeout":0.05})");
+  peer page = peer_saying(
+      on, R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1},"timeout":0.05})");
   auto asked = add.try_next(on.now);
   ASSERT_TRUE(asked);
   ASSERT_EQ(page.hear_after(60).size(), 1U);
@@ -291,8 +284,7 @@ TEST_F(core_calls, gives_calls_that_nobody_serves_to_whoever_receives_in_one_for
 }
 
 TEST_F(core_calls, gives_a_lane_what_came_before_anybody_received) {
-  peer program{on};
-  program.tell(R"({"early":1})");
+  peer program = peer_saying(on, R"({"early":1})");
   auto pair = open_lane(on);
   const auto early = pair.try_receive(on.now);
   ASSERT_TRUE(early);
@@ -302,8 +294,7 @@ TEST_F(core_calls, gives_a_lane_what_came_before_anybody_received) {
 
 TEST_F(core_calls, takes_only_one_answer_to_a_call) {
   auto pair = open_lane(on);
-  peer program{on};
-  program.tell(R"({"service":"x","message_id":1})");
+  peer program = peer_saying(on, R"({"service":"x","message_id":1})");
   const auto asked = pair.try_receive(on.now);
   EXPECT_TRUE(pair.try_reply(*asked, "{}", on.now));
   (void)pair.try_reply(*asked, "{}", on.now); // whether the handle notices is its own test
@@ -341,8 +332,7 @@ struct replying : core_test {
 };
 
 TEST_F(replying, hears_that_it_was_sent) {
-  peer program{on};
-  program.tell(R"({"service":"x","message_id":1})");
+  peer program = peer_saying(on, R"({"service":"x","message_id":1})");
   const auto slot = reply(next_call(), R"({"done":true})");
   on.cycle();
   EXPECT_EQ(outcome(slot), "sent");
@@ -350,8 +340,7 @@ TEST_F(replying, hears_that_it_was_sent) {
 }
 
 TEST_F(replying, hears_that_the_caller_is_closing) {
-  peer program{on};
-  program.tell(R"({"service":"x","message_id":1})");
+  peer program = peer_saying(on, R"({"service":"x","message_id":1})");
   program.send(rowe::wire::opcode::close, "");
   const auto slot = reply(next_call(), R"({"done":true})");
   on.cycle();
@@ -375,8 +364,7 @@ TEST_F(replying, hears_that_its_time_to_live_is_over) {
 }
 
 TEST_F(replying, hears_that_its_time_to_live_was_over_before_it_was_looked_at) {
-  peer program{on};
-  program.tell(R"({"service":"x","message_id":1})");
+  peer program = peer_saying(on, R"({"service":"x","message_id":1})");
   const auto slot = reply(next_call(), R"({"done":true})", 5ms);
   on.cycle(10ms);
   EXPECT_EQ(outcome(slot), "expired");
@@ -386,8 +374,7 @@ TEST_F(replying, hears_that_its_time_to_live_was_over_before_it_was_looked_at) {
 }
 
 TEST_F(replying, hears_that_there_was_no_room_and_may_try_again) {
-  peer program{on};
-  program.tell(R"({"service":"x","message_id":1})");
+  peer program = peer_saying(on, R"({"service":"x","message_id":1})");
   on.net.link_of(program.id()).capacity_bytes = 0;
   for (int i = 0; i < 70; ++i) program.say(R"({"op":"nonsense"})"); // each is answered, and 64 answers wait
   on.cycle();
@@ -409,14 +396,12 @@ TEST_F(replying, hears_that_there_was_no_room_and_may_try_again) {
 
 TEST_F(core_calls, asks_the_peer_that_advertised_a_service) {
   auto add = on.open<add_caller>(call_add());
-  peer page{on};
-  page.tell(R"({"op":"advertise_service","service":"/add","type":"test/Add"})");
+  peer page = peer_saying(on, R"({"op":"advertise_service","service":"/add","type":"test/Add"})");
   const auto call = add.start({38, 4}, 1s, on.now);
   ASSERT_TRUE(call);
-  const auto heard = page.hear_after(1);
-  ASSERT_EQ(heard.size(), 1U);
-  const std::string id = member(heard[0], "id");
-  EXPECT_EQ(heard[0], R"({"op":"call_service","id":")" + id + R"(","service":"/add","args":{"a":38,"b":4}})");
+  const std::string heard = only(page.hear_after(1));
+  const std::string id = member(heard, "id");
+  EXPECT_EQ(heard, R"({"op":"call_service","id":")" + id + R"(","service":"/add","args":{"a":38,"b":4}})");
   page.tell(R"({"op":"service_response","id":")" + id +
             R"(","service":"/add","values":{"sum":42},"result":true})");
   const auto end = add.try_finish();
@@ -454,8 +439,7 @@ TEST_F(core_calls, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
   on.cycle();
   EXPECT_EQ(add.try_finish()->reply.code(), errc::no_service);
 
-  peer page{on};
-  page.tell(R"({"op":"advertise_service","service":"/add"})");
+  peer page = peer_saying(on, R"({"op":"advertise_service","service":"/add"})");
   EXPECT_TRUE(add.start({1, 1}, 50ms, on.now));
   on.cycles(60);
   const auto timed_out = add.try_finish();
@@ -694,11 +678,10 @@ TEST_F(core_calls_client, asks_its_server_by_rosbridge_and_waits_for_it) {
   ASSERT_TRUE(add.start({38, 4}, 5s, on.now));
   on.cycles(10);
   peer server{on, rowe::service::side::client};
-  const auto heard = server.hear_after(2);
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(has(heard[0], R"("op":"call_service")"));
+  const std::string heard = only(server.hear_after(2));
+  EXPECT_TRUE(has(heard, R"("op":"call_service")"));
   server.tell(R"({"op":"service_response","service":"\/add","values":{"sum":42},"result":true,"id":")" +
-              member(heard[0], "id") + R"("})");
+              member(heard, "id") + R"("})");
   const auto end = add.try_finish();
   ASSERT_TRUE(end && end->reply);
   EXPECT_EQ(end->reply->sum, 42);

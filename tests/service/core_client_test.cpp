@@ -52,8 +52,7 @@ TEST_F(core_client, announces_its_handles_when_it_is_connected_and_masks_its_fra
 }
 
 TEST_F(core_client, tells_its_handles_the_statistics_of_its_server_and_never_its_own) {
-  auto& seen = on.offer(pair_kind::subscribe_text, "/rowe/stats", 4000);
-  on.cycle();
+  auto& seen = on.offer_now(pair_kind::subscribe_text, "/rowe/stats", 4000);
   peer server{on, side::client};
   EXPECT_EQ(server.hear_after(300).size(), 1U); // that it subscribes
   EXPECT_EQ(take_all(seen), texts{});
@@ -86,8 +85,7 @@ TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_th
 }
 
 TEST_F(core_client, publishes_to_the_server_without_being_asked) {
-  auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "/out", 100);
   peer server{on, side::client};
   (void)server.hear_after(1);
   for (const char* text : {"{\"n\":1}", "{\"n\":2}", "{\"n\":3}"}) ASSERT_TRUE(publish_text(on, pair, text));
@@ -98,8 +96,7 @@ TEST_F(core_client, publishes_to_the_server_without_being_asked) {
 }
 
 TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it) {
-  auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "/out", 100);
   peer server{on, side::client};
   (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 5;
@@ -112,8 +109,7 @@ TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it)
 }
 
 TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
-  auto& inbox = on.offer(pair_kind::subscribe_text, "/in", 100);
-  on.cycle();
+  auto& inbox = on.offer_now(pair_kind::subscribe_text, "/in", 100);
   peer server{on, side::client};
   server.tell(R"({"op":"publish","topic":"\/in","msg":{"data":0.1}})", 2);
   const auto slot = inbox.user.in.ring->try_pop();
@@ -124,8 +120,7 @@ TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
 }
 
 TEST_F(core_client, leaves_in_the_queue_pair_what_the_server_does_not_read_so_that_its_publisher_is_told) {
-  auto& pair = on.offer(pair_kind::publish_text, "/out", 100, {.depth = 32});
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "/out", 100, {.depth = 32});
   peer server{on, side::client};
   (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 0;
@@ -143,8 +138,7 @@ TEST_F(core_client, leaves_in_the_queue_pair_what_the_server_does_not_read_so_th
 }
 
 TEST_F(core_client, counts_what_a_subscriber_does_not_take_and_what_does_not_fit) {
-  on.offer(pair_kind::subscribe_text, "/in", 10, {.depth = 2});
-  on.cycle();
+  on.offer_now(pair_kind::subscribe_text, "/in", 10, {.depth = 2});
   peer server{on, side::client};
   for (int i = 0; i < 5; ++i) server.say(R"({"op":"publish","topic":"/in","msg":{"d":1}})");
   server.say(R"({"op":"publish","topic":"/in","msg":{"data":"too long for it"}})");
@@ -184,8 +178,7 @@ TEST_F(core_client, reports_why_its_server_has_closed_on_a_message_that_was_too_
 }
 
 TEST_F(core_client, starts_afresh_after_a_lost_connection) {
-  auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "/out", 100);
   peer server{on, side::client};
   (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 3;

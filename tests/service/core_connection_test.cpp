@@ -72,8 +72,7 @@ TEST_F(core_test, writes_what_it_has_answered_before_it_answers_a_close) {
 
 TEST_F(core_test, writes_nothing_after_its_close_frame) {
   auto& pair = advertise_pose(on);
-  peer p{on};
-  p.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer p = subscriber(on, "/pose");
   ASSERT_TRUE(publish(on, pair, {1, 0}));
   p.send(rowe::wire::opcode::close, "");
   EXPECT_TRUE(p.hear_after(2).empty());
@@ -159,8 +158,7 @@ TEST_F(core_test, cuts_a_peer_that_does_not_finish_its_message_though_it_goes_on
 
 TEST_F(core_test, gives_everything_back_when_a_peer_vanishes_in_the_middle_of_a_frame) {
   auto& pair = advertise_pose(on);
-  peer p{on};
-  p.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer p = subscriber(on, "/pose");
   on.net.link_of(p.id()).capacity_bytes = 10;
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
@@ -183,8 +181,7 @@ TEST_F(core_test, understands_messages_however_their_bytes_arrive) {
 
 TEST_F(core_test, continues_a_frame_where_the_socket_stopped_taking_it) {
   auto& pair = advertise_pose(on);
-  peer p{on};
-  p.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer p = subscriber(on, "/pose");
   on.net.link_of(p.id()).capacity_bytes = 3;
   texts heard;
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
@@ -228,8 +225,7 @@ TEST_F(core_test, publishes_its_statistics_at_their_period_while_somebody_listen
 
 TEST_F(core_test, counts_rates_from_the_time_somebody_listens_to_them) {
   auto& pair = advertise_pose(on);
-  peer p{on};
-  p.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer p = subscriber(on, "/pose");
   for (int i = 0; i < 500; ++i) {
     ASSERT_TRUE(publish(on, pair, {1, 0}));
     (void)p.hear_after(1);
@@ -316,16 +312,14 @@ TEST_F(core_test, tells_its_own_process_statistics_that_it_subscribes_to) {
 }
 
 TEST_F(core_test, has_nothing_to_wake_for_without_peers) {
-  advertise_pose(on);
-  on.cycle();
+  advertise_pose_now(on);
   EXPECT_EQ(on.next_wake, rowe::rt::never);
   EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
 }
 
 TEST_F(core_test, must_look_at_lanes_while_somebody_listens) {
   advertise_pose(on);
-  peer p{on};
-  p.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer p = subscriber(on, "/pose");
   EXPECT_EQ(on.core.idle_time_max(1ms), 1ms);
   p.leave();
   on.cycles(2);

@@ -82,8 +82,7 @@ TEST_F(plain_messages, lets_a_message_wait_for_a_peer) {
   const auto slot = send(R"({"a":1})", 5s);
   on.cycles(1000, 1ms);
   EXPECT_EQ(outcome(slot), "waits");
-  peer late{on};
-  late.tell("{}", 2);
+  peer late = peer_saying(on, "{}", 2);
   EXPECT_EQ(outcome(slot), "sent");
   EXPECT_EQ(late.hear(), texts{R"({"ttl_ms":3999,"a":1})"});
 }
@@ -101,8 +100,7 @@ TEST_F(plain_messages, does_not_let_a_message_wait_whose_time_to_live_is_nothing
   const auto slot = send(R"({"a":1})", 0ns);
   on.cycle();
   EXPECT_EQ(outcome(slot), "expired");
-  peer there{on};
-  there.tell("{}");
+  peer there = peer_saying(on, "{}");
   const auto now = send(R"({"a":2})", 0ns);
   on.cycle();
   EXPECT_EQ(outcome(now), "sent");
@@ -110,8 +108,7 @@ TEST_F(plain_messages, does_not_let_a_message_wait_whose_time_to_live_is_nothing
 }
 
 TEST_F(plain_messages, does_not_send_behind_a_blocked_socket_what_must_go_now) {
-  peer there{on};
-  there.tell("{}");
+  peer there = peer_saying(on, "{}");
   on.net.link_of(there.id()).capacity_bytes = 0;
   const auto slot = send(R"({"a":1})", 0ns);
   on.cycles(3);
@@ -121,8 +118,7 @@ TEST_F(plain_messages, does_not_send_behind_a_blocked_socket_what_must_go_now) {
 }
 
 TEST_F(plain_messages, checks_the_time_when_it_writes) {
-  peer there{on};
-  there.tell("{}");
+  peer there = peer_saying(on, "{}");
   on.net.link_of(there.id()).capacity_bytes = 0;
   const auto expired = send(R"({"a":1})", 50ms);
   const auto alive = send(R"({"a":2})", 500ms);
@@ -135,23 +131,20 @@ TEST_F(plain_messages, checks_the_time_when_it_writes) {
 }
 
 TEST_F(plain_messages, keeps_the_order_of_one_sender) {
-  peer there{on};
-  there.tell("{}");
+  peer there = peer_saying(on, "{}");
   for (int i = 0; i < 4; ++i) send(R"({"a":)" + std::to_string(i) + "}", -1ns, false);
   EXPECT_EQ(there.hear_after(2), (texts{R"({"a":0})", R"({"a":1})", R"({"a":2})", R"({"a":3})"}));
 }
 
 TEST_F(plain_messages, sends_to_the_next_peer_what_the_last_one_was_not_given) {
-  peer first{on};
-  first.tell("{}");
+  peer first = peer_saying(on, "{}");
   on.net.link_of(first.id()).capacity_bytes = 5; // the message begins, and does not end
   const auto slot = send(R"({"a":1})", 5s);
   on.cycle();
   first.leave(rowe::service::close_cause::reset);
   on.cycles(2);
   EXPECT_EQ(outcome(slot), "waits");
-  peer second{on};
-  second.tell("{}", 2);
+  peer second = peer_saying(on, "{}", 2);
   EXPECT_EQ(outcome(slot), "sent");
   EXPECT_EQ(second.hear(), texts{R"({"ttl_ms":4996,"a":1})"});
 }
@@ -177,13 +170,11 @@ TEST_F(plain_messages, gives_more_waiting_messages_than_a_queue_holds_in_their_o
 }
 
 TEST_F(plain_messages, gives_what_one_peer_left_without_to_another_that_is_there) {
-  peer first{on};
-  first.tell("{}");
+  peer first = peer_saying(on, "{}");
   on.net.link_of(first.id()).capacity_bytes = 0;
   const auto slot = send(R"({"a":1})");
   on.cycle();
-  peer second{on};
-  second.tell("{}");
+  peer second = peer_saying(on, "{}");
   first.leave();
   on.cycles(2);
   EXPECT_EQ(outcome(slot), "sent");
@@ -210,8 +201,7 @@ TEST_F(plain_messages, keeps_a_message_where_it_is_while_no_peer_has_room) {
 }
 
 TEST_F(plain_messages, tells_a_sender_that_the_one_it_meant_is_gone) {
-  peer one{on};
-  one.tell("{}");
+  peer one = peer_saying(on, "{}");
   const rowe::detail::peer_ref to{one.id().index, one.id().generation};
   on.net.link_of(one.id()).capacity_bytes = 0;
   const auto queued = send(R"({"a":1})", 5s, true, to);
@@ -233,8 +223,7 @@ TEST_F(plain_messages, leaves_slots_to_topics_however_many_messages_wait_for_a_p
   const std::uint32_t slots = on.options.limits.small_slots;
   const std::uint32_t for_messages = slots - slots / 4 - on.options.limits.connections_max;
   EXPECT_EQ(on.core.slots_in_use(), for_messages);
-  peer late{on};
-  late.tell("{}", 40);
+  peer late = peer_saying(on, "{}", 40);
   EXPECT_EQ(late.hear().size(), for_messages + on.options.limits.door_slots / 2);
 }
 
@@ -247,8 +236,7 @@ TEST_F(plain_messages, tells_whoever_waits_that_the_endpoint_is_closing) {
 }
 
 TEST_F(plain_messages, waits_in_its_lane_when_the_only_peer_does_not_read) {
-  peer slow{on};
-  slow.tell("{}");
+  peer slow = peer_saying(on, "{}");
   on.net.link_of(slow.id()).capacity_bytes = 0;
   int accepted = 0;
   for (int i = 0; i < 100; ++i) {

@@ -109,16 +109,14 @@ TEST_F(encodings, relay_every_digit) {
 }
 
 TEST_F(encodings, raw_has_the_time_and_ros_bytes) {
-  auto& pair = advertise_pose(on);
-  on.cycle();
+  auto& pair = advertise_pose_now(on);
   peer raw = subscriber("cbor-raw");
   EXPECT_EQ(raw.hear(), texts{}) << "nothing to warn of";
   ASSERT_TRUE(publish_now(on, pair, {1, -2}));
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(on.now.time_since_epoch()).count();
   const auto nanoseconds = (on.now - 1ms).time_since_epoch().count() % 1'000'000'000;
-  const auto heard = raw.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  const std::string_view bytes = heard[0];
+  const std::string heard = only(raw.hear());
+  const std::string_view bytes = heard;
   const std::size_t at = bytes.find("bytes");
   ASSERT_NE(at, std::string_view::npos);
   EXPECT_EQ(bytes.substr(at + 5, 5), std::string_view("\x5a\0\0\0\x10", 5));
@@ -146,8 +144,7 @@ TEST_F(encodings, raw_warns_where_there_is_no_type) {
 }
 
 TEST_F(encodings, are_those_of_latched_values_too) {
-  auto& pair = advertise_pose(on, {.latched = true});
-  on.cycle();
+  auto& pair = advertise_pose_now(on, {.latched = true});
   ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   peer cbor = subscriber("cbor");
   peer png = subscriber("png", "pose");
@@ -204,8 +201,7 @@ TEST_F(encodings, expire_as_any_message) {
 }
 
 TEST_F(encodings, are_those_of_the_stops_state) {
-  on.offer({.kind = rowe::detail::pair_kind::stop_latch, .name = "loop"});
-  on.cycle();
+  on.offer_now({.kind = rowe::detail::pair_kind::stop_latch, .name = "loop"});
   peer cbor = subscriber("cbor", "/rowe/stop/state");
   peer png = subscriber("png", "rowe/stop/state");
   on.cycles(300);
@@ -220,17 +216,15 @@ TEST_F(encodings, are_those_of_the_stops_state) {
 }
 
 TEST_F(encodings, are_not_asked_for_by_calls) {
-  peer p{on};
-  p.tell(R"({"op":"call_service","id":"c","service":"/rosapi/topics","compression":"cbor"})", 2);
-  const texts heard = p.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(heard[0].starts_with(R"({"op":"service_response")")) << heard[0];
+  peer p =
+      peer_saying(on, R"({"op":"call_service","id":"c","service":"/rosapi/topics","compression":"cbor"})", 2);
+  const std::string heard = only(p.hear());
+  EXPECT_TRUE(heard.starts_with(R"({"op":"service_response")")) << heard;
 }
 
 TEST_F(encodings, throttle_and_queues_hold_for_all) {
   auto& pair = advertise_pose(on);
-  peer p{on};
-  p.tell(R"({"op":"subscribe","topic":"/pose","compression":"cbor","throttle_rate":100})");
+  peer p = peer_saying(on, R"({"op":"subscribe","topic":"/pose","compression":"cbor","throttle_rate":100})");
   for (int i = 0; i < 50; ++i) {
     ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   }

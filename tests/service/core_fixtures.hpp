@@ -30,6 +30,12 @@ inline rowe::detail::queue_pair& advertise_pose(core_harness& on, rowe::topic_op
                   "test/Pose");
 }
 
+inline rowe::detail::queue_pair& advertise_pose_now(core_harness& on, rowe::topic_options how = {}) {
+  rowe::detail::queue_pair& made = advertise_pose(on, how);
+  on.cycle();
+  return made;
+}
+
 // A lane with so many slots of so many bytes each way.
 inline rowe::detail::pair_request lane_request(std::uint32_t depth, std::size_t bytes, bool receives = true) {
   return {.kind = rowe::detail::pair_kind::talk,
@@ -81,6 +87,14 @@ inline texts take_all(rowe::detail::queue_pair& pair) {
   return all;
 }
 
+// The one text that was heard.
+inline std::string only(const texts& heard) {
+  std::string all;
+  for (const std::string& one : heard) all += one + '\n';
+  EXPECT_EQ(heard.size(), 1U) << all;
+  return heard.size() == 1 ? heard[0] : "";
+}
+
 // Whether a text has this part; what is there instead if not.
 inline testing::AssertionResult has(std::string_view text, std::string_view part) {
   const bool found = text.find(part) != text.npos;
@@ -112,6 +126,16 @@ inline std::string four(std::uint32_t number) {
   std::string bytes;
   for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
   return bytes;
+}
+
+// A peer that has said this.
+inline peer peer_saying(core_harness& on, std::string_view text, int cycles = 1) {
+  peer made{on};
+  made.tell(text, cycles);
+  return made;
+}
+inline peer subscriber(core_harness& on, std::string_view topic) {
+  return peer_saying(on, R"({"op":"subscribe","topic":")" + std::string{topic} + "\"}");
 }
 
 // What a peer hears of a pose at (x, 0).

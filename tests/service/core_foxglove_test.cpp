@@ -83,8 +83,7 @@ std::string subscribe_to(std::uint32_t id, std::uint32_t channel) {
 }
 
 TEST_F(core_foxglove, is_told_who_we_are_and_what_there_is) {
-  advertise_pose(on);
-  on.cycle();
+  advertise_pose_now(on);
   for (const std::string_view name : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
     client p{on, name};
     ASSERT_GE(p.greeting.size(), 3U);
@@ -111,8 +110,7 @@ TEST_F(core_foxglove, is_told_what_the_endpoints_own_topics_and_services_look_li
 }
 
 TEST_F(core_foxglove, is_told_of_a_topic_anew_when_its_schema_comes) {
-  peer other{on};
-  other.tell(R"({"op":"subscribe","topic":"/pose","type":"test/Pose"})");
+  peer other = peer_saying(on, R"({"op":"subscribe","topic":"/pose","type":"test/Pose"})");
   client p{on};
   const std::uint32_t before = p.topic("/pose");
   advertise_pose(on);
@@ -125,8 +123,7 @@ TEST_F(core_foxglove, is_told_of_a_topic_anew_when_its_schema_comes) {
 }
 
 TEST_F(core_foxglove, gets_messages_behind_its_own_number_and_the_wall_clocks_time) {
-  auto& pose_pair = advertise_pose(on);
-  on.cycle();
+  auto& pose_pair = advertise_pose_now(on);
   client p{on};
   EXPECT_EQ(say(p, subscribe_to(7, p.topic("/pose"))), texts{});
   const auto ns = static_cast<std::uint64_t>(rowe::rt::nanoseconds_of(on.now)); // the offset is 0 here
@@ -140,8 +137,7 @@ TEST_F(core_foxglove, gets_messages_behind_its_own_number_and_the_wall_clocks_ti
 }
 
 TEST_F(core_foxglove, is_told_the_time_by_which_messages_are_stamped) {
-  auto& pose_pair = advertise_pose(on);
-  on.cycle();
+  auto& pose_pair = advertise_pose_now(on);
   client one{on};
   client idle{on};
   one.tell(R"({"op":"subscribe","subscriptions":[{"id":5,"channelId":)" + std::to_string(one.topic("/pose")) +
@@ -159,10 +155,9 @@ TEST_F(core_foxglove, is_told_the_time_by_which_messages_are_stamped) {
   EXPECT_NEAR(static_cast<double>(one.times.size()), 60, 8);
   EXPECT_NEAR(static_cast<double>(idle.times.size()), 4, 1);
   ASSERT_TRUE(publish(on, pose_pair, {1, 2}));
-  const texts heard = one.hear_after(1);
-  ASSERT_EQ(heard.size(), 1U);
+  const std::string heard = only(one.hear_after(1));
   std::int64_t stamp = 0;
-  std::memcpy(&stamp, heard[0].data() + 5, sizeof stamp);
+  std::memcpy(&stamp, heard.data() + 5, sizeof stamp);
   EXPECT_GE(stamp, one.times.back()) << "it is the same clock";
   EXPECT_LT(stamp - one.times.back(), 20'000'000);
   on.net.link_of(one.id()).capacity_bytes = 0;
@@ -264,8 +259,7 @@ TEST_F(core_foxglove, is_told_what_is_not_offered_and_stays) {
 
 // One that reads nothing loses its own, and nobody else anything.
 TEST_F(core_foxglove, that_does_not_read_stays_connected_while_others_get_all) {
-  auto& pose_pair = advertise_pose(on);
-  on.cycle();
+  auto& pose_pair = advertise_pose_now(on);
   client slow{on};
   client quick{on};
   say(slow, subscribe_to(1, slow.topic("/pose")));

@@ -18,9 +18,8 @@ struct foxglove_times : core_test {
   foxglove_times() : core_test{hub_options()} {}
 
   rowe::detail::queue_pair& advertise(rowe::topic_options how = {}) {
-    auto& made = on.offer(rowe::detail::pair_kind::publish_value, "/stamped", sizeof(header), how,
-                          &rowe::describe<header>(), "std_msgs/Header");
-    on.cycle();
+    auto& made = on.offer_now(rowe::detail::pair_kind::publish_value, "/stamped", sizeof(header), how,
+                              &rowe::describe<header>(), "std_msgs/Header");
     return made;
   }
   void publish_header(rowe::detail::queue_pair& pair) {
@@ -100,9 +99,8 @@ TEST_F(foxglove_times, that_a_peer_publishes_are_in_the_same_form) {
 }
 
 TEST_F(foxglove_times, that_a_client_publishes_are_read_by_a_handle_in_each_form) {
-  auto& inbox = on.offer(rowe::detail::pair_kind::subscribe_value, "/stamped", sizeof(header), {},
-                         &rowe::describe<header>(), "std_msgs/Header");
-  on.cycle();
+  auto& inbox = on.offer_now(rowe::detail::pair_kind::subscribe_value, "/stamped", sizeof(header), {},
+                             &rowe::describe<header>(), "std_msgs/Header");
   rowe::subscriber<header> handle{core_harness::handle_of(inbox)};
   (void)greet(first);
   first.say(R"({"op":"advertise","channels":[{"id":1,"topic":"/stamped","encoding":"json",)"

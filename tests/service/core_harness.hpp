@@ -217,15 +217,28 @@ class core_harness_over {
     return offer(asked);
   }
 
+  // Offers one that is active from the next cycle on, which this is.
+  rowe::detail::queue_pair& offer_now(const rowe::detail::pair_request& asked) {
+    rowe::detail::queue_pair& made = offer(asked);
+    cycle();
+    return made;
+  }
+  rowe::detail::queue_pair& offer_now(rowe::detail::pair_kind kind, std::string_view topic,
+                                      std::size_t value_bytes, const rowe::topic_options& how = {},
+                                      const rowe::schema_description* schema = nullptr,
+                                      std::string_view type = {}) {
+    rowe::detail::queue_pair& made = offer(kind, topic, value_bytes, how, schema, type);
+    cycle();
+    return made;
+  }
+
   // What a handle on it is made of. Such a handle does not give the queue pair back: close its lifecycle for
   // that.
   static rowe::detail::pair_handle handle_of(rowe::detail::queue_pair& on) { return {nullptr, on}; }
   // Such a handle, on a queue pair that is active from now on.
   template <class Handle>
   Handle open(const rowe::detail::pair_request& asked) {
-    rowe::detail::queue_pair& pair = offer(asked);
-    cycle();
-    return Handle{handle_of(pair)};
+    return Handle{handle_of(offer_now(asked))};
   }
 
   rowe::endpoint_options options;

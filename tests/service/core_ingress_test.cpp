@@ -679,8 +679,7 @@ TEST_F(receiver_shares, keeps_a_place_for_who_comes_last) {
   const std::size_t theirs = taken().size(); // all are given back
   EXPECT_GE(theirs, 12U);
   for (int k = 0; k < 3; ++k) on.cycle(); // and they have taken as much again
-  peer last{on};
-  last.tell(message_of('l'), 2);
+  peer last = peer_saying(on, message_of('l'), 2);
   EXPECT_NE(taken().find('l'), std::string::npos);
 }
 
@@ -701,8 +700,7 @@ TEST(shared_inbox_shares, keep_a_place_for_who_comes_last) {
     for (int k = 0; k < 100; ++k) greedy.back()->say(receiver_shares::message_of('g'));
     on.cycles(3);
   }
-  peer last{on};
-  last.tell(receiver_shares::message_of('l'), 3);
+  peer last = peer_saying(on, receiver_shares::message_of('l'), 3);
   EXPECT_NE(taken().find('l'), std::string::npos);
 }
 

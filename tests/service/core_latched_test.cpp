@@ -46,8 +46,7 @@ struct latched : ::testing::Test {
 };
 
 TEST_F(latched, topics_have_one_value_of_each_publisher) {
-  auto& own = on.offer(pair_kind::publish_text, "/map", 200, {.latched = true, .shared = true});
-  on.cycle();
+  auto& own = on.offer_now(pair_kind::publish_text, "/map", 200, {.latched = true, .shared = true});
   peer a{on}, b{on};
   latch(a, "/map", value("a"));
   latch(b, "/map", value("b"));
@@ -93,8 +92,7 @@ TEST_F(latched, values_all_reach_a_late_subscriber_beside_newer_messages) {
 
 // Of who may publish, and not advertise, too.
 TEST_F(latched, values_go_with_the_type_that_a_handle_replaces) {
-  peer a{on};
-  a.tell(R"({"op":"publish","topic":"/x","type":"a/A","latch":true,"msg":{"x":1}})", 2);
+  peer a = peer_saying(on, R"({"op":"publish","topic":"/x","type":"a/A","latch":true,"msg":{"x":1}})", 2);
   on.offer(pair_kind::publish_text, "/x", 200, {.shared = true}, nullptr, "b/B");
   on.cycles(2);
   peer reader{on};

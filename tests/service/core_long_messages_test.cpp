@@ -42,8 +42,7 @@ TEST_F(long_messages_test, reach_the_subscribers_of_every_codec_unchanged) {
 
 TEST_F(long_messages_test, go_between_other_messages_of_their_publisher_in_their_order) {
   peer robot{on};
-  peer browser{on};
-  browser.tell(R"({"op":"subscribe","topic":"/map"})");
+  peer browser = subscriber(on, "/map");
   texts expected;
   for (int i = 0; i < 5; ++i) {
     expected.push_back(published("/map", map_of(i % 2 == 0 ? 20'000 : 100, i)));
@@ -153,10 +152,9 @@ TEST_F(refused_long_messages_test, fail_the_calls_that_they_answer) {
   peer caller{on};
   on.cycle();
   caller.tell(R"({"op":"call_service","id":"c1","service":"/map"})", 2);
-  const texts asked = provider.hear();
-  ASSERT_EQ(asked.size(), 1U);
-  const std::size_t at = asked[0].find(R"("id":)") + 5;
-  const std::string id = asked[0].substr(at, asked[0].find_first_of(",}", at) - at);
+  const std::string asked = only(provider.hear());
+  const std::size_t at = asked.find(R"("id":)") + 5;
+  const std::string id = asked.substr(at, asked.find_first_of(",}", at) - at);
   const std::string heard =
       answer_to(provider, R"({"op":"service_response","id":)" + id + R"(,"service":"/map","x":")" +
                               std::string(9'000, 'x') + R"(","values":)" + map_of(20'000) + "}");
@@ -204,10 +202,7 @@ TEST_F(refused_long_messages_test, name_the_topic_and_the_id_where_there_was_no_
 }
 
 struct long_stops_test : refused_long_messages_test {
-  long_stops_test() {
-    on.offer(rowe::detail::latch_request({.name = "loop"}));
-    on.cycle();
-  }
+  long_stops_test() { on.offer_now(rowe::detail::latch_request({.name = "loop"})); }
   void expect_stop_by(peer& by, const std::string& text, bool binary = false) {
     const auto before = on.count(rowe::service::counter::stops);
     by.send(binary ? rowe::wire::opcode::binary : rowe::wire::opcode::text, text);
@@ -339,8 +334,7 @@ TEST_F(long_messages_test, that_never_end_keep_out_nobody_for_long) {
   }
   for (int i = 0; i < 60; ++i) on.cycle(20ms);
   peer robot{on};
-  peer browser{on};
-  browser.tell(R"({"op":"subscribe","topic":"/map"})");
+  peer browser = subscriber(on, "/map");
   robot.say(published("/map", map_of(60'000)));
   EXPECT_EQ(browser.hear_during(100).size(), 1U);
 }
@@ -387,18 +381,16 @@ TEST_F(few_long_messages_test, for_which_there_is_no_room_are_counted_and_told) 
   on.cycle();
   peer second{on};
   second.say(published("/map", map_of(60'000)));
-  const texts told = second.hear_during(100);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_TRUE(has(told[0], "60"));
-  EXPECT_TRUE(has(told[0], "send it again later"));
+  const std::string told = only(second.hear_during(100));
+  EXPECT_TRUE(has(told, "60"));
+  EXPECT_TRUE(has(told, "send it again later"));
   EXPECT_EQ(on.count(rowe::service::counter::no_chunks), 1U);
 }
 
 TEST_F(long_messages_test, give_back_all_chunks) {
   {
     peer robot{on};
-    peer browser{on};
-    browser.tell(R"({"op":"subscribe","topic":"/map"})");
+    peer browser = subscriber(on, "/map");
     for (int i = 0; i < 30; ++i) {
       robot.say(published("/map", map_of(50'000, i)));
       (void)browser.hear_during(20);

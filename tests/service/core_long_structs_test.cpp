@@ -104,8 +104,7 @@ TEST_F(long_structs, reach_subscribers_of_every_codec_in_order_with_short_ones) 
 
 TEST_F(long_structs, are_encoded_some_of_them_in_a_cycle) {
   auto& pair = advertise();
-  peer browser{on};
-  browser.tell(R"({"op":"subscribe","topic":"/scan"})");
+  peer browser = subscriber(on, "/scan");
   const auto value = scan_of(1, 4000);
   const std::size_t least = text_of(*value).size() / rowe::service::long_encode_bytes;
   publish(pair, *value);
@@ -140,8 +139,7 @@ TEST_F(long_structs, cost_nothing_where_nobody_listens) {
 
 TEST_F(long_structs, that_are_too_long_are_counted_and_those_behind_them_go_on) {
   auto& pair = advertise();
-  peer browser{on};
-  browser.tell(R"({"op":"subscribe","topic":"/scan"})");
+  peer browser = subscriber(on, "/scan");
   const auto fits = scan_of(2, 3);
   publish(pair, *scan_of(1, 6000)); // some 120 kB
   publish(pair, *fits);
@@ -151,8 +149,7 @@ TEST_F(long_structs, that_are_too_long_are_counted_and_those_behind_them_go_on) 
 
 TEST_F(long_structs, that_are_too_long_are_told_to_the_program_once_a_second) {
   auto& pair = advertise();
-  peer browser{on};
-  browser.tell(R"({"op":"subscribe","topic":"/scan"})");
+  peer browser = subscriber(on, "/scan");
   const auto told = [&] {
     int count = 0;
     while (const auto one = on.shared.try_event()) {

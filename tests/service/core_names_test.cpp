@@ -79,8 +79,7 @@ TEST_F(core_names, sends_each_peer_the_name_it_subscribed_by_out_of_one_slot) {
 TEST_F(core_names, continues_a_frame_without_the_slash_wherever_the_socket_stopped_taking_it) {
   auto& pair = advertise_pose(on);
   for (std::size_t bytes = 1; bytes < 80; ++bytes) {
-    peer p{on};
-    p.tell(R"({"op":"subscribe","topic":"pose"})");
+    peer p = subscriber(on, "pose");
     ASSERT_TRUE(publish(on, pair, {1, 0}));
     ASSERT_TRUE(publish(on, pair, {2, 0}));
     EXPECT_EQ(read_slowly(p, bytes), (texts{unslashed(1), unslashed(2)})) << bytes;
@@ -91,8 +90,7 @@ TEST_F(core_names, continues_a_frame_without_the_slash_wherever_the_socket_stopp
 }
 
 TEST_F(core_names, sends_a_frame_of_every_length_without_the_slash) {
-  auto& pair = on.offer(pair_kind::publish_text, "/t", 4096);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "/t", 4096);
   peer p{on}, usual{on};
   p.say(R"({"op":"subscribe","topic":"t"})");
   usual.say(R"({"op":"subscribe","topic":"/t"})");
@@ -136,8 +134,7 @@ TEST_F(core_names, unsubscribes_by_the_other_name_where_there_is_but_one) {
 }
 
 TEST_F(core_names, keeps_the_last_value_for_late_subscribers_by_either_name) {
-  auto& pair = advertise_pose(on, {.latched = true});
-  on.cycle();
+  auto& pair = advertise_pose_now(on, {.latched = true});
   ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   peer late{on};
   EXPECT_EQ(late.ask(R"({"op":"subscribe","topic":"pose"})"), texts{unslashed(1)});
@@ -185,21 +182,17 @@ TEST_F(core_names, takes_one_advertisement_for_both_names) {
 }
 
 TEST_F(core_names, lets_a_handle_share_a_topic_whose_type_is_spelt_the_other_way) {
-  peer p{on};
-  p.tell(R"({"op":"advertise","topic":"cmd_vel","type":"geometry_msgs/msg/Twist"})");
-  auto& pair = on.offer(pair_kind::subscribe_value, "/cmd_vel", sizeof(rowe::ros::twist), {},
-                        &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
-  on.cycle();
+  peer p = peer_saying(on, R"({"op":"advertise","topic":"cmd_vel","type":"geometry_msgs/msg/Twist"})");
+  auto& pair = on.offer_now(pair_kind::subscribe_value, "/cmd_vel", sizeof(rowe::ros::twist), {},
+                            &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
   EXPECT_EQ(pair.lifecycle.look(), pair_phase::active);
 }
 
 TEST_F(core_names, says_which_types_met_when_a_handle_is_refused) {
-  on.offer(pair_kind::publish_text, "/cmd_vel", 100, {}, nullptr, "std_msgs/msg/String");
-  on.cycle();
+  on.offer_now(pair_kind::publish_text, "/cmd_vel", 100, {}, nullptr, "std_msgs/msg/String");
   while (on.shared.try_event()) continue;
-  auto& pair = on.offer(pair_kind::subscribe_value, "cmd_vel", sizeof(rowe::ros::twist), {},
-                        &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::subscribe_value, "cmd_vel", sizeof(rowe::ros::twist), {},
+                            &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
   EXPECT_EQ(pair.lifecycle.look(), pair_phase::refused);
   EXPECT_EQ(pair.lifecycle.refusal().code, rowe::errc::type_conflict);
   const auto told = on.shared.try_event();
@@ -209,10 +202,8 @@ TEST_F(core_names, says_which_types_met_when_a_handle_is_refused) {
 }
 
 TEST_F(core_names, tells_a_peer_that_expects_another_type_and_sends_it_the_messages_all_the_same) {
-  auto& pair = advertise_pose(on);
-  on.cycle();
-  peer p{on};
-  p.tell(R"({"op":"subscribe","id":"s","topic":"pose","type":"std_msgs/String"})");
+  auto& pair = advertise_pose_now(on);
+  peer p = peer_saying(on, R"({"op":"subscribe","id":"s","topic":"pose","type":"std_msgs/String"})");
   EXPECT_EQ(p.hear(),
             texts{R"({"op":"status","level":"error","id":"s","msg":"subscribe /pose: the topic has the type )"
                   R"(test/Pose, not std_msgs/String"})"});
@@ -239,12 +230,10 @@ TEST_F(core_names, tells_a_peer_that_subscribed_before_the_topic_had_its_type) {
 }
 
 TEST_F(core_names, gives_its_own_topics_by_either_name_and_keeps_peers_off_both) {
-  peer p{on};
-  p.tell(R"({"op":"subscribe","topic":"rowe/stats"})");
+  peer p = subscriber(on, "rowe/stats");
   on.cycle(150ms);
-  const texts heard = p.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(heard[0].starts_with(R"({"op":"publish","topic":"rowe/stats","msg":{"name":)")) << heard[0];
+  const std::string heard = only(p.hear());
+  EXPECT_TRUE(heard.starts_with(R"({"op":"publish","topic":"rowe/stats","msg":{"name":)")) << heard;
   p.say(R"({"op":"unsubscribe","topic":"rowe/stats"})");
   p.say(R"({"op":"advertise","topic":"rowe/mine","type":"x"})");
   p.say(R"({"op":"publish","topic":"rowe/stats","msg":{}})");
@@ -257,8 +246,7 @@ TEST_F(core_names, gives_its_own_topics_by_either_name_and_keeps_peers_off_both)
 }
 
 TEST_F(core_names, shows_the_stop_by_either_name) {
-  on.offer(rowe::detail::latch_request({}));
-  on.cycle();
+  on.offer_now(rowe::detail::latch_request({}));
   peer one{on}, other{on}, both{on};
   one.say(R"({"op":"subscribe","topic":"/rowe/stop/state"})");
   other.say(R"({"op":"subscribe","topic":"rowe/stop/state"})");
@@ -283,16 +271,14 @@ TEST_F(core_names, takes_the_longest_name_without_its_slash) {
   p.say(R"({"op":"subscribe","topic":")" + name + R"("})");
   usual.say(R"({"op":"subscribe","topic":"/)" + name.substr(1) + R"("})"); // another topic
   EXPECT_TRUE(p.hear_after(1).empty());
-  auto& pair = on.offer(pair_kind::publish_text, name, 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, name, 100);
   ASSERT_TRUE(publish_text_now(on, pair, "{}"));
   EXPECT_EQ(p.hear(), texts{R"({"op":"publish","topic":")" + name + R"(","msg":{}})"});
   EXPECT_TRUE(usual.hear().empty());
 }
 
 TEST_F(core_names, keeps_two_slashes_apart_from_one) {
-  auto& pair = on.offer(pair_kind::publish_text, "//t", 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "//t", 100);
   peer p{on}, other{on};
   p.say(R"({"op":"subscribe","topic":"//t"})");
   other.say(R"({"op":"subscribe","topic":"/t"})");
@@ -348,8 +334,7 @@ TEST_F(core_names_as_client, calls_a_topic_towards_the_server_as_the_first_handl
 }
 
 TEST_F(core_names_as_client, continues_a_masked_frame_without_the_slash_where_the_socket_stopped) {
-  auto& pair = on.offer(pair_kind::publish_text, "out", 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "out", 100);
   peer server{on, side::client};
   (void)server.hear_after(1);
   for (std::size_t bytes = 1; bytes < 60; ++bytes) {

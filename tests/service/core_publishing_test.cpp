@@ -8,8 +8,7 @@ namespace {
 
 TEST_F(core_test, sends_a_published_struct_to_the_peer_that_subscribed) {
   auto& pair = advertise_pose(on);
-  peer browser{on};
-  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer browser = subscriber(on, "/pose");
   ASSERT_TRUE(publish_now(on, pair, {1.5, -2}));
   EXPECT_EQ(browser.hear(), texts{R"({"op":"publish","topic":"/pose","msg":{"x":1.5,"y":-2}})"});
 }
@@ -28,8 +27,7 @@ TEST_F(core_test, tells_a_publisher_that_nobody_listens_and_queues_nothing) {
 
 TEST_F(core_test, refuses_to_publish_when_all_slots_wait_and_counts_it) {
   auto& pair = advertise_pose(on, {.depth = 4});
-  peer browser{on};
-  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer browser = subscriber(on, "/pose");
   for (int i = 0; i < 4; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   EXPECT_EQ(publish(on, pair, {9, 0}).code(), rowe::errc::full);
   on.cycle();
@@ -40,8 +38,7 @@ TEST_F(core_test, refuses_to_publish_when_all_slots_wait_and_counts_it) {
 
 TEST_F(core_test, keeps_only_the_newest_value_where_asked_to_and_counts_the_others) {
   auto& pair = advertise_pose(on, {.keep = rowe::keep::newest});
-  peer browser{on};
-  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer browser = subscriber(on, "/pose");
   for (int i = 1; i <= 5; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   EXPECT_EQ(browser.hear_after(1), texts{message(5)});
   EXPECT_EQ(on.count(counter::replaced), 4U);
@@ -65,8 +62,7 @@ TEST_F(core_test, encodes_once_for_all_peers) {
 
 TEST_F(core_test, sends_nothing_after_its_time_to_live_but_a_frame_already_begun) {
   auto& pair = advertise_pose(on, {.ttl = 20ms});
-  peer slow{on};
-  slow.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer slow = subscriber(on, "/pose");
   on.net.link_of(slow.id()).capacity_bytes = 10; // the first frame begins, no more
   for (int i = 1; i <= 3; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
@@ -80,8 +76,7 @@ TEST_F(core_test, sends_nothing_after_its_time_to_live_but_a_frame_already_begun
 
 TEST_F(core_test, drops_what_was_too_old_when_it_was_taken_from_its_lane) {
   auto& pair = advertise_pose(on, {.ttl = 20ms});
-  peer browser{on};
-  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer browser = subscriber(on, "/pose");
   ASSERT_TRUE(publish(on, pair, {1, 0}));
   on.cycle(25ms);
   EXPECT_TRUE(browser.hear().empty());
@@ -90,8 +85,7 @@ TEST_F(core_test, drops_what_was_too_old_when_it_was_taken_from_its_lane) {
 
 TEST_F(core_test, sends_a_value_without_time_to_live_only_in_the_cycle_that_sees_it) {
   auto& pair = advertise_pose(on, {.ttl = 0ms});
-  peer slow{on};
-  slow.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer slow = subscriber(on, "/pose");
   ASSERT_TRUE(publish(on, pair, {1, 0}));
   EXPECT_EQ(slow.hear_after(1), texts{message(1)});
   on.net.link_of(slow.id()).capacity_bytes = 0;
@@ -121,8 +115,7 @@ TEST_F(core_test, drops_the_oldest_for_a_peer_that_does_not_read_and_counts_it) 
 }
 
 TEST_F(core_test, gives_a_late_subscriber_the_last_value_of_a_latched_topic) {
-  auto& pair = advertise_pose(on, {.latched = true});
-  on.cycle();
+  auto& pair = advertise_pose_now(on, {.latched = true});
   ASSERT_TRUE(publish(on, pair, {1, 0}));
   ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycle();
@@ -132,8 +125,7 @@ TEST_F(core_test, gives_a_late_subscriber_the_last_value_of_a_latched_topic) {
 
 TEST_F(core_test, counts_each_expired_message_of_a_latched_topic) {
   auto& pair = advertise_pose(on, {.ttl = 20ms, .latched = true});
-  peer slow{on};
-  slow.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer slow = subscriber(on, "/pose");
   on.net.link_of(slow.id()).capacity_bytes = 0;
   for (int i = 0; i < 10; ++i) {
     ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
@@ -143,10 +135,8 @@ TEST_F(core_test, counts_each_expired_message_of_a_latched_topic) {
 }
 
 TEST_F(core_test, gives_the_newest_only_to_those_who_subscribed_before_it_was_asked_for) {
-  peer early{on};
-  early.tell(R"({"op":"subscribe","topic":"/pose"})");
-  auto& pair = advertise_pose(on, {.keep = rowe::keep::newest});
-  on.cycle();
+  peer early = subscriber(on, "/pose");
+  auto& pair = advertise_pose_now(on, {.keep = rowe::keep::newest});
   on.net.link_of(early.id()).capacity_bytes = 0;
   for (int i = 0; i < 10; ++i) {
     ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
@@ -209,8 +199,7 @@ TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
 
 TEST_F(core_test, writes_not_a_number_as_null_and_counts_it) {
   auto& pair = advertise_pose(on);
-  peer browser{on};
-  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer browser = subscriber(on, "/pose");
   ASSERT_TRUE(publish_now(on, pair, {std::numeric_limits<double>::quiet_NaN(), 0}));
   EXPECT_EQ(browser.hear(), texts{R"({"op":"publish","topic":"/pose","msg":{"x":null,"y":0}})"});
   EXPECT_EQ(on.count(counter::nonfinite), 1U);
@@ -218,8 +207,7 @@ TEST_F(core_test, writes_not_a_number_as_null_and_counts_it) {
 
 TEST_F(core_test, drops_and_counts_text_that_is_no_json_object) {
   auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/text", 100);
-  peer browser{on};
-  browser.tell(R"({"op":"subscribe","topic":"/text"})");
+  peer browser = subscriber(on, "/text");
   for (const std::string_view text : {"{", "7", "[{}]"}) {
     ASSERT_TRUE(rowe::detail::publish_into(
         pair, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
@@ -230,8 +218,7 @@ TEST_F(core_test, drops_and_counts_text_that_is_no_json_object) {
 
 TEST_F(core_test, frees_a_closing_lane_and_its_topic_after_sending_what_it_held) {
   auto& pair = advertise_pose(on);
-  peer browser{on};
-  browser.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer browser = subscriber(on, "/pose");
   ASSERT_TRUE(publish(on, pair, {4, 0}));
   pair.lifecycle.close();
   on.cycle();
@@ -241,8 +228,7 @@ TEST_F(core_test, frees_a_closing_lane_and_its_topic_after_sending_what_it_held)
 
 TEST_F(core_test, refuses_a_lane_whose_type_is_not_the_topics) {
   auto& first = advertise_pose(on);
-  auto& second = on.offer(rowe::detail::pair_kind::publish_text, "/pose", 100, {}, nullptr, "other/Type");
-  on.cycle();
+  auto& second = on.offer_now(rowe::detail::pair_kind::publish_text, "/pose", 100, {}, nullptr, "other/Type");
   EXPECT_EQ(first.lifecycle.look(), rowe::detail::pair_phase::active);
   EXPECT_EQ(second.lifecycle.look(), rowe::detail::pair_phase::refused);
   EXPECT_EQ(second.lifecycle.refusal().code, rowe::errc::type_conflict);
@@ -267,8 +253,7 @@ TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {
 
 TEST_F(core_test, wants_the_next_cycle_at_once_when_a_lane_had_more_than_its_share) {
   auto& pair = advertise_pose(on, {.depth = 128});
-  peer p{on};
-  p.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer p = subscriber(on, "/pose");
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
   EXPECT_EQ(on.next_wake, on.now);

@@ -33,12 +33,10 @@ TEST_F(qos, lifespan_of_an_advertisement_is_a_time_to_live) {
   robot.say(R"({"op":"advertise","topic":"/t","type":"a/B",)" + how);
   robot.say(publish(1));
   on.cycles(2);
-  peer soon{on};
-  soon.tell(R"({"op":"subscribe","topic":"/t"})", 2);
+  peer soon = peer_saying(on, R"({"op":"subscribe","topic":"/t"})", 2);
   EXPECT_TRUE(has(heard(soon), R"("n":1)"));
   on.now += 60ms;
-  peer late{on};
-  late.tell(R"({"op":"subscribe","topic":"/t"})", 2);
+  peer late = peer_saying(on, R"({"op":"subscribe","topic":"/t"})", 2);
   EXPECT_EQ(heard(late), "");
 }
 

@@ -163,8 +163,7 @@ TEST(sender, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did
   core_harness on{small_options()};
   auto& lasting = advertise_pose(on);
   auto& brief = advertise_pose(on, {.ttl = 20ms});
-  peer slow{on};
-  slow.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer slow = subscriber(on, "/pose");
   on.net.link_of(slow.id()).capacity_bytes = 10; // the first frame begins, no more
   for (int i = 1; i <= 2; ++i) {
     ASSERT_TRUE(publish_now(on, lasting, {1.0 * i, 0}));

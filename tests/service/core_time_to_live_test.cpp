@@ -29,8 +29,7 @@ struct times_to_live : core_test {
     return made;
   }
   rowe::subscriber<rowe::json_text> text_handle() {
-    auto& pair = on.offer(rowe::detail::pair_kind::subscribe_text, "/pose", 256);
-    on.cycle();
+    auto& pair = on.offer_now(rowe::detail::pair_kind::subscribe_text, "/pose", 256);
     return rowe::subscriber<rowe::json_text>{core_harness::handle_of(pair)};
   }
   std::uint32_t send(std::string_view text, rowe::duration ttl) {
@@ -151,9 +150,8 @@ TEST_F(times_to_live, of_peers_hold_for_the_handles_of_this_process) {
 
 TEST_F(times_to_live, of_this_process_hold_for_its_own_handles) {
   auto& pair = advertise_pose(on, {.ttl = 5ms});
-  auto& inbox = on.offer(rowe::detail::pair_kind::subscribe_value, "/pose", sizeof(pose),
-                         {.keep = rowe::keep::newest}, &rowe::describe<pose>(), "test/Pose");
-  on.cycle();
+  auto& inbox = on.offer_now(rowe::detail::pair_kind::subscribe_value, "/pose", sizeof(pose),
+                             {.keep = rowe::keep::newest}, &rowe::describe<pose>(), "test/Pose");
   rowe::subscriber<pose> handle{core_harness::handle_of(inbox)};
   const auto published = on.now;
   ASSERT_TRUE(publish_now(on, pair, {1, 0}));
@@ -241,8 +239,7 @@ TEST_F(times_to_live, that_make_no_sense_are_refused) {
 }
 
 TEST_F(times_to_live, are_told_in_plain_messages_of_any_form) {
-  peer there{on};
-  there.tell("{}");
+  peer there = peer_saying(on, "{}");
   for (const char* text : {R"({"a":1})", "{}", "  { }", "\n{ \"a\" : {} }"}) {
     const auto slot = send(text, 10ms);
     on.cycle();
@@ -270,8 +267,7 @@ TEST_F(times_to_live, are_taken_out_of_what_a_rowe_endpoint_put_them_into) {
 }
 
 TEST_F(times_to_live, are_not_told_twice) {
-  peer there{on};
-  there.tell("{}");
+  peer there = peer_saying(on, "{}");
   const auto refused = send(R"({"a":1,"ttl_ms":5})", 10ms);
   const auto own = send(R"({"a":2,"ttl_ms":5})", -1ns);
   on.cycle();
@@ -284,8 +280,7 @@ TEST_F(times_to_live, leave_a_message_that_is_sent_now_or_never_as_it_is) {
   peer there{on};
   there.say("{}");
   peer viewer = subscriber();
-  auto& pair = advertise_pose(on, {.ttl = 0ms});
-  on.cycle();
+  auto& pair = advertise_pose_now(on, {.ttl = 0ms});
   const auto slot = send(R"({"a":1})", 0ns);
   ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_EQ(outcome(slot), "sent");
@@ -295,8 +290,7 @@ TEST_F(times_to_live, leave_a_message_that_is_sent_now_or_never_as_it_is) {
 
 // The text and its member must fit into what a message may have.
 TEST_F(times_to_live, take_room_in_the_message) {
-  peer there{on};
-  there.tell("{}");
+  peer there = peer_saying(on, "{}");
   const std::size_t most = on.options.limits.message_bytes_max;
   const auto text_of = [](std::size_t bytes) { return R"({"a":")" + std::string(bytes - 8, 'x') + R"("})"; };
   const auto too_big = send(text_of(most), 10ms);

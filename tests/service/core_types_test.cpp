@@ -44,22 +44,20 @@ struct types : access {
   types() : access{with_a_part()} {}
 
   rowe::detail::queue_pair& publish_paths(std::string_view name) {
-    auto& pair = on.offer(rowe::detail::pair_kind::publish_value, name, sizeof(core_types_path), {},
-                          &rowe::describe<core_types_path>(), "test/Path");
-    on.cycle();
+    auto& pair = on.offer_now(rowe::detail::pair_kind::publish_value, name, sizeof(core_types_path), {},
+                              &rowe::describe<core_types_path>(), "test/Path");
     return pair;
   }
   void serve(std::string_view name) {
-    on.offer({.kind = rowe::detail::pair_kind::respond_value,
-              .name = name,
-              .type = "test/Plan",
-              .out_depth = 4,
-              .in_depth = 4,
-              .out_bytes = sizeof(core_types_path),
-              .in_bytes = sizeof(core_types_point),
-              .encoded = &rowe::describe<core_types_path>(),
-              .decoded = &rowe::describe<core_types_point>()});
-    on.cycle();
+    on.offer_now({.kind = rowe::detail::pair_kind::respond_value,
+                  .name = name,
+                  .type = "test/Plan",
+                  .out_depth = 4,
+                  .in_depth = 4,
+                  .out_bytes = sizeof(core_types_path),
+                  .in_bytes = sizeof(core_types_point),
+                  .encoded = &rowe::describe<core_types_path>(),
+                  .decoded = &rowe::describe<core_types_point>()});
   }
   std::string call(peer& by, std::string_view service, std::string_view args) {
     (void)by.hear();

@@ -137,10 +137,8 @@ TEST_F(core_undecodable, fills_in_what_is_missing_in_types_of_ros) {
 }
 
 TEST_F(core_undecodable, tells_of_texts_that_are_too_long) {
-  on.offer(pair_kind::subscribe_text, "/t", 10);
-  on.cycle();
-  peer p{on};
-  p.tell(R"({"op":"publish","topic":"/t","msg":{"data":"too long for it"}})");
+  on.offer_now(pair_kind::subscribe_text, "/t", 10);
+  peer p = peer_saying(on, R"({"op":"publish","topic":"/t","msg":{"data":"too long for it"}})");
   EXPECT_EQ(
       p.hear(),
       texts{R"({"op":"status","level":"error","msg":"publish /t: the message has 26 bytes, its subscriber )"
@@ -149,8 +147,7 @@ TEST_F(core_undecodable, tells_of_texts_that_are_too_long) {
 }
 
 TEST_F(core_undecodable, warns_of_what_this_process_publishes_itself) {
-  auto& pair = on.offer(pair_kind::publish_text, "cmd_vel", 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "cmd_vel", 100);
   ASSERT_TRUE(publish_text_now(on, pair, R"({"linear":7})"));
   const auto happened = events(on, event::kind::warning);
   ASSERT_EQ(happened.size(), 1U);
@@ -276,18 +273,16 @@ TEST_F(malformed_texts, that_answer_a_call_fail_it) {
   peer arm{hub}, page{hub};
   arm.tell(R"({"op":"advertise_service","service":"/grip","type":"x/Y"})");
   page.tell(R"({"op":"call_service","id":"c1","service":"/grip"})", 2);
-  const texts asked = arm.hear();
-  ASSERT_EQ(asked.size(), 1U);
-  const std::size_t id = asked[0].find(R"("id":")");
-  ASSERT_NE(id, std::string::npos) << asked[0];
-  const std::string member = asked[0].substr(id, asked[0].find('"', id + 6) + 1 - id);
+  const std::string asked = only(arm.hear());
+  const std::size_t id = asked.find(R"("id":")");
+  ASSERT_NE(id, std::string::npos) << asked;
+  const std::string member = asked.substr(id, asked.find('"', id + 6) + 1 - id);
   arm.tell(
       R"({"op":"service_response",)" + member + R"(,"service":"/grip","result":true,"values":{"x":NaN}})", 2);
-  const texts heard = page.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(heard[0].starts_with(R"({"op":"service_response","id":"c1","service":"/grip","result":false,)"))
-      << heard[0];
-  EXPECT_TRUE(has(heard[0], "which has no NaN"));
+  const std::string heard = only(page.hear());
+  EXPECT_TRUE(heard.starts_with(R"({"op":"service_response","id":"c1","service":"/grip","result":false,)"))
+      << heard;
+  EXPECT_TRUE(has(heard, "which has no NaN"));
 }
 
 } // namespace

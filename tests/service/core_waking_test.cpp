@@ -34,8 +34,7 @@ struct core_waking : core_test {
 
 TEST_F(core_waking, need_not_look_at_lanes_while_somebody_listens) {
   advertise_pose(on);
-  peer p{on};
-  p.tell(R"({"op":"subscribe","topic":"/pose"})", 2);
+  peer p = peer_saying(on, R"({"op":"subscribe","topic":"/pose"})", 2);
   EXPECT_GT(on.core.idle_time_max(1ms), 9ms);
 }
 
@@ -82,8 +81,7 @@ TEST_F(core_waking, is_told_what_lanes_callers_and_responders_hand_over) {
 
 TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room) {
   auto& talking = on.offer(rowe::detail::talk_request({.depth = 4, .inbox_depth = 4, .calls = 4}));
-  peer slow{on};
-  slow.tell("{}", 2);
+  peer slow = peer_saying(on, "{}", 2);
   rowe::lane talk{handle_of(talking)};
   on.net.link_of(slow.id()).capacity_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
@@ -128,8 +126,7 @@ TEST_F(core_in_phase, polls_for_topics_of_no_known_period) {
 }
 
 TEST_F(core_in_phase, leaves_topics_with_a_period_to_the_plan) {
-  auto& pair = advertise_pose(on, {.latched = true, .period = 1ms});
-  on.cycle();
+  auto& pair = advertise_pose_now(on, {.latched = true, .period = 1ms});
   EXPECT_GT(on.core.idle_time_max(1ms), 9ms);
   EXPECT_EQ(next(), on.now + 20us + 250us) << "nothing is known yet";
   publish_in_time(pair, 8);
@@ -156,8 +153,7 @@ TEST_F(core_in_phase, looks_for_nothing_where_nobody_listens_or_the_publisher_is
 
 TEST_F(core_in_phase, is_awake_for_the_answer_to_a_call) {
   using json = rowe::json_text;
-  auto& pair = on.offer(rowe::detail::serve_request<json, json>("/add", {.depth = 4}));
-  on.cycle();
+  auto& pair = on.offer_now(rowe::detail::serve_request<json, json>("/add", {.depth = 4}));
   rowe::responder<json, json> answers{core_harness::handle_of(pair)};
   peer p{on};
   on.cycle();
@@ -174,8 +170,7 @@ TEST_F(core_in_phase, is_awake_for_the_answer_to_a_call) {
 
 TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_server) {
   core_harness on{waking(), rowe::service::side::client};
-  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
-  on.cycle();
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
   peer server{on, rowe::service::side::client};
   (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 0;
@@ -193,8 +188,7 @@ TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_se
 
 TEST(core_waking_client, looks_again_soon_while_a_lane_that_closes_has_something_unsent) {
   core_harness on{waking(), rowe::service::side::client};
-  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
-  on.cycle();
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
   peer server{on, rowe::service::side::client};
   on.cycle();
   on.net.link_of(server.id()).capacity_bytes = 0;

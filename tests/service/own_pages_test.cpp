@@ -117,8 +117,7 @@ TEST_F(own_pages, have_gauges_of_peers_topics_the_stop_and_the_time) {
 }
 
 TEST_F(own_pages, say_whether_loops_may_move) {
-  auto& loop = on.offer(rowe::detail::latch_request({.name = "loop"}));
-  on.cycle();
+  auto& loop = on.offer_now(rowe::detail::latch_request({.name = "loop"}));
   EXPECT_EQ(samples().at("rowe_stop_in_use"), "1");
   EXPECT_EQ(samples().at("rowe_stopped"), "1"); // a robot starts stopped
   rowe::stop_latch latch{core_harness::handle_of(loop)};

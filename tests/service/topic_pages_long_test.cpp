@@ -164,8 +164,7 @@ TEST_F(long_pages, make_way_for_messages) {
   ASSERT_EQ(rest_of(get()).size(), map_of(60'000, 2).size());
   const std::uint32_t kept = on.core.chunks_in_use();
   EXPECT_EQ(kept, 8U) << "what is being read, and what is kept";
-  peer slow{on};
-  slow.tell(R"({"op":"subscribe","topic":"/image"})");
+  peer slow = subscriber(on, "/image");
   on.net.link_of(slow.id()).capacity_bytes = 1000;
   for (int i = 0; i < 12; ++i) publish(robot, map_of(60'000, i), "/image");
   EXPECT_TRUE(get().later) << "what was kept made way";
@@ -200,8 +199,7 @@ struct fewest_long_pages : long_pages { // a quarter of the chunks is less than 
 };
 
 TEST_F(fewest_long_pages, say_how_long_a_value_is_for_which_there_is_no_room) {
-  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/map", 64 * 1024);
-  on.cycle();
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/map", 64 * 1024);
   const http_answer waits = get();
   on.cycle();
   ASSERT_TRUE(publish_text(on, pair, map_of(60'000)));
@@ -221,8 +219,7 @@ struct long_pages_with_roles : long_pages {
 };
 
 TEST_F(long_pages_with_roles, end_when_the_rights_change) {
-  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/arm/a", 64 * 1024);
-  on.cycle();
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/arm/a", 64 * 1024);
   const std::string token = access_fixture::token_of("arm");
   const auto who =
       static_cast<rowe::service::transport_sink&>(on.core)

@@ -51,8 +51,7 @@ TEST_F(topic_pages, show_what_the_service_of_the_statistics_answers) {
 }
 
 TEST_F(topic_pages, wait_for_the_next_value_of_a_topic_that_nobody_has_asked_for) {
-  auto& pair = advertise_pose(on);
-  on.cycle();
+  auto& pair = advertise_pose_now(on);
   EXPECT_EQ(publish(on, pair, {1, 0}).code(), rowe::errc::no_peer);
   const http_answer waits = get(pose_path);
   ASSERT_TRUE(waits.later);
@@ -71,8 +70,7 @@ TEST_F(topic_pages, wait_for_the_next_value_of_a_topic_that_nobody_has_asked_for
 }
 
 TEST_F(topic_pages, show_the_newest_value_at_once_to_who_asks_again_and_say_how_old_it_is) {
-  auto& pair = advertise_pose(on);
-  on.cycle();
+  auto& pair = advertise_pose_now(on);
   ask_for(pose_path);
   for (const int x : {1, 2, 3}) ASSERT_TRUE(publish(on, pair, {1.0 * x, 0}));
   on.cycle();
@@ -85,8 +83,7 @@ TEST_F(topic_pages, show_the_newest_value_at_once_to_who_asks_again_and_say_how_
 
 TEST_F(topic_pages, name_topics_with_slashes_and_in_percent_encoding) {
   const std::string_view topic = "/robot/od\303\266m";
-  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, topic, 64);
-  on.cycle();
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, topic, 64);
   ask_for("/api/v1/topics/robot/od%C3%B6m");
   ASSERT_TRUE(publish_text_now(on, pair, R"({"a":1.50})"));
   for (const std::string_view path : {"/api/v1/topics/robot/od%c3%b6m", "/api/v1/topics//robot/od%C3%B6m",
@@ -95,8 +92,7 @@ TEST_F(topic_pages, name_topics_with_slashes_and_in_percent_encoding) {
 }
 
 TEST_F(topic_pages, are_not_there_for_what_is_no_topic) {
-  advertise_pose(on);
-  on.cycle();
+  advertise_pose_now(on);
   for (const std::string_view path :
        {"/api/v1/topics/poses", "/api/v1/topics/", "/api/v1/topics/po%se", "/api/v1/topics/pose%",
         "/api/v1/topics/pose%2", "/api/v1/topics/pose%00", "/api/v1/topics///pose", "/api/v1/topics/po+se",
@@ -110,8 +106,7 @@ TEST_F(topic_pages, are_not_there_for_what_is_no_topic) {
 }
 
 TEST_F(topic_pages, have_the_latched_value_from_the_first_request_on) {
-  auto& pair = advertise_pose(on, {.latched = true});
-  on.cycle();
+  auto& pair = advertise_pose_now(on, {.latched = true});
   ASSERT_TRUE(publish_now(on, pair, {4, 0}));
   EXPECT_EQ(text_of(get(pose_path)), "{\"x\":4,\"y\":0}\n");
   EXPECT_EQ(get(pose_path).age_ms, 1);
@@ -137,8 +132,7 @@ TEST_F(topic_pages, show_no_value_whose_time_to_live_is_over) {
 }
 
 TEST_F(topic_pages, say_when_none_came_for_too_long) {
-  advertise_pose(on);
-  on.cycle();
+  advertise_pose_now(on);
   const http_answer waits = get(pose_path);
   on.cycle(2s);
   const http_answer answer = again(waits, true);
@@ -148,8 +142,7 @@ TEST_F(topic_pages, say_when_none_came_for_too_long) {
 }
 
 TEST_F(topic_pages, let_publishers_rest_when_nobody_has_asked_for_a_minute) {
-  auto& pair = advertise_pose(on);
-  on.cycle();
+  auto& pair = advertise_pose_now(on);
   ask_for(pose_path);
   on.cycles(58, 1s);
   EXPECT_TRUE(publish(on, pair, {1, 0}));
@@ -161,8 +154,7 @@ TEST_F(topic_pages, let_publishers_rest_when_nobody_has_asked_for_a_minute) {
 }
 
 TEST_F(topic_pages, send_late_subscribers_nothing_that_was_not_latched) {
-  auto& pair = advertise_pose(on);
-  on.cycle();
+  auto& pair = advertise_pose_now(on);
   ask_for(pose_path);
   ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   peer late{on};
@@ -171,16 +163,14 @@ TEST_F(topic_pages, send_late_subscribers_nothing_that_was_not_latched) {
 }
 
 TEST_F(topic_pages, show_what_peers_publish_as_it_was_written) {
-  peer source{on};
-  source.tell(R"({"op":"advertise","topic":"/count","type":"a/B"})", 2);
+  peer source = peer_saying(on, R"({"op":"advertise","topic":"/count","type":"a/B"})", 2);
   ask_for("/api/v1/topics/count");
   source.tell(R"({"op":"publish","topic":"/count","msg":{"n":9007199254740993,"x":1.0e-7}})", 2);
   EXPECT_EQ(text_of(get("/api/v1/topics/count")), "{\"n\":9007199254740993,\"x\":1.0e-7}\n");
 }
 
 TEST_F(topic_pages, hold_no_topic_whose_last_holder_leaves) {
-  peer source{on};
-  source.tell(R"({"op":"advertise","topic":"/count","type":"a/B"})", 2);
+  peer source = peer_saying(on, R"({"op":"advertise","topic":"/count","type":"a/B"})", 2);
   const http_answer waits = get("/api/v1/topics/count");
   ASSERT_TRUE(waits.later);
   source.tell(R"({"op":"unadvertise","topic":"/count"})");
@@ -205,8 +195,7 @@ TEST_F(topic_pages, show_the_statistics_and_the_state_of_the_stop_as_topics) {
 }
 
 TEST_F(topic_pages, say_that_the_endpoint_is_closing) {
-  advertise_pose(on);
-  on.cycle();
+  advertise_pose_now(on);
   const http_answer waits = get(pose_path);
   on.core.close_all(on.now);
   EXPECT_EQ(again(waits).status, 503);
@@ -311,8 +300,7 @@ TEST_F(topic_pages_with_roles, need_the_right_to_subscribe_to_the_topic) {
 }
 
 TEST_F(topic_pages_with_roles, say_the_same_of_a_hidden_topic_and_of_none) {
-  advertise_pose(on);
-  on.cycle();
+  advertise_pose_now(on);
   const auto there = may_read("arm", "/api/v1/topics/pose");
   const std::string what{there.what}, remedy{there.remedy};
   const auto nowhere = may_read("arm", "/api/v1/topics/nothing");
@@ -341,8 +329,7 @@ TEST_F(topic_pages_with_roles, show_in_the_statistics_only_the_topics_that_a_rol
 }
 
 TEST_F(topic_pages_with_roles, show_nothing_to_who_waits_when_the_rights_change) {
-  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/arm/a", 64);
-  on.cycle();
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/arm/a", 64);
   const http_answer waits = get_as("arm", "/api/v1/topics/arm/a");
   ASSERT_TRUE(waits.later);
   rowe::access_options with = access_fixture::with_roles().access;
