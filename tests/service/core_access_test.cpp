@@ -82,45 +82,8 @@ TEST_F(access, leaves_room_for_other_events_however_much_is_denied) {
 }
 
 struct stop_access : local_access {
-  std::string reset(peer& by) {
-    (void)loop.moves();
-    return call_stop(on, by, "reset", "");
-  }
-  std::string lease(peer& by, std::string_view more) {
-    return call_stop(on, by, "lease", R"("guard":"panel",)" + std::string{more});
-  }
   stoppable_loop loop{on};
 };
-
-TEST_F(stop_access, lets_supervisors_reset_and_everyone_stop) {
-  for (const char* const role : {"observer", "driver", "peer", "arm"}) {
-    peer& one = comes(role);
-    EXPECT_TRUE(has(reset(one), "\"role\"")) << role;
-    EXPECT_FALSE(loop.moves()) << role;
-    peer& boss = comes("supervisor");
-    (void)reset(boss);
-    EXPECT_TRUE(loop.moves()) << role;
-    (void)answer_to(one, R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
-    EXPECT_FALSE(loop.moves()) << role;
-    one.leave();
-    boss.leave();
-    on.cycle();
-  }
-  peer& stranger = comes("", far, rowe::service::stop_path);
-  peer& boss = comes("", here);
-  (void)reset(boss);
-  ASSERT_TRUE(loop.moves());
-  (void)answer_to(stranger, R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
-  EXPECT_FALSE(loop.moves());
-}
-
-TEST_F(stop_access, lets_nobody_take_the_guard_of_others_who_may_not_reset) {
-  peer& boss = comes("supervisor");
-  (void)lease(boss, "");
-  peer& guard = comes("guard");
-  EXPECT_TRUE(has(lease(guard, R"("resign":true,)"), "\"role\""));
-  EXPECT_FALSE(has(lease(boss, R"("resign":true,)"), "\"role\""));
-}
 
 TEST_F(stop_access, lets_somebody_whose_token_is_not_known_any_more_stop) {
   EXPECT_TRUE(is_in(comes("mallory", far, rowe::service::stop_path)));

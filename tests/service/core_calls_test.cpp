@@ -283,15 +283,6 @@ TEST_F(core_calls, gives_calls_that_nobody_serves_to_whoever_receives_in_one_for
   EXPECT_EQ(program.hear(), texts{R"({"result":7,"in_reply_to":"p"})"});
 }
 
-TEST_F(core_calls, gives_a_lane_what_came_before_anybody_received) {
-  peer program = peer_saying(on, R"({"early":1})");
-  auto pair = open_lane(on);
-  const auto early = pair.try_receive(on.now);
-  ASSERT_TRUE(early);
-  EXPECT_EQ(early->value(), R"({"early":1})");
-  EXPECT_EQ(pair.try_receive(on.now).code(), errc::empty);
-}
-
 TEST_F(core_calls, takes_only_one_answer_to_a_call) {
   auto pair = open_lane(on);
   peer program = peer_saying(on, R"({"service":"x","message_id":1})");

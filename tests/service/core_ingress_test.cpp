@@ -70,13 +70,6 @@ struct core_ingress : core_test {
   rowe::detail::queue_pair* heard = nullptr;
 };
 
-TEST_F(core_ingress, hears_one_message_of_each_peer_in_turn) {
-  listen();
-  flood({0, 1, 2}, 3);
-  on.cycle();
-  EXPECT_EQ(order(), "abcabcabc");
-}
-
 TEST_F(core_ingress, does_a_bounded_amount_in_one_cycle_and_wants_the_next_at_once) {
   listen();
   flood({0, 1, 2}, 50);
@@ -270,16 +263,6 @@ TEST_F(core_ingress, refuses_a_reset_that_a_stop_of_the_same_peer_has_passed) {
   for (const std::string& text : peers[0]->hear())
     refused = refused || text.find(R"("refused":"tick")") != std::string::npos;
   EXPECT_TRUE(refused);
-}
-
-TEST_F(core_ingress, finds_it_there_although_others_flood) {
-  listen();
-  const auto latch = opened_latch();
-  flood({1, 2, 3}, 60);
-  for (int i = 0; i < 40; ++i) peers[0]->say("{}");
-  peers[0]->say(stop_call);
-  on.cycle();
-  EXPECT_EQ(on.count(counter::stops), 1U);
 }
 
 TEST_F(core_ingress, finds_a_stop_behind_a_frame_that_came_in_two_reads) {
@@ -615,27 +598,6 @@ TEST(core_ingress_alone, keeps_what_waits_apart_from_a_message_in_pieces) {
   EXPECT_FALSE(alone.cut());
   EXPECT_EQ(on.count(counter::malformed) + on.count(counter::violations), 0U);
   EXPECT_TRUE(on.core.check());
-}
-
-// The first of each peer changes something; a crowd's others wait for their turns.
-TEST(core_ingress_in_turn, carries_out_so_many_stops_before_their_turn) {
-  core_harness on;
-  (void)on.offer(rowe::detail::latch_request({}));
-  on.cycle();
-  std::vector<std::unique_ptr<peer>> crowd;
-  for (int i = 0; i < 7; ++i) crowd.push_back(std::make_unique<peer>(on));
-  on.cycle();
-  const std::string stop = R"({"service":"/rowe/stop"})";
-  for (auto& one : crowd)
-    for (int k = 0; k < 100; ++k) one->say(stop);
-  on.cycle();
-  EXPECT_GE(on.count(counter::stops), 7U);
-  EXPECT_LE(on.count(counter::stops), 7U + 64U + 100U);
-  for (int i = 0; i < 30; ++i) {
-    on.cycle();
-    for (auto& one : crowd) (void)one->hear();
-  }
-  EXPECT_EQ(on.count(counter::stops), 700U);
 }
 
 TEST_F(receiver_shares, forgets_a_peer_that_left_while_it_waited) {

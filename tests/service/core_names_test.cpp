@@ -12,7 +12,6 @@ namespace {
 
 using rowe::detail::pair_kind;
 using rowe::detail::pair_phase;
-using rowe::service::close_cause;
 using rowe::service::side;
 
 struct core_names : core_test {

@@ -18,7 +18,6 @@ using namespace harness;
 using numbers::four;
 using numbers::gone_of;
 using numbers::list_of;
-using numbers::number_at;
 using numbers::numbered;
 using rowe::service::side;
 using rowe::wire::opcode;

@@ -226,14 +226,6 @@ TEST_F(core_test, frees_a_closing_lane_and_its_topic_after_sending_what_it_held)
   EXPECT_EQ(browser.hear(), texts{message(4)});
 }
 
-TEST_F(core_test, refuses_a_lane_whose_type_is_not_the_topics) {
-  auto& first = advertise_pose(on);
-  auto& second = on.offer_now(rowe::detail::pair_kind::publish_text, "/pose", 100, {}, nullptr, "other/Type");
-  EXPECT_EQ(first.lifecycle.look(), rowe::detail::pair_phase::active);
-  EXPECT_EQ(second.lifecycle.look(), rowe::detail::pair_phase::refused);
-  EXPECT_EQ(second.lifecycle.refusal().code, rowe::errc::type_conflict);
-}
-
 TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {
   rowe::endpoint_options options = harness::small_options();
   options.relay = true;

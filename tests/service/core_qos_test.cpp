@@ -9,7 +9,6 @@ namespace core_qos_test {
 namespace {
 
 using namespace harness;
-using rowe::detail::pair_kind;
 
 rowe::endpoint_options hub() {
   rowe::endpoint_options options = small_options();

@@ -241,18 +241,6 @@ TEST_F(refusals, name_the_limit_on_advertisements_and_take_them_back) {
   EXPECT_NE(answer(p, R"({"op":"unadvertise","topic":"/t0"})"), "");
 }
 
-TEST_F(refusals, name_the_type_that_a_topic_has) {
-  peer p = peer_saying(on, R"({"op":"advertise","topic":"/t","type":"a/B"})");
-  EXPECT_TRUE(has(answer(p, R"({"op":"advertise","topic":"/t","type":"a/C"})"), "a/B"));
-}
-
-TEST_F(refusals, answer_an_unsubscribe_without_subscription) {
-  peer p{on};
-  EXPECT_NE(answer(p, R"({"op":"unsubscribe","topic":"/t"})"), "");
-  p.tell(R"({"op":"subscribe","id":"a","topic":"/t"})");
-  EXPECT_TRUE(has(answer(p, R"({"op":"unsubscribe","id":"b","topic":"/t"})"), "id"));
-}
-
 TEST_F(refusals, are_silent_after_set_level_none) {
   peer p{on};
   EXPECT_EQ(answer(p, R"({"op":"set_level","level":"none"})"), "");

@@ -359,8 +359,6 @@ TEST_F(rights, are_not_asked_about_wrong_tokens_but_those_are_counted) {
 
 // ---- what a peer may see
 
-constexpr std::string_view topics_call = R"({"op":"call_service","id":"1","service":"/rosapi/topics"})";
-
 struct seen : rights {
   seen()
       : rights{[] {

@@ -134,12 +134,6 @@ TEST_F(stopping, takes_a_publish_and_a_bare_message_without_an_id_too) {
   }
 }
 
-TEST_F(stopping, withdraws_the_permit_in_the_cycle_that_reads_the_request) {
-  peer& operator_ = started();
-  operator_.tell(stop_call);
-  EXPECT_TRUE(latch->engaged(on.now));
-}
-
 TEST_F(stopping, needs_no_slot_no_queue_and_no_place_for_a_call) {
   peer& operator_ = started();
   // All calls are in flight, all slots are held by a peer that does not read.
@@ -279,17 +273,6 @@ TEST_F(stopping, number_is_raised_by_a_second_source_so_that_an_old_reset_fails)
   EXPECT_EQ(on.count(counter::stop_refusals), 1U);
 }
 
-TEST_F(stopping, reset_is_refused_to_peers_beyond_loopback_who_may_stop) {
-  peer near{on};
-  start(near);
-  peer far{on, rowe::service::side::server, "10.0.0.7:1234"};
-  far.tell(stop_call);
-  EXPECT_FALSE(look());
-  (void)far.hear();
-  EXPECT_EQ(reset(far), "\"role\"");
-  EXPECT_EQ(reset(near), "null");
-}
-
 TEST_F(stopping, takes_members_of_wrong_types_as_missing) {
   peer& operator_ = started();
   operator_.tell(R"({"op":"call_service","service":"/rowe/stop","args":{"source":7,"reason":[1]}})");
@@ -358,13 +341,6 @@ TEST_F(stopping, of_one_peer_does_not_keep_others_from_waiting_for_their_answer)
   look();
   const std::string heard = only(operator_.hear());
   EXPECT_NE(member(inside(heard), "observed_ns"), "null");
-}
-
-TEST_F(stopping, asked_for_by_this_process_needs_no_room_at_all) {
-  (void)started();
-  on.shared.stops.request();
-  on.cycle();
-  EXPECT_FALSE(look());
 }
 
 // A thread of this process: its side of the two windows.

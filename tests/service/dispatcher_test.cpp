@@ -12,7 +12,6 @@ namespace dispatcher_test {
 namespace {
 
 using namespace all_parts;
-using rowe::service::rate_limit;
 
 constexpr std::string_view stop = R"({"op":"call_service","id":"1","service":"/rowe/stop"})";
 
@@ -42,21 +41,6 @@ struct dispatcher_test : all_parts::all_parts {
 struct dispatcher_of_client : dispatcher_test {
   dispatcher_of_client() : dispatcher_test{rowe::service::side::client} {}
 };
-
-TEST_F(dispatcher_test, drops_what_is_beyond_the_rate_but_no_stop) {
-  add_loop();
-  connection& peer = connect();
-  peer.messages = rate_limit{2};
-  for (int i = 0; i < 4; ++i) say(peer, R"({"op":"subscribe","topic":"/t)" + std::to_string(i) + "\"}");
-  EXPECT_EQ(counts.read(counter::over_rate), 2U);
-  EXPECT_TRUE(state.topics.find("/t1"));
-  EXPECT_FALSE(state.topics.find("/t2"));
-  EXPECT_EQ(stops(), 0U);
-  say(peer, stop);
-  EXPECT_EQ(stops(), 1U);
-  say(peer, R"({"op":"call_service","id":7,"service":"/rowe/stop","args":3})");
-  EXPECT_EQ(stops(), 2U) << "whatever else is wrong with it";
-}
 
 TEST_F(dispatcher_test, says_whether_a_text_is_a_stop_and_carries_out_nothing) {
   connection& peer = connect();
@@ -101,15 +85,6 @@ TEST_F(dispatcher_test, parks_a_message_without_room_and_counts_it_once) {
   EXPECT_EQ(counts.read(counter::messages_in), said);
   EXPECT_EQ(peer.messages_in, said);
   parts.ingress_.forget({peer.id.index});
-}
-
-TEST_F(dispatcher_test, begins_to_send_messages_to_a_peer_that_says_one) {
-  connection& peer = connect();
-  peer.takes_messages = false;
-  say(peer, R"({"op":"subscribe","topic":"/odom"})");
-  EXPECT_FALSE(peer.takes_messages);
-  say(peer, R"({"n":1})");
-  EXPECT_TRUE(peer.takes_messages);
 }
 
 TEST_F(dispatcher_test, refuses_what_is_no_json_by_what_is_wrong_with_it) {

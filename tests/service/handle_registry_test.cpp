@@ -92,18 +92,6 @@ TEST_F(handle_registry_test, refuses_a_service_for_which_there_is_no_place) {
   EXPECT_EQ(pair(more).lifecycle.refusal().limit, 4);
 }
 
-TEST_F(handle_registry_test, takes_a_service_from_a_peer_for_a_handle) {
-  connection& peer = connect();
-  rowe::wire::request asked;
-  asked.service = "/add";
-  parts.service_providers_.advertise(peer, asked);
-  const pair_index at = provide("/add");
-  handles.scan();
-  EXPECT_EQ(phase(at), pair_phase::active);
-  EXPECT_EQ(parts.service_directory_.at(parts.service_directory_.find("/add")).pair, at);
-  EXPECT_EQ(parts.service_directory_.of_peers(), 0U);
-}
-
 TEST_F(handle_registry_test, gives_the_first_receiver_what_came_before_it) {
   ASSERT_TRUE(deliver("{\"n\":1}"));
   ASSERT_TRUE(deliver("{\"n\":2}"));

@@ -127,22 +127,6 @@ TEST_F(working, nobody_owes_anything_when_nobody_waits) {
   EXPECT_EQ(handler.heard, (texts{"0:w", "0:w", "1:a", "0:c", "1:b"}));
 }
 
-TEST_F(ingress_test, does_so_much_work_and_goes_on_where_it_ended) {
-  std::string small;
-  for (int i = 0; i < 300; ++i) small += frame("s");
-  read(first, small);
-  read(second, small);
-  int cycles = 0;
-  for (; in.waits(); ++cycles) {
-    const std::size_t before = handler.heard.size();
-    in.read_in_turn();
-    EXPECT_LE(handler.heard.size() - before, rowe::service::read_work_per_cycle);
-    EXPECT_TRUE(in.check());
-  }
-  EXPECT_EQ(handler.heard.size(), 600U);
-  EXPECT_GE(cycles, 6);
-}
-
 TEST_F(ingress_test, counts_the_work_that_a_message_makes_elsewhere) {
   handler.takes = [&](peer_index, std::string_view) {
     state.cycle.work_bytes += 50 * rowe::service::read_work_bytes;

@@ -207,14 +207,5 @@ TEST_F(liveness_test, asks_nothing_of_peers_that_know_no_pings) {
   EXPECT_FALSE(peer.open()) << "but what they begin they have to finish";
 }
 
-TEST_F(liveness_test, reports_refusals_that_were_only_counted) {
-  for (int i = 0; i < 12; ++i) refused.refuse(peer, {}, "no");
-  (void)events();
-  pass(1500ms);
-  const auto happened = events();
-  ASSERT_EQ(happened.size(), 1U);
-  EXPECT_NE(std::string_view{happened[0].what}.find("4 more requests"), std::string_view::npos);
-}
-
 } // namespace
 } // namespace liveness_test

@@ -109,47 +109,6 @@ TEST_F(sender_test, counts_answers_to_a_stop_for_which_there_is_no_room) {
   EXPECT_FALSE(arrived(peer).empty());
 }
 
-TEST_F(sender_test, writes_nothing_behind_its_close_frame) {
-  connection& peer = connect();
-  say(peer, "{\"message\":1}");
-  peer.state = connection::phase::closing; // as the core says it
-  sending.send_close({peer.id.index}, 1000, "bye");
-  sending.flush_all();
-  const std::string all = arrived(peer);
-  EXPECT_NE(all.find("bye"), all.npos);
-  EXPECT_EQ(all.find("message"), all.npos);
-}
-
-TEST_F(sender_test, goes_on_with_a_frame_where_the_socket_stopped_and_puts_nothing_into_it) {
-  connection& peer = connect();
-  capacity(peer) = 5;
-  say(peer, "{\"message\":1}");
-  sending.flush_all();
-  std::string all = arrived(peer);
-  EXPECT_EQ(all.size(), 5U);
-  sending.send_control({peer.id.index}, opcode::pong, bytes("pong"));
-  EXPECT_TRUE(sending.check());
-  capacity(peer) = 1 << 20;
-  sending.writable({peer.id.index});
-  sending.flush_all();
-  all += arrived(peer);
-  EXPECT_NE(all.find("{\"message\":1}"), all.npos);
-  EXPECT_LT(all.find("message"), all.find("pong"));
-}
-
-TEST_F(sender_test, counts_the_frame_that_a_peer_which_left_has_half_of) {
-  connection& peer = connect();
-  capacity(peer) = 5;
-  say(peer, "{\"message\":1}");
-  sending.flush_all();
-  const peer_index at{peer.id.index};
-  sending.forget(at);
-  EXPECT_EQ(counts.read(counter::lost_with_peer), 1U);
-  sending.forget(at); // there is nothing more of it
-  EXPECT_EQ(counts.read(counter::lost_with_peer), 1U);
-  EXPECT_EQ(store.slots().in_use(), 0U);
-}
-
 TEST_F(sender_test, begins_anew_with_the_next_peer_at_the_same_place) {
   connection& peer = connect();
   capacity(peer) = 0;

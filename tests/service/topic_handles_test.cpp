@@ -118,15 +118,6 @@ TEST_F(topic_handles_test, of_two_types_cannot_share_a_topic) {
   EXPECT_EQ(topics.count(), 0U) << "the one that was refused holds nothing";
 }
 
-TEST_F(topic_handles_test, replace_the_type_that_a_peer_gave) {
-  connection& peer = join(0);
-  advertise(peer, "/odom", "b/Type");
-  const pair_index at = attach(pair_kind::publish_text, "/odom", "a/Type");
-  EXPECT_EQ(topics.type(topics.find("/odom")), "a/Type");
-  EXPECT_FALSE(told(peer).empty()) << "it is told";
-  detach(at);
-}
-
 TEST_F(topic_handles_test, get_what_is_published_until_they_are_detached) {
   const pair_index first = attach(pair_kind::subscribe_text, "/chat");
   const pair_index second = attach(pair_kind::subscribe_text, "/chat");
