@@ -102,17 +102,6 @@ TEST_F(core_credit, counts_a_peer_that_answers_neither_of_two_pings_until_it_doe
   EXPECT_EQ(on.count(counter::slow_peers), 2U);
 }
 
-TEST_F(core_credit, takes_no_foreign_pong_for_an_answer) {
-  peer& p = viewer();
-  saturate();
-  const std::size_t before = on.net.sent(p.id()).size();
-  for (const char* text : {"", "sixteen bytes  !", "anything else, and longer"}) {
-    p.send(rowe::wire::opcode::pong, text);
-    on.cycle();
-  }
-  EXPECT_EQ(on.net.sent(p.id()).size(), before);
-}
-
 TEST_F(core_credit, tells_the_transport_how_large_a_buffer_suits_who_has_a_low_rtt) {
   peer& p = viewer();
   saturate();

@@ -337,19 +337,6 @@ TEST_F(plain_messages, counts_messages_that_find_the_inbox_full) {
   EXPECT_EQ(on.count(counter::inbox_full), 10U - on.options.limits.door_slots);
 }
 
-TEST_F(plain_messages, answers_what_is_no_json_by_the_codec_that_was_used_last) {
-  peer there{on};
-  auto heard = there.ask("{");
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(heard[0].starts_with(R"({"error":{"code":"malformed")")) << heard[0];
-  there.say(R"({"op":"subscribe","topic":"/a"})");
-  there.say("{");
-  heard = there.hear_after(1);
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(heard[0].starts_with(R"({"op":"status","level":"error")")) << heard[0];
-  EXPECT_EQ(on.count(counter::malformed), 2U);
-}
-
 TEST_F(plain_messages, refuses_bare_texts_that_are_no_objects) {
   peer there{on};
   there.say("[1,2]");

@@ -197,27 +197,6 @@ TEST_F(foxglove_parameters, that_are_asked_for_wrongly_are_refused_under_the_id)
   EXPECT_FALSE(has(say(boss, R"({"op":"getParameters","id":7,"parameterNames":7})"), R"("id":)"));
 }
 
-TEST_F(foxglove_parameters, are_set_by_the_right_to_set_and_got_by_that_to_call_get_param) {
-  auto gain = open<double>("/arm/gain", 0.5);
-  for (const char* const role : {"observer", "driver", "peer"}) {
-    const std::string answer =
-        say(viewer(role), R"({"op":"setParameters","parameters":[{"name":"/arm/gain","value":1}]})");
-    EXPECT_TRUE(has(answer, R"("level":2)"));
-    EXPECT_TRUE(has(answer, "has no right to set /arm/gain"));
-  }
-  EXPECT_EQ(on.count(counter::denied), 3U);
-  EXPECT_FALSE(gain.refresh() && gain.get() != 0.5);
-  peer& arm = viewer("arm"); // calls /* and /arm/* only
-  for (const char* const op : {"getParameters", "subscribeParameterUpdates"}) {
-    const std::string answer = say(arm, R"({"op":")" + std::string{op} + R"(","parameterNames":[]})");
-    EXPECT_TRUE(has(answer, "has no right to call /rosapi/get_param"));
-    EXPECT_FALSE(has(answer, "gain")) << answer;
-  }
-  EXPECT_TRUE(gain.set(2));
-  pause();
-  EXPECT_EQ(heard(arm), "");
-}
-
 TEST_F(foxglove_parameters, that_a_message_names_are_limited) {
   auto gain = open<double>("/gain", 0.5);
   peer& one = viewer("supervisor");

@@ -257,25 +257,6 @@ TEST_F(core_foxglove, is_told_what_is_not_offered_and_stays) {
   EXPECT_FALSE(p.cut());
 }
 
-// One that reads nothing loses its own, and nobody else anything.
-TEST_F(core_foxglove, that_does_not_read_stays_connected_while_others_get_all) {
-  auto& pose_pair = advertise_pose_now(on);
-  client slow{on};
-  client quick{on};
-  say(slow, subscribe_to(1, slow.topic("/pose")));
-  say(quick, subscribe_to(1, quick.topic("/pose")));
-  on.net.link_of(slow.id()).capacity_bytes = 0;
-  std::size_t heard = 0;
-  for (int i = 0; i < 300; ++i) {
-    ASSERT_TRUE(publish(on, pose_pair, {static_cast<double>(i), 0}));
-    heard += quick.hear_after(1).size();
-  }
-  EXPECT_EQ(heard, 300U);
-  EXPECT_FALSE(slow.cut());
-  on.net.link_of(slow.id()).capacity_bytes = 1U << 20U;
-  EXPECT_FALSE(slow.hear_after(3).empty());
-}
-
 TEST_F(core_foxglove, lists_schemas_that_do_not_fit_into_one_message_in_several) {
   for (int i = 0; i < 6; ++i)
     on.offer(rowe::detail::pair_kind::publish_value, "/pose" + std::to_string(i), sizeof(pose), {},

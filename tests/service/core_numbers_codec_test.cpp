@@ -170,20 +170,6 @@ TEST_F(core_numbers_codec, are_not_told_all_that_comes_and_goes_without_pause) {
   EXPECT_EQ(heard.size(), 1U) << "it is gone";
 }
 
-TEST_F(core_numbers_codec, lists_more_than_one_message_holds) {
-  std::vector<std::string> names;
-  std::deque<peer> others;
-  for (char first = 'a'; first < 'm'; ++first) { // of 8 KiB, each character perhaps to be escaped
-    if (names.size() % 4 == 0) others.emplace_back(on);
-    names.push_back("/" + std::string(110, first));
-    others.back().say(R"({"op":"advertise","topic":")" + names.back() + R"("})");
-  }
-  on.cycles(4);
-  client p{on};
-  EXPECT_GT(p.greeting.size(), 3U);
-  for (const std::string& name : names) EXPECT_TRUE(p.topics.contains(name)) << name;
-}
-
 // It asks for more than it reads, and so loses what waits longest: the greeting. It is told that again.
 TEST_F(core_numbers_codec, is_greeted_again_when_it_has_lost_that) {
   peer p{on, side::server, "127.0.0.1:50000", "/", numbers::subprotocol};

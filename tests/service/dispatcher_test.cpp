@@ -55,22 +55,6 @@ TEST_F(dispatcher_test, says_whether_a_text_is_a_stop_and_carries_out_nothing) {
   EXPECT_EQ(state.subscriptions.count(), 0U);
 }
 
-TEST_F(dispatcher_test, lets_a_peer_that_came_for_the_stop_do_nothing_else) {
-  add_loop();
-  connection& peer = connect();
-  peer.stop_only = true;
-  peer.takes_messages = false;
-  say(peer, R"({"op":"subscribe","topic":"/odom"})");
-  say(peer, R"({"n":1})"); // a plain message
-  EXPECT_FALSE(state.topics.find("/odom"));
-  EXPECT_FALSE(peer.takes_messages);
-  EXPECT_TRUE(threads_inbox.all_free());
-  say(peer, stop);
-  EXPECT_EQ(stops(), 1U);
-  say(peer, R"({"op":"call_service","id":"2","service":"/rowe/stop/reset"})");
-  EXPECT_EQ(counts.read(counter::stop_refusals), 0U) << "a reset is none of its business";
-}
-
 TEST_F(dispatcher_test, parks_a_message_without_room_and_counts_it_once) {
   connection& peer = connect();
   (void)threads_inbox.try_receive(cycle.now); // there is a receiver, which takes nothing
@@ -85,13 +69,6 @@ TEST_F(dispatcher_test, parks_a_message_without_room_and_counts_it_once) {
   EXPECT_EQ(counts.read(counter::messages_in), said);
   EXPECT_EQ(peer.messages_in, said);
   parts.ingress_.forget({peer.id.index});
-}
-
-TEST_F(dispatcher_test, refuses_what_is_no_json_by_what_is_wrong_with_it) {
-  connection& peer = connect();
-  say(peer, R"({"op":"publish","topic":"/t","msg":{"x":NaN}})");
-  EXPECT_EQ(counts.read(counter::malformed), 1U);
-  EXPECT_NE(hear(peer).find("has no NaN"), std::string::npos);
 }
 
 TEST_F(dispatcher_test, reports_statuses_of_a_peer_up_to_their_rate) {

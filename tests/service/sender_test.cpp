@@ -41,25 +41,6 @@ struct sender_test : peer_parts::peer_parts {
   }
 };
 
-TEST_F(sender_test, writes_to_as_many_peers_as_one_cycle_has_work_and_then_to_the_others) {
-  std::vector<connection*> all;
-  for (std::uint32_t i = 0; i < bounds.connections_max; ++i) all.push_back(&connect());
-  for (const connection* one : all) say(*one, "{}");
-  sending.flush_all();
-  EXPECT_TRUE(sending.round_open()) << "no more is taken from handles before all had their turn";
-  std::size_t heard = 0;
-  for (const connection* one : all) heard += !arrived(*one).empty();
-  EXPECT_EQ(heard, write_work_per_cycle);
-  EXPECT_TRUE(sending.check());
-  say(*all[0], "{}"); // goes behind those that wait
-  sending.flush_all();
-  EXPECT_FALSE(sending.round_open());
-  for (const connection* one : all) heard += !arrived(*one).empty();
-  EXPECT_EQ(heard, bounds.connections_max);
-  sending.flush_all();
-  EXPECT_FALSE(arrived(*all[0]).empty());
-}
-
 TEST_F(sender_test, writes_control_frames_and_the_stop_before_messages) {
   connection& peer = connect();
   capacity(peer) = 0;

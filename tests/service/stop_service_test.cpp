@@ -233,21 +233,6 @@ TEST_F(stop_service_test, answers_a_call_with_too_long_an_id_without_it) {
   EXPECT_EQ(answer.find("xxx"), answer.npos);
 }
 
-TEST_F(stop_service_test, keeps_the_place_of_a_peer_that_stopped_a_robot_which_could_move) {
-  connection& peer = arrive();
-  connection& late = arrive();
-  start();
-  EXPECT_TRUE(stop.may_displace(peer));
-  ask(peer, "\"1\"");
-  ask(late, "\"1\"");
-  EXPECT_FALSE(stop.may_displace(peer));
-  EXPECT_TRUE(stop.may_displace(late)) << "it stood already";
-  cycle.now += rowe::service::stop_place_kept_for - 1ms;
-  EXPECT_FALSE(stop.may_displace(peer));
-  cycle.now += 1ms;
-  EXPECT_TRUE(stop.may_displace(peer));
-}
-
 TEST_F(stop_service_test, looks_often_at_first_and_then_less_while_somebody_waits) {
   EXPECT_EQ(stop.next_update(), rowe::rt::never) << "there is nothing to stop";
   connection& peer = arrive();
