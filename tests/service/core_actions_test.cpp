@@ -101,9 +101,7 @@ TEST_F(core_actions, takes_a_goal_back_once_and_ends_it_in_the_time_of_a_call) {
   }
   const peer comes{on}; // which does not change the goal's id
   on.cycle();
-  for (int i = 0; i < 2; ++i) {
-    page.tell(R"({"op":"cancel_action_goal","id":"g","action":"/dock"})", 2);
-  }
+  for (int i = 0; i < 2; ++i) page.tell(R"({"op":"cancel_action_goal","id":"g","action":"/dock"})", 2);
   EXPECT_EQ(given("cancel_action_goal"), ids);
   on.cycles(3, 1s);
   const std::string heard = only(page.hear());
@@ -116,9 +114,8 @@ TEST_F(core_actions, takes_back_only_what_the_same_peer_has_sent) {
   const std::string id = given().at(0);
   peer other{on};
   on.cycle();
-  for (const std::string& meant : {std::string{"g"}, id}) {
+  for (const std::string& meant : {std::string{"g"}, id})
     other.tell(R"({"op":"cancel_action_goal","id":")" + meant + R"(","action":"/dock"})");
-  }
   EXPECT_EQ(other.hear().size(), 2U); // refused
   other.say(R"({"op":"action_result","status":4,"action":"/dock","id":")" + id + R"("})");
   other.say(R"({"op":"action_feedback","values":{},"action":"/dock","id":")" + id + R"("})");

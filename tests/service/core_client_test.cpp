@@ -154,9 +154,8 @@ TEST_F(core_client, never_answers_a_server_and_shows_its_status) {
   server.say("nonsense");
   EXPECT_TRUE(server.hear_after(2).empty());
   bool shown = false;
-  while (const auto what = on.shared.try_event()) {
+  while (const auto what = on.shared.try_event())
     shown = shown || what->what_kind == rowe::event::kind::status_from_peer;
-  }
   EXPECT_TRUE(shown);
 }
 

@@ -225,9 +225,7 @@ TEST_F(encodings, are_not_asked_for_by_calls) {
 TEST_F(encodings, throttle_and_queues_hold_for_all) {
   auto& pair = advertise_pose(on);
   peer p = peer_saying(on, R"({"op":"subscribe","topic":"/pose","compression":"cbor","throttle_rate":100})");
-  for (int i = 0; i < 50; ++i) {
-    ASSERT_TRUE(publish_now(on, pair, {1, 0}));
-  }
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_EQ(from_cbor(p.hear()), texts{message(1)});
   EXPECT_EQ(on.count(counter::throttled), 49U);
 }

@@ -57,9 +57,7 @@ struct foxglove_graph : access {
   // Behind its greeting.
   peer& viewer(std::string_view role, std::string_view address = far) {
     peer& one = peers.emplace_back(on, side::server, address, "/", "foxglove.websocket.v1", token_of(role));
-    for (int i = 0; i < 20; ++i) {
-      (void)one.hear_after(2);
-    }
+    for (int i = 0; i < 20; ++i) (void)one.hear_after(2);
     return one;
   }
   std::string heard(peer& by) {

@@ -23,9 +23,7 @@ struct foxglove_parameters : access {
   // Behind its greeting.
   peer& viewer(std::string_view role) {
     peer& one = peers.emplace_back(on, side::server, far, "/", "foxglove.websocket.v1", token_of(role));
-    for (int i = 0; i < 20; ++i) {
-      (void)one.hear_after(2);
-    }
+    for (int i = 0; i < 20; ++i) (void)one.hear_after(2);
     return one;
   }
   std::string heard(peer& by) { return by.hear_as_one(); }

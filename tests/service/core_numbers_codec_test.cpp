@@ -224,9 +224,7 @@ TEST_F(core_numbers_codec, goes_on_with_a_message_that_the_socket_took_a_part_of
     const auto published = on.now;
     ASSERT_TRUE(publish(on, pose_pair, {1, 0}));
     texts heard;
-    for (int i = 0; i < 60 && heard.empty(); ++i) {
-      heard = p.hear_after(1);
-    }
+    for (int i = 0; i < 60 && heard.empty(); ++i) heard = p.hear_after(1);
     EXPECT_EQ(heard, texts{message(0x01020304, published, R"({"x":1,"y":0})")}) << capacity;
   }
 }

@@ -52,9 +52,7 @@ TEST_F(core_test, encodes_once_for_all_peers) {
   for (peer& p : peers) on.net.link_of(p.id()).capacity_bytes = 0; // nobody reads: the messages stay queued
   ASSERT_TRUE(publish_now(on, pair, {7, 0}));
   EXPECT_EQ(on.core.slots_in_use(), 1U);
-  for (peer& p : peers) {
-    on.net.link_of(p.id()).capacity_bytes = 4096;
-  }
+  for (peer& p : peers) on.net.link_of(p.id()).capacity_bytes = 4096;
   on.cycles(2);
   for (peer& p : peers) EXPECT_EQ(p.hear(), texts{message(7)});
   EXPECT_EQ(on.core.slots_in_use(), 0U);
@@ -102,9 +100,7 @@ TEST_F(core_test, drops_the_oldest_for_a_peer_that_does_not_read_and_counts_it) 
   for (peer* p : {&slow, &quick}) p->say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   on.net.link_of(slow.id()).capacity_bytes = 0;
-  for (int i = 0; i < 40; ++i) {
-    ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
-  }
+  for (int i = 0; i < 40; ++i) ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
   EXPECT_EQ(quick.hear().size(), 40U);
   on.net.link_of(slow.id()).capacity_bytes = 1 << 20;
   const auto late = slow.hear_after(3);
@@ -127,9 +123,7 @@ TEST_F(core_test, counts_each_expired_message_of_a_latched_topic) {
   auto& pair = advertise_pose(on, {.ttl = 20ms, .latched = true});
   peer slow = subscriber(on, "/pose");
   on.net.link_of(slow.id()).capacity_bytes = 0;
-  for (int i = 0; i < 10; ++i) {
-    ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
-  }
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
   on.cycles(60);
   EXPECT_EQ(on.count(counter::expired), 10U);
 }
@@ -138,9 +132,7 @@ TEST_F(core_test, gives_the_newest_only_to_those_who_subscribed_before_it_was_as
   peer early = subscriber(on, "/pose");
   auto& pair = advertise_pose_now(on, {.keep = rowe::keep::newest});
   on.net.link_of(early.id()).capacity_bytes = 0;
-  for (int i = 0; i < 10; ++i) {
-    ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
-  }
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
   on.net.link_of(early.id()).capacity_bytes = 4096;
   EXPECT_EQ(early.hear_after(2), texts{message(9)});
   EXPECT_EQ(on.count(counter::outbox_full), 0U);

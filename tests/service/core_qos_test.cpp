@@ -120,9 +120,7 @@ TEST_F(qos, deadline_is_told_without_an_id_only_to_who_has_many_long_ones) {
   for (int i = 0; i < 4; ++i) EXPECT_TRUE(told_by(greedy, i, long_id)) << i;
   EXPECT_FALSE(told_by(greedy, 4, long_id));
   EXPECT_TRUE(told_by(other, 0, "subscribe:/robot/camera/front/odometry:17"));
-  for (int i = 0; i < 4; ++i) {
-    greedy.tell(R"({"op":"unsubscribe","topic":"/t)" + std::to_string(i) + "\"}");
-  }
+  for (int i = 0; i < 4; ++i) greedy.tell(R"({"op":"unsubscribe","topic":"/t)" + std::to_string(i) + "\"}");
   EXPECT_TRUE(told_by(greedy, 5, long_id));
 }
 

@@ -165,9 +165,7 @@ TEST(sender, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did
   auto& brief = advertise_pose(on, {.ttl = 20ms});
   peer slow = subscriber(on, "/pose");
   on.net.link_of(slow.id()).capacity_bytes = 10; // the first frame begins, no more
-  for (int i = 1; i <= 2; ++i) {
-    ASSERT_TRUE(publish_now(on, lasting, {1.0 * i, 0}));
-  }
+  for (int i = 1; i <= 2; ++i) ASSERT_TRUE(publish_now(on, lasting, {1.0 * i, 0}));
   ASSERT_TRUE(publish_now(on, brief, {3, 0}));
   on.now += 30ms;
   on.net.link_of(slow.id()).capacity_bytes = 4096;
@@ -187,9 +185,7 @@ TEST(sender, begins_what_waited_for_a_frame_that_ended) {
     p->tell(R"({"op":"subscribe","topic":"/pose"})");
     on.net.link_of(p->id()).capacity_bytes = 10;
   }
-  for (int i = 1; i <= 2; ++i) {
-    ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
-  }
+  for (int i = 1; i <= 2; ++i) ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
   for (peer* p : {&first, &second}) {
     on.net.link_of(p->id()).capacity_bytes = 4096;
     on.cycles(3);

@@ -46,9 +46,7 @@ TEST(core_shares, survives_a_queue_that_becomes_shorter_with_expired_messages_be
     (void)publish_text(on, odom, R"({"n":0})"); // throttled from here on
     on.cycles(2);
     p.tell(published("/odom", R"({"n":"lives"})"));
-    for (int i = 0; i < 8; ++i) {
-      (void)publish_text_now(on, odom, R"({"n":1})");
-    }
+    for (int i = 0; i < 8; ++i) (void)publish_text_now(on, odom, R"({"n":1})");
     on.cycle(220ms);
     p.tell(subscribe("/odom", R"(,"queue_length":1)"));
     (void)publish_text(on, odom, R"({"n":2})");
@@ -64,9 +62,7 @@ TEST(core_shares, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
   core_harness on{hub_options()};
   auto& pair = offer_text(on, pair_kind::publish_text, "/t", 64);
   peer p = peer_saying(on, subscribe("/t", R"(,"throttle_rate":1000,"queue_length":16)"));
-  for (int i = 0; i < 11; ++i) {
-    (void)publish_text_now(on, pair, R"({"n":)" + std::to_string(i) + "}");
-  }
+  for (int i = 0; i < 11; ++i) (void)publish_text_now(on, pair, R"({"n":)" + std::to_string(i) + "}");
   ASSERT_EQ(on.core.slots_in_use(), 10U);
   p.tell(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":2)"));
   EXPECT_EQ(on.core.slots_in_use(), 2U);
@@ -78,9 +74,7 @@ TEST(core_shares, follows_a_throttle_that_is_lowered_at_once) {
   core_harness on;
   auto& pair = offer_text(on, pair_kind::publish_text, "/t", 64);
   peer p = peer_saying(on, subscribe("/t", R"(,"throttle_rate":3600000,"queue_length":4)"));
-  for (int i = 0; i < 3; ++i) {
-    (void)publish_text_now(on, pair, R"({"n":)" + std::to_string(i) + "}");
-  }
+  for (int i = 0; i < 3; ++i) (void)publish_text_now(on, pair, R"({"n":)" + std::to_string(i) + "}");
   ASSERT_EQ(p.hear().size(), 1U);
   EXPECT_EQ(p.ask(subscribe("/t", R"(,"throttle_rate":10,"queue_length":4)"), 40).size(), 2U);
   p.tell(subscribe("/t", R"(,"queue_length":4)"));
@@ -134,9 +128,7 @@ TEST(core_shares, has_entries_for_others_beside_one_whose_queues_are_full_of_exp
     for (auto* one : {&brief, &brief_too, &brief_3}) (void)publish_text(on, *one, R"({"x":1})");
     on.cycle();
   }
-  for (int i = 0; i < 10; ++i) {
-    EXPECT_TRUE(publish_text_now(on, live, R"({"x":1})"));
-  }
+  for (int i = 0; i < 10; ++i) EXPECT_TRUE(publish_text_now(on, live, R"({"x":1})"));
   EXPECT_EQ(other.hear().size(), 10U);
   EXPECT_TRUE(on.core.check());
 }

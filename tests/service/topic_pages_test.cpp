@@ -212,9 +212,8 @@ struct many_topics : topic_pages {
   }
   static std::string path_of(int i) { return "/api/v1/topics/t" + std::to_string(i); }
   void advertise(peer& source, int count) {
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < count; ++i)
       source.tell(R"({"op":"advertise","type":"a/B","topic":"/t)" + std::to_string(i) + "\"}");
-    }
     on.cycle();
   }
   void publish(peer& source, int i, std::size_t bytes) {
