@@ -36,6 +36,14 @@ inline rowe::endpoint_options with_roles() {
   return options;
 }
 
+// Such options, changed.
+template <class Change>
+rowe::endpoint_options with_roles(Change change) {
+  rowe::endpoint_options options = with_roles();
+  change(options.access);
+  return options;
+}
+
 // Opens a parameter of the process.
 template <class T>
 rowe::parameter<T> open_parameter(core_harness& on, std::string_view name, const T& first,
@@ -107,6 +115,14 @@ struct access : core_test {
   std::string events() {
     std::string all;
     while (const auto one = on.shared.try_event()) all += std::string{one->what} + "\n";
+    return all;
+  }
+  // What events of this kind say, as far as `said` says it; a line for each.
+  template <class Said>
+  std::string events(rowe::event::kind of, Said said) {
+    std::string all;
+    while (const auto one = on.shared.try_event())
+      if (one->what_kind == of) all += said(*one) + "\n";
     return all;
   }
   std::deque<peer> peers;

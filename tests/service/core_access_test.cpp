@@ -22,12 +22,10 @@ TEST_F(access, lets_nobody_in_without_a_token_that_is_known) {
 
 struct local_access : access {
   local_access()
-      : access{[] {
-          auto options = with_roles();
-          options.access.local_role = "supervisor";
-          options.access.anonymous_may_stop = true;
-          return options;
-        }()} {}
+      : access{with_roles([](rowe::access_options& to) {
+          to.local_role = "supervisor";
+          to.anonymous_may_stop = true;
+        })} {}
 };
 
 TEST_F(local_access, gives_peers_of_this_machine_the_role_that_is_chosen_for_them) {

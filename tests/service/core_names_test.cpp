@@ -140,9 +140,7 @@ TEST_F(core_names, keeps_the_last_value_for_late_subscribers_by_either_name) {
 }
 
 TEST_F(core_names, relays_between_peers_and_handles_by_either_name) {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  core_harness hub{options};
+  core_harness hub{hub_options()};
   auto& inbox = hub.offer(pair_kind::subscribe_text, "chatter", 100);
   hub.cycle();
   peer speaker{hub}, one{hub}, other{hub};

@@ -40,7 +40,6 @@ struct parameters : access {
     for (const char c : json) escaped += c == '"' || c == '\\' ? std::string{'\\', c} : std::string{c};
     return call(by, "set_param", R"({"name":")" + std::string{name} + R"(","value":")" + escaped + "\"}");
   }
-  static std::string heard(peer& by) { return by.hear_as_one(); }
 };
 
 TEST_F(parameters, that_a_peer_sets_reach_the_loop) {
@@ -217,7 +216,8 @@ TEST_F(parameters, are_told_on_a_latched_topic_fifty_times_a_second_at_most) {
   early.tell(R"({"op":"subscribe","topic":"/rowe/parameters"})");
   auto gain = open<double>("/gain", 0.5);
   on.cycles(2);
-  EXPECT_EQ(heard(early), R"({"op":"publish","topic":"/rowe/parameters","msg":{"values":{"/gain":0.5}}})");
+  EXPECT_EQ(early.hear_as_one(),
+            R"({"op":"publish","topic":"/rowe/parameters","msg":{"values":{"/gain":0.5}}})");
   for (int i = 0; i < 10; ++i) {
     EXPECT_TRUE(gain.set(i));
     on.cycle();
@@ -225,10 +225,10 @@ TEST_F(parameters, are_told_on_a_latched_topic_fifty_times_a_second_at_most) {
   EXPECT_TRUE(early.hear().empty());
   on.now += 20ms;
   on.cycles(2);
-  EXPECT_TRUE(has(heard(early), R"("/gain":9)"));
+  EXPECT_TRUE(has(early.hear_as_one(), R"("/gain":9)"));
   peer& late = comes("observer");
   late.tell(R"({"op":"subscribe","topic":"/rowe/parameters"})", 2);
-  EXPECT_TRUE(has(heard(late), R"("/gain":9)"));
+  EXPECT_TRUE(has(late.hear_as_one(), R"("/gain":9)"));
 }
 
 TEST_F(parameters, none_leaves_no_topic) {

@@ -147,13 +147,9 @@ TEST_F(core_test, writes_urgent_topics_before_others) {
   browser.say(R"({"op":"subscribe","topic":"/bulk"})");
   browser.say(R"({"op":"subscribe","topic":"/urgent"})");
   on.cycle();
-  const auto say = [&](rowe::detail::queue_pair& pair, std::string_view text) {
-    ASSERT_TRUE(rowe::detail::publish_into(
-        pair, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
-  };
-  say(bulk, "{}");
-  say(bulk, R"({"n":2})");
-  say(urgent, "{}");
+  ASSERT_TRUE(publish_text(on, bulk, "{}"));
+  ASSERT_TRUE(publish_text(on, bulk, R"({"n":2})"));
+  ASSERT_TRUE(publish_text(on, urgent, "{}"));
   on.cycle();
   EXPECT_EQ(browser.hear(), (texts{R"({"op":"publish","topic":"/urgent","msg":{}})",
                                    R"({"op":"publish","topic":"/bulk","msg":{}})",
@@ -161,11 +157,8 @@ TEST_F(core_test, writes_urgent_topics_before_others) {
 }
 
 TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
-  rowe::endpoint_options options = harness::small_options();
-  options.limits.queue_depth_max = 256;
-  options.limits.small_slots = 512;
-  options.limits.queued_max = 1024;
-  core_harness busy{options};
+  core_harness busy{with_limits(small_options(), &limits::queue_depth_max, 256, &limits::small_slots, 512,
+                                &limits::queued_max, 1024)};
   auto& first = busy.offer(rowe::detail::pair_kind::publish_text, "/a", 8, {.depth = 256});
   auto& second = busy.offer(rowe::detail::pair_kind::publish_text, "/b", 8, {.depth = 256});
   peer reader{busy};
@@ -173,12 +166,8 @@ TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
   reader.say(R"({"op":"subscribe","topic":"/b"})");
   busy.cycle();
   busy.net.link_of(reader.id()).capacity_bytes = 0;
-  for (auto* pair : {&first, &second}) {
-    for (int i = 0; i < 128; ++i) {
-      ASSERT_TRUE(rowe::detail::publish_into(*pair, 2, busy.now,
-                                             [](std::byte* slot) { std::memcpy(slot, "{}", 2); }));
-    }
-  }
+  for (auto* pair : {&first, &second})
+    for (int i = 0; i < 128; ++i) ASSERT_TRUE(publish_text(busy, *pair, "{}"));
   busy.cycles(4);
   busy.net.link_of(reader.id()).capacity_bytes = 64 * 45; // a batch at a time
   bool heard_b = false;
@@ -200,10 +189,7 @@ TEST_F(core_test, writes_not_a_number_as_null_and_counts_it) {
 TEST_F(core_test, drops_and_counts_text_that_is_no_json_object) {
   auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/text", 100);
   peer browser = subscriber(on, "/text");
-  for (const std::string_view text : {"{", "7", "[{}]"}) {
-    ASSERT_TRUE(rowe::detail::publish_into(
-        pair, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
-  }
+  for (const std::string_view text : {"{", "7", "[{}]"}) ASSERT_TRUE(publish_text(on, pair, text));
   EXPECT_TRUE(browser.hear_after(1).empty());
   EXPECT_EQ(on.count(counter::malformed), 3U);
 }
@@ -219,9 +205,7 @@ TEST_F(core_test, frees_a_closing_lane_and_its_topic_after_sending_what_it_held)
 }
 
 TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {
-  rowe::endpoint_options options = harness::small_options();
-  options.relay = true;
-  core_harness hub{options};
+  core_harness hub{hub_options()};
   peer talker{hub};
   peer listener{hub};
   listener.tell(R"({"op":"subscribe","topic":"/pose"})");
@@ -245,17 +229,12 @@ TEST_F(core_test, wants_the_next_cycle_at_once_when_a_lane_had_more_than_its_sha
   EXPECT_GT(on.next_wake, on.now);
 }
 
-} // namespace
-} // namespace core_publishing_test
-// A queue may begin with what expired long ago, in a slot that another message of the topic has now.
 // A core with slots for a queue pair's larger share, and a peer that wants all and may have `queue_length`
 // waiting.
 struct ample {
   explicit ample(int queue_length)
-      : on{[] {
-          return with_limits(small_options(), &limits::small_slots, 1024, &limits::queue_depth_max, 256,
-                             &limits::queued_max, 1024);
-        }()} {
+      : on{with_limits(small_options(), &limits::small_slots, 1024, &limits::queue_depth_max, 256,
+                       &limits::queued_max, 1024)} {
     reader.tell(R"({"op":"subscribe","topic":"/pose","queue_length":)" + std::to_string(queue_length) + "}");
   }
   void publish_all(int values) {
@@ -286,8 +265,7 @@ TEST(core_publishing, takes_more_of_a_queue_pair_at_once_where_everybody_has_roo
 
 TEST(core_publishing, takes_no_more_of_a_lane_at_once_than_the_smallest_queue_holds) {
   ample a{100};
-  peer patient{a.on};
-  patient.tell(R"({"op":"subscribe","topic":"/pose"})");
+  peer patient = subscriber(a.on, "/pose");
   a.publish_all(300);
   a.on.cycle();
   EXPECT_EQ(a.waiting(), 200U);
@@ -304,6 +282,7 @@ TEST(core_publishing, takes_the_usual_share_of_a_lane_where_a_peer_reads_slowly)
   EXPECT_EQ(a.waiting(), 200U - 64U);
 }
 
+// A queue may begin with what expired long ago, in a slot that another message of the topic has now.
 TEST(core_publishing, takes_back_from_peers_that_do_not_read_only_what_they_hold) {
   core_harness on{with_limits(small_options(), &limits::small_slots, 2, &limits::large_slots, 1)};
   auto& lasting = on.offer(rowe::detail::pair_kind::publish_text, "/t", 64);
@@ -356,4 +335,6 @@ TEST_F(core_test, takes_slots_back_from_peers_that_do_not_read_when_others_need_
   }
 }
 
+} // namespace
+} // namespace core_publishing_test
 } // namespace harness

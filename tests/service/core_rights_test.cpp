@@ -118,12 +118,10 @@ TEST_F(rights, keep_their_peer_wherever_it_stands_in_the_options) {
 
 struct local_rights : rights {
   local_rights()
-      : rights{[] {
-          auto options = with_roles();
-          options.access.local_role = "driver";
-          options.access.anonymous_may_stop = true;
-          return options;
-        }()} {}
+      : rights{with_roles([](rowe::access_options& to) {
+          to.local_role = "driver";
+          to.anonymous_may_stop = true;
+        })} {}
 };
 
 TEST_F(local_rights, go_with_the_role_of_this_machine_and_with_what_strangers_may) {
@@ -155,12 +153,7 @@ TEST_F(local_rights, let_a_button_whose_token_is_gone_stop) {
 }
 
 struct no_rights : rights {
-  no_rights()
-      : rights{[] {
-          auto options = with_roles();
-          options.access = {};
-          return options;
-        }()} {}
+  no_rights() : rights{with_roles([](rowe::access_options& to) { to = {}; })} {}
 };
 
 TEST_F(no_rights, end_with_the_first_identity) {
@@ -176,7 +169,7 @@ TEST_F(no_rights, end_with_the_first_identity) {
 
 // More than are closed in one cycle: all count as closed at once, and each is closed in one of the next.
 struct many_rights : rights {
-  many_rights() : rights{[] { return with_limits(with_roles(), &limits::connections_max, 40); }()} {}
+  many_rights() : rights{with_limits(with_roles(), &limits::connections_max, 40)} {}
 };
 
 TEST_F(many_rights, are_gone_at_once_however_many_peers_had_them) {
@@ -209,6 +202,12 @@ TEST_F(rights, by_which_an_upgrade_was_judged_must_hold_when_it_is_done) {
 }
 
 struct guarded_rights : rights {
+  using rights::rights;
+  void let_go(peer& by) {
+    (void)loop.moves();
+    (void)call_stop(on, by, "reset", "");
+    ASSERT_TRUE(loop.moves());
+  }
   stoppable_loop loop{on};
 };
 
@@ -216,9 +215,7 @@ TEST_F(guarded_rights, stop_the_robot_when_they_are_taken_from_its_guard) {
   peer& boss = comes("supervisor");
   peer& guard = comes("guard");
   EXPECT_FALSE(has(call_stop(on, guard, "lease", R"("guard":"panel",)"), "\"role\""));
-  (void)loop.moves();
-  (void)call_stop(on, boss, "reset", "");
-  ASSERT_TRUE(loop.moves());
+  let_go(boss);
   revoke("guard");
   on.set_access(now);
   EXPECT_TRUE(loop.is_stopped()); // in the same cycle
@@ -240,9 +237,7 @@ TEST_F(rights, tell_who_comes_and_goes_and_who_is_there) {
 
 TEST_F(guarded_rights, tell_who_has_stopped_the_robot) {
   peer& boss = comes("supervisor");
-  (void)loop.moves();
-  (void)call_stop(on, boss, "reset", "");
-  ASSERT_TRUE(loop.moves());
+  let_go(boss);
   std::string who;
   while (const auto one = on.shared.try_event())
     if (one->what_kind == rowe::event::kind::stop) who = one->peer;
@@ -265,15 +260,12 @@ TEST_F(rights, are_not_what_a_stop_wants_where_there_is_none) {
 }
 
 // A peer may say that it is anybody.
-struct claims : rights {
+struct claims : guarded_rights {
   claims()
-      : rights{[] {
-          auto options = with_roles();
-          options.access.anonymous_may_stop = true;
-          options.access.identities.push_back(
-              {std::string(64, 'n'), "observer", rowe::hash_token(token_of("long"))});
-          return options;
-        }()} {}
+      : guarded_rights{with_roles([](rowe::access_options& to) {
+          to.anonymous_may_stop = true;
+          to.identities.push_back({std::string(64, 'n'), "observer", rowe::hash_token(token_of("long"))});
+        })} {}
   // Who has stopped, as everybody is told.
   std::string source(peer& one) { return std::string{rowe::json::find(stop_state(on, one), "source")->raw}; }
   stoppable_loop loop{on};
@@ -296,9 +288,7 @@ TEST_F(claims, of_who_stops_stand_behind_who_that_is) {
 TEST_F(claims, do_not_end_the_quotes_around_them) {
   peer& boss = comes("supervisor");
   peer& observer = comes("observer");
-  (void)loop.moves();
-  (void)call_stop(on, boss, "reset", "");
-  ASSERT_TRUE(loop.moves());
+  let_go(boss);
   (void)answer_to(observer, R"({"service":"/rowe/stop","source":"a', 'b","reason":"c', by 'd"})");
   std::string told;
   while (const auto one = on.shared.try_event())
@@ -309,19 +299,14 @@ TEST_F(claims, do_not_end_the_quotes_around_them) {
 TEST_F(claims, of_who_stops_do_not_hide_in_the_log_who_that_is) {
   peer& boss = comes("supervisor");
   peer& observer = comes("observer");
-  (void)loop.moves();
-  (void)call_stop(on, boss, "reset", "");
-  ASSERT_TRUE(loop.moves());
+  let_go(boss);
   (void)answer_to(observer, R"({"service":"/rowe/stop","source":"supervisor"})");
-  std::vector<std::string> told;
-  while (const auto one = on.shared.try_event()) {
-    if (one->what_kind != rowe::event::kind::stop) continue;
-    told.push_back(std::string{one->peer} + ", " + std::string{one->identity} + ", " +
-                   std::string{one->what});
-  }
-  EXPECT_EQ(told, (std::vector<std::string>{
-                      "10.0.0.7:50000, supervisor, reset: loops may move",
-                      "10.0.0.7:50000, observer, stopped: request, by 'observer (supervisor)'"}));
+  const auto told = [](const rowe::event& one) {
+    return std::string{one.peer} + ", " + std::string{one.identity} + ", " + std::string{one.what};
+  };
+  EXPECT_EQ(events(rowe::event::kind::stop, told),
+            "10.0.0.7:50000, supervisor, reset: loops may move\n"
+            "10.0.0.7:50000, observer, stopped: request, by 'observer (supervisor)'\n");
 }
 
 // Whatever a peer calls a topic, the line about it is no other line.
@@ -330,23 +315,21 @@ TEST_F(rights, are_denied_with_a_name_in_quotes_unless_it_is_plain) {
   for (const char* const name :
        {"/plain_1", "/a b", "/a\xE3\x85\xA4 10.9.9.9:4444: supervisor: reset", "/it's"})
     (void)answer_to(observer, R"({"op":"publish","msg":{},"topic":")" + std::string{name} + R"("})");
-  std::string all;
-  while (const auto one = on.shared.try_event())
-    if (one->what_kind == rowe::event::kind::denied)
-      all +=
-          std::string{std::string_view{one->what}.substr(std::string_view{one->what}.find("publish"))} + "\n";
-  EXPECT_EQ(all, "publish /plain_1\npublish '/a b'\n"
-                 "publish '/a\xE3\x85\xA4 10.9.9.9:4444: supervisor: reset'\npublish '/it\\'s'\n");
+  const auto told = [](const rowe::event& one) {
+    return std::string{std::string_view{one.what}.substr(std::string_view{one.what}.find("publish"))};
+  };
+  EXPECT_EQ(events(rowe::event::kind::denied, told),
+            "publish /plain_1\npublish '/a b'\n"
+            "publish '/a\xE3\x85\xA4 10.9.9.9:4444: supervisor: reset'\npublish '/it\\'s'\n");
 }
 
 TEST_F(rights, are_denied_with_the_identity_beside_the_address) {
   peer& observer = comes("observer");
   (void)answer_to(observer, R"({"op":"publish","topic":"/x","msg":{}})");
-  std::string told;
-  while (const auto one = on.shared.try_event())
-    if (one->what_kind == rowe::event::kind::denied)
-      told = std::string{one->peer} + ", " + std::string{one->identity};
-  EXPECT_EQ(told, "10.0.0.7:50000, observer");
+  const auto told = [](const rowe::event& one) {
+    return std::string{one.peer} + ", " + std::string{one.identity};
+  };
+  EXPECT_EQ(events(rowe::event::kind::denied, told), "10.0.0.7:50000, observer\n");
 }
 
 TEST_F(rights, are_not_asked_about_wrong_tokens_but_those_are_counted) {
@@ -361,11 +344,9 @@ TEST_F(rights, are_not_asked_about_wrong_tokens_but_those_are_counted) {
 
 struct seen : rights {
   seen()
-      : rights{[] {
-          auto options = with_roles();
-          options.access.roles[0].call = {"/arm/*", "/rosapi/*", "/rowe/stats"};
-          return options;
-        }()} {
+      : rights{with_roles([](rowe::access_options& to) {
+          to.roles[0].call = {"/arm/*", "/rosapi/*", "/rowe/stats"};
+        })} {
     peer& provider = comes("peer");
     for (const char* const topic : {"/arm/joints", "/secret/place"})
       provider.say(R"({"op":"advertise","type":"a/B","topic":")" + std::string{topic} + "\"}");

@@ -13,15 +13,8 @@ using namespace harness;
 using rowe::errc;
 using rowe::detail::entry;
 
-rowe::endpoint_options hub_options() {
-  auto chosen = small_options();
-  chosen.relay = true;
-  chosen.limits.door_slot_bytes = 16 * 1024;
-  return chosen;
-}
-
 struct times_to_live : core_test {
-  times_to_live() : core_test{hub_options()} {}
+  times_to_live() : core_test{with_limits(hub_options(), &limits::door_slot_bytes, 16 * 1024)} {}
   peer rowe_peer() { return peer{on, rowe::service::side::server, "127.0.0.1:1", "/", "rowe.v1"}; }
   peer subscriber() {
     peer made = rowe_peer();

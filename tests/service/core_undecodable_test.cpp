@@ -53,9 +53,7 @@ TEST_F(core_undecodable, tells_the_peer_and_this_process_which_member_is_wrong) 
 }
 
 TEST_F(core_undecodable, tells_of_a_hub_as_well) {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  core_harness hub{options};
+  core_harness hub{hub_options()};
   subscribe_twist(hub);
   hub.cycle();
   peer p{hub}, listener{hub};
@@ -89,9 +87,7 @@ TEST_F(core_undecodable, tells_each_peer_whatever_another_has_sent) {
 
 // A peer that changes topics all the time is told of two, and of the others when their turn has come.
 TEST_F(core_undecodable, tells_a_peer_of_few_topics_a_second) {
-  rowe::endpoint_options options = small_options();
-  options.limits.lanes_max = 12;
-  core_harness wide{options};
+  core_harness wide{with_limits(small_options(), &limits::lanes_max, 12)};
   std::vector<std::string> topics;
   for (char c = 'a'; c < 'k'; ++c) {
     topics.push_back(std::string{"/"} + c);
@@ -267,9 +263,7 @@ TEST_F(malformed_texts, fail_the_call_or_the_goal_that_can_be_seen_in_them) {
 }
 
 TEST_F(malformed_texts, that_answer_a_call_fail_it) {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  core_harness hub{options};
+  core_harness hub{hub_options()};
   peer arm{hub}, page{hub};
   arm.tell(R"({"op":"advertise_service","service":"/grip","type":"x/Y"})");
   page.tell(R"({"op":"call_service","id":"c1","service":"/grip"})", 2);

@@ -52,6 +52,12 @@ struct listings_test : peer_parts::peer_parts {
     listed.greet(c);
     return c;
   }
+  // One that has read its greeting and all lists.
+  connection& greeted() {
+    connection& c = greet(0);
+    (void)heard(c);
+    return c;
+  }
   topic_id hold_own(std::string_view name) {
     const topic_id topic = topics.find_or_add(name);
     topics.hold_as_own(topic);
@@ -110,8 +116,7 @@ TEST_F(listings_test, tell_who_we_are_and_then_what_there_is) {
 
 TEST_F(listings_test, tell_nothing_twice) {
   add_topic("/odom");
-  connection& peer = greet(0);
-  (void)heard(peer);
+  connection& peer = greeted();
   for (int i = 0; i < 10; ++i, rest()) listed.tell_changes();
   EXPECT_TRUE(heard(peer).empty());
   EXPECT_EQ(listed.due(), rowe::rt::never);
@@ -119,8 +124,7 @@ TEST_F(listings_test, tell_nothing_twice) {
 
 TEST_F(listings_test, tell_what_is_gone_before_what_is_new) {
   add_topic("/old");
-  connection& peer = greet(0);
-  (void)heard(peer);
+  connection& peer = greeted();
   const auto was = channel("/old");
   remove_topic("/old");
   add_topic("/new"); // perhaps at the same place
@@ -133,8 +137,7 @@ TEST_F(listings_test, tell_what_is_gone_before_what_is_new) {
 }
 
 TEST_F(listings_test, tell_changes_at_once_and_then_at_their_pace) {
-  connection& peer = greet(0);
-  (void)heard(peer);
+  connection& peer = greeted();
   rest();
   std::uint32_t told_at_once = 0;
   for (int i = 0; i < 20; ++i) {
@@ -152,8 +155,7 @@ TEST_F(listings_test, tell_changes_at_once_and_then_at_their_pace) {
 }
 
 TEST_F(listings_test, say_nothing_of_what_came_and_went_in_between) {
-  connection& peer = greet(0);
-  (void)heard(peer);
+  connection& peer = greeted();
   rest();
   for (std::uint32_t i = 0; i < rowe::service::listings_burst; ++i) {
     add_topic("/t" + std::to_string(i));
@@ -231,8 +233,7 @@ TEST_F(listings_test, tell_again_what_was_evicted_as_it_is_then) {
 
 // What came after a round began is for the next one. So it ends, however often something comes and goes.
 TEST_F(listings_test, end_a_round_while_topics_come_and_go) {
-  connection& peer = greet(0);
-  (void)heard(peer);
+  connection& peer = greeted();
   rest();
   std::size_t messages = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -261,8 +262,7 @@ TEST_F(listings_test, go_on_where_they_ended_however_much_there_is) {
 
 TEST_F(listings_test, tell_the_next_peer_at_the_same_place_everything) {
   add_topic("/odom");
-  connection& gone = greet(0);
-  (void)heard(gone);
+  connection& gone = greeted();
   for (std::uint32_t i = 0; i <= rowe::service::listings_burst; ++i) {
     add_topic("/t" + std::to_string(i));
     listed.tell_changes();
