@@ -85,22 +85,6 @@ TEST_F(broker_test, encodes_nothing_that_all_who_listen_have_throttled) {
   EXPECT_EQ(waiting(peer, topic), std::vector<std::string>{R"({"n":2})"});
 }
 
-TEST_F(broker_test, keeps_one_value_of_each_publisher) {
-  const topic_id topic = hold_as_own("/map");
-  const latch_owner handle{latch_owner::kind::handle, 0}, peer{latch_owner::kind::peer, 0};
-  publish(topic, R"({"of":"handle"})", handle);
-  publish(topic, R"({"of":"peer"})", peer);
-  publish(topic, R"({"of":"the handle again"})", handle);
-  const auto& kept = state.latches;
-  const auto first = topics.at(topic).latched.head;
-  ASSERT_TRUE(first);
-  EXPECT_EQ(kept.at(first).value.owner, peer) << "the oldest first";
-  ASSERT_TRUE(kept.at(first).next);
-  EXPECT_EQ(kept.at(kept.at(first).next).value.owner, handle);
-  EXPECT_FALSE(kept.at(kept.at(first).next).next);
-  EXPECT_EQ(kept.count(), 2U);
-}
-
 TEST_F(broker_of_hub, passes_it_back_to_who_published_it_if_that_one_subscribes) {
   connection& peer = join(0);
   subscribe(peer, "/chat");

@@ -604,6 +604,7 @@ TEST_F(core_calls_hub, has_one_provider_for_a_service) {
   second.say(R"({"op":"unadvertise_service","service":"/add"})");
   second.say(R"({"op":"advertise_service","service":"/rowe/stats"})");
   EXPECT_EQ(second.hear_after(1).size(), 3U) << "a status for each";
+  EXPECT_EQ(first.ask(R"({"op":"advertise_service","service":"add"})"), texts{}) << "the same once more";
   first.tell(R"({"op":"unadvertise_service","service":"/add"})");
   EXPECT_EQ(second.ask(R"({"op":"advertise_service","service":"/add"})"), texts{});
 }

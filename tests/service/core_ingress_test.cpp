@@ -276,19 +276,6 @@ TEST_F(core_ingress, finds_a_stop_behind_a_frame_that_came_in_two_reads) {
   EXPECT_EQ(on.count(counter::stops), 1U);
 }
 
-TEST_F(core_ingress, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
-  listen();
-  flood({0}, 300);
-  on.cycle();
-  peers[0]->leave(rowe::service::close_cause::reset);
-  on.cycle();
-  auto again = std::make_unique<peer>(on);
-  on.cycle();
-  (void)order();
-  again->tell(say('z'), 3);
-  EXPECT_EQ(order(), "z");
-}
-
 // ---- shares of whoever receives
 
 // A lane receives; it has ten slots each way, of which two are kept for who comes.

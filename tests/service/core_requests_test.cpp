@@ -161,15 +161,6 @@ TEST_F(hub, keeps_topics_below_rowe_for_itself) {
   EXPECT_TRUE(has(heard[0], R"("op":"status","level":"error","id":"p")"));
 }
 
-TEST_F(hub, delivers_to_subscribers_of_its_own_process_too) {
-  auto& inbox = on.offer(rowe::detail::pair_kind::subscribe_text, "/chatter", 1000);
-  peer talker = peer_saying(on, R"({"op":"publish","topic":"/chatter","msg":{"data":1}})", 2);
-  talker.tell(R"({"op":"publish","topic":"/chatter","msg":{"data":2}})");
-  std::string newest;
-  while (const auto text = take(inbox)) newest = *text;
-  EXPECT_EQ(newest, R"({"data":2})");
-}
-
 TEST_F(core_test, does_not_relay_unless_it_is_a_hub) {
   peer talker{on};
   peer listener = subscriber(on, "/chatter");

@@ -81,18 +81,6 @@ TEST_F(handle_submissions_test, keep_their_slots_while_they_are_parked_and_their
   for (int i = 0; i < 8; ++i) EXPECT_TRUE(submit(at, "{}", {}, true)) << "all slots came back";
 }
 
-TEST_F(handle_submissions_test, that_are_parked_for_one_peer_hold_up_no_other) {
-  connection& slow = connect();
-  connection& quick = connect();
-  const pair_index at = attach();
-  block(slow);
-  fill(at, slow);
-  ASSERT_TRUE(submit(at, "{\"n\":1}", ref(quick)));
-  take(at);
-  EXPECT_NE(hear(quick).find("{\"n\":1}"), std::string::npos);
-  EXPECT_TRUE(state.pair_rows[at].parked_first);
-}
-
 TEST_F(handle_submissions_test, leave_a_gap_where_one_in_the_middle_is_taken) {
   connection& slow = connect();
   connection& other = connect();

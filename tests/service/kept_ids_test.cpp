@@ -46,25 +46,5 @@ TEST_F(kept_ids_test, are_read_as_they_were_written) {
   EXPECT_EQ(ids.in_use(), 0U);
 }
 
-TEST_F(kept_ids_test, of_one_peer_leave_others_their_share) {
-  std::array<kept_id, 120> many;
-  std::uint32_t kept = 0;
-  for (kept_id& one : many) {
-    ids.keep(one, peer_index{0}, "an id");
-    kept += read(one) == "an id";
-  }
-  EXPECT_EQ(kept, ids.in_use());
-  EXPECT_GE(kept, 32U);
-  EXPECT_LE(kept, 128U - 3 * 16);
-  for (std::uint32_t peer = 1; peer < 4; ++peer) {
-    kept_id one;
-    ids.keep(one, peer_index{peer}, std::string(100, 'x'));
-    EXPECT_EQ(read(one), std::string(100, 'x'));
-    ids.drop(one, peer_index{peer});
-  }
-  for (kept_id& one : many) ids.drop(one, peer_index{0});
-  EXPECT_EQ(ids.in_use(), 0U);
-}
-
 } // namespace
 } // namespace kept_ids_test

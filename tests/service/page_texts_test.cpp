@@ -43,33 +43,6 @@ struct page_texts_test : testing::Test {
   }
 };
 
-TEST_F(page_texts_test, keep_a_text_until_its_page_ends) {
-  const text_id text = text_of(2, 'y');
-  const std::uint32_t which = pages.begin(text, now);
-  store.release(text); // the topic has another value
-  std::size_t at = 0;
-  while (at < 2 * chunk_store::chunk_bytes) {
-    const auto piece = pages.read(which, at);
-    ASSERT_FALSE(piece.empty());
-    EXPECT_EQ(piece.front(), std::byte{'y'});
-    at += piece.size();
-  }
-  pages.end(which);
-}
-
-TEST_F(page_texts_test, are_two_at_a_time) {
-  const text_id text = text_of(1);
-  const std::uint32_t first = pages.begin(text, now);
-  EXPECT_FALSE(pages.full());
-  const std::uint32_t second = pages.begin(text, now);
-  EXPECT_NE(first, second);
-  EXPECT_TRUE(pages.full());
-  pages.end(first);
-  EXPECT_FALSE(pages.full());
-  pages.end(second);
-  store.release(text);
-}
-
 TEST_F(page_texts_test, of_two_texts_have_a_quarter_of_the_chunks) {
   const text_id small = text_of(1), other = text_of(1), large = text_of(2);
   EXPECT_TRUE(pages.has_room_for(large)) << "one may be as long as any";

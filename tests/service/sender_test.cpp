@@ -61,20 +61,6 @@ TEST_F(sender_test, writes_control_frames_and_the_stop_before_messages) {
   EXPECT_NE(all.find("message"), all.npos);
 }
 
-TEST_F(sender_test, writes_the_newest_state_of_the_stop_and_none_that_it_replaced) {
-  connection& peer = connect();
-  capacity(peer) = 0;
-  for (const std::string text : {"{\"state\":1}", "{\"state\":2}", "{\"state\":3}"})
-    sending.add_stop_state({peer.id.index}, text);
-  capacity(peer) = 1 << 20;
-  sending.writable({peer.id.index});
-  sending.flush_all();
-  const std::string all = arrived(peer);
-  EXPECT_EQ(all.find("\"state\":1"), all.npos);
-  EXPECT_EQ(all.find("\"state\":2"), all.npos);
-  EXPECT_NE(all.find("\"state\":3"), all.npos);
-}
-
 TEST_F(sender_test, counts_answers_to_a_stop_for_which_there_is_no_room) {
   connection& peer = connect();
   capacity(peer) = 0;

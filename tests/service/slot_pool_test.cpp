@@ -66,14 +66,6 @@ TEST_F(slot_pool_test, makes_references_stale_when_a_slot_expires_and_counts_del
   EXPECT_EQ(slots.in_use(), 0U);
 }
 
-TEST_F(slot_pool_test, does_not_expire_a_slot_a_socket_is_in_the_middle_of) {
-  const auto slot = slots.take(slot_class::small);
-  slots.begin(slot);
-  EXPECT_FALSE(slots.expire(slot));
-  slots.end(slot);
-  EXPECT_TRUE(slots.expire(slot));
-}
-
 TEST_F(slot_pool_test, loses_and_doubles_no_slot_in_random_use) {
   constexpr std::uint64_t seed = 20;
   SCOPED_TRACE(seed);

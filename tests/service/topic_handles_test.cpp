@@ -133,15 +133,6 @@ TEST_F(topic_handles_test, get_what_is_published_until_they_are_detached) {
   EXPECT_EQ(next(second), "{\"n\":3}");
 }
 
-TEST_F(topic_handles_test, get_the_last_value_of_a_latched_topic_when_they_come) {
-  const pair_index writer = attach(pair_kind::publish_text, "/map", {}, true);
-  publish("/map", "{\"m\":1}", {latch_owner::kind::handle, writer.value});
-  const pair_index late = attach(pair_kind::subscribe_text, "/map");
-  EXPECT_EQ(next(late), "{\"m\":1}");
-  detach(writer);
-  EXPECT_TRUE(topics.at(topics.find("/map")).latched.empty()) << "its value went with its handle";
-}
-
 TEST_F(topic_handles_test, know_whether_anybody_listens) {
   const pair_index writer = attach(pair_kind::publish_text, "/odom");
   EXPECT_EQ(advice(writer), audience::nobody);
