@@ -112,6 +112,18 @@ struct access : core_test {
   }
   bool is_in(peer& one) { return on.core.peers() == peers.size() && !on.net.closed_by_us(one.id()); }
   std::string answer_to(peer& of, std::string_view text) { return access_fixture::answer_to(on, of, text); }
+  std::string call(peer& by, std::string_view service, std::string_view args = "{}") {
+    (void)by.hear();
+    return answer_to(by, R"({"op":"call_service","id":"c","service":")" + std::string{service} +
+                             R"(","args":)" + std::string{args} + "}");
+  }
+  // Of Foxglove's protocol, behind its greeting.
+  peer& viewer(std::string_view role, std::string_view address = far) {
+    peer& one = peers.emplace_back(on, rowe::service::side::server, address, "/", "foxglove.websocket.v1",
+                                   token_of(role));
+    for (int i = 0; i < 20; ++i) (void)one.hear_after(2);
+    return one;
+  }
   std::string events() {
     std::string all;
     while (const auto one = on.shared.try_event()) all += std::string{one->what} + "\n";

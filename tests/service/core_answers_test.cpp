@@ -74,11 +74,8 @@ TEST_F(answers, take_args_and_a_fragment_size_that_are_null_for_none) {
   EXPECT_EQ(asks(page, text({plain, R"(,"args":null,"fragment_size":null})"})), expected);
 }
 
-rowe::endpoint_options with_a_low_rate() {
-  return with_limits(with_roles(), &limits::messages_per_second_max, 100);
-}
 struct low_rate : answers {
-  low_rate() : answers{with_a_low_rate()} {}
+  low_rate() : answers{with_limits(with_roles(), &limits::messages_per_second_max, 100)} {}
 };
 
 TEST_F(low_rate, answers_each_call_and_goal_beyond_it) {

@@ -314,11 +314,7 @@ struct replying : core_test {
     return *slot;
   }
   std::string outcome(std::uint32_t slot) {
-    if (!on.submissions.drained()) return "waits";
-    EXPECT_TRUE(on.submissions.wait(slot, rowe::rt::never));
-    const auto done = on.submissions.outcome(slot);
-    on.submissions.release(slot);
-    return done ? "sent" : std::string{done.error().name()};
+    return on.submissions.drained() ? outcome_of(on, slot) : "waits";
   }
 };
 

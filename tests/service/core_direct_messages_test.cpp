@@ -33,13 +33,8 @@ struct plain_messages : core_test {
   }
   // What became of it; "waits" while nothing has.
   std::string outcome(std::uint32_t slot) {
-    if (on.submissions.incomplete() == 0 || on.submissions.drained()) {
-      EXPECT_TRUE(on.submissions.wait(slot, rowe::rt::never));
-      const auto done = on.submissions.outcome(slot);
-      on.submissions.release(slot);
-      return done ? "sent" : std::string{done.error().name()};
-    }
-    return "waits";
+    const bool ended = on.submissions.incomplete() == 0 || on.submissions.drained();
+    return ended ? outcome_of(on, slot) : "waits";
   }
   std::string received() {
     const auto slot = on.inbox.try_receive(on.now);

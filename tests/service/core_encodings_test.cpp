@@ -15,15 +15,8 @@ using namespace harness;
 using rowe::tests::cbor_text;
 using rowe::tests::png_text;
 
-rowe::endpoint_options hub_options() {
-  auto chosen = small_options();
-  chosen.relay = true;
-  chosen.stop.unguarded = true;
-  return chosen;
-}
-
 struct encodings : core_test {
-  encodings() : core_test{hub_options()} {}
+  encodings() : core_test{unguarded_hub_options()} {}
 
   peer subscriber(std::string_view compression, std::string_view topic = "/pose",
                   std::string_view subprotocol = {}) {

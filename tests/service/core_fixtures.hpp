@@ -36,6 +36,19 @@ inline rowe::detail::queue_pair& advertise_pose_now(core_harness& on, rowe::topi
   return made;
 }
 
+// A service /echo of poses.
+inline rowe::detail::pair_request echo_request() {
+  return {.kind = rowe::detail::pair_kind::respond_value,
+          .name = "/echo",
+          .type = "test/Echo",
+          .out_depth = 4,
+          .in_depth = 4,
+          .out_bytes = 192,
+          .in_bytes = sizeof(pose),
+          .encoded = &rowe::describe<pose>(),
+          .decoded = &rowe::describe<pose>()};
+}
+
 // A lane with so many slots of so many bytes each way.
 inline rowe::detail::pair_request lane_request(std::uint32_t depth, std::size_t bytes, bool receives = true) {
   return {.kind = rowe::detail::pair_kind::talk,
@@ -85,6 +98,14 @@ inline texts take_all(rowe::detail::queue_pair& pair) {
   texts all;
   while (auto text = take(pair)) all.push_back(std::move(*text));
   return all;
+}
+
+// What became of what a thread submitted, which waits for it.
+inline std::string outcome_of(core_harness& on, std::uint32_t slot) {
+  EXPECT_TRUE(on.submissions.wait(slot, rowe::rt::never));
+  const auto done = on.submissions.outcome(slot);
+  on.submissions.release(slot);
+  return done ? "sent" : std::string{done.error().name()};
 }
 
 // The one text that was heard.

@@ -54,12 +54,6 @@ struct foxglove_graph : access {
 
   explicit foxglove_graph(const rowe::endpoint_options& options = with_viewers()) : access{options} {}
 
-  // Behind its greeting.
-  peer& viewer(std::string_view role, std::string_view address = far) {
-    peer& one = peers.emplace_back(on, side::server, address, "/", "foxglove.websocket.v1", token_of(role));
-    for (int i = 0; i < 20; ++i) (void)one.hear_after(2);
-    return one;
-  }
   std::string heard(peer& by) {
     std::string all;
     for (const std::string& one : by.hear()) {
@@ -308,11 +302,9 @@ TEST_F(foxglove_graph, is_told_no_more_to_who_keeps_names_that_are_gone_for_too_
 }
 
 struct foxglove_graph_in_small_messages : foxglove_graph {
-  static rowe::endpoint_options small_messages() {
-    return with_limits(with_viewers(), &limits::connections_max, 40, &limits::message_bytes_max, 640,
-                       &limits::small_slot_bytes, 300, &limits::topics_max, 64);
-  }
-  foxglove_graph_in_small_messages() : foxglove_graph{small_messages()} {}
+  foxglove_graph_in_small_messages()
+      : foxglove_graph{with_limits(with_viewers(), &limits::connections_max, 40, &limits::message_bytes_max,
+                                   640, &limits::small_slot_bytes, 300, &limits::topics_max, 64)} {}
 };
 
 TEST_F(foxglove_graph_in_small_messages, is_told_in_several) {
@@ -373,10 +365,8 @@ TEST_F(foxglove_graph_in_small_messages, is_told_to_some_peers_in_a_cycle_and_to
 }
 
 struct foxglove_graph_in_short_messages : foxglove_graph {
-  static rowe::endpoint_options short_messages() {
-    return with_limits(with_viewers(), &limits::message_bytes_max, 150);
-  }
-  foxglove_graph_in_short_messages() : foxglove_graph{short_messages()} {}
+  foxglove_graph_in_short_messages()
+      : foxglove_graph{with_limits(with_viewers(), &limits::message_bytes_max, 150)} {}
 };
 
 TEST_F(foxglove_graph_in_short_messages, is_refused) {

@@ -20,12 +20,6 @@ struct foxglove_parameters : access {
     return open_parameter(on, name, first, allowed);
   }
   void close(std::string_view name) { on.shared.parameters.close(*on.shared.parameters.find(name)); }
-  // Behind its greeting.
-  peer& viewer(std::string_view role) {
-    peer& one = peers.emplace_back(on, side::server, far, "/", "foxglove.websocket.v1", token_of(role));
-    for (int i = 0; i < 20; ++i) (void)one.hear_after(2);
-    return one;
-  }
   std::string heard(peer& by) { return by.hear_as_one(); }
   std::string say(peer& by, std::string_view text) { return answer_to(by, text); }
   void pause() {
@@ -301,11 +295,9 @@ TEST_F(foxglove_parameters, are_told_again_to_who_lost_what_it_was_told) {
 }
 
 struct foxglove_parameters_in_small_messages : foxglove_parameters {
-  static rowe::endpoint_options small_messages() {
-    return with_limits(with_roles(), &limits::message_bytes_max, 512, &limits::small_slot_bytes, 512,
-                       &limits::parameters_max, 16);
-  }
-  foxglove_parameters_in_small_messages() : foxglove_parameters{small_messages()} {}
+  foxglove_parameters_in_small_messages()
+      : foxglove_parameters{with_limits(with_roles(), &limits::message_bytes_max, 512,
+                                        &limits::small_slot_bytes, 512, &limits::parameters_max, 16)} {}
 };
 
 TEST_F(foxglove_parameters_in_small_messages, are_told_in_several) {

@@ -16,13 +16,6 @@ using namespace harness;
 using rowe::service::side;
 using rowe::wire::opcode;
 
-rowe::endpoint_options hub_options() {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  options.stop.unguarded = true;
-  return options;
-}
-
 std::string call_of(std::uint32_t service, std::uint32_t call, std::string_view body) {
   return "\x02" + four(service) + four(call) + four(4) + "json" + std::string{body};
 }
@@ -68,7 +61,7 @@ struct client : peer {
 };
 
 struct core_foxglove : core_test {
-  core_foxglove() : core_test{hub_options()} { on.cycle(); }
+  core_foxglove() : core_test{unguarded_hub_options()} { on.cycle(); }
 
   texts say(peer& p, std::string_view text) { return p.ask(text, 2); }
   texts send(peer& p, const std::string& bytes) {
@@ -188,17 +181,7 @@ TEST_F(core_foxglove, publishes_to_those_who_speak_rosbridge) {
 }
 
 TEST_F(core_foxglove, calls_services_and_is_always_answered) {
-  rowe::responder<pose, pose> echo{
-      core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::respond_value,
-                                        .name = "/echo",
-                                        .type = "test/Echo",
-                                        .out_depth = 4,
-                                        .in_depth = 4,
-                                        .out_bytes = 192,
-                                        .in_bytes = sizeof(pose),
-                                        .encoded = &rowe::describe<pose>(),
-                                        .decoded = &rowe::describe<pose>()}))};
-  on.cycle();
+  auto echo = on.open<rowe::responder<pose, pose>>(echo_request());
   client p{on};
   const std::uint32_t number = p.service("/echo");
   EXPECT_EQ(send(p, call_of(number, 9, R"({"x":1,"y":2})")), texts{});

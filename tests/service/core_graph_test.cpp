@@ -135,13 +135,10 @@ TEST_F(graph, knows_the_time_in_the_words_of_both_ros) {
 // ---- names that fill a message
 
 struct graph_of_long_names : access {
-  static rowe::endpoint_options with_long_names() {
-    return with_limits(with_roles(), &limits::topic_bytes_max, 3000);
-  }
   peer& page = comes("supervisor");
   peer& rude = comes("driver", "10.0.0.8:1");
 
-  graph_of_long_names() : access{with_long_names()} {}
+  graph_of_long_names() : access{with_limits(with_roles(), &limits::topic_bytes_max, 3000)} {}
   std::string ask(std::string_view service) {
     (void)page.hear();
     return answer_to(page, R"({"op":"call_service","service":"/rosapi/)" + std::string{service} + "\"}");

@@ -79,6 +79,13 @@ inline rowe::endpoint_options hub_options() {
   return options;
 }
 
+// That of a hub whose loops may move without a guard.
+inline rowe::endpoint_options unguarded_hub_options() {
+  rowe::endpoint_options options = hub_options();
+  options.stop.unguarded = true;
+  return options;
+}
+
 using rowe::limits;
 
 // The options with other limits: with_limits(small_options(), &limits::topics_max, 8).

@@ -14,13 +14,10 @@ namespace {
 using rowe::detail::pair_kind;
 
 struct latched : ::testing::Test {
-  static rowe::endpoint_options chosen() {
-    return with_limits(hub_options(), &limits::message_bytes_max, 64 * 1024, &limits::long_message_bytes_max,
-                       1024 * 1024, &limits::advertisements_per_connection_max, 16,
-                       &limits::subscriptions_per_connection_max, 16, &limits::latched_bytes, 256 * 1024,
-                       &limits::topics_max, 64, &limits::connections_max, 12);
-  }
-  core_harness on{chosen()};
+  core_harness on{with_limits(
+      hub_options(), &limits::message_bytes_max, 64 * 1024, &limits::long_message_bytes_max, 1024 * 1024,
+      &limits::advertisements_per_connection_max, 16, &limits::subscriptions_per_connection_max, 16,
+      &limits::latched_bytes, 256 * 1024, &limits::topics_max, 64, &limits::connections_max, 12)};
 
   static std::string value(std::string_view name, std::size_t bytes = 1) {
     return R"({"of":")" + std::string{name} + R"(","x":")" + std::string(bytes, 'x') + "\"}";

@@ -22,13 +22,6 @@ using numbers::numbered;
 using rowe::service::side;
 using rowe::wire::opcode;
 
-rowe::endpoint_options hub_options() {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  options.stop.unguarded = true;
-  return options;
-}
-
 std::string message(std::uint32_t tag, rowe::rt::time_point at, std::string_view body) {
   const auto ns = static_cast<std::uint64_t>(rowe::rt::nanoseconds_of(at));
   return "m" + four(tag) + four(static_cast<std::uint32_t>(ns)) + four(static_cast<std::uint32_t>(ns >> 32)) +
@@ -58,7 +51,7 @@ struct client : peer {
 };
 
 struct core_numbers_codec : core_test {
-  explicit core_numbers_codec(const rowe::endpoint_options& options = hub_options())
+  explicit core_numbers_codec(const rowe::endpoint_options& options = unguarded_hub_options())
       : core_test{options, side::server, &numbers::protocols()} {
     on.cycle();
   }
@@ -68,18 +61,6 @@ struct core_numbers_codec : core_test {
   texts send(peer& p, const std::string& bytes) {
     p.send(opcode::binary, bytes);
     return p.hear_after(2);
-  }
-  rowe::detail::queue_pair& offer_echo() {
-    auto& pair = on.offer_now({.kind = rowe::detail::pair_kind::respond_value,
-                               .name = "/echo",
-                               .type = "test/Echo",
-                               .out_depth = 4,
-                               .in_depth = 4,
-                               .out_bytes = 192,
-                               .in_bytes = sizeof(pose),
-                               .encoded = &rowe::describe<pose>(),
-                               .decoded = &rowe::describe<pose>()});
-    return pair;
   }
 };
 
@@ -244,11 +225,9 @@ TEST_F(core_numbers_codec, takes_several_requests_of_one_message) {
 }
 
 struct numbers_beyond_their_rate : core_numbers_codec {
-  static rowe::endpoint_options ten_a_second() {
-    return with_limits(hub_options(), &limits::messages_per_second_max, 10,
-                       &limits::subscriptions_per_connection_max, 64);
-  }
-  numbers_beyond_their_rate() : core_numbers_codec{ten_a_second()} {}
+  numbers_beyond_their_rate()
+      : core_numbers_codec{with_limits(unguarded_hub_options(), &limits::messages_per_second_max, 10,
+                                       &limits::subscriptions_per_connection_max, 64)} {}
 };
 
 // One after the other in one message.
@@ -343,7 +322,7 @@ TEST_F(core_numbers_codec, relays_what_is_published_under_the_peers_own_number) 
 // ---- calls
 
 TEST_F(core_numbers_codec, answers_calls_of_the_endpoints_services_of_handles_and_of_peers) {
-  rowe::responder<pose, pose> echo{core_harness::handle_of(offer_echo())};
+  auto echo = on.open<rowe::responder<pose, pose>>(echo_request());
   peer other = peer_saying(on, R"({"op":"advertise_service","service":"/add"})");
   client p{on};
   const auto greeting = p.binaries;
@@ -368,7 +347,7 @@ TEST_F(core_numbers_codec, answers_calls_of_the_endpoints_services_of_handles_an
 }
 
 TEST_F(core_numbers_codec, answers_every_call_that_fails_under_its_id) {
-  offer_echo();
+  on.offer_now(echo_request());
   client p{on};
   const std::string of_echo = "c" + four(p.services.at("/echo")) + id;
   EXPECT_EQ(send(p, "c" + four(4000) + id + "{}"), texts{"f" + id + "nothing here has the number 4000"});
@@ -464,7 +443,7 @@ TEST_F(numbers_and_a_latch, stops_on_the_path_of_the_stop_and_does_nothing_else_
 
 TEST_F(core_numbers_codec, leaves_the_other_codecs_as_they_are) {
   auto& pose_pair = advertise_pose(on, {.shared = true});
-  rowe::responder<pose, pose> echo{core_harness::handle_of(offer_echo())};
+  auto echo = on.open<rowe::responder<pose, pose>>(echo_request());
   client p{on};
   peer page{on};
   peer program{on};

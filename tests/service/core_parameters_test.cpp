@@ -27,9 +27,7 @@ struct parameters : access {
     return open_parameter(on, name, first, allowed);
   }
   std::string call(peer& by, std::string_view service, std::string_view args) {
-    (void)by.hear();
-    return answer_to(by, R"({"op":"call_service","id":"c","service":"/rosapi/)" + std::string{service} +
-                             R"(","args":)" + std::string{args} + "}");
+    return access::call(by, "/rosapi/" + std::string{service}, args);
   }
   std::string get(peer& by, std::string_view name) {
     return call(by, "get_param", R"({"name":")" + std::string{name} + "\"}");

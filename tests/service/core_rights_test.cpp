@@ -354,10 +354,6 @@ struct seen : rights {
       provider.say(R"({"op":"advertise_service","type":"c/D","service":")" + std::string{service} + "\"}");
     on.cycles(2);
   }
-  std::string call(peer& by, std::string_view service, std::string_view args = "{}") {
-    return answer_to(by, R"({"op":"call_service","id":"1","service":")" + std::string{service} +
-                             R"(","args":)" + std::string{args} + "}");
-  }
 };
 
 TEST_F(seen, are_only_the_topics_and_services_that_the_role_may_use) {

@@ -13,15 +13,8 @@ namespace {
 using namespace harness;
 
 struct stop_path : core_test {
-  explicit stop_path(const rowe::endpoint_options& options = unguarded()) : core_test{options} {
+  stop_path() : core_test{unguarded_hub_options()} {
     latch = on.open<rowe::stop_latch>(rowe::detail::latch_request({.name = "base"}));
-  }
-
-  static rowe::endpoint_options unguarded() {
-    rowe::endpoint_options options = small_options();
-    options.stop.unguarded = true;
-    options.relay = true;
-    return options;
   }
   peer& comes(std::string_view address = "10.0.0.7:50000") {
     return peers.emplace_back(on, rowe::service::side::server, address, rowe::service::stop_path);

@@ -34,12 +34,7 @@ struct times_to_live : core_test {
     EXPECT_TRUE(slot);
     return *slot;
   }
-  std::string outcome(std::uint32_t slot) {
-    EXPECT_TRUE(on.submissions.wait(slot, rowe::rt::never));
-    const auto done = on.submissions.outcome(slot);
-    on.submissions.release(slot);
-    return done ? "sent" : std::string{done.error().name()};
-  }
+  std::string outcome(std::uint32_t slot) { return outcome_of(on, slot); }
 };
 
 std::string with_ttl(std::string_view ms, int x) {

@@ -59,11 +59,6 @@ struct types : access {
                   .encoded = &rowe::describe<core_types_path>(),
                   .decoded = &rowe::describe<core_types_point>()});
   }
-  std::string call(peer& by, std::string_view service, std::string_view args) {
-    (void)by.hear();
-    return answer_to(by, R"({"op":"call_service","id":"c","service":")" + std::string{service} +
-                             R"(","args":)" + std::string{args} + "}");
-  }
   // All pages of /rowe/types.
   std::string all_types(peer& by) {
     std::string all;

@@ -11,14 +11,14 @@ namespace harness {
 namespace core_waking_test {
 namespace {
 
-rowe::endpoint_options waking() {
+rowe::endpoint_options idle_by(rowe::idle policy) {
   rowe::endpoint_options options = small_options();
-  options.idle_policy = rowe::idle::wake;
+  options.idle_policy = policy;
   return options;
 }
 
 struct core_waking : core_test {
-  core_waking() : core_test{waking()} {}
+  core_waking() : core_test{idle_by(rowe::idle::wake)} {}
   // Whether handing over is seen, and by one cycle taken.
   template <class HandOver>
   void expect_told(HandOver hand_over) {
@@ -29,7 +29,6 @@ struct core_waking : core_test {
     on.cycle();
     EXPECT_TRUE(on.core.nothing_submitted());
   }
-  static rowe::detail::pair_handle handle_of(rowe::detail::queue_pair& on) { return {nullptr, on}; }
 };
 
 TEST_F(core_waking, need_not_look_at_lanes_while_somebody_listens) {
@@ -59,9 +58,9 @@ TEST_F(core_waking, is_told_what_lanes_callers_and_responders_hand_over) {
   auto& answering = on.offer(rowe::detail::serve_request<json, json>("/add", {.depth = 4}));
   auto& asking = on.offer(rowe::detail::client_request<json, json>("/add", {.depth = 4}));
   on.cycle();
-  rowe::lane talk{handle_of(talking)};
-  rowe::responder<json, json> answers{handle_of(answering)};
-  rowe::caller<json, json> asks{handle_of(asking)};
+  rowe::lane talk{core_harness::handle_of(talking)};
+  rowe::responder<json, json> answers{core_harness::handle_of(answering)};
+  rowe::caller<json, json> asks{core_harness::handle_of(asking)};
   expect_told([&] { EXPECT_TRUE(talk.try_send(R"({"a":1})", 1ms, on.now)); });
   expect_told([&] { EXPECT_TRUE(talk.start(R"({"service":"none"})", 1ms, on.now)); });
   for (int i = 0; i < 3; ++i) {
@@ -82,7 +81,7 @@ TEST_F(core_waking, is_told_what_lanes_callers_and_responders_hand_over) {
 TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room) {
   auto& talking = on.offer(rowe::detail::talk_request({.depth = 4, .inbox_depth = 4, .calls = 4}));
   peer slow = peer_saying(on, "{}", 2);
-  rowe::lane talk{handle_of(talking)};
+  rowe::lane talk{core_harness::handle_of(talking)};
   on.net.link_of(slow.id()).capacity_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
     EXPECT_TRUE(talk.try_send("{}", -1ns, on.now));
@@ -98,14 +97,8 @@ TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room)
   EXPECT_EQ(slow.hear().size(), on.options.limits.queue_depth_max + 1);
 }
 
-rowe::endpoint_options in_phase() {
-  rowe::endpoint_options options = small_options();
-  options.idle_policy = rowe::idle::phase;
-  return options;
-}
-
 struct core_in_phase : core_test {
-  core_in_phase() : core_test{in_phase()} {}
+  core_in_phase() : core_test{idle_by(rowe::idle::phase)} {}
   // So many values, a period apart, and each found at once.
   void publish_in_time(rowe::detail::queue_pair& pair, int count) {
     while (count-- > 0) {
@@ -169,7 +162,7 @@ TEST_F(core_in_phase, is_awake_for_the_answer_to_a_call) {
 }
 
 TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_server) {
-  core_harness on{waking(), rowe::service::side::client};
+  core_harness on{idle_by(rowe::idle::wake), rowe::service::side::client};
   auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
   peer server{on, rowe::service::side::client};
   (void)server.hear_after(1);
@@ -187,7 +180,7 @@ TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_se
 }
 
 TEST(core_waking_client, looks_again_soon_while_a_lane_that_closes_has_something_unsent) {
-  core_harness on{waking(), rowe::service::side::client};
+  core_harness on{idle_by(rowe::idle::wake), rowe::service::side::client};
   auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
   peer server{on, rowe::service::side::client};
   on.cycle();

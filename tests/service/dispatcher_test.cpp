@@ -15,11 +15,9 @@ using namespace all_parts;
 
 constexpr std::string_view stop = R"({"op":"call_service","id":"1","service":"/rowe/stop"})";
 
-rowe::limits few() { return {.connections_max = 3, .door_slots = 4, .lanes_max = 1}; }
-
 struct dispatcher_test : all_parts::all_parts {
   explicit dispatcher_test(rowe::service::side of = rowe::service::side::server)
-      : all_parts{::state_fixture::with(few()), of} {}
+      : all_parts{::state_fixture::with({.connections_max = 3, .door_slots = 4, .lanes_max = 1}), of} {}
 
   rowe::detail::latch_words<> words;
 

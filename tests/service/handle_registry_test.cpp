@@ -17,10 +17,10 @@ using rowe::detail::pair_kind;
 using rowe::detail::pair_phase;
 using ::state_fixture::taken;
 
-rowe::limits few() { return {.connections_max = 3, .services_max = 4, .door_slots = 8, .lanes_max = 6}; }
-
 struct handle_registry_test : all_parts::all_parts {
-  handle_registry_test() : all_parts{::state_fixture::with(few())} {}
+  handle_registry_test()
+      : all_parts{::state_fixture::with(
+            {.connections_max = 3, .services_max = 4, .door_slots = 8, .lanes_max = 6})} {}
 
   rowe::service::handle_registry& handles = parts.handle_registry_;
 

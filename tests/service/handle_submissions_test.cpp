@@ -13,10 +13,9 @@ namespace {
 using namespace all_parts;
 using rowe::service::entries_per_cycle;
 
-rowe::limits few() { return {.connections_max = 3, .door_slots = 8, .lanes_max = 3}; }
-
 struct handle_submissions_test : all_parts::all_parts {
-  handle_submissions_test() : all_parts{::state_fixture::with(few())} {}
+  handle_submissions_test()
+      : all_parts{::state_fixture::with({.connections_max = 3, .door_slots = 8, .lanes_max = 3})} {}
 
   rowe::service::handle_submissions& submitted = parts.handle_submissions_;
 

@@ -12,15 +12,11 @@ using rowe::service::call_id_bytes_max;
 using rowe::service::kept_id;
 using rowe::service::peer_index;
 
-rowe::limits few() {
-  return {
+struct kept_ids_test : testing::Test {
+  rowe::limits bounds{
       .connections_max = 4,
       .subscriptions_max = 256 // 128 blocks of 28 bytes, 16 of them the claim of each peer
   };
-}
-
-struct kept_ids_test : testing::Test {
-  rowe::limits bounds = few();
   rowe::rt::arena memory{rowe::service::kept_ids::footprint_bytes(bounds), rowe::rt::page_lock::none};
   rowe::service::kept_ids ids{memory, bounds, bounds.connections_max};
 

@@ -19,20 +19,17 @@ using numbers::list_of;
 using rowe::service::listings_period;
 using rowe::service::topic_id;
 
-rowe::limits few() {
-  return {.connections_max = 3,
-          .message_bytes_max = 4096,
-          .topics_max = 96,
-          .small_slots = 4 * rowe::service::replies_max,
-          .small_slot_bytes = 1024,
-          .large_slots = 2,
-          .services_max = 8,
-          .lanes_max = 2};
-}
-
 struct listings_test : peer_parts::peer_parts {
   listings_test()
-      : peer_parts{::state_fixture::with(few()), rowe::service::side::server, numbers::protocols()} {}
+      : peer_parts{::state_fixture::with({.connections_max = 3,
+                                          .message_bytes_max = 4096,
+                                          .topics_max = 96,
+                                          .small_slots = 4 * rowe::service::replies_max,
+                                          .small_slot_bytes = 1024,
+                                          .large_slots = 2,
+                                          .services_max = 8,
+                                          .lanes_max = 2}),
+                   rowe::service::side::server, numbers::protocols()} {}
 
   rowe::service::stop_rules rules{options.stop, cycle.now, 1};
   rowe::service::service_directory directory{memory, bounds};

@@ -21,18 +21,15 @@ using rowe::service::slot_id;
 using rowe::service::slot_use;
 using rowe::service::timer;
 
-rowe::limits few() {
-  return {.connections_max = 4,
-          .message_bytes_max = 4096,
-          .subscriptions_max = 4,
-          .small_slots = 3,
-          .small_slot_bytes = 256,
-          .large_slots = 2,
-          .calls_max = 4};
-}
-
 struct message_store_test : state_fixture::state_fixture {
-  message_store_test() : state_fixture{::state_fixture::with(few())} {}
+  message_store_test()
+      : state_fixture{::state_fixture::with({.connections_max = 4,
+                                             .message_bytes_max = 4096,
+                                             .subscriptions_max = 4,
+                                             .small_slots = 3,
+                                             .small_slot_bytes = 256,
+                                             .large_slots = 2,
+                                             .calls_max = 4})} {}
 
   message_store store{memory, state};
   int asked_for_room = 0;

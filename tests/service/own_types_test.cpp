@@ -82,11 +82,6 @@ rowe::endpoint_options with_an_asker() {
 struct own_types : access {
   own_types() : access{with_an_asker()} {}
 
-  std::string call(peer& by, std::string_view service, std::string_view args) {
-    (void)by.hear();
-    return answer_to(by, R"({"op":"call_service","id":"c","service":")" + std::string{service} +
-                             R"(","args":)" + std::string{args} + "}");
-  }
   static std::string values_of(const std::string& answer) {
     const auto found = json::find(json::root(answer).raw, "values");
     return found ? std::string{found->raw} : std::string{};

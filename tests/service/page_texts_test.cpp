@@ -14,16 +14,12 @@ using rowe::service::chunk_store;
 using rowe::service::page_texts;
 using rowe::service::text_id;
 
-rowe::limits few() {
-  return {
+struct page_texts_test : testing::Test {
+  rowe::limits bounds{
       .message_bytes_max = 1024,
       .long_message_bytes_max = 2 * chunk_store::chunk_bytes,
       .long_slots = 4 // 8 chunks: a quarter are 2
   };
-}
-
-struct page_texts_test : testing::Test {
-  rowe::limits bounds = few();
   rowe::rt::arena memory{chunk_store::footprint_bytes(bounds), rowe::rt::page_lock::none};
   std::unique_ptr<std::byte[]> pool{new std::byte[chunk_store::pool_bytes(bounds)]};
   chunk_store store{memory, {pool.get(), chunk_store::pool_bytes(bounds)}, bounds};

@@ -16,15 +16,13 @@ using rowe::service::admission;
 using rowe::service::connection;
 using rowe::service::pair_index;
 
-rowe::limits few() {
-  return {.connections_max = 4,
-          .door_slots = 16, // a claim to one for each peer, and the other twelve for whoever comes
-          .door_slot_bytes = 256,
-          .lanes_max = 3};
-}
-
 struct receiver_test : state_fixture::state_fixture {
-  receiver_test() : state_fixture{::state_fixture::with(few())} {}
+  receiver_test()
+      : state_fixture{::state_fixture::with(
+            {.connections_max = 4,
+             .door_slots = 16, // a claim to one for each peer, and the other twelve for whoever comes
+             .door_slot_bytes = 256,
+             .lanes_max = 3})} {}
 
   rowe::service::message_store store{memory, state};
   rowe::service::outbox out{memory, state, store};

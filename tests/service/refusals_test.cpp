@@ -14,19 +14,16 @@ using namespace peer_parts;
 using rowe::event;
 using rowe::service::refusals;
 
-rowe::limits few() {
-  return {.connections_max = 2,
-          .message_bytes_max = 1024,
-          .messages_per_second_max = 10,
-          .refusals_per_second_max = 10,
-          .small_slots = 256,
-          .small_slot_bytes = 512,
-          .large_slots = 1,
-          .lanes_max = 1};
-}
-
 struct refusals_test : peer_parts::peer_parts {
-  refusals_test() : peer_parts{::state_fixture::with(few())} {}
+  refusals_test()
+      : peer_parts{::state_fixture::with({.connections_max = 2,
+                                          .message_bytes_max = 1024,
+                                          .messages_per_second_max = 10,
+                                          .refusals_per_second_max = 10,
+                                          .small_slots = 256,
+                                          .small_slot_bytes = 512,
+                                          .large_slots = 1,
+                                          .lanes_max = 1})} {}
 
   connection& peer = join(0);
 

@@ -15,18 +15,15 @@ using namespace peer_parts;
 using rowe::service::write_work_per_cycle;
 using rowe::wire::opcode;
 
-rowe::limits few() {
-  return {.connections_max = 2 * write_work_per_cycle,
-          .message_bytes_max = 1024,
-          .small_slots = 512,
-          .small_slot_bytes = 256,
-          .large_slots = 4,
-          .lanes_max = 1};
-}
-
 struct sender_test : peer_parts::peer_parts {
   explicit sender_test(rowe::service::side of = rowe::service::side::server)
-      : peer_parts{::state_fixture::with(few()), of} {}
+      : peer_parts{::state_fixture::with({.connections_max = 2 * write_work_per_cycle,
+                                          .message_bytes_max = 1024,
+                                          .small_slots = 512,
+                                          .small_slot_bytes = 256,
+                                          .large_slots = 4,
+                                          .lanes_max = 1}),
+                   of} {}
 
   void say(const connection& to, std::string_view text) {
     ASSERT_TRUE(out.reply({to.id.index}, [&](rowe::json::writer& into) { into.append(text); }));

@@ -13,14 +13,12 @@ namespace {
 using namespace all_parts;
 using rowe::errc;
 
-rowe::limits few() {
-  return {.connections_max = 3,
-          .door_slots = 8, // threads receive, so all may be parked; four for a lone peer
-          .lanes_max = 1};
-}
-
 struct thread_submissions_test : all_parts::all_parts {
-  thread_submissions_test() : all_parts{::state_fixture::with(few())} {}
+  thread_submissions_test()
+      : all_parts{::state_fixture::with(
+            {.connections_max = 3,
+             .door_slots = 8, // threads receive, so all may be parked; four for a lone peer
+             .lanes_max = 1})} {}
 
   rowe::service::thread_submissions& submitted = parts.thread_submissions_;
 

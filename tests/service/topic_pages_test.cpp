@@ -205,11 +205,10 @@ TEST_F(topic_pages, say_that_the_endpoint_is_closing) {
 // ---- what whoever asks may take
 
 struct many_topics : topic_pages {
-  many_topics() : topic_pages{limits()} {}
-  static rowe::endpoint_options limits() {
-    return with_limits(relaying(), &limits::topics_max, 256, &limits::advertisements_per_connection_max, 40,
-                       &limits::messages_per_second_max, 10'000);
-  }
+  many_topics()
+      : topic_pages{with_limits(relaying(), &limits::topics_max, 256,
+                                &limits::advertisements_per_connection_max, 40,
+                                &limits::messages_per_second_max, 10'000)} {}
   static std::string path_of(int i) { return "/api/v1/topics/t" + std::to_string(i); }
   void advertise(peer& source, int count) {
     for (int i = 0; i < count; ++i)
