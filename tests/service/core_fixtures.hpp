@@ -108,6 +108,15 @@ inline std::string outcome_of(core_harness& on, std::uint32_t slot) {
   return done ? "sent" : std::string{done.error().name()};
 }
 
+// All that a peer is told before it has said anything.
+inline texts greeting_of(core_harness& on, peer& by) {
+  on.cycle();
+  texts all = by.hear();
+  for (texts more = all; !more.empty(); all.insert(all.end(), more.begin(), more.end()))
+    more = by.hear_after(2);
+  return all;
+}
+
 // The one text that was heard.
 inline std::string only(const texts& heard) {
   std::string all;

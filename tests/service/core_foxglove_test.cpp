@@ -40,12 +40,7 @@ std::optional<std::uint32_t> number_of(const texts& heard, std::string_view op, 
 struct client : peer {
   explicit client(core_harness& in, std::string_view subprotocol = "foxglove.websocket.v1")
       : peer{in, side::server, "127.0.0.1:50000", "/", subprotocol} {
-    in.cycle();
-    greeting = hear();
-    for (texts more = greeting; !more.empty(); greeting.insert(greeting.end(), more.begin(), more.end())) {
-      in.cycles(2);
-      more = hear();
-    }
+    greeting = greeting_of(in, *this);
   }
   std::uint32_t topic(std::string_view name) const {
     const auto number = number_of(greeting, "advertise", "topic", name);

@@ -18,9 +18,8 @@ struct foxglove_times : core_test {
   foxglove_times() : core_test{hub_options()} {}
 
   rowe::detail::queue_pair& advertise(rowe::topic_options how = {}) {
-    auto& made = on.offer_now(rowe::detail::pair_kind::publish_value, "/stamped", sizeof(header), how,
-                              &rowe::describe<header>(), "std_msgs/Header");
-    return made;
+    return on.offer_now(rowe::detail::pair_kind::publish_value, "/stamped", sizeof(header), how,
+                        &rowe::describe<header>(), "std_msgs/Header");
   }
   void publish_header(rowe::detail::queue_pair& pair) {
     header one{.seq = 1, .stamp = {2, 3}, .frame_id = {}};

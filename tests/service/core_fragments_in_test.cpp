@@ -101,9 +101,7 @@ TEST_F(fragments_in_test, make_calls_and_are_answered) {
 }
 
 TEST_F(fragments_in_test, stop) {
-  auto& latch = on.offer({.kind = rowe::detail::pair_kind::stop_latch, .name = "loop"});
-  (void)latch;
-  on.cycle();
+  on.offer_now(rowe::detail::latch_request({.name = "loop"}));
   say(cut(R"({"op":"call_service","service":"/rowe/stop","args":{"reason":"a wall"}})", 16));
   (void)robot.hear_during(10);
   EXPECT_EQ(on.count(counter::stops), 1U);

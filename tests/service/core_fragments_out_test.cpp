@@ -106,8 +106,7 @@ TEST_F(fragments_out_test, let_urgent_messages_and_others_pass) {
 }
 
 TEST_F(fragments_out_test, let_the_answer_to_a_stop_pass) {
-  auto& latch = on.offer({.kind = rowe::detail::pair_kind::stop_latch, .name = "loop"});
-  (void)latch;
+  on.offer(rowe::detail::latch_request({.name = "loop"}));
   subscribe("/map", 500);
   on.net.link_of(browser.id()).capacity_bytes = 2000;
   robot.say(published("/map", map_of(60'000)));

@@ -18,6 +18,12 @@ rowe::endpoint_options with_an_asking_arm() {
   return options;
 }
 
+std::size_t count_in(std::string_view text, std::string_view what) {
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; at += what.size()) ++count;
+  return count;
+}
+
 struct graph : access {
   static constexpr std::string_view arm_at = "10.0.0.9:1";
 
@@ -98,17 +104,12 @@ TEST_F(graph, has_the_other_services_of_ros_servers) {
 
 TEST_F(graph, says_which_interfaces_there_are_each_once_and_how_types_are_spelled) {
   const auto types = [&] { return ask(page, "interfaces", "{}"); };
-  const auto counts_in = [](std::string_view text, std::string_view what) {
-    int count = 0;
-    for (std::size_t at = 0; (at = text.find(what, at)) != std::string_view::npos; ++at) ++count;
-    return count;
-  };
   peer& other = comes("peer", "10.0.0.6:6");
   other.say(R"({"op":"advertise","topic":"/x","type":"a_msgs/msg/Thing"})");
   other.say(R"({"op":"advertise","topic":"/y","type":"a_msgs/Thing"})");
   on.cycle();
-  EXPECT_EQ(counts_in(types(), "Thing"), 1) << types();
-  EXPECT_EQ(counts_in(types(), "\"rosapi/Interfaces\""), 1) << types();
+  EXPECT_EQ(count_in(types(), "Thing"), 1U) << types();
+  EXPECT_EQ(count_in(types(), "\"rosapi/Interfaces\""), 1U) << types();
   EXPECT_EQ(ask(page, "get_ros_version", "{}"), R"({"version":2,"distro":"rowe"})");
 }
 
@@ -143,11 +144,6 @@ struct graph_of_long_names : access {
     (void)page.hear();
     return answer_to(page, R"({"op":"call_service","service":"/rosapi/)" + std::string{service} + "\"}");
   }
-  static std::size_t count_of(const std::string& text, std::string_view what) {
-    std::size_t count = 0;
-    for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; at += what.size()) ++count;
-    return count;
-  }
 };
 
 TEST_F(graph_of_long_names, lists_as_many_topics_as_fit_and_says_how_many_do_not) {
@@ -160,7 +156,7 @@ TEST_F(graph_of_long_names, lists_as_many_topics_as_fit_and_says_how_many_do_not
   EXPECT_TRUE(has(answer, R"("result":true)"));
   for (const std::string_view name : {"\"/odom\"", "\"/short\"", "\"/rowe/stats\""})
     EXPECT_TRUE(has(answer, name)) << name;
-  EXPECT_EQ(count_of(answer, "\"a/B\""), 2U) << "types are those of the names";
+  EXPECT_EQ(count_in(answer, "\"a/B\""), 2U) << "types are those of the names";
   EXPECT_TRUE(has(answer, R"("left_out":2)"));
   EXPECT_EQ(on.count(counter::names_left_out), 2U);
 }

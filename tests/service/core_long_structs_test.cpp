@@ -31,10 +31,8 @@ struct long_structs : testing::Test {
   core_harness on{long_fixtures::options_with(96 * 1024)};
 
   rowe::detail::queue_pair& advertise(const rowe::topic_options& how = {.depth = 4}) {
-    auto& made =
-        on.offer(pair_kind::publish_value, "/scan", sizeof(scan), how, &rowe::describe<scan>(), "sim/Scan");
-    on.cycle();
-    return made;
+    return on.offer_now(pair_kind::publish_value, "/scan", sizeof(scan), how, &rowe::describe<scan>(),
+                        "sim/Scan");
   }
   static std::unique_ptr<scan> scan_of(std::int32_t number, std::size_t count) {
     auto made = std::make_unique<scan>();

@@ -36,12 +36,7 @@ std::string subscribe_to(std::uint32_t tag, std::uint32_t channel) {
 struct client : peer {
   explicit client(core_harness& in, std::string_view path = "/")
       : peer{in, side::server, "127.0.0.1:50000", path, numbers::subprotocol} {
-    in.cycle();
-    greeting = hear();
-    for (texts more = greeting; !more.empty(); greeting.insert(greeting.end(), more.begin(), more.end())) {
-      in.cycles(2);
-      more = hear();
-    }
+    greeting = greeting_of(in, *this);
     topics = list_of(greeting, 'T');
     services = list_of(greeting, 'S');
   }

@@ -24,8 +24,7 @@ void hear_more(peer& by, texts& to) {
 rowe::detail::queue_pair& offer_text(core_harness& on, pair_kind kind, std::string_view topic,
                                      std::size_t bytes, rowe::topic_options how = {},
                                      std::string_view type = {}) {
-  auto& pair = on.offer_now(kind, topic, bytes, how, nullptr, type);
-  return pair;
+  return on.offer_now(kind, topic, bytes, how, nullptr, type);
 }
 
 // Closes a queue pair as its handle does.

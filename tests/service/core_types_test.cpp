@@ -44,9 +44,8 @@ struct types : access {
   types() : access{with_a_part()} {}
 
   rowe::detail::queue_pair& publish_paths(std::string_view name) {
-    auto& pair = on.offer_now(rowe::detail::pair_kind::publish_value, name, sizeof(core_types_path), {},
-                              &rowe::describe<core_types_path>(), "test/Path");
-    return pair;
+    return on.offer_now(rowe::detail::pair_kind::publish_value, name, sizeof(core_types_path), {},
+                        &rowe::describe<core_types_path>(), "test/Path");
   }
   void serve(std::string_view name) {
     on.offer_now({.kind = rowe::detail::pair_kind::respond_value,
