@@ -6,6 +6,11 @@ namespace harness {
 namespace core_connection_test {
 namespace {
 
+// A frame of one byte that does not end its message.
+std::array<std::byte, 7> fragment(std::uint8_t opcode) {
+  return {std::byte{opcode}, std::byte{0x81}, {}, {}, {}, {}, std::byte{'a'}};
+}
+
 TEST_F(core_test, answers_a_ping_and_a_close) {
   peer p{on};
   p.send(rowe::wire::opcode::ping, "are you there");
@@ -116,9 +121,7 @@ TEST_F(core_test, holds_nothing_against_its_peers_that_passed_while_the_process_
   peer gone{on};
   gone.answers_pings = false;
   on.cycle();
-  const std::byte begun[] = {std::byte{0x01}, std::byte{0x81}, std::byte{0},  std::byte{0},
-                             std::byte{0},    std::byte{0},    std::byte{'a'}};
-  writes.send_raw(begun);
+  writes.send_raw(fragment(0x01));
   on.cycle(3500ms); // all of them are asked whether they are there
   for (const rowe::rt::duration time : {rowe::rt::duration{9s}, rowe::rt::duration{1h}}) {
     on.pause(time);
@@ -142,14 +145,10 @@ TEST_F(core_test, holds_nothing_against_its_peers_that_passed_while_the_process_
 TEST_F(core_test, cuts_a_peer_that_does_not_finish_its_message_though_it_goes_on_sending) {
   peer p{on};
   on.cycle();
-  const std::byte begin[] = {std::byte{0x01}, std::byte{0x81}, std::byte{0},  std::byte{0},
-                             std::byte{0},    std::byte{0},    std::byte{'a'}};
-  const std::byte more[] = {std::byte{0x00}, std::byte{0x81}, std::byte{0},  std::byte{0},
-                            std::byte{0},    std::byte{0},    std::byte{'a'}};
-  p.send_raw(begin);
+  p.send_raw(fragment(0x01));
   for (int i = 0; i < 13; ++i) {
     on.cycle(500ms);
-    p.send_raw(more);
+    p.send_raw(fragment(0x00));
     (void)p.hear();
   }
   EXPECT_EQ(p.close_code, 1008);
@@ -183,13 +182,8 @@ TEST_F(core_test, continues_a_frame_where_the_socket_stopped_taking_it) {
   auto& pair = advertise_pose(on);
   peer p = subscriber(on, "/pose");
   on.net.link_of(p.id()).capacity_bytes = 3;
-  texts heard;
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
-  for (int i = 0; i < 200; ++i) {
-    on.cycle();
-    for (auto& text : p.hear()) heard.push_back(std::move(text));
-  }
-  EXPECT_EQ(heard, (texts{message(0), message(1), message(2)}));
+  EXPECT_EQ(p.hear_during(200), (texts{message(0), message(1), message(2)}));
 }
 
 TEST_F(core_test, sends_peers_a_close_frame_when_it_closes) {
@@ -270,14 +264,10 @@ TEST_F(core_test, reports_rates_of_the_last_seconds_though_nobody_subscribed_to_
   auto& pair = advertise_pose(on);
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
-  for (int i = 0; i < 400; ++i) { // it has been up for a while
-    on.cycle(250ms);
-    (void)p.hear();
-  }
+  (void)p.hear_during(400, 250ms); // it has been up for a while
   for (int i = 0; i < 300; ++i) {
     ASSERT_TRUE(publish(on, pair, {1, 0}));
-    on.cycle(10ms);
-    (void)p.hear();
+    (void)p.hear_during(1, 10ms);
   }
   const rate_report busy = rate_of_pose(p);
   EXPECT_GE(busy.over_s, 1);
@@ -296,8 +286,7 @@ TEST_F(core_test, reports_the_same_rates_while_somebody_subscribes_to_them) {
   on.cycle();
   for (int i = 0; i < 305; ++i) {
     ASSERT_TRUE(publish(on, pair, {1, 0}));
-    on.cycle(10ms);
-    (void)p.hear();
+    (void)p.hear_during(1, 10ms);
   }
   const rate_report both = rate_of_pose(p);
   EXPECT_GE(both.over_s, 1);

@@ -23,9 +23,8 @@ std::string member(const std::string& text, std::string_view name) {
 
 struct long_calls_test : core_test {
   explicit long_calls_test(std::uint32_t slots = 8) : core_test{options_with(64 * 1024, slots)} {}
-  void provide(peer& by, std::string_view service = "/map") {
-    (void)by.ask(R"({"op":"advertise_service","service":")" + std::string{service} +
-                 R"(","type":"nav_msgs/GetMap"})");
+  peer provider_of_maps() {
+    return peer_saying(on, R"({"op":"advertise_service","service":"/map","type":"nav_msgs/GetMap"})");
   }
   void answer(peer& provider, const std::string& asked, std::string_view values) {
     provider.say(R"({"op":"service_response","result":true,"id":)" + member(asked, R"("id":)") +
@@ -35,9 +34,8 @@ struct long_calls_test : core_test {
 };
 
 TEST_F(long_calls_test, go_from_peer_to_peer_with_their_answers) {
-  peer provider{on};
+  peer provider = provider_of_maps();
   peer caller{on};
-  provide(provider);
   const std::string args = map_of(40'000);
   const std::string values = map_of(50'000, 2);
   caller.say(R"({"op":"call_service","id":"c1","service":"/map","args":)" + args + "}");
@@ -57,8 +55,7 @@ TEST_F(long_calls_test, go_from_peer_to_peer_with_their_answers) {
 }
 
 TEST_F(long_calls_test, go_between_all_codecs) {
-  peer provider{on};
-  provide(provider);
+  peer provider = provider_of_maps();
   const std::string values = map_of(30'000, 2);
 
   peer bare{on, side::server, "127.0.0.1:2", "/", "rowe.v1"};
@@ -97,9 +94,8 @@ TEST_F(long_calls_test, go_to_programs_that_speak_plain_messages) {
 }
 
 TEST_F(long_calls_test, go_in_fragments_to_who_asked_for_them) {
-  peer provider{on};
+  peer provider = provider_of_maps();
   peer caller{on};
-  provide(provider);
   caller.say(R"({"op":"call_service","id":"c1","service":"/map","fragment_size":8000})");
   answer(provider, only(provider.hear_during(100)), map_of(30'000));
   const texts heard = caller.hear_during(100);
@@ -120,9 +116,8 @@ TEST_F(long_calls_test, fail_where_only_short_ones_are_taken) {
 }
 
 TEST_F(long_calls_test, of_a_mark_that_is_no_stand_in_are_refused) {
-  peer provider{on};
+  peer provider = provider_of_maps();
   peer caller{on};
-  provide(provider);
   const std::string id = R"("<a long value>")";
   caller.say(R"({"op":"call_service","id":)" + id + R"(,"service":"/map"})");
   answer(provider, only(provider.hear_during(100)), map_of(20'000));
@@ -132,9 +127,8 @@ TEST_F(long_calls_test, of_a_mark_that_is_no_stand_in_are_refused) {
 }
 
 TEST_F(long_calls_test, whose_id_is_what_is_long_are_refused) {
-  peer provider{on};
+  peer provider = provider_of_maps();
   peer caller{on};
-  provide(provider);
   caller.say(R"({"op":"call_service","id":")" + std::string(20'000, 'x') +
              R"(","service":"/map","args":{}})");
   EXPECT_TRUE(has(only(caller.hear_during(100)), "message_bytes_max"));
@@ -142,9 +136,8 @@ TEST_F(long_calls_test, whose_id_is_what_is_long_are_refused) {
 }
 
 TEST_F(long_calls_test, wait_for_an_answer_that_began_in_time) {
-  peer provider{on};
+  peer provider = provider_of_maps();
   peer caller{on};
-  provide(provider);
   caller.say(R"({"op":"call_service","id":"c1","service":"/map","timeout":2})");
   const std::string asked = only(provider.hear_during(100));
   const std::string said = R"({"op":"service_response","result":true,"id":)" + member(asked, R"("id":)") +
@@ -166,27 +159,18 @@ TEST_F(long_calls_test, wait_for_an_answer_that_began_in_time) {
 }
 
 TEST_F(long_calls_test, end_when_their_time_is_over_and_nothing_comes) {
-  peer provider{on};
+  peer provider = provider_of_maps();
   peer caller{on};
-  provide(provider);
   caller.say(R"({"op":"call_service","id":"c1","service":"/map","timeout":2,"args":)" + map_of(20'000) + "}");
   const std::string asked = only(provider.hear_during(100));
-  texts heard;
-  for (int i = 0; i < 30; ++i) {
-    on.cycle(100ms);
-    (void)provider.hear();
-    for (std::string& one : caller.hear()) heard.push_back(std::move(one));
-  }
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(has(heard[0], "in time"));
+  EXPECT_TRUE(has(only(caller.hear_during(30, 100ms)), "in time"));
   answer(provider, asked, map_of(20'000));
   EXPECT_TRUE(caller.hear_during(100).empty());
   EXPECT_EQ(on.count(counter::replies_late), 1U);
 }
 
 TEST_F(long_calls_test, of_one_that_leaves_are_forgotten) {
-  peer provider{on};
-  provide(provider);
+  peer provider = provider_of_maps();
   for (int i = 0; i < 20; ++i) {
     peer caller{on};
     caller.say(R"({"op":"call_service","id":"c1","service":"/map","args":)" + map_of(30'000) + "}");
@@ -205,9 +189,8 @@ TEST_F(long_calls_test, of_one_that_leaves_are_forgotten) {
 }
 
 TEST_F(long_calls_test, whose_provider_leaves_have_their_answer_all_the_same) {
-  peer provider{on};
+  peer provider = provider_of_maps();
   peer caller{on};
-  provide(provider);
   caller.say(R"({"op":"call_service","id":"c1","service":"/map"})");
   const std::string asked = only(provider.hear_during(100));
   on.net.link_of(caller.id()).capacity_bytes = 1000;
@@ -221,8 +204,7 @@ TEST_F(long_calls_test, whose_provider_leaves_have_their_answer_all_the_same) {
 
 // Nobody has looked for such names in what is long, so it stands by itself.
 TEST_F(long_calls_test, with_names_of_the_endpoint_cannot_be_taken_for_another_message) {
-  peer provider{on};
-  provide(provider);
+  peer provider = provider_of_maps();
   peer bare{on, side::server, "127.0.0.1:2", "/", "rowe.v1"};
   const std::string spaces(20'000, ' ');
   for (const std::string& values :
@@ -234,9 +216,8 @@ TEST_F(long_calls_test, with_names_of_the_endpoint_cannot_be_taken_for_another_m
 }
 
 TEST_F(long_calls_test, that_fail_say_why) {
-  peer provider{on};
+  peer provider = provider_of_maps();
   peer caller{on};
-  provide(provider);
   const auto called = [&](const std::string& id) {
     caller.say(R"({"op":"call_service","id":)" + id + R"(,"service":"/map"})");
     return only(provider.hear_during(100));
@@ -252,35 +233,37 @@ TEST_F(long_calls_test, that_fail_say_why) {
 }
 
 TEST_F(long_calls_test, whose_answer_nobody_begins_to_write_end_in_time) {
-  peer provider{on};
-  provide(provider);
+  peer provider = provider_of_maps();
   peer caller{on};
   caller.say(R"({"op":"call_service","id":"c1","service":"/map"})");
   const std::string asked = only(provider.hear_during(100));
   on.net.link_of(caller.id()).capacity_bytes = 0;
   answer(provider, asked, map_of(20'000));
-  for (int i = 0; i < 350; ++i) { // beyond call_timeout; who pings hears nothing, but may be silent so long
-    on.cycle(100ms);
-    (void)provider.hear();
-  }
+  (void)provider.hear_during(
+      350, 100ms); // beyond call_timeout; who pings hears nothing, but may be silent so long
   EXPECT_EQ(on.count(counter::calls_timed_out) + on.count(counter::silent_peers), 1U);
   EXPECT_EQ(on.core.chunks_in_use(), 0U);
 }
 
 struct few_long_calls_test : long_calls_test {
   few_long_calls_test() : long_calls_test{4} {}
+  // What the provider is told.
+  texts called_thrice(peer& caller, peer& provider) {
+    for (int i = 0; i < 3; ++i)
+      caller.say(R"({"op":"call_service","id":"c)" + std::to_string(i) + R"(","service":"/map"})");
+    texts asked = provider.hear_during(100);
+    EXPECT_EQ(asked.size(), 3U);
+    asked.resize(3);
+    return asked;
+  }
 };
 
 // Who does not read loses the answer to others, and is told.
 TEST_F(few_long_calls_test, whose_answer_loses_its_room_are_told) {
-  peer provider{on};
-  provide(provider);
+  peer provider = provider_of_maps();
   peer caller{on};
   on.net.link_of(caller.id()).capacity_bytes = 0; // nothing is read
-  for (int i = 0; i < 3; ++i)
-    caller.say(R"({"op":"call_service","id":"c)" + std::to_string(i) + R"(","service":"/map"})");
-  const texts asked = provider.hear_during(100);
-  ASSERT_EQ(asked.size(), 3U);
+  const texts asked = called_thrice(caller, provider);
   for (const std::string& one : asked) {
     answer(provider, one, map_of(50'000));
     on.cycles(20);
@@ -310,14 +293,10 @@ TEST_F(few_long_calls_test, whose_answer_loses_its_room_are_told) {
 
 // What is short and was there first is not lost with a long answer behind it.
 TEST_F(few_long_calls_test, that_lose_their_room_take_no_short_answer_with_them) {
-  peer provider{on};
-  provide(provider);
+  peer provider = provider_of_maps();
   peer caller{on};
   on.net.link_of(caller.id()).capacity_bytes = 0;
-  for (int i = 0; i < 3; ++i)
-    caller.say(R"({"op":"call_service","id":"c)" + std::to_string(i) + R"(","service":"/map"})");
-  const texts asked = provider.hear_during(100);
-  ASSERT_EQ(asked.size(), 3U);
+  const texts asked = called_thrice(caller, provider);
   answer(provider, asked[0], R"({"short":1})");
   answer(provider, asked[1], map_of(50'000));
   answer(provider, asked[2], map_of(50'000));

@@ -268,7 +268,6 @@ struct claims : guarded_rights {
         })} {}
   // Who has stopped, as everybody is told.
   std::string source(peer& one) { return std::string{rowe::json::find(stop_state(on, one), "source")->raw}; }
-  stoppable_loop loop{on};
 };
 
 TEST_F(claims, of_who_stops_stand_behind_who_that_is) {
@@ -342,16 +341,20 @@ TEST_F(rights, are_not_asked_about_wrong_tokens_but_those_are_counted) {
 
 // ---- what a peer may see
 
+// Some of which are the arm's, and some not.
+void advertise_topics_and_services(peer& provider) {
+  for (const char* const topic : {"/arm/joints", "/secret/place"})
+    provider.say(R"({"op":"advertise","type":"a/B","topic":")" + std::string{topic} + "\"}");
+  for (const char* const service : {"/arm/open", "/secret/door"})
+    provider.say(R"({"op":"advertise_service","type":"c/D","service":")" + std::string{service} + "\"}");
+}
+
 struct seen : rights {
   seen()
       : rights{with_roles([](rowe::access_options& to) {
           to.roles[0].call = {"/arm/*", "/rosapi/*", "/rowe/stats"};
         })} {
-    peer& provider = comes("peer");
-    for (const char* const topic : {"/arm/joints", "/secret/place"})
-      provider.say(R"({"op":"advertise","type":"a/B","topic":")" + std::string{topic} + "\"}");
-    for (const char* const service : {"/arm/open", "/secret/door"})
-      provider.say(R"({"op":"advertise_service","type":"c/D","service":")" + std::string{service} + "\"}");
+    advertise_topics_and_services(comes("peer"));
     on.cycles(2);
   }
 };
@@ -401,10 +404,7 @@ TEST(seen_by_number, is_only_what_the_role_may_use_and_more_when_it_grows) {
                   &numbers::protocols()};
   peer provider{on, rowe::service::side::server, far, "/", "", token_of("peer")};
   on.cycle();
-  for (const char* const topic : {"/arm/joints", "/secret/place"})
-    provider.say(R"({"op":"advertise","type":"a/B","topic":")" + std::string{topic} + "\"}");
-  provider.say(R"({"op":"advertise_service","type":"c/D","service":"/arm/open"})");
-  provider.say(R"({"op":"advertise_service","type":"c/D","service":"/secret/door"})");
+  advertise_topics_and_services(provider);
   on.cycles(2);
   peer arm{on, rowe::service::side::server, far, "/", numbers::subprotocol, token_of("arm")};
   const auto heard = arm.hear_after(6);

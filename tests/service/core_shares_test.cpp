@@ -415,25 +415,46 @@ TEST(core_shares, finds_slots_beside_many_that_hold_the_same_messages) {
 
 // ---- slots that sockets have
 
+const std::string large_text = R"({"x":")" + std::string(3000, 'x') + "\"}";
+
+// A topic each of whose messages needs a large slot.
+struct maps {
+  explicit maps(std::uint32_t large_slots, rowe::topic_options how = {})
+      : on{with_limits(hub_options(), &limits::large_slots, large_slots)},
+        topic{offer_text(on, pair_kind::publish_text, "/map", 4000, how)} {}
+  ~maps() { EXPECT_EQ(on.core.inconsistency(), ""); }
+  void publish() { (void)publish_text_now(on, topic, large_text); }
+  // Its socket takes a part of a message, and its transport so many bytes of the rest.
+  void is_slow(peer& one, std::size_t rest_bytes_max = 0) {
+    auto& how = on.net.link_of(one.id());
+    how.capacity_bytes = 500;
+    how.rest_bytes_max = rest_bytes_max;
+  }
+  void want(std::initializer_list<peer*> who) {
+    for (peer* one : who) one->say(subscribe("/map", R"(,"queue_length":1)"));
+    on.cycle();
+  }
+
+  core_harness on;
+  rowe::detail::queue_pair& topic;
+};
+
 // Each keeps a slot of which its socket has taken a part.
 TEST(core_shares, has_slots_left_beside_peers_that_finish_no_large_message) {
-  core_harness on{with_limits(hub_options(), &limits::large_slots, 8)}; // two of them for sockets
-  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
+  maps map{8}; // two of the slots are for sockets
+  auto& on = map.on;
   std::deque<peer> deaf;
-  const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
-  const auto publish = [&] { (void)publish_text_now(on, map, large); };
   for (int i = 0; i < 6; ++i) { // each has another message begun
-    on.net.link_of(deaf.emplace_back(on).id()).capacity_bytes = 500;
-    deaf.back().say(subscribe("/map", R"(,"queue_length":1)"));
-    on.cycle();
-    publish();
+    map.is_slow(deaf.emplace_back(on));
+    map.want({&deaf.back()});
+    map.publish();
   }
   peer reads{on};
   reads.say(subscribe("/map", R"(,"queue_length":1)"));
   reads.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
   texts heard;
   for (int ms = 0; ms < 2500; ms += 10) {
-    publish();
+    map.publish();
     on.cycle(9ms);
     hear_more(reads, heard);
     EXPECT_EQ(on.core.inconsistency(), "");
@@ -445,43 +466,34 @@ TEST(core_shares, has_slots_left_beside_peers_that_finish_no_large_message) {
 
 // A transport that keeps the rest of frames itself, as sockets can.
 TEST(core_shares, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames) {
-  core_harness on{with_limits(hub_options(), &limits::large_slots, 8)};
-  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
+  maps map{8};
   std::deque<peer> deaf;
-  const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
   for (int i = 0; i < 6; ++i) {
-    auto& how = on.net.link_of(deaf.emplace_back(on).id());
-    how.capacity_bytes = 500;
-    how.rest_bytes_max = SIZE_MAX;
-    deaf.back().say(subscribe("/map", R"(,"queue_length":1)"));
-    on.cycle();
-    (void)publish_text_now(on, map, large);
+    map.is_slow(deaf.emplace_back(map.on), SIZE_MAX);
+    map.want({&deaf.back()});
+    map.publish();
   }
-  peer reads = peer_saying(on, subscribe("/map", R"(,"queue_length":1)"));
+  peer reads{map.on};
+  map.want({&reads});
   texts heard;
   for (int i = 0; i < 10; ++i) {
-    (void)publish_text_now(on, map, large);
+    map.publish();
     hear_more(reads, heard);
   }
   EXPECT_EQ(count_of(heard, R"("topic":"/map")"), 10U);
   for (std::size_t i = 1; i < deaf.size(); ++i) // the first one's is in nobody's way
     EXPECT_EQ(count_of(deaf[i].hear(), R"("topic":"/map")"), 1U) << "and whole";
-  EXPECT_EQ(on.core.inconsistency(), "");
 }
 
 // Of so few large slots sockets may have one.
 TEST(core_shares, lets_nobody_wait_where_there_is_one_large_slot_and_the_transport_keeps_the_rest) {
-  core_harness on{with_limits(hub_options(), &limits::large_slots, 1)};
-  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
-  peer deaf{on}, reads{on};
-  auto& how = on.net.link_of(deaf.id());
-  how.capacity_bytes = 500;
-  how.rest_bytes_max = SIZE_MAX;
-  for (peer* one : {&deaf, &reads}) one->say(subscribe("/map", R"(,"queue_length":1)"));
-  on.cycle();
+  maps map{1};
+  peer deaf{map.on}, reads{map.on};
+  map.is_slow(deaf, SIZE_MAX);
+  map.want({&deaf, &reads});
   texts heard;
   for (int i = 0; i < 10; ++i) {
-    (void)publish_text_now(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
+    map.publish();
     hear_more(reads, heard);
   }
   EXPECT_EQ(count_of(heard, R"("topic":"/map")"), 10U);
@@ -489,15 +501,15 @@ TEST(core_shares, lets_nobody_wait_where_there_is_one_large_slot_and_the_transpo
 
 // Who waited for others' frames to end, and has nothing to write any more.
 TEST(core_shares, cuts_nobody_for_a_peer_that_has_left) {
-  core_harness on{with_limits(hub_options(), &limits::large_slots, 4)}; // one of them for sockets
-  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
+  maps map{4}; // one of the slots is for sockets
+  auto& on = map.on;
   peer slow{on}, waits{on};
-  on.net.link_of(slow.id()).capacity_bytes = 500;
-  slow.tell(subscribe("/map", R"(,"queue_length":1)"));
-  (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
+  map.is_slow(slow);
+  map.want({&slow});
+  (void)publish_text(on, map.topic, large_text);
   on.cycles(50, 20ms); // more than a frame may be under way while others wait
-  waits.tell(subscribe("/map", R"(,"queue_length":1)"));
-  (void)publish_text_now(on, map, R"({"x":")" + std::string(3000, 'y') + "\"}");
+  map.want({&waits});
+  map.publish();
   waits.leave();
   on.cycles(200, 20ms);
   EXPECT_EQ(on.count(counter::stalled_peers), 0U);
@@ -505,15 +517,14 @@ TEST(core_shares, cuts_nobody_for_a_peer_that_has_left) {
 
 // Nobody waits for what it has.
 TEST(core_shares, cuts_no_peer_for_its_slow_reading_alone) {
-  core_harness on{with_limits(hub_options(), &limits::large_slots, 8)};
-  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000, {.depth = 2});
+  maps map{8, {.depth = 2}};
+  auto& on = map.on;
   peer slow{on}, reads{on};
-  on.net.link_of(slow.id()).capacity_bytes = 500;
-  for (peer* one : {&slow, &reads}) one->say(subscribe("/map", R"(,"queue_length":1)"));
-  on.cycle();
+  map.is_slow(slow);
+  map.want({&slow, &reads});
   texts heard;
   for (int ms = 0; ms < 5000; ms += 10) {
-    (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
+    (void)publish_text(on, map.topic, large_text);
     on.cycle(10ms);
     hear_more(reads, heard);
   }

@@ -45,8 +45,7 @@ std::string with_ttl(std::string_view ms, int x) {
 TEST_F(times_to_live, are_told_to_rowe_endpoints_only) {
   auto& pair = advertise_pose(on, {.ttl = 50ms});
   peer endpoint = subscriber();
-  peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  peer browser = harness::subscriber(on, "/pose");
   peer old_name{on, rowe::service::side::server, "127.0.0.1:1", "/", "rowe.v1"};
   old_name.tell(R"({"op":"subscribe","topic":"pose"})");
   ASSERT_TRUE(publish_now(on, pair, {1, 0}));
@@ -151,8 +150,7 @@ TEST_F(times_to_live, of_this_process_hold_for_its_own_handles) {
 
 TEST_F(times_to_live, are_carried_on_by_a_hub) {
   peer viewer = subscriber();
-  peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  peer browser = harness::subscriber(on, "/pose");
   peer robot = rowe_peer();
   on.cycle();
   on.net.link_of(viewer.id()).capacity_bytes = 0;
@@ -189,8 +187,7 @@ TEST_F(times_to_live, count_the_time_behind_a_parked_message) {
 
 TEST_F(times_to_live, that_are_over_are_carried_nowhere) {
   peer viewer = subscriber();
-  peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  peer browser = harness::subscriber(on, "/pose");
   peer robot = rowe_peer();
   on.cycle();
   robot.say(R"({"op":"publish","topic":"/pose","ttl_ms":0,"msg":{"x":1,"y":0}})");
