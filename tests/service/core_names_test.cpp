@@ -14,18 +14,18 @@ using rowe::detail::pair_kind;
 using rowe::detail::pair_phase;
 using rowe::service::side;
 
+// All that comes while the peer reads so many bytes in each of so many cycles.
+texts read_slowly(core_harness& on, peer& by, std::size_t bytes, int cycles = 400) {
+  texts all;
+  for (int i = 0; i < cycles; ++i) {
+    on.net.link_of(by.id()).capacity_bytes = bytes;
+    for (auto& text : by.hear_after(1)) all.push_back(std::move(text));
+  }
+  return all;
+}
+
 struct core_names : core_test {
   core_names() { on.cycle(); }
-  // All that comes while the peer reads so many bytes a cycle.
-  texts read_slowly(peer& by, std::size_t bytes) {
-    texts all;
-    for (int i = 0; i < 400; ++i) {
-      on.net.link_of(by.id()).capacity_bytes = bytes;
-      on.cycle();
-      for (auto& text : by.hear()) all.push_back(std::move(text));
-    }
-    return all;
-  }
 };
 
 std::string unslashed(int x) {
@@ -81,7 +81,7 @@ TEST_F(core_names, continues_a_frame_without_the_slash_wherever_the_socket_stopp
     peer p = subscriber(on, "pose");
     ASSERT_TRUE(publish(on, pair, {1, 0}));
     ASSERT_TRUE(publish(on, pair, {2, 0}));
-    EXPECT_EQ(read_slowly(p, bytes), (texts{unslashed(1), unslashed(2)})) << bytes;
+    EXPECT_EQ(read_slowly(on, p, bytes), (texts{unslashed(1), unslashed(2)})) << bytes;
     EXPECT_EQ(p.violated, "");
     p.leave();
     on.cycle();
@@ -336,13 +336,9 @@ TEST_F(core_names_as_client, continues_a_masked_frame_without_the_slash_where_th
   (void)server.hear_after(1);
   for (std::size_t bytes = 1; bytes < 60; ++bytes) {
     ASSERT_TRUE(publish_text(on, pair, R"({"n":12345})"));
-    texts heard;
-    for (int i = 0; i < 80; ++i) {
-      on.net.link_of(server.id()).capacity_bytes = bytes;
-      on.cycle();
-      for (auto& text : server.hear()) heard.push_back(std::move(text));
-    }
-    EXPECT_EQ(heard, texts{R"({"op":"publish","topic":"out","msg":{"n":12345}})"}) << bytes;
+    EXPECT_EQ(read_slowly(on, server, bytes, 80),
+              texts{R"({"op":"publish","topic":"out","msg":{"n":12345}})"})
+        << bytes;
     EXPECT_EQ(server.violated, "");
   }
 }

@@ -83,22 +83,32 @@ TEST(core_shares, follows_a_throttle_that_is_lowered_at_once) {
 
 // ---- slots
 
+// Topics of which a peer queues all that it may, and reads nothing.
+struct hoard {
+  hoard(core_harness& in, std::initializer_list<const char*> names, rowe::topic_options how = {}) : on{in} {
+    for (const char* name : names) topics.push_back(&offer_text(on, pair_kind::publish_text, name, 64, how));
+    for (const char* name : names)
+      reader.say(subscribe(name, R"(,"throttle_rate":3600000,"queue_length":16)"));
+  }
+  void fill() {
+    for (int i = 0; i < 20; ++i) {
+      for (auto* one : topics) (void)publish_text(on, *one, R"({"x":1})");
+      on.cycle();
+    }
+  }
+
+  core_harness& on;
+  std::vector<rowe::detail::queue_pair*> topics;
+  peer reader{on};
+};
+
 TEST(core_shares, serves_others_beside_a_reader_that_queues_all_it_may) {
   core_harness on;
   auto& pair = offer_text(on, pair_kind::publish_text, "/live", 64);
-  std::vector<rowe::detail::queue_pair*> slow;
-  for (const char* topic : {"/a", "/b", "/c", "/d"})
-    slow.push_back(&offer_text(on, pair_kind::publish_text, topic, 64));
-  peer hoards{on}, other{on};
-  for (const char* topic : {"/a", "/b", "/c", "/d"})
-    hoards.say(subscribe(topic, R"(,"throttle_rate":3600000,"queue_length":16)"));
-  other.say(subscribe("/live"));
-  on.cycle();
-  for (int i = 0; i < 20; ++i) {
-    for (auto* one : slow) (void)publish_text(on, *one, R"({"x":1})");
-    on.cycle();
-  }
-  (void)hoards.hear();
+  hoard all{on, {"/a", "/b", "/c", "/d"}};
+  peer other = peer_saying(on, subscribe("/live"));
+  all.fill();
+  (void)all.reader.hear();
   texts heard;
   for (int i = 0; i < 100; ++i) {
     EXPECT_TRUE(publish_text(on, pair, R"({"x":1})"));
@@ -114,19 +124,10 @@ TEST(core_shares, serves_others_beside_a_reader_that_queues_all_it_may) {
 
 TEST(core_shares, has_entries_for_others_beside_one_whose_queues_are_full_of_expired_messages) {
   core_harness on{with_limits(small_options(), &limits::queued_max, 40)};
-  auto& brief = offer_text(on, pair_kind::publish_text, "/a", 64, {.ttl = 2ms});
-  auto& brief_too = offer_text(on, pair_kind::publish_text, "/b", 64, {.ttl = 2ms});
-  auto& brief_3 = offer_text(on, pair_kind::publish_text, "/c", 64, {.ttl = 2ms});
+  hoard brief{on, {"/a", "/b", "/c"}, {.ttl = 2ms}};
   auto& live = offer_text(on, pair_kind::publish_text, "/live", 64);
-  peer hoards{on}, other{on};
-  for (const char* topic : {"/a", "/b", "/c"})
-    hoards.say(subscribe(topic, R"(,"throttle_rate":3600000,"queue_length":16)"));
-  other.say(subscribe("/live"));
-  on.cycle();
-  for (int i = 0; i < 20; ++i) {
-    for (auto* one : {&brief, &brief_too, &brief_3}) (void)publish_text(on, *one, R"({"x":1})");
-    on.cycle();
-  }
+  peer other = peer_saying(on, subscribe("/live"));
+  brief.fill();
   for (int i = 0; i < 10; ++i) EXPECT_TRUE(publish_text_now(on, live, R"({"x":1})"));
   EXPECT_EQ(other.hear().size(), 10U);
   EXPECT_TRUE(on.core.check());
@@ -152,12 +153,7 @@ TEST(core_shares, delivers_large_messages_beside_many_large_latched_values) {
   EXPECT_EQ(on.count(counter::no_slot) + on.count(counter::not_latched), 0U);
   peer late{on};
   for (int i = 0; i < 8; ++i) late.say(subscribe("/map" + std::to_string(i)));
-  texts late_heard;
-  for (int i = 0; i < 20; ++i) {
-    on.cycle();
-    hear_more(late, late_heard);
-  }
-  EXPECT_EQ(count_of(late_heard, map), 8U);
+  EXPECT_EQ(count_of(late.hear_during(20), map), 8U);
 }
 
 // Slots are taken back while latched values are composed for the one who loses them.
@@ -189,19 +185,9 @@ TEST(core_shares, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is_
 
 TEST(core_shares, sends_messages_to_everyone_beside_one_that_queues_all_it_may) {
   core_harness on;
-  auto& pair = offer_text(on, pair_kind::publish_text, "/a", 64);
-  auto& lane_too = offer_text(on, pair_kind::publish_text, "/b", 64);
-  auto& lane_3 = offer_text(on, pair_kind::publish_text, "/c", 64);
-  auto& lane_4 = offer_text(on, pair_kind::publish_text, "/d", 64);
-  peer hoards{on}, fine{on};
-  for (const char* topic : {"/a", "/b", "/c", "/d"})
-    hoards.say(subscribe(topic, R"(,"throttle_rate":3600000,"queue_length":16)"));
-  fine.say("{}");
-  on.cycle();
-  for (int i = 0; i < 20; ++i) {
-    for (auto* one : {&pair, &lane_too, &lane_3, &lane_4}) (void)publish_text(on, *one, R"({"x":1})");
-    on.cycle();
-  }
+  hoard all{on, {"/a", "/b", "/c", "/d"}};
+  peer fine = peer_saying(on, "{}");
+  all.fill();
   ASSERT_GT(on.core.slots_in_use(), 60U);
   std::size_t heard = 0;
   for (int i = 0; i < 100; ++i) {
