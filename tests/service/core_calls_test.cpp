@@ -730,6 +730,7 @@ TEST_F(core_calls_client, names_the_member_of_a_reply_that_it_cannot_read) {
     EXPECT_EQ(add.try_finish()->reply.code(), code) << values;
     EXPECT_EQ(add.refusal(), diagnostic);
   }
+  EXPECT_EQ(on.count(counter::undecodable), 3U);
 }
 
 TEST_F(core_calls_client, offers_its_services_to_its_server_each_time_it_connects) {

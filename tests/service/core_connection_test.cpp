@@ -106,15 +106,6 @@ TEST_F(core_test, pings_a_silent_peer_and_keeps_it_while_it_answers) {
   EXPECT_FALSE(p.cut());
 }
 
-TEST_F(core_test, cuts_a_peer_that_answers_no_ping) {
-  peer p{on};
-  p.answers_pings = false;
-  (void)p.hear_during(20, 500ms);
-  EXPECT_EQ(p.pings, 2); // it is asked twice
-  EXPECT_EQ(p.close_code, 1008);
-  EXPECT_EQ(on.count(counter::silent_peers), 1U);
-}
-
 TEST_F(core_test, holds_nothing_against_its_peers_that_passed_while_the_process_did_not_run) {
   peer listens{on};
   peer writes{on};

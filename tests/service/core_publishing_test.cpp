@@ -135,6 +135,7 @@ TEST_F(core_test, gives_the_newest_only_to_those_who_subscribed_before_it_was_as
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
   on.net.link_of(early.id()).capacity_bytes = 4096;
   EXPECT_EQ(early.hear_after(2), texts{message(9)});
+  EXPECT_EQ(on.count(counter::replaced), 9U);
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
 }
 

@@ -98,39 +98,12 @@ struct listings_test : peer_parts::peer_parts {
   }
 };
 
-TEST_F(listings_test, tell_who_we_are_and_then_what_there_is) {
-  add_topic("/odom");
-  add_service("/add");
-  const auto first = heard(greet(0));
-  ASSERT_FALSE(first.empty());
-  EXPECT_EQ(first[0], "hrobot");
-  EXPECT_EQ(list_of(first, 'T'), (numbers::numbered{{"/odom", channel("/odom")}}));
-  const auto services = list_of(first, 'S');
-  EXPECT_EQ(services.at("/add"), rowe::service::first_service_number);
-  EXPECT_TRUE(services.contains(std::string{rowe::wire::stats_name}));
-  EXPECT_FALSE(services.contains(std::string{rowe::wire::stop_name})) << "there is nothing to stop";
-}
-
 TEST_F(listings_test, tell_nothing_twice) {
   add_topic("/odom");
   connection& peer = greeted();
   for (int i = 0; i < 10; ++i, rest()) listed.tell_changes();
   EXPECT_TRUE(heard(peer).empty());
   EXPECT_EQ(listed.due(), rowe::rt::never);
-}
-
-TEST_F(listings_test, tell_what_is_gone_before_what_is_new) {
-  add_topic("/old");
-  connection& peer = greeted();
-  const auto was = channel("/old");
-  remove_topic("/old");
-  add_topic("/new"); // perhaps at the same place
-  listed.tell_changes();
-  const auto changed = heard(peer);
-  ASSERT_EQ(changed.size(), 2U);
-  EXPECT_EQ(gone_of(changed, 't'), std::vector{was});
-  EXPECT_TRUE(changed[0].starts_with('t'));
-  EXPECT_EQ(list_of(changed, 'T'), (numbers::numbered{{"/new", channel("/new")}}));
 }
 
 TEST_F(listings_test, tell_changes_at_once_and_then_at_their_pace) {

@@ -170,17 +170,6 @@ TEST_F(liveness_test, lets_what_is_parked_be_tried_again) {
   EXPECT_GT(cycle.places_freed, before);
 }
 
-TEST_F(liveness_test, closes_a_peer_that_does_not_finish_its_message_though_it_goes_on) {
-  read(peer, frame("{", opcode::text, false));
-  in.read_in_turn();
-  for (int i = 0; i < 490; ++i, hear()) step();
-  EXPECT_TRUE(peer.open());
-  for (int i = 0; i < 100; ++i, hear()) step();
-  EXPECT_FALSE(peer.open());
-  EXPECT_EQ(peer.close_reason, "a message was not finished in time");
-  EXPECT_EQ(counts.read(counter::unfinished_messages), 1U);
-}
-
 TEST_F(liveness_test, gives_each_message_its_own_time) {
   for (int i = 0; i < 3; ++i) {
     read(peer, frame("{", opcode::text, false));

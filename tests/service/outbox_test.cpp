@@ -139,33 +139,6 @@ TEST_F(outbox_test, frees_the_slot_when_the_last_peer_was_given_it) {
   EXPECT_EQ(store.slots().in_use(), 0U);
 }
 
-TEST_F(outbox_test, keeps_only_the_newest_value_where_the_topic_says_so) {
-  const auto odom = topic("/odom");
-  topics.at(odom).keep = rowe::keep::newest;
-  const auto of = subscribe(join(0), odom);
-  publish(odom, "1");
-  publish(odom, "2");
-  EXPECT_EQ(waiting(of), std::vector<std::string>{"2"});
-  EXPECT_EQ(counts.read(counter::replaced), 1U);
-}
-
-TEST_F(outbox_test, lets_ready_subscriptions_take_turns) {
-  const auto peer = join(0);
-  const auto a = subscribe(peer, topic("/a")), b = subscribe(peer, topic("/b"));
-  for (int i = 0; i < 2; ++i) {
-    publish(topics.find("/a"), "a");
-    publish(topics.find("/b"), "b");
-  }
-  EXPECT_EQ(ready(peer), (std::vector{a, b}));
-  auto& from = subscriptions.at(a).pending;
-  const auto slot = out.entries().front(from).index;
-  out.take_front(from, slot);
-  queues.mark_served(a); // one message of a is written
-  store.delivered(slot);
-  queues.rotate_ready(peer);
-  EXPECT_EQ(ready(peer), (std::vector{b, a}));
-}
-
 TEST_F(outbox_test, takes_who_has_nothing_left_off_the_ready_list) {
   const auto peer = join(0);
   const auto a = subscribe(peer, topic("/a"));

@@ -155,14 +155,6 @@ TEST_F(refusals_test, are_events_one_by_one_and_then_a_number) {
   EXPECT_TRUE(events().empty()) << "that was said";
 }
 
-TEST_F(refusals_test, are_not_said_to_a_peer_that_wants_to_hear_nothing) {
-  refused.set_level({0}, rowe::wire::severity::none);
-  refuse(peer);
-  EXPECT_TRUE(told(peer).empty());
-  EXPECT_EQ(counts.read(counter::refused_requests), 1U);
-  EXPECT_EQ(events().size(), 1U) << "the user still hears of it";
-}
-
 TEST_F(refusals_test, are_warnings_within_the_rate_and_statuses_at_any) {
   refuse(peer, 10);
   refused.warn(peer, {}, "less than you expect");

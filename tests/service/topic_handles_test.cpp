@@ -180,19 +180,5 @@ TEST_F(topic_handles_of_client, are_announced_by_the_first_of_their_kind_and_end
   EXPECT_NE(told(server)[1].find(R"("topic":"odom")"), std::string::npos) << "and still does";
 }
 
-TEST_F(topic_handles_of_client, are_told_to_a_server_that_comes_later) {
-  const pair_index reader = attach(pair_kind::subscribe_text, "/odom");
-  const pair_index writer = attach(pair_kind::publish_text, "/odom");
-  EXPECT_EQ(handles.queue_to_server(writer), nullptr);
-  connection& server = join(0);
-  handles.announce(server, reader, true);
-  handles.announce(server, writer, true);
-  EXPECT_TRUE(was_told(server, R"("op":"subscribe")"));
-  EXPECT_TRUE(was_told(server, R"("op":"advertise")"));
-  EXPECT_NE(handles.queue_to_server(writer), nullptr);
-  leave(server);
-  EXPECT_EQ(handles.queue_to_server(writer), nullptr);
-}
-
 } // namespace
 } // namespace topic_handles_test
