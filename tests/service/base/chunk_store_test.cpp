@@ -17,11 +17,7 @@ using rowe::service::text_id;
 constexpr std::size_t chunk = chunk_store::chunk_bytes;
 
 rowe::limits few() {
-  rowe::limits bounds;
-  bounds.message_bytes_max = 1024;
-  bounds.long_message_bytes_max = 2 * chunk;
-  bounds.long_slots = 4;
-  return bounds;
+  return {.message_bytes_max = 1024, .long_message_bytes_max = 2 * chunk, .long_slots = 4};
 }
 
 struct chunk_store_test : testing::Test {

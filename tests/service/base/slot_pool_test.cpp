@@ -13,18 +13,12 @@ using rowe::service::slot_class;
 using rowe::service::slot_pool;
 using rowe::service::slot_ref;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.small_slots = 3;
-  bounds.small_slot_bytes = 256;
-  bounds.large_slots = 1;
-  bounds.message_bytes_max = 4096;
-  bounds.long_message_bytes_max = 0;
-  return bounds;
-}
-
 struct slot_pool_test : testing::Test {
-  rowe::limits bounds = few();
+  rowe::limits bounds{.message_bytes_max = 4096,
+                      .long_message_bytes_max = 0,
+                      .small_slots = 3,
+                      .small_slot_bytes = 256,
+                      .large_slots = 1};
   rowe::rt::arena memory{slot_pool::footprint_bytes(bounds), rowe::rt::page_lock::none};
   rowe::service::chunk_store texts{memory, {}, bounds};
   slot_pool slots{memory, texts, bounds};
@@ -66,14 +60,6 @@ TEST_F(slot_pool_test, makes_references_stale_when_a_slot_expires_and_counts_del
   EXPECT_EQ(slots.expire(slot), 2U);
   EXPECT_FALSE(slots.alive(ref));
   EXPECT_EQ(slots.in_use(), 0U);
-}
-
-TEST_F(slot_pool_test, does_not_expire_a_slot_a_socket_is_in_the_middle_of) {
-  const auto slot = slots.take(slot_class::small);
-  slots.begin(slot);
-  EXPECT_FALSE(slots.expire(slot));
-  slots.end(slot);
-  EXPECT_TRUE(slots.expire(slot));
 }
 
 TEST_F(slot_pool_test, loses_and_doubles_no_slot_in_random_use) {

@@ -31,15 +31,6 @@ struct call_completion_test : call_parts::call_parts {
   call_completion_test() { state.pair_rows[{0}] = {.attached = true, .generation = 1}; }
 };
 
-TEST_F(call_completion_test, tells_the_caller_the_value) {
-  connection& caller = join(0);
-  const auto index = ask(caller, handle);
-  EXPECT_TRUE(completion.answer(handle, calls.ref(index), {.text = sum.text()}));
-  ASSERT_EQ(replies(caller).size(), 1U);
-  EXPECT_NE(replies(caller)[0].find("\"sum\":3"), std::string::npos);
-  EXPECT_EQ(calls.in_flight(), 0U);
-}
-
 TEST_F(call_completion_test, puts_no_call_on_the_wheel_that_ends_in_its_cycle) {
   connection& caller = join(0);
   completion.complete(ask(caller, handle, cycle.now + 1s), "{}");
@@ -102,18 +93,6 @@ TEST_F(call_completion_test, takes_answers_only_of_the_one_that_was_asked) {
   completion.take_reply(asked, said);
   EXPECT_EQ(counts.read(counter::replies_late), 1U);
   EXPECT_EQ(replies(caller).size(), 1U);
-}
-
-TEST_F(call_completion_test, ends_what_a_peer_that_is_gone_has_asked_or_was_to_answer) {
-  connection& caller = join(0);
-  connection& gone = join(1);
-  ask(gone, handle);
-  ask(caller, of(gone));
-  completion.forget(gone.id);
-  EXPECT_EQ(calls.in_flight(), 0U);
-  EXPECT_EQ(counts.read(counter::calls_lost), 1U);
-  EXPECT_EQ(replies(caller).size(), 1U);
-  EXPECT_TRUE(replies(gone).empty());
 }
 
 TEST_F(call_completion_test, fails_what_a_handle_was_to_answer_that_is_gone) {

@@ -18,18 +18,16 @@ using namespace ::peer_parts;
 using rowe::service::call_endpoint;
 
 inline rowe::limits few() {
-  rowe::limits bounds;
-  bounds.small_slots = 2 * rowe::service::replies_max;
-  bounds.small_slot_bytes = 256;
-  bounds.large_slots = 1;
-  bounds.message_bytes_max = 1024;
-  bounds.connections_max = 4;
-  bounds.calls_max = 16;
-  bounds.calls_per_connection_max = 8;
-  bounds.services_max = 8;
-  bounds.lanes_max = 2;
-  bounds.door_slots = 4;
-  return bounds;
+  return {.connections_max = 4,
+          .message_bytes_max = 1024,
+          .small_slots = 2 * rowe::service::replies_max,
+          .small_slot_bytes = 256,
+          .large_slots = 1,
+          .services_max = 8,
+          .calls_max = 16,
+          .calls_per_connection_max = 8,
+          .door_slots = 4,
+          .lanes_max = 2};
 }
 
 struct call_parts : peer_parts::peer_parts {

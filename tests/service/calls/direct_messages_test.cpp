@@ -123,34 +123,6 @@ TEST_F(direct_messages_test, tell_the_sender_once_when_one_peer_has_it) {
   EXPECT_EQ(store.slots().in_use(), 0U);
 }
 
-TEST_F(direct_messages_test, wait_for_a_peer_in_their_order) {
-  for (std::uint32_t i = 1; i <= 3; ++i) EXPECT_TRUE(post(i));
-  EXPECT_EQ(messages.pending(), 3U);
-  EXPECT_TRUE(messages.check());
-  connection& late = arrive();
-  messages.deliver_pending({late.id.index});
-  EXPECT_EQ(messages.pending(), 0U);
-  write();
-  EXPECT_EQ(heard(late), (numbers{1, 2, 3}));
-  EXPECT_EQ(ended(), (ends{{1, sent}, {2, sent}, {3, sent}}));
-}
-
-TEST_F(direct_messages_test, wait_for_the_next_peer_where_the_last_one_left_before_it_had_them) {
-  connection& first = arrive();
-  block(first);
-  EXPECT_TRUE(post(1));
-  EXPECT_TRUE(post(2, first));
-  write();
-  leave(first);
-  EXPECT_EQ(ended(), (ends{{2, errc::peer_lost}})) << "that one was for nobody else";
-  EXPECT_EQ(messages.pending(), 1U);
-  connection& next = arrive();
-  messages.deliver_pending({next.id.index});
-  write();
-  EXPECT_EQ(heard(next), numbers{1});
-  EXPECT_EQ(ended(), (ends{{1, sent}}));
-}
-
 TEST_F(direct_messages_test, go_to_no_other_peer_at_the_same_place) {
   connection& gone = arrive();
   const auto meant = to(gone);
@@ -180,18 +152,6 @@ TEST_F(direct_messages_test, end_when_they_found_no_peer_in_their_time) {
   EXPECT_EQ(ended(), (ends{{3, errc::expired}, {2, sent}}));
 }
 
-TEST_F(direct_messages_test, that_are_for_now_only_wait_for_nobody) {
-  EXPECT_TRUE(post(1, {.text = {}, .only_now = true}));
-  EXPECT_EQ(ended(), (ends{{1, errc::expired}}));
-  EXPECT_EQ(messages.pending(), 0U);
-  connection& peer = arrive();
-  block(peer);
-  (void)fill(peer);
-  (void)ended();
-  EXPECT_TRUE(post(2, {.text = {}, .to = to(peer), .only_now = true}));
-  EXPECT_EQ(ended(), (ends{{2, errc::expired}}));
-}
-
 TEST_F(direct_messages_test, are_refused_where_they_can_never_be_sent) {
   (void)arrive();
   const rowe::tests::padded list{"[1]"}, broken{"{\"n\":}"};
@@ -207,24 +167,6 @@ TEST_F(direct_messages_test, are_refused_where_they_can_never_be_sent) {
   EXPECT_EQ(all[2].second, errc::too_big);
   EXPECT_EQ(all[3].second, errc::expired);
   EXPECT_EQ(store.slots().in_use(), 0U);
-}
-
-TEST_F(direct_messages_test, leave_slots_to_others_however_many_wait_for_a_peer) {
-  std::uint32_t count = 0;
-  while (post(count)) ++count;
-  EXPECT_GT(count, store.slots().count() / 2);
-  EXPECT_LE(count, store.slots().count() - store.slots().count() / 4);
-}
-
-TEST_F(direct_messages_test, to_one_peer_leave_slots_for_those_to_another) {
-  connection& first = arrive();
-  connection& second = arrive();
-  block(first);
-  block(second);
-  const std::uint32_t of_first = fill(first);
-  EXPECT_GT(of_first, 0U);
-  EXPECT_TRUE(post(1, second));
-  EXPECT_TRUE(messages.check());
 }
 
 TEST_F(direct_messages_test, give_back_the_share_of_a_peer_that_left) {
@@ -363,17 +305,6 @@ TEST_F(direct_messages_test, wait_for_no_other_peer_when_the_endpoint_closes) {
   leave(only);
   EXPECT_EQ(ended(), (ends{{1, errc::closed}}));
   EXPECT_EQ(messages.pending(), 0U);
-}
-
-TEST_F(direct_messages_test, end_as_closed_when_the_endpoint_closes) {
-  EXPECT_TRUE(post(1));
-  EXPECT_TRUE(post(2));
-  cycle.closing = true;
-  messages.close();
-  EXPECT_TRUE(post(3));
-  EXPECT_EQ(ended(), (ends{{1, errc::closed}, {2, errc::closed}, {3, errc::closed}}));
-  EXPECT_EQ(counts.read(counter::lost_at_close), 3U);
-  EXPECT_EQ(store.slots().in_use(), 0U);
 }
 
 } // namespace

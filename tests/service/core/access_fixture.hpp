@@ -36,6 +36,14 @@ inline rowe::endpoint_options with_roles() {
   return options;
 }
 
+// Such options, changed.
+template <class Change>
+rowe::endpoint_options with_roles(Change change) {
+  rowe::endpoint_options options = with_roles();
+  change(options.access);
+  return options;
+}
+
 // Opens a parameter of the process.
 template <class T>
 rowe::parameter<T> open_parameter(core_harness& on, std::string_view name, const T& first,
@@ -50,19 +58,14 @@ rowe::parameter<T> open_parameter(core_harness& on, std::string_view name, const
 inline std::string answer_to(core_harness& on, peer& of, std::string_view text) {
   of.say(text);
   on.cycles(2);
-  std::string all;
-  for (const std::string& one : of.hear()) all += one;
-  return all;
+  return of.hear_as_one();
 }
 
 // A loop that can be stopped. It begins stopped.
 class stoppable_loop {
  public:
-  explicit stoppable_loop(core_harness& on) : on_{on} {
-    rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({.name = "base"}));
-    on.cycle();
-    latch_ = rowe::stop_latch{core_harness::handle_of(pair)};
-  }
+  explicit stoppable_loop(core_harness& on)
+      : on_{on}, latch_{on.open<rowe::stop_latch>(rowe::detail::latch_request({.name = "base"}))} {}
   bool is_stopped() { return latch_.engaged(on_.now); }
   // Looks, and acknowledges a stop.
   bool moves() {
@@ -109,9 +112,29 @@ struct access : core_test {
   }
   bool is_in(peer& one) { return on.core.peers() == peers.size() && !on.net.closed_by_us(one.id()); }
   std::string answer_to(peer& of, std::string_view text) { return access_fixture::answer_to(on, of, text); }
+  std::string call(peer& by, std::string_view service, std::string_view args = "{}") {
+    (void)by.hear();
+    return answer_to(by, R"({"op":"call_service","id":"c","service":")" + std::string{service} +
+                             R"(","args":)" + std::string{args} + "}");
+  }
+  // Of Foxglove's protocol, behind its greeting.
+  peer& viewer(std::string_view role, std::string_view address = far) {
+    peer& one = peers.emplace_back(on, rowe::service::side::server, address, "/", "foxglove.websocket.v1",
+                                   token_of(role));
+    for (int i = 0; i < 20; ++i) (void)one.hear_after(2);
+    return one;
+  }
   std::string events() {
     std::string all;
     while (const auto one = on.shared.try_event()) all += std::string{one->what} + "\n";
+    return all;
+  }
+  // What events of this kind say, as far as `said` says it; a line for each.
+  template <class Said>
+  std::string events(rowe::event::kind of, Said said) {
+    std::string all;
+    while (const auto one = on.shared.try_event())
+      if (one->what_kind == of) all += said(*one) + "\n";
     return all;
   }
   std::deque<peer> peers;

@@ -122,11 +122,6 @@ struct all_parts : state_fixture::outside_fixture {
     return end.ring->try_push(*slot);
   }
   static rowe::detail::peer_ref ref(const connection& c) { return {c.id.index, c.id.generation}; }
-  std::vector<rowe::event> events() {
-    std::vector<rowe::event> all;
-    while (const auto one = shared.try_event()) all.push_back(*one);
-    return all;
-  }
   void TearDown() override { EXPECT_EQ(parts.inconsistency(), ""); }
 };
 

@@ -17,7 +17,6 @@ namespace {
 using namespace access_fixture;
 using rowe::detail::pair_kind;
 
-bool has(std::string_view text, std::string_view what) { return text.find(what) != std::string_view::npos; }
 std::string text(std::initializer_list<std::string_view> parts) {
   std::string all;
   for (const std::string_view one : parts) all += one;
@@ -71,17 +70,12 @@ TEST_F(answers, take_args_and_a_fragment_size_that_are_null_for_none) {
   peer& page = comes("driver");
   const std::string_view plain = R"({"op":"call_service","id":"a","service":"/rosapi/get_ros_version")";
   const std::string expected = asks(page, text({plain, "}"}));
-  ASSERT_TRUE(has(expected, R"("result":true,"values":{"version":1,"distro":"rowe"})")) << expected;
+  ASSERT_TRUE(has(expected, R"("result":true,"values":{"version":1,"distro":"rowe"})"));
   EXPECT_EQ(asks(page, text({plain, R"(,"args":null,"fragment_size":null})"})), expected);
 }
 
-rowe::endpoint_options with_a_low_rate() {
-  rowe::endpoint_options options = with_roles();
-  options.limits.messages_per_second_max = 100;
-  return options;
-}
 struct low_rate : answers {
-  low_rate() : answers{with_a_low_rate()} {}
+  low_rate() : answers{with_limits(with_roles(), &limits::messages_per_second_max, 100)} {}
 };
 
 TEST_F(low_rate, answers_each_call_and_goal_beyond_it) {
@@ -92,10 +86,10 @@ TEST_F(low_rate, answers_each_call_and_goal_beyond_it) {
     page.say(text({R"({"op":"call_service",)", id, R"(,"service":"/rosapi/get_time"})"}));
     page.say(text({R"({"op":"send_action_goal",)", id, R"(,"action":"/dock"})"}));
     on.cycle(1us);
-    for (const std::string& one : page.hear()) heard += one;
+    heard += page.hear_as_one();
   }
   on.cycles(3);
-  for (const std::string& one : page.hear()) heard += one;
+  heard += page.hear_as_one();
   for (int i = 0; i < 150; ++i)
     for (const std::string_view op : {"service_response", "action_result"})
       EXPECT_TRUE(has(heard, text({R"("op":")", op, R"(","id":"n)", std::to_string(i), ".\""}))) << op << i;
@@ -116,8 +110,7 @@ TEST_F(answers, to_a_latched_message_reach_late_subscribers_without_an_advertise
   EXPECT_EQ(asks(page, R"({"op":"publish","topic":"/map","type":"a/Map","latch":true,"msg":{"n":2}})"), "");
   (void)late.hear();
   const std::string other = asks(page, R"({"op":"publish","id":"p","topic":"/map","type":"b/Map","msg":{}})");
-  EXPECT_TRUE(has(other, "publish: the topic exists with the type a/Map") && has(other, R"("id":"p")"))
-      << other;
+  EXPECT_TRUE(has(other, "publish: the topic exists with the type a/Map") && has(other, R"("id":"p")"));
   EXPECT_EQ(asks(page, R"({"op":"unadvertise","topic":"/map"})"), "");
 }
 
@@ -160,9 +153,8 @@ TEST_F(answers, and_topics_of_the_program_belong_to_it) {
   on.offer(pair_kind::publish_text, "/odom", 100);
   on.offer(pair_kind::publish_text, "/shared", 100, {.shared = true});
   on.cycles(2);
-  std::string told;
-  for (const std::string& one : early.hear()) told += one;
-  EXPECT_TRUE(has(told, "advertise: /odom is published by the program here")) << told;
+  const std::string told = early.hear_as_one();
+  EXPECT_TRUE(has(told, "advertise: /odom is published by the program here"));
   peer& page = comes("observer");
   (void)asks(page, R"({"op":"subscribe","topic":"/odom"})");
   (void)asks(page, R"({"op":"subscribe","topic":"/shared"})");
@@ -170,7 +162,7 @@ TEST_F(answers, and_topics_of_the_program_belong_to_it) {
     for (const std::string_view op : {R"("advertise","type":"a/B")", R"("publish","msg":{"n":1})",
                                       R"("publish","latch":true,"type":"a/B","msg":{"n":1})"}) {
       const std::string heard = asks(early, text({R"({"id":"a","topic":")", name, R"(","op":)", op, "}"}));
-      EXPECT_TRUE(has(heard, "is published by the program here") && has(heard, R"("id":"a")")) << heard;
+      EXPECT_TRUE(has(heard, "is published by the program here") && has(heard, R"("id":"a")"));
     }
   EXPECT_EQ(page.hear().size(), 0U);
   EXPECT_EQ(asks(early, R"({"op":"publish","topic":"/shared","msg":{"n":1}})"), "");

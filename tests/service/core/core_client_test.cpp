@@ -1,31 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core as a client of a rosbridge server.
-#include <gtest/gtest.h>
-
-#include <string>
-
-#include "core_harness.hpp"
+#include "core_fixtures.hpp"
 
 namespace core_client_test {
 namespace {
 
-using namespace std::chrono_literals;
-using harness::core_harness;
-using harness::peer;
+using namespace harness;
 using rowe::detail::pair_kind;
-using rowe::service::counter;
 using rowe::service::side;
-using texts = std::vector<std::string>;
 
-struct core_client : testing::Test {
-  core_client() : on{harness::small_options(), side::client} {}
-  ~core_client() override { EXPECT_TRUE(on.core.check()); }
-  core_harness on;
-
-  void publish(rowe::detail::queue_pair& pair, std::string_view text) {
-    ASSERT_TRUE(rowe::detail::publish_into(
-        pair, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
-  }
+struct core_client : core_test {
+  core_client() : core_test{small_options(), side::client} {}
 };
 
 TEST_F(core_client, connects_at_once_and_again_later_each_time_it_is_refused) {
@@ -58,39 +43,21 @@ TEST_F(core_client, announces_its_handles_when_it_is_connected_and_masks_its_fra
   on.offer(pair_kind::subscribe_text, "/in", 100);
   on.cycle();
   peer server{on, side::client};
-  on.cycles(2);
-  const auto heard = server.hear();
+  const auto heard = server.hear_after(2);
   EXPECT_EQ(server.violated, ""); // unmasked frames would be
   ASSERT_EQ(heard.size(), 2U);
-  EXPECT_NE(heard[0].find(R"("op":"advertise")"), std::string::npos);
-  EXPECT_NE(heard[0].find(R"("type":"std_msgs/String","topic":"/out")"), std::string::npos) << heard[0];
-  EXPECT_NE(heard[1].find(R"("op":"subscribe")"), std::string::npos);
-}
-
-// The texts that have come to a subscriber.
-texts taken(rowe::detail::queue_pair& inbox) {
-  texts all;
-  const auto& path = inbox.user.in;
-  path.ring->drain(
-      [&](std::uint32_t slot) {
-        all.emplace_back(reinterpret_cast<const char*>(path.memory.value(slot)),
-                         path.memory.header(slot)->bytes);
-        path.free_ring->release(slot);
-      },
-      SIZE_MAX);
-  return all;
+  EXPECT_TRUE(has(heard[0], R"("op":"advertise")"));
+  EXPECT_TRUE(has(heard[0], R"("type":"std_msgs/String","topic":"/out")"));
+  EXPECT_TRUE(has(heard[1], R"("op":"subscribe")"));
 }
 
 TEST_F(core_client, tells_its_handles_the_statistics_of_its_server_and_never_its_own) {
-  auto& seen = on.offer(pair_kind::subscribe_text, "/rowe/stats", 4000);
-  on.cycle();
+  auto& seen = on.offer_now(pair_kind::subscribe_text, "/rowe/stats", 4000);
   peer server{on, side::client};
-  on.cycles(300);
-  EXPECT_EQ(server.hear().size(), 1U); // that it subscribes
-  EXPECT_EQ(taken(seen), texts{});
-  server.say(R"({"op":"publish","topic":"/rowe/stats","msg":{"name":"hub"}})");
-  on.cycles(300);
-  EXPECT_EQ(taken(seen), texts{R"({"name":"hub"})"});
+  EXPECT_EQ(server.hear_after(300).size(), 1U); // that it subscribes
+  EXPECT_EQ(take_all(seen), texts{});
+  server.tell(R"({"op":"publish","topic":"/rowe/stats","msg":{"name":"hub"}})", 300);
+  EXPECT_EQ(take_all(seen), texts{R"({"name":"hub"})"});
 }
 
 TEST_F(core_client, tells_its_handles_the_stop_of_its_server_and_never_its_own) {
@@ -99,34 +66,29 @@ TEST_F(core_client, tells_its_handles_the_stop_of_its_server_and_never_its_own) 
   on.cycle();
   peer server{on, side::client};
   on.cycles(500);
-  EXPECT_EQ(taken(seen), texts{});
-  server.say(R"({"op":"publish","topic":"/rowe/stop/state","msg":{"state":"running"}})");
-  on.cycles(500);
-  EXPECT_EQ(taken(seen), texts{R"({"state":"running"})"});
+  EXPECT_EQ(take_all(seen), texts{});
+  server.tell(R"({"op":"publish","topic":"/rowe/stop/state","msg":{"state":"running"}})", 500);
+  EXPECT_EQ(take_all(seen), texts{R"({"state":"running"})"});
 }
 
 TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_that_goes) {
   peer server{on, side::client};
   on.cycle();
   auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
-  on.cycles(2);
-  EXPECT_EQ(server.hear().size(), 1U);
-  publish(pair, "{\"n\":1}");
+  EXPECT_EQ(server.hear_after(2).size(), 1U);
+  ASSERT_TRUE(publish_text(on, pair, "{\"n\":1}"));
   pair.lifecycle.close();
-  on.cycles(3);
-  const auto heard = server.hear();
+  const auto heard = server.hear_after(3);
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_EQ(heard[0], R"({"op":"publish","topic":"/out","msg":{"n":1}})");
-  EXPECT_NE(heard[1].find(R"("op":"unadvertise")"), std::string::npos);
+  EXPECT_TRUE(has(heard[1], R"("op":"unadvertise")"));
 }
 
 TEST_F(core_client, publishes_to_the_server_without_being_asked) {
-  auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "/out", 100);
   peer server{on, side::client};
-  on.cycle();
-  (void)server.hear();
-  for (const char* text : {"{\"n\":1}", "{\"n\":2}", "{\"n\":3}"}) publish(pair, text);
+  (void)server.hear_after(1);
+  for (const char* text : {"{\"n\":1}", "{\"n\":2}", "{\"n\":3}"}) ASSERT_TRUE(publish_text(on, pair, text));
   on.cycle();
   EXPECT_EQ(server.hear(), (texts{R"({"op":"publish","topic":"/out","msg":{"n":1}})",
                                   R"({"op":"publish","topic":"/out","msg":{"n":2}})",
@@ -134,30 +96,22 @@ TEST_F(core_client, publishes_to_the_server_without_being_asked) {
 }
 
 TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it) {
-  auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "/out", 100);
   peer server{on, side::client};
-  on.cycle();
-  (void)server.hear();
+  (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 5;
-  publish(pair, "{\"n\":12345}");
-  publish(pair, "{\"n\":67890}");
-  texts heard;
-  for (int i = 0; i < 100; ++i) {
-    on.cycle();
-    for (auto& text : server.hear()) heard.push_back(std::move(text));
-  }
+  ASSERT_TRUE(publish_text(on, pair, "{\"n\":12345}"));
+  ASSERT_TRUE(publish_text(on, pair, "{\"n\":67890}"));
+  texts heard = server.hear_during(100);
   EXPECT_EQ(server.violated, "");
   EXPECT_EQ(heard, (texts{R"({"op":"publish","topic":"/out","msg":{"n":12345}})",
                           R"({"op":"publish","topic":"/out","msg":{"n":67890}})"}));
 }
 
 TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
-  auto& inbox = on.offer(pair_kind::subscribe_text, "/in", 100);
-  on.cycle();
+  auto& inbox = on.offer_now(pair_kind::subscribe_text, "/in", 100);
   peer server{on, side::client};
-  server.say(R"({"op":"publish","topic":"\/in","msg":{"data":0.1}})");
-  on.cycles(2);
+  server.tell(R"({"op":"publish","topic":"\/in","msg":{"data":0.1}})", 2);
   const auto slot = inbox.user.in.ring->try_pop();
   ASSERT_TRUE(slot);
   EXPECT_EQ(std::string(reinterpret_cast<const char*>(inbox.user.in.memory.value(*slot)),
@@ -166,11 +120,9 @@ TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
 }
 
 TEST_F(core_client, leaves_in_the_queue_pair_what_the_server_does_not_read_so_that_its_publisher_is_told) {
-  auto& pair = on.offer(pair_kind::publish_text, "/out", 100, {.depth = 32});
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "/out", 100, {.depth = 32});
   peer server{on, side::client};
-  on.cycle();
-  (void)server.hear();
+  (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 0;
   int accepted = 0;
   for (int i = 0; i < 200; ++i) {
@@ -182,13 +134,11 @@ TEST_F(core_client, leaves_in_the_queue_pair_what_the_server_does_not_read_so_th
   EXPECT_EQ(accepted, 16 + 32); // queue_depth_max towards the server, and the queue pair's own
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
   on.net.link_of(server.id()).capacity_bytes = 1 << 20;
-  on.cycles(20);
-  EXPECT_EQ(server.hear().size(), static_cast<std::size_t>(accepted));
+  EXPECT_EQ(server.hear_after(20).size(), static_cast<std::size_t>(accepted));
 }
 
 TEST_F(core_client, counts_what_a_subscriber_does_not_take_and_what_does_not_fit) {
-  on.offer(pair_kind::subscribe_text, "/in", 10, {.depth = 2});
-  on.cycle();
+  on.offer_now(pair_kind::subscribe_text, "/in", 10, {.depth = 2});
   peer server{on, side::client};
   for (int i = 0; i < 5; ++i) server.say(R"({"op":"publish","topic":"/in","msg":{"d":1}})");
   server.say(R"({"op":"publish","topic":"/in","msg":{"data":"too long for it"}})");
@@ -202,12 +152,10 @@ TEST_F(core_client, never_answers_a_server_and_shows_its_status) {
   server.say(R"({"op":"status","level":"error","msg":"no such topic"})");
   server.say(R"({"op":"subscribe","topic":"/x"})");
   server.say("nonsense");
-  on.cycles(2);
-  EXPECT_TRUE(server.hear().empty());
+  EXPECT_TRUE(server.hear_after(2).empty());
   bool shown = false;
-  while (const auto what = on.shared.try_event()) {
+  while (const auto what = on.shared.try_event())
     shown = shown || what->what_kind == rowe::event::kind::status_from_peer;
-  }
   EXPECT_TRUE(shown);
 }
 
@@ -229,13 +177,11 @@ TEST_F(core_client, reports_why_its_server_has_closed_on_a_message_that_was_too_
 }
 
 TEST_F(core_client, starts_afresh_after_a_lost_connection) {
-  auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "/out", 100);
   peer server{on, side::client};
-  on.cycle();
-  (void)server.hear();
+  (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 3;
-  publish(pair, "{\"n\":1}");
+  ASSERT_TRUE(publish_text(on, pair, "{\"n\":1}"));
   on.cycle();
   server.leave(rowe::service::close_cause::reset);
   on.cycles(2);
@@ -243,10 +189,9 @@ TEST_F(core_client, starts_afresh_after_a_lost_connection) {
   on.cycles(300);
   EXPECT_EQ(on.net.attempts(), before + 1);
   peer again{on, side::client};
-  on.cycles(2);
-  EXPECT_EQ(again.hear().size(), 1U); // the advertisement; nothing of what was queued for the old one
+  EXPECT_EQ(again.hear_after(2).size(), 1U); // the advertisement; nothing of what was queued for the old one
   EXPECT_EQ(again.violated, "");
-  publish(pair, "{\"n\":2}");
+  ASSERT_TRUE(publish_text(on, pair, "{\"n\":2}"));
   on.cycle();
   EXPECT_EQ(again.hear(), texts{R"({"op":"publish","topic":"/out","msg":{"n":2}})"});
 }

@@ -13,11 +13,7 @@ using rowe::errc;
 using rowe::detail::entry;
 
 // A queue to one peer that does not read is full before that has its share of the slots.
-rowe::endpoint_options with_many_slots() {
-  rowe::endpoint_options options = small_options();
-  options.limits.small_slots = 128;
-  return options;
-}
+rowe::endpoint_options with_many_slots() { return with_limits(small_options(), &limits::small_slots, 128); }
 
 struct plain_messages : core_test {
   plain_messages() : core_test{with_many_slots()} {}
@@ -37,13 +33,8 @@ struct plain_messages : core_test {
   }
   // What became of it; "waits" while nothing has.
   std::string outcome(std::uint32_t slot) {
-    if (on.submissions.incomplete() == 0 || on.submissions.drained()) {
-      EXPECT_TRUE(on.submissions.wait(slot, rowe::rt::never));
-      const auto done = on.submissions.outcome(slot);
-      on.submissions.release(slot);
-      return done ? "sent" : std::string{done.error().name()};
-    }
-    return "waits";
+    const bool ended = on.submissions.incomplete() == 0 || on.submissions.drained();
+    return ended ? outcome_of(on, slot) : "waits";
   }
   std::string received() {
     const auto slot = on.inbox.try_receive(on.now);
@@ -86,9 +77,7 @@ TEST_F(plain_messages, lets_a_message_wait_for_a_peer) {
   const auto slot = send(R"({"a":1})", 5s);
   on.cycles(1000, 1ms);
   EXPECT_EQ(outcome(slot), "waits");
-  peer late{on};
-  late.say("{}");
-  on.cycles(2);
+  peer late = peer_saying(on, "{}", 2);
   EXPECT_EQ(outcome(slot), "sent");
   EXPECT_EQ(late.hear(), texts{R"({"ttl_ms":3999,"a":1})"});
 }
@@ -99,18 +88,14 @@ TEST_F(plain_messages, drops_a_message_that_found_no_peer_in_its_time) {
   EXPECT_EQ(outcome(slot), "expired");
   EXPECT_EQ(on.count(counter::expired), 1U);
   peer late{on};
-  late.say("{}");
-  on.cycles(2);
-  EXPECT_EQ(late.hear(), texts{});
+  EXPECT_EQ(late.ask("{}", 2), texts{});
 }
 
 TEST_F(plain_messages, does_not_let_a_message_wait_whose_time_to_live_is_nothing) {
   const auto slot = send(R"({"a":1})", 0ns);
   on.cycle();
   EXPECT_EQ(outcome(slot), "expired");
-  peer there{on};
-  there.say("{}");
-  on.cycle();
+  peer there = peer_saying(on, "{}");
   const auto now = send(R"({"a":2})", 0ns);
   on.cycle();
   EXPECT_EQ(outcome(now), "sent");
@@ -118,56 +103,43 @@ TEST_F(plain_messages, does_not_let_a_message_wait_whose_time_to_live_is_nothing
 }
 
 TEST_F(plain_messages, does_not_send_behind_a_blocked_socket_what_must_go_now) {
-  peer there{on};
-  there.say("{}");
-  on.cycle();
+  peer there = peer_saying(on, "{}");
   on.net.link_of(there.id()).capacity_bytes = 0;
   const auto slot = send(R"({"a":1})", 0ns);
   on.cycles(3);
   EXPECT_EQ(outcome(slot), "expired");
   on.net.link_of(there.id()).capacity_bytes = 4096;
-  on.cycles(3);
-  EXPECT_EQ(there.hear(), texts{});
+  EXPECT_EQ(there.hear_after(3), texts{});
 }
 
 TEST_F(plain_messages, checks_the_time_when_it_writes) {
-  peer there{on};
-  there.say("{}");
-  on.cycle();
+  peer there = peer_saying(on, "{}");
   on.net.link_of(there.id()).capacity_bytes = 0;
   const auto expired = send(R"({"a":1})", 50ms);
   const auto alive = send(R"({"a":2})", 500ms);
   on.cycles(100);
   on.net.link_of(there.id()).capacity_bytes = 4096;
   there.hear(); // reads, so that there is room
-  on.cycles(3);
-  EXPECT_EQ(there.hear(), texts{R"({"ttl_ms":399,"a":2})"});
+  EXPECT_EQ(there.hear_after(3), texts{R"({"ttl_ms":399,"a":2})"});
   EXPECT_EQ(outcome(expired), "expired");
   EXPECT_EQ(outcome(alive), "sent");
 }
 
 TEST_F(plain_messages, keeps_the_order_of_one_sender) {
-  peer there{on};
-  there.say("{}");
-  on.cycle();
+  peer there = peer_saying(on, "{}");
   for (int i = 0; i < 4; ++i) send(R"({"a":)" + std::to_string(i) + "}", -1ns, false);
-  on.cycles(2);
-  EXPECT_EQ(there.hear(), (texts{R"({"a":0})", R"({"a":1})", R"({"a":2})", R"({"a":3})"}));
+  EXPECT_EQ(there.hear_after(2), (texts{R"({"a":0})", R"({"a":1})", R"({"a":2})", R"({"a":3})"}));
 }
 
 TEST_F(plain_messages, sends_to_the_next_peer_what_the_last_one_was_not_given) {
-  peer first{on};
-  first.say("{}");
-  on.cycle();
+  peer first = peer_saying(on, "{}");
   on.net.link_of(first.id()).capacity_bytes = 5; // the message begins, and does not end
   const auto slot = send(R"({"a":1})", 5s);
   on.cycle();
   first.leave(rowe::service::close_cause::reset);
   on.cycles(2);
   EXPECT_EQ(outcome(slot), "waits");
-  peer second{on};
-  second.say("{}");
-  on.cycles(2);
+  peer second = peer_saying(on, "{}", 2);
   EXPECT_EQ(outcome(slot), "sent");
   EXPECT_EQ(second.hear(), texts{R"({"ttl_ms":4996,"a":1})"});
 }
@@ -193,15 +165,11 @@ TEST_F(plain_messages, gives_more_waiting_messages_than_a_queue_holds_in_their_o
 }
 
 TEST_F(plain_messages, gives_what_one_peer_left_without_to_another_that_is_there) {
-  peer first{on};
-  first.say("{}");
-  on.cycle();
+  peer first = peer_saying(on, "{}");
   on.net.link_of(first.id()).capacity_bytes = 0;
   const auto slot = send(R"({"a":1})");
   on.cycle();
-  peer second{on};
-  second.say("{}");
-  on.cycle();
+  peer second = peer_saying(on, "{}");
   first.leave();
   on.cycles(2);
   EXPECT_EQ(outcome(slot), "sent");
@@ -211,8 +179,7 @@ TEST_F(plain_messages, gives_what_one_peer_left_without_to_another_that_is_there
 TEST_F(plain_messages, keeps_a_message_where_it_is_while_no_peer_has_room) {
   peer one{on}, other{on};
   for (auto* p : {&one, &other}) {
-    p->say("{}");
-    on.cycle();
+    p->tell("{}");
     on.net.link_of(p->id()).capacity_bytes = 0;
   }
   texts all;
@@ -229,9 +196,7 @@ TEST_F(plain_messages, keeps_a_message_where_it_is_while_no_peer_has_room) {
 }
 
 TEST_F(plain_messages, tells_a_sender_that_the_one_it_meant_is_gone) {
-  peer one{on};
-  one.say("{}");
-  on.cycle();
+  peer one = peer_saying(on, "{}");
   const rowe::detail::peer_ref to{one.id().index, one.id().generation};
   on.net.link_of(one.id()).capacity_bytes = 0;
   const auto queued = send(R"({"a":1})", 5s, true, to);
@@ -253,9 +218,7 @@ TEST_F(plain_messages, leaves_slots_to_topics_however_many_messages_wait_for_a_p
   const std::uint32_t slots = on.options.limits.small_slots;
   const std::uint32_t for_messages = slots - slots / 4 - on.options.limits.connections_max;
   EXPECT_EQ(on.core.slots_in_use(), for_messages);
-  peer late{on};
-  late.say("{}");
-  on.cycles(40);
+  peer late = peer_saying(on, "{}", 40);
   EXPECT_EQ(late.hear().size(), for_messages + on.options.limits.door_slots / 2);
 }
 
@@ -268,9 +231,7 @@ TEST_F(plain_messages, tells_whoever_waits_that_the_endpoint_is_closing) {
 }
 
 TEST_F(plain_messages, waits_in_its_lane_when_the_only_peer_does_not_read) {
-  peer slow{on};
-  slow.say("{}");
-  on.cycle();
+  peer slow = peer_saying(on, "{}");
   on.net.link_of(slow.id()).capacity_bytes = 0;
   int accepted = 0;
   for (int i = 0; i < 100; ++i) {
@@ -304,22 +265,19 @@ struct parked : plain_messages {
 TEST_F(parked, does_not_keep_other_threads_from_other_peers) {
   send(R"({"to":"fine"})", -1ns, false, to_fine);
   send(R"({"to":"all"})", -1ns, false);
-  on.cycle();
-  EXPECT_EQ(fine.hear(), (texts{R"({"to":"fine"})", R"({"to":"all"})"}));
+  EXPECT_EQ(fine.hear_after(1), (texts{R"({"to":"fine"})", R"({"to":"all"})"}));
   EXPECT_EQ(on.submissions.incomplete(), 1U);
 }
 
 TEST_F(parked, does_not_keep_calls_and_replies_from_their_way) {
   while (received() != "empty") continue; // and from now on the shared inbox takes calls
-  fine.say(R"({"service":"x","message_id":1})");
-  on.cycle();
+  fine.tell(R"({"service":"x","message_id":1})");
   const auto asked = on.inbox.try_receive(on.now);
   ASSERT_TRUE(asked);
   ASSERT_TRUE(on.submissions.submit(
       {.what = entry::reply, .call = on.inbox.header(*asked).call, .stamped = on.now}, R"({"done":true})"));
   on.inbox.release(*asked);
-  on.cycle();
-  EXPECT_EQ(fine.hear(), texts{R"({"done":true,"in_reply_to":1})"});
+  EXPECT_EQ(fine.hear_after(1), texts{R"({"done":true,"in_reply_to":1})"});
 }
 
 TEST_F(parked, tells_who_waits_behind_it_that_the_time_is_over) {
@@ -335,8 +293,7 @@ TEST_F(parked, keeps_the_order_towards_it) {
   send(R"({"to":"slow","last":true})", -1ns, false, to_slow);
   on.cycle();
   on.net.link_of(slow.id()).capacity_bytes = 4096;
-  on.cycles(3);
-  const auto heard = slow.hear();
+  const auto heard = slow.hear_after(3);
   ASSERT_EQ(heard.size(), on.options.limits.queue_depth_max + 2);
   EXPECT_EQ(heard.back(), R"({"to":"slow","last":true})");
 }
@@ -375,28 +332,11 @@ TEST_F(plain_messages, counts_messages_that_find_the_inbox_full) {
   EXPECT_EQ(on.count(counter::inbox_full), 10U - on.options.limits.door_slots);
 }
 
-TEST_F(plain_messages, answers_what_is_no_json_by_the_codec_that_was_used_last) {
-  peer there{on};
-  there.say("{");
-  on.cycle();
-  auto heard = there.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(heard[0].starts_with(R"({"error":{"code":"malformed")")) << heard[0];
-  there.say(R"({"op":"subscribe","topic":"/a"})");
-  there.say("{");
-  on.cycle();
-  heard = there.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(heard[0].starts_with(R"({"op":"status","level":"error")")) << heard[0];
-  EXPECT_EQ(on.count(counter::malformed), 2U);
-}
-
 TEST_F(plain_messages, refuses_plain_texts_that_are_no_objects) {
   peer there{on};
   there.say("[1,2]");
   there.say(R"({"op":5})");
-  on.cycle();
-  const auto heard = there.hear();
+  const auto heard = there.hear_after(1);
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_TRUE(heard[0].find(R"("code":"not_an_object")") != std::string::npos) << heard[0];
   EXPECT_TRUE(heard[1].find(R"("code":"bad_request")") != std::string::npos) << heard[1];
@@ -405,16 +345,7 @@ TEST_F(plain_messages, refuses_plain_texts_that_are_no_objects) {
 // The same in a queue pair, behind a message for the peer that does not read.
 struct parked_in_a_lane : parked {
   parked_in_a_lane() {
-    auto& pair = on.offer({.kind = rowe::detail::pair_kind::talk,
-                           .receives = true,
-                           .out_depth = 4,
-                           .in_depth = 4,
-                           .completions_depth = 4,
-                           .out_bytes = 192,
-                           .in_bytes = 192,
-                           .completions_bytes = 192});
-    on.cycle();
-    talk = rowe::lane{core_harness::handle_of(pair)};
+    talk = on.open<rowe::lane>(lane_request(4, 192));
     while (talk.try_receive(on.now)) continue;
     EXPECT_TRUE(talk.try_send(R"({"to":"slow"})", -1ns, on.now, {to_slow.index, to_slow.generation}));
     on.cycle();
@@ -423,14 +354,12 @@ struct parked_in_a_lane : parked {
 };
 
 TEST_F(parked_in_a_lane, goes_on_with_other_peers_calls_and_replies) {
-  fine.say(R"({"service":"x","message_id":1})");
-  on.cycle();
+  fine.tell(R"({"service":"x","message_id":1})");
   const auto asked = talk.try_receive(on.now);
   ASSERT_TRUE(asked);
   EXPECT_TRUE(talk.try_send(R"({"to":"fine"})", -1ns, on.now, {to_fine.index, to_fine.generation}));
   EXPECT_TRUE(talk.try_reply(*asked, R"({"done":true})", on.now));
-  on.cycle();
-  EXPECT_EQ(fine.hear(), (texts{R"({"done":true,"in_reply_to":1})", R"({"to":"fine"})"}));
+  EXPECT_EQ(fine.hear_after(1), (texts{R"({"done":true,"in_reply_to":1})", R"({"to":"fine"})"}));
 }
 
 TEST_F(parked_in_a_lane, counts_what_waits_when_the_endpoint_closes) {
@@ -458,16 +387,14 @@ TEST_F(parked_in_a_lane, has_slots_for_others_when_half_of_them_wait_for_one_pee
   }
   EXPECT_EQ(fine.hear().size(), 8U);
   EXPECT_TRUE(talk.try_send(R"({"to":"all"})", -1ns, on.now)) << "who does not read loses it";
-  on.cycles(10);
-  EXPECT_EQ(fine.hear().size(), 1U);
+  EXPECT_EQ(fine.hear_after(10).size(), 1U);
   EXPECT_EQ(on.count(counter::expired), 1U);
   EXPECT_EQ(talk.try_send("{}", -1ns, on.now, to).code(), errc::full) << "until nothing waits for it";
   on.net.link_of(slow.id()).capacity_bytes = 64 * 1024;
   on.cycles(4);
   EXPECT_TRUE(talk.wait_room(0ns, to));
   EXPECT_TRUE(talk.try_send(R"({"n":2})", -1ns, on.now, to));
-  on.cycles(2);
-  EXPECT_EQ(slow.hear().back(), R"({"n":2})");
+  EXPECT_EQ(slow.hear_after(2).back(), R"({"n":2})");
   EXPECT_EQ(on.core.slots_in_use(), 0U);
   EXPECT_EQ(on.count(counter::full), 2U);
 }
@@ -479,8 +406,7 @@ TEST_F(parked_in_a_lane, ends_what_is_beyond_the_share_of_a_peer_that_does_not_r
   on.cycle();
   EXPECT_EQ(on.count(counter::outbox_full), 1U) << "the one after half of the slots";
   on.net.link_of(slow.id()).capacity_bytes = 64 * 1024;
-  on.cycles(4);
-  const auto heard = slow.hear();
+  const auto heard = slow.hear_after(4);
   EXPECT_EQ(std::count(heard.begin(), heard.end(), R"({"n":1})"), 1);
   EXPECT_EQ(std::count(heard.begin(), heard.end(), R"({"n":2})"), 0);
 }
@@ -496,8 +422,7 @@ TEST_F(parked_in_a_lane, forgets_the_share_of_a_peer_that_left) {
   on.cycle();
   ASSERT_EQ(next.id().index, to_slow.index);
   EXPECT_TRUE(talk.try_send(R"({"n":2})", -1ns, on.now, {next.id().index, next.id().generation}));
-  on.cycle();
-  EXPECT_EQ(next.hear(), texts{R"({"n":2})"});
+  EXPECT_EQ(next.hear_after(1), texts{R"({"n":2})"});
 }
 
 TEST_F(parked, tells_a_thread_that_waits_what_became_of_a_message_beyond_the_share) {
@@ -536,14 +461,7 @@ TEST(parked_messages, keeps_what_was_parked_when_another_one_begins_to_receive) 
     for (std::uint32_t n = 0; n < queued; ++n) send(i);
   }
   for (const std::size_t to : {0U, 0U, 0U, 0U, 1U, 1U, 2U}) send(to); // a half, a quarter, an eighth
-  on.offer({.kind = rowe::detail::pair_kind::talk,
-            .receives = true,
-            .out_depth = 4,
-            .in_depth = 4,
-            .completions_depth = 4,
-            .out_bytes = 192,
-            .in_bytes = 192,
-            .completions_bytes = 192});
+  on.offer(lane_request(4, 192));
   on.cycles(3);
   for (std::size_t i = 0; i < 3; ++i) on.net.link_of(slow[i].id()).capacity_bytes = 64 * 1024;
   on.cycles(5);
@@ -555,14 +473,7 @@ TEST(parked_messages, keeps_what_was_parked_when_another_one_begins_to_receive) 
 TEST_F(plain_messages, has_slots_for_calls_when_half_of_them_wait_for_everyone) {
   peer slow{on};
   slow.say("{}");
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
-                                                    .out_depth = 4,
-                                                    .in_depth = 1,
-                                                    .completions_depth = 4,
-                                                    .out_bytes = 192,
-                                                    .in_bytes = 192,
-                                                    .completions_bytes = 4096}))};
-  on.cycle();
+  auto talk = on.open<rowe::lane>(lane_request(4, 4096, false));
   on.net.link_of(slow.id()).capacity_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max + 2; ++i) {
     EXPECT_TRUE(talk.try_send(R"({"to":"all"})", -1ns, on.now));
@@ -584,21 +495,11 @@ TEST_F(plain_messages, has_slots_for_calls_when_half_of_them_wait_for_everyone) 
 
 // Each takes what it can as long as it reads, and then does not read any more.
 TEST(parked_messages, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_reading) {
-  auto options = with_many_slots();
-  options.limits.small_slots = 64;
-  options.limits.connections_max = 16;
-  core_harness on{options};
+  core_harness on{with_limits(with_many_slots(), &limits::small_slots, 64, &limits::connections_max, 16)};
   std::vector<peer> crowd;
   for (int i = 0; i < 12; ++i) crowd.emplace_back(on);
   peer reads{on};
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
-                                                    .out_depth = 64,
-                                                    .in_depth = 1,
-                                                    .completions_depth = 1,
-                                                    .out_bytes = 192,
-                                                    .in_bytes = 192,
-                                                    .completions_bytes = 192}))};
-  on.cycle();
+  auto talk = on.open<rowe::lane>(lane_request(64, 192, false));
   for (peer& one : crowd) {
     on.net.link_of(one.id()).capacity_bytes = 0;
     for (int i = 0; i < 16; ++i)
@@ -607,8 +508,7 @@ TEST(parked_messages, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_readi
   }
   for (int i = 0; i < 10; ++i) {
     EXPECT_TRUE(talk.try_send("{}", -1ns, on.now, {reads.id().index, reads.id().generation}));
-    on.cycle();
-    EXPECT_EQ(reads.hear().size(), 1U) << i;
+    EXPECT_EQ(reads.hear_after(1).size(), 1U) << i;
   }
   EXPECT_EQ(on.core.inconsistency(), "");
 }
@@ -617,14 +517,7 @@ TEST_F(plain_messages, leaves_large_slots_to_others_than_a_peer_that_does_not_re
   peer slow{on}, fine{on};
   slow.say("{}");
   fine.say("{}");
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
-                                                    .out_depth = 16,
-                                                    .in_depth = 1,
-                                                    .completions_depth = 1,
-                                                    .out_bytes = 2048,
-                                                    .in_bytes = 192,
-                                                    .completions_bytes = 192}))};
-  on.cycle();
+  auto talk = on.open<rowe::lane>(lane_request(16, 2048, false));
   on.net.link_of(slow.id()).capacity_bytes = 0;
   const std::string large = R"({"a":")" + std::string(1500, 'x') + R"("})";
   for (std::uint32_t i = 0; i < on.options.limits.large_slots; ++i)
@@ -638,14 +531,7 @@ TEST_F(plain_messages, leaves_large_slots_to_others_than_a_peer_that_does_not_re
 }
 
 TEST_F(plain_messages, leaves_large_slots_to_others_however_many_calls_wait_for_a_peer) {
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
-                                                    .out_depth = 16,
-                                                    .in_depth = 1,
-                                                    .completions_depth = 8,
-                                                    .out_bytes = 2048,
-                                                    .in_bytes = 192,
-                                                    .completions_bytes = 192}))};
-  on.cycle();
+  auto talk = on.open<rowe::lane>(lane_request(16, 2048, false));
   const std::string large = R"({"service":"/a","x":")" + std::string(1500, 'x') + R"("})";
   for (std::uint32_t i = 0; i < 2 * on.options.limits.large_slots; ++i) {
     EXPECT_TRUE(talk.start(large, -1ns, on.now));
@@ -657,12 +543,11 @@ TEST_F(plain_messages, leaves_large_slots_to_others_however_many_calls_wait_for_
   EXPECT_NE(on.count(counter::no_slot), 0U);
   peer asks{on};
   asks.say(R"({"op":"call_service","service":"/rowe/stats","id":"s"})"); // its answer takes a large slot
-  on.cycles(2);
-  texts heard = asks.hear();
+  texts heard = asks.hear_after(2);
   std::erase_if(heard,
                 [](const std::string& text) { return !text.starts_with(R"({"op":"service_response")"); });
   ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find(R"("result":true)"), std::string::npos) << heard[0];
+  EXPECT_TRUE(has(heard[0], R"("result":true)"));
   EXPECT_EQ(on.core.inconsistency(), "");
 }
 
@@ -671,14 +556,7 @@ TEST_F(plain_messages, keeps_the_order_towards_a_peer_when_slots_are_short) {
   slow.say("{}");
   slow_too.say("{}");
   fine.say("{}");
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
-                                                    .out_depth = 8,
-                                                    .in_depth = 1,
-                                                    .completions_depth = 1,
-                                                    .out_bytes = 2048,
-                                                    .in_bytes = 192,
-                                                    .completions_bytes = 192}))};
-  on.cycle();
+  auto talk = on.open<rowe::lane>(lane_request(8, 2048, false));
   on.net.link_of(slow.id()).capacity_bytes = 0;
   on.net.link_of(slow_too.id()).capacity_bytes = 0;
   const auto send_to = [&](const peer& to, const std::string& text) {
@@ -692,18 +570,15 @@ TEST_F(plain_messages, keeps_the_order_towards_a_peer_when_slots_are_short) {
   EXPECT_TRUE(talk.try_send(large, -1ns, on.now)); // to everyone; there is no slot for it
   send_to(fine, R"({"a":1})");
   EXPECT_TRUE(talk.try_send(R"({"a":2})", 0ns, on.now)); // now or never, and not before the others
-  on.cycles(3);
-  EXPECT_EQ(fine.hear(), texts{});
+  EXPECT_EQ(fine.hear_after(3), texts{});
   slow.leave();
   slow_too.leave();
-  on.cycles(3);
-  EXPECT_EQ(fine.hear(), (texts{large, R"({"a":1})"}));
+  EXPECT_EQ(fine.hear_after(3), (texts{large, R"({"a":1})"}));
   EXPECT_EQ(on.core.slots_in_use(), 0U);
 }
 
-struct plain_messages_client : testing::Test {
-  ~plain_messages_client() override { EXPECT_TRUE(on.core.check()); }
-  core_harness on{small_options(), rowe::service::side::client};
+struct plain_messages_client : core_test {
+  plain_messages_client() : core_test{small_options(), rowe::service::side::client} {}
 };
 
 TEST_F(plain_messages_client, sends_to_its_server_without_being_asked) {
@@ -711,8 +586,7 @@ TEST_F(plain_messages_client, sends_to_its_server_without_being_asked) {
       on.submissions.submit({.what = entry::message, .wants_outcome = true, .stamped = on.now}, R"({"a":1})");
   on.cycle();
   peer server{on, rowe::service::side::client};
-  on.cycles(2);
-  EXPECT_EQ(server.hear(), texts{R"({"a":1})"});
+  EXPECT_EQ(server.hear_after(2), texts{R"({"a":1})"});
   EXPECT_TRUE(on.submissions.wait(*slot, rowe::rt::never));
   EXPECT_TRUE(on.submissions.outcome(*slot));
   on.submissions.release(*slot);

@@ -15,15 +15,8 @@ using namespace harness;
 using rowe::tests::cbor_text;
 using rowe::tests::png_text;
 
-rowe::endpoint_options hub_options() {
-  auto chosen = small_options();
-  chosen.relay = true;
-  chosen.stop.unguarded = true;
-  return chosen;
-}
-
 struct encodings : core_test {
-  encodings() : core_test{hub_options()} {}
+  encodings() : core_test{unguarded_hub_options()} {}
 
   peer subscriber(std::string_view compression, std::string_view topic = "/pose",
                   std::string_view subprotocol = {}) {
@@ -33,9 +26,8 @@ struct encodings : core_test {
   }
   void subscribe(peer& by, std::string_view compression, std::string_view topic = "/pose",
                  std::string_view id = "1") {
-    by.say(R"({"op":"subscribe","id":")" + std::string{id} + R"(","topic":")" + std::string{topic} +
-           R"(","compression":")" + std::string{compression} + R"("})");
-    on.cycle();
+    by.tell(R"({"op":"subscribe","id":")" + std::string{id} + R"(","topic":")" + std::string{topic} +
+            R"(","compression":")" + std::string{compression} + R"("})");
   }
   // What came in a PNG, as JSON.
   static texts from_png(const texts& heard) {
@@ -60,8 +52,7 @@ TEST_F(encodings, are_sent_side_by_side) {
   peer cbor = subscriber("cbor");
   peer second = subscriber("cbor");
   peer png = subscriber("png");
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_EQ(plain.hear(), texts{message(1)});
   EXPECT_EQ(from_cbor(cbor.hear()), texts{message(1)});
   EXPECT_EQ(cbor.binaries, 1);
@@ -76,8 +67,7 @@ TEST_F(encodings, need_one_slot_for_all_who_share_one) {
   peer a = subscriber("cbor");
   peer b = subscriber("cbor");
   for (peer* const slow : {&a, &b}) on.net.link_of(slow->id()).capacity_bytes = 0;
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_EQ(on.core.slots_in_use(), 1U) << "no JSON is written that nobody wants";
 }
 
@@ -87,8 +77,7 @@ TEST_F(encodings, use_the_name_by_which_a_peer_subscribed) {
   peer png = subscriber("png", "pose");
   peer both = subscriber("cbor");
   subscribe(both, "cbor", "pose");
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   const std::string unslashed = R"({"op":"publish","topic":"pose","msg":{"x":1,"y":0}})";
   EXPECT_EQ(from_cbor(cbor.hear()), texts{unslashed});
   EXPECT_EQ(from_png(png.hear()), texts{unslashed});
@@ -105,8 +94,7 @@ TEST_F(encodings, relay_every_digit) {
   peer other{on};
   const std::string numbers = R"({"id":9223372036854775807,"low":-9223372036854775808,"x":0.1,"name":")";
   const std::string body = numbers + R"(\u00f6\/"})";
-  other.say(R"({"op":"publish","topic":"/big","msg":)" + body + "}");
-  on.cycles(2);
+  other.tell(R"({"op":"publish","topic":"/big","msg":)" + body + "}", 2);
   const std::string said = R"({"op":"publish","topic":"/big","msg":)" + numbers + R"(ö/"}})";
   EXPECT_EQ(from_cbor(cbor.hear()), texts{said});
   EXPECT_EQ(from_cbor(raw.hear()), texts{said}) << "as cbor, where no struct is published";
@@ -114,24 +102,21 @@ TEST_F(encodings, relay_every_digit) {
 }
 
 TEST_F(encodings, raw_has_the_time_and_ros_bytes) {
-  auto& pair = advertise_pose(on);
-  on.cycle();
+  auto& pair = advertise_pose_now(on);
   peer raw = subscriber("cbor-raw");
   EXPECT_EQ(raw.hear(), texts{}) << "nothing to warn of";
-  ASSERT_TRUE(publish(on, pair, {1, -2}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, -2}));
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(on.now.time_since_epoch()).count();
   const auto nanoseconds = (on.now - 1ms).time_since_epoch().count() % 1'000'000'000;
-  const auto heard = raw.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  const std::string_view bytes = heard[0];
+  const std::string heard = only(raw.hear());
+  const std::string_view bytes = heard;
   const std::size_t at = bytes.find("bytes");
   ASSERT_NE(at, std::string_view::npos);
   EXPECT_EQ(bytes.substr(at + 5, 5), std::string_view("\x5a\0\0\0\x10", 5));
   EXPECT_EQ(bytes.substr(at + 10), std::string_view("\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\0\xc0", 16));
   std::string readable{bytes.substr(0, at + 5)};
   readable[0] = '\xa3';
-  EXPECT_NE(bytes.find("secs"), std::string_view::npos);
+  EXPECT_TRUE(has(bytes, "secs"));
   EXPECT_EQ(cbor_text(readable + "\x01").value_or("no"), R"({"op":"publish","topic":"/pose","msg":{"secs":)" +
                                                              std::to_string(seconds) + R"(,"nsecs":)" +
                                                              std::to_string(nanoseconds) + R"(,"bytes":1}})");
@@ -152,10 +137,8 @@ TEST_F(encodings, raw_warns_where_there_is_no_type) {
 }
 
 TEST_F(encodings, are_those_of_latched_values_too) {
-  auto& pair = advertise_pose(on, {.latched = true});
-  on.cycle();
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  auto& pair = advertise_pose_now(on, {.latched = true});
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   peer cbor = subscriber("cbor");
   peer png = subscriber("png", "pose");
   on.cycle();
@@ -170,19 +153,16 @@ TEST_F(encodings, of_several_requests_the_highest_counts) {
   peer p = subscriber("none");
   const auto heard = [&] {
     EXPECT_TRUE(publish(on, pair, {1, 0}));
-    on.cycle();
-    return p.hear();
+    return p.hear_after(1);
   };
   EXPECT_EQ(heard(), texts{message(1)});
   subscribe(p, "cbor", "/pose", "2");
   EXPECT_EQ(from_cbor(heard()), texts{message(1)});
   subscribe(p, "png", "/pose", "3");
   EXPECT_EQ(from_cbor(heard()), texts{message(1)});
-  p.say(R"({"op":"unsubscribe","topic":"/pose","id":"2"})");
-  on.cycle();
+  p.tell(R"({"op":"unsubscribe","topic":"/pose","id":"2"})");
   EXPECT_EQ(from_png(heard()), texts{message(1)});
-  p.say(R"({"op":"unsubscribe","topic":"/pose","id":"3"})");
-  on.cycle();
+  p.tell(R"({"op":"unsubscribe","topic":"/pose","id":"3"})");
   EXPECT_EQ(heard(), texts{message(1)});
 }
 
@@ -190,14 +170,11 @@ TEST_F(encodings, change_only_what_is_not_queued_yet) {
   auto& pair = advertise_pose(on);
   peer p = subscriber("none", "pose");
   on.net.link_of(p.id()).capacity_bytes = 0;
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   subscribe(p, "cbor", "pose", "2");
-  ASSERT_TRUE(publish(on, pair, {2, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {2, 0}));
   on.net.link_of(p.id()).capacity_bytes = 4096;
-  on.cycles(2);
-  const texts heard = p.hear();
+  const texts heard = p.hear_after(2);
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_EQ(heard[0], R"({"op":"publish","topic":"pose","msg":{"x":1,"y":0}})");
   EXPECT_EQ(cbor_text(heard[1]), R"({"op":"publish","topic":"pose","msg":{"x":2,"y":0}})");
@@ -207,20 +184,17 @@ TEST_F(encodings, expire_as_any_message) {
   auto& pair = advertise_pose(on, {.ttl = 5ms});
   peer p = subscriber("cbor", "/pose", "rowe.v1");
   ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
-  EXPECT_EQ(from_cbor(p.hear()), texts{message(1)}) << "no time to live is told";
+  EXPECT_EQ(from_cbor(p.hear_after(1)), texts{message(1)}) << "no time to live is told";
   on.net.link_of(p.id()).capacity_bytes = 0;
   ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycles(10);
   on.net.link_of(p.id()).capacity_bytes = 4096;
-  on.cycles(2);
-  EXPECT_EQ(p.hear(), texts{});
+  EXPECT_EQ(p.hear_after(2), texts{});
   EXPECT_EQ(on.core.slots_in_use(), 0U);
 }
 
 TEST_F(encodings, are_those_of_the_stops_state) {
-  on.offer({.kind = rowe::detail::pair_kind::stop_latch, .name = "loop"});
-  on.cycle();
+  on.offer_now({.kind = rowe::detail::pair_kind::stop_latch, .name = "loop"});
   peer cbor = subscriber("cbor", "/rowe/stop/state");
   peer png = subscriber("png", "rowe/stop/state");
   on.cycles(300);
@@ -235,23 +209,16 @@ TEST_F(encodings, are_those_of_the_stops_state) {
 }
 
 TEST_F(encodings, are_not_asked_for_by_calls) {
-  peer p{on};
-  p.say(R"({"op":"call_service","id":"c","service":"/rosapi/topics","compression":"cbor"})");
-  on.cycles(2);
-  const texts heard = p.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(heard[0].starts_with(R"({"op":"service_response")")) << heard[0];
+  peer p =
+      peer_saying(on, R"({"op":"call_service","id":"c","service":"/rosapi/topics","compression":"cbor"})", 2);
+  const std::string heard = only(p.hear());
+  EXPECT_TRUE(heard.starts_with(R"({"op":"service_response")")) << heard;
 }
 
 TEST_F(encodings, throttle_and_queues_hold_for_all) {
   auto& pair = advertise_pose(on);
-  peer p{on};
-  p.say(R"({"op":"subscribe","topic":"/pose","compression":"cbor","throttle_rate":100})");
-  on.cycle();
-  for (int i = 0; i < 50; ++i) {
-    ASSERT_TRUE(publish(on, pair, {1, 0}));
-    on.cycle();
-  }
+  peer p = peer_saying(on, R"({"op":"subscribe","topic":"/pose","compression":"cbor","throttle_rate":100})");
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_EQ(from_cbor(p.hear()), texts{message(1)});
   EXPECT_EQ(on.count(counter::throttled), 49U);
 }

@@ -17,20 +17,17 @@ std::string member(std::string_view text, std::string_view name) {
   return std::string{text.substr(from, text.find_first_of(",}", from) - from)};
 }
 
-struct clients_epochs : testing::Test {
-  clients_epochs() : on{small_options(), side::client} {}
-  ~clients_epochs() override { EXPECT_TRUE(on.core.check()); }
+struct clients_epochs : core_test {
+  clients_epochs() : core_test{small_options(), side::client} {}
   // Until the next attempt to connect.
   void wait_for_attempt() {
     const auto before = on.net.attempts();
     while (on.net.attempts() == before) on.cycle();
   }
-  core_harness on;
 };
 
 TEST_F(clients_epochs, end_what_handles_had_published_and_nobody_had_taken) {
-  auto& pair = on.offer(pair_kind::publish_text, "/out", 100, {.depth = 32});
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "/out", 100, {.depth = 32});
   peer server{on, side::client};
   on.cycle();
   on.net.link_of(server.id()).capacity_bytes = 0;
@@ -45,36 +42,30 @@ TEST_F(clients_epochs, end_what_handles_had_published_and_nobody_had_taken) {
   EXPECT_EQ(on.count(counter::lost_with_peer), 16U);
   EXPECT_EQ(on.count(counter::no_peer), 32U);
   peer again{on, side::client};
-  on.cycles(3);
-  const texts heard = again.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find(R"("op":"advertise")"), std::string::npos);
+  const std::string heard = only(again.hear_after(3));
+  EXPECT_TRUE(has(heard, R"("op":"advertise")"));
 }
 
 TEST_F(clients_epochs, begin_with_what_handles_keep_latched) {
-  auto& pair = on.offer(pair_kind::publish_text, "/map", 100, {.ttl = 10s, .latched = true});
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "/map", 100, {.ttl = 10s, .latched = true});
   for (int i = 1; i <= 2; ++i) {
     peer server{on, side::client, "127.0.0.1:9", "/", "rowe.v1"};
-    on.cycles(2);
-    const texts heard = server.hear();
+    const texts heard = server.hear_after(2);
     ASSERT_EQ(heard.size(), i == 1 ? 1U : 2U) << "nobody has published yet";
     if (i == 2) {
-      EXPECT_NE(heard[1].find(R"("topic":"/map","msg":{"n":1})"), std::string::npos) << heard[1];
+      EXPECT_TRUE(has(heard[1], R"("topic":"/map","msg":{"n":1})"));
       EXPECT_LT(std::stod(member(heard[1], "ttl_ms")), 10'000.0 - 187) << "less the time without a server";
     }
     if (i == 1) {
       ASSERT_TRUE(publish_text(on, pair, R"({"n":1})"));
     }
-    on.cycle();
-    EXPECT_EQ(server.hear().size(), i == 1 ? 1U : 0U);
+    EXPECT_EQ(server.hear_after(1).size(), i == 1 ? 1U : 0U);
     server.leave(rowe::service::close_cause::reset);
     wait_for_attempt();
   }
   on.cycles(10'001);
   peer late{on, side::client};
-  on.cycles(2);
-  EXPECT_EQ(late.hear().size(), 1U) << "its time is over";
+  EXPECT_EQ(late.hear_after(2).size(), 1U) << "its time is over";
 }
 
 TEST_F(clients_epochs, end_plain_messages_when_their_time_is_over) {
@@ -93,21 +84,17 @@ TEST_F(clients_epochs, end_plain_messages_when_their_time_is_over) {
   server.leave(rowe::service::close_cause::reset);
   wait_for_attempt();
   peer again{on, side::client};
-  on.cycles(2);
-  const texts heard = again.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_EQ(member(heard[0], "tell"), "2");
-  EXPECT_LT(std::stod(member(heard[0], "ttl_ms")), 60'000.0 - 187) << "less the time without a server";
+  const std::string heard = only(again.hear_after(2));
+  EXPECT_EQ(member(heard, "tell"), "2");
+  EXPECT_LT(std::stod(member(heard, "ttl_ms")), 60'000.0 - 187) << "less the time without a server";
   EXPECT_EQ(on.count(counter::expired), 1U);
 }
 
 TEST_F(clients_epochs, give_handles_the_latched_value_of_the_new_server_only) {
-  auto& pair = on.offer(pair_kind::subscribe_text, "/map", 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::subscribe_text, "/map", 100);
   {
     peer server{on, side::client};
-    server.say(R"({"op":"publish","topic":"/map","msg":{"of":"old"},"latch":true})");
-    on.cycles(2);
+    server.tell(R"({"op":"publish","topic":"/map","msg":{"of":"old"},"latch":true})", 2);
     EXPECT_EQ(take(pair).value(), R"({"of":"old"})");
     server.leave();
     on.cycle();
@@ -119,17 +106,14 @@ TEST_F(clients_epochs, give_handles_the_latched_value_of_the_new_server_only) {
   peer again{on, side::client};
   on.cycles(2);
   EXPECT_EQ(take(late).code(), rowe::errc::empty);
-  again.say(R"({"op":"publish","topic":"/map","msg":{"of":"new"}})");
-  on.cycle();
+  again.tell(R"({"op":"publish","topic":"/map","msg":{"of":"new"}})");
   EXPECT_EQ(take(late).value(), R"({"of":"new"})");
 }
 
 // A peer that comes again gets nothing that was queued for it before, and what it said half is forgotten.
 TEST_F(core_test, ends_with_a_connection_what_was_queued_for_it_and_what_it_had_said_in_part) {
   auto& pair = advertise_pose(on);
-  peer first{on};
-  first.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  peer first = subscriber(on, "/pose");
   on.net.link_of(first.id()).capacity_bytes = 5;
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
@@ -141,11 +125,9 @@ TEST_F(core_test, ends_with_a_connection_what_was_queued_for_it_and_what_it_had_
   EXPECT_EQ(on.count(counter::lost_with_peer), 3U);
   peer second{on};
   EXPECT_EQ(second.id().index, first.id().index) << "it has the place of the first";
-  second.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  second.tell(R"({"op":"subscribe","topic":"/pose"})");
   ASSERT_TRUE(publish(on, pair, {7, 0}));
-  on.cycle();
-  EXPECT_EQ(second.hear(), texts{message(7)});
+  EXPECT_EQ(second.hear_after(1), texts{message(7)});
 }
 
 struct robot_runs : testing::Test {
@@ -157,14 +139,12 @@ struct robot_runs : testing::Test {
   // One run of a robot with a stop.
   struct run {
     explicit run(std::uint64_t seed) : on{options(), side::server, seed} {
-      on.offer(rowe::detail::latch_request({.name = "base"}));
-      on.cycle();
+      on.offer_now(rowe::detail::latch_request({.name = "base"}));
     }
     std::string ask(const std::string& service, const std::string& args) {
       peer by{on};
       on.cycle();
-      by.say(R"({"op":"call_service","id":"c","service":")" + service + R"(","args":)" + args + "}");
-      on.cycles(2);
+      by.tell(R"({"op":"call_service","id":"c","service":")" + service + R"(","args":)" + args + "}", 2);
       const texts heard = by.hear();
       by.leave();
       on.cycle();

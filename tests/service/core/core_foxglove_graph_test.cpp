@@ -54,15 +54,6 @@ struct foxglove_graph : access {
 
   explicit foxglove_graph(const rowe::endpoint_options& options = with_viewers()) : access{options} {}
 
-  // Behind its greeting.
-  peer& viewer(std::string_view role, std::string_view address = far) {
-    peer& one = peers.emplace_back(on, side::server, address, "/", "foxglove.websocket.v1", token_of(role));
-    for (int i = 0; i < 20; ++i) {
-      on.cycles(2);
-      (void)one.hear();
-    }
-    return one;
-  }
   std::string heard(peer& by) {
     std::string all;
     for (const std::string& one : by.hear()) {
@@ -91,8 +82,7 @@ TEST_F(foxglove_graph, is_told_whole_to_who_subscribes) {
   arm.say(R"({"op":"advertise","topic":"/arm/joints"})");
   arm.say(R"({"op":"subscribe","topic":"/arm/goal"})");
   arm.say(R"({"op":"subscribe","topic":"arm/goal"})"); // one subscriber, by both spellings
-  arm.say(R"({"op":"advertise_service","service":"/arm/open"})");
-  on.cycles(2);
+  arm.tell(R"({"op":"advertise_service","service":"/arm/open"})", 2);
   peer& page = comes("all", page_at);
   page.say(R"({"op":"subscribe","topic":"/odom"})");
   page.say(R"({"op":"subscribe","topic":"/cmd_vel"})");
@@ -225,7 +215,7 @@ TEST_F(foxglove_graph, takes_the_right_to_ask_what_nodes_do) {
   on.set_access(on.options.access);
   peer& arm = viewer("arm", arm_at);
   const std::string answer = say(arm, subscribe);
-  EXPECT_NE(answer.find("has no right to call /rosapi/node_details"), std::string::npos) << answer;
+  EXPECT_TRUE(has(answer, "has no right to call /rosapi/node_details"));
   pause(2);
   EXPECT_EQ(heard(arm), "");
 }
@@ -249,8 +239,7 @@ TEST_F(foxglove_graph, is_told_later_to_who_does_not_read_as_it_is_then) {
   peer& busy = comes("all", page_at);
   graph_view seen;
   (void)one.hear();
-  one.say(subscribe);
-  on.cycles(2);
+  one.tell(subscribe, 2);
   see(one, seen);
   on.net.link_of(one.id()).capacity_bytes = 0;
   for (int i = 0; i < 30; ++i) {
@@ -306,23 +295,16 @@ TEST_F(foxglove_graph, is_told_no_more_to_who_keeps_names_that_are_gone_for_too_
   EXPECT_EQ(seen.publishers, (holders{{"/rowe/stats", {"robot"}}}));
   on.net.link_of(slow.id()).capacity_bytes = 1U << 20U;
   on.cycles(4, graph_period);
-  std::string told;
-  for (const std::string& text : slow.hear()) told += text;
-  EXPECT_NE(told.find("subscribeConnectionGraph: this client reads too slowly"), std::string::npos) << told;
+  const std::string told = slow.hear_as_one();
+  EXPECT_TRUE(has(told, "subscribeConnectionGraph: this client reads too slowly"));
   (void)say(slow, unsubscribe);
-  EXPECT_NE(say(slow, subscribe).find("/rowe/stats"), std::string::npos);
+  EXPECT_TRUE(has(say(slow, subscribe), "/rowe/stats"));
 }
 
 struct foxglove_graph_in_small_messages : foxglove_graph {
-  static rowe::endpoint_options small_messages() {
-    rowe::endpoint_options options = with_viewers();
-    options.limits.connections_max = 40;
-    options.limits.message_bytes_max = 640;
-    options.limits.small_slot_bytes = 300;
-    options.limits.topics_max = 64;
-    return options;
-  }
-  foxglove_graph_in_small_messages() : foxglove_graph{small_messages()} {}
+  foxglove_graph_in_small_messages()
+      : foxglove_graph{with_limits(with_viewers(), &limits::connections_max, 40, &limits::message_bytes_max,
+                                   640, &limits::small_slot_bytes, 300, &limits::topics_max, 64)} {}
 };
 
 TEST_F(foxglove_graph_in_small_messages, is_told_in_several) {
@@ -339,8 +321,7 @@ TEST_F(foxglove_graph_in_small_messages, is_told_in_several) {
   }
   peer& one = viewer("all");
   graph_view seen;
-  one.say(subscribe);
-  on.cycles(40);
+  one.tell(subscribe, 40);
   see(one, seen);
   EXPECT_GT(seen.updates, 3U);
   EXPECT_EQ(graph_view::held(seen.publishers), expected);
@@ -352,8 +333,7 @@ TEST_F(foxglove_graph_in_small_messages, says_as_many_of_many_holders_as_fit) {
   on.cycles(4);
   peer& one = viewer("all");
   graph_view seen;
-  one.say(subscribe);
-  on.cycles(40);
+  one.tell(subscribe, 40);
   see(one, seen);
   const std::size_t told = seen.subscribers["/a"].size();
   EXPECT_GT(told, 8U);
@@ -385,12 +365,8 @@ TEST_F(foxglove_graph_in_small_messages, is_told_to_some_peers_in_a_cycle_and_to
 }
 
 struct foxglove_graph_in_short_messages : foxglove_graph {
-  static rowe::endpoint_options short_messages() {
-    rowe::endpoint_options options = with_viewers();
-    options.limits.message_bytes_max = 150;
-    return options;
-  }
-  foxglove_graph_in_short_messages() : foxglove_graph{short_messages()} {}
+  foxglove_graph_in_short_messages()
+      : foxglove_graph{with_limits(with_viewers(), &limits::message_bytes_max, 150)} {}
 };
 
 TEST_F(foxglove_graph_in_short_messages, is_refused) {

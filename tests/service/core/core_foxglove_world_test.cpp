@@ -22,21 +22,6 @@ namespace json = rowe::json;
 using rowe::service::side;
 using rowe::wire::opcode;
 
-std::string four(std::uint32_t number) {
-  std::string bytes;
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
-  return bytes;
-}
-
-rowe::endpoint_options hub_options() {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  options.stop.unguarded = true;
-  options.limits.refusals_per_second_max = 0; // each refusal is said
-  options.limits.messages_per_second_max = 0;
-  return options;
-}
-
 // One list of numbers that were told, and are never told again.
 struct told_list {
   std::map<std::uint32_t, std::string> now;
@@ -194,7 +179,9 @@ class client {
 void play(unsigned seed, std::set<std::string>& seen) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random{seed};
-  core_harness on{hub_options(), side::server, 1, rowe::rt::time_point{1000s}};
+  // Each refusal is said.
+  core_harness on{with_limits(unguarded_hub_options(), &limits::refusals_per_second_max, 0,
+                              &limits::messages_per_second_max, 0)};
   on.offer(rowe::detail::latch_request({.name = "loop"}));
   on.cycles(2);
   peer other{on};

@@ -18,6 +18,12 @@ rowe::endpoint_options with_an_asking_arm() {
   return options;
 }
 
+std::size_t count_in(std::string_view text, std::string_view what) {
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; at += what.size()) ++count;
+  return count;
+}
+
 struct graph : access {
   static constexpr std::string_view arm_at = "10.0.0.9:1";
 
@@ -30,8 +36,7 @@ struct graph : access {
     arm.say(R"({"op":"advertise","topic":"/arm/joints","type":"sensor_msgs/msg/JointState"})");
     arm.say(R"({"op":"subscribe","topic":"/arm/goal"})");
     arm.say(R"({"op":"subscribe","topic":"arm/goal"})"); // one node, by both spellings
-    arm.say(R"({"op":"advertise_service","service":"/arm/open","type":"std_srvs/Trigger"})");
-    on.cycles(2);
+    arm.tell(R"({"op":"advertise_service","service":"/arm/open","type":"std_srvs/Trigger"})", 2);
   }
   // The members of the answer.
   std::string ask(peer& by, std::string_view service, std::string_view args = "{}") {
@@ -58,7 +63,7 @@ TEST_F(graph, says_what_a_node_does) {
   EXPECT_TRUE(robot.starts_with(
       R"({"subscribing":["/cmd_vel"],"publishing":["/rowe/stats","/odom"],"services":["/rowe/stats",)"))
       << robot;
-  EXPECT_EQ(robot.find("/arm/open"), std::string::npos) << robot;
+  EXPECT_FALSE(has(robot, "/arm/open"));
   EXPECT_EQ(ask(page, "node_details", R"({"node":"/nobody"})"),
             R"({"subscribing":[],"publishing":[],"services":[]})");
   EXPECT_EQ(ask(arm, "node_details", R"({"node":"10.0.0.7:50000"})"),
@@ -90,8 +95,7 @@ TEST_F(graph, has_the_other_services_of_ros_servers) {
   EXPECT_EQ(ask(page, "services_for_type", R"({"type":"rosapi/Nodes"})"),
             R"({"services":["/rosapi/nodes"]})");
   peer& docks = comes("peer", "10.0.0.6:6");
-  docks.say(R"({"op":"advertise_action","action":"/dock","type":"a/action/Dock"})");
-  on.cycle();
+  docks.tell(R"({"op":"advertise_action","action":"/dock","type":"a/action/Dock"})");
   EXPECT_EQ(ask(boss, "action_type", R"({"action":"dock"})"), R"({"type":"a/action/Dock"})");
   EXPECT_EQ(ask(boss, "action_type", R"({"action":"/arm/open"})"), R"({"type":""})") << "that is a service";
   EXPECT_EQ(ask(page, "action_type", R"({"action":"/dock"})"), R"({"type":""})")
@@ -100,17 +104,12 @@ TEST_F(graph, has_the_other_services_of_ros_servers) {
 
 TEST_F(graph, says_which_interfaces_there_are_each_once_and_how_types_are_spelled) {
   const auto types = [&] { return ask(page, "interfaces", "{}"); };
-  const auto counts_in = [](std::string_view text, std::string_view what) {
-    int count = 0;
-    for (std::size_t at = 0; (at = text.find(what, at)) != std::string_view::npos; ++at) ++count;
-    return count;
-  };
   peer& other = comes("peer", "10.0.0.6:6");
   other.say(R"({"op":"advertise","topic":"/x","type":"a_msgs/msg/Thing"})");
   other.say(R"({"op":"advertise","topic":"/y","type":"a_msgs/Thing"})");
   on.cycle();
-  EXPECT_EQ(counts_in(types(), "Thing"), 1) << types();
-  EXPECT_EQ(counts_in(types(), "\"rosapi/Interfaces\""), 1) << types();
+  EXPECT_EQ(count_in(types(), "Thing"), 1U) << types();
+  EXPECT_EQ(count_in(types(), "\"rosapi/Interfaces\""), 1U) << types();
   EXPECT_EQ(ask(page, "get_ros_version", "{}"), R"({"version":2,"distro":"rowe"})");
 }
 
@@ -137,23 +136,13 @@ TEST_F(graph, knows_the_time_in_the_words_of_both_ros) {
 // ---- names that fill a message
 
 struct graph_of_long_names : access {
-  static rowe::endpoint_options with_long_names() {
-    rowe::endpoint_options options = with_roles();
-    options.limits.topic_bytes_max = 3000;
-    return options;
-  }
   peer& page = comes("supervisor");
   peer& rude = comes("driver", "10.0.0.8:1");
 
-  graph_of_long_names() : access{with_long_names()} {}
+  graph_of_long_names() : access{with_limits(with_roles(), &limits::topic_bytes_max, 3000)} {}
   std::string ask(std::string_view service) {
     (void)page.hear();
     return answer_to(page, R"({"op":"call_service","service":"/rosapi/)" + std::string{service} + "\"}");
-  }
-  static std::size_t count_of(const std::string& text, std::string_view what) {
-    std::size_t count = 0;
-    for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; at += what.size()) ++count;
-    return count;
   }
 };
 
@@ -164,11 +153,11 @@ TEST_F(graph_of_long_names, lists_as_many_topics_as_fit_and_says_how_many_do_not
   rude.say(R"({"op":"subscribe","topic":"/short"})");
   on.cycles(3);
   const std::string answer = ask("topics");
-  EXPECT_NE(answer.find(R"("result":true)"), answer.npos) << answer;
+  EXPECT_TRUE(has(answer, R"("result":true)"));
   for (const std::string_view name : {"\"/odom\"", "\"/short\"", "\"/rowe/stats\""})
-    EXPECT_NE(answer.find(name), answer.npos) << name;
-  EXPECT_EQ(count_of(answer, "\"a/B\""), 2U) << "types are those of the names";
-  EXPECT_NE(answer.find(R"("left_out":2)"), answer.npos);
+    EXPECT_TRUE(has(answer, name)) << name;
+  EXPECT_EQ(count_in(answer, "\"a/B\""), 2U) << "types are those of the names";
+  EXPECT_TRUE(has(answer, R"("left_out":2)"));
   EXPECT_EQ(on.count(counter::names_left_out), 2U);
 }
 
@@ -184,9 +173,9 @@ TEST_F(graph_of_long_names, lists_as_many_services_as_fit) {
   provide(second, "short");
   on.cycles(3);
   const std::string answer = ask("services");
-  EXPECT_NE(answer.find(R"("result":true)"), answer.npos);
-  EXPECT_NE(answer.find("\"/arm/short\""), answer.npos);
-  EXPECT_NE(answer.find(R"("left_out":1)"), answer.npos) << answer.size();
+  EXPECT_TRUE(has(answer, R"("result":true)"));
+  EXPECT_TRUE(has(answer, "\"/arm/short\""));
+  EXPECT_TRUE(has(answer, R"("left_out":1)")) << answer.size();
   EXPECT_EQ(on.count(counter::names_left_out), 1U);
 }
 

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <rowe/publisher.hpp>
@@ -69,6 +70,34 @@ inline rowe::endpoint_options small_options() {
   options.limits.door_slots = 4;
   options.limits.door_slot_bytes = 1024;
   return options;
+}
+
+// Such options of a hub.
+inline rowe::endpoint_options hub_options() {
+  rowe::endpoint_options options = small_options();
+  options.relay = true;
+  return options;
+}
+
+// That of a hub whose loops may move without a guard.
+inline rowe::endpoint_options unguarded_hub_options() {
+  rowe::endpoint_options options = hub_options();
+  options.stop.unguarded = true;
+  return options;
+}
+
+using rowe::limits;
+
+// The options with other limits: with_limits(small_options(), &limits::topics_max, 8).
+template <class Limit, class Value, class... Others>
+rowe::endpoint_options with_limits(rowe::endpoint_options options, Limit limits::*limit, Value value,
+                                   const Others&... others) {
+  options.limits.*limit = static_cast<Limit>(value);
+  if constexpr (sizeof...(others) == 0) {
+    return options;
+  } else {
+    return with_limits(std::move(options), others...);
+  }
 }
 
 // Over any transport that is made for so many connections.
@@ -195,9 +224,29 @@ class core_harness_over {
     return offer(asked);
   }
 
+  // Offers one that is active from the next cycle on, which this is.
+  rowe::detail::queue_pair& offer_now(const rowe::detail::pair_request& asked) {
+    rowe::detail::queue_pair& made = offer(asked);
+    cycle();
+    return made;
+  }
+  rowe::detail::queue_pair& offer_now(rowe::detail::pair_kind kind, std::string_view topic,
+                                      std::size_t value_bytes, const rowe::topic_options& how = {},
+                                      const rowe::schema_description* schema = nullptr,
+                                      std::string_view type = {}) {
+    rowe::detail::queue_pair& made = offer(kind, topic, value_bytes, how, schema, type);
+    cycle();
+    return made;
+  }
+
   // What a handle on it is made of. Such a handle does not give the queue pair back: close its lifecycle for
   // that.
   static rowe::detail::pair_handle handle_of(rowe::detail::queue_pair& on) { return {nullptr, on}; }
+  // Such a handle, on a queue pair that is active from now on.
+  template <class Handle>
+  Handle open(const rowe::detail::pair_request& asked) {
+    return Handle{handle_of(offer_now(asked))};
+  }
 
   rowe::endpoint_options options;
   rowe::access::policy access;               // the first
@@ -226,7 +275,8 @@ class peer {
   explicit peer(core_harness& in, rowe::service::side ours = rowe::service::side::server,
                 std::string_view address = "127.0.0.1:50000", std::string_view path = "/",
                 std::string_view subprotocol = {}, std::string_view token = {})
-      : net_{in.net},
+      : on_{in},
+        net_{in.net},
         id_{in.net.open(ours, address, path, subprotocol, token)},
         masks_{ours == rowe::service::side::server},
         has_clock_{subprotocol.starts_with("foxglove")} {
@@ -238,6 +288,11 @@ class peer {
   connection_id id() const { return id_; }
 
   void say(std::string_view text) { send(rowe::wire::opcode::text, text); }
+  // Says it, and the core does its next cycles.
+  void tell(std::string_view text, int cycles = 1) {
+    say(text);
+    on_.cycles(cycles);
+  }
   void send(rowe::wire::opcode what, std::string_view payload) {
     const rowe::wire::mask_key key{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}};
     std::vector<std::byte> frame(rowe::wire::frame_header_bytes_max + payload.size());
@@ -280,6 +335,30 @@ class peer {
     }
     return texts;
   }
+  std::string hear_as_one() {
+    std::string all;
+    for (const std::string& text : hear()) all += text;
+    return all;
+  }
+  // What has come when the core has done so many cycles more.
+  std::vector<std::string> hear_after(int cycles) {
+    on_.cycles(cycles);
+    return hear();
+  }
+  // What comes in so many cycles, after each of which it reads.
+  std::vector<std::string> hear_during(int cycles, rowe::rt::duration each = 1ms) {
+    std::vector<std::string> texts;
+    while (cycles-- > 0) {
+      on_.cycle(each);
+      for (std::string& text : hear()) texts.push_back(std::move(text));
+    }
+    return texts;
+  }
+  // What it is told when it says this.
+  std::vector<std::string> ask(std::string_view text, int cycles = 1) {
+    tell(text, cycles);
+    return hear();
+  }
   // Reads all that has come and keeps nothing of it; pings are answered. Allocates nothing once it has read
   // as much before.
   void skim() {
@@ -318,6 +397,7 @@ class peer {
     return true;
   }
 
+  core_harness& on_;
   rowe::net::memory_transport& net_;
   connection_id id_;
   bool masks_;

@@ -18,14 +18,10 @@ using namespace harness;
 
 constexpr const char* stop_call = R"({"op":"call_service","id":"1","service":"/rowe/stop"})";
 
-rowe::endpoint_options roomy() {
-  rowe::endpoint_options options = small_options();
-  options.limits.lane_bytes = 8 * 1024 * 1024;
-  return options;
-}
+rowe::endpoint_options roomy() { return with_limits(small_options(), &limits::lane_bytes, 8 * 1024 * 1024); }
 
-struct core_ingress : testing::Test {
-  core_ingress() {
+struct core_ingress : core_test {
+  core_ingress() : core_test{roomy()} {
     for (int i = 0; i < 4; ++i)
       peers.push_back(
           std::make_unique<peer>(on, rowe::service::side::server, "127.0.0.1:" + std::to_string(i)));
@@ -34,7 +30,6 @@ struct core_ingress : testing::Test {
       on.net.link_of(p->id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_in_turn;
     on.cycle();
   }
-  ~core_ingress() override { EXPECT_TRUE(on.core.check()); }
 
   // Hears who said what, by one character each, in the order in which it was carried out.
   std::string order() {
@@ -50,14 +45,11 @@ struct core_ingress : testing::Test {
     heard->lifecycle.close();
     on.cycle();
   }
-  std::unique_ptr<rowe::stop_latch> opened_latch() {
-    rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({}));
-    on.cycle();
-    return std::make_unique<rowe::stop_latch>(core_harness::handle_of(pair));
-  }
-  void flood_by_others() {
-    for (std::size_t who = 1; who < 4; ++who)
-      for (int i = 0; i < 60; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
+  rowe::stop_latch opened_latch() { return on.open<rowe::stop_latch>(rowe::detail::latch_request({})); }
+  // Each of these peers says so many messages.
+  void flood(std::initializer_list<std::size_t> by, int count, std::size_t bytes = 0) {
+    for (const std::size_t who : by)
+      for (int i = 0; i < count; ++i) peers[who]->say(say(static_cast<char>('a' + who), bytes));
   }
   // As a client masks it, with a key of zeros.
   static std::vector<std::byte> frame_of(rowe::wire::opcode what, bool final, std::string_view payload) {
@@ -74,23 +66,13 @@ struct core_ingress : testing::Test {
            std::string(bytes, '.') + "\"}}";
   }
 
-  core_harness on{roomy()};
   std::vector<std::unique_ptr<peer>> peers;
   rowe::detail::queue_pair* heard = nullptr;
 };
 
-TEST_F(core_ingress, hears_one_message_of_each_peer_in_turn) {
-  listen();
-  for (const char who : {'a', 'b', 'c'})
-    for (int i = 0; i < 3; ++i) peers[static_cast<std::size_t>(who - 'a')]->say(say(who));
-  on.cycle();
-  EXPECT_EQ(order(), "abcabcabc");
-}
-
 TEST_F(core_ingress, does_a_bounded_amount_in_one_cycle_and_wants_the_next_at_once) {
   listen();
-  for (std::size_t who = 0; who < 3; ++who)
-    for (int i = 0; i < 50; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
+  flood({0, 1, 2}, 50);
   on.cycle();
   EXPECT_EQ(order().size(), 100U);
   EXPECT_EQ(on.next_wake, on.now);
@@ -101,8 +83,7 @@ TEST_F(core_ingress, does_a_bounded_amount_in_one_cycle_and_wants_the_next_at_on
 
 TEST_F(core_ingress, counts_the_size_of_messages_as_work) {
   listen();
-  for (std::size_t who = 0; who < 4; ++who)
-    for (int i = 0; i < 40; ++i) peers[who]->say(say(static_cast<char>('a' + who), 3000));
+  flood({0, 1, 2, 3}, 40, 3000);
   int cycles = 0;
   for (std::size_t all = 0; all < 160 && cycles < 100; ++cycles) {
     on.cycle();
@@ -115,7 +96,7 @@ TEST_F(core_ingress, counts_the_size_of_messages_as_work) {
 
 TEST_F(core_ingress, reads_no_more_of_a_peer_before_it_has_heard_what_it_read) {
   listen();
-  for (int i = 0; i < 2000; ++i) peers[0]->say(say('a'));
+  flood({0}, 2000);
   for (std::size_t all = 0; all < 2000;) {
     on.cycle();
     const std::size_t now = order().size();
@@ -126,14 +107,11 @@ TEST_F(core_ingress, reads_no_more_of_a_peer_before_it_has_heard_what_it_read) {
 
 TEST_F(core_ingress, carries_out_a_stop_before_everything_that_was_read_with_it) {
   listen();
-  rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({}));
-  on.cycle();
-  rowe::stop_latch latch{core_harness::handle_of(pair)};
+  const auto latch = opened_latch();
   for (const char* text : {stop_call, R"({"service":"/rowe/stop","message_id":1})",
                            R"({"op":"publish","topic":"\/rowe\/stop","msg":{}})"}) {
     const auto before = on.count(counter::stops);
-    for (std::size_t who = 0; who < 3; ++who)
-      for (int i = 0; i < 100; ++i) peers[who]->say(say(static_cast<char>('a' + who), 20));
+    flood({0, 1, 2}, 100, 20);
     peers[3]->say(text);
     on.cycle();
     EXPECT_EQ(on.count(counter::stops), before + 1) << text;
@@ -145,10 +123,8 @@ TEST_F(core_ingress, carries_out_a_stop_before_everything_that_was_read_with_it)
 
 TEST_F(core_ingress, finds_a_stop_behind_other_messages_of_its_own_peer) {
   listen();
-  rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({}));
-  on.cycle();
-  rowe::stop_latch latch{core_harness::handle_of(pair)};
-  for (int i = 0; i < 10; ++i) peers[0]->say(say('a'));
+  const auto latch = opened_latch();
+  flood({0}, 10);
   peers[0]->say(stop_call);
   for (int i = 0; i < 10; ++i) peers[0]->say(say('b'));
   on.cycle();
@@ -160,11 +136,10 @@ TEST_F(core_ingress, finds_a_stop_behind_other_messages_of_its_own_peer) {
 TEST_F(core_ingress, carries_out_nothing_but_the_stop_before_its_turn) {
   listen();
   const auto latch = opened_latch();
-  for (int i = 0; i < 40; ++i) peers[0]->say(say('a'));
+  flood({0}, 40);
   peers[0]->say(stop_call);
   peers[0]->say(stop_call);
-  for (std::size_t who = 1; who < 4; ++who)
-    for (int i = 0; i < 40; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
+  flood({1, 2, 3}, 40);
   on.cycle();
   EXPECT_EQ(on.count(counter::stops), 2U);
   EXPECT_EQ(order().substr(0, 40), "abcdabcdabcdabcdabcdabcdabcdabcdabcdabcd");
@@ -183,8 +158,7 @@ TEST_F(core_ingress, lets_nobody_pass_by_the_words_of_a_stop) {
         R"({"op":"publish","topic":"/heard","msg":{"data":"a","x":"\",\"service\":\"/rowe/stop"}})"}) {
     listen();
     for (int i = 0; i < 40; ++i) peers[0]->say(text);
-    for (std::size_t who = 1; who < 4; ++who)
-      for (int i = 0; i < 10; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
+    flood({1, 2, 3}, 10);
     on.cycle();
     const std::string seen = order();
     EXPECT_EQ(std::count(seen.begin(), seen.begin() + 13, 'b'), 3) << text << seen;
@@ -200,8 +174,7 @@ TEST_F(core_ingress, lets_nobody_pass_by_claiming_to_be_a_stop) {
   const auto latch = opened_latch();
   for (int i = 0; i < 60; ++i) peers[0]->say(R"({"service":"/rowe/stop","message_id":1,})");
   for (int i = 0; i < 20; ++i) peers[0]->say(R"({"op":"subscribe","topic":"/rowe/stop"})");
-  for (std::size_t who = 1; who < 4; ++who)
-    for (int i = 0; i < 30; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
+  flood({1, 2, 3}, 30);
   on.cycle();
   EXPECT_EQ(on.count(counter::stops), 0U);
   EXPECT_LE(on.count(counter::malformed), 26U);
@@ -220,9 +193,9 @@ TEST_F(core_ingress, finds_a_stop_behind_a_frame_of_which_not_even_the_header_is
     peers[0]->send_raw(std::span{frame}.first(split));
     on.cycle();
     peers[0]->send_raw(std::span{frame}.subspan(split));
-    for (int i = 0; i < 5; ++i) peers[0]->say(say('a'));
+    flood({0}, 5);
     peers[0]->say(stop_call);
-    flood_by_others();
+    flood({1, 2, 3}, 60);
     on.cycle();
     EXPECT_EQ(on.count(counter::stops), stops + 1) << split;
     on.cycles(10);
@@ -241,7 +214,7 @@ TEST_F(core_ingress, finds_a_stop_behind_a_message_in_pieces_and_none_inside_of_
   peers[0]->send(rowe::wire::opcode::ping, "?");
   peers[0]->send_raw(frame_of(rowe::wire::opcode::continuation, true, text.substr(25)));
   peers[0]->say(stop_call);
-  flood_by_others();
+  flood({1, 2, 3}, 60);
   on.cycle();
   EXPECT_EQ(on.count(counter::stops), 1U);
   on.cycles(10);
@@ -249,7 +222,7 @@ TEST_F(core_ingress, finds_a_stop_behind_a_message_in_pieces_and_none_inside_of_
 
   peers[0]->send_raw(frame_of(rowe::wire::opcode::text, false, text.substr(0, 20)));
   peers[0]->say(stop_call); // against the protocol
-  flood_by_others();
+  flood({1, 2, 3}, 60);
   on.cycles(10);
   EXPECT_EQ(on.count(counter::stops), 1U);
   (void)peers[0]->hear();
@@ -266,15 +239,15 @@ TEST_F(core_ingress, finds_no_stop_behind_a_close_frame) {
 
 // The stop passes the reset, which stands before it: the peer's last word holds.
 TEST_F(core_ingress, refuses_a_reset_that_a_stop_of_the_same_peer_has_passed) {
-  const auto latch = opened_latch();
-  (void)latch->engaged(on.now);
-  latch->acknowledge(on.now);
+  auto latch = opened_latch();
+  (void)latch.engaged(on.now);
+  latch.acknowledge(on.now);
   peers[0]->say(stop_call); // what comes is a repeat, which raises no number
   on.cycle();
-  (void)latch->engaged(on.now);
-  latch->acknowledge(on.now);
+  (void)latch.engaged(on.now);
+  latch.acknowledge(on.now);
   on.cycles(5);
-  (void)latch->engaged(on.now);
+  (void)latch.engaged(on.now);
   peers[0]->say(R"({"service":"/rowe/stop/state","message_id":1})");
   on.cycle();
   const std::string state = peers[0]->hear().back();
@@ -285,52 +258,22 @@ TEST_F(core_ingress, refuses_a_reset_that_a_stop_of_the_same_peer_has_passed) {
                 R"(,"tick":)" + member("tick") + "}");
   peers[0]->say(stop_call);
   on.cycle();
-  EXPECT_TRUE(latch->engaged(on.now));
+  EXPECT_TRUE(latch.engaged(on.now));
   bool refused = false;
   for (const std::string& text : peers[0]->hear())
     refused = refused || text.find(R"("refused":"tick")") != std::string::npos;
   EXPECT_TRUE(refused);
 }
 
-TEST_F(core_ingress, finds_it_there_although_others_flood) {
-  listen();
-  rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({}));
-  on.cycle();
-  rowe::stop_latch latch{core_harness::handle_of(pair)};
-  for (std::size_t who = 1; who < 4; ++who)
-    for (int i = 0; i < 60; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
-  for (int i = 0; i < 40; ++i) peers[0]->say("{}");
-  peers[0]->say(stop_call);
-  on.cycle();
-  EXPECT_EQ(on.count(counter::stops), 1U);
-}
-
 TEST_F(core_ingress, finds_a_stop_behind_a_frame_that_came_in_two_reads) {
   listen();
-  rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({}));
-  on.cycle();
-  rowe::stop_latch latch{core_harness::handle_of(pair)};
-  for (std::size_t who = 1; who < 4; ++who)
-    for (int i = 0; i < 40; ++i) peers[who]->say(say(static_cast<char>('a' + who), 3000));
+  const auto latch = opened_latch();
+  flood({1, 2, 3}, 40, 3000);
   peers[0]->say(say('a', 4200)); // more than one read
   peers[0]->say(stop_call);
   on.cycle();
   on.cycle();
   EXPECT_EQ(on.count(counter::stops), 1U);
-}
-
-TEST_F(core_ingress, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
-  listen();
-  for (int i = 0; i < 300; ++i) peers[0]->say(say('a'));
-  on.cycle();
-  peers[0]->leave(rowe::service::close_cause::reset);
-  on.cycle();
-  auto again = std::make_unique<peer>(on);
-  on.cycle();
-  (void)order();
-  again->say(say('z'));
-  on.cycles(3);
-  EXPECT_EQ(order(), "z");
 }
 
 // ---- shares of whoever receives
@@ -339,17 +282,15 @@ TEST_F(core_ingress, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
 struct receiver_shares : core_ingress {
   receiver_shares() { open(); }
 
-  void open() {
-    pair = &on.offer({.kind = rowe::detail::pair_kind::talk,
-                      .receives = true,
-                      .out_depth = 10,
-                      .in_depth = 10,
-                      .completions_depth = 1,
-                      .out_bytes = 4096,
-                      .in_bytes = 4096,
-                      .completions_bytes = 192});
+  void open(std::uint32_t depth = 10) {
+    pair = &on.offer(lane_request(depth, 4096));
     on.cycle();
     talk = rowe::lane{core_harness::handle_of(*pair)};
+  }
+  void close() {
+    talk = {};
+    pair->lifecycle.close();
+    on.cycles(2);
   }
   static std::string message_of(char who, std::size_t bytes = 0) {
     return R"({"data":")" + std::string(1, who) + std::string(bytes, '.') + "\"}";
@@ -363,6 +304,15 @@ struct receiver_shares : core_ingress {
       seen += got->value().substr(9, 1);
     }
     return seen;
+  }
+  // What is taken in so many cycles.
+  std::string taken_in(int cycles) {
+    std::string all;
+    while (cycles-- > 0) {
+      on.cycle();
+      all += taken();
+    }
+    return all;
   }
   // As a program does that sends back what comes. False when a message was refused.
   bool echo() {
@@ -385,23 +335,14 @@ TEST_F(receiver_shares, leaves_places_in_the_inbox_to_others) {
   peers[1]->say(message_of('b'));
   on.cycles(3);
   EXPECT_EQ(taken(), "aaaab");
-  std::string rest;
-  for (int i = 0; i < 50; ++i) {
-    on.cycle();
-    rest += taken();
-  }
-  EXPECT_EQ(rest, std::string(96, 'a'));
+  EXPECT_EQ(taken_in(50), std::string(96, 'a'));
   EXPECT_EQ(lost(), 0U);
 }
 
 TEST_F(receiver_shares, has_the_messages_of_several_peers_in_turn) {
   for (std::size_t who = 0; who < 3; ++who)
     for (int i = 0; i < 30; ++i) peers[who]->say(message_of(static_cast<char>('a' + who)));
-  std::string all;
-  for (int i = 0; i < 60; ++i) {
-    on.cycle();
-    all += taken();
-  }
+  const std::string all = taken_in(60);
   ASSERT_EQ(all.size(), 90U);
   for (std::size_t i = 0; i + 9 <= all.size(); i += 3) { // whichever comes first, nobody twice as often
     for (const char who : {'a', 'b', 'c'}) EXPECT_GE(std::count(&all[i], &all[i] + 9, who), 1) << all;
@@ -481,12 +422,7 @@ TEST_F(receiver_shares, does_not_take_a_peer_that_it_does_not_read_for_silent) {
   EXPECT_FALSE(peers[0]->cut());
   EXPECT_GE(peers[0]->pongs, 10) << "it has heard that we are there";
   EXPECT_EQ(on.count(counter::silent_peers) + on.count(counter::slow_peers), 0U);
-  std::string rest;
-  for (int i = 0; i < 100; ++i) {
-    on.cycle();
-    rest += taken();
-  }
-  EXPECT_EQ(rest.size(), 92U);
+  EXPECT_EQ(taken_in(100).size(), 92U);
 }
 
 TEST_F(receiver_shares, reads_on_where_the_receiver_is_gone_for_long) {
@@ -521,9 +457,7 @@ TEST_F(receiver_shares, lets_a_call_wait_for_a_place) {
 }
 
 TEST_F(receiver_shares, carries_out_a_stop_that_was_read_behind_what_waits) {
-  rowe::detail::queue_pair& loop = on.offer(rowe::detail::latch_request({}));
-  on.cycle();
-  rowe::stop_latch latch{core_harness::handle_of(loop)};
+  const auto latch = opened_latch();
   for (int i = 0; i < 20; ++i) peers[0]->say(message_of('a'));
   peers[0]->say(stop_call);
   on.cycle();
@@ -536,20 +470,9 @@ TEST_F(receiver_shares, carries_out_a_stop_that_was_read_behind_what_waits) {
 
 // Behind a message that is parked more is kept than is read of one peer among others.
 TEST(core_ingress_alone, leaves_a_stop_that_is_long_to_its_turn) {
-  rowe::endpoint_options options = roomy();
-  options.limits.message_bytes_max = 64 * 1024;
-  core_harness on{options};
+  core_harness on{with_limits(roomy(), &limits::message_bytes_max, 64 * 1024)};
   (void)on.offer(rowe::detail::latch_request({}));
-  auto& pair = on.offer({.kind = rowe::detail::pair_kind::talk,
-                         .receives = true,
-                         .out_depth = 2,
-                         .in_depth = 2,
-                         .completions_depth = 1,
-                         .out_bytes = 4096,
-                         .in_bytes = 4096,
-                         .completions_bytes = 192});
-  on.cycle();
-  rowe::lane talk{core_harness::handle_of(pair)};
+  auto talk = on.open<rowe::lane>(lane_request(2, 4096));
   peer alone{on};
   on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone_max;
   for (int i = 0; i < 3; ++i) alone.say(R"({"data":"a"})");
@@ -566,10 +489,8 @@ TEST(core_ingress_alone, leaves_a_stop_that_is_long_to_its_turn) {
 
 // One that is longer than a message may be is read in pieces, in the memory of one that is not whole yet.
 TEST(core_ingress_alone, leaves_a_message_whole_beside_a_stop_that_is_too_long) {
-  rowe::endpoint_options options = roomy();
-  options.limits.message_bytes_max = 1024;
-  options.limits.long_message_bytes_max = 64 * 1024;
-  core_harness on{options};
+  core_harness on{
+      with_limits(roomy(), &limits::message_bytes_max, 1024, &limits::long_message_bytes_max, 64 * 1024)};
   (void)on.offer(rowe::detail::latch_request({}));
   auto& pair = on.offer(rowe::detail::pair_kind::subscribe_text, "/t", 1024);
   on.cycle();
@@ -591,9 +512,7 @@ TEST(core_ingress_alone, leaves_a_message_whole_beside_a_stop_that_is_too_long) 
 
 // One that is read by itself has no more of a cycle than those that are read in turn.
 TEST(core_ingress_alone, ends_the_cycle_when_its_work_is_done) {
-  rowe::endpoint_options options = roomy();
-  options.limits.message_bytes_max = 64 * 1024;
-  core_harness on{options};
+  core_harness on{with_limits(roomy(), &limits::message_bytes_max, 64 * 1024)};
   (void)on.offer(rowe::detail::latch_request({}));
   on.cycle();
   peer alone{on};
@@ -606,8 +525,7 @@ TEST(core_ingress_alone, ends_the_cycle_when_its_work_is_done) {
   EXPECT_LT(first, 60U) << "each costs as much as its answer of some kilobytes";
   EXPECT_EQ(on.count(counter::stops), 1U) << "what stops does not wait";
   for (int i = 0; i < 200; ++i) {
-    on.cycle();
-    (void)alone.hear();
+    (void)alone.hear_after(1);
     EXPECT_LT(on.count(counter::calls_in), first + static_cast<std::uint64_t>(i + 1) * 60);
   }
   EXPECT_EQ(on.count(counter::calls_in), calls + 1);
@@ -615,19 +533,8 @@ TEST(core_ingress_alone, ends_the_cycle_when_its_work_is_done) {
 
 // Several long ones, each behind the end of the one before in the same read.
 TEST(core_ingress_alone, keeps_long_messages_that_find_no_room) {
-  rowe::endpoint_options options = roomy();
-  options.limits.message_bytes_max = 64 * 1024;
-  core_harness on{options};
-  auto& pair = on.offer({.kind = rowe::detail::pair_kind::talk,
-                         .receives = true,
-                         .out_depth = 4,
-                         .in_depth = 4,
-                         .completions_depth = 1,
-                         .out_bytes = 64 * 1024,
-                         .in_bytes = 64 * 1024,
-                         .completions_bytes = 192});
-  on.cycle();
-  rowe::lane talk{core_harness::handle_of(pair)};
+  core_harness on{with_limits(roomy(), &limits::message_bytes_max, 64 * 1024)};
+  auto talk = on.open<rowe::lane>(lane_request(4, 64 * 1024));
   peer alone{on};
   on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone_max;
   const std::size_t lengths[] = {50'000, 63'000, 20'000, 40'000, 58'000, 61'000, 15'000, 48'000};
@@ -671,34 +578,13 @@ TEST(core_ingress_alone, keeps_what_waits_apart_from_a_message_in_pieces) {
   for (int i = 0; i < 400; ++i) {
     on.cycle();
     (void)alone.hear();
-    for (const std::string& text : reader.hear()) heard += text;
+    heard += reader.hear_as_one();
   }
-  for (const std::string& body : bodies) EXPECT_NE(heard.find(body), std::string::npos) << body.size();
+  for (const std::string& body : bodies) EXPECT_TRUE(has(heard, body)) << body.size();
   EXPECT_EQ(on.count(counter::calls_in), 480U);
   EXPECT_FALSE(alone.cut());
   EXPECT_EQ(on.count(counter::malformed) + on.count(counter::violations), 0U);
   EXPECT_TRUE(on.core.check());
-}
-
-// The first of each peer changes something; a crowd's others wait for their turns.
-TEST(core_ingress_in_turn, carries_out_so_many_stops_before_their_turn) {
-  core_harness on;
-  (void)on.offer(rowe::detail::latch_request({}));
-  on.cycle();
-  std::vector<std::unique_ptr<peer>> crowd;
-  for (int i = 0; i < 7; ++i) crowd.push_back(std::make_unique<peer>(on));
-  on.cycle();
-  const std::string stop = R"({"service":"/rowe/stop"})";
-  for (auto& one : crowd)
-    for (int k = 0; k < 100; ++k) one->say(stop);
-  on.cycle();
-  EXPECT_GE(on.count(counter::stops), 7U);
-  EXPECT_LE(on.count(counter::stops), 7U + 64U + 100U);
-  for (int i = 0; i < 30; ++i) {
-    on.cycle();
-    for (auto& one : crowd) (void)one->hear();
-  }
-  EXPECT_EQ(on.count(counter::stops), 700U);
 }
 
 TEST_F(receiver_shares, forgets_a_peer_that_left_while_it_waited) {
@@ -720,33 +606,15 @@ TEST_F(receiver_shares, gives_what_waits_to_the_next_receiver) {
   for (int i = 0; i < 20; ++i) peers[0]->say(message_of('a'));
   on.cycles(2);
   EXPECT_EQ(taken(1), "a");
-  talk = {};
-  pair->lifecycle.close();
-  on.cycles(2);
+  close();
   open();
-  std::string rest;
-  for (int i = 0; i < 20; ++i) {
-    on.cycle();
-    rest += taken();
-  }
   // Between the two nobody received: the shared inbox kept some of them, and one was in its turn.
-  EXPECT_EQ(rest.size() + on.count(counter::inbox_full), 20U - 5U);
+  EXPECT_EQ(taken_in(20).size() + on.count(counter::inbox_full), 20U - 5U);
 }
 
 TEST_F(receiver_shares, keeps_a_place_for_who_comes_last) {
-  talk = {};
-  pair->lifecycle.close();
-  on.cycles(2);
-  pair = &on.offer({.kind = rowe::detail::pair_kind::talk,
-                    .receives = true,
-                    .out_depth = 32,
-                    .in_depth = 32,
-                    .completions_depth = 1,
-                    .out_bytes = 256,
-                    .in_bytes = 256,
-                    .completions_bytes = 192});
-  on.cycle();
-  talk = rowe::lane{core_harness::handle_of(*pair)};
+  close();
+  open(32);
   std::vector<std::unique_ptr<peer>> greedy;
   for (int i = 0; i < 3; ++i) {
     greedy.push_back(std::make_unique<peer>(on));
@@ -760,16 +628,12 @@ TEST_F(receiver_shares, keeps_a_place_for_who_comes_last) {
   const std::size_t theirs = taken().size(); // all are given back
   EXPECT_GE(theirs, 12U);
   for (int k = 0; k < 3; ++k) on.cycle(); // and they have taken as much again
-  peer last{on};
-  last.say(message_of('l'));
-  on.cycles(2);
+  peer last = peer_saying(on, message_of('l'), 2);
   EXPECT_NE(taken().find('l'), std::string::npos);
 }
 
 TEST(shared_inbox_shares, keep_a_place_for_who_comes_last) {
-  rowe::endpoint_options options = small_options();
-  options.limits.door_slots = 64;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::door_slots, 64)};
   const auto taken = [&] {
     std::string senders;
     while (const auto slot = on.inbox.try_receive(on.now)) {
@@ -785,9 +649,7 @@ TEST(shared_inbox_shares, keep_a_place_for_who_comes_last) {
     for (int k = 0; k < 100; ++k) greedy.back()->say(receiver_shares::message_of('g'));
     on.cycles(3);
   }
-  peer last{on};
-  last.say(receiver_shares::message_of('l'));
-  on.cycles(3);
+  peer last = peer_saying(on, receiver_shares::message_of('l'), 3);
   EXPECT_NE(taken().find('l'), std::string::npos);
 }
 

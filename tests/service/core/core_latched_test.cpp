@@ -13,31 +13,14 @@ namespace {
 
 using rowe::detail::pair_kind;
 
-rowe::endpoint_options hub() {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  return options;
-}
-
 struct latched : ::testing::Test {
-  static rowe::endpoint_options chosen() {
-    rowe::endpoint_options options = hub();
-    options.limits.message_bytes_max = 64 * 1024;
-    options.limits.long_message_bytes_max = 1024 * 1024;
-    options.limits.advertisements_per_connection_max = 16;
-    options.limits.subscriptions_per_connection_max = 16;
-    options.limits.latched_bytes = 256 * 1024;
-    options.limits.topics_max = 64;
-    options.limits.connections_max = 12;
-    return options;
-  }
-  core_harness on{chosen()};
+  core_harness on{with_limits(
+      hub_options(), &limits::message_bytes_max, 64 * 1024, &limits::long_message_bytes_max, 1024 * 1024,
+      &limits::advertisements_per_connection_max, 16, &limits::subscriptions_per_connection_max, 16,
+      &limits::latched_bytes, 256 * 1024, &limits::topics_max, 64, &limits::connections_max, 12)};
 
   static std::string value(std::string_view name, std::size_t bytes = 1) {
     return R"({"of":")" + std::string{name} + R"(","x":")" + std::string(bytes, 'x') + "\"}";
-  }
-  static std::string published(std::string_view topic, const std::string& body) {
-    return R"({"op":"publish","topic":")" + std::string{topic} + R"(","msg":)" + body + "}";
   }
   void latch(peer& by, std::string_view topic, const std::string& body) {
     by.say(R"({"op":"advertise","topic":")" + std::string{topic} + R"(","type":"a/Map","latch":true})");
@@ -60,13 +43,11 @@ struct latched : ::testing::Test {
 };
 
 TEST_F(latched, topics_have_one_value_of_each_publisher) {
-  auto& own = on.offer(pair_kind::publish_text, "/map", 200, {.latched = true, .shared = true});
-  on.cycle();
+  auto& own = on.offer_now(pair_kind::publish_text, "/map", 200, {.latched = true, .shared = true});
   peer a{on}, b{on};
   latch(a, "/map", value("a"));
   latch(b, "/map", value("b"));
-  ASSERT_TRUE(publish_text(on, own, value("own")));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, own, value("own")));
   latch(a, "/map", value("a again"));
   const texts all{published("/map", value("b")), published("/map", value("own")),
                   published("/map", value("a again"))};
@@ -108,15 +89,11 @@ TEST_F(latched, values_all_reach_a_late_subscriber_beside_newer_messages) {
 
 // Of who may publish, and not advertise, too.
 TEST_F(latched, values_go_with_the_type_that_a_handle_replaces) {
-  peer a{on};
-  a.say(R"({"op":"publish","topic":"/x","type":"a/A","latch":true,"msg":{"x":1}})");
-  on.cycles(2);
+  peer a = peer_saying(on, R"({"op":"publish","topic":"/x","type":"a/A","latch":true,"msg":{"x":1}})", 2);
   on.offer(pair_kind::publish_text, "/x", 200, {.shared = true}, nullptr, "b/B");
   on.cycles(2);
   peer reader{on};
-  reader.say(R"({"op":"subscribe","topic":"/x"})");
-  on.cycles(4);
-  EXPECT_EQ(reader.hear(), texts{});
+  EXPECT_EQ(reader.ask(R"({"op":"subscribe","topic":"/x"})", 4), texts{});
 }
 
 TEST_F(latched, values_all_reach_a_handle_that_subscribes_late) {
@@ -151,22 +128,17 @@ TEST_F(latched, values_that_find_no_room_among_short_ones_are_where_long_ones_ar
 }
 
 TEST(values_not_kept, are_told_to_who_published_them) {
-  rowe::endpoint_options options = hub();
-  options.limits.latched_bytes = 4096;
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::latched_bytes, 4096)};
   auto& own = on.offer(pair_kind::publish_text, "/own", 6000, {.latched = true});
   peer a{on};
   on.cycle();
   const std::string body = R"({"x":")" + std::string(5000, 'x') + "\"}";
   a.say(R"({"op":"advertise","topic":"/map","type":"a/Map","latch":true})");
   for (int i = 0; i < 3; ++i) a.say(R"({"op":"publish","topic":"/map","id":"7","msg":)" + body + "}");
-  on.cycles(6);
-  const texts told = a.hear();
+  const texts told = a.hear_after(6);
   ASSERT_EQ(told.size(), 1U) << "once a second";
-  EXPECT_NE(told[0].find("publish /map: its last value, of 5008 bytes, is not kept for late subscribers"),
-            std::string::npos)
-      << told[0];
-  EXPECT_NE(told[0].find(R"("id":"7")"), std::string::npos);
+  EXPECT_TRUE(has(told[0], "publish /map: its last value, of 5008 bytes, is not kept for late subscribers"));
+  EXPECT_TRUE(has(told[0], R"("id":"7")"));
   EXPECT_EQ(on.count(counter::not_latched), 3U);
   ASSERT_TRUE(publish_text(on, own, body));
   ASSERT_TRUE(publish_text(on, own, body));

@@ -62,9 +62,8 @@ struct reader : peer {
   }
 };
 
-struct core_listings : testing::Test {
-  core_listings() { on.cycle(); }
-  ~core_listings() override { EXPECT_TRUE(on.core.check()); }
+struct core_listings : core_test {
+  core_listings() : core_test{for_many(), side::server, &numbers::protocols()} { on.cycle(); }
 
   void come(std::uint32_t count = readers) {
     for (std::uint32_t i = 0; i < count; ++i) all.emplace_back(on);
@@ -102,7 +101,6 @@ struct core_listings : testing::Test {
     EXPECT_EQ(cut(), 0U);
   }
 
-  core_harness on{for_many(), side::server, 1, rowe::rt::time_point{1000s}, &numbers::protocols()};
   std::deque<reader> all;
 
  private:
@@ -130,8 +128,7 @@ TEST_F(core_listings, cut_nobody_who_reads_slowly_while_a_peer_flaps) {
   constexpr std::uint32_t cycles = 6000;
   for (std::uint32_t ms = 0; ms < cycles; ++ms) {
     if (ms % 3 == 0) flap(busy);
-    on.cycle();
-    (void)busy.hear();
+    (void)busy.hear_after(1);
     for (std::uint32_t i = ms * 7 % 1000; i < readers; i += 1000) told += all[i].listen();
   }
   EXPECT_EQ(cut(), 0U);
@@ -147,8 +144,7 @@ TEST_F(core_listings, that_nobody_reads_take_one_place_for_each_peer) {
   for (reader& one : all) on.net.link_of(one.id()).capacity_bytes = 0;
   for (int i = 0; i < 3000; ++i) {
     flap(busy);
-    on.cycle();
-    (void)busy.hear();
+    (void)busy.hear_after(1);
   }
   EXPECT_LE(on.count(counter::queued_max), readers + 8);
   EXPECT_EQ(cut(), 0U);
@@ -166,8 +162,7 @@ TEST_F(core_listings, do_not_keep_a_stop_waiting) {
     flap(busy);
     if (i % 10 == 0)
       busy.say(R"({"op":"call_service","id":"stop)" + std::to_string(i) + R"(","service":"/rowe/stop"})");
-    on.cycle();
-    (void)busy.hear();
+    (void)busy.hear_after(1);
     EXPECT_EQ(on.count(counter::stops), i / 10 + 1U) << "in the cycle in which it came";
     most = std::max(most, listen());
   }

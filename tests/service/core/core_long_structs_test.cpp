@@ -31,10 +31,8 @@ struct long_structs : testing::Test {
   core_harness on{long_fixtures::options_with(96 * 1024)};
 
   rowe::detail::queue_pair& advertise(const rowe::topic_options& how = {.depth = 4}) {
-    auto& made =
-        on.offer(pair_kind::publish_value, "/scan", sizeof(scan), how, &rowe::describe<scan>(), "sim/Scan");
-    on.cycle();
-    return made;
+    return on.offer_now(pair_kind::publish_value, "/scan", sizeof(scan), how, &rowe::describe<scan>(),
+                        "sim/Scan");
   }
   static std::unique_ptr<scan> scan_of(std::int32_t number, std::size_t count) {
     auto made = std::make_unique<scan>();
@@ -63,7 +61,6 @@ struct long_structs : testing::Test {
   static std::string published(const scan& value) {
     return R"({"op":"publish","topic":"/scan","msg":)" + text_of(value) + "}";
   }
-  texts heard_by(peer& by) { return long_fixtures::heard_by(on, by, 200); }
   void TearDown() override { EXPECT_EQ(on.core.inconsistency(), ""); }
 };
 
@@ -71,8 +68,7 @@ TEST_F(long_structs, reach_subscribers_of_every_codec_in_order_with_short_ones) 
   auto& pair = advertise();
   peer browser{on}, studio{on, rowe::service::side::server, "127.0.0.1:2", "/", "foxglove.websocket.v1"};
   peer late{on};
-  browser.say(R"({"op":"subscribe","topic":"/scan"})");
-  on.cycle();
+  browser.tell(R"({"op":"subscribe","topic":"/scan"})");
   on.cycles(4);
   std::string channel;
   for (const std::string& one : studio.hear()) {
@@ -81,8 +77,7 @@ TEST_F(long_structs, reach_subscribers_of_every_codec_in_order_with_short_ones) 
       channel = std::to_string(std::stoul(one.substr(one.rfind(R"("id":)", name) + 5)));
   }
   ASSERT_FALSE(channel.empty());
-  studio.say(R"({"op":"subscribe","subscriptions":[{"id":3,"channelId":)" + channel + "}]}");
-  on.cycles(2);
+  studio.tell(R"({"op":"subscribe","subscriptions":[{"id":3,"channelId":)" + channel + "}]}", 2);
   texts expected, to_studio;
   int number = 0;
   for (const std::size_t count : {4000U, 2U, 5U, 3500U}) {
@@ -107,9 +102,7 @@ TEST_F(long_structs, reach_subscribers_of_every_codec_in_order_with_short_ones) 
 
 TEST_F(long_structs, are_encoded_some_of_them_in_a_cycle) {
   auto& pair = advertise();
-  peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/scan"})");
-  on.cycle();
+  peer browser = subscriber(on, "/scan");
   const auto value = scan_of(1, 4000);
   const std::size_t least = text_of(*value).size() / rowe::service::long_encode_bytes;
   publish(pair, *value);
@@ -131,7 +124,7 @@ TEST_F(long_structs, of_the_newest_kind_go_too_and_are_latched) {
   on.cycles(50);
   peer late{on};
   late.say(R"({"op":"subscribe","topic":"/scan"})");
-  EXPECT_EQ(heard_by(late), texts{published(*value)});
+  EXPECT_EQ(late.hear_during(200), texts{published(*value)});
 }
 
 TEST_F(long_structs, cost_nothing_where_nobody_listens) {
@@ -144,30 +137,26 @@ TEST_F(long_structs, cost_nothing_where_nobody_listens) {
 
 TEST_F(long_structs, that_are_too_long_are_counted_and_those_behind_them_go_on) {
   auto& pair = advertise();
-  peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/scan"})");
-  on.cycle();
+  peer browser = subscriber(on, "/scan");
   const auto fits = scan_of(2, 3);
   publish(pair, *scan_of(1, 6000)); // some 120 kB
   publish(pair, *fits);
-  EXPECT_EQ(heard_by(browser), texts{published(*fits)});
+  EXPECT_EQ(browser.hear_during(200), texts{published(*fits)});
   EXPECT_EQ(on.count(counter::too_big), 1U);
 }
 
 TEST_F(long_structs, that_are_too_long_are_told_to_the_program_once_a_second) {
   auto& pair = advertise();
-  peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/scan"})");
-  on.cycle();
+  peer browser = subscriber(on, "/scan");
   const auto told = [&] {
     int count = 0;
     while (const auto one = on.shared.try_event()) {
       if (one->what_kind != rowe::event::kind::warning) continue;
       ++count;
       const std::string_view what{one->what};
-      EXPECT_NE(what.find("/scan"), what.npos) << what;
-      EXPECT_NE(what.find(": a value of "), what.npos) << what;
-      EXPECT_NE(what.find(" is not sent; the limit is "), what.npos) << what;
+      EXPECT_TRUE(has(what, "/scan"));
+      EXPECT_TRUE(has(what, ": a value of "));
+      EXPECT_TRUE(has(what, " is not sent; the limit is "));
       EXPECT_EQ(std::string_view{one->remedy}, "raise the limit long_message_bytes_max");
     }
     return count;

@@ -12,21 +12,20 @@ namespace {
 
 using rowe::detail::pair_kind;
 using rowe::detail::pair_phase;
-using rowe::service::close_cause;
 using rowe::service::side;
+
+// All that comes while the peer reads so many bytes in each of so many cycles.
+texts read_slowly(core_harness& on, peer& by, std::size_t bytes, int cycles = 400) {
+  texts all;
+  for (int i = 0; i < cycles; ++i) {
+    on.net.link_of(by.id()).capacity_bytes = bytes;
+    for (auto& text : by.hear_after(1)) all.push_back(std::move(text));
+  }
+  return all;
+}
 
 struct core_names : core_test {
   core_names() { on.cycle(); }
-  // All that comes while the peer reads so many bytes a cycle.
-  texts read_slowly(peer& by, std::size_t bytes) {
-    texts all;
-    for (int i = 0; i < 400; ++i) {
-      on.net.link_of(by.id()).capacity_bytes = bytes;
-      on.cycle();
-      for (auto& text : by.hear()) all.push_back(std::move(text));
-    }
-    return all;
-  }
 };
 
 std::string unslashed(int x) {
@@ -79,12 +78,10 @@ TEST_F(core_names, sends_each_peer_the_name_it_subscribed_by_out_of_one_slot) {
 TEST_F(core_names, continues_a_frame_without_the_slash_wherever_the_socket_stopped_taking_it) {
   auto& pair = advertise_pose(on);
   for (std::size_t bytes = 1; bytes < 80; ++bytes) {
-    peer p{on};
-    p.say(R"({"op":"subscribe","topic":"pose"})");
-    on.cycle();
+    peer p = subscriber(on, "pose");
     ASSERT_TRUE(publish(on, pair, {1, 0}));
     ASSERT_TRUE(publish(on, pair, {2, 0}));
-    EXPECT_EQ(read_slowly(p, bytes), (texts{unslashed(1), unslashed(2)})) << bytes;
+    EXPECT_EQ(read_slowly(on, p, bytes), (texts{unslashed(1), unslashed(2)})) << bytes;
     EXPECT_EQ(p.violated, "");
     p.leave();
     on.cycle();
@@ -92,8 +89,7 @@ TEST_F(core_names, continues_a_frame_without_the_slash_wherever_the_socket_stopp
 }
 
 TEST_F(core_names, sends_a_frame_of_every_length_without_the_slash) {
-  auto& pair = on.offer(pair_kind::publish_text, "/t", 4096);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "/t", 4096);
   peer p{on}, usual{on};
   p.say(R"({"op":"subscribe","topic":"t"})");
   usual.say(R"({"op":"subscribe","topic":"/t"})");
@@ -117,17 +113,13 @@ TEST_F(core_names, gives_a_peer_that_subscribed_by_both_names_one_copy_by_each) 
   p.say(R"({"op":"subscribe","id":"2","topic":"pose"})");
   on.cycle();
   ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
-  texts heard = p.hear();
+  texts heard = p.hear_after(1);
   std::sort(heard.begin(), heard.end());
   EXPECT_EQ(heard, (texts{message(1), unslashed(1)}));
-  p.say(R"({"op":"unsubscribe","id":"1","topic":"/pose"})");
-  on.cycle();
+  p.tell(R"({"op":"unsubscribe","id":"1","topic":"/pose"})");
   ASSERT_TRUE(publish(on, pair, {2, 0}));
-  on.cycle();
-  EXPECT_EQ(p.hear(), texts{unslashed(2)});
-  p.say(R"({"op":"unsubscribe","topic":"pose"})");
-  on.cycle();
+  EXPECT_EQ(p.hear_after(1), texts{unslashed(2)});
+  p.tell(R"({"op":"unsubscribe","topic":"pose"})");
   EXPECT_EQ(publish(on, pair, {3, 0}).code(), rowe::errc::no_peer);
 }
 
@@ -136,26 +128,19 @@ TEST_F(core_names, unsubscribes_by_the_other_name_where_there_is_but_one) {
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   p.say(R"({"op":"unsubscribe","topic":"pose"})");
-  on.cycle();
-  EXPECT_TRUE(p.hear().empty());
+  EXPECT_TRUE(p.hear_after(1).empty());
   EXPECT_EQ(publish(on, pair, {1, 0}).code(), rowe::errc::no_peer);
 }
 
 TEST_F(core_names, keeps_the_last_value_for_late_subscribers_by_either_name) {
-  auto& pair = advertise_pose(on, {.latched = true});
-  on.cycle();
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  auto& pair = advertise_pose_now(on, {.latched = true});
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   peer late{on};
-  late.say(R"({"op":"subscribe","topic":"pose"})");
-  on.cycle();
-  EXPECT_EQ(late.hear(), texts{unslashed(1)});
+  EXPECT_EQ(late.ask(R"({"op":"subscribe","topic":"pose"})"), texts{unslashed(1)});
 }
 
 TEST_F(core_names, relays_between_peers_and_handles_by_either_name) {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  core_harness hub{options};
+  core_harness hub{hub_options()};
   auto& inbox = hub.offer(pair_kind::subscribe_text, "chatter", 100);
   hub.cycle();
   peer speaker{hub}, one{hub}, other{hub};
@@ -163,8 +148,7 @@ TEST_F(core_names, relays_between_peers_and_handles_by_either_name) {
   other.say(R"({"op":"subscribe","topic":"chatter"})");
   hub.cycle();
   for (const char* name : {"/chatter", "chatter"}) {
-    speaker.say(R"({"op":"publish","topic":")" + std::string{name} + R"(","msg":{"d":1}})");
-    hub.cycle();
+    speaker.tell(R"({"op":"publish","topic":")" + std::string{name} + R"(","msg":{"d":1}})");
     EXPECT_EQ(one.hear(), texts{R"({"op":"publish","topic":"/chatter","msg":{"d":1}})"});
     EXPECT_EQ(other.hear(), texts{R"({"op":"publish","topic":"chatter","msg":{"d":1}})"});
     EXPECT_EQ(take(inbox).value(), R"({"d":1})");
@@ -180,41 +164,32 @@ TEST_F(core_names, takes_one_advertisement_for_both_names) {
   }
   p.say(R"({"op":"call_service","id":"1","service":"/rosapi/topic_type","args":{"topic":"a"}})");
   p.say(R"({"op":"call_service","id":"2","service":"rosapi/topic_type","args":{"topic":"/a"}})");
-  on.cycles(2);
   EXPECT_EQ(
-      p.hear(),
+      p.hear_after(2),
       (texts{R"({"op":"service_response","id":"1","service":"/rosapi/topic_type","result":true,"values":)"
              R"({"type":"test_msgs/msg/A"}})",
              R"({"op":"service_response","id":"2","service":"rosapi/topic_type","result":true,"values":)"
              R"({"type":"test_msgs/msg/A"}})"}));
-  p.say(R"({"op":"advertise","topic":"a","type":"test_msgs/B"})");
-  on.cycle();
-  EXPECT_EQ(p.hear(),
+  EXPECT_EQ(p.ask(R"({"op":"advertise","topic":"a","type":"test_msgs/B"})"),
             texts{R"({"op":"status","level":"error","msg":"advertise: the topic exists with the type )"
                   R"(test_msgs/msg/A"})"});
   p.say(R"({"op":"unadvertise","topic":"a"})");
   p.say(R"({"op":"unadvertise","topic":"/a"})");
-  on.cycle();
-  EXPECT_EQ(p.hear().size(), 1U); // the second is refused: there was one
+  EXPECT_EQ(p.hear_after(1).size(), 1U); // the second is refused: there was one
 }
 
 TEST_F(core_names, lets_a_handle_share_a_topic_whose_type_is_spelt_the_other_way) {
-  peer p{on};
-  p.say(R"({"op":"advertise","topic":"cmd_vel","type":"geometry_msgs/msg/Twist"})");
-  on.cycle();
-  auto& pair = on.offer(pair_kind::subscribe_value, "/cmd_vel", sizeof(rowe::ros::twist), {},
-                        &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
-  on.cycle();
+  peer p = peer_saying(on, R"({"op":"advertise","topic":"cmd_vel","type":"geometry_msgs/msg/Twist"})");
+  auto& pair = on.offer_now(pair_kind::subscribe_value, "/cmd_vel", sizeof(rowe::ros::twist), {},
+                            &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
   EXPECT_EQ(pair.lifecycle.look(), pair_phase::active);
 }
 
 TEST_F(core_names, says_which_types_met_when_a_handle_is_refused) {
-  on.offer(pair_kind::publish_text, "/cmd_vel", 100, {}, nullptr, "std_msgs/msg/String");
-  on.cycle();
+  on.offer_now(pair_kind::publish_text, "/cmd_vel", 100, {}, nullptr, "std_msgs/msg/String");
   while (on.shared.try_event()) continue;
-  auto& pair = on.offer(pair_kind::subscribe_value, "cmd_vel", sizeof(rowe::ros::twist), {},
-                        &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::subscribe_value, "cmd_vel", sizeof(rowe::ros::twist), {},
+                            &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
   EXPECT_EQ(pair.lifecycle.look(), pair_phase::refused);
   EXPECT_EQ(pair.lifecycle.refusal().code, rowe::errc::type_conflict);
   const auto told = on.shared.try_event();
@@ -224,17 +199,13 @@ TEST_F(core_names, says_which_types_met_when_a_handle_is_refused) {
 }
 
 TEST_F(core_names, tells_a_peer_that_expects_another_type_and_sends_it_the_messages_all_the_same) {
-  auto& pair = advertise_pose(on);
-  on.cycle();
-  peer p{on};
-  p.say(R"({"op":"subscribe","id":"s","topic":"pose","type":"std_msgs/String"})");
-  on.cycle();
+  auto& pair = advertise_pose_now(on);
+  peer p = peer_saying(on, R"({"op":"subscribe","id":"s","topic":"pose","type":"std_msgs/String"})");
   EXPECT_EQ(p.hear(),
             texts{R"({"op":"status","level":"error","id":"s","msg":"subscribe /pose: the topic has the type )"
                   R"(test/Pose, not std_msgs/String"})"});
   ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
-  EXPECT_EQ(p.hear(), texts{unslashed(1)});
+  EXPECT_EQ(p.hear_after(1), texts{unslashed(1)});
 }
 
 TEST_F(core_names, tells_a_peer_that_subscribed_before_the_topic_had_its_type) {
@@ -251,19 +222,15 @@ TEST_F(core_names, tells_a_peer_that_subscribed_before_the_topic_had_its_type) {
             R"(not the one that was asked for"})"});
   EXPECT_TRUE(right.hear().empty());
   EXPECT_TRUE(indifferent.hear().empty());
-  speaker.say(R"({"op":"advertise","topic":"pose","type":"test/Pose"})");
-  on.cycle();
+  speaker.tell(R"({"op":"advertise","topic":"pose","type":"test/Pose"})");
   EXPECT_TRUE(early.hear().empty()); // once
 }
 
 TEST_F(core_names, gives_its_own_topics_by_either_name_and_keeps_peers_off_both) {
-  peer p{on};
-  p.say(R"({"op":"subscribe","topic":"rowe/stats"})");
-  on.cycle();
+  peer p = subscriber(on, "rowe/stats");
   on.cycle(150ms);
-  const texts heard = p.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(heard[0].starts_with(R"({"op":"publish","topic":"rowe/stats","msg":{"name":)")) << heard[0];
+  const std::string heard = only(p.hear());
+  EXPECT_TRUE(heard.starts_with(R"({"op":"publish","topic":"rowe/stats","msg":{"name":)")) << heard;
   p.say(R"({"op":"unsubscribe","topic":"rowe/stats"})");
   p.say(R"({"op":"advertise","topic":"rowe/mine","type":"x"})");
   p.say(R"({"op":"publish","topic":"rowe/stats","msg":{}})");
@@ -276,8 +243,7 @@ TEST_F(core_names, gives_its_own_topics_by_either_name_and_keeps_peers_off_both)
 }
 
 TEST_F(core_names, shows_the_stop_by_either_name) {
-  on.offer(rowe::detail::latch_request({}));
-  on.cycle();
+  on.offer_now(rowe::detail::latch_request({}));
   peer one{on}, other{on}, both{on};
   one.say(R"({"op":"subscribe","topic":"/rowe/stop/state"})");
   other.say(R"({"op":"subscribe","topic":"rowe/stop/state"})");
@@ -301,38 +267,31 @@ TEST_F(core_names, takes_the_longest_name_without_its_slash) {
   peer p{on}, usual{on};
   p.say(R"({"op":"subscribe","topic":")" + name + R"("})");
   usual.say(R"({"op":"subscribe","topic":"/)" + name.substr(1) + R"("})"); // another topic
-  on.cycle();
-  EXPECT_TRUE(p.hear().empty());
-  auto& pair = on.offer(pair_kind::publish_text, name, 100);
-  on.cycle();
-  ASSERT_TRUE(publish_text(on, pair, "{}"));
-  on.cycle();
+  EXPECT_TRUE(p.hear_after(1).empty());
+  auto& pair = on.offer_now(pair_kind::publish_text, name, 100);
+  ASSERT_TRUE(publish_text_now(on, pair, "{}"));
   EXPECT_EQ(p.hear(), texts{R"({"op":"publish","topic":")" + name + R"(","msg":{}})"});
   EXPECT_TRUE(usual.hear().empty());
 }
 
 TEST_F(core_names, keeps_two_slashes_apart_from_one) {
-  auto& pair = on.offer(pair_kind::publish_text, "//t", 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "//t", 100);
   peer p{on}, other{on};
   p.say(R"({"op":"subscribe","topic":"//t"})");
   other.say(R"({"op":"subscribe","topic":"/t"})");
   on.cycle();
-  ASSERT_TRUE(publish_text(on, pair, "{}"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, pair, "{}"));
   EXPECT_EQ(p.hear(), texts{R"({"op":"publish","topic":"//t","msg":{}})"});
   EXPECT_TRUE(other.hear().empty());
 }
 
-struct core_names_as_client : testing::Test {
-  core_names_as_client() : on{small_options(), side::client} { on.cycle(); }
-  ~core_names_as_client() override { EXPECT_TRUE(on.core.check()); }
+struct core_names_as_client : core_test {
+  core_names_as_client() : core_test{small_options(), side::client} { on.cycle(); }
   static void leave(rowe::detail::queue_pair& pair) { pair.lifecycle.close(); }
   static bool says(const std::string& text, std::string_view op, std::string_view topic) {
     return text.find(R"("op":")" + std::string{op} + '"') != text.npos &&
            text.find(R"("topic":")" + std::string{topic} + '"') != text.npos;
   }
-  core_harness on;
 };
 
 TEST_F(core_names_as_client, calls_a_topic_towards_the_server_as_the_first_handle_does) {
@@ -350,22 +309,18 @@ TEST_F(core_names_as_client, calls_a_topic_towards_the_server_as_the_first_handl
     for (const std::string& text : server->hear())
       EXPECT_TRUE(says(text, "subscribe", "in") || says(text, "advertise", "out")) << text;
     for (rowe::detail::queue_pair* pair : {&out, &also}) {
-      ASSERT_TRUE(publish_text(on, *pair, "{}"));
-      on.cycle();
+      ASSERT_TRUE(publish_text_now(on, *pair, "{}"));
       EXPECT_EQ(server->hear(), texts{R"({"op":"publish","topic":"out","msg":{}})"});
     }
-    server->say(R"({"op":"publish","topic":"in","msg":{"d":1}})");
-    on.cycle();
+    server->tell(R"({"op":"publish","topic":"in","msg":{"d":1}})");
     EXPECT_EQ(take(first).value(), R"({"d":1})");
     EXPECT_EQ(take(second).value(), R"({"d":1})");
     leave(first);
     leave(out);
-    on.cycles(3);
-    EXPECT_TRUE(server->hear().empty()); // the others go on
+    EXPECT_TRUE(server->hear_after(3).empty()); // the others go on
     leave(second);
     leave(also);
-    on.cycles(3);
-    const texts last = server->hear();
+    const texts last = server->hear_after(3);
     ASSERT_EQ(last.size(), 2U);
     EXPECT_TRUE(says(last[0], "unsubscribe", "in")) << last[0];
     EXPECT_TRUE(says(last[1], "unadvertise", "out")) << last[1];
@@ -376,20 +331,14 @@ TEST_F(core_names_as_client, calls_a_topic_towards_the_server_as_the_first_handl
 }
 
 TEST_F(core_names_as_client, continues_a_masked_frame_without_the_slash_where_the_socket_stopped) {
-  auto& pair = on.offer(pair_kind::publish_text, "out", 100);
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "out", 100);
   peer server{on, side::client};
-  on.cycle();
-  (void)server.hear();
+  (void)server.hear_after(1);
   for (std::size_t bytes = 1; bytes < 60; ++bytes) {
     ASSERT_TRUE(publish_text(on, pair, R"({"n":12345})"));
-    texts heard;
-    for (int i = 0; i < 80; ++i) {
-      on.net.link_of(server.id()).capacity_bytes = bytes;
-      on.cycle();
-      for (auto& text : server.hear()) heard.push_back(std::move(text));
-    }
-    EXPECT_EQ(heard, texts{R"({"op":"publish","topic":"out","msg":{"n":12345}})"}) << bytes;
+    EXPECT_EQ(read_slowly(on, server, bytes, 80),
+              texts{R"({"op":"publish","topic":"out","msg":{"n":12345}})"})
+        << bytes;
     EXPECT_EQ(server.violated, "");
   }
 }

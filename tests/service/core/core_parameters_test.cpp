@@ -27,9 +27,7 @@ struct parameters : access {
     return open_parameter(on, name, first, allowed);
   }
   std::string call(peer& by, std::string_view service, std::string_view args) {
-    (void)by.hear();
-    return answer_to(by, R"({"op":"call_service","id":"c","service":"/rosapi/)" + std::string{service} +
-                             R"(","args":)" + std::string{args} + "}");
+    return access::call(by, "/rosapi/" + std::string{service}, args);
   }
   std::string get(peer& by, std::string_view name) {
     return call(by, "get_param", R"({"name":")" + std::string{name} + "\"}");
@@ -40,14 +38,6 @@ struct parameters : access {
     for (const char c : json) escaped += c == '"' || c == '\\' ? std::string{'\\', c} : std::string{c};
     return call(by, "set_param", R"({"name":")" + std::string{name} + R"(","value":")" + escaped + "\"}");
   }
-  static std::string heard(peer& by) {
-    std::string all;
-    for (const std::string& one : by.hear()) all += one;
-    return all;
-  }
-  static bool says(const std::string& answer, std::string_view what) {
-    return answer.find(what) != std::string::npos;
-  }
 };
 
 TEST_F(parameters, that_a_peer_sets_reach_the_loop) {
@@ -55,11 +45,11 @@ TEST_F(parameters, that_a_peer_sets_reach_the_loop) {
   EXPECT_EQ(gain.get(), 0.5);
   EXPECT_FALSE(gain.refresh());
   peer& boss = comes("supervisor");
-  EXPECT_TRUE(says(set(boss, "gain", "1.25"), R"("result":true)"));
+  EXPECT_TRUE(has(set(boss, "gain", "1.25"), R"("result":true)"));
   EXPECT_TRUE(gain.refresh());
   EXPECT_FALSE(gain.refresh());
   EXPECT_EQ(gain.get(), 1.25);
-  EXPECT_TRUE(says(get(boss, "/gain"), R"("value":"1.25","successful":true)"));
+  EXPECT_TRUE(has(get(boss, "/gain"), R"("value":"1.25","successful":true)"));
 }
 
 TEST_F(parameters, that_the_program_sets_are_seen_by_peers) {
@@ -68,7 +58,7 @@ TEST_F(parameters, that_the_program_sets_are_seen_by_peers) {
   EXPECT_TRUE(count.set(200));
   EXPECT_EQ(count.get(), 200);
   on.cycle();
-  EXPECT_TRUE(says(get(anyone, "count"), R"("value":"200")"));
+  EXPECT_TRUE(has(get(anyone, "count"), R"("value":"200")"));
   EXPECT_EQ(count.get(), 200);
 }
 
@@ -79,15 +69,13 @@ TEST_F(parameters, end_as_the_service_thread_ordered_the_writes) {
   constexpr std::string_view nine =
       R"({"op":"call_service","service":"/rosapi/set_param","args":{"name":"/gain","value":"9"}})";
   EXPECT_TRUE(gain.set(5));
-  boss.say(nine);
-  on.cycle();
-  EXPECT_TRUE(says(get(boss, "/gain"), R"("value":"9")"));
+  boss.tell(nine);
+  EXPECT_TRUE(has(get(boss, "/gain"), R"("value":"9")"));
   EXPECT_EQ(gain.get(), 9);
-  boss.say(nine);
-  on.cycle();
+  boss.tell(nine);
   EXPECT_TRUE(gain.set(5));
   on.cycle();
-  EXPECT_TRUE(says(get(boss, "/gain"), R"("value":"5")"));
+  EXPECT_TRUE(has(get(boss, "/gain"), R"("value":"5")"));
   EXPECT_EQ(gain.get(), 5);
 }
 
@@ -101,8 +89,8 @@ TEST_F(parameters, out_of_range_are_refused_with_the_value_and_the_limits) {
   peer& boss = comes("supervisor");
   const auto refused = [&](std::string_view name, std::string_view json, std::string_view why) {
     const std::string answer = set(boss, name, json);
-    EXPECT_TRUE(says(answer, R"("result":false)")) << answer;
-    EXPECT_TRUE(says(answer, why)) << answer;
+    EXPECT_TRUE(has(answer, R"("result":false)"));
+    EXPECT_TRUE(has(answer, why));
   };
   refused("/gain", "2.5", "it is 2.5; a number from 0 to 2 is wanted");
   refused("/gain", "\"fast\"", "a number from 0 to 2 is wanted");
@@ -143,7 +131,7 @@ TEST_F(parameters, of_each_type_keep_every_bit) {
   peer& boss = comes("supervisor");
   const auto taken = [&](std::string_view name, std::string_view json) {
     const std::string answer = set(boss, name, json);
-    EXPECT_TRUE(says(answer, R"("result":true)")) << answer;
+    EXPECT_TRUE(has(answer, R"("result":true)"));
   };
   taken("/low", "-9223372036854775808");
   taken("/high", "18446744073709551615");
@@ -159,14 +147,14 @@ TEST_F(parameters, of_each_type_keep_every_bit) {
   EXPECT_TRUE(flag.get());
   EXPECT_EQ(text.get().view(), "a \"b\" \u00e9");
   EXPECT_EQ(mode.get(), core_parameters_mode::locating);
-  EXPECT_TRUE(says(get(boss, "/low"), R"("value":"-9223372036854775808")"));
-  EXPECT_TRUE(says(get(boss, "/high"), R"("value":"18446744073709551615")"));
-  EXPECT_TRUE(says(get(boss, "/single"), R"("value":"0.1")"));
-  EXPECT_TRUE(says(get(boss, "/text"), R"("value":"\"a \\\"b\\\" )")) << get(boss, "/text");
-  EXPECT_TRUE(says(get(boss, "/mode"), R"("value":"\"localizing\"")"));
+  EXPECT_TRUE(has(get(boss, "/low"), R"("value":"-9223372036854775808")"));
+  EXPECT_TRUE(has(get(boss, "/high"), R"("value":"18446744073709551615")"));
+  EXPECT_TRUE(has(get(boss, "/single"), R"("value":"0.1")"));
+  EXPECT_TRUE(has(get(boss, "/text"), R"("value":"\"a \\\"b\\\" )")) << get(boss, "/text");
+  EXPECT_TRUE(has(get(boss, "/mode"), R"("value":"\"localizing\"")"));
   taken("/text", "map"); // no JSON: the text itself, as in ROS
   EXPECT_EQ(text.get().view(), "map");
-  EXPECT_TRUE(says(call(boss, "set_param", R"({"name":"/real","value":7})"), R"("result":true)"));
+  EXPECT_TRUE(has(call(boss, "set_param", R"({"name":"/real","value":7})"), R"("result":true)"));
   EXPECT_EQ(real.get(), 7);
 }
 
@@ -175,15 +163,15 @@ TEST_F(parameters, are_set_only_by_roles_that_may) {
   for (const char* const role : {"observer", "driver", "peer", "guard"}) {
     peer& one = comes(role);
     const std::string answer = set(one, "/arm/gain", "1");
-    EXPECT_TRUE(says(answer, "false")) << answer;
+    EXPECT_TRUE(has(answer, "false"));
     if (std::string_view{role} != "guard") {
-      EXPECT_TRUE(says(answer, std::string{"role "} + role + ", has no right to set /arm/gain")) << answer;
+      EXPECT_TRUE(has(answer, std::string{"role "} + role + ", has no right to set /arm/gain"));
     }
   }
   EXPECT_EQ(gain.get(), 0.5);
   EXPECT_EQ(on.count(counter::denied), 4U);
-  EXPECT_TRUE(says(get(comes("observer"), "/arm/gain"), R"("value":"0.5")"));
-  EXPECT_TRUE(says(set(comes("supervisor"), "/arm/gain", "1"), R"("result":true)"));
+  EXPECT_TRUE(has(get(comes("observer"), "/arm/gain"), R"("value":"0.5")"));
+  EXPECT_TRUE(has(set(comes("supervisor"), "/arm/gain", "1"), R"("result":true)"));
   EXPECT_EQ(gain.get(), 1);
 }
 
@@ -191,43 +179,43 @@ TEST_F(parameters, list_those_of_the_endpoint_too) {
   auto gain = open<double>("/gain", 0.5);
   peer& anyone = comes("observer");
   const std::string names = call(anyone, "get_param_names", "{}");
-  EXPECT_TRUE(says(names, R"(["/gain","/rowe/limits/connections_max")")) << names;
-  EXPECT_TRUE(says(names, R"("/rowe/counters/messages_in")"));
-  EXPECT_TRUE(says(get(anyone, "/rowe/limits/topics_max"),
-                   "\"" + std::to_string(on.options.limits.topics_max) + "\""));
-  EXPECT_TRUE(says(get(anyone, "rowe/counters/messages_in"), R"("value":"3")"));
-  EXPECT_TRUE(says(call(anyone, "has_param", R"({"name":"gain"})"), R"("exists":true)"));
-  EXPECT_TRUE(says(call(anyone, "has_param", R"({"name":"/no"})"), R"("exists":false)"));
-  EXPECT_TRUE(says(get(anyone, "/no"), R"("value":"null","successful":false)"));
-  EXPECT_TRUE(says(call(anyone, "get_param", R"({"name":"/no","default":"4"})"), R"("value":"4")"));
-  EXPECT_TRUE(says(call(anyone, "search_param", R"({"name":"gain"})"), R"("global_name":"/gain")"));
-  EXPECT_TRUE(says(call(anyone, "search_param", R"({"name":"/no"})"), R"("global_name":"")"));
-  EXPECT_TRUE(says(call(anyone, "delete_param", R"({"name":"/gain"})"), "nobody can delete it"));
-  EXPECT_TRUE(says(call(anyone, "get_param", "{}"), "need a member `name`"));
+  EXPECT_TRUE(has(names, R"(["/gain","/rowe/limits/connections_max")"));
+  EXPECT_TRUE(has(names, R"("/rowe/counters/messages_in")"));
+  EXPECT_TRUE(has(get(anyone, "/rowe/limits/topics_max"),
+                  "\"" + std::to_string(on.options.limits.topics_max) + "\""));
+  EXPECT_TRUE(has(get(anyone, "rowe/counters/messages_in"), R"("value":"3")"));
+  EXPECT_TRUE(has(call(anyone, "has_param", R"({"name":"gain"})"), R"("exists":true)"));
+  EXPECT_TRUE(has(call(anyone, "has_param", R"({"name":"/no"})"), R"("exists":false)"));
+  EXPECT_TRUE(has(get(anyone, "/no"), R"("value":"null","successful":false)"));
+  EXPECT_TRUE(has(call(anyone, "get_param", R"({"name":"/no","default":"4"})"), R"("value":"4")"));
+  EXPECT_TRUE(has(call(anyone, "search_param", R"({"name":"gain"})"), R"("global_name":"/gain")"));
+  EXPECT_TRUE(has(call(anyone, "search_param", R"({"name":"/no"})"), R"("global_name":"")"));
+  EXPECT_TRUE(has(call(anyone, "delete_param", R"({"name":"/gain"})"), "nobody can delete it"));
+  EXPECT_TRUE(has(call(anyone, "get_param", "{}"), "need a member `name`"));
 }
 
 TEST_F(parameters, are_gone_with_their_handle_and_their_name_is_free_again) {
   peer& boss = comes("supervisor");
   {
     auto gain = open<double>("/gain", 0.5);
-    EXPECT_TRUE(says(call(boss, "has_param", R"({"name":"/gain"})"), "true"));
+    EXPECT_TRUE(has(call(boss, "has_param", R"({"name":"/gain"})"), "true"));
     on.shared.parameters.close(*on.shared.parameters.find("gain"));
   }
   on.cycle();
-  EXPECT_TRUE(says(call(boss, "has_param", R"({"name":"/gain"})"), R"("exists":false)"));
+  EXPECT_TRUE(has(call(boss, "has_param", R"({"name":"/gain"})"), R"("exists":false)"));
   auto again = open<bool>("/gain", true);
-  EXPECT_TRUE(says(get(boss, "/gain"), R"("value":"true")"));
-  EXPECT_TRUE(says(set(boss, "/gain", "false"), R"("result":true)"));
+  EXPECT_TRUE(has(get(boss, "/gain"), R"("value":"true")"));
+  EXPECT_TRUE(has(set(boss, "/gain", "false"), R"("result":true)"));
   EXPECT_FALSE(again.get());
 }
 
 TEST_F(parameters, are_told_on_a_latched_topic_fifty_times_a_second_at_most) {
   peer& early = comes("observer");
-  early.say(R"({"op":"subscribe","topic":"/rowe/parameters"})");
-  on.cycle();
+  early.tell(R"({"op":"subscribe","topic":"/rowe/parameters"})");
   auto gain = open<double>("/gain", 0.5);
   on.cycles(2);
-  EXPECT_EQ(heard(early), R"({"op":"publish","topic":"/rowe/parameters","msg":{"values":{"/gain":0.5}}})");
+  EXPECT_EQ(early.hear_as_one(),
+            R"({"op":"publish","topic":"/rowe/parameters","msg":{"values":{"/gain":0.5}}})");
   for (int i = 0; i < 10; ++i) {
     EXPECT_TRUE(gain.set(i));
     on.cycle();
@@ -235,16 +223,15 @@ TEST_F(parameters, are_told_on_a_latched_topic_fifty_times_a_second_at_most) {
   EXPECT_TRUE(early.hear().empty());
   on.now += 20ms;
   on.cycles(2);
-  EXPECT_TRUE(says(heard(early), R"("/gain":9)"));
+  EXPECT_TRUE(has(early.hear_as_one(), R"("/gain":9)"));
   peer& late = comes("observer");
-  late.say(R"({"op":"subscribe","topic":"/rowe/parameters"})");
-  on.cycles(2);
-  EXPECT_TRUE(says(heard(late), R"("/gain":9)"));
+  late.tell(R"({"op":"subscribe","topic":"/rowe/parameters"})", 2);
+  EXPECT_TRUE(has(late.hear_as_one(), R"("/gain":9)"));
 }
 
 TEST_F(parameters, none_leaves_no_topic) {
   on.cycles(3);
-  EXPECT_FALSE(says(call(comes("observer"), "topics", "{}"), "parameters"));
+  EXPECT_FALSE(has(call(comes("observer"), "topics", "{}"), "parameters"));
 }
 
 } // namespace

@@ -9,26 +9,10 @@ namespace core_qos_test {
 namespace {
 
 using namespace harness;
-using rowe::detail::pair_kind;
-
-rowe::endpoint_options hub() {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  options.limits.subscriptions_max = 256; // so there are 128 blocks for ids
-  return options;
-}
 
 struct qos : core_test {
-  qos() : core_test{hub()} {}
+  qos() : core_test{with_limits(hub_options(), &limits::subscriptions_max, 256)} {} // 128 blocks for ids
 
-  static std::string heard(peer& by) {
-    std::string all;
-    for (const std::string& one : by.hear()) all += one;
-    return all;
-  }
-  static bool has(const std::string& text, std::string_view what) {
-    return text.find(what) != std::string::npos;
-  }
   static std::string publish(int n) {
     return R"({"op":"publish","topic":"/t","msg":{"n":)" + std::to_string(n) + "}}";
   }
@@ -40,15 +24,11 @@ TEST_F(qos, lifespan_of_an_advertisement_is_a_time_to_live) {
   robot.say(R"({"op":"advertise","topic":"/t","type":"a/B",)" + how);
   robot.say(publish(1));
   on.cycles(2);
-  peer soon{on};
-  soon.say(R"({"op":"subscribe","topic":"/t"})");
-  on.cycles(2);
-  EXPECT_TRUE(has(heard(soon), R"("n":1)"));
+  peer soon = peer_saying(on, R"({"op":"subscribe","topic":"/t"})", 2);
+  EXPECT_TRUE(has(soon.hear_as_one(), R"("n":1)"));
   on.now += 60ms;
-  peer late{on};
-  late.say(R"({"op":"subscribe","topic":"/t"})");
-  on.cycles(2);
-  EXPECT_EQ(heard(late), "");
+  peer late = peer_saying(on, R"({"op":"subscribe","topic":"/t"})", 2);
+  EXPECT_EQ(late.hear_as_one(), "");
 }
 
 TEST_F(qos, lifespan_of_a_subscription_drops_what_waited_too_long_for_it_alone) {
@@ -60,19 +40,16 @@ TEST_F(qos, lifespan_of_a_subscription_drops_what_waited_too_long_for_it_alone) 
       R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"queue_length":5,"qos":{"lifespan":0.2}})");
   patient.say(R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"queue_length":5})");
   on.cycle();
-  robot.say(publish(1));
-  on.cycles(2);
-  robot.say(publish(2));
-  on.cycles(2);
-  EXPECT_TRUE(has(heard(hasty), R"("n":1)"));
-  EXPECT_TRUE(has(heard(patient), R"("n":1)"));
+  robot.tell(publish(1), 2);
+  robot.tell(publish(2), 2);
+  EXPECT_TRUE(has(hasty.hear_as_one(), R"("n":1)"));
+  EXPECT_TRUE(has(patient.hear_as_one(), R"("n":1)"));
   on.cycles(12, 100ms);
-  EXPECT_EQ(heard(hasty), "");
-  EXPECT_TRUE(has(heard(patient), R"("n":2)"));
+  EXPECT_EQ(hasty.hear_as_one(), "");
+  EXPECT_TRUE(has(patient.hear_as_one(), R"("n":2)"));
   EXPECT_EQ(on.count(counter::expired), 1U);
-  robot.say(publish(3));
-  on.cycles(2);
-  EXPECT_TRUE(has(heard(hasty), R"("n":3)")); // what is fresh comes
+  robot.tell(publish(3), 2);
+  EXPECT_TRUE(has(hasty.hear_as_one(), R"("n":3)")); // what is fresh comes
 }
 
 TEST_F(qos, deadline_is_counted_and_told_once_until_a_message_comes) {
@@ -84,19 +61,18 @@ TEST_F(qos, deadline_is_counted_and_told_once_until_a_message_comes) {
     robot.say(publish(i));
     on.cycles(4, 100ms);
   }
-  EXPECT_FALSE(has(heard(page), "deadline"));
+  EXPECT_FALSE(has(page.hear_as_one(), "deadline"));
   EXPECT_EQ(on.count(counter::deadlines_missed), 0U);
   on.cycles(20, 100ms);
-  const std::string told = heard(page);
-  EXPECT_TRUE(has(told, "subscribe /t: no message came within its deadline of 500 ms")) << told;
+  const std::string told = page.hear_as_one();
+  EXPECT_TRUE(has(told, "subscribe /t: no message came within its deadline of 500 ms"));
   EXPECT_TRUE(has(told, R"("level":"warning")"));
   EXPECT_EQ(told.find("deadline"), told.rfind("deadline"));
   EXPECT_GE(on.count(counter::deadlines_missed), 3U);
   robot.say(publish(9));
   on.cycles(20, 100ms);
-  EXPECT_TRUE(has(heard(page), "deadline"));
-  page.say(R"({"op":"unsubscribe","topic":"/t"})");
-  on.cycle();
+  EXPECT_TRUE(has(page.hear_as_one(), "deadline"));
+  page.tell(R"({"op":"unsubscribe","topic":"/t"})");
   const auto before = on.count(counter::deadlines_missed);
   on.cycles(20, 100ms);
   EXPECT_EQ(on.count(counter::deadlines_missed), before);
@@ -110,7 +86,7 @@ TEST_F(qos, deadline_is_told_by_the_id_of_its_subscription) {
              R"(","qos":{"deadline":0.5}})");
     page.say(R"({"op":"subscribe","id":"other","topic":")" + std::string{topic} + "\"}");
     on.cycles(8, 100ms);
-    return heard(page);
+    return page.hear_as_one();
   };
   EXPECT_TRUE(has(told_by("/t", R"("subscribe:/t:1")"), R"("id":"subscribe:/t:1")"));
   const std::string as_roslib = R"("subscribe:/robot/camera/front/odometry:17")";
@@ -128,18 +104,15 @@ TEST_F(qos, deadline_is_told_without_an_id_only_to_who_has_many_long_ones) {
     by.say(R"({"op":"subscribe","id":")" + id + R"(","topic":"/t)" + std::to_string(topic) +
            R"(","qos":{"deadline":0.5}})");
     on.cycles(12, 100ms);
-    const std::string told = heard(by);
-    EXPECT_TRUE(has(told, "/t" + std::to_string(topic) + ": no message came within its deadline")) << told;
+    const std::string told = by.hear_as_one();
+    EXPECT_TRUE(has(told, "/t" + std::to_string(topic) + ": no message came within its deadline"));
     return has(told, R"("id":")" + id + '"');
   };
   const std::string long_id(250, 'g');
   for (int i = 0; i < 4; ++i) EXPECT_TRUE(told_by(greedy, i, long_id)) << i;
   EXPECT_FALSE(told_by(greedy, 4, long_id));
   EXPECT_TRUE(told_by(other, 0, "subscribe:/robot/camera/front/odometry:17"));
-  for (int i = 0; i < 4; ++i) {
-    greedy.say(R"({"op":"unsubscribe","topic":"/t)" + std::to_string(i) + "\"}");
-    on.cycle();
-  }
+  for (int i = 0; i < 4; ++i) greedy.tell(R"({"op":"unsubscribe","topic":"/t)" + std::to_string(i) + "\"}");
   EXPECT_TRUE(told_by(greedy, 5, long_id));
 }
 
@@ -152,7 +125,7 @@ TEST_F(qos, deadlines_of_no_time_cost_ten_looks_a_second) {
   on.cycles(1000, 1ms);
   EXPECT_LE(on.count(counter::deadlines_missed), 80U);
   EXPECT_GE(on.count(counter::deadlines_missed), 64U);
-  EXPECT_TRUE(has(heard(page), "deadline of 100 ms"));
+  EXPECT_TRUE(has(page.hear_as_one(), "deadline of 100 ms"));
   EXPECT_EQ(on.core.peers(), 1U);
 }
 
@@ -163,19 +136,18 @@ TEST_F(qos, of_zero_or_infinite_times_does_nothing) {
   robot.say(R"({"op":"advertise","topic":"/t","type":"a/B","qos":{"lifespan":0,"deadline":"infinite"}})");
   robot.say(publish(1));
   on.cycles(20, 100ms);
-  EXPECT_TRUE(has(heard(page), R"("n":1)"));
+  EXPECT_TRUE(has(page.hear_as_one(), R"("n":1)"));
   EXPECT_EQ(on.count(counter::deadlines_missed), 0U);
 }
 
 TEST_F(qos, depth_is_the_length_of_the_queue) {
   peer page{on};
   peer robot{on};
-  page.say(R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"qos":{"depth":2}})");
-  on.cycle();
+  page.tell(R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"qos":{"depth":2}})");
   for (int i = 0; i < 6; ++i) robot.say(publish(i));
   on.cycles(40, 100ms);
-  const std::string got = heard(page);
-  EXPECT_TRUE(has(got, R"("n":4)") && has(got, R"("n":5)")) << got; // all came in one cycle
+  const std::string got = page.hear_as_one();
+  EXPECT_TRUE(has(got, R"("n":4)") && has(got, R"("n":5)")); // all came in one cycle
   EXPECT_FALSE(has(got, R"("n":3)")) << got;
 }
 

@@ -71,18 +71,17 @@ TEST_F(rights, that_a_role_has_lost_close_its_peers_and_no_others) {
   EXPECT_EQ(closed(arm), "role changed");
   EXPECT_EQ(closed(driver), "");
   peer& again = comes("arm");
-  EXPECT_NE(answer_to(again, R"({"op":"subscribe","topic":"/arm/b"})").find("has no right"),
-            std::string::npos);
+  EXPECT_TRUE(has(answer_to(again, R"({"op":"subscribe","topic":"/arm/b"})"), "has no right"));
 }
 
 TEST_F(rights, that_a_role_was_given_hold_for_those_who_are_there) {
   peer& arm = comes("arm");
   const std::string call = R"({"op":"call_service","id":"1","service":"/rosapi/topics"})";
-  EXPECT_NE(answer_to(arm, call).find("has no right"), std::string::npos);
+  EXPECT_TRUE(has(answer_to(arm, call), "has no right"));
   role_named("arm").call.emplace_back("/rosapi/*");
   on.set_access(now);
   EXPECT_EQ(closed(arm), "");
-  EXPECT_NE(answer_to(arm, call).find("\"topics\""), std::string::npos);
+  EXPECT_TRUE(has(answer_to(arm, call), "\"topics\""));
 }
 
 TEST_F(rights, go_with_a_new_token_another_name_or_another_role) {
@@ -114,18 +113,15 @@ TEST_F(rights, keep_their_peer_wherever_it_stands_in_the_options) {
   on.set_access(now);
   EXPECT_EQ(closed(arm) + closed(boss), "");
   EXPECT_EQ(answer_to(boss, R"({"op":"publish","topic":"/x","msg":{}})"), "");
-  EXPECT_NE(answer_to(arm, R"({"op":"subscribe","topic":"/odom"})").find("arm, role arm, has no right"),
-            std::string::npos);
+  EXPECT_TRUE(has(answer_to(arm, R"({"op":"subscribe","topic":"/odom"})"), "arm, role arm, has no right"));
 }
 
 struct local_rights : rights {
   local_rights()
-      : rights{[] {
-          auto options = with_roles();
-          options.access.local_role = "driver";
-          options.access.anonymous_may_stop = true;
-          return options;
-        }()} {}
+      : rights{with_roles([](rowe::access_options& to) {
+          to.local_role = "driver";
+          to.anonymous_may_stop = true;
+        })} {}
 };
 
 TEST_F(local_rights, go_with_the_role_of_this_machine_and_with_what_strangers_may) {
@@ -157,12 +153,7 @@ TEST_F(local_rights, let_a_button_whose_token_is_gone_stop) {
 }
 
 struct no_rights : rights {
-  no_rights()
-      : rights{[] {
-          auto options = with_roles();
-          options.access = {};
-          return options;
-        }()} {}
+  no_rights() : rights{with_roles([](rowe::access_options& to) { to = {}; })} {}
 };
 
 TEST_F(no_rights, end_with_the_first_identity) {
@@ -178,12 +169,7 @@ TEST_F(no_rights, end_with_the_first_identity) {
 
 // More than are closed in one cycle: all count as closed at once, and each is closed in one of the next.
 struct many_rights : rights {
-  many_rights()
-      : rights{[] {
-          auto options = with_roles();
-          options.limits.connections_max = 40;
-          return options;
-        }()} {}
+  many_rights() : rights{with_limits(with_roles(), &limits::connections_max, 40)} {}
 };
 
 TEST_F(many_rights, are_gone_at_once_however_many_peers_had_them) {
@@ -216,16 +202,20 @@ TEST_F(rights, by_which_an_upgrade_was_judged_must_hold_when_it_is_done) {
 }
 
 struct guarded_rights : rights {
+  using rights::rights;
+  void let_go(peer& by) {
+    (void)loop.moves();
+    (void)call_stop(on, by, "reset", "");
+    ASSERT_TRUE(loop.moves());
+  }
   stoppable_loop loop{on};
 };
 
 TEST_F(guarded_rights, stop_the_robot_when_they_are_taken_from_its_guard) {
   peer& boss = comes("supervisor");
   peer& guard = comes("guard");
-  EXPECT_EQ(call_stop(on, guard, "guard", R"("guard":"panel",)").find("\"role\""), std::string::npos);
-  (void)loop.moves();
-  (void)call_stop(on, boss, "reset", "");
-  ASSERT_TRUE(loop.moves());
+  EXPECT_FALSE(has(call_stop(on, guard, "guard", R"("guard":"panel",)"), "\"role\""));
+  let_go(boss);
   revoke("guard");
   on.set_access(now);
   EXPECT_TRUE(loop.is_stopped()); // in the same cycle
@@ -237,9 +227,8 @@ TEST_F(guarded_rights, stop_the_robot_when_they_are_taken_from_its_guard) {
 TEST_F(rights, tell_who_comes_and_goes_and_who_is_there) {
   peer& driver = comes("driver");
   EXPECT_EQ(on.shared.connections().at(0).identity, "driver");
-  EXPECT_NE(answer_to(driver, R"({"op":"call_service","id":"1","service":"/rowe/stats"})")
-                .find(R"("address":"10.0.0.7:50000","identity":"driver")"),
-            std::string::npos);
+  EXPECT_TRUE(has(answer_to(driver, R"({"op":"call_service","id":"1","service":"/rowe/stats"})"),
+                  R"("address":"10.0.0.7:50000","identity":"driver")"));
   revoke("driver");
   on.set_access(now);
   on.cycle();
@@ -248,46 +237,37 @@ TEST_F(rights, tell_who_comes_and_goes_and_who_is_there) {
 
 TEST_F(guarded_rights, tell_who_has_stopped_the_robot) {
   peer& boss = comes("supervisor");
-  (void)loop.moves();
-  (void)call_stop(on, boss, "reset", "");
-  ASSERT_TRUE(loop.moves());
+  let_go(boss);
   std::string who;
   while (const auto one = on.shared.try_event())
     if (one->what_kind == rowe::event::kind::stop) who = one->peer;
   EXPECT_EQ(who, "10.0.0.7:50000"); // who has reset it
   peer& driver = comes("driver");
   (void)answer_to(driver, R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
-  EXPECT_NE(
-      answer_to(boss, R"({"op":"call_service","service":"/rowe/stop/state"})").find(R"("source":"driver")"),
-      std::string::npos);
+  EXPECT_TRUE(
+      has(answer_to(boss, R"({"op":"call_service","service":"/rowe/stop/state"})"), R"("source":"driver")"));
 }
 
 TEST_F(rights, are_not_what_a_stop_wants_where_there_is_none) {
   const std::string call = R"({"op":"call_service","id":"1","service":"/rowe/stop"})";
   for (const char* const who : {"observer", "driver"}) {
     peer& one = comes(who);
-    EXPECT_NE(answer_to(one, call).find("Service /rowe/stop does not exist"), std::string::npos) << who;
-    EXPECT_NE(answer_to(one, R"({"service":"/rowe/stop","message_id":2})").find("no_service"),
-              std::string::npos)
-        << who;
+    EXPECT_TRUE(has(answer_to(one, call), "Service /rowe/stop does not exist")) << who;
+    EXPECT_TRUE(has(answer_to(one, R"({"service":"/rowe/stop","message_id":2})"), "no_service")) << who;
   }
   EXPECT_EQ(on.count(counter::denied), 0U);
   EXPECT_EQ(on.count(counter::calls_refused), 4U);
 }
 
 // A peer may say that it is anybody.
-struct claims : rights {
+struct claims : guarded_rights {
   claims()
-      : rights{[] {
-          auto options = with_roles();
-          options.access.anonymous_may_stop = true;
-          options.access.identities.push_back(
-              {std::string(64, 'n'), "observer", rowe::hash_token(token_of("long"))});
-          return options;
-        }()} {}
+      : guarded_rights{with_roles([](rowe::access_options& to) {
+          to.anonymous_may_stop = true;
+          to.identities.push_back({std::string(64, 'n'), "observer", rowe::hash_token(token_of("long"))});
+        })} {}
   // Who has stopped, as everybody is told.
   std::string source(peer& one) { return std::string{rowe::json::find(stop_state(on, one), "source")->raw}; }
-  stoppable_loop loop{on};
 };
 
 TEST_F(claims, of_who_stops_stand_behind_who_that_is) {
@@ -307,9 +287,7 @@ TEST_F(claims, of_who_stops_stand_behind_who_that_is) {
 TEST_F(claims, do_not_end_the_quotes_around_them) {
   peer& boss = comes("supervisor");
   peer& observer = comes("observer");
-  (void)loop.moves();
-  (void)call_stop(on, boss, "reset", "");
-  ASSERT_TRUE(loop.moves());
+  let_go(boss);
   (void)answer_to(observer, R"({"service":"/rowe/stop","source":"a', 'b","reason":"c', by 'd"})");
   std::string told;
   while (const auto one = on.shared.try_event())
@@ -320,19 +298,14 @@ TEST_F(claims, do_not_end_the_quotes_around_them) {
 TEST_F(claims, of_who_stops_do_not_hide_in_the_log_who_that_is) {
   peer& boss = comes("supervisor");
   peer& observer = comes("observer");
-  (void)loop.moves();
-  (void)call_stop(on, boss, "reset", "");
-  ASSERT_TRUE(loop.moves());
+  let_go(boss);
   (void)answer_to(observer, R"({"service":"/rowe/stop","source":"supervisor"})");
-  std::vector<std::string> told;
-  while (const auto one = on.shared.try_event()) {
-    if (one->what_kind != rowe::event::kind::stop) continue;
-    told.push_back(std::string{one->peer} + ", " + std::string{one->identity} + ", " +
-                   std::string{one->what});
-  }
-  EXPECT_EQ(told, (std::vector<std::string>{
-                      "10.0.0.7:50000, supervisor, reset: loops may move",
-                      "10.0.0.7:50000, observer, stopped: request, by 'observer (supervisor)'"}));
+  const auto told = [](const rowe::event& one) {
+    return std::string{one.peer} + ", " + std::string{one.identity} + ", " + std::string{one.what};
+  };
+  EXPECT_EQ(events(rowe::event::kind::stop, told),
+            "10.0.0.7:50000, supervisor, reset: loops may move\n"
+            "10.0.0.7:50000, observer, stopped: request, by 'observer (supervisor)'\n");
 }
 
 // Whatever a peer calls a topic, the line about it is no other line.
@@ -341,23 +314,21 @@ TEST_F(rights, are_denied_with_a_name_in_quotes_unless_it_is_plain) {
   for (const char* const name :
        {"/plain_1", "/a b", "/a\xE3\x85\xA4 10.9.9.9:4444: supervisor: reset", "/it's"})
     (void)answer_to(observer, R"({"op":"publish","msg":{},"topic":")" + std::string{name} + R"("})");
-  std::string all;
-  while (const auto one = on.shared.try_event())
-    if (one->what_kind == rowe::event::kind::denied)
-      all +=
-          std::string{std::string_view{one->what}.substr(std::string_view{one->what}.find("publish"))} + "\n";
-  EXPECT_EQ(all, "publish /plain_1\npublish '/a b'\n"
-                 "publish '/a\xE3\x85\xA4 10.9.9.9:4444: supervisor: reset'\npublish '/it\\'s'\n");
+  const auto told = [](const rowe::event& one) {
+    return std::string{std::string_view{one.what}.substr(std::string_view{one.what}.find("publish"))};
+  };
+  EXPECT_EQ(events(rowe::event::kind::denied, told),
+            "publish /plain_1\npublish '/a b'\n"
+            "publish '/a\xE3\x85\xA4 10.9.9.9:4444: supervisor: reset'\npublish '/it\\'s'\n");
 }
 
 TEST_F(rights, are_denied_with_the_identity_beside_the_address) {
   peer& observer = comes("observer");
   (void)answer_to(observer, R"({"op":"publish","topic":"/x","msg":{}})");
-  std::string told;
-  while (const auto one = on.shared.try_event())
-    if (one->what_kind == rowe::event::kind::denied)
-      told = std::string{one->peer} + ", " + std::string{one->identity};
-  EXPECT_EQ(told, "10.0.0.7:50000, observer");
+  const auto told = [](const rowe::event& one) {
+    return std::string{one.peer} + ", " + std::string{one.identity};
+  };
+  EXPECT_EQ(events(rowe::event::kind::denied, told), "10.0.0.7:50000, observer\n");
 }
 
 TEST_F(rights, are_not_asked_about_wrong_tokens_but_those_are_counted) {
@@ -370,27 +341,21 @@ TEST_F(rights, are_not_asked_about_wrong_tokens_but_those_are_counted) {
 
 // ---- what a peer may see
 
-constexpr std::string_view topics_call = R"({"op":"call_service","id":"1","service":"/rosapi/topics"})";
-
-bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+// Some of which are the arm's, and some not.
+void advertise_topics_and_services(peer& provider) {
+  for (const char* const topic : {"/arm/joints", "/secret/place"})
+    provider.say(R"({"op":"advertise","type":"a/B","topic":")" + std::string{topic} + "\"}");
+  for (const char* const service : {"/arm/open", "/secret/door"})
+    provider.say(R"({"op":"advertise_service","type":"c/D","service":")" + std::string{service} + "\"}");
+}
 
 struct seen : rights {
   seen()
-      : rights{[] {
-          auto options = with_roles();
-          options.access.roles[0].call = {"/arm/*", "/rosapi/*", "/rowe/stats"};
-          return options;
-        }()} {
-    peer& provider = comes("peer");
-    for (const char* const topic : {"/arm/joints", "/secret/place"})
-      provider.say(R"({"op":"advertise","type":"a/B","topic":")" + std::string{topic} + "\"}");
-    for (const char* const service : {"/arm/open", "/secret/door"})
-      provider.say(R"({"op":"advertise_service","type":"c/D","service":")" + std::string{service} + "\"}");
+      : rights{with_roles([](rowe::access_options& to) {
+          to.roles[0].call = {"/arm/*", "/rosapi/*", "/rowe/stats"};
+        })} {
+    advertise_topics_and_services(comes("peer"));
     on.cycles(2);
-  }
-  std::string call(peer& by, std::string_view service, std::string_view args = "{}") {
-    return answer_to(by, R"({"op":"call_service","id":"1","service":")" + std::string{service} +
-                             R"(","args":)" + std::string{args} + "}");
   }
 };
 
@@ -439,14 +404,10 @@ TEST(seen_by_number, is_only_what_the_role_may_use_and_more_when_it_grows) {
                   &numbers::protocols()};
   peer provider{on, rowe::service::side::server, far, "/", "", token_of("peer")};
   on.cycle();
-  for (const char* const topic : {"/arm/joints", "/secret/place"})
-    provider.say(R"({"op":"advertise","type":"a/B","topic":")" + std::string{topic} + "\"}");
-  provider.say(R"({"op":"advertise_service","type":"c/D","service":"/arm/open"})");
-  provider.say(R"({"op":"advertise_service","type":"c/D","service":"/secret/door"})");
+  advertise_topics_and_services(provider);
   on.cycles(2);
   peer arm{on, rowe::service::side::server, far, "/", numbers::subprotocol, token_of("arm")};
-  on.cycles(6);
-  const auto heard = arm.hear();
+  const auto heard = arm.hear_after(6);
   const numbers::numbered topics = numbers::list_of(heard, 'T');
   const numbers::numbered services = numbers::list_of(heard, 'S');
   EXPECT_TRUE(topics.contains("/arm/joints"));
@@ -459,21 +420,18 @@ TEST(seen_by_number, is_only_what_the_role_may_use_and_more_when_it_grows) {
   for (std::uint32_t number = 0; number < 64; ++number)
     arm.say(R"({"want":[[)" + std::to_string(100 + number) + "," + std::to_string(number) + "]]}");
   on.cycles(40);
-  for (const std::string& text : arm.hear()) EXPECT_EQ(text.find("secret"), std::string::npos) << text;
+  for (const std::string& text : arm.hear()) EXPECT_FALSE(has(text, "secret"));
 
   // What goes was not told, so it is not told that it goes.
-  provider.say(R"({"op":"unadvertise","topic":"/secret/place"})");
-  on.cycles(300);
+  provider.tell(R"({"op":"unadvertise","topic":"/secret/place"})", 300);
   EXPECT_TRUE(numbers::gone_of(arm.hear(), 't').empty());
-  provider.say(R"({"op":"advertise","type":"a/B","topic":"/secret/place"})");
-  on.cycles(300);
+  provider.tell(R"({"op":"advertise","type":"a/B","topic":"/secret/place"})", 300);
   EXPECT_FALSE(numbers::list_of(arm.hear(), 'T').contains("/secret/place"));
 
   auto more = options.access;
   more.roles[0].subscribe = {"**", "/arm/**"};
   on.set_access(more);
-  on.cycles(2);
-  const numbers::numbered grown = numbers::list_of(arm.hear(), 'T');
+  const numbers::numbered grown = numbers::list_of(arm.hear_after(2), 'T');
   EXPECT_TRUE(grown.contains("/secret/place"));
   EXPECT_FALSE(grown.contains("/arm/joints")); // that it knows
 }

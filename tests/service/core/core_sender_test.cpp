@@ -26,12 +26,11 @@ rowe::endpoint_options for_a_crowd() {
   return options;
 }
 
-struct core_sender : testing::Test {
-  core_sender() {
+struct core_sender : core_test {
+  core_sender() : core_test{for_a_crowd()} {
     peers.reserve(crowd);
     for (std::size_t i = 0; i < crowd; ++i) peers.emplace_back(on);
   }
-  ~core_sender() override { EXPECT_TRUE(on.core.check()); }
 
   void all_say(std::string_view text) {
     for (peer& p : peers) p.say(text);
@@ -45,7 +44,6 @@ struct core_sender : testing::Test {
         std::count_if(peers.begin(), peers.end(), [](peer& p) { return !p.hear().empty(); }));
   }
 
-  core_harness on{for_a_crowd()};
   std::vector<peer> peers;
 };
 
@@ -69,8 +67,7 @@ TEST_F(core_sender, gives_everybody_a_turn_however_much_there_is_for_others) {
   all_say(R"({"op":"subscribe","topic":"/pose"})");
   std::vector<std::size_t> waits(crowd); // cycles
   for (int cycles = 0; cycles < 50; ++cycles) {
-    ASSERT_TRUE(publish(on, pair, {1, 0}));
-    on.cycle();
+    ASSERT_TRUE(publish_now(on, pair, {1, 0}));
     for (std::size_t i = 0; i < crowd; ++i) waits[i] = peers[i].hear().empty() ? waits[i] + 1 : 0;
     EXPECT_LE(*std::max_element(waits.begin(), waits.end()), crowd / turns_per_cycle + 1);
   }
@@ -152,12 +149,10 @@ TEST_F(core_sender, a_stop_does_not_wait_until_all_have_had_their_turn) {
   peer operator_{on};
   all_say(R"({"op":"subscribe","topic":"/pose"})");
   ASSERT_TRUE(publish(on, pair, {1, 0}));
-  operator_.say(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
-  on.cycle();
+  operator_.tell(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
   ASSERT_TRUE(latch.engaged(on.now));
   latch.acknowledge(on.now);
-  on.cycle();
-  EXPECT_EQ(operator_.hear().size(), 1U);
+  EXPECT_EQ(operator_.hear_after(1).size(), 1U);
   EXPECT_EQ(heard(), 2 * turns_per_cycle);
 }
 
@@ -168,43 +163,29 @@ TEST(sender, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did
   core_harness on{small_options()};
   auto& lasting = advertise_pose(on);
   auto& brief = advertise_pose(on, {.ttl = 20ms});
-  peer slow{on};
-  slow.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  peer slow = subscriber(on, "/pose");
   on.net.link_of(slow.id()).capacity_bytes = 10; // the first frame begins, no more
-  for (int i = 1; i <= 2; ++i) {
-    ASSERT_TRUE(publish(on, lasting, {1.0 * i, 0}));
-    on.cycle();
-  }
-  ASSERT_TRUE(publish(on, brief, {3, 0}));
-  on.cycle();
+  for (int i = 1; i <= 2; ++i) ASSERT_TRUE(publish_now(on, lasting, {1.0 * i, 0}));
+  ASSERT_TRUE(publish_now(on, brief, {3, 0}));
   on.now += 30ms;
   on.net.link_of(slow.id()).capacity_bytes = 4096;
-  on.cycles(3);
-  EXPECT_EQ(slow.hear(), (texts{message(1), message(2)}));
+  EXPECT_EQ(slow.hear_after(3), (texts{message(1), message(2)}));
   ASSERT_TRUE(publish(on, lasting, {4, 0}));
-  on.cycle();
-  EXPECT_EQ(slow.hear(), texts{message(4)});
+  EXPECT_EQ(slow.hear_after(1), texts{message(4)});
   EXPECT_EQ(on.core.inconsistency(), "");
 }
 
 // Of small slots only one may be begun. Two peers have begun the same message; the one that is done with it
 // first has another one behind it, which waits until the other is done, too.
 TEST(sender, begins_what_waited_for_a_frame_that_ended) {
-  auto options = small_options();
-  options.limits.small_slots = 4;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::small_slots, 4)};
   auto& pair = advertise_pose(on);
   peer first{on}, second{on};
   for (peer* p : {&first, &second}) {
-    p->say(R"({"op":"subscribe","topic":"/pose"})");
-    on.cycle();
+    p->tell(R"({"op":"subscribe","topic":"/pose"})");
     on.net.link_of(p->id()).capacity_bytes = 10;
   }
-  for (int i = 1; i <= 2; ++i) {
-    ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
-    on.cycle();
-  }
+  for (int i = 1; i <= 2; ++i) ASSERT_TRUE(publish_now(on, pair, {1.0 * i, 0}));
   for (peer* p : {&first, &second}) {
     on.net.link_of(p->id()).capacity_bytes = 4096;
     on.cycles(3);

@@ -16,32 +16,15 @@ std::string subscribe(std::string_view topic, std::string_view more = "") {
   return R"({"op":"subscribe","topic":")" + std::string{topic} + '"' + std::string{more} + "}";
 }
 
-std::string publish_on(std::string_view topic, std::string_view body) {
-  return R"({"op":"publish","topic":")" + std::string{topic} + R"(","msg":)" + std::string{body} + "}";
-}
-
-std::size_t count_of(const texts& in, std::string_view part) {
-  return static_cast<std::size_t>(std::count_if(
-      in.begin(), in.end(), [&](const std::string& t) { return t.find(part) != std::string::npos; }));
-}
-
 // Adds what it has heard; pings are answered meanwhile.
 void hear_more(peer& by, texts& to) {
   for (std::string& text : by.hear()) to.push_back(std::move(text));
 }
 
-rowe::endpoint_options hub_options() {
-  auto options = small_options();
-  options.relay = true;
-  return options;
-}
-
 rowe::detail::queue_pair& offer_text(core_harness& on, pair_kind kind, std::string_view topic,
                                      std::size_t bytes, rowe::topic_options how = {},
                                      std::string_view type = {}) {
-  auto& pair = on.offer(kind, topic, bytes, how, nullptr, type);
-  on.cycle();
-  return pair;
+  return on.offer_now(kind, topic, bytes, how, nullptr, type);
 }
 
 // Closes a queue pair as its handle does.
@@ -58,24 +41,16 @@ TEST(core_shares, survives_a_queue_that_becomes_shorter_with_expired_messages_be
   auto& odom = offer_text(on, pair_kind::publish_text, "/odom", 64, {.ttl = 100ms});
   peer p{on};
   for (int round = 0; round < 5; ++round) {
-    p.say(subscribe("/odom", R"(,"throttle_rate":3600000,"queue_length":16)"));
-    on.cycle();
+    p.tell(subscribe("/odom", R"(,"throttle_rate":3600000,"queue_length":16)"));
     (void)publish_text(on, odom, R"({"n":0})"); // throttled from here on
     on.cycles(2);
-    p.say(publish_on("/odom", R"({"n":"lives"})"));
-    on.cycle();
-    for (int i = 0; i < 8; ++i) {
-      (void)publish_text(on, odom, R"({"n":1})");
-      on.cycle();
-    }
+    p.tell(published("/odom", R"({"n":"lives"})"));
+    for (int i = 0; i < 8; ++i) (void)publish_text_now(on, odom, R"({"n":1})");
     on.cycle(220ms);
-    p.say(subscribe("/odom", R"(,"queue_length":1)"));
-    on.cycle();
+    p.tell(subscribe("/odom", R"(,"queue_length":1)"));
     (void)publish_text(on, odom, R"({"n":2})");
     on.cycles(2);
-    p.say(R"({"op":"unsubscribe","topic":"/odom"})");
-    on.cycle();
-    (void)p.hear();
+    (void)p.ask(R"({"op":"unsubscribe","topic":"/odom"})");
     ASSERT_TRUE(on.core.check()) << round;
   }
   EXPECT_EQ(on.core.slots_in_use(), 0U);
@@ -85,16 +60,10 @@ TEST(core_shares, survives_a_queue_that_becomes_shorter_with_expired_messages_be
 TEST(core_shares, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
   core_harness on{hub_options()};
   auto& pair = offer_text(on, pair_kind::publish_text, "/t", 64);
-  peer p{on};
-  p.say(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":16)"));
-  on.cycle();
-  for (int i = 0; i < 11; ++i) {
-    (void)publish_text(on, pair, R"({"n":)" + std::to_string(i) + "}");
-    on.cycle();
-  }
+  peer p = peer_saying(on, subscribe("/t", R"(,"throttle_rate":1000,"queue_length":16)"));
+  for (int i = 0; i < 11; ++i) (void)publish_text_now(on, pair, R"({"n":)" + std::to_string(i) + "}");
   ASSERT_EQ(on.core.slots_in_use(), 10U);
-  p.say(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":2)"));
-  on.cycle();
+  p.tell(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":2)"));
   EXPECT_EQ(on.core.slots_in_use(), 2U);
   on.cycles(3, 1s);
   EXPECT_EQ(count_of(p.hear(), R"("n":9)"), 1U);
@@ -103,47 +72,47 @@ TEST(core_shares, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
 TEST(core_shares, follows_a_throttle_that_is_lowered_at_once) {
   core_harness on;
   auto& pair = offer_text(on, pair_kind::publish_text, "/t", 64);
-  peer p{on};
-  p.say(subscribe("/t", R"(,"throttle_rate":3600000,"queue_length":4)"));
-  on.cycle();
-  for (int i = 0; i < 3; ++i) {
-    (void)publish_text(on, pair, R"({"n":)" + std::to_string(i) + "}");
-    on.cycle();
-  }
+  peer p = peer_saying(on, subscribe("/t", R"(,"throttle_rate":3600000,"queue_length":4)"));
+  for (int i = 0; i < 3; ++i) (void)publish_text_now(on, pair, R"({"n":)" + std::to_string(i) + "}");
   ASSERT_EQ(p.hear().size(), 1U);
-  p.say(subscribe("/t", R"(,"throttle_rate":10,"queue_length":4)"));
-  on.cycles(40);
-  EXPECT_EQ(p.hear().size(), 2U);
-  p.say(subscribe("/t", R"(,"queue_length":4)"));
-  on.cycle();
+  EXPECT_EQ(p.ask(subscribe("/t", R"(,"throttle_rate":10,"queue_length":4)"), 40).size(), 2U);
+  p.tell(subscribe("/t", R"(,"queue_length":4)"));
   for (int i = 3; i < 6; ++i) (void)publish_text(on, pair, R"({"n":)" + std::to_string(i) + "}");
-  on.cycles(2);
-  EXPECT_EQ(p.hear().size(), 3U);
+  EXPECT_EQ(p.hear_after(2).size(), 3U);
 }
 
 // ---- slots
 
+// Topics of which a peer queues all that it may, and reads nothing.
+struct hoard {
+  hoard(core_harness& in, std::initializer_list<const char*> names, rowe::topic_options how = {}) : on{in} {
+    for (const char* name : names) topics.push_back(&offer_text(on, pair_kind::publish_text, name, 64, how));
+    for (const char* name : names)
+      reader.say(subscribe(name, R"(,"throttle_rate":3600000,"queue_length":16)"));
+  }
+  void fill() {
+    for (int i = 0; i < 20; ++i) {
+      for (auto* one : topics) (void)publish_text(on, *one, R"({"x":1})");
+      on.cycle();
+    }
+  }
+
+  core_harness& on;
+  std::vector<rowe::detail::queue_pair*> topics;
+  peer reader{on};
+};
+
 TEST(core_shares, serves_others_beside_a_reader_that_queues_all_it_may) {
   core_harness on;
   auto& pair = offer_text(on, pair_kind::publish_text, "/live", 64);
-  std::vector<rowe::detail::queue_pair*> slow;
-  for (const char* topic : {"/a", "/b", "/c", "/d"})
-    slow.push_back(&offer_text(on, pair_kind::publish_text, topic, 64));
-  peer hoards{on}, other{on};
-  for (const char* topic : {"/a", "/b", "/c", "/d"})
-    hoards.say(subscribe(topic, R"(,"throttle_rate":3600000,"queue_length":16)"));
-  other.say(subscribe("/live"));
-  on.cycle();
-  for (int i = 0; i < 20; ++i) {
-    for (auto* one : slow) (void)publish_text(on, *one, R"({"x":1})");
-    on.cycle();
-  }
-  (void)hoards.hear();
+  hoard all{on, {"/a", "/b", "/c", "/d"}};
+  peer other = peer_saying(on, subscribe("/live"));
+  all.fill();
+  (void)all.reader.hear();
   texts heard;
   for (int i = 0; i < 100; ++i) {
     EXPECT_TRUE(publish_text(on, pair, R"({"x":1})"));
-    other.say(R"({"op":"call_service","id":"c","service":"/rosapi/topics"})");
-    on.cycle();
+    other.tell(R"({"op":"call_service","id":"c","service":"/rosapi/topics"})");
     hear_more(other, heard);
   }
   EXPECT_EQ(count_of(heard, "/live\",\"msg"), 100U);
@@ -154,78 +123,48 @@ TEST(core_shares, serves_others_beside_a_reader_that_queues_all_it_may) {
 }
 
 TEST(core_shares, has_entries_for_others_beside_one_whose_queues_are_full_of_expired_messages) {
-  auto options = small_options();
-  options.limits.queued_max = 40;
-  core_harness on{options};
-  auto& brief = offer_text(on, pair_kind::publish_text, "/a", 64, {.ttl = 2ms});
-  auto& brief_too = offer_text(on, pair_kind::publish_text, "/b", 64, {.ttl = 2ms});
-  auto& brief_3 = offer_text(on, pair_kind::publish_text, "/c", 64, {.ttl = 2ms});
+  core_harness on{with_limits(small_options(), &limits::queued_max, 40)};
+  hoard brief{on, {"/a", "/b", "/c"}, {.ttl = 2ms}};
   auto& live = offer_text(on, pair_kind::publish_text, "/live", 64);
-  peer hoards{on}, other{on};
-  for (const char* topic : {"/a", "/b", "/c"})
-    hoards.say(subscribe(topic, R"(,"throttle_rate":3600000,"queue_length":16)"));
-  other.say(subscribe("/live"));
-  on.cycle();
-  for (int i = 0; i < 20; ++i) {
-    for (auto* one : {&brief, &brief_too, &brief_3}) (void)publish_text(on, *one, R"({"x":1})");
-    on.cycle();
-  }
-  for (int i = 0; i < 10; ++i) {
-    EXPECT_TRUE(publish_text(on, live, R"({"x":1})"));
-    on.cycle();
-  }
+  peer other = peer_saying(on, subscribe("/live"));
+  brief.fill();
+  for (int i = 0; i < 10; ++i) EXPECT_TRUE(publish_text_now(on, live, R"({"x":1})"));
   EXPECT_EQ(other.hear().size(), 10U);
   EXPECT_TRUE(on.core.check());
 }
 
 TEST(core_shares, delivers_large_messages_beside_many_large_latched_values) {
-  auto options = small_options();
-  options.limits.lanes_max = 12;
-  options.limits.latched_bytes = 64 * 1024;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::lanes_max, 12, &limits::latched_bytes, 64 * 1024)};
   std::vector<rowe::detail::queue_pair*> maps;
   const std::string map = R"({"m":")" + std::string(3000, 'm') + R"("})";
   for (int i = 0; i < 8; ++i) { // twice as many as there are large slots
     maps.push_back(&offer_text(on, pair_kind::publish_text, "/map" + std::to_string(i), 4000,
                                {.depth = 2, .latched = true}));
-    ASSERT_TRUE(publish_text(on, *maps.back(), map));
-    on.cycle();
+    ASSERT_TRUE(publish_text_now(on, *maps.back(), map));
   }
   auto& live = offer_text(on, pair_kind::publish_text, "/live", 4000, {.depth = 2});
-  peer p{on};
-  p.say(subscribe("/live"));
-  on.cycle();
+  peer p = peer_saying(on, subscribe("/live"));
   texts heard;
   for (int i = 0; i < 10; ++i) {
-    EXPECT_TRUE(publish_text(on, live, map));
-    on.cycle();
+    EXPECT_TRUE(publish_text_now(on, live, map));
     hear_more(p, heard);
   }
   EXPECT_EQ(heard.size(), 10U);
   EXPECT_EQ(on.count(counter::no_slot) + on.count(counter::not_latched), 0U);
   peer late{on};
   for (int i = 0; i < 8; ++i) late.say(subscribe("/map" + std::to_string(i)));
-  texts late_heard;
-  for (int i = 0; i < 20; ++i) {
-    on.cycle();
-    hear_more(late, late_heard);
-  }
-  EXPECT_EQ(count_of(late_heard, map), 8U);
+  EXPECT_EQ(count_of(late.hear_during(20), map), 8U);
 }
 
 // Slots are taken back while latched values are composed for the one who loses them.
 TEST(core_shares, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is_free) {
   for (const bool reads : {true, false}) {
-    auto options = small_options();
-    options.limits.small_slots = 4;
-    options.limits.large_slots = 1;
-    options.limits.refusals_per_second_max = 0;
-    core_harness on{options};
+    core_harness on{with_limits(small_options(), &limits::small_slots, 4, &limits::large_slots, 1,
+                                &limits::refusals_per_second_max, 0)};
     std::vector<rowe::detail::queue_pair*> latched;
     for (const char* topic : {"/a", "/b", "/c"}) {
       latched.push_back(&offer_text(on, pair_kind::publish_text, topic, 64, {.latched = true}));
-      (void)publish_text(on, *latched.back(), R"({"kept":1})");
-      on.cycle();
+      (void)publish_text_now(on, *latched.back(), R"({"kept":1})");
     }
     peer p{on};
     if (!reads) on.net.link_of(p.id()).capacity_bytes = 30;
@@ -246,26 +185,15 @@ TEST(core_shares, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is_
 
 TEST(core_shares, sends_messages_to_everyone_beside_one_that_queues_all_it_may) {
   core_harness on;
-  auto& pair = offer_text(on, pair_kind::publish_text, "/a", 64);
-  auto& lane_too = offer_text(on, pair_kind::publish_text, "/b", 64);
-  auto& lane_3 = offer_text(on, pair_kind::publish_text, "/c", 64);
-  auto& lane_4 = offer_text(on, pair_kind::publish_text, "/d", 64);
-  peer hoards{on}, fine{on};
-  for (const char* topic : {"/a", "/b", "/c", "/d"})
-    hoards.say(subscribe(topic, R"(,"throttle_rate":3600000,"queue_length":16)"));
-  fine.say("{}");
-  on.cycle();
-  for (int i = 0; i < 20; ++i) {
-    for (auto* one : {&pair, &lane_too, &lane_3, &lane_4}) (void)publish_text(on, *one, R"({"x":1})");
-    on.cycle();
-  }
+  hoard all{on, {"/a", "/b", "/c", "/d"}};
+  peer fine = peer_saying(on, "{}");
+  all.fill();
   ASSERT_GT(on.core.slots_in_use(), 60U);
   std::size_t heard = 0;
   for (int i = 0; i < 100; ++i) {
     ASSERT_TRUE(
         on.submissions.submit({.what = rowe::detail::entry::message, .stamped = on.now}, R"({"a":1})"));
-    on.cycle();
-    heard += fine.hear().size();
+    heard += fine.hear_after(1).size();
   }
   EXPECT_EQ(heard, 100U);
 }
@@ -296,28 +224,19 @@ TEST(core_shares, sends_messages_beside_those_that_take_messages_and_do_not_read
                                      .peer = {fine.id().index, fine.id().generation},
                                      .stamped = on.now},
                                     R"({"b":1})"));
-  on.cycle();
-  EXPECT_EQ(fine.hear(), texts{R"({"b":1})"});
+  EXPECT_EQ(fine.hear_after(1), texts{R"({"b":1})"});
 }
 
 TEST(core_shares, counts_a_latched_value_for_which_there_is_no_room_and_delivers_it_all_the_same) {
-  auto options = small_options();
-  options.limits.latched_bytes = 2048; // two blocks
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::latched_bytes, 2048)}; // two blocks
   auto& pair = offer_text(on, pair_kind::publish_text, "/map", 4000, {.latched = true});
-  peer p{on};
-  p.say(subscribe("/map"));
-  on.cycle();
+  peer p = peer_saying(on, subscribe("/map"));
   ASSERT_TRUE(publish_text(on, pair, R"({"m":")" + std::string(3000, 'm') + R"("})"));
-  on.cycle();
-  EXPECT_EQ(p.hear().size(), 1U);
+  EXPECT_EQ(p.hear_after(1).size(), 1U);
   EXPECT_EQ(on.count(counter::not_latched), 1U);
-  ASSERT_TRUE(publish_text(on, pair, R"({"m":1})"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, pair, R"({"m":1})"));
   peer late{on};
-  late.say(subscribe("/map"));
-  on.cycles(2);
-  EXPECT_EQ(late.hear().size(), 1U);
+  EXPECT_EQ(late.ask(subscribe("/map"), 2).size(), 1U);
 }
 
 // ---- what is latched, and by whom
@@ -326,21 +245,16 @@ TEST(core_shares, keeps_no_value_for_those_who_latch_nothing) {
   core_harness on{hub_options()};
   peer latches{on}, plain{on};
   latches.say(R"({"op":"advertise","topic":"/t","type":"a/B","latch":true})");
-  plain.say(publish_on("/t", R"({"from":"plain"})"));
+  plain.say(published("/t", R"({"from":"plain"})"));
   on.cycle();
   peer late{on};
-  late.say(subscribe("/t"));
-  on.cycle();
-  EXPECT_EQ(late.hear().size(), 0U);
-  latches.say(publish_on("/t", R"({"from":"latches"})"));
-  plain.say(publish_on("/t", R"({"from":"plain"})"));
+  EXPECT_EQ(late.ask(subscribe("/t")).size(), 0U);
+  latches.say(published("/t", R"({"from":"latches"})"));
+  plain.say(published("/t", R"({"from":"plain"})"));
   on.cycle();
   peer later{on};
-  later.say(subscribe("/t"));
-  on.cycle();
-  const texts heard = later.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find("latches"), std::string::npos);
+  const std::string heard = only(later.ask(subscribe("/t")));
+  EXPECT_TRUE(has(heard, "latches"));
 }
 
 TEST(core_shares, forgets_a_latched_value_with_the_peer_that_latched_it) {
@@ -350,37 +264,29 @@ TEST(core_shares, forgets_a_latched_value_with_the_peer_that_latched_it) {
     keeps_topic.say(subscribe("/t"));
     auto latches = std::make_unique<peer>(on);
     latches->say(R"({"op":"advertise","topic":"/t","type":"a/B","latch":true})");
-    latches->say(publish_on("/t", R"({"n":1})"));
+    latches->say(published("/t", R"({"n":1})"));
     on.cycle();
     leaves ? latches->leave() : latches->say(R"({"op":"unadvertise","topic":"/t"})");
     on.cycle();
     peer late{on};
-    late.say(subscribe("/t"));
-    on.cycles(2);
-    EXPECT_EQ(late.hear().size(), 0U) << leaves;
+    EXPECT_EQ(late.ask(subscribe("/t"), 2).size(), 0U) << leaves;
   }
 }
 
 TEST(core_shares, does_not_put_a_peers_value_in_the_place_of_what_this_process_latches) {
   core_harness on{hub_options()};
   auto& map = offer_text(on, pair_kind::publish_text, "/map", 64, {.latched = true});
-  ASSERT_TRUE(publish_text(on, map, R"({"from":"robot"})"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, map, R"({"from":"robot"})"));
   peer rude{on};
   rude.say(R"({"op":"advertise","topic":"/map","latch":true})");
-  rude.say(publish_on("/map", R"({"from":"stranger"})"));
+  rude.say(published("/map", R"({"from":"stranger"})"));
   on.cycle();
   peer late{on};
-  late.say(subscribe("/map"));
-  on.cycle();
-  const texts heard = late.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_NE(heard[0].find("robot"), std::string::npos);
+  const std::string heard = only(late.ask(subscribe("/map")));
+  EXPECT_TRUE(has(heard, "robot"));
   give_up(on, map);
   peer later{on};
-  later.say(subscribe("/map"));
-  on.cycle();
-  EXPECT_EQ(later.hear().size(), 0U);
+  EXPECT_EQ(later.ask(subscribe("/map")).size(), 0U);
 }
 
 TEST(core_shares, lets_no_peer_latch_more_than_its_share) {
@@ -393,31 +299,27 @@ TEST(core_shares, lets_no_peer_latch_more_than_its_share) {
   for (int i = 0; i < 16; ++i) {
     const std::string topic = "/g" + std::to_string(i);
     greedy.say(R"({"op":"advertise","topic":")" + topic + R"(","latch":true})");
-    greedy.say(publish_on(topic, R"({"n":1})"));
+    greedy.say(published(topic, R"({"n":1})"));
   }
   on.cycles(4);
   EXPECT_EQ(on.count(counter::not_latched), 14U); // of the eight, four are kept for others
   other.say(R"({"op":"advertise","topic":"/o","latch":true})");
-  other.say(publish_on("/o", R"({"n":1})"));
+  other.say(published("/o", R"({"n":1})"));
   on.cycles(2);
   EXPECT_EQ(on.count(counter::not_latched), 14U);
   // Nor does a value that is refused end what another one has there.
-  greedy.say(publish_on("/o", R"({"n":2})"));
+  greedy.say(published("/o", R"({"n":2})"));
   greedy.say(R"({"op":"advertise","topic":"/o","latch":true})");
-  greedy.say(publish_on("/o", R"({"n":3})"));
+  greedy.say(published("/o", R"({"n":3})"));
   on.cycles(2);
   EXPECT_EQ(on.count(counter::not_latched), 15U);
   peer late{on};
-  late.say(subscribe("/o"));
-  on.cycles(2);
-  EXPECT_EQ(count_of(late.hear(), R"({"n":1})"), 1U);
+  EXPECT_EQ(count_of(late.ask(subscribe("/o"), 2), R"({"n":1})"), 1U);
 }
 
 // Each that comes takes all that it gets, and nothing is given back.
 TEST(core_shares, keeps_some_of_each_pool_for_who_comes_last) {
-  auto options = hub_options();
-  options.limits.latched_bytes = 40 * 1024;
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::latched_bytes, 40 * 1024)};
   offer_text(on, pair_kind::publish_text, "/odom", 64);
   std::vector<std::unique_ptr<peer>> greedy;
   const auto say_all = [&](peer& one, int who) {
@@ -427,7 +329,7 @@ TEST(core_shares, keeps_some_of_each_pool_for_who_comes_last) {
       one.say(R"({"op":"advertise_service","service":")" + name + R"(","type":"a/B"})");
       one.say(R"({"op":"call_service","id":")" + n + R"(","service":"/never"})");
       one.say(R"({"op":"advertise","topic":")" + name + R"(","latch":true})");
-      one.say(publish_on(name, R"({"n":1})"));
+      one.say(published(name, R"({"n":1})"));
     }
     for (int i = 0; i < 8; ++i) // each spelling is a subscription
       one.say(subscribe("/g" + std::to_string(i / 2) + "_0"));
@@ -443,21 +345,18 @@ TEST(core_shares, keeps_some_of_each_pool_for_who_comes_last) {
   peer last{on};
   last.say(subscribe("/odom"));
   last.say(R"({"op":"advertise","topic":"/mine","latch":true})");
-  last.say(publish_on("/mine", R"({"n":1})"));
+  last.say(published("/mine", R"({"n":1})"));
   last.say(R"({"op":"advertise_service","service":"/mine","type":"a/B"})");
   last.say(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
-  on.cycles(4);
-  const texts heard = last.hear();
+  const texts heard = last.hear_after(4);
   EXPECT_EQ(count_of(heard, R"("result":true)"), 1U);
   EXPECT_EQ(count_of(heard, R"("op":"status")"), 0U) << (heard.empty() ? "" : heard[0]);
   EXPECT_EQ(on.count(counter::not_latched), not_latched);
 }
 
 TEST(core_shares, lets_a_report_find_room_whatever_topics_peers_make_up) {
-  auto options = hub_options();
-  options.limits.topics_max = 128;
-  options.limits.advertisements_per_connection_max = 64;
-  core_harness on{options};
+  core_harness on{
+      with_limits(hub_options(), &limits::topics_max, 128, &limits::advertisements_per_connection_max, 64)};
   offer_text(on, pair_kind::publish_text, "/odom", 64);
   peer makes{on}, asks{on};
   for (int i = 0; i < 64; ++i) {
@@ -469,8 +368,7 @@ TEST(core_shares, lets_a_report_find_room_whatever_topics_peers_make_up) {
   on.cycles(10);
   asks.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
   asks.say(subscribe("/rowe/stats"));
-  on.cycles(3);
-  const texts heard = asks.hear();
+  const texts heard = asks.hear_after(3);
   ASSERT_EQ(count_of(heard, R"("result":true)"), 1U) << heard.size();
   EXPECT_EQ(count_of(heard, R"("topic":"/odom")"), 1U);
   EXPECT_EQ(count_of(heard, R"("topics_left_out":0)"), 0U);
@@ -479,13 +377,9 @@ TEST(core_shares, lets_a_report_find_room_whatever_topics_peers_make_up) {
 // A slot is free only when everybody has lost the message in it.
 TEST(core_shares, finds_slots_beside_many_that_hold_the_same_messages) {
   constexpr int topics = 30;
-  auto options = hub_options();
-  options.limits.small_slots = 256;
-  options.limits.topics_max = 128;
-  options.limits.subscriptions_max = 1024;
-  options.limits.subscriptions_per_connection_max = 64;
-  options.limits.queued_max = 8192;
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::small_slots, 256, &limits::topics_max, 128,
+                              &limits::subscriptions_max, 1024, &limits::subscriptions_per_connection_max, 64,
+                              &limits::queued_max, 8192)};
   const auto name = [](int i) { return "/t" + std::to_string(i); };
   std::deque<peer> hoard;
   for (int i = 0; i < 6; ++i) {
@@ -497,10 +391,9 @@ TEST(core_shares, finds_slots_beside_many_that_hold_the_same_messages) {
   peer feeds{on}, fine{on};
   std::size_t answered = 0;
   for (int i = 0; i < 200; ++i) {
-    for (int t = 0; t < topics; ++t) feeds.say(publish_on(name((t + i) % topics), "{}"));
+    for (int t = 0; t < topics; ++t) feeds.say(published(name((t + i) % topics), "{}"));
     fine.say(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
-    on.cycles(3);
-    answered += count_of(fine.hear(), R"("result":true)");
+    answered += count_of(fine.hear_after(3), R"("result":true)");
   }
   EXPECT_EQ(answered, 200U);
   EXPECT_EQ(on.count(counter::no_slot), 0U);
@@ -508,30 +401,46 @@ TEST(core_shares, finds_slots_beside_many_that_hold_the_same_messages) {
 
 // ---- slots that sockets have
 
+const std::string large_text = R"({"x":")" + std::string(3000, 'x') + "\"}";
+
+// A topic each of whose messages needs a large slot.
+struct maps {
+  explicit maps(std::uint32_t large_slots, rowe::topic_options how = {})
+      : on{with_limits(hub_options(), &limits::large_slots, large_slots)},
+        topic{offer_text(on, pair_kind::publish_text, "/map", 4000, how)} {}
+  ~maps() { EXPECT_EQ(on.core.inconsistency(), ""); }
+  void publish() { (void)publish_text_now(on, topic, large_text); }
+  // Its socket takes a part of a message, and its transport so many bytes of the rest.
+  void is_slow(peer& one, std::size_t rest_bytes_max = 0) {
+    auto& how = on.net.link_of(one.id());
+    how.capacity_bytes = 500;
+    how.rest_bytes_max = rest_bytes_max;
+  }
+  void want(std::initializer_list<peer*> who) {
+    for (peer* one : who) one->say(subscribe("/map", R"(,"queue_length":1)"));
+    on.cycle();
+  }
+
+  core_harness on;
+  rowe::detail::queue_pair& topic;
+};
+
 // Each keeps a slot of which its socket has taken a part.
 TEST(core_shares, has_slots_left_beside_peers_that_finish_no_large_message) {
-  auto options = hub_options();
-  options.limits.large_slots = 8; // two of them for sockets
-  core_harness on{options};
-  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
+  maps map{8}; // two of the slots are for sockets
+  auto& on = map.on;
   std::deque<peer> deaf;
-  const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
-  const auto publish = [&] {
-    (void)publish_text(on, map, large);
-    on.cycle();
-  };
   for (int i = 0; i < 6; ++i) { // each has another message begun
-    on.net.link_of(deaf.emplace_back(on).id()).capacity_bytes = 500;
-    deaf.back().say(subscribe("/map", R"(,"queue_length":1)"));
-    on.cycle();
-    publish();
+    map.is_slow(deaf.emplace_back(on));
+    map.want({&deaf.back()});
+    map.publish();
   }
   peer reads{on};
   reads.say(subscribe("/map", R"(,"queue_length":1)"));
   reads.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
   texts heard;
   for (int ms = 0; ms < 2500; ms += 10) {
-    publish();
+    map.publish();
     on.cycle(9ms);
     hear_more(reads, heard);
     EXPECT_EQ(on.core.inconsistency(), "");
@@ -543,52 +452,34 @@ TEST(core_shares, has_slots_left_beside_peers_that_finish_no_large_message) {
 
 // A transport that keeps the rest of frames itself, as sockets can.
 TEST(core_shares, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames) {
-  auto options = hub_options();
-  options.limits.large_slots = 8;
-  core_harness on{options};
-  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
+  maps map{8};
   std::deque<peer> deaf;
-  const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
   for (int i = 0; i < 6; ++i) {
-    auto& how = on.net.link_of(deaf.emplace_back(on).id());
-    how.capacity_bytes = 500;
-    how.rest_bytes_max = SIZE_MAX;
-    deaf.back().say(subscribe("/map", R"(,"queue_length":1)"));
-    on.cycle();
-    (void)publish_text(on, map, large);
-    on.cycle();
+    map.is_slow(deaf.emplace_back(map.on), SIZE_MAX);
+    map.want({&deaf.back()});
+    map.publish();
   }
-  peer reads{on};
-  reads.say(subscribe("/map", R"(,"queue_length":1)"));
-  on.cycle();
+  peer reads{map.on};
+  map.want({&reads});
   texts heard;
   for (int i = 0; i < 10; ++i) {
-    (void)publish_text(on, map, large);
-    on.cycle();
+    map.publish();
     hear_more(reads, heard);
   }
   EXPECT_EQ(count_of(heard, R"("topic":"/map")"), 10U);
   for (std::size_t i = 1; i < deaf.size(); ++i) // the first one's is in nobody's way
     EXPECT_EQ(count_of(deaf[i].hear(), R"("topic":"/map")"), 1U) << "and whole";
-  EXPECT_EQ(on.core.inconsistency(), "");
 }
 
 // Of so few large slots sockets may have one.
 TEST(core_shares, lets_nobody_wait_where_there_is_one_large_slot_and_the_transport_keeps_the_rest) {
-  auto options = hub_options();
-  options.limits.large_slots = 1;
-  core_harness on{options};
-  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
-  peer deaf{on}, reads{on};
-  auto& how = on.net.link_of(deaf.id());
-  how.capacity_bytes = 500;
-  how.rest_bytes_max = SIZE_MAX;
-  for (peer* one : {&deaf, &reads}) one->say(subscribe("/map", R"(,"queue_length":1)"));
-  on.cycle();
+  maps map{1};
+  peer deaf{map.on}, reads{map.on};
+  map.is_slow(deaf, SIZE_MAX);
+  map.want({&deaf, &reads});
   texts heard;
   for (int i = 0; i < 10; ++i) {
-    (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
-    on.cycle();
+    map.publish();
     hear_more(reads, heard);
   }
   EXPECT_EQ(count_of(heard, R"("topic":"/map")"), 10U);
@@ -596,20 +487,15 @@ TEST(core_shares, lets_nobody_wait_where_there_is_one_large_slot_and_the_transpo
 
 // Who waited for others' frames to end, and has nothing to write any more.
 TEST(core_shares, cuts_nobody_for_a_peer_that_has_left) {
-  auto options = hub_options();
-  options.limits.large_slots = 4; // one of them for sockets
-  core_harness on{options};
-  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
+  maps map{4}; // one of the slots is for sockets
+  auto& on = map.on;
   peer slow{on}, waits{on};
-  on.net.link_of(slow.id()).capacity_bytes = 500;
-  slow.say(subscribe("/map", R"(,"queue_length":1)"));
-  on.cycle();
-  (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
+  map.is_slow(slow);
+  map.want({&slow});
+  (void)publish_text(on, map.topic, large_text);
   on.cycles(50, 20ms); // more than a frame may be under way while others wait
-  waits.say(subscribe("/map", R"(,"queue_length":1)"));
-  on.cycle();
-  (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'y') + "\"}");
-  on.cycle();
+  map.want({&waits});
+  map.publish();
   waits.leave();
   on.cycles(200, 20ms);
   EXPECT_EQ(on.count(counter::stalled_peers), 0U);
@@ -617,17 +503,14 @@ TEST(core_shares, cuts_nobody_for_a_peer_that_has_left) {
 
 // Nobody waits for what it has.
 TEST(core_shares, cuts_no_peer_for_its_slow_reading_alone) {
-  auto options = hub_options();
-  options.limits.large_slots = 8;
-  core_harness on{options};
-  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000, {.depth = 2});
+  maps map{8, {.depth = 2}};
+  auto& on = map.on;
   peer slow{on}, reads{on};
-  on.net.link_of(slow.id()).capacity_bytes = 500;
-  for (peer* one : {&slow, &reads}) one->say(subscribe("/map", R"(,"queue_length":1)"));
-  on.cycle();
+  map.is_slow(slow);
+  map.want({&slow, &reads});
   texts heard;
   for (int ms = 0; ms < 5000; ms += 10) {
-    (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
+    (void)publish_text(on, map.topic, large_text);
     on.cycle(10ms);
     hear_more(reads, heard);
   }
@@ -697,15 +580,11 @@ TEST(core_shares, leaves_this_process_places_for_its_topics_and_its_stop) {
   EXPECT_EQ(on.offer(rowe::detail::latch_request({})).lifecycle.look(), pair_phase::offered);
   on.cycle();
   peer page{on};
-  page.say(subscribe("/rowe/stop/state"));
-  on.cycle();
-  EXPECT_EQ(page.hear().size(), 1U);
+  EXPECT_EQ(page.ask(subscribe("/rowe/stop/state")).size(), 1U);
 }
 
 TEST(core_shares, takes_places_back_that_handles_left_to_those_who_subscribed) {
-  auto options = small_options();
-  options.limits.topics_max = 8;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::topics_max, 8)};
   peer greedy{on}, other{on};
   other.say(subscribe("/others"));
   for (int i = 0; i < 12; ++i) { // each costs its subscriber nothing, and stays when the handle closes
@@ -723,25 +602,16 @@ TEST(core_shares, takes_places_back_that_handles_left_to_those_who_subscribed) {
 }
 
 TEST(core_shares, lets_no_peer_make_up_more_topics_than_it_leaves) {
-  auto options = small_options();
-  options.limits.topics_max = 20; // twelve of them for peers
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::topics_max, 20)}; // twelve of them for peers
   peer greedy{on}, other{on};
   for (int i = 0; i < 8; ++i) greedy.say(subscribe("/g" + std::to_string(i)));
-  on.cycle();
-  const texts said = greedy.hear();
+  const texts said = greedy.hear_after(1);
   ASSERT_EQ(said.size(), 5U);
-  EXPECT_NE(said[0].find("holds 3, 9 of 12 are left, 6 of them kept for peers that hold fewer "
-                         "(limit topics_max)"),
-            std::string::npos)
-      << said[0];
-  other.say(subscribe("/mine"));
-  on.cycle();
-  EXPECT_EQ(other.hear().size(), 0U);
+  EXPECT_TRUE(has(said[0], "holds 3, 9 of 12 are left, 6 of them kept for peers that hold fewer "
+                           "(limit topics_max)"));
+  EXPECT_EQ(other.ask(subscribe("/mine")).size(), 0U);
   greedy.say(subscribe("/mine")); // no more than it leaves, whoever made it
-  greedy.say(R"({"op":"unsubscribe","topic":"/g0"})");
-  on.cycle();
-  EXPECT_EQ(greedy.hear().size(), 1U);
+  EXPECT_EQ(greedy.ask(R"({"op":"unsubscribe","topic":"/g0"})").size(), 1U);
 }
 
 // Many hold one topic, somebody takes what he gets, and they leave: what is kept for those who come is there.
@@ -767,8 +637,7 @@ TEST(core_shares, charges_one_of_those_who_share_a_topic) {
   }
   peer late{on};
   late.say(subscribe("/shared")); // which takes no place
-  on.cycle();
-  EXPECT_EQ(late.hear().size(), 0U);
+  EXPECT_EQ(late.hear_after(1).size(), 0U);
   for (auto& one : shares) one->leave();
   on.cycles(2);
   std::size_t refused = 0;
@@ -789,27 +658,19 @@ TEST(core_shares, charges_nobody_for_topics_of_this_process) {
   peer p{on};
   for (int i = 0; i < 4; ++i) p.say(subscribe("/mine" + std::to_string(i)));
   for (int i = 0; i < 4; ++i) p.say(subscribe("/other" + std::to_string(i)));
-  on.cycle();
-  EXPECT_EQ(p.hear().size(), 0U);
+  EXPECT_EQ(p.hear_after(1).size(), 0U);
 }
 
 TEST(core_shares, gives_a_topic_the_type_of_this_process_whoever_named_it_first) {
   core_harness on;
-  peer early{on};
-  early.say(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
-  on.cycle();
+  peer early = peer_saying(on, R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
   auto& pair = offer_text(on, pair_kind::subscribe_text, "/cmd", 64, {}, "geometry_msgs/Twist");
   EXPECT_EQ(pair.lifecycle.look(), pair_phase::active);
-  const texts said = early.hear();
-  ASSERT_EQ(said.size(), 1U);
-  EXPECT_NE(said[0].find("/cmd has the type geometry_msgs/Twist here now; it was advertised as strange/Type"),
-            std::string::npos)
-      << said[0];
+  const std::string said = only(early.hear());
+  EXPECT_TRUE(has(said, "/cmd has the type geometry_msgs/Twist here now; it was advertised as strange/Type"));
   auto& second = offer_text(on, pair_kind::publish_text, "/cmd", 64, {}, "other/Type"); // of one process
   EXPECT_EQ(second.lifecycle.look(), pair_phase::refused);
-  peer late{on};
-  late.say(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
-  on.cycle();
+  peer late = peer_saying(on, R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
   EXPECT_EQ(count_of(late.hear(), "exists with the type"), 1U);
 }
 
@@ -821,43 +682,35 @@ TEST(core_shares, gives_a_service_to_this_process_whoever_advertised_it_first) {
   early.say(R"({"op":"advertise_service","service":"/add","type":"a/Add"})");
   for (int i = 0; i < 20; ++i)
     early.say(R"({"op":"advertise_service","service":"/x)" + std::to_string(i) + R"(","type":"a/Add"})");
-  on.cycle();
-  const texts refused = early.hear();
+  const texts refused = early.hear_after(1);
   // Of sixteen services ten are for peers, five of them kept for those who have none, and one may have three.
   EXPECT_EQ(refused.size(), 18U);
-  auto& mine = on.offer({.kind = pair_kind::respond_text,
-                         .name = "/add",
-                         .out_depth = 1,
-                         .in_depth = 1,
-                         .completions_depth = 1,
-                         .out_bytes = 64,
-                         .in_bytes = 64,
-                         .completions_bytes = 64});
-  on.cycle();
+  auto& mine = on.offer_now({.kind = pair_kind::respond_text,
+                             .name = "/add",
+                             .out_depth = 1,
+                             .in_depth = 1,
+                             .completions_depth = 1,
+                             .out_bytes = 64,
+                             .in_bytes = 64,
+                             .completions_bytes = 64});
   EXPECT_EQ(mine.lifecycle.look(), pair_phase::active);
   EXPECT_EQ(count_of(early.hear(), "this process provides /add now"), 1U);
-  asks.say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1}})");
-  on.cycle();
+  asks.tell(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1}})");
   EXPECT_TRUE(take(mine)) << "the handle was asked";
   peer other{on};
-  other.say(R"({"op":"advertise_service","service":"/other","type":"a/Add"})");
-  on.cycle();
-  EXPECT_EQ(other.hear().size(), 0U);
+  EXPECT_EQ(other.ask(R"({"op":"advertise_service","service":"/other","type":"a/Add"})").size(), 0U);
 }
 
 TEST(core_shares, leaves_calls_to_others_beside_one_that_asks_for_what_is_never_answered) {
   core_harness on{hub_options()}; // sixteen calls, twelve for peers, four for one
   peer provides{on}, first{on}, second{on}, third{on};
-  provides.say(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
-  on.cycle();
+  provides.tell(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
   for (peer* one : {&first, &second, &third}) {
     for (int i = 0; i < 6; ++i)
       one->say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/never"})");
   }
   on.cycles(2);
-  peer fine{on};
-  fine.say(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
-  on.cycle();
+  peer fine = peer_saying(on, R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
   EXPECT_EQ(count_of(fine.hear(), R"("result":true)"), 1U);
   // And none of them lasts for ever, although nobody named a time.
   for (int i = 0; i < 80; ++i) {
@@ -870,16 +723,13 @@ TEST(core_shares, leaves_calls_to_others_beside_one_that_asks_for_what_is_never_
 // ---- rates
 
 TEST(core_shares, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
-  auto options = hub_options();
-  options.limits.messages_per_second_max = 100;
-  core_harness on{options};
+  core_harness on{with_limits(hub_options(), &limits::messages_per_second_max, 100)};
   (void)on.offer(rowe::detail::latch_request({}));
   peer flood{on}, other{on};
-  other.say(subscribe("/t"));
-  on.cycle();
+  other.tell(subscribe("/t"));
   texts heard;
   for (int i = 0; i < 60; ++i) {
-    for (int k = 0; k < 5; ++k) flood.say(publish_on("/t", R"({"n":1})"));
+    for (int k = 0; k < 5; ++k) flood.say(published("/t", R"({"n":1})"));
     on.cycle(1us);
     hear_more(other, heard);
   }
@@ -896,15 +746,12 @@ TEST(core_shares, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
     (void)flood.hear();
     (void)other.hear();
   }
-  flood.say(publish_on("/t", R"({"n":2})"));
-  on.cycles(2);
+  flood.tell(published("/t", R"({"n":2})"), 2);
   EXPECT_EQ(count_of(other.hear(), R"("n":2)"), 1U);
 }
 
 TEST(core_shares, cuts_a_peer_that_goes_on_beyond_its_rate) {
-  auto options = small_options();
-  options.limits.messages_per_second_max = 10;
-  core_harness on{options};
+  core_harness on{with_limits(small_options(), &limits::messages_per_second_max, 10)};
   peer flood{on};
   int seconds = 0;
   for (; seconds < 20 && !flood.cut(); ++seconds) {
@@ -928,16 +775,14 @@ TEST(core_shares, answers_each_call_that_it_refuses) {
   on.cycle();
   for (int i = 0; i < 50; ++i)
     wakes.say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/none"})");
-  on.cycles(2);
-  EXPECT_EQ(count_of(wakes.hear(), R"("result":false)"), 50U);
+  EXPECT_EQ(count_of(wakes.hear_after(2), R"("result":false)"), 50U);
   EXPECT_EQ(on.count(counter::refusals_unsaid), 0U);
 }
 
 TEST(core_shares, cuts_nobody_because_others_have_taken_all_calls) {
   core_harness on{hub_options()};
   peer provides{on}, asks{on};
-  provides.say(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
-  on.cycle();
+  provides.tell(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
   for (int i = 0; i < 4000; ++i) {
     asks.say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/never"})");
     on.cycle(5ms);
@@ -954,8 +799,7 @@ TEST(core_shares, says_and_reports_refusals_that_repeat_so_often_and_counts_the_
   on.cycle();
   while (on.shared.try_event()) continue;
   for (int i = 0; i < 50; ++i) clumsy.say(R"({"op":"unsubscribe","topic":"/none"})");
-  on.cycle();
-  EXPECT_EQ(clumsy.hear().size(), 20U);
+  EXPECT_EQ(clumsy.hear_after(1).size(), 20U);
   EXPECT_EQ(on.count(counter::refusals_unsaid), 30U);
   int events = 0;
   while (on.shared.try_event()) ++events;

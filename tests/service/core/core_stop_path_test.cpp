@@ -12,24 +12,9 @@ namespace {
 
 using namespace harness;
 
-std::string member(const std::string& text, std::string_view name) {
-  const auto found = rowe::json::find(rowe::json::root(text).raw, name);
-  return found ? std::string{found->raw} : "";
-}
-
-struct stop_path : testing::Test {
-  explicit stop_path(const rowe::endpoint_options& options = unguarded()) : on{options} {
-    rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({.name = "base"}));
-    on.cycle();
-    latch.emplace(core_harness::handle_of(pair));
-  }
-  ~stop_path() override { EXPECT_TRUE(on.core.check()); }
-
-  static rowe::endpoint_options unguarded() {
-    rowe::endpoint_options options = small_options();
-    options.stop.unguarded = true;
-    options.relay = true;
-    return options;
+struct stop_path : core_test {
+  stop_path() : core_test{unguarded_hub_options()} {
+    latch = on.open<rowe::stop_latch>(rowe::detail::latch_request({.name = "base"}));
   }
   peer& comes(std::string_view address = "10.0.0.7:50000") {
     return peers.emplace_back(on, rowe::service::side::server, address, rowe::service::stop_path);
@@ -44,25 +29,21 @@ struct stop_path : testing::Test {
   void start() {
     peer by{on};
     look();
-    by.say(R"({"op":"call_service","service":"/rowe/stop/state"})");
-    on.cycle();
+    by.tell(R"({"op":"call_service","service":"/rowe/stop/state"})");
     const std::string state = member(by.hear().back(), "values");
-    by.say(R"({"op":"call_service","service":"/rowe/stop/reset","args":{"number":)" +
-           member(state, "number") + R"(,"tick":)" + member(state, "tick") + "}}");
-    on.cycle();
+    by.tell(R"({"op":"call_service","service":"/rowe/stop/reset","args":{"number":)" +
+            member(state, "number") + R"(,"tick":)" + member(state, "tick") + "}}");
     ASSERT_TRUE(look());
     by.leave();
     on.cycle();
   }
   // What is said to a text of this peer.
   texts answer_to(peer& of, std::string_view text) {
-    of.say(text);
-    on.cycle();
+    of.tell(text);
     look();
     return of.hear();
   }
 
-  core_harness on;
   std::optional<rowe::stop_latch> latch;
   std::deque<peer> peers;
 };
@@ -85,24 +66,19 @@ TEST_F(stop_path, stops_by_either_codec_with_an_answer_or_without) {
 
 TEST_F(stop_path, sees_the_state_by_asking_and_by_subscribing) {
   peer& p = comes();
-  const auto told = answer_to(p, R"({"op":"call_service","id":"1","service":"/rowe/stop/state"})");
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(member(member(told[0], "values"), "state"), "\"stopped\"");
-  EXPECT_NE(answer_to(p, R"({"service":"/rowe/stop/state","message_id":1})").at(0).find("\"tick\""),
-            std::string::npos);
+  const std::string told =
+      only(answer_to(p, R"({"op":"call_service","id":"1","service":"/rowe/stop/state"})"));
+  EXPECT_EQ(member(member(told, "values"), "state"), "\"stopped\"");
+  EXPECT_TRUE(has(answer_to(p, R"({"service":"/rowe/stop/state","message_id":1})").at(0), "\"tick\""));
   EXPECT_EQ(member(answer_to(p, R"({"op":"subscribe","topic":"/rowe/stop/state"})").at(0), "topic"),
             "\"/rowe/stop/state\"");
-  on.cycles(1000);
-  EXPECT_GE(p.hear().size(), 4U);
-  p.say(R"({"op":"unsubscribe","topic":"/rowe/stop/state"})");
-  on.cycles(1000);
-  EXPECT_TRUE(p.hear().empty());
+  EXPECT_GE(p.hear_after(1000).size(), 4U);
+  EXPECT_TRUE(p.ask(R"({"op":"unsubscribe","topic":"/rowe/stop/state"})", 1000).empty());
 }
 
 TEST_F(stop_path, is_refused_everything_else_with_words_and_counted) {
   rowe::detail::queue_pair& inbox =
-      on.offer(rowe::detail::pair_kind::subscribe_text, "/in", 200, {.depth = 16});
-  on.cycle();
+      on.offer_now(rowe::detail::pair_kind::subscribe_text, "/in", 200, {.depth = 16});
   start();
   peer& p = comes("127.0.0.1:50000"); // even from this machine
   for (const char* text :
@@ -119,7 +95,7 @@ TEST_F(stop_path, is_refused_everything_else_with_words_and_counted) {
     const auto before = on.count(counter::refused_requests);
     const auto said = answer_to(p, text);
     ASSERT_EQ(said.size(), 1U) << text;
-    EXPECT_NE(said[0].find("may only stop the robot"), std::string::npos) << text << said[0];
+    EXPECT_TRUE(has(said[0], "may only stop the robot")) << text << said[0];
     EXPECT_EQ(on.count(counter::refused_requests), before + 1) << text;
     for (int i = 0; i < 200; ++i) look(); // not more of them in a second than are said
   }
@@ -133,7 +109,7 @@ TEST_F(stop_path, is_refused_everything_else_with_words_and_counted) {
     const auto before = on.count(counter::calls_refused);
     const auto said = answer_to(p, text);
     ASSERT_EQ(said.size(), 1U) << text;
-    EXPECT_NE(said[0].find("may only stop the robot"), std::string::npos) << text << said[0];
+    EXPECT_TRUE(has(said[0], "may only stop the robot")) << text << said[0];
     EXPECT_EQ(on.count(counter::calls_refused), before + 1) << text;
     for (int i = 0; i < 200; ++i) look();
   }
@@ -212,12 +188,10 @@ struct without_a_stop : core_test {};
 
 TEST_F(without_a_stop, the_path_leads_to_nothing_and_says_so) {
   peer p{on, rowe::service::side::server, "127.0.0.1:50000", rowe::service::stop_path};
-  p.say(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
-  on.cycle();
-  EXPECT_NE(p.hear().at(0).find("Service /rowe/stop does not exist"), std::string::npos);
-  p.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
-  on.cycle();
-  EXPECT_NE(p.hear().at(0).find("may only stop"), std::string::npos);
+  p.tell(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
+  EXPECT_TRUE(has(p.hear().at(0), "Service /rowe/stop does not exist"));
+  p.tell(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
+  EXPECT_TRUE(has(p.hear().at(0), "may only stop"));
 }
 
 } // namespace

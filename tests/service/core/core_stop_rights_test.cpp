@@ -54,7 +54,7 @@ struct stop_scene : scene {
   }
   void guard() {
     const std::string answer = call_stop(on, other, "guard", R"("guard":"panel",)");
-    ASSERT_TRUE(has(answer, R"("refused":null)")) << answer;
+    ASSERT_TRUE(has(answer, R"("refused":null)"));
   }
   stoppable_loop loop{on};
 };
@@ -188,7 +188,7 @@ TEST(shown_rights, are_those_of_lists_and_statistics) {
     if (who->roles && who->role != "peer" && who->role != "supervisor") {
       EXPECT_EQ(named, of.others) << stats;
       const std::string role = '"' + std::string{who->role} + '"';
-      EXPECT_TRUE(has(stats, R"("identity":)" + role + R"(,"identity_role":)" + role)) << stats;
+      EXPECT_TRUE(has(stats, R"("identity":)" + role + R"(,"identity_role":)" + role));
     }
     EXPECT_EQ(in.on.count(counter::denied), 0U);
   }

@@ -13,25 +13,16 @@ using namespace harness;
 using rowe::errc;
 using rowe::detail::entry;
 
-rowe::endpoint_options hub_options() {
-  auto chosen = small_options();
-  chosen.relay = true;
-  chosen.limits.door_slot_bytes = 16 * 1024;
-  return chosen;
-}
-
 struct times_to_live : core_test {
-  times_to_live() : core_test{hub_options()} {}
+  times_to_live() : core_test{with_limits(hub_options(), &limits::door_slot_bytes, 16 * 1024)} {}
   peer rowe_peer() { return peer{on, rowe::service::side::server, "127.0.0.1:1", "/", "rowe.v1"}; }
   peer subscriber() {
     peer made = rowe_peer();
-    made.say(R"({"op":"subscribe","topic":"/pose"})");
-    on.cycle();
+    made.tell(R"({"op":"subscribe","topic":"/pose"})");
     return made;
   }
   rowe::subscriber<rowe::json_text> text_handle() {
-    auto& pair = on.offer(rowe::detail::pair_kind::subscribe_text, "/pose", 256);
-    on.cycle();
+    auto& pair = on.offer_now(rowe::detail::pair_kind::subscribe_text, "/pose", 256);
     return rowe::subscriber<rowe::json_text>{core_harness::handle_of(pair)};
   }
   std::uint32_t send(std::string_view text, rowe::duration ttl) {
@@ -43,12 +34,7 @@ struct times_to_live : core_test {
     EXPECT_TRUE(slot);
     return *slot;
   }
-  std::string outcome(std::uint32_t slot) {
-    EXPECT_TRUE(on.submissions.wait(slot, rowe::rt::never));
-    const auto done = on.submissions.outcome(slot);
-    on.submissions.release(slot);
-    return done ? "sent" : std::string{done.error().name()};
-  }
+  std::string outcome(std::uint32_t slot) { return outcome_of(on, slot); }
 };
 
 std::string with_ttl(std::string_view ms, int x) {
@@ -59,13 +45,10 @@ std::string with_ttl(std::string_view ms, int x) {
 TEST_F(times_to_live, are_told_to_rowe_endpoints_only) {
   auto& pair = advertise_pose(on, {.ttl = 50ms});
   peer endpoint = subscriber();
-  peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  peer browser = harness::subscriber(on, "/pose");
   peer old_name{on, rowe::service::side::server, "127.0.0.1:1", "/", "rowe.v1"};
-  old_name.say(R"({"op":"subscribe","topic":"pose"})");
-  on.cycle();
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  old_name.tell(R"({"op":"subscribe","topic":"pose"})");
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_EQ(endpoint.hear(), texts{with_ttl("49", 1)});
   EXPECT_EQ(browser.hear(), texts{message(1)}) << "who speaks rosbridge alone sees what it saw before";
   EXPECT_EQ(old_name.hear(), texts{R"({"op":"publish","ttl_ms":49,"topic":"pose","msg":{"x":1,"y":0}})"});
@@ -75,16 +58,14 @@ TEST_F(times_to_live, are_not_told_where_there_is_none) {
   auto& pair = advertise_pose(on);
   peer endpoint = subscriber();
   ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
-  EXPECT_EQ(endpoint.hear(), texts{message(1)});
+  EXPECT_EQ(endpoint.hear_after(1), texts{message(1)});
 }
 
 TEST_F(times_to_live, count_the_time_in_the_queue) {
   auto& pair = advertise_pose(on, {.ttl = 50ms});
   peer slow = subscriber();
   on.net.link_of(slow.id()).capacity_bytes = 0;
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycles(29);
   on.cycle(250us);
@@ -108,8 +89,7 @@ TEST_F(times_to_live, end_before_nothing_is_left_to_tell) {
   on.cycle(0ms);
   EXPECT_EQ(slow.hear(), (texts{with_ttl("0.001", 1), with_ttl("0.001", 2)}));
   on.net.link_of(slow.id()).capacity_bytes = 0;
-  ASSERT_TRUE(publish(on, pair, {3, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {3, 0}));
   on.cycle(49ms - 999ns);
   on.net.link_of(slow.id()).capacity_bytes = 4096;
   on.cycles(2, 0ms);
@@ -131,8 +111,7 @@ TEST_F(times_to_live, stay_as_they_were_in_a_frame_that_was_begun) {
     on.cycle(); // its room is noticed
     EXPECT_EQ(slower.hear(), texts{with_ttl("39", 1)}) << bytes;
     on.net.link_of(slow.id()).capacity_bytes = 4096;
-    on.cycles(2);
-    EXPECT_EQ(slow.hear(), texts{with_ttl("49", 1)}) << bytes;
+    EXPECT_EQ(slow.hear_after(2), texts{with_ttl("49", 1)}) << bytes;
     slow.leave();
     slower.leave();
     on.cycle();
@@ -158,29 +137,24 @@ TEST_F(times_to_live, of_peers_hold_for_the_handles_of_this_process) {
 
 TEST_F(times_to_live, of_this_process_hold_for_its_own_handles) {
   auto& pair = advertise_pose(on, {.ttl = 5ms});
-  auto& inbox = on.offer(rowe::detail::pair_kind::subscribe_value, "/pose", sizeof(pose),
-                         {.keep = rowe::keep::newest}, &rowe::describe<pose>(), "test/Pose");
-  on.cycle();
+  auto& inbox = on.offer_now(rowe::detail::pair_kind::subscribe_value, "/pose", sizeof(pose),
+                             {.keep = rowe::keep::newest}, &rowe::describe<pose>(), "test/Pose");
   rowe::subscriber<pose> handle{core_harness::handle_of(inbox)};
   const auto published = on.now;
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_TRUE(handle.latest(published + 5ms - 1ns));
-  ASSERT_TRUE(publish(on, pair, {2, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {2, 0}));
   EXPECT_EQ(handle.latest(published + 7ms).code(), errc::empty);
   EXPECT_EQ(handle.expired(), 1U);
 }
 
 TEST_F(times_to_live, are_carried_on_by_a_hub) {
   peer viewer = subscriber();
-  peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  peer browser = harness::subscriber(on, "/pose");
   peer robot = rowe_peer();
   on.cycle();
   on.net.link_of(viewer.id()).capacity_bytes = 0;
-  robot.say(R"({"op":"publish","topic":"/pose","ttl_ms":30,"msg":{"x":1,"y":0}})");
-  on.cycles(11);
+  robot.tell(R"({"op":"publish","topic":"/pose","ttl_ms":30,"msg":{"x":1,"y":0}})", 11);
   on.net.link_of(viewer.id()).capacity_bytes = 4096;
   on.cycle();
   EXPECT_EQ(viewer.hear(), texts{with_ttl("19", 1)});
@@ -199,8 +173,7 @@ TEST_F(times_to_live, count_the_time_behind_a_parked_message) {
   robot.say(R"({"op":"publish","topic":"/pose","ttl_ms":10,"msg":{"x":2,"y":0}})");
   on.cycles(3, 0ms);
   const auto read_at = on.now;
-  on.cycles(10);
-  EXPECT_TRUE(viewer.hear().empty()) << "it is not parked";
+  EXPECT_TRUE(viewer.hear_after(10).empty()) << "it is not parked";
   while (const auto slot = on.inbox.try_receive(on.now)) {
     on.inbox.release(*slot);
     on.cycle(0ms);
@@ -214,8 +187,7 @@ TEST_F(times_to_live, count_the_time_behind_a_parked_message) {
 
 TEST_F(times_to_live, that_are_over_are_carried_nowhere) {
   peer viewer = subscriber();
-  peer browser{on};
-  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  peer browser = harness::subscriber(on, "/pose");
   peer robot = rowe_peer();
   on.cycle();
   robot.say(R"({"op":"publish","topic":"/pose","ttl_ms":0,"msg":{"x":1,"y":0}})");
@@ -230,15 +202,13 @@ TEST_F(times_to_live, hold_for_latched_values) {
   peer robot = rowe_peer();
   robot.say(R"({"op":"advertise","topic":"/pose","latch":true,"type":"test/Pose"})");
   peer holder = subscriber();
-  robot.say(R"({"op":"publish","topic":"/pose","ttl_ms":30,"msg":{"x":1,"y":0}})");
-  on.cycles(11);
+  robot.tell(R"({"op":"publish","topic":"/pose","ttl_ms":30,"msg":{"x":1,"y":0}})", 11);
   peer late = subscriber();
   on.cycle(0ms);
   EXPECT_EQ(late.hear(), texts{with_ttl("19", 1)});
   on.cycles(30);
   peer too_late = subscriber();
-  on.cycle();
-  EXPECT_TRUE(too_late.hear().empty());
+  EXPECT_TRUE(too_late.hear_after(1).empty());
 }
 
 TEST_F(times_to_live, that_make_no_sense_are_refused) {
@@ -246,18 +216,15 @@ TEST_F(times_to_live, that_make_no_sense_are_refused) {
   on.cycle();
   for (const char* ttl : {"-1", "\"5\"", "null"})
     robot.say(R"({"op":"publish","topic":"/pose","msg":{},"ttl_ms":)" + std::string{ttl} + "}");
-  on.cycle();
-  const texts said = robot.hear();
+  const texts said = robot.hear_after(1);
   ASSERT_EQ(said.size(), 3U);
-  EXPECT_NE(said[0].find(R"(\"ttl_ms\" must not be negative; it is -1)"), std::string::npos) << said[0];
-  EXPECT_NE(said[1].find(R"(\"ttl_ms\" must be a number of milliseconds; it is \"5\")"), std::string::npos);
-  EXPECT_NE(said[2].find(R"(it is null)"), std::string::npos);
+  EXPECT_TRUE(has(said[0], R"(\"ttl_ms\" must not be negative; it is -1)"));
+  EXPECT_TRUE(has(said[1], R"(\"ttl_ms\" must be a number of milliseconds; it is \"5\")"));
+  EXPECT_TRUE(has(said[2], R"(it is null)"));
 }
 
 TEST_F(times_to_live, are_told_in_plain_messages_of_any_form) {
-  peer there{on};
-  there.say("{}");
-  on.cycle();
+  peer there = peer_saying(on, "{}");
   for (const char* text : {R"({"a":1})", "{}", "  { }", "\n{ \"a\" : {} }"}) {
     const auto slot = send(text, 10ms);
     on.cycle();
@@ -276,8 +243,7 @@ TEST_F(times_to_live, are_taken_out_of_what_a_rowe_endpoint_put_them_into) {
                                                        {R"({"ttl_ms":9, "a" : 1})", R"({ "a" : 1})"},
                                                        {R"({"a":1,"ttl_ms":9})", R"({"a":1,"ttl_ms":9})"}};
   for (const auto& [said, taken] : texts) {
-    there.say(said);
-    on.cycle();
+    there.tell(said);
     const auto slot = on.inbox.try_receive(on.now);
     ASSERT_TRUE(slot);
     EXPECT_EQ(on.inbox.text(*slot), taken);
@@ -286,9 +252,7 @@ TEST_F(times_to_live, are_taken_out_of_what_a_rowe_endpoint_put_them_into) {
 }
 
 TEST_F(times_to_live, are_not_told_twice) {
-  peer there{on};
-  there.say("{}");
-  on.cycle();
+  peer there = peer_saying(on, "{}");
   const auto refused = send(R"({"a":1,"ttl_ms":5})", 10ms);
   const auto own = send(R"({"a":2,"ttl_ms":5})", -1ns);
   on.cycle();
@@ -301,11 +265,9 @@ TEST_F(times_to_live, leave_a_message_that_is_sent_now_or_never_as_it_is) {
   peer there{on};
   there.say("{}");
   peer viewer = subscriber();
-  auto& pair = advertise_pose(on, {.ttl = 0ms});
-  on.cycle();
+  auto& pair = advertise_pose_now(on, {.ttl = 0ms});
   const auto slot = send(R"({"a":1})", 0ns);
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   EXPECT_EQ(outcome(slot), "sent");
   EXPECT_EQ(there.hear(), texts{R"({"a":1})"});
   EXPECT_EQ(viewer.hear(), (texts{R"({"a":1})", message(1)}));
@@ -313,9 +275,7 @@ TEST_F(times_to_live, leave_a_message_that_is_sent_now_or_never_as_it_is) {
 
 // The text and its member must fit into what a message may have.
 TEST_F(times_to_live, take_room_in_the_message) {
-  peer there{on};
-  there.say("{}");
-  on.cycle();
+  peer there = peer_saying(on, "{}");
   const std::size_t most = on.options.limits.message_bytes_max;
   const auto text_of = [](std::size_t bytes) { return R"({"a":")" + std::string(bytes - 8, 'x') + R"("})"; };
   const auto too_big = send(text_of(most), 10ms);
@@ -345,8 +305,7 @@ TEST_F(hop_peers, are_told_no_time_to_live) {
   const auto slot = on.submissions.submit(
       {.what = entry::message, .stamped = on.now, .expires = on.now + 9ms}, R"({"a":1})");
   ASSERT_TRUE(slot);
-  on.cycle();
-  EXPECT_EQ(hop.hear(), texts{R"({"a":1})"});
+  EXPECT_EQ(hop.hear_after(1), texts{R"({"a":1})"});
 }
 
 // A client masks what it says, so each frame is copied.
@@ -360,11 +319,9 @@ TEST_F(client_with_times, tells_them_to_a_rowe_server_and_to_no_other) {
     auto& pair = client.offer(rowe::detail::pair_kind::publish_value, "/pose", sizeof(pose), {.ttl = 50ms},
                               &rowe::describe<pose>(), "test/Pose");
     peer server{client, rowe::service::side::client, "127.0.0.1:9", "/", subprotocol};
-    client.cycles(2);
-    server.hear();
+    server.hear_after(2);
     ASSERT_TRUE(publish(client, pair, {1, 0}));
-    client.cycle();
-    EXPECT_EQ(server.hear(), texts{*subprotocol == 0 ? message(1) : with_ttl("49", 1)});
+    EXPECT_EQ(server.hear_after(1), texts{*subprotocol == 0 ? message(1) : with_ttl("49", 1)});
     server.leave();
     pair.lifecycle.close();
     client.cycles(2);

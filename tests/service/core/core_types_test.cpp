@@ -44,27 +44,19 @@ struct types : access {
   types() : access{with_a_part()} {}
 
   rowe::detail::queue_pair& publish_paths(std::string_view name) {
-    auto& pair = on.offer(rowe::detail::pair_kind::publish_value, name, sizeof(core_types_path), {},
-                          &rowe::describe<core_types_path>(), "test/Path");
-    on.cycle();
-    return pair;
+    return on.offer_now(rowe::detail::pair_kind::publish_value, name, sizeof(core_types_path), {},
+                        &rowe::describe<core_types_path>(), "test/Path");
   }
   void serve(std::string_view name) {
-    on.offer({.kind = rowe::detail::pair_kind::respond_value,
-              .name = name,
-              .type = "test/Plan",
-              .out_depth = 4,
-              .in_depth = 4,
-              .out_bytes = sizeof(core_types_path),
-              .in_bytes = sizeof(core_types_point),
-              .encoded = &rowe::describe<core_types_path>(),
-              .decoded = &rowe::describe<core_types_point>()});
-    on.cycle();
-  }
-  std::string call(peer& by, std::string_view service, std::string_view args) {
-    (void)by.hear();
-    return answer_to(by, R"({"op":"call_service","id":"c","service":")" + std::string{service} +
-                             R"(","args":)" + std::string{args} + "}");
+    on.offer_now({.kind = rowe::detail::pair_kind::respond_value,
+                  .name = name,
+                  .type = "test/Plan",
+                  .out_depth = 4,
+                  .in_depth = 4,
+                  .out_bytes = sizeof(core_types_path),
+                  .in_bytes = sizeof(core_types_point),
+                  .encoded = &rowe::describe<core_types_path>(),
+                  .decoded = &rowe::describe<core_types_point>()});
   }
   // All pages of /rowe/types.
   std::string all_types(peer& by) {
@@ -77,9 +69,6 @@ struct types : access {
       from = answer.substr(at + 7, answer.find('}', at) - at - 7);
     }
     return all;
-  }
-  static bool says(const std::string& answer, std::string_view what) {
-    return answer.find(what) != std::string::npos;
   }
 };
 
@@ -95,12 +84,12 @@ TEST_F(types, of_topics_and_services_are_described) {
   peer& boss = comes("supervisor");
   const std::string answer = all_types(boss);
   const std::string of_topic = R"({"topic":"/path","type":"test/Path","message":)";
-  EXPECT_TRUE(says(answer, of_topic + std::string{path_json} + "}")) << answer;
-  EXPECT_TRUE(says(answer, R"({"service":"/plan","type":"test/Plan","request":{"type":"","members":[)"
-                           R"({"name":"x","is":"float64"},{"name":"y","is":"float32"}]},"answer":)" +
-                               std::string{path_json} + "}"))
+  EXPECT_TRUE(has(answer, of_topic + std::string{path_json} + "}"));
+  EXPECT_TRUE(has(answer, R"({"service":"/plan","type":"test/Plan","request":{"type":"","members":[)"
+                          R"({"name":"x","is":"float64"},{"name":"y","is":"float32"}]},"answer":)" +
+                              std::string{path_json} + "}"))
       << answer;
-  EXPECT_TRUE(says(answer, R"("next":null)")) << answer;
+  EXPECT_TRUE(has(answer, R"("next":null)"));
 }
 
 TEST_F(types, come_page_after_page_each_once) {
@@ -113,7 +102,7 @@ TEST_F(types, come_page_after_page_each_once) {
     ++pages;
     const std::string answer = call(boss, "/rowe/types", R"({"from":)" + from + "}");
     for (std::size_t i = 0; i < seen.size(); ++i)
-      seen[i] += says(answer, R"("topic":"/path)" + std::to_string(i) + "\"") ? 1 : 0;
+      seen[i] += has(answer, R"("topic":"/path)" + std::to_string(i) + "\"") ? 1 : 0;
     const std::size_t at = answer.find(R"("next":)");
     ASSERT_NE(at, std::string::npos) << answer;
     from = answer.substr(at + 7, answer.find('}', at) - at - 7);
@@ -121,18 +110,17 @@ TEST_F(types, come_page_after_page_each_once) {
   EXPECT_EQ(from, "null");
   EXPECT_GT(pages, 1) << "small slots have 512 bytes here";
   EXPECT_EQ(seen, (std::array{1, 1, 1, 1, 1, 1}));
-  EXPECT_TRUE(says(call(boss, "/rowe/types", R"({"from":-1})"), "must be a number, 0 or more"));
+  EXPECT_TRUE(has(call(boss, "/rowe/types", R"({"from":-1})"), "must be a number, 0 or more"));
 }
 
 TEST_F(types, go_with_their_handles) {
   auto& pair = publish_paths("/path");
   peer& boss = comes("supervisor");
-  boss.say(R"({"op":"subscribe","topic":"/path"})");
-  on.cycles(2);
-  EXPECT_TRUE(says(all_types(boss), "/path"));
+  boss.tell(R"({"op":"subscribe","topic":"/path"})", 2);
+  EXPECT_TRUE(has(all_types(boss), "/path"));
   pair.lifecycle.close();
   on.cycles(3);
-  EXPECT_FALSE(says(all_types(boss), "/path")) << "the peer still subscribes";
+  EXPECT_FALSE(has(all_types(boss), "/path")) << "the peer still subscribes";
 }
 
 TEST_F(types, of_what_a_role_may_not_see_are_not_told) {
@@ -142,19 +130,19 @@ TEST_F(types, of_what_a_role_may_not_see_are_not_told) {
   constexpr std::string_view of_path = R"({"type":"test/Path"})";
   constexpr std::string_view of_plan = R"({"type":"test/Plan"})";
   const std::string none = all_types(part);
-  EXPECT_FALSE(says(none, R"("topic":"/path")")) << none;
-  EXPECT_FALSE(says(none, "/plan")) << none;
-  EXPECT_TRUE(says(call(part, "/rosapi/message_details", of_path), "no handle of this endpoint"));
-  EXPECT_TRUE(says(call(part, "/rosapi/service_request_details", of_plan), "no handle of this endpoint"));
+  EXPECT_FALSE(has(none, R"("topic":"/path")")) << none;
+  EXPECT_FALSE(has(none, "/plan")) << none;
+  EXPECT_TRUE(has(call(part, "/rosapi/message_details", of_path), "no handle of this endpoint"));
+  EXPECT_TRUE(has(call(part, "/rosapi/service_request_details", of_plan), "no handle of this endpoint"));
   publish_paths("/arm/path");
   serve("/arm/plan");
   const std::string all = all_types(part);
-  EXPECT_TRUE(says(all, R"("topic":"/arm/path")")) << all;
-  EXPECT_FALSE(says(all, R"("topic":"/path")")) << all;
-  EXPECT_FALSE(says(all, R"("service":"/plan")")) << all;
-  EXPECT_TRUE(says(call(part, "/rosapi/message_details", of_path), "typedefs"));
-  EXPECT_TRUE(says(call(part, "/rosapi/service_request_details", of_plan), "typedefs"));
-  EXPECT_TRUE(says(all_types(comes("observer")), R"("topic":"/path")"));
+  EXPECT_TRUE(has(all, R"("topic":"/arm/path")"));
+  EXPECT_FALSE(has(all, R"("topic":"/path")")) << all;
+  EXPECT_FALSE(has(all, R"("service":"/plan")")) << all;
+  EXPECT_TRUE(has(call(part, "/rosapi/message_details", of_path), "typedefs"));
+  EXPECT_TRUE(has(call(part, "/rosapi/service_request_details", of_plan), "typedefs"));
+  EXPECT_TRUE(has(all_types(comes("observer")), R"("topic":"/path")"));
 }
 
 TEST_F(types, are_told_to_ros_clients) {
@@ -167,12 +155,12 @@ TEST_F(types, are_told_to_ros_clients) {
       R"("examples":["0","[]",""],"constnames":["off","on"],"constvalues":["-1","2"]},)"
       R"({"type":"test/Path_points","fieldnames":["x","y"],"fieldtypes":["float64","float32"],)"
       R"("fieldarraylen":[-1,-1],"examples":["0.0","0.0"],"constnames":[],"constvalues":[]}]})";
-  EXPECT_TRUE(says(call(boss, "/rosapi/message_details", R"({"type":"test/Path"})"), path))
+  EXPECT_TRUE(has(call(boss, "/rosapi/message_details", R"({"type":"test/Path"})"), path))
       << call(boss, "/rosapi/message_details", R"({"type":"test/Path"})");
-  EXPECT_TRUE(says(call(boss, "/rosapi/service_response_details", R"({"type":"test/Plan"})"),
-                   R"({"typedefs":[{"type":"test/Plan","fieldnames":["mode","points","number"])"));
-  EXPECT_TRUE(says(call(boss, "/rosapi/service_request_details", R"({"type":"test/Plan"})"),
-                   R"({"typedefs":[{"type":"test/Plan","fieldnames":["x","y"])"));
+  EXPECT_TRUE(has(call(boss, "/rosapi/service_response_details", R"({"type":"test/Plan"})"),
+                  R"({"typedefs":[{"type":"test/Plan","fieldnames":["mode","points","number"])"));
+  EXPECT_TRUE(has(call(boss, "/rosapi/service_request_details", R"({"type":"test/Plan"})"),
+                  R"({"typedefs":[{"type":"test/Plan","fieldnames":["x","y"])"));
 }
 
 TEST_F(types, that_nobody_has_are_refused_by_name) {
@@ -181,10 +169,10 @@ TEST_F(types, that_nobody_has_are_refused_by_name) {
   for (const char* service :
        {"/rosapi/message_details", "/rosapi/service_request_details", "/rosapi/service_response_details"}) {
     const std::string answer = call(boss, service, R"({"type":"no/Such"})");
-    EXPECT_TRUE(says(answer, "no/Such: no handle of this endpoint has a schema for it")) << answer;
-    EXPECT_TRUE(says(answer, R"("result":false)")) << answer;
-    EXPECT_TRUE(says(call(boss, service, "{}"), "the arguments need a member `type`"));
-    EXPECT_TRUE(says(call(boss, service, R"({"type":7})"), "the arguments need a member `type`"));
+    EXPECT_TRUE(has(answer, "no/Such: no handle of this endpoint has a schema for it"));
+    EXPECT_TRUE(has(answer, R"("result":false)"));
+    EXPECT_TRUE(has(call(boss, service, "{}"), "the arguments need a member `type`"));
+    EXPECT_TRUE(has(call(boss, service, R"({"type":7})"), "the arguments need a member `type`"));
   }
 }
 

@@ -42,29 +42,23 @@ struct core_undecodable : core_test {
 
 TEST_F(core_undecodable, tells_the_peer_and_this_process_which_member_is_wrong) {
   peer p{on};
-  p.say(part);
-  on.cycles(2);
-  EXPECT_EQ(p.hear(), texts{told});
+  EXPECT_EQ(p.ask(part, 2), texts{told});
   EXPECT_EQ(on.count(counter::undecodable), 1U);
   const auto happened = events(on, event::kind::refused_request);
   ASSERT_EQ(happened.size(), 1U);
   EXPECT_EQ(std::string_view{happened[0].what},
             R"(publish /cmd_vel: the member "linear.y" is missing; a number is wanted)");
   EXPECT_EQ(std::string_view{happened[0].peer}, "127.0.0.1:50000");
-  EXPECT_NE(std::string_view{happened[0].remedy}.find("fill_missing"), std::string_view::npos);
+  EXPECT_TRUE(has(std::string_view{happened[0].remedy}, "fill_missing"));
 }
 
 TEST_F(core_undecodable, tells_of_a_hub_as_well) {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  core_harness hub{options};
+  core_harness hub{hub_options()};
   subscribe_twist(hub);
   hub.cycle();
   peer p{hub}, listener{hub};
-  listener.say(R"({"op":"subscribe","topic":"/cmd_vel"})");
-  hub.cycle();
-  p.say(part);
-  hub.cycles(2);
+  listener.tell(R"({"op":"subscribe","topic":"/cmd_vel"})");
+  p.tell(part, 2);
   EXPECT_EQ(p.hear(), texts{told});
   EXPECT_EQ(listener.hear().size(), 1U); // relayed all the same, and it is told nothing
   EXPECT_EQ(events(hub, event::kind::refused_request).size(), 1U);
@@ -74,8 +68,7 @@ TEST_F(core_undecodable, tells_once_a_second_and_counts_the_rest) {
   peer p{on};
   texts heard;
   for (int i = 0; i < 2500; ++i) { // 2.5 s
-    p.say(part);
-    on.cycle();
+    p.tell(part);
     for (auto& text : p.hear()) heard.push_back(std::move(text));
   }
   EXPECT_EQ(heard, (texts{told, told, told}));
@@ -86,20 +79,15 @@ TEST_F(core_undecodable, tells_once_a_second_and_counts_the_rest) {
 TEST_F(core_undecodable, tells_each_peer_whatever_another_has_sent) {
   peer noisy{on};
   for (int i = 0; i < 100; ++i) noisy.say(part);
-  on.cycles(2);
-  EXPECT_EQ(noisy.hear().size(), 1U);
+  EXPECT_EQ(noisy.hear_after(2).size(), 1U);
   peer other{on};
-  other.say(part);
-  on.cycles(2);
-  EXPECT_EQ(other.hear(), texts{told});
+  EXPECT_EQ(other.ask(part, 2), texts{told});
   EXPECT_EQ(events(on, event::kind::refused_request).size(), 1U); // of the topic
 }
 
 // A peer that changes topics all the time is told of two, and of the others when their turn has come.
 TEST_F(core_undecodable, tells_a_peer_of_few_topics_a_second) {
-  rowe::endpoint_options options = small_options();
-  options.limits.lanes_max = 12;
-  core_harness wide{options};
+  core_harness wide{with_limits(small_options(), &limits::lanes_max, 12)};
   std::vector<std::string> topics;
   for (char c = 'a'; c < 'k'; ++c) {
     topics.push_back(std::string{"/"} + c);
@@ -109,23 +97,19 @@ TEST_F(core_undecodable, tells_a_peer_of_few_topics_a_second) {
   peer p{wide};
   std::size_t statuses = 0;
   for (int i = 0; i < 990; ++i) {
-    p.say(R"({"op":"publish","topic":")" + topics[static_cast<std::size_t>(i) % 10] + R"(","msg":{}})");
-    wide.cycle();
+    p.tell(R"({"op":"publish","topic":")" + topics[static_cast<std::size_t>(i) % 10] + R"(","msg":{}})");
     statuses += p.hear().size();
   }
   EXPECT_EQ(statuses, 2U);
   wide.cycle(1s);
-  p.say(R"({"op":"publish","topic":"/j","msg":{}})");
-  wide.cycle();
-  EXPECT_EQ(p.hear().size(), 1U);
+  EXPECT_EQ(p.ask(R"({"op":"publish","topic":"/j","msg":{}})").size(), 1U);
 }
 
 TEST_F(core_undecodable, says_nothing_to_a_peer_that_wants_no_status) {
   peer p{on};
   p.say(R"({"op":"set_level","level":"none"})");
   p.say(part);
-  on.cycles(2);
-  EXPECT_TRUE(p.hear().empty());
+  EXPECT_TRUE(p.hear_after(2).empty());
   EXPECT_EQ(events(on, event::kind::refused_request).size(), 1U);
 }
 
@@ -134,17 +118,14 @@ TEST_F(core_undecodable, fills_in_what_is_missing_in_types_of_ros) {
   auto& pair = subscribe_twist(lenient, {});
   lenient.cycle();
   peer p{lenient};
-  p.say(part);
-  lenient.cycle();
-  EXPECT_TRUE(p.hear().empty());
+  EXPECT_TRUE(p.ask(part).empty());
   rowe::subscriber<rowe::ros::twist> velocity{core_harness::handle_of(pair)};
   const auto taken = velocity.try_take();
   ASSERT_TRUE(taken);
   EXPECT_EQ(taken->value().linear.x, 0.1);
   EXPECT_EQ(taken->value().angular.z, 0);
   // What is wrong is not missing.
-  p.say(R"({"op":"publish","topic":"cmd_vel","msg":{"linear":{"x":"fast"}}})");
-  lenient.cycle();
+  p.tell(R"({"op":"publish","topic":"cmd_vel","msg":{"linear":{"x":"fast"}}})");
   EXPECT_EQ(
       p.hear(),
       texts{R"({"op":"status","level":"error","msg":"publish /cmd_vel: the member \"linear.x\" must be a )"
@@ -152,11 +133,8 @@ TEST_F(core_undecodable, fills_in_what_is_missing_in_types_of_ros) {
 }
 
 TEST_F(core_undecodable, tells_of_texts_that_are_too_long) {
-  on.offer(pair_kind::subscribe_text, "/t", 10);
-  on.cycle();
-  peer p{on};
-  p.say(R"({"op":"publish","topic":"/t","msg":{"data":"too long for it"}})");
-  on.cycle();
+  on.offer_now(pair_kind::subscribe_text, "/t", 10);
+  peer p = peer_saying(on, R"({"op":"publish","topic":"/t","msg":{"data":"too long for it"}})");
   EXPECT_EQ(
       p.hear(),
       texts{R"({"op":"status","level":"error","msg":"publish /t: the message has 26 bytes, its subscriber )"
@@ -165,10 +143,8 @@ TEST_F(core_undecodable, tells_of_texts_that_are_too_long) {
 }
 
 TEST_F(core_undecodable, warns_of_what_this_process_publishes_itself) {
-  auto& pair = on.offer(pair_kind::publish_text, "cmd_vel", 100);
-  on.cycle();
-  ASSERT_TRUE(publish_text(on, pair, R"({"linear":7})"));
-  on.cycle();
+  auto& pair = on.offer_now(pair_kind::publish_text, "cmd_vel", 100);
+  ASSERT_TRUE(publish_text_now(on, pair, R"({"linear":7})"));
   const auto happened = events(on, event::kind::warning);
   ASSERT_EQ(happened.size(), 1U);
   EXPECT_EQ(std::string_view{happened[0].what},
@@ -180,11 +156,9 @@ TEST_F(core_undecodable, warns_as_a_client_and_answers_nothing) {
   subscribe_twist(client);
   client.cycle();
   peer server{client, side::client};
-  client.cycles(2);
-  (void)server.hear();
+  (void)server.hear_after(2);
   for (int i = 0; i < 3; ++i) server.say(part);
-  client.cycles(2);
-  EXPECT_TRUE(server.hear().empty());
+  EXPECT_TRUE(server.hear_after(2).empty());
   EXPECT_EQ(events(client, event::kind::warning).size(), 1U);
   EXPECT_EQ(client.count(counter::undecodable), 3U);
 }
@@ -192,8 +166,7 @@ TEST_F(core_undecodable, warns_as_a_client_and_answers_nothing) {
 TEST_F(core_undecodable, shows_the_words_of_a_servers_status) {
   core_harness client{small_options(), side::client};
   peer server{client, side::client};
-  server.say(told);
-  client.cycles(2);
+  server.tell(told, 2);
   const auto happened = events(client, event::kind::status_from_peer);
   ASSERT_EQ(happened.size(), 1U);
   EXPECT_EQ(std::string_view{happened[0].what},
@@ -202,14 +175,10 @@ TEST_F(core_undecodable, shows_the_words_of_a_servers_status) {
 
 // ---- texts that are no JSON
 
-bool has(const std::string& text, std::string_view words) { return text.find(words) != std::string::npos; }
-
 struct malformed_texts : core_test {
   texts answer(std::string_view text) {
     peer fresh{on};
-    fresh.say(text);
-    on.cycle();
-    texts heard = fresh.hear();
+    texts heard = fresh.ask(text);
     fresh.leave();
     on.cycle();
     return heard;
@@ -224,7 +193,7 @@ TEST_F(malformed_texts, are_answered_by_the_codec_that_can_be_seen_in_them) {
     const texts heard = answer(text);
     ASSERT_EQ(heard.size(), 1U) << text;
     EXPECT_TRUE(heard[0].starts_with(R"({"op":"status","level":"error","msg":")")) << heard[0];
-    EXPECT_TRUE(has(heard[0], "the text is no valid JSON")) << heard[0];
+    EXPECT_TRUE(has(heard[0], "the text is no valid JSON"));
   }
   for (const char* text :
        {"nonsense", R"({"a":NaN})", R"({"op":1,"a":NaN})", R"({"a":NaN,"op":"hop"})",
@@ -240,8 +209,7 @@ TEST_F(malformed_texts, that_show_nothing_are_answered_by_the_codec_used_last) {
   p.say(R"({"op":"subscribe","topic":"/x"})");
   p.say("{");
   p.say(R"({"message_id":1,"a":NaN})");
-  on.cycle();
-  const texts heard = p.hear();
+  const texts heard = p.hear_after(1);
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_TRUE(heard[0].starts_with(R"({"op":"status")")) << heard[0];
   EXPECT_TRUE(heard[1].starts_with(R"({"error":)")) << heard[1];
@@ -295,27 +263,20 @@ TEST_F(malformed_texts, fail_the_call_or_the_goal_that_can_be_seen_in_them) {
 }
 
 TEST_F(malformed_texts, that_answer_a_call_fail_it) {
-  rowe::endpoint_options options = small_options();
-  options.relay = true;
-  core_harness hub{options};
+  core_harness hub{hub_options()};
   peer arm{hub}, page{hub};
-  arm.say(R"({"op":"advertise_service","service":"/grip","type":"x/Y"})");
-  hub.cycle();
-  page.say(R"({"op":"call_service","id":"c1","service":"/grip"})");
-  hub.cycles(2);
-  const texts asked = arm.hear();
-  ASSERT_EQ(asked.size(), 1U);
-  const std::size_t id = asked[0].find(R"("id":")");
-  ASSERT_NE(id, std::string::npos) << asked[0];
-  const std::string member = asked[0].substr(id, asked[0].find('"', id + 6) + 1 - id);
-  arm.say(R"({"op":"service_response",)" + member +
-          R"(,"service":"/grip","result":true,"values":{"x":NaN}})");
-  hub.cycles(2);
-  const texts heard = page.hear();
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_TRUE(heard[0].starts_with(R"({"op":"service_response","id":"c1","service":"/grip","result":false,)"))
-      << heard[0];
-  EXPECT_TRUE(has(heard[0], "which has no NaN")) << heard[0];
+  arm.tell(R"({"op":"advertise_service","service":"/grip","type":"x/Y"})");
+  page.tell(R"({"op":"call_service","id":"c1","service":"/grip"})", 2);
+  const std::string asked = only(arm.hear());
+  const std::size_t id = asked.find(R"("id":")");
+  ASSERT_NE(id, std::string::npos) << asked;
+  const std::string member = asked.substr(id, asked.find('"', id + 6) + 1 - id);
+  arm.tell(
+      R"({"op":"service_response",)" + member + R"(,"service":"/grip","result":true,"values":{"x":NaN}})", 2);
+  const std::string heard = only(page.hear());
+  EXPECT_TRUE(heard.starts_with(R"({"op":"service_response","id":"c1","service":"/grip","result":false,)"))
+      << heard;
+  EXPECT_TRUE(has(heard, "which has no NaN"));
 }
 
 } // namespace

@@ -11,14 +11,14 @@ namespace harness {
 namespace core_waking_test {
 namespace {
 
-rowe::endpoint_options waking() {
+rowe::endpoint_options idle_by(rowe::idle policy) {
   rowe::endpoint_options options = small_options();
-  options.idle_policy = rowe::idle::wake;
+  options.idle_policy = policy;
   return options;
 }
 
-struct core_waking : testing::Test {
-  ~core_waking() override { EXPECT_TRUE(on.core.check()); }
+struct core_waking : core_test {
+  core_waking() : core_test{idle_by(rowe::idle::wake)} {}
   // Whether handing over is seen, and by one cycle taken.
   template <class HandOver>
   void expect_told(HandOver hand_over) {
@@ -29,16 +29,11 @@ struct core_waking : testing::Test {
     on.cycle();
     EXPECT_TRUE(on.core.nothing_submitted());
   }
-  static rowe::detail::pair_handle handle_of(rowe::detail::queue_pair& on) { return {nullptr, on}; }
-
-  core_harness on{waking()};
 };
 
 TEST_F(core_waking, need_not_look_at_lanes_while_somebody_listens) {
   advertise_pose(on);
-  peer p{on};
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycles(2);
+  peer p = peer_saying(on, R"({"op":"subscribe","topic":"/pose"})", 2);
   EXPECT_GT(on.core.idle_time_max(1ms), 9ms);
 }
 
@@ -63,9 +58,9 @@ TEST_F(core_waking, is_told_what_lanes_callers_and_responders_hand_over) {
   auto& answering = on.offer(rowe::detail::serve_request<json, json>("/add", {.depth = 4}));
   auto& asking = on.offer(rowe::detail::client_request<json, json>("/add", {.depth = 4}));
   on.cycle();
-  rowe::lane talk{handle_of(talking)};
-  rowe::responder<json, json> answers{handle_of(answering)};
-  rowe::caller<json, json> asks{handle_of(asking)};
+  rowe::lane talk{core_harness::handle_of(talking)};
+  rowe::responder<json, json> answers{core_harness::handle_of(answering)};
+  rowe::caller<json, json> asks{core_harness::handle_of(asking)};
   expect_told([&] { EXPECT_TRUE(talk.try_send(R"({"a":1})", 1ms, on.now)); });
   expect_told([&] { EXPECT_TRUE(talk.start(R"({"service":"none"})", 1ms, on.now)); });
   for (int i = 0; i < 3; ++i) {
@@ -85,10 +80,8 @@ TEST_F(core_waking, is_told_what_lanes_callers_and_responders_hand_over) {
 
 TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room) {
   auto& talking = on.offer(rowe::detail::talk_request({.depth = 4, .inbox_depth = 4, .calls = 4}));
-  peer slow{on};
-  slow.say("{}");
-  on.cycles(2);
-  rowe::lane talk{handle_of(talking)};
+  peer slow = peer_saying(on, "{}", 2);
+  rowe::lane talk{core_harness::handle_of(talking)};
   on.net.link_of(slow.id()).capacity_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
     EXPECT_TRUE(talk.try_send("{}", -1ns, on.now));
@@ -104,14 +97,8 @@ TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room)
   EXPECT_EQ(slow.hear().size(), on.options.limits.queue_depth_max + 1);
 }
 
-rowe::endpoint_options in_phase() {
-  rowe::endpoint_options options = small_options();
-  options.idle_policy = rowe::idle::phase;
-  return options;
-}
-
-struct core_in_phase : testing::Test {
-  ~core_in_phase() override { EXPECT_TRUE(on.core.check()); }
+struct core_in_phase : core_test {
+  core_in_phase() : core_test{idle_by(rowe::idle::phase)} {}
   // So many values, a period apart, and each found at once.
   void publish_in_time(rowe::detail::queue_pair& pair, int count) {
     while (count-- > 0) {
@@ -122,8 +109,6 @@ struct core_in_phase : testing::Test {
     }
   }
   rowe::rt::time_point next() { return on.core.predictor().wait_until(on.now + 20us, 250us); }
-
-  core_harness on{in_phase()};
 };
 
 TEST_F(core_in_phase, polls_for_topics_of_no_known_period) {
@@ -134,8 +119,7 @@ TEST_F(core_in_phase, polls_for_topics_of_no_known_period) {
 }
 
 TEST_F(core_in_phase, leaves_topics_with_a_period_to_the_plan) {
-  auto& pair = advertise_pose(on, {.latched = true, .period = 1ms});
-  on.cycle();
+  auto& pair = advertise_pose_now(on, {.latched = true, .period = 1ms});
   EXPECT_GT(on.core.idle_time_max(1ms), 9ms);
   EXPECT_EQ(next(), on.now + 20us + 250us) << "nothing is known yet";
   publish_in_time(pair, 8);
@@ -149,14 +133,11 @@ TEST_F(core_in_phase, looks_for_nothing_where_nobody_listens_or_the_publisher_is
   peer p{on};
   on.cycles(2);
   EXPECT_EQ(next(), rowe::rt::never);
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycles(2);
+  p.tell(R"({"op":"subscribe","topic":"/pose"})", 2);
   EXPECT_LT(next(), rowe::rt::never);
-  p.say(R"({"op":"unsubscribe","topic":"/pose"})");
-  on.cycles(2);
+  p.tell(R"({"op":"unsubscribe","topic":"/pose"})", 2);
   EXPECT_EQ(next(), rowe::rt::never);
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycles(2);
+  p.tell(R"({"op":"subscribe","topic":"/pose"})", 2);
   pair.lifecycle.close();
   on.cycles(2);
   EXPECT_EQ(next(), rowe::rt::never);
@@ -165,14 +146,12 @@ TEST_F(core_in_phase, looks_for_nothing_where_nobody_listens_or_the_publisher_is
 
 TEST_F(core_in_phase, is_awake_for_the_answer_to_a_call) {
   using json = rowe::json_text;
-  auto& pair = on.offer(rowe::detail::serve_request<json, json>("/add", {.depth = 4}));
-  on.cycle();
+  auto& pair = on.offer_now(rowe::detail::serve_request<json, json>("/add", {.depth = 4}));
   rowe::responder<json, json> answers{core_harness::handle_of(pair)};
   peer p{on};
   on.cycle();
   EXPECT_EQ(next(), rowe::rt::never);
-  p.say(R"({"op":"call_service","id":"1","service":"/add"})");
-  on.cycle();
+  p.tell(R"({"op":"call_service","id":"1","service":"/add"})");
   EXPECT_LE(next(), on.now + 20us) << "it turns without waiting";
   on.now += 20us;
   auto asked = answers.try_next(on.now);
@@ -183,20 +162,16 @@ TEST_F(core_in_phase, is_awake_for_the_answer_to_a_call) {
 }
 
 TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_server) {
-  core_harness on{waking(), rowe::service::side::client};
-  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
-  on.cycle();
+  core_harness on{idle_by(rowe::idle::wake), rowe::service::side::client};
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
   peer server{on, rowe::service::side::client};
-  on.cycle();
-  (void)server.hear();
+  (void)server.hear_after(1);
   on.net.link_of(server.id()).capacity_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
-    EXPECT_TRUE(publish_text(on, pair, "{}"));
-    on.cycle();
+    EXPECT_TRUE(publish_text_now(on, pair, "{}"));
     EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
   }
-  EXPECT_TRUE(publish_text(on, pair, "{}"));
-  on.cycle();
+  EXPECT_TRUE(publish_text_now(on, pair, "{}"));
   EXPECT_EQ(on.core.idle_time_max(1ms), 1ms) << "one more than the queue holds";
   on.net.link_of(server.id()).capacity_bytes = 1 << 20;
   on.cycles(4);
@@ -205,9 +180,8 @@ TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_se
 }
 
 TEST(core_waking_client, looks_again_soon_while_a_lane_that_closes_has_something_unsent) {
-  core_harness on{waking(), rowe::service::side::client};
-  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
-  on.cycle();
+  core_harness on{idle_by(rowe::idle::wake), rowe::service::side::client};
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
   peer server{on, rowe::service::side::client};
   on.cycle();
   on.net.link_of(server.id()).capacity_bytes = 0;

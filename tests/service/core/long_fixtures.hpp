@@ -14,11 +14,8 @@
 namespace long_fixtures {
 
 inline rowe::endpoint_options options_with(std::uint32_t long_bytes, std::uint32_t slots = 8) {
-  rowe::endpoint_options chosen = harness::small_options();
-  chosen.limits.long_message_bytes_max = long_bytes;
-  chosen.limits.long_slots = slots;
-  chosen.relay = true;
-  return chosen;
+  return harness::with_limits(harness::hub_options(), &rowe::limits::long_message_bytes_max, long_bytes,
+                              &rowe::limits::long_slots, slots);
 }
 
 // A JSON object of about so many bytes; that of each seed is different.
@@ -37,26 +34,6 @@ inline std::vector<std::byte> begun(std::string_view text, std::size_t bytes) {
   text.copy(reinterpret_cast<char*>(frame.data() + header), bytes);
   frame.resize(header + bytes);
   return frame;
-}
-
-// A number as Foxglove's binary messages have it.
-inline std::string four(std::uint32_t number) {
-  std::string bytes;
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
-  return bytes;
-}
-inline bool has(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
-}
-
-// All that a peer is told, while it reads as fast as it can.
-inline std::vector<std::string> heard_by(harness::core_harness& on, harness::peer& by, int cycles) {
-  std::vector<std::string> all;
-  for (int i = 0; i < cycles; ++i) {
-    on.cycle();
-    for (std::string& one : by.hear()) all.push_back(std::move(one));
-  }
-  return all;
 }
 
 } // namespace long_fixtures

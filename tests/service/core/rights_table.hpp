@@ -330,10 +330,6 @@ struct scene {
   int statuses = 0;
 };
 
-inline bool has(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
-}
-
 inline bool is_among(char sign, std::string_view signs) { return signs.find(sign) != signs.npos; }
 
 } // namespace rights_table

@@ -17,17 +17,10 @@ using rowe::detail::pair_kind;
 using rowe::detail::pair_phase;
 using ::state_fixture::taken;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.connections_max = 3;
-  bounds.lanes_max = 6;
-  bounds.services_max = 4;
-  bounds.door_slots = 8;
-  return bounds;
-}
-
 struct handle_registry_test : all_parts::all_parts {
-  handle_registry_test() : all_parts{::state_fixture::with(few())} {}
+  handle_registry_test()
+      : all_parts{::state_fixture::with(
+            {.connections_max = 3, .services_max = 4, .door_slots = 8, .lanes_max = 6})} {}
 
   rowe::service::handle_registry& handles = parts.handle_registry_;
 
@@ -97,18 +90,6 @@ TEST_F(handle_registry_test, refuses_a_service_for_which_there_is_no_place) {
   EXPECT_EQ(phase(more), pair_phase::refused);
   EXPECT_EQ(pair(more).lifecycle.refusal().code, errc::too_many_services);
   EXPECT_EQ(pair(more).lifecycle.refusal().limit, 4);
-}
-
-TEST_F(handle_registry_test, takes_a_service_from_a_peer_for_a_handle) {
-  connection& peer = connect();
-  rowe::wire::request asked;
-  asked.service = "/add";
-  parts.service_providers_.advertise(peer, asked);
-  const pair_index at = provide("/add");
-  handles.scan();
-  EXPECT_EQ(phase(at), pair_phase::active);
-  EXPECT_EQ(parts.service_directory_.at(parts.service_directory_.find("/add")).pair, at);
-  EXPECT_EQ(parts.service_directory_.of_peers(), 0U);
 }
 
 TEST_F(handle_registry_test, gives_the_first_receiver_what_came_before_it) {

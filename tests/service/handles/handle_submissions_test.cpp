@@ -13,16 +13,9 @@ namespace {
 using namespace all_parts;
 using rowe::service::entries_per_cycle;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.connections_max = 3;
-  bounds.lanes_max = 3;
-  bounds.door_slots = 8;
-  return bounds;
-}
-
 struct handle_submissions_test : all_parts::all_parts {
-  handle_submissions_test() : all_parts{::state_fixture::with(few())} {}
+  handle_submissions_test()
+      : all_parts{::state_fixture::with({.connections_max = 3, .door_slots = 8, .lanes_max = 3})} {}
 
   rowe::service::handle_submissions& submitted = parts.handle_submissions_;
 
@@ -85,18 +78,6 @@ TEST_F(handle_submissions_test, keep_their_slots_while_they_are_parked_and_their
   EXPECT_LT(all.find("{\"n\":1}"), all.find("{\"n\":2}"));
   EXPECT_NE(all.find("{\"n\":2}"), all.npos);
   for (int i = 0; i < 8; ++i) EXPECT_TRUE(submit(at, "{}", {}, true)) << "all slots came back";
-}
-
-TEST_F(handle_submissions_test, that_are_parked_for_one_peer_hold_up_no_other) {
-  connection& slow = connect();
-  connection& quick = connect();
-  const pair_index at = attach();
-  block(slow);
-  fill(at, slow);
-  ASSERT_TRUE(submit(at, "{\"n\":1}", ref(quick)));
-  take(at);
-  EXPECT_NE(hear(quick).find("{\"n\":1}"), std::string::npos);
-  EXPECT_TRUE(state.pair_rows[at].parked_first);
 }
 
 TEST_F(handle_submissions_test, leave_a_gap_where_one_in_the_middle_is_taken) {

@@ -26,8 +26,7 @@ struct outliving : core_test {
   }
   rowe::detail::queue_pair& subscribe() {
     rowe::detail::queue_pair& one =
-        on.offer(rowe::detail::pair_kind::subscribe_text, "/heard", 100, {.depth = 4});
-    on.cycle();
+        on.offer_now(rowe::detail::pair_kind::subscribe_text, "/heard", 100, {.depth = 4});
     return one;
   }
   void publish(int count) {
@@ -82,9 +81,8 @@ TEST_F(outliving, lane_that_is_held_is_counted_once) {
 }
 
 TEST_F(outliving, reply_keeps_the_lane_and_ends_that_were_parked_do_not) {
-  rowe::detail::queue_pair& one =
-      on.offer(rowe::detail::talk_request({.depth = 4, .inbox_depth = 4, .calls = 4, .text_bytes_max = 200}));
-  on.cycle();
+  rowe::detail::queue_pair& one = on.offer_now(
+      rowe::detail::talk_request({.depth = 4, .inbox_depth = 4, .calls = 4, .text_bytes_max = 200}));
   std::optional<rowe::lane> handle{core_harness::handle_of(one)};
   ASSERT_TRUE(handle->start(R"({"service":"/rosapi/topics"})", 1s, on.now));
   ASSERT_TRUE(handle->start(R"({"service":"/rosapi/topics"})", 1s, on.now));
@@ -102,10 +100,8 @@ TEST_F(outliving, reply_keeps_the_lane_and_ends_that_were_parked_do_not) {
 
 TEST_F(outliving, request_keeps_the_lane_until_it_is_gone) {
   rowe::detail::queue_pair& one =
-      on.offer(rowe::detail::serve_request<json_text, json_text>("/do", {.depth = 4}));
-  on.cycle();
-  other.say(R"({"op":"call_service","service":"/do"})");
-  on.cycle();
+      on.offer_now(rowe::detail::serve_request<json_text, json_text>("/do", {.depth = 4}));
+  other.tell(R"({"op":"call_service","service":"/do"})");
   std::optional<rowe::responder<json_text, json_text>> handle{core_harness::handle_of(one)};
   auto asked = std::optional{handle->try_next(on.now)};
   ASSERT_TRUE(*asked);

@@ -13,16 +13,12 @@ namespace {
 using namespace all_parts;
 using rowe::errc;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.connections_max = 3;
-  bounds.lanes_max = 1;
-  bounds.door_slots = 8; // threads receive, so all may be parked; four for a lone peer
-  return bounds;
-}
-
 struct thread_submissions_test : all_parts::all_parts {
-  thread_submissions_test() : all_parts{::state_fixture::with(few())} {}
+  thread_submissions_test()
+      : all_parts{::state_fixture::with(
+            {.connections_max = 3,
+             .door_slots = 8, // threads receive, so all may be parked; four for a lone peer
+             .lanes_max = 1})} {}
 
   rowe::service::thread_submissions& submitted = parts.thread_submissions_;
 
@@ -56,19 +52,6 @@ TEST_F(thread_submissions_test, give_their_slots_back_when_they_are_taken) {
   EXPECT_TRUE(submitted.drained());
 }
 
-TEST_F(thread_submissions_test, tell_a_thread_that_waits_when_its_message_was_written) {
-  connection& peer = connect();
-  const auto slot = submit("{}", ref(peer), true);
-  ASSERT_TRUE(slot);
-  submitted.take();
-  EXPECT_EQ(submissions.incomplete(), 1U) << "nothing was written yet";
-  (void)hear(peer);
-  ASSERT_EQ(submissions.incomplete(), 0U);
-  EXPECT_TRUE(submissions.wait(*slot, rowe::rt::never));
-  EXPECT_TRUE(submissions.outcome(*slot));
-  submissions.release(*slot);
-}
-
 TEST_F(thread_submissions_test, keep_their_order_while_they_are_parked) {
   connection& slow = connect();
   block(slow);
@@ -87,33 +70,6 @@ TEST_F(thread_submissions_test, keep_their_order_while_they_are_parked) {
   EXPECT_LT(all.rfind("{\"n\":0}"), all.find("{\"n\":1}"));
   EXPECT_LT(all.find("{\"n\":1}"), all.find("{\"n\":2}"));
   EXPECT_NE(all.find("{\"n\":2}"), all.npos);
-  EXPECT_TRUE(submissions.all_free());
-}
-
-TEST_F(thread_submissions_test, end_with_full_beyond_the_share_of_a_peer) {
-  connection& slow = connect();
-  block(slow);
-  fill(slow); // one is parked
-  for (int i = 0; i < 3; ++i) ASSERT_TRUE(submit("{}", ref(slow)));
-  const auto beyond = submit("{}", ref(slow), true);
-  ASSERT_TRUE(beyond);
-  submitted.take();
-  ASSERT_EQ(submissions.incomplete(), 4U);
-  EXPECT_TRUE(submissions.wait(*beyond, rowe::rt::never));
-  EXPECT_EQ(submissions.outcome(*beyond).code(), errc::full);
-  submissions.release(*beyond);
-  submitted.take();
-  EXPECT_EQ(submissions.incomplete(), 4U) << "what was parked stays";
-}
-
-TEST_F(thread_submissions_test, end_when_the_endpoint_closes_although_they_were_parked) {
-  connection& slow = connect();
-  block(slow);
-  fill(slow);
-  cycle.closing = true;
-  submitted.retry();
-  EXPECT_FALSE(submitted.waits());
-  EXPECT_TRUE(submitted.drained());
   EXPECT_TRUE(submissions.all_free());
 }
 

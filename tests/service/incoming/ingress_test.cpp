@@ -49,6 +49,10 @@ struct ingress_test : reading_parts::reading_parts {
     ++cycle.places_freed;
     handler.takes = {};
   }
+  void unpark() {
+    in.unpark();
+    in.read_in_turn();
+  }
 };
 
 TEST_F(ingress_test, carries_out_one_message_of_each_peer_in_turn) {
@@ -125,22 +129,6 @@ TEST_F(working, nobody_owes_anything_when_nobody_waits) {
   read(first, frame("c"));
   turns(1);
   EXPECT_EQ(handler.heard, (texts{"0:w", "0:w", "1:a", "0:c", "1:b"}));
-}
-
-TEST_F(ingress_test, does_so_much_work_and_goes_on_where_it_ended) {
-  std::string small;
-  for (int i = 0; i < 300; ++i) small += frame("s");
-  read(first, small);
-  read(second, small);
-  int cycles = 0;
-  for (; in.waits(); ++cycles) {
-    const std::size_t before = handler.heard.size();
-    in.read_in_turn();
-    EXPECT_LE(handler.heard.size() - before, rowe::service::read_work_per_cycle);
-    EXPECT_TRUE(in.check());
-  }
-  EXPECT_EQ(handler.heard.size(), 600U);
-  EXPECT_GE(cycles, 6);
 }
 
 TEST_F(ingress_test, counts_the_work_that_a_message_makes_elsewhere) {
@@ -244,8 +232,7 @@ TEST_F(ingress_test, parks_what_finds_no_room_and_reads_its_peer_no_further) {
 
   admit_all();
   EXPECT_TRUE(in.waits());
-  in.unpark();
-  in.read_in_turn();
+  unpark();
   EXPECT_EQ(handler.heard_again, texts{"0:a"});
   EXPECT_EQ(handler.heard, texts{"0:b"});
   EXPECT_FALSE(in.any_parked());
@@ -263,8 +250,7 @@ TEST_F(ingress_test, parks_one_peer_and_reads_the_others) {
   EXPECT_EQ(handler.heard, (texts{"1:x", "1:y"}));
   EXPECT_FALSE(second.unheard);
   admit_all();
-  in.unpark();
-  in.read_in_turn();
+  unpark();
   EXPECT_EQ(handler.heard_again, texts{"0:a"});
 }
 
@@ -276,14 +262,12 @@ TEST_F(ingress_test, parks_once_more_what_still_finds_no_room_in_its_turn) {
   handler.takes = [](peer_index, std::string_view) { return false; };
   for (int i = 0; i < 3; ++i) {
     ++cycle.places_freed;
-    in.unpark();
-    in.read_in_turn();
+    unpark();
     EXPECT_TRUE(in.any_parked());
     EXPECT_TRUE(in.check());
   }
   admit_all();
-  in.unpark();
-  in.read_in_turn();
+  unpark();
   EXPECT_EQ(handler.heard_again, texts{"0:a"});
 }
 
@@ -297,8 +281,7 @@ TEST_F(ingress_test, knows_of_what_is_parked_whether_it_is_binary) {
     EXPECT_EQ(handler.binary_again, from.value == 0);
     return true;
   };
-  in.unpark();
-  in.read_in_turn();
+  unpark();
   EXPECT_EQ(handler.heard_again, (texts{"0:a", "1:x"}));
 }
 
@@ -309,8 +292,7 @@ TEST_F(ingress_test, keeps_whole_what_is_parked_of_a_long_read) {
   EXPECT_TRUE(in.any_parked());
   EXPECT_TRUE(in.check());
   admit_all();
-  in.unpark();
-  in.read_in_turn();
+  unpark();
   EXPECT_EQ(handler.heard_again, texts{"0:a" + large});
   EXPECT_EQ(handler.heard, texts{"0:" + later});
 }
@@ -321,8 +303,7 @@ TEST_F(ingress_test, keeps_whole_what_was_in_pieces_and_is_parked) {
   read(first, frame(begins, opcode::text, false) + frame(ends, opcode::continuation) + frame("more"));
   EXPECT_TRUE(in.any_parked());
   admit_all();
-  in.unpark();
-  in.read_in_turn();
+  unpark();
   EXPECT_EQ(handler.heard_again, texts{"0:" + begins + ends});
   EXPECT_EQ(handler.heard, texts{"0:more"});
 }
@@ -335,8 +316,7 @@ TEST_F(ingress_test, counts_what_was_parked_of_a_peer_that_leaves) {
   leave(first);
   EXPECT_EQ(counts.read(counter::inbox_full), 2U) << "one, and that with which the inbox was filled";
   EXPECT_TRUE(in.check());
-  in.unpark();
-  in.read_in_turn();
+  unpark();
   EXPECT_FALSE(in.waits());
   EXPECT_TRUE(handler.heard.empty());
   EXPECT_TRUE(handler.heard_again.empty());
@@ -408,8 +388,7 @@ TEST_F(ingress_test, carries_out_a_stop_of_a_peer_whose_message_is_parked) {
   EXPECT_EQ(handler.heard, texts{"0:" + std::string{stop}});
   EXPECT_TRUE(in.any_parked());
   admit_all();
-  in.unpark();
-  in.read_in_turn();
+  unpark();
   EXPECT_EQ(handler.heard_again.size(), 1U);
   EXPECT_EQ(handler.heard, (texts{"0:" + std::string{stop}, "0:b", "0:c"}));
 }

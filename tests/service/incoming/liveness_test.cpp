@@ -170,17 +170,6 @@ TEST_F(liveness_test, lets_what_is_parked_be_tried_again) {
   EXPECT_GT(cycle.places_freed, before);
 }
 
-TEST_F(liveness_test, closes_a_peer_that_does_not_finish_its_message_though_it_goes_on) {
-  read(peer, frame("{", opcode::text, false));
-  in.read_in_turn();
-  for (int i = 0; i < 490; ++i, hear()) step();
-  EXPECT_TRUE(peer.open());
-  for (int i = 0; i < 100; ++i, hear()) step();
-  EXPECT_FALSE(peer.open());
-  EXPECT_EQ(peer.close_reason, "a message was not finished in time");
-  EXPECT_EQ(counts.read(counter::unfinished_messages), 1U);
-}
-
 TEST_F(liveness_test, gives_each_message_its_own_time) {
   for (int i = 0; i < 3; ++i) {
     read(peer, frame("{", opcode::text, false));
@@ -205,15 +194,6 @@ TEST_F(liveness_test, asks_nothing_of_peers_that_know_no_pings) {
   in.read_in_turn();
   pass(6s);
   EXPECT_FALSE(peer.open()) << "but what they begin they have to finish";
-}
-
-TEST_F(liveness_test, reports_refusals_that_were_only_counted) {
-  for (int i = 0; i < 12; ++i) refused.refuse(peer, {}, "no");
-  (void)events();
-  pass(1500ms);
-  const auto happened = events();
-  ASSERT_EQ(happened.size(), 1U);
-  EXPECT_NE(std::string_view{happened[0].what}.find("4 more requests"), std::string_view::npos);
 }
 
 } // namespace

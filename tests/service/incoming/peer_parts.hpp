@@ -98,12 +98,6 @@ struct peer_parts : state_fixture::state_fixture {
     }
     return false;
   }
-  // The events since the last look.
-  std::vector<rowe::event> events() {
-    std::vector<rowe::event> all;
-    while (const auto one = shared.try_event()) all.push_back(*one);
-    return all;
-  }
   void TearDown() override {
     EXPECT_TRUE(peers.check());
     EXPECT_TRUE(store.check());

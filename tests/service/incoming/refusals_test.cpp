@@ -14,21 +14,16 @@ using namespace peer_parts;
 using rowe::event;
 using rowe::service::refusals;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.small_slots = 256;
-  bounds.small_slot_bytes = 512;
-  bounds.large_slots = 1;
-  bounds.message_bytes_max = 1024;
-  bounds.connections_max = 2;
-  bounds.lanes_max = 1;
-  bounds.refusals_per_second_max = 10;
-  bounds.messages_per_second_max = 10;
-  return bounds;
-}
-
 struct refusals_test : peer_parts::peer_parts {
-  refusals_test() : peer_parts{::state_fixture::with(few())} {}
+  refusals_test()
+      : peer_parts{::state_fixture::with({.connections_max = 2,
+                                          .message_bytes_max = 1024,
+                                          .messages_per_second_max = 10,
+                                          .refusals_per_second_max = 10,
+                                          .small_slots = 256,
+                                          .small_slot_bytes = 512,
+                                          .large_slots = 1,
+                                          .lanes_max = 1})} {}
 
   connection& peer = join(0);
 
@@ -144,15 +139,6 @@ TEST_F(refusals_test, close_no_peer_that_stays_within_its_rate) {
   EXPECT_TRUE(peer.open());
 }
 
-TEST_F(refusals_test, close_a_peer_that_says_too_much_by_the_limit_of_messages) {
-  peer.messages = rowe::service::rate_limit{10};
-  for (const auto end = cycle.now + rowe::service::flood_time_max + 2s; cycle.now < end; cycle.now += 50ms) {
-    if (!peer.messages.take(cycle.now)) refused.note_excess(peer);
-  }
-  EXPECT_FALSE(peer.open());
-  EXPECT_NE(peer.close_reason.find("messages_per_second_max"), std::string::npos);
-}
-
 TEST_F(refusals_test, are_events_one_by_one_and_then_a_number) {
   constexpr int burst = rowe::service::refusal_events_burst;
   refuse(peer, burst + 4);
@@ -167,23 +153,6 @@ TEST_F(refusals_test, are_events_one_by_one_and_then_a_number) {
   cycle.now += 1s;
   refused.report_missed(peer);
   EXPECT_TRUE(events().empty()) << "that was said";
-}
-
-TEST_F(refusals_test, are_not_said_to_a_peer_that_wants_to_hear_nothing) {
-  refused.set_level({0}, rowe::wire::severity::none);
-  refuse(peer);
-  EXPECT_TRUE(told(peer).empty());
-  EXPECT_EQ(counts.read(counter::refused_requests), 1U);
-  EXPECT_EQ(events().size(), 1U) << "the user still hears of it";
-}
-
-TEST_F(refusals_test, of_calls_are_said_at_any_rate) {
-  refuse(peer, 15);
-  const std::size_t before = told(peer).size();
-  for (int i = 0; i < 3; ++i)
-    refused.fail_call(peer, peer.protocol->first.id(), {.service = "/add", .id_raw = "\"1\""},
-                      {.code = "busy", .text = "no"});
-  EXPECT_EQ(told(peer).size(), before + 3) << "the callers wait";
 }
 
 TEST_F(refusals_test, are_warnings_within_the_rate_and_statuses_at_any) {

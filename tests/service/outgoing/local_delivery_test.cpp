@@ -208,25 +208,6 @@ TEST_F(local_delivery_test, cuts_a_diagnostic_between_characters) {
   EXPECT_EQ(taken(pair(by).user.completions), std::string(63, 'x'));
 }
 
-TEST_F(local_delivery_test, says_what_of_a_reply_cannot_be_decoded) {
-  const pair_index by = attach({.kind = pair_kind::call_value,
-                                .name = "/add",
-                                .out_depth = 2,
-                                .completions_depth = 2,
-                                .out_bytes = sizeof(point),
-                                .completions_bytes = 192,
-                                .encoded = &rowe::describe<point>(),
-                                .decoded = &rowe::describe<point>()});
-  const rowe::tests::padded reply{R"({"x":"text","y":2})"};
-  delivery.complete(of(by), {1, 1}, {}, reply.text());
-  auto& ends = pair(by).user.completions;
-  const auto slot = ends.ring->try_pop();
-  ASSERT_TRUE(slot);
-  EXPECT_TRUE(ends.memory.header(*slot)->failed);
-  EXPECT_NE(ends.memory.header(*slot)->bytes, 0U) << "a diagnostic";
-  EXPECT_EQ(counts.read(counter::undecodable), 1U);
-}
-
 TEST_F(local_delivery_test, tells_a_thread_by_its_slot) {
   const auto slot = submissions.submit({.wants_outcome = true}, "{}");
   ASSERT_TRUE(slot);

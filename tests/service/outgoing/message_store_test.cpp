@@ -21,18 +21,15 @@ using rowe::service::slot_id;
 using rowe::service::slot_use;
 using rowe::service::timer;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.small_slots = 3;
-  bounds.small_slot_bytes = 256;
-  bounds.large_slots = 2;
-  bounds.message_bytes_max = 4096;
-  bounds.subscriptions_max = bounds.connections_max = bounds.calls_max = 4;
-  return bounds;
-}
-
 struct message_store_test : state_fixture::state_fixture {
-  message_store_test() : state_fixture{::state_fixture::with(few())} {}
+  message_store_test()
+      : state_fixture{::state_fixture::with({.connections_max = 4,
+                                             .message_bytes_max = 4096,
+                                             .subscriptions_max = 4,
+                                             .small_slots = 3,
+                                             .small_slot_bytes = 256,
+                                             .large_slots = 2,
+                                             .calls_max = 4})} {}
 
   message_store store{memory, state};
   int asked_for_room = 0;
@@ -46,6 +43,12 @@ struct message_store_test : state_fixture::state_fixture {
     std::vector<outcome> all;
     for (outcome one; store.take_outcome(one);) all.push_back(one);
     return all;
+  }
+  // The only one that there is.
+  outcome only_outcome() {
+    const auto all = outcomes();
+    EXPECT_EQ(all.size(), 1U);
+    return all.empty() ? outcome{} : all[0];
   }
   void pass(rowe::rt::duration time) {
     cycle.now += time;
@@ -114,10 +117,9 @@ TEST_F(message_store_test, notes_that_a_message_was_sent_and_ended) {
   const auto slot = compose("x");
   store.track(slot, false);
   store.delivered(slot);
-  const auto told = outcomes();
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].slot, slot);
-  EXPECT_TRUE(told[0].sent && told[0].ended && !told[0].evicted && !told[0].expired);
+  const outcome told = only_outcome();
+  EXPECT_EQ(told.slot, slot);
+  EXPECT_TRUE(told.sent && told.ended && !told.evicted && !told.expired);
   EXPECT_EQ(store.slots().in_use(), 0U);
 }
 
@@ -126,13 +128,11 @@ TEST_F(message_store_test, notes_that_a_message_was_sent_before_its_other_delive
   store.track(slot, false);
   store.slots().retain(slot); // for a second peer
   store.delivered(slot);
-  auto told = outcomes();
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_TRUE(told[0].sent && !told[0].ended);
+  auto told = only_outcome();
+  EXPECT_TRUE(told.sent && !told.ended);
   store.release(slot);
-  told = outcomes();
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_TRUE(told[0].ended);
+  told = only_outcome();
+  EXPECT_TRUE(told.ended);
 }
 
 TEST_F(message_store_test, keeps_a_message_that_lost_its_deliveries_until_it_is_let_go) {
@@ -140,9 +140,8 @@ TEST_F(message_store_test, keeps_a_message_that_lost_its_deliveries_until_it_is_
   store.track(slot, true);
   store.slots().retain(slot); // queued for one peer,
   store.release(slot);        // which leaves
-  const auto told = outcomes();
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_TRUE(told[0].ended && !told[0].sent);
+  auto told = only_outcome();
+  EXPECT_TRUE(told.ended && !told.sent);
   EXPECT_EQ(store.slots().in_use(), 1U);
   store.drop_pinned(slot);
   EXPECT_EQ(store.slots().in_use(), 0U);
@@ -155,9 +154,8 @@ TEST_F(message_store_test, keeps_a_message_no_longer_than_until_it_was_sent_once
   store.slots().retain(slot);
   store.delivered(slot);
   EXPECT_EQ(store.slots().in_use(), 0U);
-  const auto told = outcomes();
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_TRUE(told[0].sent && told[0].ended);
+  const outcome told = only_outcome();
+  EXPECT_TRUE(told.sent && told.ended);
 }
 
 TEST_F(message_store_test, notes_that_a_message_was_evicted) {
@@ -165,9 +163,8 @@ TEST_F(message_store_test, notes_that_a_message_was_evicted) {
   store.track(slot, false);
   store.note_evicted(slot);
   store.release(slot);
-  const auto told = outcomes();
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_TRUE(told[0].ended && told[0].evicted);
+  const outcome told = only_outcome();
+  EXPECT_TRUE(told.ended && told.evicted);
 }
 
 TEST_F(message_store_test, notes_that_the_time_of_a_message_was_over) {
@@ -175,9 +172,8 @@ TEST_F(message_store_test, notes_that_the_time_of_a_message_was_over) {
   store.track(slot, false);
   store.arm_unwritten();
   pass(10ms);
-  const auto told = outcomes();
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_TRUE(told[0].expired && !told[0].ended);
+  const outcome told = only_outcome();
+  EXPECT_TRUE(told.expired && !told.ended);
 }
 
 TEST_F(message_store_test, tells_outcomes_in_the_order_in_which_they_came_about) {

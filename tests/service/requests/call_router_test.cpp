@@ -99,41 +99,6 @@ struct hub_test : call_router_test {
   hub_test() : call_router_test{true} {}
 };
 
-TEST_F(call_router_test, says_that_nobody_provides_a_service) {
-  connection& caller = join(0);
-  EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
-  EXPECT_EQ(calls.in_flight(), 0U);
-  ASSERT_EQ(replies(caller).size(), 1U);
-  EXPECT_NE(replies(caller)[0].find("/add"), std::string::npos);
-}
-
-TEST_F(call_router_test, relays_nothing_between_peers_where_it_is_no_hub) {
-  connection& caller = join(0);
-  provide("/add", join(1));
-  EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
-  EXPECT_EQ(calls.in_flight(), 0U);
-  EXPECT_EQ(counts.read(counter::calls_out), 0U);
-}
-
-TEST_F(hub_test, relays_between_peers) {
-  connection& caller = join(0);
-  provide("/add", join(1));
-  EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
-  EXPECT_EQ(calls.in_flight(), 1U);
-  EXPECT_EQ(counts.read(counter::calls_out), 1U);
-  completion.forget(caller.id);
-}
-
-TEST_F(hub_test, refuses_a_second_call_with_an_id_that_is_not_answered_yet) {
-  connection& caller = join(0);
-  provide("/add", join(1));
-  EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
-  EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
-  EXPECT_EQ(calls.in_flight(), 1U);
-  ASSERT_EQ(replies(caller).size(), 1U);
-  EXPECT_NE(replies(caller)[0].find("duplicate_id"), std::string::npos);
-}
-
 TEST_F(hub_test, says_busy_and_which_limits_to_a_peer_that_has_its_share) {
   connection& caller = join(0);
   provide("/add", join(1));
@@ -142,14 +107,6 @@ TEST_F(hub_test, says_busy_and_which_limits_to_a_peer_that_has_its_share) {
   EXPECT_TRUE(router.take_call(caller, of(caller, "/add", {})));
   ASSERT_EQ(replies(caller).size(), 1U);
   EXPECT_NE(replies(caller)[0].find("calls_per_connection_max"), std::string::npos);
-}
-
-TEST_F(call_router_test, refuses_other_services_to_a_peer_that_came_for_the_stop) {
-  connection& caller = join(0);
-  caller.stop_only = true;
-  EXPECT_TRUE(router.take_call(caller, of(caller, "/rosapi/topics", "\"1\"")));
-  ASSERT_EQ(replies(caller).size(), 1U);
-  EXPECT_NE(replies(caller)[0].find("/rowe/stop"), std::string::npos);
 }
 
 TEST_F(call_router_test, hands_a_call_of_this_process_to_the_stop_with_its_arguments) {

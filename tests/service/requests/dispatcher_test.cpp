@@ -12,21 +12,12 @@ namespace dispatcher_test {
 namespace {
 
 using namespace all_parts;
-using rowe::service::rate_limit;
 
 constexpr std::string_view stop = R"({"op":"call_service","id":"1","service":"/rowe/stop"})";
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.connections_max = 3;
-  bounds.lanes_max = 1;
-  bounds.door_slots = 4;
-  return bounds;
-}
-
 struct dispatcher_test : all_parts::all_parts {
   explicit dispatcher_test(rowe::service::side of = rowe::service::side::server)
-      : all_parts{::state_fixture::with(few()), of} {}
+      : all_parts{::state_fixture::with({.connections_max = 3, .door_slots = 4, .lanes_max = 1}), of} {}
 
   rowe::detail::latch_words<> words;
 
@@ -49,21 +40,6 @@ struct dispatcher_of_client : dispatcher_test {
   dispatcher_of_client() : dispatcher_test{rowe::service::side::client} {}
 };
 
-TEST_F(dispatcher_test, drops_what_is_beyond_the_rate_but_no_stop) {
-  add_loop();
-  connection& peer = connect();
-  peer.messages = rate_limit{2};
-  for (int i = 0; i < 4; ++i) say(peer, R"({"op":"subscribe","topic":"/t)" + std::to_string(i) + "\"}");
-  EXPECT_EQ(counts.read(counter::over_rate), 2U);
-  EXPECT_TRUE(state.topics.find("/t1"));
-  EXPECT_FALSE(state.topics.find("/t2"));
-  EXPECT_EQ(stops(), 0U);
-  say(peer, stop);
-  EXPECT_EQ(stops(), 1U);
-  say(peer, R"({"op":"call_service","id":7,"service":"/rowe/stop","args":3})");
-  EXPECT_EQ(stops(), 2U) << "whatever else is wrong with it";
-}
-
 TEST_F(dispatcher_test, says_whether_a_text_is_a_stop_and_carries_out_nothing) {
   connection& peer = connect();
   EXPECT_FALSE(is_stop(peer, stop)) << "there is nothing to stop";
@@ -75,22 +51,6 @@ TEST_F(dispatcher_test, says_whether_a_text_is_a_stop_and_carries_out_nothing) {
   EXPECT_EQ(stops(), 0U);
   EXPECT_EQ(counts.read(counter::messages_in), 0U);
   EXPECT_EQ(state.subscriptions.count(), 0U);
-}
-
-TEST_F(dispatcher_test, lets_a_peer_that_came_for_the_stop_do_nothing_else) {
-  add_loop();
-  connection& peer = connect();
-  peer.stop_only = true;
-  peer.takes_messages = false;
-  say(peer, R"({"op":"subscribe","topic":"/odom"})");
-  say(peer, R"({"n":1})"); // a plain message
-  EXPECT_FALSE(state.topics.find("/odom"));
-  EXPECT_FALSE(peer.takes_messages);
-  EXPECT_TRUE(threads_inbox.all_free());
-  say(peer, stop);
-  EXPECT_EQ(stops(), 1U);
-  say(peer, R"({"op":"call_service","id":"2","service":"/rowe/stop/reset"})");
-  EXPECT_EQ(counts.read(counter::stop_refusals), 0U) << "a reset is none of its business";
 }
 
 TEST_F(dispatcher_test, parks_a_message_without_room_and_counts_it_once) {
@@ -107,22 +67,6 @@ TEST_F(dispatcher_test, parks_a_message_without_room_and_counts_it_once) {
   EXPECT_EQ(counts.read(counter::messages_in), said);
   EXPECT_EQ(peer.messages_in, said);
   parts.ingress_.forget({peer.id.index});
-}
-
-TEST_F(dispatcher_test, begins_to_send_messages_to_a_peer_that_says_one) {
-  connection& peer = connect();
-  peer.takes_messages = false;
-  say(peer, R"({"op":"subscribe","topic":"/odom"})");
-  EXPECT_FALSE(peer.takes_messages);
-  say(peer, R"({"n":1})");
-  EXPECT_TRUE(peer.takes_messages);
-}
-
-TEST_F(dispatcher_test, refuses_what_is_no_json_by_what_is_wrong_with_it) {
-  connection& peer = connect();
-  say(peer, R"({"op":"publish","topic":"/t","msg":{"x":NaN}})");
-  EXPECT_EQ(counts.read(counter::malformed), 1U);
-  EXPECT_NE(hear(peer).find("has no NaN"), std::string::npos);
 }
 
 TEST_F(dispatcher_test, reports_statuses_of_a_peer_up_to_their_rate) {

@@ -18,11 +18,9 @@ using rowe::service::call_table;
 using rowe::service::connection_id;
 
 rowe::limits few() {
-  rowe::limits bounds;
-  bounds.connections_max = 4;
-  bounds.calls_max = 32; // 24 of peers: a claim to three for each, and the other twelve for whoever comes
-  bounds.calls_per_connection_max = 20;
-  return bounds;
+  return {.connections_max = 4,
+          .calls_max = 32, // 24 of peers: a claim to three for each, and the other twelve for whoever comes
+          .calls_per_connection_max = 20};
 }
 
 struct call_table_test : testing::Test {

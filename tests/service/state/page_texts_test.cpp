@@ -14,16 +14,12 @@ using rowe::service::chunk_store;
 using rowe::service::page_texts;
 using rowe::service::text_id;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.message_bytes_max = 1024;
-  bounds.long_message_bytes_max = 2 * chunk_store::chunk_bytes;
-  bounds.long_slots = 4; // 8 chunks: a quarter are 2
-  return bounds;
-}
-
 struct page_texts_test : testing::Test {
-  rowe::limits bounds = few();
+  rowe::limits bounds{
+      .message_bytes_max = 1024,
+      .long_message_bytes_max = 2 * chunk_store::chunk_bytes,
+      .long_slots = 4 // 8 chunks: a quarter are 2
+  };
   rowe::rt::arena memory{chunk_store::footprint_bytes(bounds), rowe::rt::page_lock::none};
   std::unique_ptr<std::byte[]> pool{new std::byte[chunk_store::pool_bytes(bounds)]};
   chunk_store store{memory, {pool.get(), chunk_store::pool_bytes(bounds)}, bounds};
@@ -42,33 +38,6 @@ struct page_texts_test : testing::Test {
     EXPECT_TRUE(store.check());
   }
 };
-
-TEST_F(page_texts_test, keep_a_text_until_its_page_ends) {
-  const text_id text = text_of(2, 'y');
-  const std::uint32_t which = pages.begin(text, now);
-  store.release(text); // the topic has another value
-  std::size_t at = 0;
-  while (at < 2 * chunk_store::chunk_bytes) {
-    const auto piece = pages.read(which, at);
-    ASSERT_FALSE(piece.empty());
-    EXPECT_EQ(piece.front(), std::byte{'y'});
-    at += piece.size();
-  }
-  pages.end(which);
-}
-
-TEST_F(page_texts_test, are_two_at_a_time) {
-  const text_id text = text_of(1);
-  const std::uint32_t first = pages.begin(text, now);
-  EXPECT_FALSE(pages.full());
-  const std::uint32_t second = pages.begin(text, now);
-  EXPECT_NE(first, second);
-  EXPECT_TRUE(pages.full());
-  pages.end(first);
-  EXPECT_FALSE(pages.full());
-  pages.end(second);
-  store.release(text);
-}
 
 TEST_F(page_texts_test, of_two_texts_have_a_quarter_of_the_chunks) {
   const text_id small = text_of(1), other = text_of(1), large = text_of(2);

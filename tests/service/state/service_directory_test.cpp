@@ -16,15 +16,8 @@ using rowe::service::service_directory;
 using rowe::service::service_index;
 using refusal = rowe::service::service_directory::refusal;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.services_max = 4;
-  bounds.topic_bytes_max = 16;
-  return bounds;
-}
-
 struct service_directory_test : testing::Test {
-  rowe::limits bounds = few();
+  rowe::limits bounds{.topic_bytes_max = 16, .services_max = 4};
   rowe::rt::arena memory{service_directory::footprint_bytes(bounds), rowe::rt::page_lock::none};
   service_directory directory{memory, bounds};
 

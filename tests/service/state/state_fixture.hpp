@@ -62,6 +62,12 @@ struct outside_fixture : testing::Test {
   rowe::service::core_seams seams() { return {transport, random, validator, nullptr, protocols, rights}; }
   static constexpr rowe::rt::time_point start_time{1s};
 
+  // The events since the last look.
+  std::vector<rowe::event> events() {
+    std::vector<rowe::event> all;
+    while (const auto one = shared.try_event()) all.push_back(*one);
+    return all;
+  }
   // Builds and offers a queue pair as set-up does, at the first place that is free.
   rowe::service::pair_index offer(const rowe::service::core_state& to,
                                   const rowe::detail::pair_request& asked) {

@@ -11,15 +11,8 @@ namespace {
 using rowe::service::subscription_table;
 using rowe::service::topic_table;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.topics_max = 4;
-  bounds.subscriptions_max = 6;
-  return bounds;
-}
-
 struct subscription_table_test : testing::Test {
-  rowe::limits bounds = few();
+  rowe::limits bounds{.topics_max = 4, .subscriptions_max = 6};
   rowe::rt::arena memory{topic_table::footprint_bytes(bounds) + subscription_table::footprint_bytes(bounds),
                          rowe::rt::page_lock::none};
   topic_table topics{memory, bounds, rowe::wire::protocols_of(rowe::peer_profile::standard).envelope};

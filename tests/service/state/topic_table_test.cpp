@@ -12,14 +12,8 @@ namespace {
 
 using rowe::service::topic_table;
 
-rowe::limits few() {
-  rowe::limits bounds;
-  bounds.topics_max = 4;
-  return bounds;
-}
-
 struct topic_table_test : testing::Test {
-  rowe::limits bounds = few();
+  rowe::limits bounds{.topics_max = 4};
   rowe::rt::arena memory{topic_table::footprint_bytes(bounds), rowe::rt::page_lock::none};
   topic_table routes{memory, bounds, rowe::wire::protocols_of(rowe::peer_profile::standard).envelope};
 };

@@ -100,19 +100,6 @@ struct stop_service_test : call_parts::call_parts {
   }
 };
 
-TEST_F(stop_service_test, withdraws_the_permit_before_it_returns_and_answers_when_the_loop_has_seen_it) {
-  connection& peer = arrive();
-  start();
-  ask(peer, "\"1\"");
-  EXPECT_FALSE(look(false));
-  stop.update();
-  EXPECT_EQ(arrived(peer), "") << "the loop has not acknowledged";
-  acknowledge();
-  const std::string answer = arrived(peer);
-  EXPECT_NE(answer.find("\"1\""), answer.npos);
-  EXPECT_TRUE(observed(answer));
-}
-
 TEST_F(stop_service_test, answers_in_vain_when_the_time_for_it_is_over) {
   connection& peer = arrive();
   start();
@@ -244,40 +231,6 @@ TEST_F(stop_service_test, answers_a_call_with_too_long_an_id_without_it) {
   const std::string answer = arrived(peer);
   EXPECT_TRUE(observed(answer));
   EXPECT_EQ(answer.find("xxx"), answer.npos);
-}
-
-TEST_F(stop_service_test, takes_a_reset_from_nobody_far_away) {
-  connection& peer = arrive();
-  add_loop();
-  (void)look();
-  stop.update();
-  cycle.now += 1ms;
-  const std::string args = "{\"number\":" + std::to_string(rules.number()) +
-                           ",\"tick\":" + std::to_string(rules.tick(cycle.now)) + "}";
-  peer.local = false;
-  stop.carry_out(stop_verb::reset, asker(peer, "\"1\""), args);
-  EXPECT_FALSE(look());
-  EXPECT_NE(arrived(peer).find("\"refused\":\"role\""), std::string::npos);
-  EXPECT_EQ(counts.read(counter::stop_refusals), 1U);
-  peer.local = true;
-  stop.carry_out(stop_verb::reset, asker(peer, "\"2\""), args);
-  EXPECT_TRUE(look());
-  EXPECT_NE(arrived(peer).find("\"refused\":null"), std::string::npos);
-}
-
-TEST_F(stop_service_test, keeps_the_place_of_a_peer_that_stopped_a_robot_which_could_move) {
-  connection& peer = arrive();
-  connection& late = arrive();
-  start();
-  EXPECT_TRUE(stop.may_displace(peer));
-  ask(peer, "\"1\"");
-  ask(late, "\"1\"");
-  EXPECT_FALSE(stop.may_displace(peer));
-  EXPECT_TRUE(stop.may_displace(late)) << "it stood already";
-  cycle.now += rowe::service::stop_place_kept_for - 1ms;
-  EXPECT_FALSE(stop.may_displace(peer));
-  cycle.now += 1ms;
-  EXPECT_TRUE(stop.may_displace(peer));
 }
 
 TEST_F(stop_service_test, looks_often_at_first_and_then_less_while_somebody_waits) {

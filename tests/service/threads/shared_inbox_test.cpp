@@ -25,12 +25,7 @@ using tests::watchdog;
 constexpr std::uint32_t slots = 4;
 constexpr std::size_t slot_bytes = 64;
 
-limits small() {
-  limits bounds;
-  bounds.door_slots = slots;
-  bounds.door_slot_bytes = slot_bytes;
-  return bounds;
-}
+limits small() { return {.door_slots = slots, .door_slot_bytes = slot_bytes}; }
 
 // An inbox in an arena that has exactly what it says it needs.
 struct fixture {

@@ -15,13 +15,8 @@ namespace {
 
 class showing : public ::testing::Test {
  protected:
-  static limits bounds() {
-    limits made;
-    made.connections_max = 3;
-    return made;
-  }
   rt::arena memory_{1 << 20, rt::page_lock::none};
-  shared_state shared_{memory_, bounds()};
+  shared_state shared_{memory_, limits{.connections_max = 3}};
 };
 
 TEST_F(showing, shows_who_is_connected) {

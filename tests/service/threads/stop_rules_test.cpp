@@ -75,15 +75,36 @@ struct robot {
   refusal heartbeat(std::string_view guard = "page", std::uint64_t peer = operator_a) {
     return rules.heartbeat(guard, tick(), false, peer, true, now);
   }
+  refusal heartbeat_with(std::int64_t tick) {
+    return rules.heartbeat("page", tick, false, operator_a, true, now);
+  }
+  refusal resign(std::string_view guard, bool has_role = true) {
+    return rules.heartbeat(guard, -1, true, operator_b, has_role, now);
+  }
   void beat() {
     if (guarded) (void)heartbeat();
+  }
+  // Of a stop with this number.
+  refusal reset(std::uint64_t number, std::int64_t tick, bool has_role = true) {
+    return rules.reset(static_cast<std::int64_t>(number), tick, has_role, now);
   }
   // With a tick that was issued after whatever was asked before.
   refusal reset() {
     now += 1ms;
-    const refusal why = rules.reset(static_cast<std::int64_t>(rules.number()), tick(), true, now);
+    const refusal why = reset(rules.number(), tick());
     publish();
     return why;
+  }
+  // All loops acknowledge, and may move again.
+  void let_go() {
+    look_all();
+    ASSERT_EQ(reset(), refusal::none);
+    look_all();
+  }
+  void peer_gone() {
+    rules.peer_gone(operator_a, now);
+    publish();
+    look_all();
   }
   void stop(std::string_view source = "operator", std::uint64_t peer = operator_a) {
     rules.request(source, peer, now);
@@ -104,10 +125,8 @@ struct moving_robot : robot {
       : robot{with, served_in_real_time} {
     add_loop();
     guarded = true;
-    look_all();
     EXPECT_EQ(heartbeat(), refusal::none);
-    EXPECT_EQ(reset(), refusal::none);
-    look_all();
+    let_go();
     EXPECT_TRUE(loops[0].moving);
   }
   loop& base() { return loops[0]; }
@@ -196,28 +215,25 @@ TEST(stop_rules, renew_nothing_by_old_ticks_that_arrive_late_all_at_once) {
     held.push_back(r.tick());
   }
   // 480 ms of heartbeats that a stalled network kept: the newest counts from when it was issued.
-  for (const std::int64_t tick : held)
-    EXPECT_EQ(r.rules.heartbeat("page", tick, false, operator_a, true, r.now), refusal::none);
+  for (const std::int64_t tick : held) EXPECT_EQ(r.heartbeat_with(tick), refusal::none);
   r.pass(499ms, false);
   EXPECT_TRUE(r.base().moving);
   r.pass(2ms, false);
   EXPECT_FALSE(r.base().moving);
   // And none of them any more.
-  for (const std::int64_t tick : held)
-    EXPECT_EQ(r.rules.heartbeat("page", tick, false, operator_a, true, r.now), refusal::tick);
+  for (const std::int64_t tick : held) EXPECT_EQ(r.heartbeat_with(tick), refusal::tick);
 }
 
 TEST(stop_rules, take_no_tick_that_was_not_issued_yet_or_is_of_another_run) {
   moving_robot r;
   for (const std::int64_t tick :
        {r.tick() + 1, std::int64_t{0}, std::int64_t{-1}, std::int64_t{1}, INT64_MAX})
-    EXPECT_EQ(r.rules.heartbeat("page", tick, false, operator_a, true, r.now), refusal::tick) << tick;
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick() + 1, true, r.now),
+    EXPECT_EQ(r.heartbeat_with(tick), refusal::tick) << tick;
+  EXPECT_EQ(r.reset(r.rules.number(), r.tick() + 1),
             refusal::number); // it moves
   r.stop();
   r.look_all();
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick() + 1, true, r.now),
-            refusal::tick);
+  EXPECT_EQ(r.reset(r.rules.number(), r.tick() + 1), refusal::tick);
 }
 
 TEST(stop_rules, stay_stopped_when_the_guard_comes_back) {
@@ -233,9 +249,7 @@ TEST(stop_rules, stay_stopped_when_the_guard_comes_back) {
 
 TEST(stop_rules, stop_at_once_when_a_guards_connection_ends) {
   moving_robot r;
-  r.rules.peer_gone(operator_a, r.now);
-  r.publish();
-  r.look_all();
+  r.peer_gone();
   EXPECT_FALSE(r.base().moving);
   EXPECT_EQ(r.rules.cause_name(), "guard");
   EXPECT_EQ(r.reset(), refusal::guards);
@@ -271,7 +285,7 @@ TEST(stop_rules, want_every_guard_fresh) {
 TEST(stop_rules, let_a_guard_resign_while_stopped_and_stop_when_it_resigns_moving) {
   moving_robot r;
   EXPECT_EQ(r.heartbeat("second", operator_b), refusal::none);
-  EXPECT_EQ(r.rules.heartbeat("second", -1, true, operator_b, true, r.now), refusal::none);
+  EXPECT_EQ(r.resign("second"), refusal::none);
   r.publish();
   r.look_all();
   EXPECT_FALSE(r.base().moving);
@@ -281,8 +295,8 @@ TEST(stop_rules, let_a_guard_resign_while_stopped_and_stop_when_it_resigns_movin
 TEST(stop_rules, let_those_with_the_role_resign_a_guard_that_never_comes_back) {
   moving_robot r;
   r.rules.peer_gone(operator_a, r.now);
-  EXPECT_EQ(r.rules.heartbeat("page", -1, true, operator_b, false, r.now), refusal::role);
-  EXPECT_EQ(r.rules.heartbeat("page", -1, true, operator_b, true, r.now), refusal::none);
+  EXPECT_EQ(r.resign("page", false), refusal::role);
+  EXPECT_EQ(r.resign("page"), refusal::none);
   r.publish();
   r.look_all();
   EXPECT_EQ(r.reset(), refusal::guards); // none is left
@@ -293,8 +307,7 @@ TEST(stop_rules, register_guards_and_reset_only_with_the_role) {
   r.add_loop();
   r.look_all();
   EXPECT_EQ(r.rules.heartbeat("page", r.tick(), false, operator_a, false, r.now), refusal::role);
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick(), false, r.now),
-            refusal::role);
+  EXPECT_EQ(r.reset(r.rules.number(), r.tick(), false), refusal::role);
 }
 
 TEST(stop_rules, have_places_for_eight_guards_with_plain_names) {
@@ -309,9 +322,7 @@ TEST(stop_rules, have_places_for_eight_guards_with_plain_names) {
 TEST(stop_rules, stop_every_loop_when_somebody_asks) {
   moving_robot r;
   loop& arm = r.add_loop("arm");
-  r.look_all();
-  ASSERT_EQ(r.reset(), refusal::none);
-  r.look_all();
+  r.let_go();
   ASSERT_TRUE(arm.moving && r.base().moving);
   r.stop();
   r.look_all();
@@ -365,7 +376,7 @@ TEST(stop_rules, refuse_the_reset_of_who_has_not_seen_the_newest_stop) {
   r.stop("b", operator_b);
   r.look_all();
   r.now += 1ms;
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(seen), r.tick(), true, r.now), refusal::number);
+  EXPECT_EQ(r.reset(seen, r.tick()), refusal::number);
   EXPECT_EQ(r.reset(), refusal::none);
 }
 
@@ -383,9 +394,9 @@ TEST(stop_rules, never_use_a_number_again_however_many_stops_there_are) {
   }
   r.now += 46ms;
   r.look_all();
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(seen), tick, true, r.now), refusal::number);
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(seen), r.tick(), true, r.now), refusal::number);
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), tick, true, r.now), refusal::tick);
+  EXPECT_EQ(r.reset(seen, tick), refusal::number);
+  EXPECT_EQ(r.reset(seen, r.tick()), refusal::number);
+  EXPECT_EQ(r.reset(r.rules.number(), tick), refusal::tick);
   EXPECT_FALSE(r.base().moving);
 }
 
@@ -433,9 +444,7 @@ TEST(stop_rules, take_the_answer_to_a_stop_for_all_of_its_millisecond) {
 TEST(stop_rules, stop_a_loop_that_was_let_go_in_the_same_millisecond) {
   moving_robot r;
   r.stop();
-  r.look_all();
-  ASSERT_EQ(r.reset(), refusal::none);
-  r.look_all();
+  r.let_go();
   ASSERT_TRUE(r.base().moving);
   r.now += 10us;
   r.stop();
@@ -444,7 +453,7 @@ TEST(stop_rules, stop_a_loop_that_was_let_go_in_the_same_millisecond) {
   EXPECT_FALSE(r.base().moving);
   r.update();
   EXPECT_EQ(r.rules.observed(), r.now);
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick(), true, r.now), refusal::tick);
+  EXPECT_EQ(r.reset(r.rules.number(), r.tick()), refusal::tick);
   EXPECT_EQ(r.reset(), refusal::none);
   r.look_all();
   EXPECT_TRUE(r.base().moving);
@@ -500,11 +509,9 @@ TEST(stop_rules, refuse_a_reset_whose_tick_is_older_than_a_stop_that_nobody_aske
   moving_robot r;
   r.pass(10ms);
   const std::int64_t tick = r.tick();
-  r.rules.peer_gone(operator_a, r.now);
-  r.publish();
-  r.look_all();
+  r.peer_gone();
   EXPECT_EQ(r.heartbeat("page", operator_b), refusal::none);
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), tick, true, r.now), refusal::tick);
+  EXPECT_EQ(r.reset(r.rules.number(), tick), refusal::tick);
   EXPECT_EQ(r.reset(), refusal::none);
 }
 
@@ -513,7 +520,7 @@ TEST(stop_rules, refuse_the_reset_of_who_has_seen_it_moving_and_not_the_stop) {
   const auto seen = r.rules.number();
   r.stop();
   r.look_all();
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(seen), r.tick(), true, r.now), refusal::number);
+  EXPECT_EQ(r.reset(seen, r.tick()), refusal::number);
 }
 
 TEST(stop_rules, refuse_a_reset_out_of_an_offline_queue) {
@@ -553,9 +560,7 @@ TEST(stop_rules, refuse_a_reset_without_any_loop) {
 TEST(stop_rules, stop_all_when_a_loop_does_not_look) {
   moving_robot r;
   loop& arm = r.add_loop("arm", 50ms);
-  r.look_all();
-  ASSERT_EQ(r.reset(), refusal::none);
-  r.look_all();
+  r.let_go();
   while (r.base().moving) {
     r.now += 1ms;
     r.beat();
@@ -573,9 +578,7 @@ TEST(stop_rules, stop_all_when_a_loop_does_not_look) {
 TEST(stop_rules, let_loops_stop_by_themselves_when_this_thread_is_silent_and_then_stop_all) {
   moving_robot r;
   loop& arm = r.add_loop("arm");
-  r.look_all();
-  ASSERT_EQ(r.reset(), refusal::none);
-  r.look_all();
+  r.let_go();
   const time_point silent_from = r.now;
   while (r.base().moving) {
     r.now += 1ms;

@@ -26,12 +26,7 @@ using tests::watchdog;
 constexpr std::uint32_t slots = 4;
 constexpr std::size_t slot_bytes = 64;
 
-limits small() {
-  limits bounds;
-  bounds.door_slots = slots;
-  bounds.door_slot_bytes = slot_bytes;
-  return bounds;
-}
+limits small() { return {.door_slots = slots, .door_slot_bytes = slot_bytes}; }
 
 // A queue in an arena that has exactly what it says it needs.
 struct fixture {
@@ -53,6 +48,13 @@ struct fixture {
         },
         most);
     return texts;
+  }
+  // The outcome that is there, and the text of the reply; the slot is free then.
+  std::pair<result<void>, std::string> outcome_of(std::uint32_t slot) {
+    EXPECT_TRUE(queue.wait(slot, rt::never));
+    std::pair<result<void>, std::string> seen{queue.outcome(slot), queue.reply_text(slot)};
+    queue.release(slot);
+    return seen;
   }
   void complete_all() {
     for (const std::uint32_t slot : taken) queue.complete(slot, {});
@@ -236,10 +238,9 @@ TEST(submission_queue, wakes_whoever_waits_for_the_outcome) {
   for (int round = 0; round != 100; ++round) {
     std::thread submitter{[&] {
       const std::uint32_t slot = h.submit("x", true);
-      ASSERT_TRUE(h.queue.wait(slot, rt::never));
-      EXPECT_EQ(h.queue.outcome(slot).error(), (error{errc::peer_lost, 7, 8}));
-      EXPECT_EQ(h.queue.reply_text(slot), "why");
-      h.queue.release(slot);
+      const auto [outcome, text] = h.outcome_of(slot);
+      EXPECT_EQ(outcome.error(), (error{errc::peer_lost, 7, 8}));
+      EXPECT_EQ(text, "why");
     }};
     while (h.take().empty()) std::this_thread::yield();
     h.queue.complete(h.taken.back(), error{errc::peer_lost, 7, 8}, "why");
@@ -264,10 +265,9 @@ TEST(submission_queue, says_that_a_reply_does_not_fit) {
   const std::uint32_t slot = h.submit("x", true);
   h.take();
   h.queue.complete(slot, {}, std::string(slot_bytes + 1, 'x'));
-  ASSERT_TRUE(h.queue.wait(slot, rt::never));
-  EXPECT_EQ(h.queue.outcome(slot).error(), (error{errc::too_big, slot_bytes + 1, slot_bytes}));
-  EXPECT_EQ(h.queue.reply_text(slot), "");
-  h.queue.release(slot);
+  const auto [outcome, text] = h.outcome_of(slot);
+  EXPECT_EQ(outcome.error(), (error{errc::too_big, slot_bytes + 1, slot_bytes}));
+  EXPECT_EQ(text, "");
 }
 
 TEST(submission_queue, leaves_an_error_as_it_is_when_its_text_does_not_fit) {
@@ -275,10 +275,9 @@ TEST(submission_queue, leaves_an_error_as_it_is_when_its_text_does_not_fit) {
   const std::uint32_t slot = h.submit("x", true);
   h.take();
   h.queue.complete(slot, errc::refused, std::string(slot_bytes + 1, 'x'));
-  ASSERT_TRUE(h.queue.wait(slot, rt::never));
-  EXPECT_EQ(h.queue.outcome(slot).code(), errc::refused);
-  EXPECT_EQ(h.queue.reply_text(slot), "");
-  h.queue.release(slot);
+  const auto [outcome, text] = h.outcome_of(slot);
+  EXPECT_EQ(outcome.code(), errc::refused);
+  EXPECT_EQ(text, "");
 }
 
 TEST(submission_queue, takes_a_reply_out_of_the_request_itself) {
@@ -286,9 +285,7 @@ TEST(submission_queue, takes_a_reply_out_of_the_request_itself) {
   const std::uint32_t slot = h.submit("0123456789", true);
   h.take();
   h.queue.complete(slot, {}, h.queue.request_text(slot).substr(3));
-  ASSERT_TRUE(h.queue.wait(slot, rt::never));
-  EXPECT_EQ(h.queue.reply_text(slot), "3456789");
-  h.queue.release(slot);
+  EXPECT_EQ(h.outcome_of(slot).second, "3456789");
 }
 
 TEST(submission_queue, completes_requests_while_it_is_taken_from) {
@@ -331,9 +328,7 @@ TEST(submission_queue, completes_with_closed_whatever_is_open_when_it_finishes) 
   }};
   h.queue.finish();
   submitter.join();
-  ASSERT_TRUE(h.queue.wait(queued, rt::never)); // also for who asks afterwards
-  EXPECT_EQ(h.queue.outcome(queued).code(), errc::closed);
-  h.queue.release(queued);
+  EXPECT_EQ(h.outcome_of(queued).first.code(), errc::closed) << "also for who asks afterwards";
   EXPECT_TRUE(h.queue.drained());
   EXPECT_TRUE(h.queue.all_free());
 }
@@ -344,10 +339,9 @@ TEST(submission_queue, keeps_an_outcome_that_was_there_before_it_finished) {
   h.take();
   h.queue.complete(slot, {}, "reply");
   h.queue.finish();
-  ASSERT_TRUE(h.queue.wait(slot, rt::never));
-  EXPECT_TRUE(h.queue.outcome(slot));
-  EXPECT_EQ(h.queue.reply_text(slot), "reply");
-  h.queue.release(slot);
+  const auto [outcome, text] = h.outcome_of(slot);
+  EXPECT_TRUE(outcome);
+  EXPECT_EQ(text, "reply");
 }
 
 } // namespace

@@ -30,32 +30,12 @@ TEST_F(advertisements_test, hold_their_topic_and_give_it_their_type) {
   EXPECT_EQ(topics.count(), 0U);
 }
 
-TEST_F(advertisements_test, of_one_topic_count_once) {
-  advertise(peer, "/odom");
-  advertise(peer, "/odom");
-  EXPECT_EQ(places.held_by({0}), 1U);
-  unadvertise(peer, "/odom");
-  EXPECT_EQ(topics.count(), 0U);
-  EXPECT_TRUE(told(peer).empty());
-}
-
 TEST_F(advertisements_test, by_another_type_are_refused) {
   connection& second = join(1);
   advertise(peer, "/odom", "nav_msgs/Odometry");
   advertise(second, "/odom", "std_msgs/String");
   EXPECT_TRUE(was_told(second, "the topic exists with the type nav_msgs/Odometry"));
   EXPECT_FALSE(advertises(second, "/odom"));
-}
-
-TEST_F(advertisements_test, of_the_endpoints_own_topics_are_refused) {
-  advertise(peer, "/rowe/mine");
-  EXPECT_TRUE(was_told(peer, "topics below /rowe/ are the endpoint's own"));
-  EXPECT_EQ(topics.count(), 0U);
-}
-
-TEST_F(advertisements_test, that_are_not_there_cannot_end) {
-  unadvertise(peer, "/odom");
-  EXPECT_TRUE(was_told(peer, "this peer does not advertise the topic"));
 }
 
 TEST_F(advertisements_test, are_known_by_one_number_each) {
@@ -116,19 +96,6 @@ TEST_F(advertisements_test, of_one_peer_leave_each_other_one_its_claim) {
     for (int i = 0; i < 4; ++i) advertise(late, "/late" + std::to_string(other) + "/" + std::to_string(i));
     EXPECT_EQ(places.held_by({other}), 4U);
   }
-}
-
-TEST_F(advertisements_test, end_with_their_peer_and_so_does_what_it_latched) {
-  connection& reader = join(1);
-  subscribe(reader, "/map");
-  advertise(peer, "/map");
-  const topic_id topic = topics.find("/map");
-  values.publish(topic, cycle.now, rowe::rt::never, {latch_owner::kind::peer, 0},
-                 [](rowe::json::writer& into) { into.append("{}"); });
-  ASSERT_FALSE(topics.at(topic).latched.empty());
-  leave(peer);
-  EXPECT_TRUE(topics.at(topic).latched.empty());
-  EXPECT_TRUE(advertised.of({0}).empty());
 }
 
 } // namespace

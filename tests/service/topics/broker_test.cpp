@@ -85,62 +85,6 @@ TEST_F(broker_test, encodes_nothing_that_all_who_listen_have_throttled) {
   EXPECT_EQ(waiting(peer, topic), std::vector<std::string>{R"({"n":2})"});
 }
 
-TEST_F(broker_test, keeps_a_latched_value_although_nobody_listens) {
-  const topic_id topic = hold_as_own("/map");
-  publish(topic, R"({"m":1})", {latch_owner::kind::handle, 0});
-  publish(topic, R"({"m":2})", {latch_owner::kind::handle, 0});
-  connection& late = join(0);
-  subscribe(late, "/map");
-  const auto slot = long_out.compose_latched(topic, state.latches.at(topics.at(topic).latched.head).value);
-  ASSERT_TRUE(slot);
-  const auto body = store.slots().body(slot);
-  EXPECT_EQ(std::string(body.begin(), body.end()), R"({"m":2})");
-  store.release(slot);
-}
-
-TEST_F(broker_test, keeps_one_value_of_each_publisher) {
-  const topic_id topic = hold_as_own("/map");
-  const latch_owner handle{latch_owner::kind::handle, 0}, peer{latch_owner::kind::peer, 0};
-  publish(topic, R"({"of":"handle"})", handle);
-  publish(topic, R"({"of":"peer"})", peer);
-  publish(topic, R"({"of":"the handle again"})", handle);
-  const auto& kept = state.latches;
-  const auto first = topics.at(topic).latched.head;
-  ASSERT_TRUE(first);
-  EXPECT_EQ(kept.at(first).value.owner, peer) << "the oldest first";
-  ASSERT_TRUE(kept.at(first).next);
-  EXPECT_EQ(kept.at(kept.at(first).next).value.owner, handle);
-  EXPECT_FALSE(kept.at(kept.at(first).next).next);
-  EXPECT_EQ(kept.count(), 2U);
-}
-
-TEST_F(broker_test, counts_a_latched_value_that_has_no_room) {
-  const std::size_t capacity =
-      bounds.latched_bytes / sizeof(rowe::service::latch_block); // each takes one block
-  for (std::size_t i = 0; i <= capacity; ++i)
-    publish(hold_as_own("/map" + std::to_string(i)), "{}", {latch_owner::kind::handle, 0});
-  EXPECT_EQ(counts.read(counter::not_latched), 1U);
-  EXPECT_FALSE(topics.at(topics.find("/map0")).latched.empty());
-  EXPECT_TRUE(topics.at(topics.find("/map" + std::to_string(capacity))).latched.empty());
-}
-
-TEST_F(broker_test, passes_nothing_on_to_peers_where_it_is_no_hub) {
-  connection& writer = join(0);
-  connection& reader = join(1);
-  subscribe(reader, "/chat");
-  relay(writer, "/chat", R"({"say":"hello"})");
-  EXPECT_TRUE(waiting(reader, topics.find("/chat")).empty());
-  EXPECT_EQ(counts.read(counter::no_peer), 1U);
-}
-
-TEST_F(broker_of_hub, passes_what_a_peer_publishes_on_to_others_as_it_stood) {
-  connection& writer = join(0);
-  connection& reader = join(1);
-  subscribe(reader, "/chat");
-  relay(writer, "/chat", R"({ "say" : 1.0 })");
-  EXPECT_EQ(waiting(reader, topics.find("/chat")), std::vector<std::string>{R"({ "say" : 1.0 })"});
-}
-
 TEST_F(broker_of_hub, passes_it_back_to_who_published_it_if_that_one_subscribes) {
   connection& peer = join(0);
   subscribe(peer, "/chat");
@@ -152,21 +96,6 @@ TEST_F(broker_of_hub, has_no_topic_for_what_nobody_asked_for) {
   relay(join(0), "/chat", "{}");
   EXPECT_EQ(topics.count(), 0U);
   EXPECT_EQ(counts.read(counter::no_peer), 1U);
-}
-
-TEST_F(broker_of_hub, lets_no_peer_publish_the_endpoints_own_topics) {
-  connection& peer = join(0);
-  relay(peer, "/rowe/stop/state", "{}");
-  EXPECT_TRUE(was_told(peer, "topics below /rowe/ are the endpoint's own"));
-}
-
-TEST_F(broker_of_hub, keeps_what_a_peer_asked_to_be_kept_and_nothing_else) {
-  connection& peer = join(0);
-  const topic_id map = hold_as_own("/map"), chat = hold_as_own("/chat");
-  relay(peer, "/map", R"({"m":1})", true);
-  relay(peer, "/chat", R"({"m":1})");
-  EXPECT_FALSE(topics.at(map).latched.empty());
-  EXPECT_TRUE(topics.at(chat).latched.empty());
 }
 
 } // namespace

@@ -82,11 +82,6 @@ rowe::endpoint_options with_an_asker() {
 struct own_types : access {
   own_types() : access{with_an_asker()} {}
 
-  std::string call(peer& by, std::string_view service, std::string_view args) {
-    (void)by.hear();
-    return answer_to(by, R"({"op":"call_service","id":"c","service":")" + std::string{service} +
-                             R"(","args":)" + std::string{args} + "}");
-  }
   static std::string values_of(const std::string& answer) {
     const auto found = json::find(json::root(answer).raw, "values");
     return found ? std::string{found->raw} : std::string{};
@@ -97,8 +92,7 @@ TEST_F(own_types, agree_with_what_services_answer) {
   stoppable_loop loop{on};
   const auto speed = open_parameter<double>(on, "/speed", 0.5, {0.0, 1.0});
   peer& boss = comes("supervisor");
-  boss.say(R"({"op":"subscribe","topic":"/odom"})");
-  on.cycle();
+  boss.tell(R"({"op":"subscribe","topic":"/odom"})");
   const auto args_of = [&](std::string_view name) -> std::string {
     if (name == "/rosapi/message_details") return R"({"type":"rowe/Stats"})";
     if (name.ends_with("_details") && name != "/rosapi/node_details") return R"({"type":"rosapi/GetParam"})";

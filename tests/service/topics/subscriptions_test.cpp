@@ -29,20 +29,6 @@ TEST_F(subscriptions_test, hold_their_topic_until_they_end) {
   EXPECT_TRUE(told(peer).empty());
 }
 
-TEST_F(subscriptions_test, of_one_peer_to_one_topic_are_one_with_several_requests) {
-  request slow = of(peer, "/odom", "\"slow\"");
-  slow.throttle_ms = 100;
-  readers.subscribe(peer, slow);
-  subscribe(peer, "/odom", "\"fast\"");
-  EXPECT_EQ(subscriptions.count(), 1U);
-  EXPECT_EQ(only("/odom").throttle, 0ms) << "the request that wants most wins";
-  unsubscribe(peer, "/odom", "\"fast\"");
-  ASSERT_TRUE(subscribed(peer, "/odom"));
-  EXPECT_EQ(only("/odom").throttle, 100ms);
-  unsubscribe(peer, "/odom", "\"slow\"");
-  EXPECT_FALSE(subscribed(peer, "/odom"));
-}
-
 TEST_F(subscriptions_test, end_all_at_once_where_no_id_is_given) {
   subscribe(peer, "/odom", "\"a\"");
   subscribe(peer, "/odom", "\"b\"");
@@ -86,16 +72,6 @@ TEST_F(subscriptions_test, end_with_their_peer_and_give_their_places_back) {
   EXPECT_EQ(topics.count(), 0U);
 }
 
-TEST_F(subscriptions_test, by_another_type_are_told_and_kept) {
-  connection& writer = join(1);
-  advertise(writer, "/odom", "nav_msgs/Odometry");
-  request asked = of(peer, "/odom");
-  asked.type = "std_msgs/String";
-  readers.subscribe(peer, asked);
-  EXPECT_TRUE(was_told(peer, "the topic has the type nav_msgs/Odometry, not std_msgs/String"));
-  EXPECT_TRUE(subscribed(peer, "/odom"));
-}
-
 TEST_F(subscriptions_test, learn_the_type_when_the_topic_gets_another_one) {
   request asked = of(peer, "/odom");
   asked.type = "std_msgs/String";
@@ -104,13 +80,6 @@ TEST_F(subscriptions_test, learn_the_type_when_the_topic_gets_another_one) {
   connection& writer = join(1);
   advertise(writer, "/odom", "nav_msgs/Odometry");
   EXPECT_TRUE(was_told(peer, "the topic has the type nav_msgs/Odometry"));
-}
-
-TEST_F(subscriptions_test, find_their_topic_by_either_spelling) {
-  subscribe(peer, "odom");
-  EXPECT_TRUE(subscribed(peer, "/odom"));
-  unsubscribe(peer, "/odom");
-  EXPECT_FALSE(subscribed(peer, "odom"));
 }
 
 } // namespace

@@ -118,15 +118,6 @@ TEST_F(topic_handles_test, of_two_types_cannot_share_a_topic) {
   EXPECT_EQ(topics.count(), 0U) << "the one that was refused holds nothing";
 }
 
-TEST_F(topic_handles_test, replace_the_type_that_a_peer_gave) {
-  connection& peer = join(0);
-  advertise(peer, "/odom", "b/Type");
-  const pair_index at = attach(pair_kind::publish_text, "/odom", "a/Type");
-  EXPECT_EQ(topics.type(topics.find("/odom")), "a/Type");
-  EXPECT_FALSE(told(peer).empty()) << "it is told";
-  detach(at);
-}
-
 TEST_F(topic_handles_test, get_what_is_published_until_they_are_detached) {
   const pair_index first = attach(pair_kind::subscribe_text, "/chat");
   const pair_index second = attach(pair_kind::subscribe_text, "/chat");
@@ -140,15 +131,6 @@ TEST_F(topic_handles_test, get_what_is_published_until_they_are_detached) {
   detach(again); // which is
   publish("/chat", "{\"n\":3}");
   EXPECT_EQ(next(second), "{\"n\":3}");
-}
-
-TEST_F(topic_handles_test, get_the_last_value_of_a_latched_topic_when_they_come) {
-  const pair_index writer = attach(pair_kind::publish_text, "/map", {}, true);
-  publish("/map", "{\"m\":1}", {latch_owner::kind::handle, writer.value});
-  const pair_index late = attach(pair_kind::subscribe_text, "/map");
-  EXPECT_EQ(next(late), "{\"m\":1}");
-  detach(writer);
-  EXPECT_TRUE(topics.at(topics.find("/map")).latched.empty()) << "its value went with its handle";
 }
 
 TEST_F(topic_handles_test, know_whether_anybody_listens) {
@@ -196,20 +178,6 @@ TEST_F(topic_handles_of_client, are_announced_by_the_first_of_their_kind_and_end
   ASSERT_EQ(told(server).size(), 2U);
   EXPECT_NE(told(server)[1].find(R"("op":"unadvertise")"), std::string::npos);
   EXPECT_NE(told(server)[1].find(R"("topic":"odom")"), std::string::npos) << "and still does";
-}
-
-TEST_F(topic_handles_of_client, are_told_to_a_server_that_comes_later) {
-  const pair_index reader = attach(pair_kind::subscribe_text, "/odom");
-  const pair_index writer = attach(pair_kind::publish_text, "/odom");
-  EXPECT_EQ(handles.queue_to_server(writer), nullptr);
-  connection& server = join(0);
-  handles.announce(server, reader, true);
-  handles.announce(server, writer, true);
-  EXPECT_TRUE(was_told(server, R"("op":"subscribe")"));
-  EXPECT_TRUE(was_told(server, R"("op":"advertise")"));
-  EXPECT_NE(handles.queue_to_server(writer), nullptr);
-  leave(server);
-  EXPECT_EQ(handles.queue_to_server(writer), nullptr);
 }
 
 } // namespace

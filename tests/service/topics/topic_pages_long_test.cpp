@@ -57,13 +57,12 @@ struct long_pages : core_test {
     return {reinterpret_cast<const char*>(answer.body.data()), answer.body.size()};
   }
   void publish(peer& by, std::string_view msg, std::string_view topic = "/map", bool latch = false) {
-    by.say(R"({"op":"publish","topic":")" + std::string{topic} + "\"" + (latch ? R"(,"latch":true)" : "") +
-           R"(,"msg":)" + std::string{msg} + "}");
-    on.cycles(60);
+    by.tell(R"({"op":"publish","topic":")" + std::string{topic} + "\"" + (latch ? R"(,"latch":true)" : "") +
+                R"(,"msg":)" + std::string{msg} + "}",
+            60);
   }
   void advertise(peer& by, std::string_view topic = "/map") {
-    by.say(R"({"op":"advertise","type":"a/Map","topic":")" + std::string{topic} + "\"}");
-    on.cycles(2);
+    by.tell(R"({"op":"advertise","type":"a/Map","topic":")" + std::string{topic} + "\"}", 2);
   }
   void TearDown() override { EXPECT_EQ(on.core.inconsistency(), ""); }
 };
@@ -119,8 +118,7 @@ TEST_F(long_pages, send_the_value_that_they_began_with_to_its_end) {
   const std::size_t read = first.size();
   ASSERT_LT(read, map.size());
   publish(robot, map_of(50'000, 2), "/map", true);
-  robot.say(R"({"op":"unadvertise","topic":"/map"})");
-  on.cycles(3);
+  robot.tell(R"({"op":"unadvertise","topic":"/map"})", 3);
   EXPECT_TRUE(rest_of(answer, read) == map.substr(read));
   robot.leave();
   on.cycles(3);
@@ -166,9 +164,7 @@ TEST_F(long_pages, make_way_for_messages) {
   ASSERT_EQ(rest_of(get()).size(), map_of(60'000, 2).size());
   const std::uint32_t kept = on.core.chunks_in_use();
   EXPECT_EQ(kept, 8U) << "what is being read, and what is kept";
-  peer slow{on};
-  slow.say(R"({"op":"subscribe","topic":"/image"})");
-  on.cycle();
+  peer slow = subscriber(on, "/image");
   on.net.link_of(slow.id()).capacity_bytes = 1000;
   for (int i = 0; i < 12; ++i) publish(robot, map_of(60'000, i), "/image");
   EXPECT_TRUE(get().later) << "what was kept made way";
@@ -203,8 +199,7 @@ struct fewest_long_pages : long_pages { // a quarter of the chunks is less than 
 };
 
 TEST_F(fewest_long_pages, say_how_long_a_value_is_for_which_there_is_no_room) {
-  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/map", 64 * 1024);
-  on.cycle();
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/map", 64 * 1024);
   const http_answer waits = get();
   on.cycle();
   ASSERT_TRUE(publish_text(on, pair, map_of(60'000)));
@@ -224,8 +219,7 @@ struct long_pages_with_roles : long_pages {
 };
 
 TEST_F(long_pages_with_roles, end_when_the_rights_change) {
-  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/arm/a", 64 * 1024);
-  on.cycle();
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/arm/a", 64 * 1024);
   const std::string token = access_fixture::token_of("arm");
   const auto who =
       static_cast<rowe::service::transport_sink&>(on.core)

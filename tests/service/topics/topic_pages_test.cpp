@@ -47,12 +47,11 @@ TEST_F(topic_pages, show_what_the_service_of_the_statistics_answers) {
   EXPECT_TRUE(text.ends_with("}\n"));
   for (const std::string_view member :
        {"\"counters\":{", "\"limits\":{", "\"topics\":[", "\"connections\":["})
-    EXPECT_NE(text.find(member), text.npos) << member;
+    EXPECT_TRUE(has(text, member)) << member;
 }
 
 TEST_F(topic_pages, wait_for_the_next_value_of_a_topic_that_nobody_has_asked_for) {
-  auto& pair = advertise_pose(on);
-  on.cycle();
+  auto& pair = advertise_pose_now(on);
   EXPECT_EQ(publish(on, pair, {1, 0}).code(), rowe::errc::no_peer);
   const http_answer waits = get(pose_path);
   ASSERT_TRUE(waits.later);
@@ -71,8 +70,7 @@ TEST_F(topic_pages, wait_for_the_next_value_of_a_topic_that_nobody_has_asked_for
 }
 
 TEST_F(topic_pages, show_the_newest_value_at_once_to_who_asks_again_and_say_how_old_it_is) {
-  auto& pair = advertise_pose(on);
-  on.cycle();
+  auto& pair = advertise_pose_now(on);
   ask_for(pose_path);
   for (const int x : {1, 2, 3}) ASSERT_TRUE(publish(on, pair, {1.0 * x, 0}));
   on.cycle();
@@ -85,19 +83,16 @@ TEST_F(topic_pages, show_the_newest_value_at_once_to_who_asks_again_and_say_how_
 
 TEST_F(topic_pages, name_topics_with_slashes_and_in_percent_encoding) {
   const std::string_view topic = "/robot/od\303\266m";
-  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, topic, 64);
-  on.cycle();
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, topic, 64);
   ask_for("/api/v1/topics/robot/od%C3%B6m");
-  ASSERT_TRUE(publish_text(on, pair, R"({"a":1.50})"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, pair, R"({"a":1.50})"));
   for (const std::string_view path : {"/api/v1/topics/robot/od%c3%b6m", "/api/v1/topics//robot/od%C3%B6m",
                                       "/api/v1/topics/%2Frobot%2fod%c3%B6m"})
     EXPECT_EQ(text_of(get(path)), "{\"a\":1.50}\n") << path;
 }
 
 TEST_F(topic_pages, are_not_there_for_what_is_no_topic) {
-  advertise_pose(on);
-  on.cycle();
+  advertise_pose_now(on);
   for (const std::string_view path :
        {"/api/v1/topics/poses", "/api/v1/topics/", "/api/v1/topics/po%se", "/api/v1/topics/pose%",
         "/api/v1/topics/pose%2", "/api/v1/topics/pose%00", "/api/v1/topics///pose", "/api/v1/topics/po+se",
@@ -111,10 +106,8 @@ TEST_F(topic_pages, are_not_there_for_what_is_no_topic) {
 }
 
 TEST_F(topic_pages, have_the_latched_value_from_the_first_request_on) {
-  auto& pair = advertise_pose(on, {.latched = true});
-  on.cycle();
-  ASSERT_TRUE(publish(on, pair, {4, 0}));
-  on.cycle();
+  auto& pair = advertise_pose_now(on, {.latched = true});
+  ASSERT_TRUE(publish_now(on, pair, {4, 0}));
   EXPECT_EQ(text_of(get(pose_path)), "{\"x\":4,\"y\":0}\n");
   EXPECT_EQ(get(pose_path).age_ms, 1);
 }
@@ -139,19 +132,17 @@ TEST_F(topic_pages, show_no_value_whose_time_to_live_is_over) {
 }
 
 TEST_F(topic_pages, say_when_none_came_for_too_long) {
-  advertise_pose(on);
-  on.cycle();
+  advertise_pose_now(on);
   const http_answer waits = get(pose_path);
   on.cycle(2s);
   const http_answer answer = again(waits, true);
   EXPECT_FALSE(answer.later);
   EXPECT_EQ(answer.status, 404);
-  EXPECT_NE(text_of(answer).find("no value of the topic came within 2 s"), std::string::npos);
+  EXPECT_TRUE(has(text_of(answer), "no value of the topic came within 2 s"));
 }
 
 TEST_F(topic_pages, let_publishers_rest_when_nobody_has_asked_for_a_minute) {
-  auto& pair = advertise_pose(on);
-  on.cycle();
+  auto& pair = advertise_pose_now(on);
   ask_for(pose_path);
   on.cycles(58, 1s);
   EXPECT_TRUE(publish(on, pair, {1, 0}));
@@ -163,36 +154,26 @@ TEST_F(topic_pages, let_publishers_rest_when_nobody_has_asked_for_a_minute) {
 }
 
 TEST_F(topic_pages, send_late_subscribers_nothing_that_was_not_latched) {
-  auto& pair = advertise_pose(on);
-  on.cycle();
+  auto& pair = advertise_pose_now(on);
   ask_for(pose_path);
-  ASSERT_TRUE(publish(on, pair, {1, 0}));
-  on.cycle();
+  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
   peer late{on};
-  late.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycles(3);
-  EXPECT_TRUE(late.hear().empty());
+  EXPECT_TRUE(late.ask(R"({"op":"subscribe","topic":"/pose"})", 3).empty());
   EXPECT_EQ(on.core.slots_in_use(), 0U) << "what is kept takes no slot";
 }
 
 TEST_F(topic_pages, show_what_peers_publish_as_it_was_written) {
-  peer source{on};
-  source.say(R"({"op":"advertise","topic":"/count","type":"a/B"})");
-  on.cycles(2);
+  peer source = peer_saying(on, R"({"op":"advertise","topic":"/count","type":"a/B"})", 2);
   ask_for("/api/v1/topics/count");
-  source.say(R"({"op":"publish","topic":"/count","msg":{"n":9007199254740993,"x":1.0e-7}})");
-  on.cycles(2);
+  source.tell(R"({"op":"publish","topic":"/count","msg":{"n":9007199254740993,"x":1.0e-7}})", 2);
   EXPECT_EQ(text_of(get("/api/v1/topics/count")), "{\"n\":9007199254740993,\"x\":1.0e-7}\n");
 }
 
 TEST_F(topic_pages, hold_no_topic_whose_last_holder_leaves) {
-  peer source{on};
-  source.say(R"({"op":"advertise","topic":"/count","type":"a/B"})");
-  on.cycles(2);
+  peer source = peer_saying(on, R"({"op":"advertise","topic":"/count","type":"a/B"})", 2);
   const http_answer waits = get("/api/v1/topics/count");
   ASSERT_TRUE(waits.later);
-  source.say(R"({"op":"unadvertise","topic":"/count"})");
-  on.cycle();
+  source.tell(R"({"op":"unadvertise","topic":"/count"})");
   EXPECT_EQ(on.next_wake, on.now) << "the page hears of it at once";
   EXPECT_EQ(again(waits).status, 404);
   source.say(R"({"op":"advertise","topic":"/count","type":"a/B"})"); // in the same row, perhaps
@@ -214,8 +195,7 @@ TEST_F(topic_pages, show_the_statistics_and_the_state_of_the_stop_as_topics) {
 }
 
 TEST_F(topic_pages, say_that_the_endpoint_is_closing) {
-  advertise_pose(on);
-  on.cycle();
+  advertise_pose_now(on);
   const http_answer waits = get(pose_path);
   on.core.close_all(on.now);
   EXPECT_EQ(again(waits).status, 503);
@@ -225,26 +205,20 @@ TEST_F(topic_pages, say_that_the_endpoint_is_closing) {
 // ---- what whoever asks may take
 
 struct many_topics : topic_pages {
-  many_topics() : topic_pages{limits()} {}
-  static rowe::endpoint_options limits() {
-    rowe::endpoint_options options = relaying();
-    options.limits.topics_max = 256;
-    options.limits.advertisements_per_connection_max = 40;
-    options.limits.messages_per_second_max = 10'000;
-    return options;
-  }
+  many_topics()
+      : topic_pages{with_limits(relaying(), &limits::topics_max, 256,
+                                &limits::advertisements_per_connection_max, 40,
+                                &limits::messages_per_second_max, 10'000)} {}
   static std::string path_of(int i) { return "/api/v1/topics/t" + std::to_string(i); }
   void advertise(peer& source, int count) {
-    for (int i = 0; i < count; ++i) {
-      source.say(R"({"op":"advertise","type":"a/B","topic":"/t)" + std::to_string(i) + "\"}");
-      on.cycle();
-    }
+    for (int i = 0; i < count; ++i)
+      source.tell(R"({"op":"advertise","type":"a/B","topic":"/t)" + std::to_string(i) + "\"}");
     on.cycle();
   }
   void publish(peer& source, int i, std::size_t bytes) {
-    source.say(R"({"op":"publish","topic":"/t)" + std::to_string(i) + R"(","msg":{"v":")" +
-               std::string(bytes, 'x') + "\"}}");
-    on.cycles(2);
+    source.tell(R"({"op":"publish","topic":"/t)" + std::to_string(i) + R"(","msg":{"v":")" +
+                    std::string(bytes, 'x') + "\"}}",
+                2);
   }
 };
 
@@ -324,8 +298,7 @@ TEST_F(topic_pages_with_roles, need_the_right_to_subscribe_to_the_topic) {
 }
 
 TEST_F(topic_pages_with_roles, say_the_same_of_a_hidden_topic_and_of_none) {
-  advertise_pose(on);
-  on.cycle();
+  advertise_pose_now(on);
   const auto there = may_read("arm", "/api/v1/topics/pose");
   const std::string what{there.what}, remedy{there.remedy};
   const auto nowhere = may_read("arm", "/api/v1/topics/nothing");
@@ -345,24 +318,22 @@ TEST_F(topic_pages_with_roles, show_in_the_statistics_only_the_topics_that_a_rol
   with.roles[0].call = {"/rowe/stats"};
   on.set_access(with);
   const std::string all = text_of(get_as("observer", "/api/v1/stats"));
-  EXPECT_NE(all.find("\"/pose\""), all.npos);
-  EXPECT_NE(all.find("\"driver\""), all.npos);
+  EXPECT_TRUE(has(all, "\"/pose\""));
+  EXPECT_TRUE(has(all, "\"driver\""));
   const std::string some = text_of(get_as("arm", "/api/v1/stats"));
-  EXPECT_NE(some.find("\"/arm/a\""), some.npos);
-  EXPECT_EQ(some.find("\"/pose\""), some.npos);
-  EXPECT_NE(some.find("\"connections\":[]"), some.npos) << some;
+  EXPECT_TRUE(has(some, "\"/arm/a\""));
+  EXPECT_FALSE(has(some, "\"/pose\""));
+  EXPECT_TRUE(has(some, "\"connections\":[]"));
 }
 
 TEST_F(topic_pages_with_roles, show_nothing_to_who_waits_when_the_rights_change) {
-  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/arm/a", 64);
-  on.cycle();
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/arm/a", 64);
   const http_answer waits = get_as("arm", "/api/v1/topics/arm/a");
   ASSERT_TRUE(waits.later);
   rowe::access_options with = access_fixture::with_roles().access;
   with.roles[0].subscribe.clear();
   on.set_access(with);
-  ASSERT_TRUE(publish_text(on, pair, "{}"));
-  on.cycle();
+  ASSERT_TRUE(publish_text_now(on, pair, "{}"));
   const http_answer answer = again(waits);
   EXPECT_EQ(answer.status, 503);
   EXPECT_EQ(text_of(answer), "the rights have just changed\nask again\n");

@@ -18,22 +18,20 @@ using rowe::service::topic_id;
 using rowe::wire::request;
 
 inline rowe::limits few() {
-  rowe::limits bounds;
-  bounds.small_slots = 256;
-  bounds.small_slot_bytes = 512;
-  bounds.large_slots = 1;
-  bounds.message_bytes_max = 1024;
-  bounds.queued_max = 256;
-  bounds.queue_depth_max = 8;
-  bounds.connections_max = 4;
-  bounds.lanes_max = 2;
-  bounds.topics_max = 36; // 32 for peers: a claim to 4 for each, and the other 16 for whoever comes
-  bounds.subscriptions_max = 32;
-  bounds.subscriptions_per_connection_max = 32;
-  bounds.advertisements_per_connection_max = 32;
-  bounds.latched_bytes = 8 * 1024;
-  bounds.refusals_per_second_max = 0; // no limit
-  return bounds;
+  return {.connections_max = 4,
+          .message_bytes_max = 1024,
+          .refusals_per_second_max = 0, // no limit
+          .topics_max = 36, // 32 for peers: a claim to 4 for each, and the other 16 for whoever comes
+          .subscriptions_max = 32,
+          .subscriptions_per_connection_max = 32,
+          .advertisements_per_connection_max = 32,
+          .small_slots = 256,
+          .small_slot_bytes = 512,
+          .large_slots = 1,
+          .queue_depth_max = 8,
+          .queued_max = 256,
+          .latched_bytes = 8 * 1024,
+          .lanes_max = 2};
 }
 
 struct topic_parts : peer_parts::peer_parts {
