@@ -31,17 +31,18 @@
 
 namespace rowe::service {
 
-class ingress {
+struct ingress_needs {
+  core_state& state_;
+  const outbox& outbox_;
+  sender& sender_;
+  receiver& receiver_;
+  frame_handler& frame_handler_;
+};
+
+class ingress : ingress_needs {
  public:
-  struct needs {
-    core_state& state;
-    const class outbox& outbox;
-    class sender& sender;
-    class receiver& receiver;
-    class frame_handler& frame_handler;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  ingress(rt::arena& memory, const needs& parts) noexcept;
+  ingress(rt::arena& memory, const ingress_needs& parts) noexcept;
 
   void open(peer_index peer) noexcept;
   void forget(peer_index peer) noexcept;
@@ -113,11 +114,6 @@ class ingress {
   void take_stops(peer_index peer) noexcept;
   bool take_if_stop(peer_index peer, std::span<const std::byte> frame) noexcept;
 
-  core_state& state_;
-  const outbox& outbox_;
-  sender& sender_;
-  receiver& receiver_;
-  frame_handler& handler_;
   rows<peer_index, input> inputs_;
   turns turns_;
   index_ring<peer_index> parked_;

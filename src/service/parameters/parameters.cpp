@@ -18,8 +18,8 @@ constexpr std::uint32_t own_count =
 
 } // namespace
 
-parameters::parameters(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
+parameters::parameters(rt::arena& memory, const parameters_needs& parts) noexcept
+    : parameters_needs{parts},
       rows_{memory.carve<row>(state_.bounds().parameters_max)},
       count_{rows_.size() + own_count} {}
 

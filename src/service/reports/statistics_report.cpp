@@ -31,11 +31,8 @@ double rounded(double value) noexcept {
 
 } // namespace
 
-statistics_report::statistics_report(const needs& parts) noexcept
-    : state_{parts.state},
-      stop_rules_{parts.stop_rules},
-      outbox_{parts.outbox},
-      topic_rates_{parts.topic_rates},
+statistics_report::statistics_report(const statistics_report_needs& parts) noexcept
+    : statistics_report_needs{parts},
       name_bytes_{std::min(state_.options.name.size(), name_.size())},
       opened_at_{state_.cycle.now} {
   state_.options.name.copy(name_.data(), name_bytes_);

@@ -54,17 +54,6 @@ std::uint32_t list(json::writer& into, fitting_names fits, std::string_view key,
 
 } // namespace
 
-endpoint_services::endpoint_services(const needs& parts) noexcept
-    : state_{parts.state},
-      service_directory_{parts.service_directory},
-      stop_rules_{parts.stop_rules},
-      outbox_{parts.outbox},
-      call_completion_{parts.call_completion},
-      statistics_report_{parts.statistics_report},
-      graph_services_{parts.graph_services},
-      parameter_services_{parts.parameter_services},
-      type_services_{parts.type_services} {}
-
 std::string_view endpoint_services::find(std::string_view asked) noexcept {
   const own_service_type* const own = own_type_of_service(asked);
   return own == nullptr || own->of_stop ? std::string_view{} : own->name;

@@ -33,14 +33,10 @@ std::int64_t integer_of(std::string_view args, std::string_view member) noexcept
 
 } // namespace
 
-stop_service::stop_service(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      sender_{parts.sender},
-      access_control_{parts.access_control},
-      call_completion_{parts.call_completion},
-      stop_rules_{parts.stop_rules},
+stop_service::stop_service(rt::arena& memory, const stop_service_needs& parts) noexcept
+    : stop_service_needs{parts},
       switch_{state_, stop_rules_},
-      threads_{{.state = state_, .stop_switch = switch_}},
+      threads_{{.state_ = state_, .stop_switch_ = switch_}},
       rows_{memory.carve<row>(state_.bounds().connections_max)},
       waiters_{memory.carve<waiter>(waiters_of(state_.bounds()))} {}
 

@@ -15,7 +15,7 @@ using namespace call_parts;
 struct service_providers_test : call_parts::call_parts {
   rowe::service::service_directory directory{memory, bounds};
   rowe::service::service_providers providers{
-      memory, {.state = state, .service_directory = directory, .refusals = refused}};
+      memory, {.state_ = state, .service_directory_ = directory, .refusals_ = refused}};
 
   static rowe::wire::request of(std::string_view service) {
     rowe::wire::request asked;
