@@ -21,7 +21,6 @@
 #include "service/outgoing/local_delivery.hpp"
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/protocols/protocols.hpp"
 #include "json/reading/reader.hpp"
 #include "json/structs/encoder.hpp"
 

@@ -4,7 +4,6 @@
 // when its long answer was written, and fails if its request or its answer was lost. Service thread only;
 // nothing waits or allocates.
 #pragma once
-#include <string_view>
 
 #include "service/base/stand_in.hpp"
 #include "service/calls/call_completion.hpp"

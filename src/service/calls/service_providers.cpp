@@ -5,7 +5,6 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
-#include "service/base/names.hpp"
 #include "service/topics/own_types.hpp"
 #include "wire/text/text_out.hpp"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/graph/graph_services.hpp"
 
-#include <algorithm>
 #include <array>
 #include <optional>
 

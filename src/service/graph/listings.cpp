@@ -8,7 +8,6 @@
 
 #include "service/base/listed_numbers.hpp"
 #include "service/base/names.hpp"
-#include "service/base/service_limits.hpp"
 
 namespace rowe::service {
 namespace {

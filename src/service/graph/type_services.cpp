@@ -7,7 +7,6 @@
 
 #include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"
-#include "service/topics/own_types.hpp"
 #include "wire/codec/own_names.hpp"
 #include "wire/codec/refusal.hpp"
 #include "wire/codec/ros_typedefs.hpp"

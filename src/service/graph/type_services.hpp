@@ -15,7 +15,6 @@
 #include "service/threads/stop_rules.hpp"
 #include "service/topics/own_types.hpp"
 #include "wire/codec/request.hpp"
-#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

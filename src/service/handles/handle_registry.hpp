@@ -8,7 +8,6 @@
 #include <cstdint>
 
 #include <rowe/detail/queue_pair.hpp>
-#include <rowe/limits.hpp>
 #include <rowe/result.hpp>
 
 #include "service/calls/call_completion.hpp"

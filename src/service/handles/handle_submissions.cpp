@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <string_view>
 
-#include "service/base/service_limits.hpp"
-
 namespace rowe::service {
 namespace {
 

@@ -6,10 +6,8 @@
 // thread that sleeps is woken, which enters the kernel.
 #pragma once
 #include <cstddef>
-#include <cstdint>
 
 #include <rowe/detail/queue_pair.hpp>
-#include <rowe/rt/clock.hpp>
 
 #include "service/calls/call_completion.hpp"
 #include "service/calls/direct_messages.hpp"

@@ -9,7 +9,6 @@
 #include <cstddef>
 
 #include <rowe/detail/queue_pair.hpp>
-#include <rowe/limits.hpp>
 
 #include "service/outgoing/long_outbox.hpp"
 #include "service/outgoing/sender.hpp"

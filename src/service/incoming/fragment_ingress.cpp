@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/incoming/fragment_ingress.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstring>
 

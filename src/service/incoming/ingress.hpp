@@ -14,13 +14,11 @@
 #include <cstdint>
 #include <span>
 
-#include <rowe/detail/mutation_points.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
 #include "service/base/index_ring.hpp"
-#include "service/base/service_limits.hpp"
 #include "service/incoming/frame_handler.hpp"
 #include "service/incoming/receiver.hpp"
 #include "service/incoming/turns.hpp"

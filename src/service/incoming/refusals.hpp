@@ -3,7 +3,6 @@
 // peer that is refused all the time is not answered each time, cannot fill the ring of events, and is closed
 // in the end. Service thread only; nothing waits or allocates.
 #pragma once
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>

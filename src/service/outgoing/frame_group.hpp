@@ -13,7 +13,6 @@
 #include <span>
 #include <utility>
 
-#include "service/base/service_limits.hpp"
 #include "service/base/transport.hpp"
 #include "service/outgoing/batch.hpp"
 #include "service/outgoing/message_frames.hpp"

@@ -7,7 +7,6 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/base/check_sum.hpp"
-#include "service/base/service_limits.hpp"
 
 namespace rowe::service {
 

@@ -24,7 +24,6 @@
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
 #include "wire/codec/codec.hpp"
-#include "wire/websocket/websocket.hpp"
 
 namespace rowe::service {
 

@@ -13,9 +13,7 @@
 
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
-#include <rowe/rt/clock.hpp>
 
-#include "service/base/service_limits.hpp"
 #include "service/outgoing/batch.hpp"
 #include "service/outgoing/frame_group.hpp"
 #include "service/outgoing/frame_selection.hpp"

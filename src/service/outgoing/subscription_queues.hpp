@@ -7,7 +7,6 @@
 #pragma once
 #include <cstdint>
 
-#include <rowe/limits.hpp>
 #include <rowe/rt/clock.hpp>
 
 #include "service/outgoing/long_outbox.hpp"

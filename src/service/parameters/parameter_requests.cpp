@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"

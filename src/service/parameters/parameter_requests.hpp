@@ -21,7 +21,6 @@
 #include "service/state/core_state.hpp"
 #include "service/state/told_message.hpp"
 #include "wire/codec/request.hpp"
-#include "wire/text/text_out.hpp"
 #include "json/reading/reader.hpp"
 #include "json/writing/writer.hpp"
 

@@ -2,8 +2,6 @@
 #include "service/parameters/parameters.hpp"
 
 #include "service/base/counters.hpp"
-#include "service/base/limit_table.hpp"
-#include "service/base/names.hpp"
 #include "service/parameters/parameter_values.hpp"
 #include "service/threads/shared_state.hpp"
 #include "wire/codec/own_names.hpp"

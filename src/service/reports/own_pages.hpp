@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <span>
-#include <string_view>
 
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>

@@ -2,7 +2,6 @@
 #include "service/reports/statistics_report.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include <rowe/detail/mutation_points.hpp>
 

@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include <rowe/detail/queue_pair.hpp>
-#include <rowe/limits.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>
 
@@ -16,7 +15,6 @@
 #include "service/state/core_state.hpp"
 #include "service/state/topic_rates.hpp"
 #include "service/threads/stop_rules.hpp"
-#include "wire/protocols/protocols.hpp"
 #include "json/writing/writer.hpp"
 
 namespace rowe::service {

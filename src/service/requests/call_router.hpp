@@ -20,7 +20,6 @@
 #include "service/state/service_directory.hpp"
 #include "service/stop/stop_service.hpp"
 #include "wire/codec/request.hpp"
-#include "wire/protocols/protocols.hpp"
 #include "json/reading/reader.hpp"
 
 namespace rowe::service {

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/requests/dispatcher.hpp"
 
-#include <algorithm>
-
-#include "service/base/service_limits.hpp"
 #include "service/incoming/json_fault.hpp"
 
 namespace rowe::service {

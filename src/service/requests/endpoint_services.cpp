@@ -12,8 +12,6 @@
 #include "service/topics/own_types.hpp"
 #include "wire/codec/own_names.hpp"
 
-#include "service/base/service_limits.hpp"
-
 namespace rowe::service {
 namespace {
 

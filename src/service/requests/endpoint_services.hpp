@@ -17,7 +17,6 @@
 #include "service/state/service_directory.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "wire/codec/request.hpp"
-#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 

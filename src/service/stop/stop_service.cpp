@@ -6,7 +6,6 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
-#include "service/base/service_limits.hpp"
 #include "json/reading/reader.hpp"
 
 namespace rowe::service {

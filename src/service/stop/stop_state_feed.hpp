@@ -18,7 +18,6 @@
 #include "service/threads/stop_rules.hpp"
 #include "service/topics/broker.hpp"
 #include "wire/codec/codec.hpp"
-#include "wire/protocols/protocols.hpp"
 
 namespace rowe::service {
 

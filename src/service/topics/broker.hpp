@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include <rowe/detail/queue_pair.hpp>
-#include <rowe/limits.hpp>
 
 #include "service/incoming/refusals.hpp"
 #include "service/outgoing/local_delivery.hpp"

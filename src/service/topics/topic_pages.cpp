@@ -5,7 +5,6 @@
 #include <chrono>
 #include <utility>
 
-#include "service/base/service_limits.hpp"
 #include "service/topics/listed_topics.hpp"
 #include "wire/codec/own_names.hpp"
 #include "wire/text/percent.hpp"

@@ -12,7 +12,6 @@
 
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
-#include <rowe/rt/clock.hpp>
 
 #include "service/base/service_limits.hpp"
 #include "service/base/transport.hpp"

@@ -6,8 +6,6 @@
 #include <cstdint>
 #include <utility>
 
-#include <rowe/limits.hpp>
-
 #include "service/base/shares.hpp"
 #include "service/incoming/refusals.hpp"
 #include "service/state/advertisement_table.hpp"

@@ -2,7 +2,6 @@
 #include "wire/codec/object_form.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 
 #include "wire/codec/members.hpp"

@@ -6,7 +6,6 @@
 
 #include "wire/codec/members.hpp"
 #include "wire/codec/time_to_live.hpp"
-#include "json/reading/reader.hpp"
 
 namespace rowe::wire::bare {
 namespace {
