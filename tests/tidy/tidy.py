@@ -170,7 +170,7 @@ def the_core_has_no_clock_and_no_chance(t):
 def the_service_names_no_codec(t):
     """src/service knows codecs, and not which, also in strings and comments. What users set and read is
     called after one of them."""
-    allowed = r'options\.bare_unasked\b|key\("bare"\)|takes_messages, "bare">'
+    allowed = r'options\.bare_unasked\b|member\("bare",|takes_messages, "bare">'
     names = (r"(?<![a-z])(?:rosbridge|bare|hop|foxglove)(?![a-z])|wire/\w+/\w+_(?:codec|decoder)\.hpp|"
              r"peer_profile")
     pattern = re.compile(rf"{allowed}|({names})", re.IGNORECASE)

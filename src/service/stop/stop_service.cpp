@@ -162,10 +162,8 @@ void stop_service::answer_acknowledged() noexcept {
 void stop_service::write_answer(json::writer& into, stop_verb which, const decision& made) noexcept {
   if (which == stop_verb::state) return stop_rules_.write_state(into, state_.cycle.now);
   into.begin_object();
-  into.key("state");
-  into.string(stop_rules_.running() ? "running" : "stopped");
-  into.key("number");
-  into.number(stop_rules_.number());
+  into.member("state", stop_rules_.running() ? "running" : "stopped");
+  into.member("number", stop_rules_.number());
   switch (which) {
   case stop_verb::stop:
     write_text(into, "cause", stop_rules_.cause_name());
@@ -174,10 +172,9 @@ void stop_service::write_answer(json::writer& into, stop_verb which, const decis
     write_time(into, "observed_ns", stop_rules_.observed());
     break;
   case stop_verb::lease:
-    into.key("lease_ms");
-    into.number(std::chrono::duration_cast<std::chrono::milliseconds>(state_.options.stop.lease).count());
-    into.key("tick");
-    into.number(stop_rules_.tick(state_.cycle.now));
+    into.member("lease_ms",
+                std::chrono::duration_cast<std::chrono::milliseconds>(state_.options.stop.lease).count());
+    into.member("tick", stop_rules_.tick(state_.cycle.now));
     [[fallthrough]];
   default:
     write_text(into, "refused", stop_rules::name_of(made.refused));
