@@ -2,7 +2,6 @@
 #include "access/check_access.hpp"
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdio>
 #include <utility>
 

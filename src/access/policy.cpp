@@ -2,7 +2,6 @@
 #include "access/policy.hpp"
 
 #include <algorithm>
-#include <iterator>
 
 #include <rowe/detail/mutation_points.hpp>
 

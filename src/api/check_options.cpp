@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "config/keys.hpp"
-#include "service/base/names.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "service/topics/own_types.hpp"
 #include "wire/codec/members.hpp"

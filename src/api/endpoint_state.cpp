@@ -7,15 +7,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <new>
-#include <optional>
 #include <utility>
 
 #include <rowe/detail/calls.hpp>
 
 #include "api/check_options.hpp"
 #include "api/forks.hpp"
-#include "api/pair_memory.hpp"
 #include "page/page.hpp"
 #include "service/base/service_limits.hpp"
 #include "service/core/memory_plan.hpp"

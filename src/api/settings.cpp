@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 
 #include "access/files.hpp"
 #include "api/check_connect.hpp"

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <iterator>
-#include <string_view>
 
 namespace rowe::capi {
 namespace {

@@ -3,12 +3,10 @@
 #include <rowe/periodic.h>
 
 #include <chrono>
-#include <optional>
 
 #include "capi/error.hpp"
 #include "capi/handles.hpp"
 #include "capi/options.hpp"
-#include "capi/outside.hpp"
 
 using namespace rowe::capi;
 using rowe::errc;

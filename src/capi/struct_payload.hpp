@@ -3,7 +3,6 @@
 // then work for C's as they are.
 #pragma once
 #include <cstddef>
-#include <cstdint>
 
 #include <rowe/detail/pair_request.hpp>
 #include <rowe/detail/payload.hpp>

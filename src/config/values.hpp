@@ -6,7 +6,6 @@
 // (5 to 7)"; empty if nothing is wrong.
 #pragma once
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>

@@ -105,19 +105,17 @@ def parts_are_made_after_those_they_include(t):
 
 
 def parts_have_one_name(t):
-    """A member that is a part, or refers to one, is called after its class, and so is what a part `needs`,
+    """A member that is a part, or refers to one, is called after its class, and so is all that a part needs,
     but for the state."""
     parts = {name for _, name, file in _parts(t) if name not in _tables(t)}
     for path in t.within(["src/service"], (".hpp",)):
         needed = False
         for number, line in enumerate(t.code(path), 1):
-            needed = (needed or line == "  struct needs {") and line != "  };"
-            member = re.match(r"  (?:const )?(\w+)(?:&| ) ?(\w+)_;", line)
-            need = re.match(r"    (?:const )?(?:class )?(\w+)& (\w+);", line) if needed else None
-            if member and member[1] in parts and member[1] != member[2]:
-                yield finding(path, number, "part-name", f"{member[2]}_: call it {member[1]}_")
-            elif need and need[1] != "core_state" and need[1] != need[2]:
-                yield finding(path, number, "part-name", f"{need[2]}: call it {need[1]}")
+            needed = (needed or re.match(r"struct \w+_needs \{", line)) and line != "};"
+            member = re.match(r"  (?:const )?(\w+)(&| ) ?(\w+)_;", line)
+            need = needed and member and member[2] == "&" and member[1] != "core_state"
+            if member and (member[1] in parts or need) and member[1] != member[3]:
+                yield finding(path, number, "part-name", f"{member[3]}_: call it {member[1]}_")
 
 
 def _tables(t):
@@ -273,8 +271,8 @@ def the_journeys_go_as_the_page_says(t):
 asserted_limits = 34
 # Lines of a header and its source. What is larger may shrink, and is taken off this list then.
 part_lines_max = 400
-larger = {"core": 526, "ingress": 434, "request_router": 404, "long_ingress": 495, "outbox": 435,
-          "publish_predictor": 401, "stop_rules": 560, "subscription_queues": 449}
+larger = {"core": 526, "ingress": 424, "long_ingress": 485, "outbox": 435,
+          "publish_predictor": 401, "stop_rules": 560, "subscription_queues": 442}
 
 
 def the_page_shows_the_transport(t):
@@ -321,6 +319,9 @@ beyond = {
     "handle_submissions": {"needs": 10},
     "topic_handles": {"needs": 9},
     "core": {"public": 27, "functions": 47},
+    # They hand on some of what they are given to a member that needs it, too.
+    "connection_graph": {"members": 16},
+    "listings": {"members": 16},
     # Tables and queues, whose functions are a line or two for one field or one end.
     "slot_pool": {"public": 54, "functions": 60},
     "chunk_store": {"public": 29},
@@ -345,7 +346,8 @@ def _flat(text):
 
 
 def _sizes(header):
-    """(line, class, {what: how many}) of each class in the text of a header."""
+    """(line, class, {what: how many}) of each class in the text of a header. What a part needs are members of
+    it."""
     for found in re.finditer(r"(?m)^class (\w+)[^;{]*\{", header):
         end = close(header, found.end() - 1, "{}")
         body = header[found.end():end - 1]
@@ -361,8 +363,10 @@ def _sizes(header):
                 count["public"] += access == "public"
             elif not statement.startswith("static "):
                 count["members"] += 1
-        needs = re.search(r"struct needs \{([^}]*)\}", body)
-        count["needs"] = len(re.findall(r"& (?!state;)\w+;", needs[1])) if needs else 0
+        needs = re.search(rf"struct {found[1]}_needs \{{([^}}]*)\}}", header)
+        if needs:
+            count["needs"] = len(re.findall(r"& (?!state_;)\w+;", needs[1]))
+            count["members"] += needs[1].count(";")
         yield header.count("\n", 0, found.start()) + 1, found[1], count
 
 

@@ -118,12 +118,12 @@ plants = [
      [(2, "stop-gate")]),
     ("src/service/base/plant_9.cpp", spdx + "int x;\n" * 400, [(1, "length"), (1, "size")]),
     ("src/service/outgoing/batch.hpp",
-     spdx + "class batch {\n public:\n  struct needs {\n    core_state& state;\n"
-     + "".join(f"    outbox& p{n};\n" for n in range(9))
-     + "  };\n  explicit batch(const needs& parts) : a_{1}, b_{2} {}\n"
+     spdx + "struct batch_needs {\n  core_state& state_;\n" + "".join(f"  outbox& p{n}_;\n" for n in range(9))
+     + "};\nclass batch : batch_needs {\n public:\n"
+     + "  explicit batch(const batch_needs& parts) : a_{1}, b_{2} {}\n"
      + "".join(f"  int f{n}() {{ return {n}; }}\n" for n in range(25)) + " private:\n"
-     + "".join(f"  int m{n}_ = 0;\n" for n in range(16)) + "};\n",
-     [(2, "size"), (2, "size"), (2, "size"), *((line, "part-name") for line in range(6, 15))]),
+     + "".join(f"  int m{n}_ = 0;\n" for n in range(6)) + "};\n",
+     [*((line, "part-name") for line in range(4, 13)), (14, "size"), (14, "size"), (14, "size")]),
     ("src/service/core/core_parts.hpp",
      spdx + "class core_parts {\n  core_state state_;\n  topic_rates topic_rates_;\n  outbox outbox_;\n"
      "  message_store message_store_;\n  sender writer_;\n  stop_service stop_service_;\n"

@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <cstring>
-#include <span>
 
 #include "json/reading/reader.hpp"
 #include "json/text/bytes.hpp"

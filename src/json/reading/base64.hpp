@@ -2,7 +2,6 @@
 // Bytes as text: base64 of RFC 4648, part 4, with padding. Pure, on any thread; never waits, never allocates.
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string_view>
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
+#include <cmath>
 
 #include "json/reading/cursor.hpp"
 #include "json/reading/fault.hpp"

@@ -6,7 +6,6 @@
 // Pure functions, on any thread; nothing waits or allocates; steps in proportion to the text.
 #pragma once
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>

@@ -11,7 +11,6 @@
 #include <span>
 #include <string_view>
 
-#include "json/reading/fault.hpp"
 #include "json/reading/reader.hpp"
 
 namespace rowe::json {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The diagnostic for a text that could not be decoded, for a status, an event or a refusal. It is made only
 // when it is needed.
-#include <charconv>
 #include <limits>
 
 #include "json/reading/cursor.hpp"

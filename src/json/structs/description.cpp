@@ -18,14 +18,12 @@ static_assert(static_cast<std::size_t>(value_kind::optional) == kinds.size() - 1
 
 void flag(writer& into, std::string_view name, bool given) noexcept {
   if (!given) return;
-  into.key(name);
-  into.boolean(true);
+  into.member(name, true);
 }
 
 void write_number(writer& into, const value_description& d) noexcept {
   if (!d.enumerators.empty()) {
-    into.key("names");
-    into.begin_array();
+    into.begin_array("names");
     for (const enumerator_description& e : d.enumerators) {
       into.begin_array();
       into.string(e.name);
@@ -35,8 +33,7 @@ void write_number(writer& into, const value_description& d) noexcept {
     into.end_array();
   }
   if (d.unit.denominator == 0) return;
-  into.key("unit");
-  into.begin_array();
+  into.begin_array("unit");
   into.number(d.unit.numerator);
   into.number(d.unit.denominator);
   into.boolean(d.unit.since_1970);
@@ -46,30 +43,23 @@ void write_number(writer& into, const value_description& d) noexcept {
 // `outermost`: it is the member itself.
 void write_value(writer& into, const value_description& d, const member_description& owner,
                  bool outermost) noexcept {
-  into.key("is");
-  into.string(kinds[static_cast<std::size_t>(d.kind)]);
+  into.member("is", kinds[static_cast<std::size_t>(d.kind)]);
   switch (d.kind) {
   case value_kind::boolean: break;
-  case value_kind::text:
-    into.key("most");
-    into.number(d.count_max);
-    break;
+  case value_kind::text: into.member("most", d.count_max); break;
   case value_kind::object:
     into.key("object");
     write_description(into, *d.object);
     break;
   case value_kind::array: {
     const array_count count = count_of(d, outermost ? &owner : nullptr);
-    into.key("most");
-    into.number(count.most);
-    into.key("fixed");
-    into.boolean(count.fixed);
+    into.member("most", count.most);
+    into.member("fixed", count.fixed);
     flag(into, "base64", rowe::detail::is_base64(d, owner));
     [[fallthrough]];
   }
   case value_kind::optional:
-    into.key("of");
-    into.begin_object();
+    into.begin_object("of");
     write_value(into, *d.element, owner, false);
     into.end_object();
     break;
@@ -103,14 +93,11 @@ array_count count_of(const value_description& array, const member_description* o
 
 void write_description(writer& into, const schema_description& type) noexcept {
   into.begin_object();
-  into.key("type");
-  into.string(type.type_name);
-  into.key("members");
-  into.begin_array();
+  into.member("type", type.type_name);
+  into.begin_array("members");
   for (const member_description& m : type.members) {
     into.begin_object();
-    into.key("name");
-    into.string(m.name);
+    into.member("name", m.name);
     write_value(into, *m.type, m, true);
     flag(into, "as_string", m.as_string);
     flag(into, "by_name", m.by_name);

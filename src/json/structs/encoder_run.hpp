@@ -4,7 +4,6 @@
 // space is checked once for each piece, and only functions that write a number are called.
 #pragma once
 #include <algorithm>
-#include <cstring>
 #include <string_view>
 
 #include "json/reading/base64.hpp"

@@ -6,10 +6,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <string_view>
-
-#include "json/text/utf8.hpp"
 
 namespace rowe::json {
 

@@ -2,10 +2,8 @@
 #include "json/writing/writer.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 #include "json/text/block.hpp"
-#include "json/text/bytes.hpp"
 #include "json/text/digits.hpp"
 #include "json/text/utf8.hpp"
 

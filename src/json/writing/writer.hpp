@@ -40,6 +40,15 @@ class writer {
   ROWE_RT void end_object() noexcept { close('}'); }
   ROWE_RT void begin_array() noexcept { open('['); }
   ROWE_RT void end_array() noexcept { close(']'); }
+  // Of a member.
+  ROWE_RT void begin_object(std::string_view name) noexcept {
+    key(name);
+    begin_object();
+  }
+  ROWE_RT void begin_array(std::string_view name) noexcept {
+    key(name);
+    begin_array();
+  }
 
   // The name of the member whose value is written next; quoted and escaped like a string.
   ROWE_RT [[gnu::always_inline]] void key(std::string_view name) noexcept {
@@ -85,6 +94,23 @@ class writer {
     place_comma();
     append(json);
     comma_ = true;
+  }
+
+  // A member: its name, then its value, which is a string, a number or a boolean.
+  template <class Value>
+  ROWE_RT [[gnu::always_inline]] void member(std::string_view name, const Value& value) noexcept {
+    key(name);
+    if constexpr (std::same_as<Value, bool>) {
+      boolean(value);
+    } else if constexpr (std::convertible_to<const Value&, std::string_view>) {
+      string(value);
+    } else {
+      number(value);
+    }
+  }
+  ROWE_RT void member_raw(std::string_view name, std::string_view json) noexcept {
+    key(name);
+    raw(json);
   }
 
   // A piece of text that is no value of its own: nothing is placed before it, and it does not count as a

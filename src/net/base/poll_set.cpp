@@ -4,7 +4,6 @@
 #include <sys/timerfd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <utility>
 
 namespace rowe::net {

@@ -2,7 +2,6 @@
 #include "net/base/socket_limits.hpp"
 
 #include <climits>
-#include <cstdint>
 
 #include "wire/http/http_request.hpp"
 

@@ -10,8 +10,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <climits>
-#include <cstddef>
-#include <cstdint>
 #include <utility>
 
 #include "net/base/socket_options.hpp"

@@ -2,7 +2,6 @@
 #include "net/http/handshake_answers.hpp"
 
 #include <charconv>
-#include <string_view>
 
 namespace rowe::net::answer {
 namespace {

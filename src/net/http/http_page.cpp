@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstddef>
 #include <utility>
 
 #include "wire/text/text_out.hpp"

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "access/files.hpp"
-#include "net/tls/files.hpp"
 
 namespace rowe::net::tls {
 

@@ -7,7 +7,6 @@
 #include <ctime>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include <rowe/tls.hpp>
 

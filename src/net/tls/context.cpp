@@ -3,7 +3,6 @@
 
 #include <charconv>
 #include <string_view>
-#include <utility>
 
 #include <openssl/err.h>
 #include <openssl/pem.h>

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "net/base/socket_options.hpp"
-#include "net/http/handshake_answers.hpp"
 
 namespace rowe::net::tls {
 

@@ -15,7 +15,6 @@
 //
 // Terminator's thread; allocates.
 #pragma once
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>

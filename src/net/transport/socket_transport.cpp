@@ -4,7 +4,6 @@
 #include <sys/eventfd.h>
 
 #include <algorithm>
-#include <climits>
 #include <new>
 #include <optional>
 #include <string>

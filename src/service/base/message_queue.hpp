@@ -5,7 +5,6 @@
 // Service thread only.
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>

@@ -19,7 +19,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <utility>
 
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>

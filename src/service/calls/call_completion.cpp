@@ -23,15 +23,10 @@ std::string_view diagnostic_of(std::string_view raw, std::span<char> scratch) no
 
 } // namespace
 
-call_completion::call_completion(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      message_store_{parts.message_store},
-      slots_{parts.message_store.slots()},
-      outbox_{parts.outbox},
-      goals_{{.state = parts.state, .outbox = parts.outbox, .refusals = parts.refusals}},
-      refusals_{parts.refusals},
-      direct_messages_{parts.direct_messages},
-      local_delivery_{parts.local_delivery},
+call_completion::call_completion(rt::arena& memory, const call_completion_needs& parts) noexcept
+    : call_completion_needs{parts},
+      slots_{message_store_.slots()},
+      goals_{{.state_ = state_, .outbox_ = outbox_, .refusals_ = refusals_}},
       unarmed_{memory.carve<call_index>(state_.bounds().calls_max)} {}
 
 call_index call_completion::open(const call_endpoint& caller, std::string_view id_raw,

@@ -21,7 +21,6 @@
 #include "service/outgoing/local_delivery.hpp"
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
-#include "wire/protocols/protocols.hpp"
 #include "json/reading/reader.hpp"
 #include "json/structs/encoder.hpp"
 
@@ -37,20 +36,21 @@ struct local_reply {
   detail::call_ref own{};
 };
 
-class call_completion {
+struct call_completion_needs {
+  core_state& state_;
+  message_store& message_store_;
+  outbox& outbox_;
+  refusals& refusals_;
+  direct_messages& direct_messages_;
+  local_delivery& local_delivery_;
+};
+
+class call_completion : call_completion_needs {
  public:
-  struct needs {
-    core_state& state;
-    class message_store& message_store;
-    class outbox& outbox;
-    class refusals& refusals;
-    class direct_messages& direct_messages;
-    class local_delivery& local_delivery;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<call_index>(bounds.calls_max);
   }
-  call_completion(rt::arena& memory, const needs& parts) noexcept;
+  call_completion(rt::arena& memory, const call_completion_needs& parts) noexcept;
 
   // Begins a call, as call_table::open(). The caller is told if nobody answers before the deadline.
   call_index open(const call_endpoint& caller, std::string_view id_raw, std::string_view service,
@@ -115,14 +115,8 @@ class call_completion {
                               rt::time_point expires = rt::never) noexcept;
   void end_without_room(call_index call, const result<slot_id>& finished) noexcept;
 
-  core_state& state_;
-  message_store& message_store_;
   slot_pool& slots_;
-  outbox& outbox_;
   call_goals goals_;
-  refusals& refusals_;
-  direct_messages& direct_messages_;
-  local_delivery& local_delivery_;
   std::span<call_index> unarmed_; // with a deadline, begun in this cycle
   std::uint32_t unarmed_count_ = 0;
 };

@@ -12,15 +12,15 @@
 
 namespace rowe::service {
 
-class call_goals {
+struct call_goals_needs {
+  core_state& state_;
+  outbox& outbox_;
+  refusals& refusals_;
+};
+
+class call_goals : call_goals_needs {
  public:
-  struct needs {
-    core_state& state;
-    class outbox& outbox;
-    class refusals& refusals;
-  };
-  explicit call_goals(const needs& parts) noexcept
-      : state_{parts.state}, outbox_{parts.outbox}, refusals_{parts.refusals} {}
+  explicit call_goals(const call_goals_needs& parts) noexcept : call_goals_needs{parts} {}
 
   // The call, or the goal, that a peer answers. None, counted: it has ended, or it is not the peer's.
   call_index find_answered(const connection& c, std::string_view id_raw, bool goal) noexcept;
@@ -32,9 +32,6 @@ class call_goals {
   void abandon(call_index goal) noexcept;
 
  private:
-  core_state& state_;
-  outbox& outbox_;
-  refusals& refusals_;
 };
 
 } // namespace rowe::service

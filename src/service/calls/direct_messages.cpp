@@ -10,14 +10,11 @@
 
 namespace rowe::service {
 
-direct_messages::direct_messages(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      message_store_{parts.message_store},
-      outbox_{parts.outbox},
-      slots_{parts.message_store.slots()},
-      local_delivery_{parts.local_delivery},
+direct_messages::direct_messages(rt::arena& memory, const direct_messages_needs& parts) noexcept
+    : direct_messages_needs{parts},
+      slots_{message_store_.slots()},
       trackers_{memory, state_.bounds(), state_.claimants()},
-      parking_{memory, parts.state, parts.outbox, parts.receiver} {}
+      parking_{memory, state_, outbox_, receiver_} {}
 
 bool direct_messages::post(const direct_message& m) noexcept {
   connection* const to = state_.peers.find({m.to.index, m.to.generation}); // null: everyone, or gone

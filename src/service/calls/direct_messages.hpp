@@ -37,19 +37,20 @@ struct direct_message {
   rowe::priority priority = rowe::priority::normal;
 };
 
-class direct_messages {
+struct direct_messages_needs {
+  core_state& state_;
+  message_store& message_store_;
+  outbox& outbox_;
+  local_delivery& local_delivery_;
+  receiver& receiver_;
+};
+
+class direct_messages : direct_messages_needs {
  public:
-  struct needs {
-    core_state& state;
-    class message_store& message_store;
-    class outbox& outbox;
-    class local_delivery& local_delivery;
-    class receiver& receiver;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return trackers::footprint_bytes(bounds) + message_parking::footprint_bytes(bounds);
   }
-  direct_messages(rt::arena& memory, const needs& parts) noexcept;
+  direct_messages(rt::arena& memory, const direct_messages_needs& parts) noexcept;
 
   void forget(peer_index peer) noexcept { parking_.forget(peer); }
 
@@ -114,11 +115,7 @@ class direct_messages {
   void complete(slot_id slot, bool evicted) noexcept;
   void end(slot_id slot, const status& outcome) noexcept;
 
-  core_state& state_;
-  message_store& message_store_;
-  outbox& outbox_;
   slot_pool& slots_;
-  local_delivery& local_delivery_;
   trackers trackers_;
   message_parking parking_;
   std::uint64_t looked_for_room_at_ = 0; // the count of changes when pending messages were tried last

@@ -14,13 +14,6 @@
 
 namespace rowe::service {
 
-long_calls::long_calls(const needs& parts) noexcept
-    : state_{parts.state},
-      long_outbox_{parts.long_outbox},
-      long_ingress_{parts.long_ingress},
-      direct_messages_{parts.direct_messages},
-      call_completion_{parts.call_completion} {}
-
 void long_calls::track(call_index index, slot_id slot) noexcept {
   // Takes the outcome of the slot's former message, which may have been this call's own request.
   direct_messages_.track_reply(slot, {}, {}, state_.calls.ref(index));

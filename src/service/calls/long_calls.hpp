@@ -4,7 +4,6 @@
 // when its long answer was written, and fails if its request or its answer was lost. Service thread only;
 // nothing waits or allocates.
 #pragma once
-#include <string_view>
 
 #include "service/base/stand_in.hpp"
 #include "service/calls/call_completion.hpp"
@@ -16,16 +15,17 @@
 
 namespace rowe::service {
 
-class long_calls {
+struct long_calls_needs {
+  core_state& state_;
+  long_outbox& long_outbox_;
+  const long_ingress& long_ingress_;
+  direct_messages& direct_messages_;
+  call_completion& call_completion_;
+};
+
+class long_calls : long_calls_needs {
  public:
-  struct needs {
-    core_state& state;
-    class long_outbox& long_outbox;
-    const class long_ingress& long_ingress;
-    class direct_messages& direct_messages;
-    class call_completion& call_completion;
-  };
-  explicit long_calls(const needs& parts) noexcept;
+  explicit long_calls(const long_calls_needs& parts) noexcept : long_calls_needs{parts} {}
 
   // Sends the request of a call to a peer. `write(json::writer&)` writes it with the stand-in.
   template <class Write>
@@ -51,12 +51,6 @@ class long_calls {
   void fail(call_index call, const long_value& value, const error& why) noexcept;
   void track(call_index call, slot_id slot) noexcept;
   bool waits_for_answer(call_index call) noexcept;
-
-  core_state& state_;
-  long_outbox& long_outbox_;
-  const long_ingress& long_ingress_;
-  direct_messages& direct_messages_;
-  call_completion& call_completion_;
 };
 
 } // namespace rowe::service

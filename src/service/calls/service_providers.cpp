@@ -5,7 +5,6 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
-#include "service/base/names.hpp"
 #include "service/topics/own_types.hpp"
 #include "wire/text/text_out.hpp"
 
@@ -23,10 +22,8 @@ offer kind_of(const wire::request& asked) noexcept {
 
 } // namespace
 
-service_providers::service_providers(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      service_directory_{parts.service_directory},
-      refusals_{parts.refusals},
+service_providers::service_providers(rt::arena& memory, const service_providers_needs& parts) noexcept
+    : service_providers_needs{parts},
       provided_{memory.carve<std::uint32_t>(state_.bounds().connections_max)},
       claims_{services_of_peers(state_.bounds()), state_.claimants()} {}
 

@@ -17,17 +17,18 @@
 
 namespace rowe::service {
 
-class service_providers {
+struct service_providers_needs {
+  core_state& state_;
+  service_directory& service_directory_;
+  refusals& refusals_;
+};
+
+class service_providers : service_providers_needs {
  public:
-  struct needs {
-    core_state& state;
-    class service_directory& service_directory;
-    class refusals& refusals;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<std::uint32_t>(bounds.connections_max);
   }
-  service_providers(rt::arena& memory, const needs& parts) noexcept;
+  service_providers(rt::arena& memory, const service_providers_needs& parts) noexcept;
 
   // A request of a peer, about a service or an action; a refused peer is told why.
   void advertise(connection& c, const wire::request& asked) noexcept;
@@ -47,9 +48,6 @@ class service_providers {
   }
   void remove(service_index service) noexcept;
 
-  core_state& state_;
-  service_directory& service_directory_;
-  refusals& refusals_;
   rows<peer_index, std::uint32_t> provided_; // how many, by peer
   claims claims_;
 };

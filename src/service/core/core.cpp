@@ -7,8 +7,6 @@
 #include <cassert>
 #include <utility>
 
-#include <rowe/detail/mutation_points.hpp>
-
 namespace rowe::service {
 
 core::core(rt::arena& memory, const core_options& options, const shared_parts& with_threads,

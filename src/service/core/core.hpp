@@ -17,7 +17,6 @@
 #include <span>
 #include <string_view>
 
-#include <rowe/detail/queue_pair.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>

@@ -3,8 +3,6 @@
 
 #include <time.h>
 
-#include <algorithm>
-
 #include "service/base/service_limits.hpp"
 
 namespace rowe::service {

@@ -15,21 +15,11 @@ namespace rowe::service {
 
 using wire::graph_list;
 
-connection_graph::connection_graph(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      outbox_{parts.outbox},
-      refusals_{parts.refusals},
-      record_{memory,
-              {.state = parts.state,
-               .service_directory = parts.service_directory,
-               .stop_rules = parts.stop_rules}},
+connection_graph::connection_graph(rt::arena& memory, const connection_graph_needs& parts) noexcept
+    : connection_graph_needs{parts},
+      record_{memory, {state_, service_directory_, stop_rules_}},
       message_{memory,
-               {.state = parts.state,
-                .advertisement_table = parts.advertisement_table,
-                .service_directory = parts.service_directory,
-                .stop_rules = parts.stop_rules,
-                .graph_record = record_,
-                .endpoint_name = parts.endpoint_name}},
+               {state_, advertisement_table_, service_directory_, stop_rules_, record_, endpoint_name_}},
       subscribers_{memory.carve<subscriber>(state_.bounds().connections_max)},
       policy_version_{state_.rights.policy().version()} {}
 

@@ -32,22 +32,23 @@
 
 namespace rowe::service {
 
-class connection_graph {
+struct connection_graph_needs {
+  core_state& state_;
+  outbox& outbox_;
+  refusals& refusals_;
+  const advertisement_table& advertisement_table_;
+  const service_directory& service_directory_;
+  const stop_rules& stop_rules_;
+  const std::string_view endpoint_name_; // outlives this
+};
+
+class connection_graph : connection_graph_needs {
  public:
-  struct needs {
-    core_state& state;
-    class outbox& outbox;
-    class refusals& refusals;
-    const class advertisement_table& advertisement_table;
-    const class service_directory& service_directory;
-    const class stop_rules& stop_rules;
-    std::string_view endpoint_name; // outlives this
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return graph_record::footprint_bytes(bounds) + graph_message::footprint_bytes(bounds) +
            rt::arena::bytes_for<subscriber>(bounds.connections_max);
   }
-  connection_graph(rt::arena& memory, const needs& parts) noexcept;
+  connection_graph(rt::arena& memory, const connection_graph_needs& parts) noexcept;
 
   // Requests of peers. Who subscribes is told all at once; who does so again and again, as often as others
   // are told changes.
@@ -92,9 +93,6 @@ class connection_graph {
   std::size_t part_bytes_max(peer_index peer) const noexcept;
   bool sees(const connection& c, std::string_view name, bool topic) noexcept;
 
-  core_state& state_;
-  outbox& outbox_;
-  refusals& refusals_;
   graph_record record_;
   graph_message message_;
   rows<peer_index, subscriber> subscribers_;

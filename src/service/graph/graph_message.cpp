@@ -12,13 +12,8 @@ namespace rowe::service {
 
 using wire::graph_list;
 
-graph_message::graph_message(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      advertisement_table_{parts.advertisement_table},
-      service_directory_{parts.service_directory},
-      stop_rules_{parts.stop_rules},
-      graph_record_{parts.graph_record},
-      endpoint_name_{parts.endpoint_name},
+graph_message::graph_message(rt::arena& memory, const graph_message_needs& parts) noexcept
+    : graph_message_needs{parts},
       marked_{memory.carve<std::uint64_t>(peer_set::words_for(state_.bounds().connections_max))} {}
 
 // Calls `take(name)` with each: this endpoint first, then peers.

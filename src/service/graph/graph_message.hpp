@@ -46,20 +46,21 @@ struct graph_part {
   }
 };
 
-class graph_message {
+struct graph_message_needs {
+  core_state& state_;
+  const advertisement_table& advertisement_table_;
+  const service_directory& service_directory_;
+  const stop_rules& stop_rules_;
+  const graph_record& graph_record_;
+  const std::string_view endpoint_name_; // outlives this
+};
+
+class graph_message : graph_message_needs {
  public:
-  struct needs {
-    core_state& state;
-    const class advertisement_table& advertisement_table;
-    const class service_directory& service_directory;
-    const class stop_rules& stop_rules;
-    const class graph_record& graph_record;
-    std::string_view endpoint_name; // outlives this
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<std::uint64_t>(peer_set::words_for(bounds.connections_max));
   }
-  graph_message(rt::arena& memory, const needs& parts) noexcept;
+  graph_message(rt::arena& memory, const graph_message_needs& parts) noexcept;
 
   // The bytes of one list of a row's holders; 0, counted: not even the name fits. `says`: is set if there is
   // a holder.
@@ -77,12 +78,6 @@ class graph_message {
   template <class Take>
   void for_each_holder(std::uint32_t of, wire::graph_list which, const Take& take) const noexcept;
 
-  core_state& state_;
-  const advertisement_table& advertisement_table_;
-  const service_directory& service_directory_;
-  const stop_rules& stop_rules_;
-  const graph_record& graph_record_;
-  const std::string_view endpoint_name_;
   const peer_set marked_; // scratch
 };
 

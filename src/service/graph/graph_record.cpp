@@ -11,10 +11,8 @@
 
 namespace rowe::service {
 
-graph_record::graph_record(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      service_directory_{parts.service_directory},
-      stop_rules_{parts.stop_rules},
+graph_record::graph_record(rt::arena& memory, const graph_record_needs& parts) noexcept
+    : graph_record_needs{parts},
       rows_{memory.carve<row>(rows_of(state_.bounds()))},
       names_{
           memory.carve<char>(named_rows_of(state_.bounds()) * gone_names::name_bytes_max(state_.bounds()))},

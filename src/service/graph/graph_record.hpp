@@ -30,19 +30,20 @@ struct graph_work {
   }
 };
 
-class graph_record {
+struct graph_record_needs {
+  core_state& state_;
+  const service_directory& service_directory_;
+  const stop_rules& stop_rules_;
+};
+
+class graph_record : graph_record_needs {
  public:
-  struct needs {
-    core_state& state;
-    const class service_directory& service_directory;
-    const class stop_rules& stop_rules;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<row>(rows_of(bounds)) +
            rt::arena::bytes_for(named_rows_of(bounds) * gone_names::name_bytes_max(bounds)) +
            gone_names::footprint_bytes(bounds);
   }
-  graph_record(rt::arena& memory, const needs& parts) noexcept;
+  graph_record(rt::arena& memory, const graph_record_needs& parts) noexcept;
 
   // ---- rows: those of topics come first, then of services, then of the endpoint's own that have numbers
 
@@ -103,9 +104,6 @@ class graph_record {
   bool replace(std::uint32_t of, std::string_view now, graph_work& work) noexcept;
   bool is_elsewhere(std::uint32_t of) const noexcept;
 
-  core_state& state_;
-  const service_directory& service_directory_;
-  const stop_rules& stop_rules_;
   std::span<row> rows_;
   std::span<char> names_;
   gone_names gone_;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/graph/graph_services.hpp"
 
-#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -97,8 +96,7 @@ template <class Shown>
 void graph_services::write_topics(json::writer& into, std::string_view key, const connection* c,
                                   const Shown& shown) const noexcept {
   const listed_topics held{state_.topics, stop_rules_};
-  into.key(key);
-  into.begin_array();
+  into.begin_array(key);
   for (const topic_id i : state_.topics.topic_ids()) {
     if (held(i) && shown(i) && sees(c, i)) into.string(state_.topics.name(i));
   }
@@ -108,8 +106,7 @@ void graph_services::write_topics(json::writer& into, std::string_view key, cons
 template <class Shown>
 void graph_services::write_services(json::writer& into, std::string_view key, const connection* c,
                                     const Shown& shown) const noexcept {
-  into.key(key);
-  into.begin_array();
+  into.begin_array(key);
   for (std::uint32_t i = 0; i != services_max(); ++i) {
     if (const listed_service one = service(c, i); !one.name.empty() && shown(one)) into.string(one.name);
   }
@@ -119,8 +116,7 @@ void graph_services::write_services(json::writer& into, std::string_view key, co
 template <class Shown>
 void graph_services::write_nodes(json::writer& into, std::string_view key,
                                  const Shown& shown) const noexcept {
-  into.key(key);
-  into.begin_array();
+  into.begin_array(key);
   if (shown(node{.known = true})) into.string(statistics_report_.name());
   for (const connection& peer : state_.peers) {
     if (peer.open() && shown(node{&peer, true})) into.string(peer.peer());
@@ -142,8 +138,7 @@ void graph_services::write_details(json::writer& into, const connection* c,
 void graph_services::write_raw_types(json::writer& into, const connection* c) const noexcept {
   const listed_topics held{state_.topics, stop_rules_};
   const auto list = [&](std::string_view key, const auto& text_of) {
-    into.key(key);
-    into.begin_array();
+    into.begin_array(key);
     for (const topic_id i : state_.topics.topic_ids()) {
       if (held(i) && sees(c, i)) into.string(text_of(i));
     }
@@ -169,8 +164,7 @@ void graph_services::write_interfaces(json::writer& into, const connection* c) c
     if (hash != 0) into.string(type);
   };
   const listed_topics held{state_.topics, stop_rules_};
-  into.key("interfaces");
-  into.begin_array();
+  into.begin_array("interfaces");
   for (const topic_id i : state_.topics.topic_ids())
     if (held(i) && sees(c, i)) write(state_.topics.type(i));
   for (std::uint32_t i = 0; i != services_max(); ++i) write(service(c, i).type);
@@ -182,10 +176,8 @@ void graph_services::write_version(json::writer& into) const noexcept {
   bool as_ros2 = false;
   for (const topic_id i : state_.topics.topic_ids())
     as_ros2 |= state_.topics.at(i).holders != 0 && parts_of_type(state_.topics.type(i)).kind == "msg";
-  into.key("version");
-  into.number(as_ros2 ? 2 : 1);
-  into.key("distro");
-  into.string("rowe");
+  into.member("version", as_ros2 ? 2 : 1);
+  into.member("distro", "rowe");
 }
 
 // As both ROS 1 and ROS 2 call the members.
@@ -193,12 +185,10 @@ void graph_services::write_time(json::writer& into) const noexcept {
   const std::int64_t ns = rt::nanoseconds_of(state_.cycle.now) + state_.options.wall_offset_ns;
   const std::int64_t seconds = floor_of(ns);
   const std::int64_t rest = ns - seconds * 1'000'000'000;
-  into.key("time");
-  into.begin_object();
+  into.begin_object("time");
   for (const auto& [key, number] :
        {std::pair{"secs", seconds}, {"nsecs", rest}, {"sec", seconds}, {"nanosec", rest}}) {
-    into.key(key);
-    into.number(number);
+    into.member(key, number);
   }
   into.end_object();
 }
@@ -237,8 +227,7 @@ void graph_services::write(json::writer& into, std::string_view service, const w
     });
   }
   if (service == wire::action_servers_name) {
-    into.key("action_servers"); // those of ROS 1 are topics, and look like any other
-    into.begin_array();
+    into.begin_array("action_servers"); // those of ROS 1 are topics, and look like any other
     for (const service_index i : service_directory_.ids()) {
       const bool action = service_directory_.in_use(i) && !service_directory_.is_service(i);
       if (action && !given(c, i).name.empty()) into.string(service_directory_.name(i));
@@ -262,8 +251,7 @@ void graph_services::write(json::writer& into, std::string_view service, const w
     into.key("host");
     return into.string(its.own ? provider : provider.substr(0, provider.rfind(':')));
   }
-  into.key("providers");
-  into.begin_array();
+  into.begin_array("providers");
   if (!provider.empty()) into.string(provider);
   into.end_array();
 }

@@ -17,21 +17,17 @@
 
 namespace rowe::service {
 
-class graph_services {
+struct graph_services_needs {
+  core_state& state_;
+  const advertisement_table& advertisement_table_;
+  const service_directory& service_directory_;
+  const stop_rules& stop_rules_;
+  statistics_report& statistics_report_;
+};
+
+class graph_services : graph_services_needs {
  public:
-  struct needs {
-    core_state& state;
-    const class advertisement_table& advertisement_table;
-    const class service_directory& service_directory;
-    const class stop_rules& stop_rules;
-    class statistics_report& statistics_report;
-  };
-  explicit graph_services(const needs& parts) noexcept
-      : state_{parts.state},
-        advertisement_table_{parts.advertisement_table},
-        service_directory_{parts.service_directory},
-        stop_rules_{parts.stop_rules},
-        statistics_report_{parts.statistics_report} {}
+  explicit graph_services(const graph_services_needs& parts) noexcept : graph_services_needs{parts} {}
 
   // ---- services: those of the directory, then the endpoint's own. `c` as below
 
@@ -77,12 +73,6 @@ class graph_services {
   void write_version(json::writer& into) const noexcept;
   void write_raw_types(json::writer& into, const connection* c) const noexcept;
   void write_time(json::writer& into) const noexcept;
-
-  core_state& state_;
-  const advertisement_table& advertisement_table_;
-  const service_directory& service_directory_;
-  const stop_rules& stop_rules_;
-  statistics_report& statistics_report_;
 };
 
 } // namespace rowe::service

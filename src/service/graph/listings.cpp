@@ -8,7 +8,6 @@
 
 #include "service/base/listed_numbers.hpp"
 #include "service/base/names.hpp"
-#include "service/base/service_limits.hpp"
 
 namespace rowe::service {
 namespace {
@@ -30,12 +29,9 @@ std::size_t bytes_of(listed& one, const wire::codec& codec, std::size_t bytes_ma
 
 } // namespace
 
-listings::listings(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      numbered_{parts.state, parts.service_directory, parts.stop_rules},
-      advertisement_table_{parts.advertisement_table},
-      outbox_{parts.outbox},
-      name_{parts.endpoint_name},
+listings::listings(rt::arena& memory, const listings_needs& parts) noexcept
+    : listings_needs{parts},
+      numbered_{state_, service_directory_, stop_rules_},
       readers_{memory.carve<reader>(state_.bounds().connections_max)},
       told_{memory, state_.bounds()} {}
 
@@ -212,7 +208,7 @@ bool listings::tell(connection& c) noexcept {
 bool listings::say_hello(connection& c) noexcept {
   const peer_index peer{c.id.index};
   const auto write = [&](json::writer& into) {
-    return c.protocol->topics.write_hello(into, {.name = name_, .epoch = state_.epoch});
+    return c.protocol->topics.write_hello(into, {.name = endpoint_name_, .epoch = state_.epoch});
   };
   if (!outbox_.reply(peer, write, rt::never, teller::listings)) return false;
   reader& to = readers_[peer];

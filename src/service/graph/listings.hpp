@@ -32,20 +32,21 @@ struct unknown_number {
   std::uint32_t number = wire::no_number;
 };
 
-class listings {
+struct listings_needs {
+  core_state& state_;
+  const service_directory& service_directory_;
+  const stop_rules& stop_rules_;
+  const advertisement_table& advertisement_table_;
+  outbox& outbox_;
+  const std::string_view endpoint_name_; // outlives this
+};
+
+class listings : listings_needs {
  public:
-  struct needs {
-    core_state& state;
-    const class service_directory& service_directory;
-    const class stop_rules& stop_rules;
-    const class advertisement_table& advertisement_table;
-    class outbox& outbox;
-    std::string_view endpoint_name; // outlives this
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return told_numbers::footprint_bytes(bounds) + rt::arena::bytes_for<reader>(bounds.connections_max);
   }
-  listings(rt::arena& memory, const needs& parts) noexcept;
+  listings(rt::arena& memory, const listings_needs& parts) noexcept;
 
   // A peer that wants lists has connected: it is told who we are, and what there is.
   void greet(connection& c) noexcept;
@@ -96,11 +97,7 @@ class listings {
   void gather(const connection& c, reader& to, part& into) noexcept;
   bool send(connection& c, const part& of) noexcept;
 
-  core_state& state_;
   const numbered numbered_;
-  const advertisement_table& advertisement_table_;
-  outbox& outbox_;
-  const std::string_view name_;
   rows<peer_index, reader> readers_;
   std::uint32_t readers_count_ = 0;
   told_numbers told_;

@@ -7,7 +7,6 @@
 
 #include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"
-#include "service/topics/own_types.hpp"
 #include "wire/codec/own_names.hpp"
 #include "wire/codec/refusal.hpp"
 #include "wire/codec/ros_typedefs.hpp"
@@ -33,10 +32,8 @@ std::optional<json::value> member(const wire::call_args& what, std::string_view 
 
 void write_entry(json::writer& into, std::string_view what, std::string_view name, std::string_view type) {
   into.begin_object();
-  into.key(what);
-  into.string(name);
-  into.key("type");
-  into.string(type);
+  into.member(what, name);
+  into.member("type", type);
 }
 
 void write_member(json::writer& into, std::string_view key, const schema_description* its) noexcept {
@@ -137,8 +134,7 @@ void type_services::answer_page(call_index call, const wire::call_args& what, co
   const slot_id slot = compose(too_large, [&](json::writer& into) {
     pages page{.into = into, .from = *from, .longest = tries++ != 0}; // a small slot is tried first
     into.begin_object();
-    into.key("types");
-    into.begin_array();
+    into.begin_array("types");
     for (const topic_id topic : state_.topics.topic_ids()) {
       const schema_description* const schema = state_.topics.at(topic).schema;
       if (state_.topics.at(topic).holders == 0 || schema == nullptr || !sees(topic, by)) continue;

@@ -15,23 +15,19 @@
 #include "service/threads/stop_rules.hpp"
 #include "service/topics/own_types.hpp"
 #include "wire/codec/request.hpp"
-#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 
-class type_services {
+struct type_services_needs {
+  core_state& state_;
+  const stop_rules& stop_rules_;
+  outbox& outbox_;
+  call_completion& call_completion_;
+};
+
+class type_services : type_services_needs {
  public:
-  struct needs {
-    core_state& state;
-    const class stop_rules& stop_rules;
-    class outbox& outbox;
-    class call_completion& call_completion;
-  };
-  explicit type_services(const needs& parts) noexcept
-      : state_{parts.state},
-        stop_rules_{parts.stop_rules},
-        outbox_{parts.outbox},
-        call_completion_{parts.call_completion} {}
+  explicit type_services(const type_services_needs& parts) noexcept : type_services_needs{parts} {}
 
   // Whether the service of this full name is one of them.
   static bool answers(std::string_view service) noexcept;
@@ -56,11 +52,6 @@ class type_services {
   const schema_description* find_inside(std::string_view type, const connection* by) const noexcept;
   const schema_description* find_call(std::string_view type, side_of_call which,
                                       const connection* by) const noexcept;
-
-  core_state& state_;
-  const stop_rules& stop_rules_;
-  outbox& outbox_;
-  call_completion& call_completion_;
 };
 
 } // namespace rowe::service

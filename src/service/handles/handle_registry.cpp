@@ -15,19 +15,6 @@ namespace rowe::service {
 using detail::entry;
 using detail::pair_phase;
 
-handle_registry::handle_registry(const needs& parts) noexcept
-    : state_{parts.state},
-      service_directory_{parts.service_directory},
-      outbox_{parts.outbox},
-      receiver_{parts.receiver},
-      publish_predictor_{parts.publish_predictor},
-      call_completion_{parts.call_completion},
-      call_requests_{parts.call_requests},
-      service_providers_{parts.service_providers},
-      stop_service_{parts.stop_service},
-      topic_handles_{parts.topic_handles},
-      handle_submissions_{parts.handle_submissions} {}
-
 void handle_registry::scan() noexcept {
   handle_submissions_.begin_cycle();
   publish_predictor_.looks(state_.cycle.now);

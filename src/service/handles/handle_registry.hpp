@@ -8,7 +8,6 @@
 #include <cstdint>
 
 #include <rowe/detail/queue_pair.hpp>
-#include <rowe/limits.hpp>
 #include <rowe/result.hpp>
 
 #include "service/calls/call_completion.hpp"
@@ -25,22 +24,23 @@
 
 namespace rowe::service {
 
-class handle_registry {
+struct handle_registry_needs {
+  core_state& state_;
+  service_directory& service_directory_;
+  outbox& outbox_;
+  receiver& receiver_;
+  publish_predictor& publish_predictor_;
+  call_completion& call_completion_;
+  call_requests& call_requests_;
+  service_providers& service_providers_;
+  stop_service& stop_service_;
+  topic_handles& topic_handles_;
+  handle_submissions& handle_submissions_;
+};
+
+class handle_registry : handle_registry_needs {
  public:
-  struct needs {
-    core_state& state;
-    class service_directory& service_directory;
-    class outbox& outbox;
-    class receiver& receiver;
-    class publish_predictor& publish_predictor;
-    class call_completion& call_completion;
-    class call_requests& call_requests;
-    class service_providers& service_providers;
-    class stop_service& stop_service;
-    class topic_handles& topic_handles;
-    class handle_submissions& handle_submissions;
-  };
-  explicit handle_registry(const needs& parts) noexcept;
+  explicit handle_registry(const handle_registry_needs& parts) noexcept : handle_registry_needs{parts} {}
 
   // Once a cycle: attaches and detaches handles, and takes what the others submit.
   void scan() noexcept;
@@ -62,17 +62,6 @@ class handle_registry {
   void take_over_inbox(pair_index pair) noexcept;
   void announce_service(connection& c, pair_index pair, bool begins) noexcept;
 
-  core_state& state_;
-  service_directory& service_directory_;
-  outbox& outbox_;
-  receiver& receiver_;
-  publish_predictor& publish_predictor_;
-  call_completion& call_completion_;
-  call_requests& call_requests_;
-  service_providers& service_providers_;
-  stop_service& stop_service_;
-  topic_handles& topic_handles_;
-  handle_submissions& handle_submissions_;
   std::uint32_t talking_ = 0;
   std::uint64_t attached_ = 0; // so far
 };

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <string_view>
 
-#include "service/base/service_limits.hpp"
-
 namespace rowe::service {
 namespace {
 
@@ -17,19 +15,6 @@ std::int64_t& next_parked(const detail::pair_slots& slots, pair_slot slot) noexc
 }
 
 } // namespace
-
-handle_submissions::handle_submissions(const needs& parts) noexcept
-    : state_{parts.state},
-      sender_{parts.sender},
-      local_delivery_{parts.local_delivery},
-      receiver_{parts.receiver},
-      direct_messages_{parts.direct_messages},
-      value_publisher_{parts.value_publisher},
-      topic_handles_{parts.topic_handles},
-      call_completion_{parts.call_completion},
-      call_router_{parts.call_router},
-      publish_predictor_{parts.publish_predictor},
-      long_publications_{parts.long_publications} {}
 
 void handle_submissions::take(pair_index pair) noexcept {
   detail::queue_pair& queues = state_.pairs[pair];

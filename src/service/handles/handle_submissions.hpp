@@ -6,10 +6,8 @@
 // thread that sleeps is woken, which enters the kernel.
 #pragma once
 #include <cstddef>
-#include <cstdint>
 
 #include <rowe/detail/queue_pair.hpp>
-#include <rowe/rt/clock.hpp>
 
 #include "service/calls/call_completion.hpp"
 #include "service/calls/direct_messages.hpp"
@@ -26,22 +24,24 @@
 
 namespace rowe::service {
 
-class handle_submissions {
+struct handle_submissions_needs {
+  core_state& state_;
+  sender& sender_;
+  local_delivery& local_delivery_;
+  receiver& receiver_;
+  direct_messages& direct_messages_;
+  value_publisher& value_publisher_;
+  topic_handles& topic_handles_;
+  call_completion& call_completion_;
+  call_router& call_router_;
+  publish_predictor& publish_predictor_;
+  long_publications& long_publications_;
+};
+
+class handle_submissions : handle_submissions_needs {
  public:
-  struct needs {
-    core_state& state;
-    class sender& sender;
-    class local_delivery& local_delivery;
-    class receiver& receiver;
-    class direct_messages& direct_messages;
-    class value_publisher& value_publisher;
-    class topic_handles& topic_handles;
-    class call_completion& call_completion;
-    class call_router& call_router;
-    class publish_predictor& publish_predictor;
-    class long_publications& long_publications;
-  };
-  explicit handle_submissions(const needs& parts) noexcept;
+  explicit handle_submissions(const handle_submissions_needs& parts) noexcept
+      : handle_submissions_needs{parts} {}
 
   // Begins a cycle: all handles are looked at once.
   void begin_cycle() noexcept { more_left_ = waits_ = false; }
@@ -83,17 +83,6 @@ class handle_submissions {
   void notify_those_who_wait(bool anywhere) noexcept;
   void answer(pair_index pair, pair_slot slot, const call_endpoint& us, const call_endpoint& waits) noexcept;
 
-  core_state& state_;
-  sender& sender_;
-  local_delivery& local_delivery_;
-  receiver& receiver_;
-  direct_messages& direct_messages_;
-  value_publisher& value_publisher_;
-  topic_handles& topic_handles_;
-  call_completion& call_completion_;
-  call_router& call_router_;
-  publish_predictor& publish_predictor_;
-  long_publications& long_publications_;
   bool some_ask_room_ = false; // a handle sleeps until there is room
   bool more_left_ = false;
   bool waits_ = false;

@@ -10,14 +10,6 @@
 
 namespace rowe::service {
 
-long_publications::long_publications(const needs& parts) noexcept
-    : state_{parts.state},
-      long_outbox_{parts.long_outbox},
-      sender_{parts.sender},
-      broker_{parts.broker},
-      value_publisher_{parts.value_publisher},
-      topic_handles_{parts.topic_handles} {}
-
 void long_publications::take(pair_index pair) noexcept {
   if ((pair_ && pair_ != pair) || sender_.round_open()) return;
   if (state_.pairs[pair].service.out.newest != nullptr) {

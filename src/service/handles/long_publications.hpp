@@ -9,7 +9,6 @@
 #include <cstddef>
 
 #include <rowe/detail/queue_pair.hpp>
-#include <rowe/limits.hpp>
 
 #include "service/outgoing/long_outbox.hpp"
 #include "service/outgoing/sender.hpp"
@@ -22,17 +21,19 @@
 
 namespace rowe::service {
 
-class long_publications {
+struct long_publications_needs {
+  core_state& state_;
+  long_outbox& long_outbox_;
+  sender& sender_;
+  broker& broker_;
+  value_publisher& value_publisher_;
+  topic_handles& topic_handles_;
+};
+
+class long_publications : long_publications_needs {
  public:
-  struct needs {
-    core_state& state;
-    class long_outbox& long_outbox;
-    class sender& sender;
-    class broker& broker;
-    class value_publisher& value_publisher;
-    class topic_handles& topic_handles;
-  };
-  explicit long_publications(const needs& parts) noexcept;
+  explicit long_publications(const long_publications_needs& parts) noexcept
+      : long_publications_needs{parts} {}
 
   // Takes what a handle whose row has `long_texts` submitted, up to a long text, and some of that.
   void take(pair_index pair) noexcept;
@@ -52,12 +53,6 @@ class long_publications {
   void drop_too_long(std::size_t bytes) noexcept;
   void drop() noexcept;
 
-  core_state& state_;
-  long_outbox& long_outbox_;
-  sender& sender_;
-  broker& broker_;
-  value_publisher& value_publisher_;
-  topic_handles& topic_handles_;
   pair_index pair_{}; // the handle whose text is being taken; none: none is
   pair_slot slot_{};
   text_id text_{}; // none: it is dropped

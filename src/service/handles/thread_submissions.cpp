@@ -3,8 +3,6 @@
 
 #include <string_view>
 
-#include "service/base/service_limits.hpp"
-
 namespace rowe::service {
 
 using detail::entry;

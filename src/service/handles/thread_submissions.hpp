@@ -18,25 +18,21 @@
 
 namespace rowe::service {
 
-class thread_submissions {
+struct thread_submissions_needs {
+  core_state& state_;
+  receiver& receiver_;
+  direct_messages& direct_messages_;
+  call_completion& call_completion_;
+  call_router& call_router_;
+};
+
+class thread_submissions : thread_submissions_needs {
  public:
-  struct needs {
-    core_state& state;
-    class receiver& receiver;
-    class direct_messages& direct_messages;
-    class call_completion& call_completion;
-    class call_router& call_router;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<std::uint32_t>(bounds.door_slots);
   }
-  thread_submissions(rt::arena& memory, const needs& parts) noexcept
-      : state_{parts.state},
-        receiver_{parts.receiver},
-        direct_messages_{parts.direct_messages},
-        call_completion_{parts.call_completion},
-        call_router_{parts.call_router},
-        parked_{memory.carve<std::uint32_t>(state_.bounds().door_slots)} {}
+  thread_submissions(rt::arena& memory, const thread_submissions_needs& parts) noexcept
+      : thread_submissions_needs{parts}, parked_{memory.carve<std::uint32_t>(state_.bounds().door_slots)} {}
 
   void take() noexcept;
   // Tries parked submissions again, as if they came now.
@@ -56,11 +52,6 @@ class thread_submissions {
  private:
   bool take_slot(std::uint32_t slot, bool parked) noexcept;
 
-  core_state& state_;
-  receiver& receiver_;
-  direct_messages& direct_messages_;
-  call_completion& call_completion_;
-  call_router& call_router_;
   std::span<std::uint32_t> parked_; // slots, in their order
   std::uint32_t parked_count_ = 0;
   std::uint64_t expired_ = 0; // there, and counted

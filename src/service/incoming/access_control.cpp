@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/incoming/access_control.hpp"
 
-#include <array>
 #include <optional>
 
-#include <rowe/detail/mutation_points.hpp>
-
-#include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"
 #include "wire/codec/own_names.hpp"
 

@@ -18,13 +18,14 @@
 
 namespace rowe::service {
 
-class access_control {
+struct access_control_needs {
+  core_state& state_;
+  refusals& refusals_;
+};
+
+class access_control : access_control_needs {
  public:
-  struct needs {
-    core_state& state;
-    class refusals& refusals;
-  };
-  explicit access_control(const needs& parts) noexcept : state_{parts.state}, refusals_{parts.refusals} {}
+  explicit access_control(const access_control_needs& parts) noexcept : access_control_needs{parts} {}
 
   // Whether somebody who shows this may connect, and who it is.
   admit_answer admit(const credentials& shown) const noexcept;
@@ -60,8 +61,6 @@ class access_control {
   admit_answer forbid(access::subject who, access::right what, std::string_view name,
                       std::string_view remedy) noexcept;
 
-  core_state& state_;
-  refusals& refusals_;
   std::array<char, event_text_bytes_max> denial_; // of the last page that was forbidden
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/incoming/fragment_ingress.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstring>
 
@@ -22,12 +21,8 @@ std::size_t fragment_ingress::footprint_bytes(const limits& bounds) noexcept {
   return rt::arena::bytes_for<row>(bounds.connections_max);
 }
 
-fragment_ingress::fragment_ingress(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      outbox_{parts.outbox},
-      refusals_{parts.refusals},
-      long_ingress_{parts.long_ingress},
-      rows_{memory.carve<row>(state_.bounds().connections_max)} {}
+fragment_ingress::fragment_ingress(rt::arena& memory, const fragment_ingress_needs& parts) noexcept
+    : fragment_ingress_needs{parts}, rows_{memory.carve<row>(state_.bounds().connections_max)} {}
 
 // ---- fragments
 

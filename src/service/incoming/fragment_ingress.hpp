@@ -27,16 +27,17 @@
 
 namespace rowe::service {
 
-class fragment_ingress {
+struct fragment_ingress_needs {
+  core_state& state_;
+  outbox& outbox_;
+  refusals& refusals_;
+  long_ingress& long_ingress_;
+};
+
+class fragment_ingress : fragment_ingress_needs {
  public:
-  struct needs {
-    core_state& state;
-    class outbox& outbox;
-    class refusals& refusals;
-    class long_ingress& long_ingress;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  fragment_ingress(rt::arena& memory, const needs& parts) noexcept;
+  fragment_ingress(rt::arena& memory, const fragment_ingress_needs& parts) noexcept;
 
   // What is due after some of a fragment was taken.
   enum class due : std::uint8_t {
@@ -99,10 +100,6 @@ class fragment_ingress {
   void look_at_time(connection& c) noexcept;
   void lose(peer_index peer) noexcept;
 
-  core_state& state_;
-  outbox& outbox_;
-  refusals& refusals_;
-  long_ingress& long_ingress_;
   rows<peer_index, row> rows_;
   bool in_whole_ = false; // a complete message is carried out
 };

@@ -26,12 +26,8 @@ std::size_t ingress::footprint_bytes(const limits& bounds) noexcept {
          turns::footprint_bytes(bounds) + arena::bytes_for<peer_index>(bounds.connections_max);
 }
 
-ingress::ingress(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      outbox_{parts.outbox},
-      sender_{parts.sender},
-      receiver_{parts.receiver},
-      handler_{parts.frame_handler},
+ingress::ingress(rt::arena& memory, const ingress_needs& parts) noexcept
+    : ingress_needs{parts},
       inputs_{memory.carve<input>(state_.bounds().connections_max)},
       turns_{memory, state_.bounds()},
       parked_{memory.carve<peer_index>(state_.bounds().connections_max)} {
@@ -184,7 +180,7 @@ inline std::size_t ingress::read_one(peer_index peer) noexcept {
     current_text_ = {std::exchange(of.parked_text, nullptr), of.parked_bytes};
     current_binary_ = of.parked_binary;
     const std::size_t bytes = std::exchange(of.goes_on, false) ? 0 : of.parked_bytes; // it was read once
-    handler_.handle_again(peer, current_text_, current_binary_);
+    frame_handler_.handle_again(peer, current_text_, current_binary_);
     return work_of(1, bytes + state_.cycle.work_bytes);
   }
   const wire::frame_step step = of.parser.next(of.backlog);
@@ -193,7 +189,7 @@ inline std::size_t ingress::read_one(peer_index peer) noexcept {
   current_binary_ = step.event == wire::frame_event::binary;
   const bool ends_message = step.event == wire::frame_event::text || step.event == wire::frame_event::binary;
   if (ends_message) of.message_began_at = rt::never;
-  if (step.event != wire::frame_event::need_more) handler_.handle(peer, step);
+  if (step.event != wire::frame_event::need_more) frame_handler_.handle(peer, step);
   if (!of.parser.mid_message()) {
     of.message_began_at = rt::never;
   } else if (of.message_began_at == rt::never) {
@@ -227,7 +223,7 @@ void ingress::read_backlogs() noexcept {
 // stops change nothing. A stop also waits for its turn if it is fragmented or too long, or if the name of its
 // service or topic comes too late in it.
 inline void ingress::take_stops(peer_index peer) noexcept {
-  if (!handler_.stop_in_use()) return;
+  if (!frame_handler_.stop_in_use()) return;
   input& of = inputs_[peer];
   const std::span<std::byte> all = of.backlog;
   const auto begun = of.parser.look_ahead(all);
@@ -277,8 +273,8 @@ bool ingress::take_if_stop(peer_index peer, std::span<const std::byte> frame) no
   const wire::frame_step step = alone.next(std::span{buffer}.first(frame.size()));
   const bool binary = step.event == wire::frame_event::binary;
   const bool stops =
-      (step.event == wire::frame_event::text || binary) && handler_.is_stop(peer, step.payload, binary);
-  if (stops) handler_.handle(peer, step); // within the rate of its peer, like all that it says
+      (step.event == wire::frame_event::text || binary) && frame_handler_.is_stop(peer, step.payload, binary);
+  if (stops) frame_handler_.handle(peer, step); // within the rate of its peer, like all that it says
   return stops;
 }
 

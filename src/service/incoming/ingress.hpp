@@ -14,13 +14,11 @@
 #include <cstdint>
 #include <span>
 
-#include <rowe/detail/mutation_points.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
 #include "service/base/index_ring.hpp"
-#include "service/base/service_limits.hpp"
 #include "service/incoming/frame_handler.hpp"
 #include "service/incoming/receiver.hpp"
 #include "service/incoming/turns.hpp"
@@ -31,17 +29,18 @@
 
 namespace rowe::service {
 
-class ingress {
+struct ingress_needs {
+  core_state& state_;
+  const outbox& outbox_;
+  sender& sender_;
+  receiver& receiver_;
+  frame_handler& frame_handler_;
+};
+
+class ingress : ingress_needs {
  public:
-  struct needs {
-    core_state& state;
-    const class outbox& outbox;
-    class sender& sender;
-    class receiver& receiver;
-    class frame_handler& frame_handler;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  ingress(rt::arena& memory, const needs& parts) noexcept;
+  ingress(rt::arena& memory, const ingress_needs& parts) noexcept;
 
   void open(peer_index peer) noexcept;
   void forget(peer_index peer) noexcept;
@@ -113,11 +112,6 @@ class ingress {
   void take_stops(peer_index peer) noexcept;
   bool take_if_stop(peer_index peer, std::span<const std::byte> frame) noexcept;
 
-  core_state& state_;
-  const outbox& outbox_;
-  sender& sender_;
-  receiver& receiver_;
-  frame_handler& handler_;
   rows<peer_index, input> inputs_;
   turns turns_;
   index_ring<peer_index> parked_;

@@ -15,23 +15,18 @@
 
 namespace rowe::service {
 
-class liveness {
+struct liveness_needs {
+  core_state& state_;
+  const outbox& outbox_;
+  sender& sender_;
+  refusals& refusals_;
+  const ingress& ingress_;
+  fragment_ingress& fragment_ingress_;
+};
+
+class liveness : liveness_needs {
  public:
-  struct needs {
-    core_state& state;
-    const class outbox& outbox;
-    class sender& sender;
-    class refusals& refusals;
-    const class ingress& ingress;
-    class fragment_ingress& fragment_ingress;
-  };
-  explicit liveness(const needs& parts) noexcept
-      : state_{parts.state},
-        outbox_{parts.outbox},
-        sender_{parts.sender},
-        refusals_{parts.refusals},
-        ingress_{parts.ingress},
-        fragment_ingress_{parts.fragment_ingress} {}
+  explicit liveness(const liveness_needs& parts) noexcept : liveness_needs{parts} {}
 
   // A peer has connected, and is checked from now on.
   void open(peer_index peer) noexcept { check_later(peer); }
@@ -47,13 +42,6 @@ class liveness {
   void tell_losses(connection& c) noexcept;
   void check_unread(connection& c) noexcept;
   void check_silent(connection& c) noexcept;
-
-  core_state& state_;
-  const outbox& outbox_;
-  sender& sender_;
-  refusals& refusals_;
-  const ingress& ingress_;
-  fragment_ingress& fragment_ingress_;
 };
 
 } // namespace rowe::service

@@ -10,7 +10,6 @@
 #include <rowe/limits.hpp>
 #include <rowe/result.hpp>
 
-#include "service/base/ids.hpp"
 #include "service/base/stand_in.hpp"
 #include "wire/codec/codec.hpp"
 #include "wire/codec/request.hpp"

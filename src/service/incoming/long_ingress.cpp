@@ -9,7 +9,6 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/base/service_limits.hpp"
-#include "service/base/shares.hpp"
 #include "service/incoming/member_list.hpp"
 
 namespace rowe::service {

@@ -10,10 +10,8 @@
 
 namespace rowe::service {
 
-receiver::receiver(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      outbox_{parts.outbox},
-      local_delivery_{parts.local_delivery},
+receiver::receiver(rt::arena& memory, const receiver_needs& parts) noexcept
+    : receiver_needs{parts},
       held_{memory.carve<held>(state_.bounds().connections_max)},
       claims_{state_.threads_inbox.slots(), state_.claimants(), receiver_claims_one_in} {}
 

@@ -29,17 +29,18 @@ namespace rowe::service {
 // Whether the receiver takes a message of a peer.
 enum class admission : std::uint8_t { now, later, never };
 
-class receiver {
+struct receiver_needs {
+  core_state& state_;
+  const outbox& outbox_;
+  local_delivery& local_delivery_;
+};
+
+class receiver : receiver_needs {
  public:
-  struct needs {
-    core_state& state;
-    const class outbox& outbox;
-    class local_delivery& local_delivery;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<held>(bounds.connections_max);
   }
-  receiver(rt::arena& memory, const needs& parts) noexcept;
+  receiver(rt::arena& memory, const receiver_needs& parts) noexcept;
 
   // The handle that is the receiver; none: it is the shared inbox.
   pair_index pair() const noexcept { return pair_; }
@@ -105,10 +106,6 @@ class receiver {
   }
   bool has_share(peer_index peer) const noexcept;
   bool is_absent() const noexcept;
-
-  core_state& state_;
-  const outbox& outbox_;
-  local_delivery& local_delivery_;
 
   pair_index pair_{};    // the receiver; none: the shared inbox
   pair_index counted_{}; // the receiver that the counts are of

@@ -27,9 +27,8 @@ close_reason flood_reason(std::string_view what, std::uint32_t per_second, std::
 
 } // namespace
 
-refusals::refusals(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      outbox_{parts.outbox},
+refusals::refusals(rt::arena& memory, const refusals_needs& parts) noexcept
+    : refusals_needs{parts},
       rows_{memory.carve<row>(state_.bounds().connections_max)},
       too_many_messages_{flood_reason("messages", state_.bounds().messages_per_second_max, "send fewer",
                                       "messages_per_second_max")},

@@ -3,7 +3,6 @@
 // peer that is refused all the time is not answered each time, cannot fill the ring of events, and is closed
 // in the end. Service thread only; nothing waits or allocates.
 #pragma once
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -34,16 +33,17 @@ struct taken_share {
   std::string_view option;
 };
 
-class refusals {
+struct refusals_needs {
+  core_state& state_;
+  outbox& outbox_;
+};
+
+class refusals : refusals_needs {
  public:
-  struct needs {
-    core_state& state;
-    class outbox& outbox;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<row>(bounds.connections_max);
   }
-  refusals(rt::arena& memory, const needs& parts) noexcept;
+  refusals(rt::arena& memory, const refusals_needs& parts) noexcept;
 
   void open(peer_index peer) noexcept;
 
@@ -121,8 +121,6 @@ class refusals {
                   std::string_view option) noexcept;
   void close_if_flooding(connection& c, const rate_limit& rate, std::string_view why) noexcept;
 
-  core_state& state_;
-  outbox& outbox_;
   rows<peer_index, row> rows_;
   close_reason too_many_messages_;
   close_reason too_many_refusals_;

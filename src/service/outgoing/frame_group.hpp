@@ -13,7 +13,6 @@
 #include <span>
 #include <utility>
 
-#include "service/base/service_limits.hpp"
 #include "service/base/transport.hpp"
 #include "service/outgoing/batch.hpp"
 #include "service/outgoing/message_frames.hpp"
@@ -25,24 +24,19 @@
 
 namespace rowe::service {
 
-class frame_group {
+struct frame_group_needs {
+  core_state& state_;
+  message_store& message_store_;
+  outbox& outbox_;
+  urgent_frames& urgent_frames_;
+  partial_frames& partial_frames_;
+  const message_frames& message_frames_;
+};
+
+class frame_group : frame_group_needs {
  public:
-  struct needs {
-    core_state& state;
-    class message_store& message_store;
-    class outbox& outbox;
-    class urgent_frames& urgent_frames;
-    class partial_frames& partial_frames;
-    const class message_frames& message_frames;
-  };
-  explicit frame_group(const needs& parts) noexcept
-      : state_{parts.state},
-        subscription_rows_{parts.state.subscriptions.all()},
-        message_store_{parts.message_store},
-        outbox_{parts.outbox},
-        urgent_frames_{parts.urgent_frames},
-        partial_frames_{parts.partial_frames},
-        message_frames_{parts.message_frames} {}
+  explicit frame_group(const frame_group_needs& parts) noexcept
+      : frame_group_needs{parts}, subscription_rows_{state_.subscriptions.all()} {}
 
   // A peer, its frame, and what the transport took of it.
   struct member {
@@ -67,13 +61,7 @@ class frame_group {
   }
 
  private:
-  core_state& state_;
   const rows<subscription_id, subscription> subscription_rows_;
-  message_store& message_store_;
-  outbox& outbox_;
-  urgent_frames& urgent_frames_;
-  partial_frames& partial_frames_;
-  const message_frames& message_frames_;
   std::array<member, group_max> members_;
   std::uint32_t count_ = 0;
   std::uint32_t slots_ = 0; // of the members, each counted once where they stand side by side

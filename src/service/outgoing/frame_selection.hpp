@@ -29,27 +29,22 @@ struct recipient {
   bool masked;
 };
 
-class frame_selection {
+struct frame_selection_needs {
+  core_state& state_;
+  message_store& message_store_;
+  outbox& outbox_;
+  mask_keys& mask_keys_;
+  urgent_frames& urgent_frames_;
+  partial_frames& partial_frames_;
+  const message_frames& message_frames_;
+};
+
+class frame_selection : frame_selection_needs {
  public:
-  struct needs {
-    core_state& state;
-    class message_store& message_store;
-    class outbox& outbox;
-    class mask_keys& mask_keys;
-    class urgent_frames& urgent_frames;
-    class partial_frames& partial_frames;
-    const class message_frames& message_frames;
-  };
-  explicit frame_selection(const needs& parts) noexcept
-      : state_{parts.state},
-        subscription_rows_{parts.state.subscriptions.all()},
-        message_store_{parts.message_store},
-        slots_{parts.message_store.slots()},
-        outbox_{parts.outbox},
-        mask_keys_{parts.mask_keys},
-        urgent_frames_{parts.urgent_frames},
-        partial_frames_{parts.partial_frames},
-        message_frames_{parts.message_frames} {}
+  explicit frame_selection(const frame_selection_needs& parts) noexcept
+      : frame_selection_needs{parts},
+        subscription_rows_{state_.subscriptions.all()},
+        slots_{message_store_.slots()} {}
 
   // Adds what is written first: a partial frame, then urgent frames. False: no message may follow.
   bool add_urgent(const recipient& to, batch& into) noexcept {
@@ -80,15 +75,8 @@ class frame_selection {
   void drop_older(queue& from, rt::duration lifespan) noexcept;
   bool add_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept;
 
-  core_state& state_;
   const rows<subscription_id, subscription> subscription_rows_;
-  message_store& message_store_;
   const slot_pool& slots_;
-  outbox& outbox_;
-  mask_keys& mask_keys_;
-  urgent_frames& urgent_frames_;
-  partial_frames& partial_frames_;
-  const message_frames& message_frames_;
 };
 
 inline void frame_selection::add_messages(const recipient& to, batch& into) noexcept {

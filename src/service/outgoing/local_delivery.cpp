@@ -3,9 +3,7 @@
 
 #include <array>
 #include <cstring>
-#include <utility>
 
-#include "service/base/service_limits.hpp"
 #include "json/text/utf8.hpp"
 
 namespace rowe::service {

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "service/base/service_limits.hpp"
-
 namespace rowe::service {
 
 status long_deliveries::begin(pair_index pair, const detail::value_header& header, text_id value) noexcept {

@@ -20,19 +20,19 @@
 
 namespace rowe::service {
 
-class long_deliveries {
+struct long_deliveries_needs {
+  core_state& state_;
+  local_delivery& local_delivery_;
+};
+
+class long_deliveries : long_deliveries_needs {
  public:
-  struct needs {
-    core_state& state;
-    class local_delivery& local_delivery;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<delivery>(bounds.lanes_max) +
            rt::arena::bytes_for<pair_index>(bounds.lanes_max);
   }
-  long_deliveries(rt::arena& memory, const needs& parts) noexcept
-      : state_{parts.state},
-        local_delivery_{parts.local_delivery},
+  long_deliveries(rt::arena& memory, const long_deliveries_needs& parts) noexcept
+      : long_deliveries_needs{parts},
         rows_{memory.carve<delivery>(state_.bounds().lanes_max)},
         turns_{memory.carve<pair_index>(state_.bounds().lanes_max)} {}
 
@@ -56,8 +56,6 @@ class long_deliveries {
   };
   void end(pair_index pair) noexcept;
 
-  core_state& state_;
-  local_delivery& local_delivery_;
   rows<pair_index, delivery> rows_;
   index_ring<pair_index> turns_;
 };

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/outgoing/long_outbox.hpp"
 
-#include "service/base/service_limits.hpp"
-
 namespace rowe::service {
 
 bool long_outbox::make_room(std::uint32_t chunks) noexcept {

@@ -14,15 +14,15 @@
 
 namespace rowe::service {
 
-class long_outbox {
+struct long_outbox_needs {
+  core_state& state_;
+  message_store& message_store_;
+  outbox& outbox_;
+};
+
+class long_outbox : long_outbox_needs {
  public:
-  struct needs {
-    core_state& state;
-    class message_store& message_store;
-    class outbox& outbox;
-  };
-  explicit long_outbox(const needs& parts) noexcept
-      : state_{parts.state}, message_store_{parts.message_store}, outbox_{parts.outbox} {}
+  explicit long_outbox(const long_outbox_needs& parts) noexcept : long_outbox_needs{parts} {}
 
   // Whether so many chunks are free, besides those for what is received. For them it gives up what is kept
   // for pages, then evicts long messages, then ends pages.
@@ -61,10 +61,6 @@ class long_outbox {
  private:
   // Makes room for one message more. False, counted: there is none.
   bool has_room() noexcept;
-
-  core_state& state_;
-  message_store& message_store_;
-  outbox& outbox_;
 };
 
 } // namespace rowe::service

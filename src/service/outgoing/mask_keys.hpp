@@ -10,7 +10,6 @@
 
 #include "service/base/service_limits.hpp"
 #include "service/threads/core_options.hpp"
-#include "wire/websocket/websocket.hpp"
 
 namespace rowe::service {
 

@@ -2,7 +2,6 @@
 #include "service/outgoing/message_store.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cstring>
 
 #include "service/base/service_limits.hpp"

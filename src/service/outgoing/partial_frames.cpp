@@ -7,15 +7,12 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/base/check_sum.hpp"
-#include "service/base/service_limits.hpp"
 
 namespace rowe::service {
 
-partial_frames::partial_frames(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      message_store_{parts.message_store},
-      slots_{parts.message_store.slots()},
-      outbox_{parts.outbox},
+partial_frames::partial_frames(rt::arena& memory, const partial_frames_needs& parts) noexcept
+    : partial_frames_needs{parts},
+      slots_{message_store_.slots()},
       frames_{memory.carve<partial_frame>(state_.bounds().connections_max)},
       aside_{memory.carve<aside_row>(aside_count(state_.bounds()))},
       free_aside_{aside_} {}

@@ -24,7 +24,6 @@
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
 #include "wire/codec/codec.hpp"
-#include "wire/websocket/websocket.hpp"
 
 namespace rowe::service {
 
@@ -72,18 +71,19 @@ struct partial_frame {
   }
 };
 
-class partial_frames {
+struct partial_frames_needs {
+  core_state& state_;
+  message_store& message_store_;
+  outbox& outbox_;
+};
+
+class partial_frames : partial_frames_needs {
  public:
-  struct needs {
-    core_state& state;
-    class message_store& message_store;
-    class outbox& outbox;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<partial_frame>(bounds.connections_max) +
            rt::arena::bytes_for<aside_row>(aside_count(bounds));
   }
-  partial_frames(rt::arena& memory, const needs& parts) noexcept;
+  partial_frames(rt::arena& memory, const partial_frames_needs& parts) noexcept;
 
   partial_frame& of(peer_index peer) noexcept { return frames_[peer]; }
   const partial_frame& of(peer_index peer) const noexcept { return frames_[peer]; }
@@ -171,10 +171,7 @@ class partial_frames {
   bool is_slow(peer_index peer, slot_id spared) const noexcept;
   void look_again_from(std::uint32_t first) noexcept;
 
-  core_state& state_;
-  message_store& message_store_;
   slot_pool& slots_;
-  outbox& outbox_;
   rows<peer_index, partial_frame> frames_;
   rows<aside_id, aside_row> aside_;
   indexed_pool<aside_id, aside_row, &aside_row::next_free> free_aside_;

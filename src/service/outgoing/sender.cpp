@@ -25,29 +25,15 @@ std::size_t sender::footprint_bytes(const limits& bounds) noexcept {
          arena::bytes_for<batch_piece>(batch_pieces_max);
 }
 
-sender::sender(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
+sender::sender(rt::arena& memory, const sender_needs& parts) noexcept
+    : sender_needs{parts},
       subscription_rows_{state_.subscriptions.all()},
-      message_store_{parts.message_store},
-      outbox_{parts.outbox},
-      subscription_queues_{parts.subscription_queues},
-      frames_{parts.state, parts.message_store.slots()},
+      frames_{state_, message_store_.slots()},
       keys_{memory, state_.seams.random},
-      urgent_{memory, {.state = state_, .outbox = outbox_, .mask_keys = keys_}},
-      partial_{memory, {.state = state_, .message_store = message_store_, .outbox = outbox_}},
-      selection_{{.state = state_,
-                  .message_store = message_store_,
-                  .outbox = outbox_,
-                  .mask_keys = keys_,
-                  .urgent_frames = urgent_,
-                  .partial_frames = partial_,
-                  .message_frames = frames_}},
-      group_{{.state = state_,
-              .message_store = message_store_,
-              .outbox = outbox_,
-              .urgent_frames = urgent_,
-              .partial_frames = partial_,
-              .message_frames = frames_}},
+      urgent_{memory, {state_, outbox_, keys_}},
+      partial_{memory, {state_, message_store_, outbox_}},
+      selection_{{state_, message_store_, outbox_, keys_, urgent_, partial_, frames_}},
+      group_{{state_, message_store_, outbox_, urgent_, partial_, frames_}},
       buffer_{memory.carve_bytes(buffer_bytes(state_.bounds()))},
       pieces_{memory.carve<batch_piece>(batch_pieces_max)} {}
 

@@ -13,9 +13,7 @@
 
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
-#include <rowe/rt/clock.hpp>
 
-#include "service/base/service_limits.hpp"
 #include "service/outgoing/batch.hpp"
 #include "service/outgoing/frame_group.hpp"
 #include "service/outgoing/frame_selection.hpp"
@@ -31,16 +29,17 @@
 
 namespace rowe::service {
 
-class sender {
+struct sender_needs {
+  core_state& state_;
+  message_store& message_store_;
+  outbox& outbox_;
+  subscription_queues& subscription_queues_;
+};
+
+class sender : sender_needs {
  public:
-  struct needs {
-    core_state& state;
-    class message_store& message_store;
-    class outbox& outbox;
-    class subscription_queues& subscription_queues;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  sender(rt::arena& memory, const needs& parts) noexcept;
+  sender(rt::arena& memory, const sender_needs& parts) noexcept;
 
   void open(peer_index peer) noexcept { urgent_.open(peer); }
   // A peer has left: its partial frame is lost.
@@ -97,11 +96,7 @@ class sender {
   void commit_first_fragment(const recipient& to, const batch_piece& piece, std::size_t part) noexcept;
   void hand_over_rest(const recipient& to) noexcept;
 
-  core_state& state_;
   const rows<subscription_id, subscription> subscription_rows_;
-  message_store& message_store_;
-  outbox& outbox_;
-  subscription_queues& subscription_queues_;
   const message_frames frames_;
   mask_keys keys_;
   urgent_frames urgent_;

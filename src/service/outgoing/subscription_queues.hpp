@@ -7,7 +7,6 @@
 #pragma once
 #include <cstdint>
 
-#include <rowe/limits.hpp>
 #include <rowe/rt/clock.hpp>
 
 #include "service/outgoing/long_outbox.hpp"
@@ -24,20 +23,17 @@ struct whole_source {
   wire::typed_value value{};
 };
 
-class subscription_queues {
+struct subscription_queues_needs {
+  core_state& state_;
+  message_store& message_store_;
+  outbox& outbox_;
+  long_outbox& long_outbox_;
+};
+
+class subscription_queues : subscription_queues_needs {
  public:
-  struct needs {
-    core_state& state;
-    class message_store& message_store;
-    class outbox& outbox;
-    class long_outbox& long_outbox;
-  };
-  explicit subscription_queues(const needs& parts) noexcept
-      : state_{parts.state},
-        message_store_{parts.message_store},
-        outbox_{parts.outbox},
-        long_outbox_{parts.long_outbox},
-        subscription_rows_{parts.state.subscriptions.all()} {}
+  explicit subscription_queues(const subscription_queues_needs& parts) noexcept
+      : subscription_queues_needs{parts}, subscription_rows_{state_.subscriptions.all()} {}
 
   // Queues a message for everyone who subscribes to the topic. The caller keeps its reference. `kept`: it is
   // the newest of the topic's latched values.
@@ -96,10 +92,6 @@ class subscription_queues {
   void put_on_ready_list(subscription_id index, subscription& s) noexcept;
   void begin_throttle(subscription& s) noexcept;
 
-  core_state& state_;
-  message_store& message_store_;
-  outbox& outbox_;
-  long_outbox& long_outbox_;
   const rows<subscription_id, subscription> subscription_rows_;
 };
 

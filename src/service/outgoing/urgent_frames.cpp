@@ -7,17 +7,14 @@
 
 namespace rowe::service {
 
-urgent_frames::urgent_frames(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      outbox_{parts.outbox},
-      keys_{parts.mask_keys},
-      outputs_{memory.carve<output>(state_.bounds().connections_max)} {}
+urgent_frames::urgent_frames(rt::arena& memory, const urgent_frames_needs& parts) noexcept
+    : urgent_frames_needs{parts}, outputs_{memory.carve<output>(state_.bounds().connections_max)} {}
 
 void urgent_frames::open(peer_index peer) noexcept {
   outputs_[peer] = {};
   if (!state_.peers[peer].protocol->can.control_frames) return; // it answers no pings
   std::array<wire::mask_key, 2> nonce;
-  for (wire::mask_key& one : nonce) one = keys_.next();
+  for (wire::mask_key& one : nonce) one = mask_keys_.next();
   outputs_[peer].credit.begin(std::bit_cast<std::uint64_t>(nonce));
 }
 
@@ -31,7 +28,7 @@ bool urgent_frames::add_control(peer_index peer, wire::opcode what,
   std::byte* const at = outputs_[peer].control.place(what, bytes);
   if (at == nullptr) return true; // RFC 6455 does not ask for it
   if (ours == wire::role::client) {
-    const wire::mask_key key = keys_.next();
+    const wire::mask_key key = mask_keys_.next();
     const std::size_t header = wire::write_frame_header(at, what, payload.size(), key);
     wire::mask_copy({at + header, payload.size()}, payload, key);
   } else {
@@ -49,13 +46,13 @@ bool urgent_frames::add_close(peer_index peer, std::uint16_t code, std::string_v
 
 bool urgent_frames::add_stop_reply(peer_index peer, std::span<const char> text, wire::opcode what) noexcept {
   wire::mask_key key;
-  if (masks(peer)) key = keys_.next();
+  if (masks(peer)) key = mask_keys_.next();
   return outputs_[peer].stop.add_answer(text, masks(peer) ? &key : nullptr, what);
 }
 
 bool urgent_frames::add_stop_state(peer_index peer, std::span<const char> text, wire::opcode what) noexcept {
   wire::mask_key key;
-  if (masks(peer)) key = keys_.next();
+  if (masks(peer)) key = mask_keys_.next();
   return outputs_[peer].stop.add_state(text, masks(peer) ? &key : nullptr, what);
 }
 

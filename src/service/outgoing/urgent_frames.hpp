@@ -26,17 +26,18 @@
 
 namespace rowe::service {
 
-class urgent_frames {
+struct urgent_frames_needs {
+  core_state& state_;
+  outbox& outbox_;
+  mask_keys& mask_keys_;
+};
+
+class urgent_frames : urgent_frames_needs {
  public:
-  struct needs {
-    core_state& state;
-    class outbox& outbox;
-    class mask_keys& mask_keys;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<output>(bounds.connections_max);
   }
-  urgent_frames(rt::arena& memory, const needs& parts) noexcept;
+  urgent_frames(rt::arena& memory, const urgent_frames_needs& parts) noexcept;
 
   void open(peer_index peer) noexcept;
   bool masks(peer_index peer) const noexcept {
@@ -109,9 +110,6 @@ class urgent_frames {
 
   bool gather_ping(peer_index peer, std::size_t in_front) noexcept;
 
-  core_state& state_;
-  outbox& outbox_;
-  mask_keys& keys_;
   rows<peer_index, output> outputs_;
 };
 

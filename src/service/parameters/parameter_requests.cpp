@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"
@@ -33,12 +32,8 @@ std::string_view name_in(const json::value& element, std::span<char> buffer) noe
 
 } // namespace
 
-parameter_requests::parameter_requests(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      outbox_{parts.outbox},
-      refusals_{parts.refusals},
-      access_control_{parts.access_control},
-      parameters_{parts.parameters},
+parameter_requests::parameter_requests(rt::arena& memory, const parameter_requests_needs& parts) noexcept
+    : parameter_requests_needs{parts},
       subscribers_{memory.carve<subscriber>(state_.bounds().connections_max)},
       named_{memory.carve<std::uint64_t>(std::size_t{state_.bounds().connections_max} *
                                          state_.bounds().parameters_max)} {}

@@ -21,26 +21,26 @@
 #include "service/state/core_state.hpp"
 #include "service/state/told_message.hpp"
 #include "wire/codec/request.hpp"
-#include "wire/text/text_out.hpp"
 #include "json/reading/reader.hpp"
 #include "json/writing/writer.hpp"
 
 namespace rowe::service {
 
-class parameter_requests {
+struct parameter_requests_needs {
+  core_state& state_;
+  outbox& outbox_;
+  refusals& refusals_;
+  access_control& access_control_;
+  parameters& parameters_;
+};
+
+class parameter_requests : parameter_requests_needs {
  public:
-  struct needs {
-    core_state& state;
-    class outbox& outbox;
-    class refusals& refusals;
-    class access_control& access_control;
-    class parameters& parameters;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<subscriber>(bounds.connections_max) +
            rt::arena::bytes_for<std::uint64_t>(std::size_t{bounds.connections_max} * bounds.parameters_max);
   }
-  parameter_requests(rt::arena& memory, const needs& parts) noexcept;
+  parameter_requests(rt::arena& memory, const parameter_requests_needs& parts) noexcept;
 
   // Requests of peers; a peer is told what is refused. Each names so many parameters at most as there are
   // numbers of them; to set, as handles may open.
@@ -90,11 +90,6 @@ class parameter_requests {
   void tell(connection& c) noexcept;
   bool is_to_be_told(peer_index peer, parameter_id which) const noexcept;
 
-  core_state& state_;
-  outbox& outbox_;
-  refusals& refusals_;
-  access_control& access_control_;
-  parameters& parameters_;
   rows<peer_index, subscriber> subscribers_;
   std::span<std::uint64_t> named_;
   peer_index turn_{0}; // who has the next turn of a round

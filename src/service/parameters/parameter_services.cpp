@@ -64,10 +64,7 @@ void parameter_services::answer(call_index call, std::string_view service,
   if (service == wire::set_param_name) return set(call, what, *name);
   if (service == wire::has_param_name) {
     const bool exists = static_cast<bool>(parameters_.find(*name));
-    return complete(call, [&](json::writer& into) {
-      into.key("exists");
-      into.boolean(exists);
-    });
+    return complete(call, [&](json::writer& into) { into.member("exists", exists); });
   }
   if (service == wire::search_param_name) return search(call, *name);
   diagnostic_buffer text;
@@ -79,8 +76,7 @@ void parameter_services::list(call_index call) noexcept {
   state_.cycle.work_bytes += answer_work;
   complete(call, [&](json::writer& into) {
     std::array<char, parameters::name_bytes_max> buffer;
-    into.key("names");
-    into.begin_array();
+    into.begin_array("names");
     for (const parameter_id which : parameters_.ids()) {
       if (parameters_.in_use(which)) into.string(parameters_.name(which, buffer));
     }
@@ -93,8 +89,7 @@ void parameter_services::search(call_index call, std::string_view name) noexcept
   const parameter_id which = parameters_.find(name);
   complete(call, [&](json::writer& into) {
     std::array<char, parameters::name_bytes_max> buffer;
-    into.key("global_name");
-    into.string(which ? parameters_.name(which, buffer) : std::string_view{});
+    into.member("global_name", which ? parameters_.name(which, buffer) : std::string_view{});
   });
 }
 
@@ -121,8 +116,7 @@ void parameter_services::get(call_index call, const wire::call_args& what, std::
     } else {
       into.string("null");
     }
-    into.key("successful");
-    into.boolean(which || has_default);
+    into.member("successful", which || has_default);
     into.key("reason");
     wire::text_out why{text};
     into.string(which || has_default ? std::string_view{}
@@ -155,10 +149,8 @@ void parameter_services::set(call_index call, const wire::call_args& what, std::
   why.add("parameter ").add_name(name, topic_bytes_shown).add(": ");
   if (!parameters_.set(which, json, why)) return fail(call, why.text());
   complete(call, [&](json::writer& into) {
-    into.key("successful");
-    into.boolean(true);
-    into.key("reason");
-    into.string("");
+    into.member("successful", true);
+    into.member("reason", "");
   });
 }
 

@@ -15,21 +15,18 @@
 
 namespace rowe::service {
 
-class parameter_services {
+struct parameter_services_needs {
+  core_state& state_;
+  access_control& access_control_;
+  outbox& outbox_;
+  call_completion& call_completion_;
+  parameters& parameters_;
+};
+
+class parameter_services : parameter_services_needs {
  public:
-  struct needs {
-    core_state& state;
-    class access_control& access_control;
-    class outbox& outbox;
-    class call_completion& call_completion;
-    class parameters& parameters;
-  };
-  explicit parameter_services(const needs& parts) noexcept
-      : state_{parts.state},
-        access_control_{parts.access_control},
-        outbox_{parts.outbox},
-        call_completion_{parts.call_completion},
-        parameters_{parts.parameters} {}
+  explicit parameter_services(const parameter_services_needs& parts) noexcept
+      : parameter_services_needs{parts} {}
 
   // Whether the service of this full name is one of them.
   static bool answers(std::string_view service) noexcept;
@@ -45,12 +42,6 @@ class parameter_services {
   void get(call_index call, const wire::call_args& what, std::string_view name) noexcept;
   void set(call_index call, const wire::call_args& what, std::string_view name) noexcept;
   void write_quoted_value(parameter_id which, json::writer& into) noexcept;
-
-  core_state& state_;
-  access_control& access_control_;
-  outbox& outbox_;
-  call_completion& call_completion_;
-  parameters& parameters_;
 };
 
 } // namespace rowe::service

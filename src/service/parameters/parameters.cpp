@@ -2,8 +2,6 @@
 #include "service/parameters/parameters.hpp"
 
 #include "service/base/counters.hpp"
-#include "service/base/limit_table.hpp"
-#include "service/base/names.hpp"
 #include "service/parameters/parameter_values.hpp"
 #include "service/threads/shared_state.hpp"
 #include "wire/codec/own_names.hpp"
@@ -18,8 +16,8 @@ constexpr std::uint32_t own_count =
 
 } // namespace
 
-parameters::parameters(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
+parameters::parameters(rt::arena& memory, const parameters_needs& parts) noexcept
+    : parameters_needs{parts},
       rows_{memory.carve<row>(state_.bounds().parameters_max)},
       count_{rows_.size() + own_count} {}
 

@@ -22,11 +22,12 @@
 
 namespace rowe::service {
 
-class parameters {
+struct parameters_needs {
+  core_state& state_;
+};
+
+class parameters : parameters_needs {
  public:
-  struct needs {
-    core_state& state;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<row>(bounds.parameters_max);
   }
@@ -35,7 +36,7 @@ class parameters {
     return bounds.parameters_max +
            static_cast<std::uint32_t>(limit_table.size() + counter_descriptions.size());
   }
-  parameters(rt::arena& memory, const needs& parts) noexcept;
+  parameters(rt::arena& memory, const parameters_needs& parts) noexcept;
 
   // Takes what handles have opened, set and closed since: once a cycle, and before a request is carried
   // out, so that a peer finds what was opened before it asked.
@@ -89,7 +90,6 @@ class parameters {
   void look() noexcept;
   void take(parameter_id which) noexcept;
 
-  core_state& state_;
   rows<parameter_id, row> rows_;
   std::uint32_t count_;
   std::uint64_t changes_ = 0;

@@ -46,8 +46,7 @@ void parameters_feed::publish() noexcept {
   broker_.publish(topic_, state_.cycle.now, rt::never, own, [&](json::writer& into) {
     std::array<char, parameters::name_bytes_max> buffer;
     into.begin_object();
-    into.key("values");
-    into.begin_object();
+    into.begin_object("values");
     for (const parameter_id which : parameters_.ids()) {
       if (parameters_.is_read_only(which)) break; // behind those of handles
       if (!parameters_.in_use(which)) continue;

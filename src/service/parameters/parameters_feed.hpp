@@ -14,19 +14,16 @@
 
 namespace rowe::service {
 
-class parameters_feed {
+struct parameters_feed_needs {
+  core_state& state_;
+  broker& broker_;
+  parameters& parameters_;
+  parameter_requests& parameter_requests_;
+};
+
+class parameters_feed : parameters_feed_needs {
  public:
-  struct needs {
-    core_state& state;
-    class broker& broker;
-    class parameters& parameters;
-    class parameter_requests& parameter_requests;
-  };
-  explicit parameters_feed(const needs& parts) noexcept
-      : state_{parts.state},
-        broker_{parts.broker},
-        parameters_{parts.parameters},
-        parameter_requests_{parts.parameter_requests} {}
+  explicit parameters_feed(const parameters_feed_needs& parts) noexcept : parameters_feed_needs{parts} {}
 
   // Once a cycle: takes what handles did, and tells what has changed.
   void show() noexcept {
@@ -42,10 +39,6 @@ class parameters_feed {
   void show_if_due() noexcept;
   void publish() noexcept;
 
-  core_state& state_;
-  broker& broker_;
-  parameters& parameters_;
-  parameter_requests& parameter_requests_;
   topic_id topic_{};
   parameter_requests::round told_so_far_ = parameter_requests::round::all_know; // in the last cycle that told
   bool warned_ = false;                                                         // that the topic has no place

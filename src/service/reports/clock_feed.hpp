@@ -12,13 +12,14 @@
 
 namespace rowe::service {
 
-class clock_feed {
+struct clock_feed_needs {
+  core_state& state_;
+  outbox& outbox_;
+};
+
+class clock_feed : clock_feed_needs {
  public:
-  struct needs {
-    core_state& state;
-    class outbox& outbox;
-  };
-  explicit clock_feed(const needs& parts) noexcept : state_{parts.state}, outbox_{parts.outbox} {}
+  explicit clock_feed(const clock_feed_needs& parts) noexcept : clock_feed_needs{parts} {}
 
   // A peer has come.
   void open(const connection& c) noexcept {
@@ -32,8 +33,6 @@ class clock_feed {
     return c.ours == side::server && c.protocol->can.clock && !c.stop_only;
   }
 
-  core_state& state_;
-  outbox& outbox_;
   rt::time_point all_told_at_{};
 };
 

@@ -16,30 +16,25 @@
 
 namespace rowe::service {
 
-class metrics_report {
+struct metrics_report_needs {
+  const core_state& state_;
+  const stop_rules& stop_rules_;
+  const statistics_report& statistics_report_;
+};
+
+class metrics_report : metrics_report_needs {
  public:
   // Bytes that always suffice for write(); asserted in the .cpp.
   static constexpr std::size_t bytes_max = std::size_t{14} << 10;
   static constexpr std::string_view content_type = "text/plain; version=0.0.4; charset=utf-8";
 
-  struct needs {
-    const core_state& state;
-    const class stop_rules& stop_rules;
-    const class statistics_report& statistics_report;
-  };
-  explicit metrics_report(const needs& parts) noexcept
-      : state_{parts.state},
-        stop_rules_{parts.stop_rules},
-        statistics_report_{parts.statistics_report},
-        opened_at_{state_.cycle.now} {}
+  explicit metrics_report(const metrics_report_needs& parts) noexcept
+      : metrics_report_needs{parts}, opened_at_{state_.cycle.now} {}
 
   // The report, written into `buffer`.
   std::string_view write(std::span<char, bytes_max> buffer) const noexcept;
 
  private:
-  const core_state& state_;
-  const stop_rules& stop_rules_;
-  const statistics_report& statistics_report_;
   rt::time_point opened_at_;
 };
 

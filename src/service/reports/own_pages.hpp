@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <span>
-#include <string_view>
 
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
@@ -22,25 +21,21 @@
 
 namespace rowe::service {
 
-class own_pages {
+struct own_pages_needs {
+  core_state& state_;
+  access_control& access_control_;
+  metrics_report& metrics_report_;
+  statistics_report& statistics_report_;
+  topic_pages& topic_pages_;
+};
+
+class own_pages : own_pages_needs {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<char>(buffer_bytes(bounds));
   }
-  struct needs {
-    core_state& state;
-    class access_control& access_control;
-    class metrics_report& metrics_report;
-    class statistics_report& statistics_report;
-    class topic_pages& topic_pages;
-  };
-  own_pages(rt::arena& memory, const needs& parts) noexcept
-      : state_{parts.state},
-        access_control_{parts.access_control},
-        metrics_report_{parts.metrics_report},
-        statistics_report_{parts.statistics_report},
-        topic_pages_{parts.topic_pages},
-        buffer_{memory.carve<char>(buffer_bytes(state_.bounds()))} {}
+  own_pages(rt::arena& memory, const own_pages_needs& parts) noexcept
+      : own_pages_needs{parts}, buffer_{memory.carve<char>(buffer_bytes(state_.bounds()))} {}
 
   // Once a second, in a cycle that begins at `now`, so long after the one before. The service thread never
   // sleeps longer than idle_rest; a longer gap means that a cycle took long, or that the thread did not run.
@@ -65,11 +60,6 @@ class own_pages {
   http_answer health() noexcept;
   http_answer statistics(const access::subject& who) noexcept;
 
-  core_state& state_;
-  access_control& access_control_;
-  metrics_report& metrics_report_;
-  statistics_report& statistics_report_;
-  topic_pages& topic_pages_;
   std::span<char> buffer_;
   rt::duration gap_{}; // the last one that was too long
   rt::time_point gap_ended_{};

@@ -9,19 +9,16 @@
 
 namespace rowe::service {
 
-class statistics_feed {
+struct statistics_feed_needs {
+  core_state& state_;
+  topic_rates& topic_rates_;
+  broker& broker_;
+  statistics_report& statistics_report_;
+};
+
+class statistics_feed : statistics_feed_needs {
  public:
-  struct needs {
-    core_state& state;
-    class topic_rates& topic_rates;
-    class broker& broker;
-    class statistics_report& statistics_report;
-  };
-  explicit statistics_feed(const needs& parts) noexcept
-      : state_{parts.state},
-        topic_rates_{parts.topic_rates},
-        broker_{parts.broker},
-        statistics_report_{parts.statistics_report} {}
+  explicit statistics_feed(const statistics_feed_needs& parts) noexcept : statistics_feed_needs{parts} {}
 
   // Its timer is due. Without listeners it is armed again by the next subscription.
   void publish() noexcept {
@@ -35,10 +32,6 @@ class statistics_feed {
   }
 
  private:
-  core_state& state_;
-  topic_rates& topic_rates_;
-  broker& broker_;
-  statistics_report& statistics_report_;
 };
 
 } // namespace rowe::service

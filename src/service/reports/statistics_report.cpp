@@ -2,7 +2,6 @@
 #include "service/reports/statistics_report.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include <rowe/detail/mutation_points.hpp>
 
@@ -31,11 +30,8 @@ double rounded(double value) noexcept {
 
 } // namespace
 
-statistics_report::statistics_report(const needs& parts) noexcept
-    : state_{parts.state},
-      stop_rules_{parts.stop_rules},
-      outbox_{parts.outbox},
-      topic_rates_{parts.topic_rates},
+statistics_report::statistics_report(const statistics_report_needs& parts) noexcept
+    : statistics_report_needs{parts},
       name_bytes_{std::min(state_.options.name.size(), name_.size())},
       opened_at_{state_.cycle.now} {
   state_.options.name.copy(name_.data(), name_bytes_);
@@ -52,26 +48,22 @@ void statistics_report::write_for_service(json::writer& into, const reader* by) 
   into.begin_object();
   write_state(into, true, by);
   write_connections(into, by);
-  into.key("counters");
-  into.begin_object();
+  into.begin_object("counters");
   for (std::size_t i = 0; i < counter_descriptions.size(); ++i) {
-    into.key(counter_descriptions[i].name);
-    into.number(read_count(state_.shared, state_.pairs, static_cast<counter>(i)));
+    into.member(counter_descriptions[i].name,
+                read_count(state_.shared, state_.pairs, static_cast<counter>(i)));
   }
   into.end_object();
-  into.key("limits");
-  into.begin_object();
+  into.begin_object("limits");
   for (const limit_row& row : limit_table) {
-    into.key(rowe::name_of(row.which));
-    into.number(row.of(state_.bounds()));
+    into.member(rowe::name_of(row.which), row.of(state_.bounds()));
   }
   into.end_object();
   into.end_object();
 }
 
 void statistics_report::write_connections(json::writer& into, const reader* by) noexcept {
-  into.key("connections");
-  into.begin_array();
+  into.begin_array("connections");
   std::uint32_t left_out = 0;
   const std::size_t begin = into.bytes();
   for (const connection& c : state_.peers) {
@@ -88,80 +80,53 @@ void statistics_report::write_connections(json::writer& into, const reader* by) 
       queued += state_.subscriptions.at(i).pending.count;
     }
     into.begin_object();
-    into.key("address");
-    into.string(c.peer());
-    if (!c.identity.empty()) {
-      into.key("identity");
-      into.string(c.identity);
-    }
+    into.member("address", c.peer());
+    if (!c.identity.empty()) into.member("identity", c.identity);
     if (state_.rights.apply_to(c)) {
-      into.key("identity_role");
-      into.string(state_.rights.policy().role_name(c.who.role));
+      into.member("identity_role", state_.rights.policy().role_name(c.who.role));
     }
-    into.key("role");
-    into.string(c.ours == side::client ? "server" : "client"); // what the peer is
-    into.key("dialect");
-    into.string(c.messages_in == 0 ? std::string_view{"none"}
-                                   : state_.seams.protocols.of(c.spoke_last).name());
-    into.key("plain");
-    into.boolean(c.takes_messages);
-    into.key("since_s");
-    into.number(rounded(seconds(state_.cycle.now - c.opened_at)));
-    into.key("silent_s");
-    into.number(rounded(seconds(state_.cycle.now - c.heard_at)));
-    into.key("messages_in");
-    into.number(c.messages_in);
-    into.key("messages_out");
-    into.number(c.messages_out);
-    into.key("queued");
-    into.number(queued);
-    into.key("blocked");
-    into.boolean(queues.backpressured());
-    into.key("subscriptions");
-    into.number(state_.subscriptions.count_of({c.id.index}));
-    into.key("calls");
-    into.number(state_.calls.open_calls_of({c.id.index}));
+    into.member("role", c.ours == side::client ? "server" : "client"); // what the peer is
+    into.member("dialect", c.messages_in == 0 ? std::string_view{"none"}
+                                              : state_.seams.protocols.of(c.spoke_last).name());
+    into.member("plain", c.takes_messages);
+    into.member("since_s", rounded(seconds(state_.cycle.now - c.opened_at)));
+    into.member("silent_s", rounded(seconds(state_.cycle.now - c.heard_at)));
+    into.member("messages_in", c.messages_in);
+    into.member("messages_out", c.messages_out);
+    into.member("queued", queued);
+    into.member("blocked", queues.backpressured());
+    into.member("subscriptions", state_.subscriptions.count_of({c.id.index}));
+    into.member("calls", state_.calls.open_calls_of({c.id.index}));
     into.end_object();
   }
   into.end_array();
-  into.key("connections_left_out");
-  into.number(left_out);
+  into.member("connections_left_out", left_out);
 }
 
 void statistics_report::write_state(json::writer& into, bool of_service, const reader* by) noexcept {
-  into.key("name");
-  into.string(name());
+  into.member("name", name());
   into.key("epoch");
   std::array<char, json::hex_text_bytes> digits;
   json::write_hex(digits.data(), state_.epoch);
   into.string({digits.data(), digits.size()});
-  into.key("uptime_s");
-  into.number(rounded(seconds(state_.cycle.now - opened_at_)));
-  into.key("peers");
-  into.number(state_.peers.count());
-  into.key("real_time");
-  into.begin_object();
-  into.key("fifo");
-  into.boolean(static_cast<bool>(granted_.fifo));
-  into.key("pinned");
-  into.boolean(static_cast<bool>(granted_.pinned));
-  into.key("locked");
-  into.boolean(memory_locked_);
+  into.member("uptime_s", rounded(seconds(state_.cycle.now - opened_at_)));
+  into.member("peers", state_.peers.count());
+  into.begin_object("real_time");
+  into.member("fifo", static_cast<bool>(granted_.fifo));
+  into.member("pinned", static_cast<bool>(granted_.pinned));
+  into.member("locked", memory_locked_);
   into.end_object();
   write_topics(into, of_service, by);
   write_losses(into);
-  into.key("cycle_us_max");
-  into.number(rounded(static_cast<double>(state_.counts.read(counter::cycle_ns_max)) / 1000));
+  into.member("cycle_us_max", rounded(static_cast<double>(state_.counts.read(counter::cycle_ns_max)) / 1000));
 }
 
 void statistics_report::write_topics(json::writer& into, bool of_service, const reader* by) noexcept {
   const listed_topics listed{state_.topics, stop_rules_};
   const rt::time_point since = of_service ? topic_rates_.marks_began() : topic_rates_.period_began();
   const double over = seconds(std::max<rt::duration>(state_.cycle.now - since, std::chrono::milliseconds{1}));
-  into.key("rates_over_s");
-  into.number(rounded(over));
-  into.key("topics");
-  into.begin_array();
+  into.member("rates_over_s", rounded(over));
+  into.begin_array("topics");
   std::uint32_t left_out = 0;
   const std::size_t begin = into.bytes();
   for (const topic_id i : state_.topics.topic_ids()) {
@@ -172,37 +137,29 @@ void statistics_report::write_topics(json::writer& into, bool of_service, const 
     }
     const topic& t = state_.topics.at(i);
     into.begin_object();
-    into.key("topic");
-    into.string(state_.topics.name(i));
-    into.key("type");
-    into.string(state_.topics.type(i));
-    into.key("messages");
-    into.number(t.messages);
+    into.member("topic", state_.topics.name(i));
+    into.member("type", state_.topics.type(i));
+    into.member("messages", t.messages);
     into.key("rate_hz");
     const std::uint64_t before = of_service && !ROWE_MUTANT(rates) ? t.messages_marked[1] : t.messages_before;
     into.number(rounded(static_cast<double>(t.messages - before) / over));
-    into.key("bytes");
-    into.number(t.bytes);
+    into.member("bytes", t.bytes);
     into.key("gap_ms_max");
     const rt::duration marked = std::max(t.gap_marked[0], t.gap_marked[1]);
     into.number(rounded(seconds(of_service ? std::max(t.gap_max, marked) : t.gap_max) * 1000));
-    into.key("subscribers");
-    into.number(t.subscriptions.count);
+    into.member("subscribers", t.subscriptions.count);
     into.end_object();
   }
   into.end_array();
-  into.key("topics_left_out");
-  into.number(left_out);
+  into.member("topics_left_out", left_out);
 }
 
 void statistics_report::write_losses(json::writer& into) noexcept {
-  into.key("losses");
-  into.begin_object();
+  into.begin_object("losses");
   for (std::size_t i = 0; i < counter_descriptions.size(); ++i) {
     const counter_description& what = counter_descriptions[i];
     if (what.group != counter_group::loss && what.group != counter_group::chosen) continue;
-    into.key(what.name);
-    into.number(read_count(state_.shared, state_.pairs, static_cast<counter>(i)));
+    into.member(what.name, read_count(state_.shared, state_.pairs, static_cast<counter>(i)));
   }
   into.end_object();
 }

@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include <rowe/detail/queue_pair.hpp>
-#include <rowe/limits.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>
 
@@ -16,23 +15,23 @@
 #include "service/state/core_state.hpp"
 #include "service/state/topic_rates.hpp"
 #include "service/threads/stop_rules.hpp"
-#include "wire/protocols/protocols.hpp"
 #include "json/writing/writer.hpp"
 
 namespace rowe::service {
 
-class statistics_report {
+struct statistics_report_needs {
+  const core_state& state_;
+  const stop_rules& stop_rules_;
+  const outbox& outbox_;
+  const topic_rates& topic_rates_;
+};
+
+class statistics_report : statistics_report_needs {
  public:
   static constexpr std::size_t name_bytes_max = 64; // of the endpoint's; a longer one is cut
 
-  struct needs {
-    const core_state& state;
-    const class stop_rules& stop_rules;
-    const class outbox& outbox;
-    const class topic_rates& topic_rates;
-  };
   // `name`: the endpoint's, copied.
-  explicit statistics_report(const needs& parts) noexcept;
+  explicit statistics_report(const statistics_report_needs& parts) noexcept;
 
   void describe_thread(const rt::grants& granted, bool memory_locked) noexcept {
     granted_ = granted;
@@ -57,10 +56,6 @@ class statistics_report {
   void write_losses(json::writer& into) noexcept;
   void write_connections(json::writer& into, const reader* by) noexcept;
 
-  const core_state& state_;
-  const stop_rules& stop_rules_;
-  const outbox& outbox_;
-  const topic_rates& topic_rates_;
   std::array<char, name_bytes_max> name_{};
   std::size_t name_bytes_;
   rt::time_point opened_at_;

@@ -18,17 +18,8 @@ std::string_view text_at(slot_pool& slots, slot_id slot) noexcept {
 
 } // namespace
 
-call_requests::call_requests(const needs& parts) noexcept
-    : state_{parts.state},
-      message_store_{parts.message_store},
-      slots_{parts.message_store.slots()},
-      outbox_{parts.outbox},
-      local_delivery_{parts.local_delivery},
-      receiver_{parts.receiver},
-      direct_messages_{parts.direct_messages},
-      call_completion_{parts.call_completion},
-      long_calls_{parts.long_calls},
-      stop_service_{parts.stop_service} {}
+call_requests::call_requests(const call_requests_needs& parts) noexcept
+    : call_requests_needs{parts}, slots_{message_store_.slots()} {}
 
 void call_requests::send(call_index index, const connection* to, const wire::codec& in,
                          const call_request& asked) noexcept {

@@ -30,20 +30,21 @@ struct call_request {
   std::string_view type{}; // which has this type
 };
 
-class call_requests {
+struct call_requests_needs {
+  core_state& state_;
+  message_store& message_store_;
+  outbox& outbox_;
+  local_delivery& local_delivery_;
+  receiver& receiver_;
+  direct_messages& direct_messages_;
+  call_completion& call_completion_;
+  long_calls& long_calls_;
+  stop_service& stop_service_;
+};
+
+class call_requests : call_requests_needs {
  public:
-  struct needs {
-    core_state& state;
-    class message_store& message_store;
-    class outbox& outbox;
-    class local_delivery& local_delivery;
-    class receiver& receiver;
-    class direct_messages& direct_messages;
-    class call_completion& call_completion;
-    class long_calls& long_calls;
-    class stop_service& stop_service;
-  };
-  explicit call_requests(const needs& parts) noexcept;
+  explicit call_requests(const call_requests_needs& parts) noexcept;
 
   // Sends the request to a peer. Without a peer it waits for the first one that connects.
   void send(call_index call, const connection* to, const wire::codec& in, const call_request& asked) noexcept;
@@ -67,16 +68,7 @@ class call_requests {
     call_completion_.fail(call, {errc::refused}, why);
   }
 
-  core_state& state_;
-  message_store& message_store_;
   slot_pool& slots_;
-  outbox& outbox_;
-  local_delivery& local_delivery_;
-  receiver& receiver_;
-  direct_messages& direct_messages_;
-  call_completion& call_completion_;
-  long_calls& long_calls_;
-  stop_service& stop_service_;
   pair_index awaited_{};
 };
 

@@ -16,18 +16,6 @@ using form = wire::call_args::form;
 
 } // namespace
 
-call_router::call_router(const needs& parts) noexcept
-    : state_{parts.state},
-      service_directory_{parts.service_directory},
-      refusals_{parts.refusals},
-      receiver_{parts.receiver},
-      local_delivery_{parts.local_delivery},
-      call_completion_{parts.call_completion},
-      long_calls_{parts.long_calls},
-      call_requests_{parts.call_requests},
-      endpoint_services_{parts.endpoint_services},
-      stop_service_{parts.stop_service} {}
-
 // ---- calls of peers
 
 rt::time_point call_router::time_limit(rt::time_point since, std::int64_t time_ns) const noexcept {

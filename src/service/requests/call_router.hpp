@@ -20,7 +20,6 @@
 #include "service/state/service_directory.hpp"
 #include "service/stop/stop_service.hpp"
 #include "wire/codec/request.hpp"
-#include "wire/protocols/protocols.hpp"
 #include "json/reading/reader.hpp"
 
 namespace rowe::service {
@@ -36,21 +35,22 @@ struct call_start {
   rt::time_point deadline = rt::never;
 };
 
-class call_router {
+struct call_router_needs {
+  core_state& state_;
+  const service_directory& service_directory_;
+  refusals& refusals_;
+  receiver& receiver_;
+  local_delivery& local_delivery_;
+  call_completion& call_completion_;
+  long_calls& long_calls_;
+  call_requests& call_requests_;
+  endpoint_services& endpoint_services_;
+  stop_service& stop_service_;
+};
+
+class call_router : call_router_needs {
  public:
-  struct needs {
-    core_state& state;
-    const class service_directory& service_directory;
-    class refusals& refusals;
-    class receiver& receiver;
-    class local_delivery& local_delivery;
-    class call_completion& call_completion;
-    class long_calls& long_calls;
-    class call_requests& call_requests;
-    class endpoint_services& endpoint_services;
-    class stop_service& stop_service;
-  };
-  explicit call_router(const needs& parts) noexcept;
+  explicit call_router(const call_router_needs& parts) noexcept : call_router_needs{parts} {}
 
   // Takes a call of a peer that is within its rate and not for the stop. False: the receiver has no room now,
   // but it takes messages; the call was not taken.
@@ -85,17 +85,6 @@ class call_router {
   result<std::string_view> service_of(const call_start& asked, std::span<char> buffer) noexcept;
   void route(call_index call, const call_request& asked, detail::peer_ref to) noexcept;
   void ask_anyone(call_index call, const call_request& asked) noexcept;
-
-  core_state& state_;
-  const service_directory& service_directory_;
-  refusals& refusals_;
-  receiver& receiver_;
-  local_delivery& local_delivery_;
-  call_completion& call_completion_;
-  long_calls& long_calls_;
-  call_requests& call_requests_;
-  endpoint_services& endpoint_services_;
-  stop_service& stop_service_;
 };
 
 } // namespace rowe::service

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/requests/dispatcher.hpp"
 
-#include <algorithm>
-
-#include "service/base/service_limits.hpp"
 #include "service/incoming/json_fault.hpp"
 
 namespace rowe::service {
@@ -24,12 +21,8 @@ std::size_t dispatcher::footprint_bytes(const limits& bounds) noexcept {
   return rt::arena::bytes_for(scratch_bytes(bounds));
 }
 
-dispatcher::dispatcher(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      ingress_{parts.ingress},
-      long_ingress_{parts.long_ingress},
-      fragment_ingress_{parts.fragment_ingress},
-      request_router_{parts.request_router},
+dispatcher::dispatcher(rt::arena& memory, const dispatcher_needs& parts) noexcept
+    : dispatcher_needs{parts},
       parameters_max_{2 * parameters::count_max(state_.bounds())},
       scratch_{memory.carve<char>(scratch_bytes(state_.bounds()))} {}
 

@@ -23,17 +23,18 @@
 
 namespace rowe::service {
 
-class dispatcher {
+struct dispatcher_needs {
+  core_state& state_;
+  ingress& ingress_;
+  long_ingress& long_ingress_;
+  fragment_ingress& fragment_ingress_;
+  request_router& request_router_;
+};
+
+class dispatcher : dispatcher_needs {
  public:
-  struct needs {
-    core_state& state;
-    class ingress& ingress;
-    class long_ingress& long_ingress;
-    class fragment_ingress& fragment_ingress;
-    class request_router& request_router;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  dispatcher(rt::arena& memory, const needs& parts) noexcept;
+  dispatcher(rt::arena& memory, const dispatcher_needs& parts) noexcept;
 
   // A message of a peer. Its text may be written to.
   void dispatch(peer_index from, std::span<std::byte> message, bool binary) noexcept;
@@ -65,11 +66,6 @@ class dispatcher {
   void take_fragments(connection& c, fragment_ingress::due due) noexcept;
   void carry_out_whole(connection& c) noexcept;
 
-  core_state& state_;
-  ingress& ingress_;
-  long_ingress& long_ingress_;
-  fragment_ingress& fragment_ingress_;
-  request_router& request_router_;
   const std::uint32_t parameters_max_; // that are looked at in a list: more than there are
   std::span<char> scratch_;            // the names and the id of the request; only decoders write here
 };

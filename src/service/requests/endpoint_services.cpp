@@ -12,8 +12,6 @@
 #include "service/topics/own_types.hpp"
 #include "wire/codec/own_names.hpp"
 
-#include "service/base/service_limits.hpp"
-
 namespace rowe::service {
 namespace {
 
@@ -36,8 +34,7 @@ std::uint32_t list(json::writer& into, fitting_names fits, std::string_view key,
     if (const listed_name one = row_of(i); one.shown) fits.add(bytes_of(one), one.own);
   const auto write = [&](std::string_view named, auto what) {
     fits.begin();
-    into.key(named);
-    into.begin_array();
+    into.begin_array(named);
     for (const auto i : ids) {
       const listed_name one = row_of(i);
       if (one.shown && fits.take(bytes_of(one), one.own)) into.string(one.*what);
@@ -47,23 +44,11 @@ std::uint32_t list(json::writer& into, fitting_names fits, std::string_view key,
   write(key, &listed_name::name);
   if (!key_of_types.empty()) write(key_of_types, &listed_name::type);
   if (fits.left_out() == 0) return 0;
-  into.key("left_out");
-  into.number(fits.left_out());
+  into.member("left_out", fits.left_out());
   return fits.left_out();
 }
 
 } // namespace
-
-endpoint_services::endpoint_services(const needs& parts) noexcept
-    : state_{parts.state},
-      service_directory_{parts.service_directory},
-      stop_rules_{parts.stop_rules},
-      outbox_{parts.outbox},
-      call_completion_{parts.call_completion},
-      statistics_report_{parts.statistics_report},
-      graph_services_{parts.graph_services},
-      parameter_services_{parts.parameter_services},
-      type_services_{parts.type_services} {}
 
 std::string_view endpoint_services::find(std::string_view asked) noexcept {
   const own_service_type* const own = own_type_of_service(asked);
@@ -122,13 +107,11 @@ void endpoint_services::answer(call_index index, std::string_view service,
                       });
     } else if (service == wire::topic_type_name) {
       const topic_id topic = state_.topics.find(named("topic"));
-      into.key("type");
-      into.string(!sees(topic) ? std::string_view{} : state_.topics.type(topic));
+      into.member("type", !sees(topic) ? std::string_view{} : state_.topics.type(topic));
     } else if (service != wire::service_type_name) {
       graph_services_.write(into, service, what, c);
     } else {
-      into.key("type");
-      into.string(graph_services_.find(c, named("service")).type);
+      into.member("type", graph_services_.find(c, named("service")).type);
     }
     into.end_object();
   });

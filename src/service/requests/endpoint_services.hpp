@@ -17,31 +17,10 @@
 #include "service/state/service_directory.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "wire/codec/request.hpp"
-#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 
-class endpoint_services {
- public:
-  struct needs {
-    core_state& state;
-    const class service_directory& service_directory;
-    const class stop_rules& stop_rules;
-    class outbox& outbox;
-    class call_completion& call_completion;
-    class statistics_report& statistics_report;
-    const class graph_services& graph_services;
-    class parameter_services& parameter_services;
-    class type_services& type_services;
-  };
-  explicit endpoint_services(const needs& parts) noexcept;
-
-  // The full name of such a service. `service`: its name in either spelling. Empty: it is none of them.
-  static std::string_view find(std::string_view service) noexcept;
-  // Answers the call, and so ends it. `service`: the full name.
-  void answer(call_index call, std::string_view service, const wire::call_args& what) noexcept;
-
- private:
+struct endpoint_services_needs {
   core_state& state_;
   const service_directory& service_directory_;
   const stop_rules& stop_rules_;
@@ -51,6 +30,19 @@ class endpoint_services {
   const graph_services& graph_services_;
   parameter_services& parameter_services_;
   type_services& type_services_;
+};
+
+class endpoint_services : endpoint_services_needs {
+ public:
+  explicit endpoint_services(const endpoint_services_needs& parts) noexcept
+      : endpoint_services_needs{parts} {}
+
+  // The full name of such a service. `service`: its name in either spelling. Empty: it is none of them.
+  static std::string_view find(std::string_view service) noexcept;
+  // Answers the call, and so ends it. `service`: the full name.
+  void answer(call_index call, std::string_view service, const wire::call_args& what) noexcept;
+
+ private:
 };
 
 } // namespace rowe::service

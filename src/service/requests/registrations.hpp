@@ -13,21 +13,17 @@
 
 namespace rowe::service {
 
-class registrations {
+struct registrations_needs {
+  parameter_requests& parameter_requests_;
+  subscriptions& subscriptions_;
+  advertisements& advertisements_;
+  service_providers& service_providers_;
+  connection_graph& connection_graph_;
+};
+
+class registrations : registrations_needs {
  public:
-  struct needs {
-    class parameter_requests& parameter_requests;
-    class subscriptions& subscriptions;
-    class advertisements& advertisements;
-    class service_providers& service_providers;
-    class connection_graph& connection_graph;
-  };
-  explicit registrations(const needs& parts) noexcept
-      : parameter_requests_{parts.parameter_requests},
-        subscriptions_{parts.subscriptions},
-        advertisements_{parts.advertisements},
-        service_providers_{parts.service_providers},
-        connection_graph_{parts.connection_graph} {}
+  explicit registrations(const registrations_needs& parts) noexcept : registrations_needs{parts} {}
 
   // A request other than a message, a call or an answer. The peer has the right to ask.
   void carry_out(connection& c, const wire::request& asked) noexcept;
@@ -39,11 +35,6 @@ class registrations {
   void forget(peer_index peer) noexcept;
 
  private:
-  parameter_requests& parameter_requests_;
-  subscriptions& subscriptions_;
-  advertisements& advertisements_;
-  service_providers& service_providers_;
-  connection_graph& connection_graph_;
 };
 
 } // namespace rowe::service

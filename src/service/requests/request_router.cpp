@@ -30,20 +30,6 @@ std::string_view without_ttl(std::string_view text, std::span<std::byte> message
 
 } // namespace
 
-request_router::request_router(const needs& parts) noexcept
-    : state_{parts.state},
-      refusals_{parts.refusals},
-      access_control_{parts.access_control},
-      receiver_{parts.receiver},
-      ingress_{parts.ingress},
-      fragment_ingress_{parts.fragment_ingress},
-      direct_messages_{parts.direct_messages},
-      broker_{parts.broker},
-      listings_{parts.listings},
-      registrations_{parts.registrations},
-      call_router_{parts.call_router},
-      stop_service_{parts.stop_service} {}
-
 request_router::due request_router::take(connection& c, read_request& one) noexcept {
   c.spoke_last = one.asked.codec;
   if (one.read == wire::decoded::malformed) state_.counts.add(counter::malformed);

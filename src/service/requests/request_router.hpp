@@ -37,23 +37,24 @@ struct read_request {
   wire::request asked{};
 };
 
-class request_router {
+struct request_router_needs {
+  core_state& state_;
+  refusals& refusals_;
+  access_control& access_control_;
+  receiver& receiver_;
+  ingress& ingress_;
+  fragment_ingress& fragment_ingress_;
+  direct_messages& direct_messages_;
+  broker& broker_;
+  listings& listings_;
+  registrations& registrations_;
+  call_router& call_router_;
+  stop_service& stop_service_;
+};
+
+class request_router : request_router_needs {
  public:
-  struct needs {
-    core_state& state;
-    class refusals& refusals;
-    class access_control& access_control;
-    class receiver& receiver;
-    class ingress& ingress;
-    class fragment_ingress& fragment_ingress;
-    class direct_messages& direct_messages;
-    class broker& broker;
-    class listings& listings;
-    class registrations& registrations;
-    class call_router& call_router;
-    class stop_service& stop_service;
-  };
-  explicit request_router(const needs& parts) noexcept;
+  explicit request_router(const request_router_needs& parts) noexcept : request_router_needs{parts} {}
 
   // ---- the message that is read now
 
@@ -111,18 +112,6 @@ class request_router {
   bool takes_long(connection& c, wire::request& asked, const long_arrival& message) noexcept;
   void refuse_long(connection& c, wire::request& asked, const long_arrival& message) noexcept;
 
-  core_state& state_;
-  refusals& refusals_;
-  access_control& access_control_;
-  receiver& receiver_;
-  ingress& ingress_;
-  fragment_ingress& fragment_ingress_;
-  direct_messages& direct_messages_;
-  broker& broker_;
-  listings& listings_;
-  registrations& registrations_;
-  call_router& call_router_;
-  stop_service& stop_service_;
   std::array<char, unknown_text_bytes_max> unknown_text_; // why a number is none
   bool excess_ = false;                                   // the message is beyond its peer's rate
   bool heard_before_ = false;                             // the message was parked before

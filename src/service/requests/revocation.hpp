@@ -11,15 +11,15 @@
 
 namespace rowe::service {
 
-class revocation {
+struct revocation_needs {
+  core_state& state_;
+  listings& listings_;
+  stop_service& stop_service_;
+};
+
+class revocation : revocation_needs {
  public:
-  struct needs {
-    core_state& state;
-    class listings& listings;
-    class stop_service& stop_service;
-  };
-  explicit revocation(const needs& parts) noexcept
-      : state_{parts.state}, listings_{parts.listings}, stop_service_{parts.stop_service} {}
+  explicit revocation(const revocation_needs& parts) noexcept : revocation_needs{parts} {}
 
   // Other rights hold (peer_rights::renew()). Looks once at each peer. Those that are marked to be closed
   // count as closed from here on, and what they guard stops at once.
@@ -27,10 +27,6 @@ class revocation {
 
  private:
   void close(connection& c, std::string_view why) noexcept;
-
-  core_state& state_;
-  listings& listings_;
-  stop_service& stop_service_;
 };
 
 } // namespace rowe::service

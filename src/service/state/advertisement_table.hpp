@@ -11,7 +11,6 @@
 #include <rowe/rt/arena.hpp>
 
 #include "service/base/ids.hpp"
-#include "service/base/slot_pool.hpp"
 #include "service/state/peer_set.hpp"
 #include "wire/codec/request.hpp"
 

@@ -10,14 +10,14 @@
 
 namespace rowe::service {
 
-class audiences {
+struct audiences_needs {
+  core_state& state_;
+  publish_predictor& publish_predictor_;
+};
+
+class audiences : audiences_needs {
  public:
-  struct needs {
-    core_state& state;
-    class publish_predictor& publish_predictor;
-  };
-  explicit audiences(const needs& parts) noexcept
-      : state_{parts.state}, publish_predictor_{parts.publish_predictor} {}
+  explicit audiences(const audiences_needs& parts) noexcept : audiences_needs{parts} {}
 
   // The listeners of the topic may have changed.
   void update(topic_id topic) noexcept;
@@ -29,8 +29,6 @@ class audiences {
   std::uint32_t listened() const noexcept { return listened_; }
 
  private:
-  core_state& state_;
-  publish_predictor& publish_predictor_;
   std::uint32_t listened_ = 0;
 };
 

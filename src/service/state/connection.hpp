@@ -4,17 +4,14 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
 #include <rowe/connection.hpp>
-#include <rowe/detail/mutation_points.hpp>
 #include <rowe/rt/clock.hpp>
 
 #include "service/base/rate_limit.hpp"
 #include "service/base/service_limits.hpp"
-#include "service/base/slot_pool.hpp"
 #include "service/base/transport.hpp"
 #include "wire/protocols/protocols.hpp"
 #include "wire/websocket/websocket.hpp"

@@ -2,9 +2,6 @@
 // Posts events to the ring that threads of this process read. Service thread only; nothing waits or
 // allocates.
 #pragma once
-#include <array>
-#include <chrono>
-#include <cstddef>
 #include <string_view>
 
 #include <rowe/event.hpp>
@@ -14,7 +11,6 @@
 #include "service/base/transport.hpp"
 #include "service/state/cycle_state.hpp"
 #include "service/threads/shared_state.hpp"
-#include "wire/text/text_out.hpp"
 
 namespace rowe::service {
 

@@ -18,7 +18,6 @@
 #include "service/base/indexed_pool.hpp"
 #include "service/base/service_limits.hpp"
 #include "service/base/shares.hpp"
-#include "service/base/slot_pool.hpp"
 
 namespace rowe::json {
 class writer;

@@ -7,7 +7,6 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/base/ids.hpp"
-#include "service/base/slot_pool.hpp"
 #include "service/state/latched_values.hpp"
 
 namespace rowe::service {

@@ -8,7 +8,6 @@
 
 #include "service/base/index_list.hpp"
 #include "service/base/message_queue.hpp"
-#include "service/base/service_limits.hpp"
 #include "service/state/topic_rows.hpp"
 
 namespace rowe::service {

@@ -11,7 +11,6 @@
 #include <rowe/rt/arena.hpp>
 
 #include "service/base/ids.hpp"
-#include "service/base/service_limits.hpp"
 #include "service/state/connection.hpp"
 
 namespace rowe::service {

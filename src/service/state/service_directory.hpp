@@ -12,7 +12,6 @@
 
 #include "service/base/listed_numbers.hpp"
 #include "service/base/service_limits.hpp"
-#include "service/base/slot_pool.hpp"
 #include "service/base/transport.hpp"
 #include "wire/codec/request.hpp"
 

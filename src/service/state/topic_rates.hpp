@@ -12,16 +12,15 @@
 
 namespace rowe::service {
 
-class topic_rates {
+struct topic_rates_needs {
+  core_state& state_;
+  const topic_id statistics_topic_; // none in a client
+};
+
+class topic_rates : topic_rates_needs {
  public:
-  struct needs {
-    core_state& state;
-    topic_id statistics_topic; // none in a client
-  };
-  explicit topic_rates(const needs& parts) noexcept
-      : state_{parts.state},
-        statistics_topic_{parts.statistics_topic},
-        marked_{state_.cycle.now, state_.cycle.now} {}
+  explicit topic_rates(const topic_rates_needs& parts) noexcept
+      : topic_rates_needs{parts}, marked_{state_.cycle.now, state_.cycle.now} {}
 
   // One more message of a topic.
   static void note(topic& on, rt::time_point published) noexcept {
@@ -50,8 +49,6 @@ class topic_rates {
  private:
   void mark() noexcept;
 
-  core_state& state_;
-  const topic_id statistics_topic_;
   rt::time_point period_began_{};
   // When the newest period of the service's rates began, and the one before.
   std::array<rt::time_point, 2> marked_;

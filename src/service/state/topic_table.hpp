@@ -16,7 +16,6 @@
 #include <rowe/limits.hpp>
 #include <rowe/options.hpp>
 #include <rowe/rt/arena.hpp>
-#include <rowe/rt/clock.hpp>
 
 #include "service/base/ids.hpp"
 #include "service/base/indexed_pool.hpp"

@@ -6,7 +6,6 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
-#include "service/base/service_limits.hpp"
 #include "json/reading/reader.hpp"
 
 namespace rowe::service {
@@ -33,14 +32,10 @@ std::int64_t integer_of(std::string_view args, std::string_view member) noexcept
 
 } // namespace
 
-stop_service::stop_service(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      sender_{parts.sender},
-      access_control_{parts.access_control},
-      call_completion_{parts.call_completion},
-      stop_rules_{parts.stop_rules},
+stop_service::stop_service(rt::arena& memory, const stop_service_needs& parts) noexcept
+    : stop_service_needs{parts},
       switch_{state_, stop_rules_},
-      threads_{{.state = state_, .stop_switch = switch_}},
+      threads_{{.state_ = state_, .stop_switch_ = switch_}},
       rows_{memory.carve<row>(state_.bounds().connections_max)},
       waiters_{memory.carve<waiter>(waiters_of(state_.bounds()))} {}
 
@@ -167,10 +162,8 @@ void stop_service::answer_acknowledged() noexcept {
 void stop_service::write_answer(json::writer& into, stop_verb which, const decision& made) noexcept {
   if (which == stop_verb::state) return stop_rules_.write_state(into, state_.cycle.now);
   into.begin_object();
-  into.key("state");
-  into.string(stop_rules_.running() ? "running" : "stopped");
-  into.key("number");
-  into.number(stop_rules_.number());
+  into.member("state", stop_rules_.running() ? "running" : "stopped");
+  into.member("number", stop_rules_.number());
   switch (which) {
   case stop_verb::stop:
     write_text(into, "cause", stop_rules_.cause_name());
@@ -179,11 +172,10 @@ void stop_service::write_answer(json::writer& into, stop_verb which, const decis
     write_time(into, "observed_ns", stop_rules_.observed());
     break;
   case stop_verb::guard:
-    into.key("timeout_ms");
-    into.number(
+    into.member(
+        "timeout_ms",
         std::chrono::duration_cast<std::chrono::milliseconds>(state_.options.stop.guard_timeout).count());
-    into.key("tick");
-    into.number(stop_rules_.tick(state_.cycle.now));
+    into.member("tick", stop_rules_.tick(state_.cycle.now));
     [[fallthrough]];
   default:
     write_text(into, "refused", stop_rules::name_of(made.refused));

@@ -29,20 +29,21 @@
 
 namespace rowe::service {
 
-class stop_service {
+struct stop_service_needs {
+  core_state& state_;
+  sender& sender_;
+  access_control& access_control_;
+  call_completion& call_completion_;
+  stop_rules& stop_rules_;
+};
+
+class stop_service : stop_service_needs {
  public:
-  struct needs {
-    core_state& state;
-    class sender& sender;
-    class access_control& access_control;
-    class call_completion& call_completion;
-    class stop_rules& stop_rules;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<waiter>(waiters_of(bounds)) +
            rt::arena::bytes_for<row>(bounds.connections_max);
   }
-  stop_service(rt::arena& memory, const needs& parts) noexcept;
+  stop_service(rt::arena& memory, const stop_service_needs& parts) noexcept;
 
   void open(peer_index peer) noexcept { rows_[peer] = {}; }
   // A peer has left, or is not read any more: the loops that it guarded stop.
@@ -123,11 +124,6 @@ class stop_service {
   void answer(stop_verb which, const stop_asker& asker, const decision& made) noexcept;
   void write_answer(json::writer& into, stop_verb which, const decision& made) noexcept;
 
-  core_state& state_;
-  sender& sender_;
-  access_control& access_control_;
-  call_completion& call_completion_;
-  stop_rules& stop_rules_;
   stop_switch switch_;
   thread_stops threads_;
   rows<peer_index, row> rows_;

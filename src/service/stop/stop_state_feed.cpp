@@ -10,12 +10,8 @@
 
 namespace rowe::service {
 
-stop_state_feed::stop_state_feed(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      sender_{parts.sender},
-      broker_{parts.broker},
-      stop_rules_{parts.stop_rules},
-      topic_{parts.topic},
+stop_state_feed::stop_state_feed(rt::arena& memory, const stop_state_feed_needs& parts) noexcept
+    : stop_state_feed_needs{parts},
       shown_at_{memory.carve<rt::time_point>(state_.bounds().connections_max)} {}
 
 void stop_state_feed::show_if_due() noexcept {

@@ -18,23 +18,23 @@
 #include "service/threads/stop_rules.hpp"
 #include "service/topics/broker.hpp"
 #include "wire/codec/codec.hpp"
-#include "wire/protocols/protocols.hpp"
 
 namespace rowe::service {
 
-class stop_state_feed {
+struct stop_state_feed_needs {
+  core_state& state_;
+  sender& sender_;
+  broker& broker_;
+  const stop_rules& stop_rules_;
+  const topic_id topic_; // of the state
+};
+
+class stop_state_feed : stop_state_feed_needs {
  public:
-  struct needs {
-    core_state& state;
-    class sender& sender;
-    class broker& broker;
-    const class stop_rules& stop_rules;
-    topic_id topic; // of the state
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<rt::time_point>(bounds.connections_max);
   }
-  stop_state_feed(rt::arena& memory, const needs& parts) noexcept;
+  stop_state_feed(rt::arena& memory, const stop_state_feed_needs& parts) noexcept;
 
   void open(peer_index peer) noexcept { shown_at_[peer] = {}; }
 
@@ -64,11 +64,6 @@ class stop_state_feed {
   void write(message& state) noexcept;
   void send(const subscription& to, const message& state) noexcept;
 
-  core_state& state_;
-  sender& sender_;
-  broker& broker_;
-  const stop_rules& stop_rules_;
-  const topic_id topic_;
   rows<peer_index, rt::time_point> shown_at_;
   rt::time_point delivered_at_{}; // to handles of this process
   rt::time_point due_ = rt::never;

@@ -2,7 +2,6 @@
 // The rules of the stop, with what they change at once: the permit of the loops, before anything else, and
 // the event. Service thread only; nothing waits or allocates.
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string_view>

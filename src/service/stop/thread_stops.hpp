@@ -13,13 +13,14 @@
 
 namespace rowe::service {
 
-class thread_stops {
+struct thread_stops_needs {
+  core_state& state_;
+  stop_switch& stop_switch_;
+};
+
+class thread_stops : thread_stops_needs {
  public:
-  struct needs {
-    core_state& state;
-    class stop_switch& stop_switch;
-  };
-  explicit thread_stops(const needs& parts) noexcept : state_{parts.state}, stop_switch_{parts.stop_switch} {}
+  explicit thread_stops(const thread_stops_needs& parts) noexcept : thread_stops_needs{parts} {}
 
   // Whether a thread has asked for a stop since the last look.
   bool read_requests() noexcept {
@@ -46,8 +47,6 @@ class thread_stops {
   void answer_reset(const status& outcome) noexcept;
   void write_answers() noexcept;
 
-  core_state& state_;
-  stop_switch& stop_switch_;
   local_stop_asked asked_;            // as of the last read_requests()
   local_stop_answered answered_;      // the last answers
   std::uint64_t stops_done_ = 0;      // how many requested stops were carried out

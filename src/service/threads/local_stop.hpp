@@ -10,7 +10,6 @@
 // The threads use their ends of the windows one at a time (api/local_stops.hpp); any of them may raise the
 // count.
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <utility>
 

@@ -3,7 +3,6 @@
 // free cells under its lock; the service thread looks at all cells when the word is set.
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <span>
 
 #include <rowe/detail/parameter_cell.hpp>

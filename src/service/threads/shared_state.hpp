@@ -9,7 +9,6 @@
 // that saw a word of a newer address sees at the second look that the generation has changed. No generation
 // is used twice, so an address between two equal ones is whole.
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>

@@ -351,43 +351,30 @@ void stop_rules::write_state(json::writer& into, rt::time_point now) const noexc
     text.empty() ? into.null() : into.string(text);
   };
   into.begin_object();
-  into.key("state");
-  into.string(running_ ? "running" : "stopped");
-  into.key("number");
-  into.number(number_);
+  into.member("state", running_ ? "running" : "stopped");
+  into.member("number", number_);
   text_or_null("cause", cause_name());
   text_or_null("source", source());
-  into.key("since_ms");
-  into.number(milliseconds(now - since_));
-  into.key("tick");
-  into.number(tick(now));
-  into.key("unguarded");
-  into.boolean(options_.unguarded);
-  into.key("guards");
-  into.begin_array();
+  into.member("since_ms", milliseconds(now - since_));
+  into.member("tick", tick(now));
+  into.member("unguarded", options_.unguarded);
+  into.begin_array("guards");
   for (const guard& g : guards_) {
     if (g.name_bytes == 0) continue;
     into.begin_object();
-    into.key("name");
-    into.string(g.name());
-    into.key("age_ms");
-    into.number(milliseconds(now - g.issued));
-    into.key("fresh");
-    into.boolean(g.until > now);
+    into.member("name", g.name());
+    into.member("age_ms", milliseconds(now - g.issued));
+    into.member("fresh", g.until > now);
     into.end_object();
   }
   into.end_array();
-  into.key("loops");
-  into.begin_array();
+  into.begin_array("loops");
   for (const loop& l : loops_) {
     if (l.words == nullptr) continue;
     into.begin_object();
-    into.key("name");
-    into.string(l.name());
-    into.key("age_ms");
-    into.number(milliseconds(now - last_look(l)));
-    into.key("acknowledged");
-    into.number(l.answered.number == latch_ ? number_ : l.answered_number);
+    into.member("name", l.name());
+    into.member("age_ms", milliseconds(now - last_look(l)));
+    into.member("acknowledged", l.answered.number == latch_ ? number_ : l.answered_number);
     into.end_object();
   }
   into.end_array();

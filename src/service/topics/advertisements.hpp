@@ -12,21 +12,17 @@
 
 namespace rowe::service {
 
-class advertisements {
+struct advertisements_needs {
+  core_state& state_;
+  advertisement_table& advertisement_table_;
+  refusals& refusals_;
+  topic_places& topic_places_;
+  subscriptions& subscriptions_;
+};
+
+class advertisements : advertisements_needs {
  public:
-  struct needs {
-    core_state& state;
-    class advertisement_table& advertisement_table;
-    class refusals& refusals;
-    class topic_places& topic_places;
-    class subscriptions& subscriptions;
-  };
-  explicit advertisements(const needs& parts) noexcept
-      : state_{parts.state},
-        advertisement_table_{parts.advertisement_table},
-        refusals_{parts.refusals},
-        topic_places_{parts.topic_places},
-        subscriptions_{parts.subscriptions} {}
+  explicit advertisements(const advertisements_needs& parts) noexcept : advertisements_needs{parts} {}
 
   // A peer has left. Its latched values go with it.
   void forget(peer_index peer) noexcept;
@@ -54,12 +50,6 @@ class advertisements {
   bool refuse(connection& c, const wire::request& asked, std::string_view why,
               std::string_view value = {}) noexcept;
   bool withdraw(peer_index peer, topic_id topic) noexcept;
-
-  core_state& state_;
-  advertisement_table& advertisement_table_;
-  refusals& refusals_;
-  topic_places& topic_places_;
-  subscriptions& subscriptions_;
 };
 
 } // namespace rowe::service

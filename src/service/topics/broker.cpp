@@ -6,7 +6,6 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
-#include "service/base/names.hpp"
 #include "service/topics/own_types.hpp"
 #include "wire/codec/refusal.hpp"
 #include "wire/text/text_out.hpp"

@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include <rowe/detail/queue_pair.hpp>
-#include <rowe/limits.hpp>
 
 #include "service/incoming/refusals.hpp"
 #include "service/outgoing/local_delivery.hpp"
@@ -31,29 +30,21 @@ struct published_by {
   wire::typed_value value{}; // what else encodes it; none: it is JSON
 };
 
-class broker {
+struct broker_needs {
+  core_state& state_;
+  message_store& message_store_;
+  outbox& outbox_;
+  long_outbox& long_outbox_;
+  subscription_queues& subscription_queues_;
+  refusals& refusals_;
+  local_delivery& local_delivery_;
+  long_deliveries& long_deliveries_;
+  const advertisement_table& advertisement_table_;
+};
+
+class broker : broker_needs {
  public:
-  struct needs {
-    core_state& state;
-    class message_store& message_store;
-    class outbox& outbox;
-    class long_outbox& long_outbox;
-    class subscription_queues& subscription_queues;
-    class refusals& refusals;
-    class local_delivery& local_delivery;
-    class long_deliveries& long_deliveries;
-    const class advertisement_table& advertisement_table;
-  };
-  explicit broker(const needs& parts) noexcept
-      : state_{parts.state},
-        message_store_{parts.message_store},
-        outbox_{parts.outbox},
-        long_outbox_{parts.long_outbox},
-        subscription_queues_{parts.subscription_queues},
-        refusals_{parts.refusals},
-        local_delivery_{parts.local_delivery},
-        long_deliveries_{parts.long_deliveries},
-        advertisement_table_{parts.advertisement_table} {}
+  explicit broker(const broker_needs& parts) noexcept : broker_needs{parts} {}
 
   // Sends a value to everyone who wants it now. It was published at `published` and expires at `expires`. If
   // `latches` names an owner, the value is kept for late subscribers. `write_body(json::writer&)` writes the
@@ -97,16 +88,6 @@ class broker {
   bool deliver_long_to(pair_index pair, text_id value, rt::time_point over, const published_by& who) noexcept;
   void tell_too_big(pair_index pair, const error& why, const published_by& who) noexcept;
   void tell_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept;
-
-  core_state& state_;
-  message_store& message_store_;
-  outbox& outbox_;
-  long_outbox& long_outbox_;
-  subscription_queues& subscription_queues_;
-  refusals& refusals_;
-  local_delivery& local_delivery_;
-  long_deliveries& long_deliveries_;
-  const advertisement_table& advertisement_table_;
 };
 
 // ---- inline definitions

@@ -27,6 +27,10 @@ inline constexpr auto names<told::cause> =
 
 template <>
 inline constexpr auto schema<told::anything> = fields<>{};
+template <detail::name_literal Name>
+inline constexpr auto schema<told::one_text<Name>> = fields<field<&told::one_text<Name>::text, Name>>{};
+template <detail::name_literal Name>
+inline constexpr auto schema<told::one_list<Name>> = fields<field<&told::one_list<Name>::texts, Name>>{};
 
 #define ROWE_MEMBER(name, group, meaning) , &told::counts::name
 template <>
@@ -143,32 +147,10 @@ inline constexpr auto schema<told::types_answer> =
     fields<&told::types_answer::types, &told::types_answer::next>{};
 
 template <>
-inline constexpr auto schema<told::of_topic> = fields<&told::of_topic::topic>{};
-template <>
-inline constexpr auto schema<told::of_type> = fields<&told::of_type::type>{};
-template <>
-inline constexpr auto schema<told::of_service> = fields<&told::of_service::service>{};
-template <>
-inline constexpr auto schema<told::of_node> = fields<&told::of_node::node>{};
-template <>
-inline constexpr auto schema<told::of_host> = fields<&told::of_host::host>{};
-template <>
-inline constexpr auto schema<told::of_action> = fields<&told::of_action::action>{};
-template <>
-inline constexpr auto schema<told::interfaces> = fields<&told::interfaces::interfaces>{};
-template <>
 inline constexpr auto schema<told::ros_version> =
     fields<&told::ros_version::version, &told::ros_version::distro>{};
 template <>
-inline constexpr auto schema<told::of_name> = fields<&told::of_name::name>{};
-template <>
-inline constexpr auto schema<told::topics> = fields<&told::topics::topics>{};
-template <>
 inline constexpr auto schema<told::services> = fields<&told::services::services, &told::services::left_out>{};
-template <>
-inline constexpr auto schema<told::nodes> = fields<&told::nodes::nodes>{};
-template <>
-inline constexpr auto schema<told::names_list> = fields<&told::names_list::names>{};
 template <>
 inline constexpr auto schema<told::topics_and_types> =
     fields<&told::topics_and_types::topics, &told::topics_and_types::types,
@@ -181,14 +163,6 @@ template <>
 inline constexpr auto schema<told::node_details> =
     fields<&told::node_details::subscribing, &told::node_details::publishing,
            &told::node_details::services>{};
-template <>
-inline constexpr auto schema<told::publishers> = fields<&told::publishers::publishers>{};
-template <>
-inline constexpr auto schema<told::subscribers> = fields<&told::subscribers::subscribers>{};
-template <>
-inline constexpr auto schema<told::providers> = fields<&told::providers::providers>{};
-template <>
-inline constexpr auto schema<told::action_servers> = fields<&told::action_servers::action_servers>{};
 template <>
 inline constexpr auto schema<told::time_now> =
     fields<&told::time_now::secs, &told::time_now::nsecs, &told::time_now::sec, &told::time_now::nanosec>{};
@@ -215,7 +189,5 @@ template <>
 inline constexpr auto schema<told::is_done> = fields<&told::is_done::successful, &told::is_done::reason>{};
 template <>
 inline constexpr auto schema<told::exists> = fields<&told::exists::exists>{};
-template <>
-inline constexpr auto schema<told::found_name> = fields<&told::found_name::global_name>{};
 
 } // namespace rowe

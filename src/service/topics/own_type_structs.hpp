@@ -8,6 +8,7 @@
 #include <rowe/bounded_array.hpp>
 #include <rowe/fixed_string.hpp>
 #include <rowe/limits.hpp>
+#include <rowe/schema.hpp>
 
 #include "service/base/counters.hpp"
 #include "service/base/limit_table.hpp"
@@ -22,6 +23,16 @@ template <class T>
 using null_while_none = std::optional<std::optional<T>>;
 
 struct anything {};
+
+// One member, of this name.
+template <detail::name_literal Name>
+struct one_text {
+  name_text text;
+};
+template <detail::name_literal Name>
+struct one_list {
+  list<name_text> texts;
+};
 
 struct counts {
 #define ROWE_MEMBER(name, group, meaning) std::uint64_t name = 0;
@@ -153,47 +164,25 @@ struct types_answer {
 
 // ---- those of ROS
 
-struct of_topic {
-  name_text topic;
-};
-struct of_type {
-  name_text type;
-};
-struct of_service {
-  name_text service;
-};
-struct of_node {
-  name_text node;
-};
-struct of_host {
-  name_text host;
-};
-struct of_action {
-  name_text action;
-};
-struct interfaces {
-  list<name_text> interfaces;
-};
+using of_topic = one_text<"topic">;
+using of_type = one_text<"type">;
+using of_service = one_text<"service">;
+using of_node = one_text<"node">;
+using of_host = one_text<"host">;
+using of_action = one_text<"action">;
+using interfaces = one_list<"interfaces">;
 struct ros_version {
   std::uint8_t version = 0;
   name_text distro;
 };
-struct of_name {
-  name_text name;
-};
-struct topics {
-  list<name_text> topics;
-};
+using of_name = one_text<"name">;
+using topics = one_list<"topics">;
 struct services {
   list<name_text> services;
   std::optional<std::uint32_t> left_out;
 };
-struct nodes {
-  list<name_text> nodes;
-};
-struct names_list {
-  list<name_text> names;
-};
+using nodes = one_list<"nodes">;
+using names_list = one_list<"names">;
 struct topics_and_types {
   list<name_text> topics, types;
   std::optional<std::uint32_t> left_out;
@@ -204,18 +193,10 @@ struct topics_and_raw_types {
 struct node_details {
   list<name_text> subscribing, publishing, services;
 };
-struct publishers {
-  list<name_text> publishers;
-};
-struct subscribers {
-  list<name_text> subscribers;
-};
-struct providers {
-  list<name_text> providers;
-};
-struct action_servers {
-  list<name_text> action_servers;
-};
+using publishers = one_list<"publishers">;
+using subscribers = one_list<"subscribers">;
+using providers = one_list<"providers">;
+using action_servers = one_list<"action_servers">;
 struct time_now {
   std::int64_t secs = 0, nsecs = 0, sec = 0, nanosec = 0;
 };
@@ -251,8 +232,6 @@ struct is_done {
 struct exists {
   bool exists = false;
 };
-struct found_name {
-  name_text global_name;
-};
+using found_name = one_text<"global_name">;
 
 } // namespace rowe::service::told

@@ -33,13 +33,8 @@ std::uint8_t place_of(const subscription& s, std::uint64_t id) noexcept {
 
 } // namespace
 
-subscriptions::subscriptions(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      subscription_queues_{parts.subscription_queues},
-      refusals_{parts.refusals},
-      audiences_{parts.audiences},
-      topic_rates_{parts.topic_rates},
-      topic_places_{parts.topic_places},
+subscriptions::subscriptions(rt::arena& memory, const subscriptions_needs& parts) noexcept
+    : subscriptions_needs{parts},
       claims_{state_.bounds().subscriptions_max, state_.claimants()},
       ids_{memory, state_.bounds(), state_.claimants()} {}
 

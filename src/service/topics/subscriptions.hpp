@@ -19,20 +19,21 @@
 
 namespace rowe::service {
 
-class subscriptions {
+struct subscriptions_needs {
+  core_state& state_;
+  subscription_queues& subscription_queues_;
+  refusals& refusals_;
+  audiences& audiences_;
+  topic_rates& topic_rates_;
+  topic_places& topic_places_;
+};
+
+class subscriptions : subscriptions_needs {
  public:
-  struct needs {
-    core_state& state;
-    class subscription_queues& subscription_queues;
-    class refusals& refusals;
-    class audiences& audiences;
-    class topic_rates& topic_rates;
-    class topic_places& topic_places;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return kept_ids::footprint_bytes(bounds);
   }
-  subscriptions(rt::arena& memory, const needs& parts) noexcept;
+  subscriptions(rt::arena& memory, const subscriptions_needs& parts) noexcept;
 
   // A peer leaves.
   void forget(peer_index peer) noexcept;
@@ -65,12 +66,6 @@ class subscriptions {
   void tell_other_type(connection& c, std::string_view id_raw, topic_id topic,
                        std::string_view asked) noexcept;
 
-  core_state& state_;
-  subscription_queues& subscription_queues_;
-  refusals& refusals_;
-  audiences& audiences_;
-  topic_rates& topic_rates_;
-  topic_places& topic_places_;
   claims claims_;
   kept_ids ids_; // of requests for deadlines
 };

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/topics/topic_handles.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include <rowe/detail/mutation_points.hpp>
 
-#include "service/base/names.hpp"
 #include "service/base/service_limits.hpp"
 #include "service/topics/own_types.hpp"
 #include "wire/codec/codec.hpp"

@@ -24,31 +24,22 @@
 
 namespace rowe::service {
 
-class topic_handles {
+struct topic_handles_needs {
+  core_state& state_;
+  const message_store& message_store_;
+  outbox& outbox_;
+  publish_predictor& publish_predictor_;
+  audiences& audiences_;
+  topic_rates& topic_rates_;
+  topic_places& topic_places_;
+  subscriptions& subscriptions_;
+  advertisements& advertisements_;
+  broker& broker_;
+};
+
+class topic_handles : topic_handles_needs {
  public:
-  struct needs {
-    core_state& state;
-    const class message_store& message_store;
-    class outbox& outbox;
-    class publish_predictor& publish_predictor;
-    class audiences& audiences;
-    class topic_rates& topic_rates;
-    class topic_places& topic_places;
-    class subscriptions& subscriptions;
-    class advertisements& advertisements;
-    class broker& broker;
-  };
-  explicit topic_handles(const needs& parts) noexcept
-      : state_{parts.state},
-        message_store_{parts.message_store},
-        outbox_{parts.outbox},
-        publish_predictor_{parts.publish_predictor},
-        audiences_{parts.audiences},
-        topic_rates_{parts.topic_rates},
-        topic_places_{parts.topic_places},
-        subscriptions_{parts.subscriptions},
-        advertisements_{parts.advertisements},
-        broker_{parts.broker} {}
+  explicit topic_handles(const topic_handles_needs& parts) noexcept : topic_handles_needs{parts} {}
 
   // Errors: too_many_topics; type_conflict, and then an event names the types.
   status attach(pair_index pair) noexcept;
@@ -76,17 +67,6 @@ class topic_handles {
   void report_conflict(topic_id topic, const detail::queue_pair& asked) noexcept;
   const schema_description* schema_of(topic_id topic) const noexcept;
   void begin_publishing(pair_index pair) noexcept;
-
-  core_state& state_;
-  const message_store& message_store_;
-  outbox& outbox_;
-  publish_predictor& publish_predictor_;
-  audiences& audiences_;
-  topic_rates& topic_rates_;
-  topic_places& topic_places_;
-  subscriptions& subscriptions_;
-  advertisements& advertisements_;
-  broker& broker_;
 };
 
 } // namespace rowe::service

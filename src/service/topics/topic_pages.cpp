@@ -5,7 +5,6 @@
 #include <chrono>
 #include <utility>
 
-#include "service/base/service_limits.hpp"
 #include "service/topics/listed_topics.hpp"
 #include "wire/codec/own_names.hpp"
 #include "wire/text/percent.hpp"
@@ -33,12 +32,8 @@ http_answer rights_changed() noexcept { return fresh(503, "the rights have just 
 
 } // namespace
 
-topic_pages::topic_pages(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      audiences_{parts.audiences},
-      topic_rates_{parts.topic_rates},
-      stop_rules_{parts.stop_rules},
-      name_{memory.carve<char>(name_bytes(state_.bounds()))} {}
+topic_pages::topic_pages(rt::arena& memory, const topic_pages_needs& parts) noexcept
+    : topic_pages_needs{parts}, name_{memory.carve<char>(name_bytes(state_.bounds()))} {}
 
 std::string_view topic_pages::topic_in(std::string_view path) const noexcept {
   const auto name = wire::undo_percent(name_, path.substr(wire::topics_prefix.size()));

@@ -12,7 +12,6 @@
 
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
-#include <rowe/rt/clock.hpp>
 
 #include "service/base/service_limits.hpp"
 #include "service/base/transport.hpp"
@@ -23,18 +22,19 @@
 
 namespace rowe::service {
 
-class topic_pages final : public body_source {
+struct topic_pages_needs {
+  core_state& state_;
+  audiences& audiences_;
+  topic_rates& topic_rates_;
+  const stop_rules& stop_rules_;
+};
+
+class topic_pages final : topic_pages_needs, public body_source {
  public:
-  struct needs {
-    core_state& state;
-    class audiences& audiences;
-    class topic_rates& topic_rates;
-    const class stop_rules& stop_rules;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<char>(name_bytes(bounds));
   }
-  topic_pages(rt::arena& memory, const needs& parts) noexcept;
+  topic_pages(rt::arena& memory, const topic_pages_needs& parts) noexcept;
 
   // The topic that a path below wire::topics_prefix names, valid until the next call. Empty: none, because it
   // is not percent-encoded as it should be, or longer than any.
@@ -64,10 +64,6 @@ class topic_pages final : public body_source {
   http_answer too_long(topic_id topic, std::size_t bytes, std::span<char> out) const noexcept;
   http_answer page_of(const latched_value& value, std::span<char> out, bool latched) noexcept;
 
-  core_state& state_;
-  audiences& audiences_;
-  topic_rates& topic_rates_;
-  const stop_rules& stop_rules_;
   std::span<char> name_;
   std::array<access::subject, long_page_rows> readers_{}; // of long values
 };

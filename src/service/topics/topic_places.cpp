@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/topics/topic_places.hpp"
 
-#include <utility>
-
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/base/check_sum.hpp"

@@ -6,8 +6,6 @@
 #include <cstdint>
 #include <utility>
 
-#include <rowe/limits.hpp>
-
 #include "service/base/shares.hpp"
 #include "service/incoming/refusals.hpp"
 #include "service/state/advertisement_table.hpp"
@@ -16,15 +14,15 @@
 
 namespace rowe::service {
 
-class topic_places {
+struct topic_places_needs {
+  core_state& state_;
+  const advertisement_table& advertisement_table_;
+  refusals& refusals_;
+};
+
+class topic_places : topic_places_needs {
  public:
-  struct needs {
-    core_state& state;
-    const class advertisement_table& advertisement_table;
-    class refusals& refusals;
-  };
-  topic_places(const needs& parts) noexcept
-      : state_{parts.state}, advertisement_table_{parts.advertisement_table}, refusals_{parts.refusals} {}
+  topic_places(const topic_places_needs& parts) noexcept : topic_places_needs{parts} {}
 
   // Finds or adds the topic that a peer wants to hold. None: the peer may not have one more, and is told so.
   topic_id topic_for(connection& c, const wire::request& asked) noexcept;
@@ -61,9 +59,6 @@ class topic_places {
     state_.last_values.remove(std::exchange(on.asked, {}));
   }
 
-  core_state& state_;
-  const advertisement_table& advertisement_table_;
-  refusals& refusals_;
   std::uint32_t charged_ = 0; // counts of claims_now()
 };
 

@@ -16,15 +16,15 @@
 
 namespace rowe::service {
 
-class value_publisher {
+struct value_publisher_needs {
+  core_state& state_;
+  broker& broker_;
+  publish_predictor& publish_predictor_;
+};
+
+class value_publisher : value_publisher_needs {
  public:
-  struct needs {
-    core_state& state;
-    class broker& broker;
-    class publish_predictor& publish_predictor;
-  };
-  explicit value_publisher(const needs& parts) noexcept
-      : state_{parts.state}, broker_{parts.broker}, publish_predictor_{parts.publish_predictor} {}
+  explicit value_publisher(const value_publisher_needs& parts) noexcept : value_publisher_needs{parts} {}
 
   // Publishes the value in this slot, which the caller releases. Counts what is malformed or expired.
   void publish(pair_index pair, pair_slot slot) noexcept;
@@ -38,9 +38,6 @@ class value_publisher {
   }
 
  private:
-  core_state& state_;
-  broker& broker_;
-  publish_predictor& publish_predictor_;
 };
 
 // ---- inline definitions

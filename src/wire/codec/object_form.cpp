@@ -2,7 +2,6 @@
 #include "wire/codec/object_form.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 
 #include "wire/codec/members.hpp"
@@ -56,8 +55,7 @@ void write_delivered_call(json::writer& out, std::string_view service, std::stri
   if (json::is_object(args_raw) && !has_names_of_calls(args_raw)) {
     write_members(out, args_raw, "args");
   } else if (!args_raw.empty()) {
-    out.key("args");
-    out.raw(args_raw);
+    out.member_raw("args", args_raw);
   }
   write_id_member(out, id);
   out.end_object();
@@ -65,20 +63,15 @@ void write_delivered_call(json::writer& out, std::string_view service, std::stri
 
 void write_result(json::writer& out, std::string_view value_raw) noexcept {
   out.begin_object();
-  out.key("result");
-  out.raw(value_raw);
+  out.member_raw("result", value_raw);
   out.end_object();
 }
 
 void write_service_member(json::writer& out, std::string_view service) noexcept {
-  out.key("service");
-  out.string(service);
+  out.member("service", service);
 }
 
-void write_id_member(json::writer& out, std::string_view id) noexcept {
-  out.key("message_id");
-  out.string(id);
-}
+void write_id_member(json::writer& out, std::string_view id) noexcept { out.member("message_id", id); }
 
 void write_members(json::writer& out, std::string_view text, std::string_view name_otherwise) noexcept {
   json::splice members{out};

@@ -95,8 +95,7 @@ class typedefs {
   }
   template <class Write>
   void list(std::string_view key, std::size_t of, const Write& write) noexcept {
-    into_.key(key);
-    into_.begin_array();
+    into_.begin_array(key);
     for (const member_description& m : types_[of].type->members) write(m);
     into_.end_array();
   }

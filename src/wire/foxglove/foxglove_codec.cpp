@@ -23,8 +23,7 @@ void append_number(json::writer& out, std::uint64_t number, std::size_t bytes) n
 
 void begin(json::writer& out, std::string_view op) noexcept {
   out.begin_object();
-  out.key("op");
-  out.string(op);
+  out.member("op", op);
 }
 
 // Whether the id of a request is a text of JSON. That of a call is binary: it may pass only if it is one,
@@ -39,8 +38,7 @@ bool is_text(std::string_view id_raw) noexcept {
 message_kind write_numbers(json::writer& out, std::string_view op, std::string_view key,
                            std::span<const listed> which) noexcept {
   begin(out, op);
-  out.key(key);
-  out.begin_array();
+  out.begin_array(key);
   for (const listed& one : which) out.number(one.number);
   out.end_array();
   out.end_object();
@@ -49,12 +47,9 @@ message_kind write_numbers(json::writer& out, std::string_view op, std::string_v
 
 void write_form(json::writer& out, const schema_description* schema, std::string_view name,
                 foxglove_times times) noexcept {
-  out.key("encoding");
-  out.string(json_encoding);
-  out.key("schemaName");
-  out.string(name);
-  out.key("schemaEncoding");
-  out.string("jsonschema");
+  out.member("encoding", json_encoding);
+  out.member("schemaName", name);
+  out.member("schemaEncoding", "jsonschema");
   out.key("schema");
   write_foxglove_schema(out, schema, times);
 }
@@ -124,12 +119,9 @@ message_kind foxglove_codec::write_failure(json::writer& out, const call_origin&
                                            const diagnostic& why) const noexcept {
   if (call.id_raw.size() != call_id_bytes) return write_error(out, {}, why);
   begin(out, "serviceCallFailure");
-  out.key("serviceId");
-  out.number(number_at(call.id_raw));
-  out.key("callId");
-  out.number(number_at(call.id_raw.substr(4)));
-  out.key("message");
-  out.string(why.text);
+  out.member("serviceId", number_at(call.id_raw));
+  out.member("callId", number_at(call.id_raw.substr(4)));
+  out.member("message", why.text);
   out.end_object();
   return message_kind::text;
 }
@@ -138,14 +130,9 @@ message_kind foxglove_codec::write_error(json::writer& out, const error_context&
                                          const diagnostic& why) const noexcept {
   if (to.to_server) return message_kind::none;
   begin(out, "status");
-  out.key("level");
-  out.number(to.how == severity::error ? 2 : to.how == severity::warning ? 1 : 0);
-  out.key("message");
-  out.string(why.text);
-  if (is_text(to.id_raw)) {
-    out.key("id");
-    out.raw(to.id_raw);
-  }
+  out.member("level", to.how == severity::error ? 2 : to.how == severity::warning ? 1 : 0);
+  out.member("message", why.text);
+  if (is_text(to.id_raw)) out.member_raw("id", to.id_raw);
   out.end_object();
   return message_kind::text;
 }
@@ -158,14 +145,12 @@ message_kind foxglove_codec::write_time(json::writer& out, std::int64_t wall_ns)
 
 message_kind foxglove_codec::write_hello(json::writer& out, const greeting& who) const noexcept {
   begin(out, "serverInfo");
-  out.key("name");
-  out.string(who.name);
-  out.key("capabilities");
-  out.raw(R"(["clientPublish","services","parameters","parametersSubscribe","connectionGraph","time"])");
-  out.key("supportedEncodings");
-  out.raw(R"(["json"])");
-  out.key("metadata");
-  out.raw("{}");
+  out.member("name", who.name);
+  out.member_raw(
+      "capabilities",
+      R"(["clientPublish","services","parameters","parametersSubscribe","connectionGraph","time"])");
+  out.member_raw("supportedEncodings", R"(["json"])");
+  out.member_raw("metadata", "{}");
   out.key("sessionId");
   std::array<char, 20> digits; // a text, because a browser rounds numbers beyond 2^53
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), who.epoch).ptr;
@@ -178,14 +163,11 @@ message_kind foxglove_codec::write_topics(json::writer& out, std::span<const lis
                                           bool added) const noexcept {
   if (!added) return write_numbers(out, "unadvertise", "channelIds", which);
   begin(out, "advertise");
-  out.key("channels");
-  out.begin_array();
+  out.begin_array("channels");
   for (const listed& one : which) {
     out.begin_object();
-    out.key("id");
-    out.number(one.number);
-    out.key("topic");
-    out.string(one.name);
+    out.member("id", one.number);
+    out.member("topic", one.name);
     write_form(out, one.schema, name_of(one.schema, one.type), foxglove_times::sec_nsec);
     out.end_object();
   }
@@ -198,23 +180,18 @@ message_kind foxglove_codec::write_services(json::writer& out, std::span<const l
                                             bool added) const noexcept {
   if (!added) return write_numbers(out, "unadvertiseServices", "serviceIds", which);
   begin(out, "advertiseServices");
-  out.key("services");
-  out.begin_array();
+  out.begin_array("services");
   const auto write_side = [&out](std::string_view key, const schema_description* schema,
                                  std::string_view type) {
-    out.key(key);
-    out.begin_object();
+    out.begin_object(key);
     write_form(out, schema, name_of(schema, type), foxglove_times::as_described);
     out.end_object();
   };
   for (const listed& one : which) {
     out.begin_object();
-    out.key("id");
-    out.number(one.number);
-    out.key("name");
-    out.string(one.name);
-    out.key("type");
-    out.string(one.type);
+    out.member("id", one.number);
+    out.member("name", one.name);
+    out.member("type", one.type);
     write_side("request", one.request, {});
     write_side("response", one.schema, {});
     out.end_object();
@@ -226,27 +203,16 @@ message_kind foxglove_codec::write_services(json::writer& out, std::span<const l
 
 void foxglove_codec::begin_parameters(json::writer& out, std::string_view id_raw) const noexcept {
   begin(out, "parameterValues");
-  if (!id_raw.empty()) {
-    out.key("id");
-    out.raw(id_raw);
-  }
-  out.key("parameters");
-  out.begin_array();
+  if (!id_raw.empty()) out.member_raw("id", id_raw);
+  out.begin_array("parameters");
 }
 
 void foxglove_codec::add_parameter(json::writer& out, const told_parameter& one) const noexcept {
   out.begin_object();
-  out.key("name");
-  out.string(one.name);
-  if (!one.json.empty()) {
-    out.key("value");
-    out.raw(one.json);
-  }
+  out.member("name", one.name);
+  if (!one.json.empty()) out.member_raw("value", one.json);
   // A real number that is whole looks like any whole number.
-  if (one.is_real) {
-    out.key("type");
-    out.string("float64");
-  }
+  if (one.is_real) out.member("type", "float64");
   out.end_object();
 }
 
@@ -259,8 +225,7 @@ message_kind foxglove_codec::end_parameters(json::writer& out) const noexcept {
 void foxglove_codec::begin_graph(json::writer& out) const noexcept { begin(out, "connectionGraphUpdate"); }
 
 void foxglove_codec::begin_graph_list(json::writer& out, graph_list which) const noexcept {
-  out.key(words_of(which).list);
-  out.begin_array();
+  out.begin_array(words_of(which).list);
 }
 
 void foxglove_codec::add_to_graph(json::writer& out, graph_list to, std::string_view name,
@@ -268,8 +233,7 @@ void foxglove_codec::add_to_graph(json::writer& out, graph_list to, std::string_
   const std::string_view key = words_of(to).holders;
   if (key.empty()) return out.string(name);
   out.begin_object();
-  out.key("name");
-  out.string(name);
+  out.member("name", name);
   out.key(key);
   holders.write(out);
   out.end_object();

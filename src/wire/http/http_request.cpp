@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 
 #include "wire/http/http_fields.hpp"
 #include "wire/http/http_login.hpp"

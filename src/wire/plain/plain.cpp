@@ -6,7 +6,6 @@
 
 #include "wire/codec/members.hpp"
 #include "wire/codec/time_to_live.hpp"
-#include "json/reading/reader.hpp"
 
 namespace rowe::wire::plain {
 namespace {
@@ -129,8 +128,7 @@ bool names_id(std::string_view text) noexcept {
 // Writing.
 
 void detail::write_in_reply_to(json::writer& out, std::string_view in_reply_to_raw) noexcept {
-  out.key("in_reply_to");
-  out.raw(in_reply_to_raw);
+  out.member_raw("in_reply_to", in_reply_to_raw);
 }
 
 void detail::end_args(const json::writer& out, json::splice& body) noexcept {
@@ -159,12 +157,9 @@ void write_reply(json::writer& out, std::string_view in_reply_to_raw, std::strin
 void write_error(json::writer& out, std::string_view in_reply_to_raw, std::string_view code,
                  std::string_view text) noexcept {
   out.begin_object();
-  out.key("error");
-  out.begin_object();
-  out.key("code");
-  out.string(code);
-  out.key("text");
-  out.string(text);
+  out.begin_object("error");
+  out.member("code", code);
+  out.member("text", text);
   out.end_object();
   if (!in_reply_to_raw.empty()) detail::write_in_reply_to(out, in_reply_to_raw);
   out.end_object();

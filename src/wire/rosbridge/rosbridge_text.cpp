@@ -13,8 +13,7 @@ namespace {
 // `{"op":"subscribe"`, the object left open.
 void begin_text(json::writer& into, std::string_view op_text) noexcept {
   into.begin_object();
-  into.key("op");
-  into.string(op_text);
+  into.member("op", op_text);
 }
 
 // `{"op":"subscribe","id":"subscribe:/odom:1"`, the object left open. False when the id is too long to be
@@ -26,8 +25,7 @@ bool begin_request(json::writer& into, std::string_view op_text, std::string_vie
   id.add(id_verb).add(":").add(topic).add(":").add(static_cast<std::int64_t>(number));
   if (id.cut()) return false;
   begin_text(into, op_text);
-  into.key("id");
-  into.string(id.text());
+  into.member("id", id.text());
   return true;
 }
 
@@ -35,21 +33,16 @@ bool begin_request(json::writer& into, std::string_view op_text, std::string_vie
 void begin_answer(json::writer& into, std::string_view op_text, std::string_view member,
                   std::string_view name, std::string_view id_raw) noexcept {
   begin_text(into, op_text);
-  if (!id_raw.empty()) {
-    into.key("id");
-    into.raw(id_raw);
-  }
+  if (!id_raw.empty()) into.member_raw("id", id_raw);
   if (name.empty()) return; // the call that is refused had no good one
-  into.key(member);
-  into.string(name);
+  into.member(member, name);
 }
 
 // A request that names a topic and no more.
 void write_topic_request(json::writer& out, std::string_view op_text, std::string_view id_verb,
                          std::string_view topic, std::uint64_t number) noexcept {
   if (!begin_request(out, op_text, id_verb, topic, number)) return;
-  out.key("topic");
-  out.string(topic);
+  out.member("topic", topic);
   out.end_object();
 }
 
@@ -67,38 +60,25 @@ std::string_view name_of(severity which) noexcept {
 
 void write_publish_head(json::writer& out, std::string_view topic) noexcept {
   begin_text(out, "publish");
-  out.key("topic");
-  out.string(topic);
+  out.member("topic", topic);
   out.key("msg");
 }
 
 void write_status(json::writer& out, severity how, std::string_view id_raw, std::string_view text) noexcept {
   begin_text(out, "status");
-  out.key("level");
-  out.string(name_of(how));
-  if (!id_raw.empty()) {
-    out.key("id");
-    out.raw(id_raw);
-  }
-  out.key("msg");
-  out.string(text);
+  out.member("level", name_of(how));
+  if (!id_raw.empty()) out.member_raw("id", id_raw);
+  out.member("msg", text);
   out.end_object();
 }
 
 void write_subscribe(json::writer& out, const subscription& what) noexcept {
   if (!begin_request(out, "subscribe", "subscribe", what.topic, what.number)) return;
-  if (!what.type.empty()) {
-    out.key("type");
-    out.string(what.type);
-  }
-  out.key("topic");
-  out.string(what.topic);
-  out.key("compression");
-  out.string("none");
-  out.key("throttle_rate");
-  out.number(what.throttle_ms);
-  out.key("queue_length");
-  out.number(what.queue_length);
+  if (!what.type.empty()) out.member("type", what.type);
+  out.member("topic", what.topic);
+  out.member("compression", "none");
+  out.member("throttle_rate", what.throttle_ms);
+  out.member("queue_length", what.queue_length);
   out.end_object();
 }
 
@@ -108,16 +88,10 @@ void write_unsubscribe(json::writer& out, std::string_view topic, std::uint64_t 
 
 void write_advertise(json::writer& out, const advertisement& what) noexcept {
   if (!begin_request(out, "advertise", "advertise", what.topic, what.number)) return;
-  if (!what.type.empty()) {
-    out.key("type");
-    out.string(what.type);
-  }
-  out.key("topic");
-  out.string(what.topic);
-  out.key("latch");
-  out.boolean(what.latch);
-  out.key("queue_size");
-  out.number(what.queue_size);
+  if (!what.type.empty()) out.member("type", what.type);
+  out.member("topic", what.topic);
+  out.member("latch", what.latch);
+  out.member("queue_size", what.queue_size);
   out.end_object();
 }
 
@@ -129,33 +103,23 @@ void write_unadvertise(json::writer& out, std::string_view topic, std::uint64_t 
 
 void write_advertise_service(json::writer& out, std::string_view service, std::string_view type) noexcept {
   begin_text(out, "advertise_service");
-  if (!type.empty()) {
-    out.key("type");
-    out.string(type);
-  }
-  out.key("service");
-  out.string(service);
+  if (!type.empty()) out.member("type", type);
+  out.member("service", service);
   out.end_object();
 }
 
 void write_unadvertise_service(json::writer& out, std::string_view service) noexcept {
   begin_text(out, "unadvertise_service");
-  out.key("service");
-  out.string(service);
+  out.member("service", service);
   out.end_object();
 }
 
 void write_call_service_head(json::writer& out, std::string_view service, std::string_view id,
                              std::int64_t timeout_ns) noexcept {
   begin_text(out, "call_service");
-  out.key("id");
-  out.string(id);
-  out.key("service");
-  out.string(service);
-  if (timeout_ns > 0) {
-    out.key("timeout");
-    out.number(static_cast<double>(timeout_ns) / 1e9);
-  }
+  out.member("id", id);
+  out.member("service", service);
+  if (timeout_ns > 0) out.member("timeout", static_cast<double>(timeout_ns) / 1e9);
   out.key("args");
 }
 
@@ -164,8 +128,7 @@ void write_call_service_tail(json::writer& out) noexcept { out.end_object(); }
 void write_service_response_head(json::writer& out, std::string_view service, std::string_view id_raw,
                                  bool result) noexcept {
   begin_answer(out, "service_response", "service", service, id_raw);
-  out.key("result");
-  out.boolean(result);
+  out.member("result", result);
   out.key("values");
 }
 
@@ -176,25 +139,17 @@ void write_service_response_tail(json::writer& out) noexcept { out.end_object();
 void write_goal_head(json::writer& out, std::string_view action, std::string_view type, std::string_view id,
                      bool feedback) noexcept {
   begin_text(out, "send_action_goal");
-  out.key("id");
-  out.string(id);
-  out.key("action");
-  out.string(action);
-  if (!type.empty()) {
-    out.key("action_type");
-    out.string(type);
-  }
-  out.key("feedback");
-  out.boolean(feedback);
+  out.member("id", id);
+  out.member("action", action);
+  if (!type.empty()) out.member("action_type", type);
+  out.member("feedback", feedback);
   out.key("args");
 }
 
 void write_cancel_goal(json::writer& out, std::string_view action, std::string_view id) noexcept {
   begin_text(out, "cancel_action_goal");
-  out.key("id");
-  out.string(id);
-  out.key("action");
-  out.string(action);
+  out.member("id", id);
+  out.member("action", action);
   out.end_object();
 }
 
@@ -206,25 +161,18 @@ void write_feedback_head(json::writer& out, std::string_view action, std::string
 void write_action_result_head(json::writer& out, std::string_view action, std::string_view id_raw,
                               int goal_status, bool result) noexcept {
   begin_answer(out, "action_result", "action", action, id_raw);
-  out.key("status");
-  out.number(std::int64_t{goal_status});
-  out.key("result");
-  out.boolean(result);
+  out.member("status", std::int64_t{goal_status});
+  out.member("result", result);
   out.key("values");
 }
 
 void write_fragment(json::writer& out, const text_fragment& what) noexcept {
   out.begin_object();
-  out.key("op");
-  out.string("fragment");
-  out.key("id");
-  out.string(what.id);
-  out.key("data");
-  out.string(what.data);
-  out.key("num");
-  out.number(std::int64_t{what.number});
-  out.key("total");
-  out.number(std::int64_t{what.count});
+  out.member("op", "fragment");
+  out.member("id", what.id);
+  out.member("data", what.data);
+  out.member("num", std::int64_t{what.number});
+  out.member("total", std::int64_t{what.count});
   out.end_object();
 }
 

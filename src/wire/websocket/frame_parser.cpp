@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/websocket/frame_parser.hpp"
 
-#include <algorithm>
 #include <cassert>
 #include <cstdio>
 #include <cstring>

@@ -34,22 +34,25 @@ struct call_parts : peer_parts::peer_parts {
   explicit call_parts(const rowe::endpoint_options& chosen = ::state_fixture::with(few()))
       : peer_parts{chosen} {}
 
-  rowe::service::direct_messages messages{
-      memory,
-      {.state = state, .message_store = store, .outbox = out, .local_delivery = delivery, .receiver = inbox}};
+  rowe::service::direct_messages messages{memory,
+                                          {.state_ = state,
+                                           .message_store_ = store,
+                                           .outbox_ = out,
+                                           .local_delivery_ = delivery,
+                                           .receiver_ = inbox}};
   rowe::service::long_ingress long_in{memory, state};
   rowe::service::call_completion completion{memory,
-                                            {.state = state,
-                                             .message_store = store,
-                                             .outbox = out,
-                                             .refusals = refused,
-                                             .direct_messages = messages,
-                                             .local_delivery = delivery}};
-  rowe::service::long_calls of_long{{.state = state,
-                                     .long_outbox = long_out,
-                                     .long_ingress = long_in,
-                                     .direct_messages = messages,
-                                     .call_completion = completion}};
+                                            {.state_ = state,
+                                             .message_store_ = store,
+                                             .outbox_ = out,
+                                             .refusals_ = refused,
+                                             .direct_messages_ = messages,
+                                             .local_delivery_ = delivery}};
+  rowe::service::long_calls of_long{{.state_ = state,
+                                     .long_outbox_ = long_out,
+                                     .long_ingress_ = long_in,
+                                     .direct_messages_ = messages,
+                                     .call_completion_ = completion}};
 
   // What is queued for a peer as answers, oldest first.
   std::vector<std::string> replies(const connection& to) { return told(to); }

@@ -36,12 +36,12 @@ struct listings_test : peer_parts::peer_parts {
   rowe::service::advertisement_table advertised{memory, bounds};
   const topic_id state_of_stop = hold_own(rowe::wire::stop_state_name); // as the core has it
   rowe::service::listings listed{memory,
-                                 {.state = state,
-                                  .service_directory = directory,
-                                  .stop_rules = rules,
-                                  .advertisement_table = advertised,
-                                  .outbox = out,
-                                  .endpoint_name = "robot"}};
+                                 {.state_ = state,
+                                  .service_directory_ = directory,
+                                  .stop_rules_ = rules,
+                                  .advertisement_table_ = advertised,
+                                  .outbox_ = out,
+                                  .endpoint_name_ = "robot"}};
   rowe::detail::latch_words<> loop;
 
   connection& greet(std::uint32_t index, std::uint32_t generation = 1) {

@@ -27,13 +27,13 @@ struct liveness_test : reading_parts::reading_parts {
 
   rowe::service::long_ingress pieces{memory, state};
   rowe::service::fragment_ingress fragments{
-      memory, {.state = state, .outbox = out, .refusals = refused, .long_ingress = pieces}};
-  rowe::service::liveness checks{{.state = state,
-                                  .outbox = out,
-                                  .sender = sending,
-                                  .refusals = refused,
-                                  .ingress = in,
-                                  .fragment_ingress = fragments}};
+      memory, {.state_ = state, .outbox_ = out, .refusals_ = refused, .long_ingress_ = pieces}};
+  rowe::service::liveness checks{{.state_ = state,
+                                  .outbox_ = out,
+                                  .sender_ = sending,
+                                  .refusals_ = refused,
+                                  .ingress_ = in,
+                                  .fragment_ingress_ = fragments}};
   connection& peer = begin();
 
   int checked = 0;  // how often a peer was

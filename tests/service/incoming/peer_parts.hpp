@@ -39,15 +39,15 @@ struct peer_parts : state_fixture::state_fixture {
 
   rowe::service::message_store store{memory, state};
   rowe::service::outbox out{memory, state, store};
-  rowe::service::long_outbox long_out{{.state = state, .message_store = store, .outbox = out}};
+  rowe::service::long_outbox long_out{{.state_ = state, .message_store_ = store, .outbox_ = out}};
   rowe::service::subscription_queues queues{
-      {.state = state, .message_store = store, .outbox = out, .long_outbox = long_out}};
+      {.state_ = state, .message_store_ = store, .outbox_ = out, .long_outbox_ = long_out}};
   rowe::service::sender sending{
-      memory, {.state = state, .message_store = store, .outbox = out, .subscription_queues = queues}};
-  rowe::service::refusals refused{memory, {.state = state, .outbox = out}};
-  rowe::service::access_control access{{.state = state, .refusals = refused}};
+      memory, {.state_ = state, .message_store_ = store, .outbox_ = out, .subscription_queues_ = queues}};
+  rowe::service::refusals refused{memory, {.state_ = state, .outbox_ = out}};
+  rowe::service::access_control access{{.state_ = state, .refusals_ = refused}};
   rowe::service::local_delivery delivery{state};
-  rowe::service::receiver inbox{memory, {.state = state, .outbox = out, .local_delivery = delivery}};
+  rowe::service::receiver inbox{memory, {.state_ = state, .outbox_ = out, .local_delivery_ = delivery}};
 
   // A peer that is connected as far as the parts can tell; the transport knows nothing of it.
   connection& join(std::uint32_t index, std::uint32_t generation = 1) { return join({index, generation}); }

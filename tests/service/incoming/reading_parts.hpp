@@ -69,7 +69,7 @@ struct reading_parts : peer_parts::peer_parts {
   recorder handler;
   rowe::service::ingress in{
       memory,
-      {.state = state, .outbox = out, .sender = sending, .receiver = inbox, .frame_handler = handler}};
+      {.state_ = state, .outbox_ = out, .sender_ = sending, .receiver_ = inbox, .frame_handler_ = handler}};
 
   connection& arrive() {
     connection& c = connect();

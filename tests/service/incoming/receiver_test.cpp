@@ -27,7 +27,7 @@ struct receiver_test : state_fixture::state_fixture {
   rowe::service::message_store store{memory, state};
   rowe::service::outbox out{memory, state, store};
   rowe::service::local_delivery delivery{state};
-  rowe::service::receiver inbox{memory, {.state = state, .outbox = out, .local_delivery = delivery}};
+  rowe::service::receiver inbox{memory, {.state_ = state, .outbox_ = out, .local_delivery_ = delivery}};
 
   void join(std::uint32_t index) {
     connection& c = peers[{index}];

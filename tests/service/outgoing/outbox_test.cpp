@@ -44,9 +44,9 @@ struct outbox_test : state_fixture::state_fixture {
   const std::size_t used_before = memory.bytes_used();
   rowe::service::message_store store{memory, state};
   rowe::service::outbox out{memory, state, store};
-  rowe::service::long_outbox long_out{{.state = state, .message_store = store, .outbox = out}};
+  rowe::service::long_outbox long_out{{.state_ = state, .message_store_ = store, .outbox_ = out}};
   rowe::service::subscription_queues queues{
-      {.state = state, .message_store = store, .outbox = out, .long_outbox = long_out}};
+      {.state_ = state, .message_store_ = store, .outbox_ = out, .long_outbox_ = long_out}};
 
   peer_index join(std::uint32_t index) {
     connection& c = peers[{index}];

@@ -19,58 +19,58 @@ struct call_router_test : call_parts::call_parts {
 
   rowe::service::stop_rules rules{options.stop, cycle.now, 1};
   rowe::service::stop_service stop{memory,
-                                   {.state = state,
-                                    .sender = sending,
-                                    .access_control = access,
-                                    .call_completion = completion,
-                                    .stop_rules = rules}};
+                                   {.state_ = state,
+                                    .sender_ = sending,
+                                    .access_control_ = access,
+                                    .call_completion_ = completion,
+                                    .stop_rules_ = rules}};
   rowe::service::service_directory directory{memory, bounds};
-  rowe::service::topic_rates rates{{.state = state, .statistics_topic = {}}};
+  rowe::service::topic_rates rates{{.state_ = state, .statistics_topic_ = {}}};
   rowe::service::advertisement_table advertised{memory, bounds};
   rowe::detail::latch_words<> loop;
   rowe::service::statistics_report report{
-      {.state = state, .stop_rules = rules, .outbox = out, .topic_rates = rates}};
-  rowe::service::parameters values{memory, {.state = state}};
-  rowe::service::parameter_services of_values{{.state = state,
-                                               .access_control = access,
-                                               .outbox = out,
-                                               .call_completion = completion,
-                                               .parameters = values}};
-  rowe::service::graph_services graph{{.state = state,
-                                       .advertisement_table = advertised,
-                                       .service_directory = directory,
-                                       .stop_rules = rules,
-                                       .statistics_report = report}};
+      {.state_ = state, .stop_rules_ = rules, .outbox_ = out, .topic_rates_ = rates}};
+  rowe::service::parameters values{memory, {.state_ = state}};
+  rowe::service::parameter_services of_values{{.state_ = state,
+                                               .access_control_ = access,
+                                               .outbox_ = out,
+                                               .call_completion_ = completion,
+                                               .parameters_ = values}};
+  rowe::service::graph_services graph{{.state_ = state,
+                                       .advertisement_table_ = advertised,
+                                       .service_directory_ = directory,
+                                       .stop_rules_ = rules,
+                                       .statistics_report_ = report}};
   rowe::service::type_services of_types{
-      {.state = state, .stop_rules = rules, .outbox = out, .call_completion = completion}};
-  rowe::service::endpoint_services own{{.state = state,
-                                        .service_directory = directory,
-                                        .stop_rules = rules,
-                                        .outbox = out,
-                                        .call_completion = completion,
-                                        .statistics_report = report,
-                                        .graph_services = graph,
-                                        .parameter_services = of_values,
-                                        .type_services = of_types}};
-  rowe::service::call_requests requests{{.state = state,
-                                         .message_store = store,
-                                         .outbox = out,
-                                         .local_delivery = delivery,
-                                         .receiver = inbox,
-                                         .direct_messages = messages,
-                                         .call_completion = completion,
-                                         .long_calls = of_long,
-                                         .stop_service = stop}};
-  rowe::service::call_router router{{.state = state,
-                                     .service_directory = directory,
-                                     .refusals = refused,
-                                     .receiver = inbox,
-                                     .local_delivery = delivery,
-                                     .call_completion = completion,
-                                     .long_calls = of_long,
-                                     .call_requests = requests,
-                                     .endpoint_services = own,
-                                     .stop_service = stop}};
+      {.state_ = state, .stop_rules_ = rules, .outbox_ = out, .call_completion_ = completion}};
+  rowe::service::endpoint_services own{{.state_ = state,
+                                        .service_directory_ = directory,
+                                        .stop_rules_ = rules,
+                                        .outbox_ = out,
+                                        .call_completion_ = completion,
+                                        .statistics_report_ = report,
+                                        .graph_services_ = graph,
+                                        .parameter_services_ = of_values,
+                                        .type_services_ = of_types}};
+  rowe::service::call_requests requests{{.state_ = state,
+                                         .message_store_ = store,
+                                         .outbox_ = out,
+                                         .local_delivery_ = delivery,
+                                         .receiver_ = inbox,
+                                         .direct_messages_ = messages,
+                                         .call_completion_ = completion,
+                                         .long_calls_ = of_long,
+                                         .stop_service_ = stop}};
+  rowe::service::call_router router{{.state_ = state,
+                                     .service_directory_ = directory,
+                                     .refusals_ = refused,
+                                     .receiver_ = inbox,
+                                     .local_delivery_ = delivery,
+                                     .call_completion_ = completion,
+                                     .long_calls_ = of_long,
+                                     .call_requests_ = requests,
+                                     .endpoint_services_ = own,
+                                     .stop_service_ = stop}};
 
   static rowe::wire::request of(const connection& c, std::string_view service, std::string_view id) {
     rowe::wire::request asked;

@@ -31,11 +31,11 @@ struct stop_service_test : call_parts::call_parts {
 
   rowe::service::stop_rules rules{options.stop, cycle.now, 1};
   rowe::service::stop_service stop{memory,
-                                   {.state = state,
-                                    .sender = sending,
-                                    .access_control = access,
-                                    .call_completion = completion,
-                                    .stop_rules = rules}};
+                                   {.state_ = state,
+                                    .sender_ = sending,
+                                    .access_control_ = access,
+                                    .call_completion_ = completion,
+                                    .stop_rules_ = rules}};
   rowe::detail::latch_words<> words;
   rowe::detail::latch_memory own;
 

@@ -22,16 +22,16 @@ using ::state_fixture::taken;
 struct topic_handles_test : topic_parts::topic_parts {
   explicit topic_handles_test(side of = side::server) : topic_parts{true, of} {}
 
-  rowe::service::topic_handles handles{{.state = state,
-                                        .message_store = store,
-                                        .outbox = out,
-                                        .publish_predictor = phases,
-                                        .audiences = audience,
-                                        .topic_rates = rates,
-                                        .topic_places = places,
-                                        .subscriptions = readers,
-                                        .advertisements = writers,
-                                        .broker = values}};
+  rowe::service::topic_handles handles{{.state_ = state,
+                                        .message_store_ = store,
+                                        .outbox_ = out,
+                                        .publish_predictor_ = phases,
+                                        .audiences_ = audience,
+                                        .topic_rates_ = rates,
+                                        .topic_places_ = places,
+                                        .subscriptions_ = readers,
+                                        .advertisements_ = writers,
+                                        .broker_ = values}};
 
   // A handle that set-up offers, for texts.
   pair_index offer_to(pair_kind kind, std::string_view topic, std::string_view type = {},

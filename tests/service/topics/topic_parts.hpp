@@ -39,33 +39,33 @@ struct topic_parts : peer_parts::peer_parts {
       : peer_parts{::state_fixture::with(few(), relay), side} {}
 
   rowe::service::publish_predictor phases{memory, bounds, counts};
-  rowe::service::audiences audience{{.state = state, .publish_predictor = phases}};
-  rowe::service::topic_rates rates{{.state = state, .statistics_topic = {}}};
+  rowe::service::audiences audience{{.state_ = state, .publish_predictor_ = phases}};
+  rowe::service::topic_rates rates{{.state_ = state, .statistics_topic_ = {}}};
   rowe::service::advertisement_table advertised{memory, bounds};
   rowe::service::topic_places places{
-      {.state = state, .advertisement_table = advertised, .refusals = refused}};
+      {.state_ = state, .advertisement_table_ = advertised, .refusals_ = refused}};
   rowe::service::subscriptions readers{memory,
-                                       {.state = state,
-                                        .subscription_queues = queues,
-                                        .refusals = refused,
-                                        .audiences = audience,
-                                        .topic_rates = rates,
-                                        .topic_places = places}};
-  rowe::service::advertisements writers{{.state = state,
-                                         .advertisement_table = advertised,
-                                         .refusals = refused,
-                                         .topic_places = places,
-                                         .subscriptions = readers}};
-  rowe::service::long_deliveries long_ones{memory, {.state = state, .local_delivery = delivery}};
-  rowe::service::broker values{{.state = state,
-                                .message_store = store,
-                                .outbox = out,
-                                .long_outbox = long_out,
-                                .subscription_queues = queues,
-                                .refusals = refused,
-                                .local_delivery = delivery,
-                                .long_deliveries = long_ones,
-                                .advertisement_table = advertised}};
+                                       {.state_ = state,
+                                        .subscription_queues_ = queues,
+                                        .refusals_ = refused,
+                                        .audiences_ = audience,
+                                        .topic_rates_ = rates,
+                                        .topic_places_ = places}};
+  rowe::service::advertisements writers{{.state_ = state,
+                                         .advertisement_table_ = advertised,
+                                         .refusals_ = refused,
+                                         .topic_places_ = places,
+                                         .subscriptions_ = readers}};
+  rowe::service::long_deliveries long_ones{memory, {.state_ = state, .local_delivery_ = delivery}};
+  rowe::service::broker values{{.state_ = state,
+                                .message_store_ = store,
+                                .outbox_ = out,
+                                .long_outbox_ = long_out,
+                                .subscription_queues_ = queues,
+                                .refusals_ = refused,
+                                .local_delivery_ = delivery,
+                                .long_deliveries_ = long_ones,
+                                .advertisement_table_ = advertised}};
 
   // Its connection has ended.
   void leave(connection& c) {
