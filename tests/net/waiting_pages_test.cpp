@@ -124,7 +124,7 @@ TEST_F(waiting_pages, take_no_memory_of_libwebsockets_and_half_of_the_places) {
   raw_socket beyond{transport->port()};
   ASSERT_TRUE(beyond.send(request(transport->port(), "/1")));
   ASSERT_TRUE(drive.until([&] { return beyond.ended(); }));
-  EXPECT_TRUE(beyond.has("15 pages wait for what they show, which is the limit"));
+  EXPECT_TRUE(beyond.has("15 pages wait for a value, which is the limit"));
   raw_socket other{transport->port()}; // of what is there
   ASSERT_TRUE(other.send(request(transport->port(), "/now")));
   ASSERT_TRUE(drive.until([&] { return other.ended(); }));

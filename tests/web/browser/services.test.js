@@ -114,8 +114,8 @@ test("what one page provides is called by a program, another page and a plain cl
 
   const said = await rowe("call", server.url, "/page/add", '{"a":38,"b":4}');
   assert.deepEqual([said.code, said.stdout], [0, '{"sum":42}\n'], said.stderr);
-  const plain = await rowe("call", server.url, "/page/add", '{"a":38,"b":5}', "--plain");
-  assert.deepEqual([plain.code, JSON.parse(plain.stdout)], [0, { sum: 43 }], plain.stderr);
+  const sum = await rowe("call", server.url, "/page/add", '{"a":38,"b":5}', "--plain");
+  assert.deepEqual([sum.code, JSON.parse(sum.stdout)], [0, { sum: 43 }], sum.stderr);
   assert.deepEqual(await call(other, "/page/add", { a: 1, b: 2 }), { values: { sum: 3 } });
   plain.send({ op: "call_service", id: 7, service: "/page/add", args: { a: 1, b: 1 } });
   const answer = await plain.first("the answer", ({ id }) => id === 7);
