@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wire/foxglove/foxglove_decoder.hpp"
+#include "wire/foxglove/foxglove_codec.hpp"
 
 #include <algorithm>
 #include <array>

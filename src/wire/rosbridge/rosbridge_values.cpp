@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "wire/codec/members.hpp"
+#include "wire/rosbridge/rosbridge.hpp"
+#include "wire/rosbridge/rosbridge_operations.hpp"
 #include "wire/text/ascii.hpp"
 
 namespace rowe::wire::rosbridge {
@@ -163,6 +165,18 @@ std::optional<refusal> read_name(std::string_view member, const json::value& v, 
   }
   into = *text;
   return std::nullopt;
+}
+
+bool names_operation(std::string_view text) noexcept {
+  std::size_t from = 0;
+  for (bool first = true; const auto value = behind_name(text, R"("op")", from); first = false) {
+    const std::size_t name = text.find('"');
+    if (first && text.substr(name).starts_with(R"("op")") && value->starts_with('"')) return true;
+    if (!value->starts_with('"')) continue;
+    const std::string_view word = value->substr(1, value->find('"', 1) - 1);
+    if (word.size() + 1 < value->size() && operation_names.find(word) != operation_names.size()) return true;
+  }
+  return false;
 }
 
 } // namespace rowe::wire::rosbridge
