@@ -162,13 +162,10 @@ void long_publications::drop_too_long(std::size_t bytes) noexcept {
   rt::time_point& told = state_.topics.at(index).loss_told;
   if (told != rt::time_point{} && state_.cycle.now - told < undecodable_period) return;
   told = state_.cycle.now;
-  std::array<char, event_text_bytes_max> buffer;
-  wire::text_out text{buffer};
+  wire::text_of<event_text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
-  text.add(": a value of ")
-      .add(static_cast<std::int64_t>(bytes))
-      .add(" bytes or more is not sent; the limit is ");
-  text.add(static_cast<std::int64_t>(state_.chunks.text_bytes_max()));
+  text.add(": a value of ").add(bytes).add(" bytes or more is not sent; the limit is ");
+  text.add(state_.chunks.text_bytes_max());
   state_.events.report(event::kind::warning, {}, text.text(), "raise the limit long_message_bytes_max", {});
 }
 

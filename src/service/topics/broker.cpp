@@ -49,10 +49,9 @@ void broker::tell_not_kept(topic_id index, std::size_t bytes, const published_by
   rt::time_point* const told = c == nullptr ? &on.loss_told : nullptr;
   if (c != nullptr && !(c->open() && c->may_be_told(index, state_.cycle.now))) return;
   if (told != nullptr && *told != rt::time_point{} && state_.cycle.now - *told < undecodable_period) return;
-  std::array<char, wire::refusal::text_bytes_max> buffer;
-  wire::text_out text{buffer};
+  wire::text_of<wire::refusal::text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
-  text.add(": its last value, of ").add(static_cast<std::int64_t>(bytes));
+  text.add(": its last value, of ").add(bytes);
   text.add(
       " bytes, is not kept for late subscribers: there is no room for it, or its publisher has its share of "
       "latched_bytes and of the room for long messages");
@@ -208,8 +207,7 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_po
 
 void broker::tell_too_big(pair_index pair, const error& why, const published_by& who) noexcept {
   state_.counts.add(counter::too_big);
-  std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
-  wire::text_out text{buffer};
+  wire::text_of<json::decoder::diagnosis::text_bytes_max> text;
   text.add("the message has ").add(why.value).add(" bytes, its subscriber takes ").add(why.limit);
   if (state_.pairs[pair].decoder == nullptr) text.add(": raise the option `text_bytes_max`");
   tell_undecodable(pair, who, text.text());
@@ -227,8 +225,7 @@ void broker::tell_undecodable(pair_index pair, const published_by& who, std::str
   const bool tells =
       c != nullptr && c->open() && c->ours == side::server && c->may_be_told(topic, state_.cycle.now);
   if (!first && !tells) return;
-  std::array<char, wire::refusal::text_bytes_max> buffer;
-  wire::text_out text{buffer};
+  wire::text_of<wire::refusal::text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(topic), event_topic_bytes_shown);
   text.add(": ").add_shortened(why, diagnosis_bytes_shown);
   if (tells) refusals_.send_status(*c, who.id_raw, text.text());
