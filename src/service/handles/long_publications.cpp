@@ -5,6 +5,7 @@
 #include <span>
 #include <string_view>
 
+#include "service/base/rate_limit.hpp"
 #include "service/base/service_limits.hpp"
 #include "wire/text/text_out.hpp"
 
@@ -159,9 +160,7 @@ void long_publications::publish() noexcept {
 void long_publications::drop_too_long(std::size_t bytes) noexcept {
   state_.counts.add(counter::too_big);
   const topic_id index = state_.pair_rows[pair_].topic;
-  rt::time_point& told = state_.topics.at(index).loss_told;
-  if (told != rt::time_point{} && state_.cycle.now - told < undecodable_period) return;
-  told = state_.cycle.now;
+  if (!may_tell_again(state_.topics.at(index).loss_told, state_.cycle.now)) return;
   wire::text_of<event_text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
   text.add(": a value of ").add(bytes).add(" bytes or more is not sent; the limit is ");
