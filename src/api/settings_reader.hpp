@@ -16,7 +16,6 @@ namespace rowe {
 class setting_faults {
  public:
   void add(std::int64_t line, std::string text);
-  bool any() const noexcept { return !found_.empty(); }
   // Sorted by line; the error has the first one's.
   status finish(std::string* why);
 

@@ -12,7 +12,7 @@
 
 #include "capi/error.hpp"
 #include "capi/object.hpp"
-#include "capi/options.hpp"
+#include "capi/outside.hpp"
 #include "wire/codec/object_form.hpp"
 
 namespace rowe::capi {

@@ -10,7 +10,7 @@
 
 #include "capi/endpoint.hpp"
 #include "capi/error.hpp"
-#include "capi/options.hpp"
+#include "capi/outside.hpp"
 
 namespace rowe::capi {
 

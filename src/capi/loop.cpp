@@ -8,7 +8,7 @@
 #include "capi/error.hpp"
 #include "capi/handle_options.hpp"
 #include "capi/handles.hpp"
-#include "capi/options.hpp"
+#include "capi/outside.hpp"
 #include "capi/views.hpp"
 
 using namespace rowe::capi;

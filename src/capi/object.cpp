@@ -3,16 +3,14 @@
 #include "capi/object.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
-#include <charconv>
 #include <limits>
 #include <optional>
 #include <utility>
 
 #include "capi/error.hpp"
+#include "wire/text/text_out.hpp"
 #include "json/reading/base64.hpp"
-#include "json/text/utf8.hpp"
 
 using namespace rowe::capi;
 using rowe::errc;
@@ -67,32 +65,13 @@ rowe::json::value number_in(const rowe_object& value) noexcept { return {kind::n
 
 // ---- diagnostics of accessors
 
-// A diagnostic of pieces, cut where the thread's error would cut it too.
-class words {
- public:
-  words& add(std::string_view piece) noexcept {
-    used_ += rowe::json::utf8_prefix(piece, buffer_.size() - used_)
-                 .copy(buffer_.data() + used_, buffer_.size() - used_);
-    return *this;
-  }
-  words& add(std::size_t number) noexcept {
-    char digits[20];
-    return add(std::string_view{digits, std::to_chars(digits, digits + sizeof digits, number).ptr});
-  }
-  // Of one member: its name, which may be long.
-  words& add_member(const char* key) noexcept {
-    if (key == nullptr) return *this;
-    const std::string_view name{key};
-    return add("the member \"")
-        .add(rowe::json::utf8_prefix(name, 64))
-        .add(name.size() > 64 ? "...\": " : "\": ");
-  }
-  std::string_view text() const noexcept { return {buffer_.data(), used_}; }
+// No diagnostic here is longer.
+using words = rowe::wire::text_of<256>;
 
- private:
-  std::array<char, 256> buffer_;
-  std::size_t used_ = 0;
-};
+// Begins one of a member: its name, which may be long.
+rowe::wire::text_out& add_member(words& to, const char* key) noexcept {
+  return key == nullptr ? to : to.add("the member \"").add_shortened(key, 64).add("\": ");
+}
 
 std::string_view name_of(kind of) noexcept {
   switch (of) {
@@ -111,7 +90,7 @@ std::string_view name_of(kind of) noexcept {
 int wrong(const rowe_object* value, const char* key, std::string_view wanted) noexcept {
   if (value == nullptr) return fail(errc::missing_member, "there is no value (NULL)");
   words why;
-  why.add_member(key).add(wanted).add(" is wanted, it is ").add(name_of(value->type));
+  add_member(why, key).add(wanted).add(" is wanted, it is ").add(name_of(value->type));
   return fail(errc::wrong_type, why.text());
 }
 
@@ -125,7 +104,7 @@ int as_integer(const rowe_object* value, Integer* into, const char* key = nullpt
   if (into == nullptr) return fail(errc::misuse);
   if (value == nullptr || value->type != kind::number) return wrong(value, key, "a whole number");
   words why;
-  why.add_member(key);
+  add_member(why, key);
   const std::string_view token = std::string_view{value->text}.substr(0, 64);
   if (value->text.find_first_of(".eE") != std::string::npos)
     return fail(errc::wrong_type, why.add("a whole number is wanted, it is ").add(token).text());
@@ -167,7 +146,7 @@ int as_bytes(const rowe_object* value, void* into, std::size_t size, std::size_t
   if (!is_text && (value == nullptr || value->type != kind::array)) return wrong(value, key, wanted);
   const auto is_none = [&] {
     words why;
-    return fail(errc::wrong_type, why.add_member(key).add(wanted).add(" is wanted").text());
+    return fail(errc::wrong_type, add_member(why, key).add(wanted).add(" is wanted").text());
   };
   const rowe::json::base64_text text{is_text ? std::string_view{value->text} : std::string_view{}};
   const bool escapes = is_text && value->text.find('\\') != std::string::npos; // its own are resolved
@@ -211,7 +190,7 @@ const struct rowe_object* rowe_object_get(const struct rowe_object* object, cons
   const std::size_t at = object->find(key);
   if (at == object->names.size()) {
     words why;
-    return no(errc::missing_member, why.add_member(key).add("the object has none of this name").text());
+    return no(errc::missing_member, add_member(why, key).add("the object has none of this name").text());
   }
   return &object->values[at];
 }

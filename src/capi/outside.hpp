@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What C programs say of times and sizes is taken here, before anything is reckoned with it.
+// What C programs say of times, sizes and options is taken here, before anything is reckoned with it.
 #pragma once
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <type_traits>
 
+#include <rowe/result.hpp>
 #include <rowe/rt/attributes.hpp>
 #include <rowe/rt/clock.hpp>
 
@@ -33,5 +36,29 @@ ROWE_RT constexpr rt::time_point time_of(std::int64_t ns) noexcept {
 
 // Whether there can be something of so many bytes: no, if it is -1, which read() returns for an error.
 ROWE_RT constexpr bool is_size(std::size_t bytes) noexcept { return bytes <= PTRDIFF_MAX; }
+
+// Structs of options from C programs, which may be older than the library: shorter, then, and what they lack
+// is zero, the default. A longer one is of a newer program, which asks for what this library does not have.
+
+// What the program knew of `given`, which may be NULL: all defaults. Errors: bad_argument (`bytes` is none
+// of a version of this struct).
+template <class Options>
+result<Options> whole(const Options* given) noexcept {
+  static_assert(std::is_trivially_copyable_v<Options> &&
+                std::is_same_v<decltype(Options::bytes), std::size_t>);
+  Options all{};
+  if (given == nullptr) return all;
+  if (given->bytes < sizeof given->bytes || given->bytes > sizeof all) {
+    return error{errc::bad_argument, static_cast<std::int64_t>(given->bytes), sizeof all};
+  }
+  std::memcpy(&all, given, given->bytes);
+  return all;
+}
+
+// A value that stands for its default where it is 0.
+template <class Number>
+Number or_default(Number given, Number otherwise) noexcept {
+  return given == Number{} ? otherwise : given;
+}
 
 } // namespace rowe::capi

@@ -6,7 +6,7 @@
 
 #include "capi/error.hpp"
 #include "capi/handles.hpp"
-#include "capi/options.hpp"
+#include "capi/outside.hpp"
 
 using namespace rowe::capi;
 using rowe::errc;

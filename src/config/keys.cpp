@@ -31,128 +31,69 @@ consteval key<configuration> of_endpoint(const facts& of) noexcept {
 }
 using options = endpoint_options;
 constexpr std::array endpoint_rows{
-    of_endpoint<&options::name>(
-        {.name = "name", .option = "--name", .meaning = "shown to peers; empty: the host's name"}),
-    of_endpoint<&options::address>({.name = "address",
-                                    .option = "--address",
-                                    .meaning =
-                                        "numeric; beyond loopback only with a certificate and identities, or "
-                                        "`insecure`"}),
-    of_endpoint<&options::port>({.name = "port",
-                                 .option = "--port",
-                                 .meaning = "TCP port; 0 takes any free one",
-                                 .least = 0,
-                                 .most = 65535,
-                                 .which = argument::port}),
-    of_endpoint<&options::page>({.name = "page", .option = "--page", .meaning = "serve the page at /"}),
-    of_endpoint<&options::web>({.name = "web",
-                                .option = "--web",
-                                .meaning = "serve the files of this folder, before the page's",
-                                .is_path = true}),
-    of_endpoint<&options::insecure>({.name = "insecure",
-                                     .option = "--insecure",
-                                     .meaning = "whoever reaches the port may read and publish everything"}),
+    of_endpoint<&options::name>(named("name", "--name", "shown to peers; empty: the host's name")),
+    of_endpoint<&options::address>(
+        named("address", "--address",
+              "numeric; beyond loopback only with a certificate and identities, or `insecure`")),
+    of_endpoint<&options::port>(
+        named("port", "--port", "TCP port; 0 takes any free one").within(0, 65535, argument::port)),
+    of_endpoint<&options::page>(named("page", "--page", "serve the page at /")),
+    of_endpoint<&options::web>(
+        named("web", "--web", "serve the files of this folder, before the page's").path()),
+    of_endpoint<&options::insecure>(
+        named("insecure", "--insecure", "whoever reaches the port may read and publish everything")),
     of_endpoint<&options::allow_origins>(
-        {.name = "allow_origins",
-         .option = "--allow-origin",
-         .meaning = "pages of these origins may connect, http://HOST[:PORT]"}),
-    of_endpoint<&options::allow_hosts>({.name = "allow_hosts",
-                                        .option = "--allow-host",
-                                        .meaning = "host names to answer to, besides localhost"}),
+        named("allow_origins", "--allow-origin", "pages of these origins may connect, http://HOST[:PORT]")),
+    of_endpoint<&options::allow_hosts>(
+        named("allow_hosts", "--allow-host", "host names to answer to, besides localhost")),
     of_endpoint<&options::relay>(
-        {.name = "relay",
-         .option = "--relay",
-         .meaning = "a hub: what one peer publishes reaches every peer that subscribed"}),
+        named("relay", "--relay", "a hub: what one peer publishes reaches every peer that subscribed")),
     of_endpoint<&options::profile>(
-        {.name = "profile",
-         .option = "--profile",
-         .meaning = "the kind of WebSocket of the peers: hop and hop_2014 are for Hop programs",
-         .words = profile_words,
-         .which = argument::profile}),
-    of_endpoint<&options::idle_policy>({.name = "idle",
-                                        .option = "--idle",
-                                        .meaning = "how the service thread waits",
-                                        .words = idle_words,
-                                        .which = argument::idle_policy}),
-    of_endpoint<&options::poll_period>({.name = "poll_period",
-                                        .option = "--poll-period",
-                                        .meaning = "the period of idle poll and phase",
-                                        .least = ns(50us),
-                                        .most = ns(10ms),
-                                        .which = argument::poll_period}),
-    of_endpoint<&options::service_cpu>({.name = "cpu",
-                                        .option = "--cpu",
-                                        .meaning = "pin the service thread to this core; -1: any",
-                                        .least = -1,
-                                        .most = 4095,
-                                        .which = argument::service_cpu}),
+        named("profile", "--profile",
+              "the kind of WebSocket of the peers: hop and hop_2014 are for Hop programs")
+            .one_of(profile_words, argument::profile)),
+    of_endpoint<&options::idle_policy>(
+        named("idle", "--idle", "how the service thread waits").one_of(idle_words, argument::idle_policy)),
+    of_endpoint<&options::poll_period>(
+        named("poll_period", "--poll-period", "the period of idle poll and phase")
+            .within(ns(50us), ns(10ms), argument::poll_period)),
+    of_endpoint<&options::service_cpu>(named("cpu", "--cpu", "pin the service thread to this core; -1: any")
+                                           .within(-1, 4095, argument::service_cpu)),
     of_endpoint<&options::service_priority>(
-        {.name = "priority",
-         .option = "--priority",
-         .meaning = "SCHED_FIFO priority of the service thread; 0: an ordinary one",
-         .least = 0,
-         .most = 99,
-         .which = argument::service_priority}),
-    of_endpoint<&options::ping_period>({.name = "ping_period",
-                                        .option = "--ping-period",
-                                        .meaning = "a peer that is silent this long is pinged",
-                                        .least = ns(10ms),
-                                        .most = day,
-                                        .which = argument::ping_period}),
-    of_endpoint<&options::silence_max>({.name = "silence_max",
-                                        .option = "--silence-max",
-                                        .meaning = "a peer that is silent this long is disconnected",
-                                        .least = ns(10ms),
-                                        .most = day,
-                                        .which = argument::silence_max,
-                                        .bounded_by = "ping_period or more"}),
-    of_endpoint<&options::message_time_max>(
-        {.name = "message_time_max",
-         .option = "--message-time-max",
-         .meaning = "the longest time from a message's first byte to its last",
-         .least = ns(10ms),
-         .most = day,
-         .which = argument::message_time_max}),
-    of_endpoint<&options::stats_period>({.name = "stats_period",
-                                         .option = "--stats-period",
-                                         .meaning = "the period of the topic /rowe/stats",
-                                         .least = ns(100ms),
-                                         .most = day,
-                                         .which = argument::stats_period}),
+        named("priority", "--priority", "SCHED_FIFO priority of the service thread; 0: an ordinary one")
+            .within(0, 99, argument::service_priority)),
+    of_endpoint<&options::ping_period>(
+        named("ping_period", "--ping-period", "a peer that is silent this long is pinged")
+            .within(ns(10ms), day, argument::ping_period)),
+    of_endpoint<&options::silence_max>(
+        named("silence_max", "--silence-max", "a peer that is silent this long is disconnected")
+            .within(ns(10ms), day, argument::silence_max)
+            .bounded_by("ping_period or more")),
+    of_endpoint<&options::message_time_max>(named("message_time_max", "--message-time-max",
+                                                  "the longest time from a message's first byte to its last")
+                                                .within(ns(10ms), day, argument::message_time_max)),
+    of_endpoint<&options::stats_period>(
+        named("stats_period", "--stats-period", "the period of the topic /rowe/stats")
+            .within(ns(100ms), day, argument::stats_period)),
     of_endpoint<&options::inbound_ttl>(
-        {.name = "inbound_ttl",
-         .option = "--inbound-ttl",
-         .meaning = "a plain message or call that is not taken within this time ends",
-         .least = ns(1ms),
-         .most = for_ever_ns,
-         .which = argument::inbound_ttl}),
-    of_endpoint<&options::call_timeout>({.name = "call_timeout",
-                                         .option = "--call-timeout",
-                                         .meaning = "the timeout of a peer's call that has none",
-                                         .least = ns(1ms),
-                                         .most = for_ever_ns,
-                                         .which = argument::call_timeout}),
+        named("inbound_ttl", "--inbound-ttl",
+              "a plain message or call that is not taken within this time ends")
+            .within(ns(1ms), for_ever_ns, argument::inbound_ttl)),
+    of_endpoint<&options::call_timeout>(
+        named("call_timeout", "--call-timeout", "the timeout of a peer's call that has none")
+            .within(ns(1ms), for_ever_ns, argument::call_timeout)),
     of_endpoint<&options::plain_unasked>(
-        {.name = "plain_unasked",
-         .option = "--plain-unasked",
-         .meaning = "plain messages also go to peers that never used the plain codec"}),
-    of_endpoint<&options::answers_any>(
-        {.name = "answers_any",
-         .option = "--answers-any",
-         .meaning = "calls that no handle serves wait for the program to receive them"}),
-    of_endpoint<&options::retry_min>({.name = "retry_min",
-                                      .option = "--retry-min",
-                                      .meaning = "the time until a client's second attempt to connect",
-                                      .least = ns(1ms),
-                                      .most = day,
-                                      .which = argument::retry_min}),
-    of_endpoint<&options::retry_max>({.name = "retry_max",
-                                      .option = "--retry-max",
-                                      .meaning = "the longest time between its later attempts",
-                                      .least = ns(1ms),
-                                      .most = day,
-                                      .which = argument::retry_max,
-                                      .bounded_by = "retry_min or more"}),
+        named("plain_unasked", "--plain-unasked",
+              "plain messages also go to peers that never used the plain codec")),
+    of_endpoint<&options::answers_any>(named(
+        "answers_any", "--answers-any", "calls that no handle serves wait for the program to receive them")),
+    of_endpoint<&options::retry_min>(
+        named("retry_min", "--retry-min", "the time until a client's second attempt to connect")
+            .within(ns(1ms), day, argument::retry_min)),
+    of_endpoint<&options::retry_max>(
+        named("retry_max", "--retry-max", "the longest time between its later attempts")
+            .within(ns(1ms), day, argument::retry_max)
+            .bounded_by("retry_min or more")),
 };
 
 template <auto Member>
@@ -160,70 +101,47 @@ consteval key<configuration> of_stop(const facts& of) noexcept {
   return row<configuration, Member>("stop", of);
 }
 constexpr std::array stop_rows{
-    of_stop<&stop_options::guard_timeout>({.name = "guard_timeout",
-                                           .option = "--stop-guard-timeout",
-                                           .meaning = "a guard that is silent for so long stops the robot",
-                                           .least = ns(20ms),
-                                           .most = ns(60s),
-                                           .which = argument::guard_timeout}),
-    of_stop<&stop_options::tick>({.name = "tick",
-                                  .option = "--stop-tick",
-                                  .meaning = "how often guards get the state, with a new tick",
-                                  .least = ns(1ms),
-                                  .most = ns(30s),
-                                  .which = argument::tick,
-                                  .bounded_by = "half of guard_timeout at most"}),
-    of_stop<&stop_options::service_timeout>(
-        {.name = "service_timeout",
-         .option = "--stop-service-timeout",
-         .meaning =
-             "loops stop when the service thread is silent for so long; 0: 50 ms if it was granted its "
-             "priority, else 250 ms",
-         .least = 0,
-         .most = ns(10s),
-         .which = argument::service_timeout,
-         .bounded_by = "2 ms or more, or 0"}),
-    of_stop<&stop_options::observe_timeout>({.name = "observe_timeout",
-                                             .option = "--stop-observe-timeout",
-                                             .meaning = "a stop is answered within this time",
-                                             .least = ns(1ms),
-                                             .most = ns(10s),
-                                             .which = argument::observe_timeout}),
-    of_stop<&stop_options::unguarded>({.name = "unguarded",
-                                       .option = "--stop-unguarded",
-                                       .meaning = "the robot may move without any guard"}),
+    of_stop<&stop_options::guard_timeout>(
+        named("guard_timeout", "--stop-guard-timeout", "a guard that is silent for so long stops the robot")
+            .within(ns(20ms), ns(60s), argument::guard_timeout)),
+    of_stop<&stop_options::tick>(
+        named("tick", "--stop-tick", "how often guards get the state, with a new tick")
+            .within(ns(1ms), ns(30s), argument::tick)
+            .bounded_by("half of guard_timeout at most")),
+    of_stop<&stop_options::service_timeout>(named("service_timeout", "--stop-service-timeout",
+                                                  "loops stop when the service thread is silent for so long; "
+                                                  "0: 50 ms if it was granted its priority, else 250 ms")
+                                                .within(0, ns(10s), argument::service_timeout)
+                                                .bounded_by("2 ms or more, or 0")),
+    of_stop<&stop_options::observe_timeout>(
+        named("observe_timeout", "--stop-observe-timeout", "a stop is answered within this time")
+            .within(ns(1ms), ns(10s), argument::observe_timeout)),
+    of_stop<&stop_options::unguarded>(
+        named("unguarded", "--stop-unguarded", "the robot may move without any guard")),
 };
 
 constexpr std::array access_rows{
     row<configuration, &access_options::local_role>(
-        "access", {.name = "local_role",
-                   .option = "--access-local-role",
-                   .meaning = "the role of peers on this machine that show no token; empty: none"}),
+        "access", named("local_role", "--access-local-role",
+                        "the role of peers on this machine that show no token; empty: none")),
     row<configuration, &access_options::anonymous_may_stop>(
-        "access", {.name = "anonymous_may_stop",
-                   .option = "--access-anonymous-may-stop",
-                   .meaning = "peers without a token may connect to stop the robot"}),
+        "access", named("anonymous_may_stop", "--access-anonymous-may-stop",
+                        "peers without a token may connect to stop the robot")),
 };
 
 constexpr std::array tls_rows{
     row<configuration, &tls_options::certificate>(
-        "tls", {.name = "certificate",
-                .option = "--certificate",
-                .meaning = "speak TLS alone (https, wss), with this certificate in PEM; with `key`. An "
-                           "endpoint that connects shows it to the server",
-                .is_path = true}),
+        "tls", named("certificate", "--certificate",
+                     "speak TLS alone (https, wss), with this certificate in PEM; with `key`. An endpoint "
+                     "that connects shows it to the server")
+                   .path()),
     row<configuration, &tls_options::key>(
-        "tls", {.name = "key",
-                .option = "--key",
-                .meaning = "the certificate's key in PEM, which only its owner can read",
-                .is_path = true}),
+        "tls", named("key", "--key", "the certificate's key in PEM, which only its owner can read").path()),
     row<configuration, &tls_options::client_ca>(
         "tls",
-        {.name = "client_ca",
-         .option = "--client-ca",
-         .meaning =
-             "roots in PEM: clients may show a certificate that one of them signed, in place of a token",
-         .is_path = true}),
+        named("client_ca", "--client-ca",
+              "roots in PEM: clients may show a certificate that one of them signed, in place of a token")
+            .path()),
 };
 
 template <auto Member>
@@ -231,36 +149,29 @@ consteval key<configuration> of_client(const facts& of) noexcept {
   return row<configuration, Member>("client", of);
 }
 constexpr std::array client_rows{
-    of_client<&options::token_file>({.name = "token_file",
-                                     .meaning = "its first line is the client's token; only its "
-                                                "owner can read it",
-                                     .is_path = true}),
-    of_client<&tls_options::ca>({.name = "ca",
-                                 .meaning = "the roots that may vouch for a wss:// server, in PEM; empty: "
-                                            "those of the system",
-                                 .is_path = true}),
-    of_client<&tls_options::pin>({.name = "pin",
-                                  .meaning = "the SHA-256 of the server's public key, 64 hexadecimal digits, "
-                                             "colons or none between them; empty: any"}),
+    of_client<&options::token_file>(
+        named("token_file", "", "its first line is the client's token; only its owner can read it").path()),
+    of_client<&tls_options::ca>(
+        named("ca", "", "the roots that may vouch for a wss:// server, in PEM; empty: those of the system")
+            .path()),
+    of_client<&tls_options::pin>(named("pin", "",
+                                       "the SHA-256 of the server's public key, 64 hexadecimal digits, "
+                                       "colons or none between them; empty: any")),
 };
 
 constexpr std::array<std::string_view, 2> log_words{"text", "json"};
 static_assert(static_cast<std::size_t>(log_format::json) + 1 == log_words.size());
 constexpr std::array serve_rows{
     row<configuration, &serve_options::demo>(
-        "serve", {.name = "demo",
-                  .option = "--demo",
-                  .meaning = "drive a simulated robot at 1 kHz: topic /odom, service /robot/set_speed"}),
+        "serve",
+        named("demo", "--demo", "drive a simulated robot at 1 kHz: topic /odom, service /robot/set_speed")),
     row<configuration, &serve_options::guarded>(
-        "serve", {.name = "guarded",
-                  .option = "--guarded",
-                  .meaning = "the demo's robot stays stopped until a page guards it and resets its stop"}),
-    row<configuration, &serve_options::log>("serve", {.name = "log",
-                                                      .option = "--log",
-                                                      .meaning = "the form of the lines of the log",
-                                                      .words = log_words}),
-    row<configuration, &serve_options::quiet>(
-        "serve", {.name = "quiet", .option = "--quiet", .meaning = "print errors and warnings only"}),
+        "serve", named("guarded", "--guarded",
+                       "the demo's robot stays stopped until a page guards it and resets its stop")),
+    row<configuration, &serve_options::log>(
+        "serve", named("log", "--log", "the form of the lines of the log").one_of(log_words)),
+    row<configuration, &serve_options::quiet>("serve",
+                                              named("quiet", "--quiet", "print errors and warnings only")),
 };
 
 template <std::size_t Index>
@@ -292,27 +203,26 @@ consteval auto limit_rows_of(std::index_sequence<Index...>) noexcept {
 constexpr auto limit_rows = limit_rows_of(std::make_index_sequence<service::limit_table.size()>{});
 
 constexpr std::array of_roles{
-    row<role, &role::name>("role", {.name = "name"}),
-    row<role, &role::subscribe>("role", {.name = "subscribe", .meaning = "topics"}),
-    row<role, &role::publish>("role", {.name = "publish", .meaning = "topics"}),
-    row<role, &role::advertise>("role", {.name = "advertise", .meaning = "topics"}),
-    row<role, &role::call>("role", {.name = "call", .meaning = "services"}),
-    row<role, &role::provide>("role", {.name = "provide", .meaning = "services"}),
-    row<role, &role::set>("role", {.name = "set", .meaning = "parameters"}),
-    row<role, &role::reset>("role", {.name = "reset", .meaning = "the stop"}),
-    row<role, &role::guard>("role", {.name = "guard", .meaning = "be a guard of the stop"}),
+    row<role, &role::name>("role", named("name")),
+    row<role, &role::subscribe>("role", named("subscribe", "", "topics")),
+    row<role, &role::publish>("role", named("publish", "", "topics")),
+    row<role, &role::advertise>("role", named("advertise", "", "topics")),
+    row<role, &role::call>("role", named("call", "", "services")),
+    row<role, &role::provide>("role", named("provide", "", "services")),
+    row<role, &role::set>("role", named("set", "", "parameters")),
+    row<role, &role::reset>("role", named("reset", "", "the stop")),
+    row<role, &role::guard>("role", named("guard", "", "be a guard of the stop")),
 };
 
 constexpr std::array of_identities{
-    row<identity, &identity::name>("identity", {.name = "name"}),
-    row<identity, &identity::role>("identity", {.name = "role"}),
+    row<identity, &identity::name>("identity", named("name")),
+    row<identity, &identity::role>("identity", named("role")),
     row<identity, &identity::token_sha256>(
-        "identity", {.name = "token_sha256", .meaning = "the token's hash, 64 hexadecimal digits"}),
-    row<identity, &identity::token_in_url>(
-        "identity", {.name = "token_in_url", .meaning = "the token may also come as `?token=`"}),
+        "identity", named("token_sha256", "", "the token's hash, 64 hexadecimal digits")),
+    row<identity, &identity::token_in_url>("identity",
+                                           named("token_in_url", "", "the token may also come as `?token=`")),
     row<identity, &identity::certificate>(
-        "identity",
-        {.name = "certificate", .meaning = "the common name in the certificate of a client (`client_ca`)"}),
+        "identity", named("certificate", "", "the common name in the certificate of a client (`client_ca`)")),
 };
 
 template <std::size_t... Sizes>

@@ -96,15 +96,46 @@ std::int64_t number(const endpoint_options& of) noexcept {
 // What a row says besides the member itself.
 struct facts {
   std::string_view name;
-  std::string_view option = {};
-  std::string_view meaning = {};
+  std::string_view option;
+  std::string_view meaning;
   std::int64_t least = 0;
   std::int64_t most = 0;
-  std::span<const std::string_view> words = {};
+  std::span<const std::string_view> words{};
   argument which = argument::unnamed;
-  std::string_view bounded_by = {};
-  bool is_path = false; // of a text
+  std::string_view bound{};
+  bool is_path = false;
+
+  consteval facts within(std::int64_t from, std::int64_t to, argument called) const noexcept {
+    facts all = *this;
+    all.least = from;
+    all.most = to;
+    all.which = called;
+    return all;
+  }
+  consteval facts one_of(std::span<const std::string_view> choices,
+                         argument called = argument::unnamed) const noexcept {
+    facts all = *this;
+    all.words = choices;
+    all.which = called;
+    return all;
+  }
+  // What else its range depends on.
+  consteval facts bounded_by(std::string_view what) const noexcept {
+    facts all = *this;
+    all.bound = what;
+    return all;
+  }
+  // Of a text.
+  consteval facts path() const noexcept {
+    facts all = *this;
+    all.is_path = true;
+    return all;
+  }
 };
+consteval facts named(std::string_view name, std::string_view option = {},
+                      std::string_view meaning = {}) noexcept {
+  return {.name = name, .option = option, .meaning = meaning};
+}
 
 template <class Owner, auto Member>
 consteval key<Owner> row(std::string_view section, const facts& of) noexcept {
@@ -118,7 +149,7 @@ consteval key<Owner> row(std::string_view section, const facts& of) noexcept {
                   .option = of.option,
                   .meaning = of.meaning,
                   .which = of.which,
-                  .bounded_by = of.bounded_by};
+                  .bounded_by = of.bound};
   constexpr bool of_program = std::same_as<typename member<decltype(Member)>::owner, serve_options>;
   if constexpr (std::same_as<Owner, configuration> && is_number<type> && !of_program)
     made.number = number<Member>;

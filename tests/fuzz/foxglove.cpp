@@ -14,7 +14,6 @@
 
 #include "fuzz/require.hpp"
 #include "wire/foxglove/foxglove_codec.hpp"
-#include "wire/foxglove/foxglove_decoder.hpp"
 #include "json/reading/reader.hpp"
 
 namespace {

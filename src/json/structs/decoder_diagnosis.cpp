@@ -5,7 +5,6 @@
 
 #include "json/reading/cursor.hpp"
 #include "json/structs/decoder_program.hpp"
-#include "json/text/names_listed.hpp"
 #include "json/text/words.hpp"
 
 namespace rowe::json {

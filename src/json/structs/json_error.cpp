@@ -6,7 +6,6 @@
 
 #include "json/reading/cursor.hpp"
 #include "json/structs/decoder.hpp"
-#include "json/text/names_listed.hpp"
 #include "json/text/words.hpp"
 
 namespace rowe {

@@ -5,12 +5,15 @@
 //
 // Service thread; allocates only in its constructor. Linear in the number of connections.
 #pragma once
+#include <algorithm>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include <rowe/rt/clock.hpp>
 
 #include "net/base/address.hpp"
+#include "service/base/transport.hpp"
 
 namespace rowe::net {
 
@@ -19,9 +22,25 @@ class stop_visits {
   explicit stop_visits(std::uint32_t connections_max) : visits_(connections_max) {}
 
   // A connection from there is opened. Returns the number of its visit.
-  std::uint32_t begin(const socket_address& source, rt::time_point now) noexcept;
+  std::uint32_t begin(const socket_address& source, rt::time_point now) noexcept {
+    auto found = std::find_if(visits_.begin(), visits_.end(), [&](const visit& one) {
+      return same_source(one.source, source) && goes_on(one, now);
+    });
+    if (found == visits_.end()) {
+      // Takes the visit that ended longest ago. There are as many visits as connections, so one has ended.
+      found = std::min_element(visits_.begin(), visits_.end(), [](const visit& a, const visit& b) {
+        return std::pair{a.connections != 0, a.left_at} < std::pair{b.connections != 0, b.left_at};
+      });
+      *found = {.source = source, .since = now};
+    }
+    ++found->connections;
+    return static_cast<std::uint32_t>(found - visits_.begin());
+  }
   // A connection of that visit has ended.
-  void end(std::uint32_t number, rt::time_point now) noexcept;
+  void end(std::uint32_t number, rt::time_point now) noexcept {
+    --visits_[number].connections;
+    visits_[number].left_at = now;
+  }
   // Since when the visit lasts.
   rt::time_point since(std::uint32_t number) const noexcept { return visits_[number].since; }
 
@@ -32,7 +51,10 @@ class stop_visits {
     rt::time_point since{};
     rt::time_point left_at{};
   };
-  static bool goes_on(const visit& one, rt::time_point now) noexcept;
+  static bool goes_on(const visit& one, rt::time_point now) noexcept {
+    if (one.connections != 0) return !is_loopback(one.source);
+    return now - one.left_at < service::stop_place_kept_for;
+  }
 
   std::vector<visit> visits_; // those that ended longest ago are forgotten
 };

@@ -10,12 +10,16 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include <rowe/rt/clock.hpp>
 
 #include "net/base/address.hpp"
 #include "net/base/descriptor.hpp"
+#include "net/base/socket_options.hpp"
 #include "net/base/source_tally.hpp"
+#include "net/http/handshake_answers.hpp"
+#include "net/http/send_answer.hpp"
 
 namespace rowe::net {
 
@@ -32,9 +36,14 @@ class token_tries {
   }
 
   // The answer to this socket, which is in no poll_set any more, is sent later.
-  void answer_late(descriptor socket, rt::time_point now) noexcept;
+  void answer_late(descriptor socket, rt::time_point now) noexcept {
+    if (count_ == waiting_.size()) answer_first();
+    waiting_[(first_ + count_++) % waiting_.size()] = {std::move(socket), now + answered_after};
+  }
   // Sends the answers that are due.
-  void expire(rt::time_point now) noexcept;
+  void expire(rt::time_point now) noexcept {
+    while (next() <= now) answer_first();
+  }
   // When expire() is needed at the latest.
   rt::time_point next() const noexcept { return count_ == 0 ? rt::never : waiting_[first_].due; }
 
@@ -44,7 +53,14 @@ class token_tries {
     rt::time_point due{};
   };
 
-  void answer_first() noexcept;
+  void answer_first() noexcept {
+    late_answer& first = waiting_[first_];
+    (void)discard_input(first.socket.get()); // what is unread would turn the close into a reset
+    send_answer(first.socket.get(), answer::too_many_wrong_tokens());
+    first.socket.reset();
+    first_ = (first_ + 1) % waiting_.size();
+    --count_;
+  }
 
   // It counts no further, so ten seconds of quiet are enough for one prompt answer.
   source_tally wrong_{forgiven_after, wrong_max};

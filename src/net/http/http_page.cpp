@@ -127,7 +127,7 @@ bool write_page(lws* wsi, const wire::http_judgement& request, const service::ht
 std::string_view write_long_page_head(std::span<char> out, const service::http_answer& answer) noexcept {
   wire::text_out head{out};
   head.add("HTTP/1.1 200 OK\r\ncontent-type: ").add(answer.content_type);
-  head.add("\r\ncontent-length: ").add(static_cast<std::int64_t>(answer.in_pieces.bytes));
+  head.add("\r\ncontent-length: ").add(answer.in_pieces.bytes);
   head.add("\r\ncache-control: ").add(answer.cache_control);
   if (answer.age_ms >= 0) head.add("\r\nrowe-age-ms: ").add(answer.age_ms);
   head.add("\r\ncontent-security-policy: ").add(security_policy_of(answer.kind));

@@ -187,8 +187,6 @@ std::string_view session::client_name(std::span<char> out) const noexcept {
 
 session::~session() { SSL_free(ssl_); }
 
-bool session::has_hello() const noexcept { return SSL_get_state(ssl_) != TLS_ST_BEFORE; }
-
 session::progress session::shake() noexcept {
   ERR_clear_error();
   const int outcome = SSL_do_handshake(ssl_);

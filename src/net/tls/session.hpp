@@ -76,8 +76,6 @@ class session {
   const char* reason() const noexcept { return reason_; }
   // What to change about that, in words of ours. Static.
   const char* remedy() const noexcept { return remedy_; }
-  // Server: whether the client's first message has been read whole.
-  bool has_hello() const noexcept;
   // The counter of handshakes that failed for such a reason.
   service::counter failed_by() const noexcept { return failed_by_; }
 

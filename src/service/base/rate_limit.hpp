@@ -7,6 +7,8 @@
 
 #include <rowe/rt/clock.hpp>
 
+#include "service/base/service_limits.hpp"
+
 namespace rowe::service {
 
 class rate_limit {
@@ -44,5 +46,12 @@ class rate_limit {
   rt::time_point paid_until_{};
   rt::time_point over_since_ = rt::never;
 };
+
+// Whether somebody is told again: at most once a second. `told`: when it was told last; zero: never.
+inline bool may_tell_again(rt::time_point& told, rt::time_point now) noexcept {
+  if (told != rt::time_point{} && now - told < undecodable_period) return false;
+  told = now;
+  return true;
+}
 
 } // namespace rowe::service

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/calls/long_calls.hpp"
 
-#include <array>
 #include <cstdint>
 #include <utility>
 
@@ -51,8 +50,7 @@ void long_calls::take_reply(const connection& c, const wire::request& said,
 
 void long_calls::fail(call_index index, const long_value& value, const error& why) noexcept {
   const auto bytes = static_cast<std::int64_t>(state_.chunks.bytes(value.text));
-  std::array<char, wire::no_service_bytes_max> buffer;
-  wire::text_out text{buffer};
+  wire::text_of<wire::no_service_bytes_max> text;
   if (why.code == errc::full) {
     text.add("no room: a message of ").add(bytes).add(" bytes was dropped: others use the room for long ");
     text.add("messages now; call again later, or raise long_slots (")
@@ -70,8 +68,7 @@ void long_calls::refuse(call_index index, const long_value& value) noexcept {
   state_.counts.add(counter::too_big);
   const auto bytes = static_cast<std::int64_t>(state_.chunks.bytes(value.text));
   const auto most = static_cast<std::int64_t>(state_.bounds().message_bytes_max);
-  std::array<char, detail::diagnostic_bytes_max> buffer;
-  wire::text_out why{buffer};
+  wire::text_of<detail::diagnostic_bytes_max> why;
   why.add("a value of ").add(bytes).add(" bytes exceeds the limit message_bytes_max of ").add(most);
   why.add(": only calls between peers may be longer");
   call_completion_.fail(index, {errc::too_big, bytes, most}, why.text());

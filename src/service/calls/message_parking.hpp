@@ -36,7 +36,11 @@ class message_parking {
         receiver_{inbox},
         rows_{memory.carve<row>(state.bounds().connections_max)} {}
 
-  void forget(peer_index peer) noexcept;
+  void forget(peer_index peer) noexcept {
+    rows_[peer] = {};
+    if (std::exchange(outbox_.of(peer).marked_full, false)) --marked_full_;
+    room_came_ = true; // a sender that waits for room there need not wait any more
+  }
 
   // Begins the turn of a sender with this many slots: a handle, or the submission queue.
   void begin_turn(std::uint32_t slots, bool of_receiver) noexcept {
@@ -51,7 +55,24 @@ class message_parking {
   void hold_back_later_ones() noexcept { all_parked_in_ = turn_; }
   // Parks a message to the peer; none: to everyone. False: the peer's share is used up. A message that was
   // parked `before` is counted in each turn; it stays parked, whatever the shares are now.
-  bool park(peer_index to, bool before) noexcept;
+  bool park(peer_index to, bool before) noexcept {
+    if (!to) {
+      ++now_.parked;
+      ++now_.for_everyone;
+      return true;
+    }
+    row& of = rows_[to];
+    if (std::exchange(of.turn, turn_) != turn_) of.count = 0;
+    if (!before && of.count + now_.parked >= now_.slots) return false;
+    ++of.count;
+    ++now_.parked;
+    if (now_.of_receiver) receiver_.count_answer(to);
+    if (of.count + now_.parked >= now_.slots && !std::exchange(outbox_.of(to).marked_full, true)) {
+      ++marked_full_;
+      state_.shared.set_taking(to.value, 0);
+    }
+    return true;
+  }
   // Too many messages to everyone are parked: the sender of this turn is told `full` before it takes a slot.
   bool refuses_to_everyone() const noexcept {
     return now_.for_everyone != 0 && now_.for_everyone + now_.parked >= now_.slots;
@@ -65,7 +86,12 @@ class message_parking {
     return std::exchange(room_came_, false);
   }
 
-  bool check() const noexcept;
+  bool check() const noexcept {
+    std::uint32_t marked_full = 0;
+    for (const peer_index i : state_.peers.ids())
+      marked_full += state_.peers[i].state != connection::phase::free && outbox_.of(i).marked_full;
+    return marked_full == marked_full_;
+  }
 
  private:
   // Of one peer.
@@ -81,7 +107,17 @@ class message_parking {
     bool of_receiver = false;
   };
 
-  void show_room() noexcept;
+  void show_room() noexcept {
+    for (const peer_index i : state_.peers.ids()) {
+      peer_queues& queues = outbox_.of(i);
+      if (!queues.marked_full || rows_[i].turn > cycle_turn_) continue;
+      queues.marked_full = false;
+      --marked_full_;
+      state_.shared.set_taking(i.value, state_.peers[i].id.generation);
+      ++state_.cycle.places_freed;
+      room_came_ = true;
+    }
+  }
 
   core_state& state_;
   outbox& outbox_;

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/calls/service_providers.hpp"
 
-#include <array>
-
 #include <rowe/detail/mutation_points.hpp>
 
+#include "service/base/service_limits.hpp"
 #include "service/topics/own_types.hpp"
 #include "wire/text/text_out.hpp"
-
-#include "service/base/service_limits.hpp"
 
 namespace rowe::service {
 namespace {
@@ -29,15 +26,13 @@ service_providers::service_providers(rt::arena& memory, const service_providers_
 
 void service_providers::advertise(connection& c, const wire::request& asked) noexcept {
   if (is_own_service(asked.service) && !ROWE_MUTANT(own_service)) {
-    std::array<char, detail::diagnostic_bytes_max> buffer;
-    wire::text_out why{buffer};
+    wire::text_of<detail::diagnostic_bytes_max> why;
     why.add(asked.verb_text).add(": ").add_name(asked.service, name_bytes_shown);
     return refusals_.refuse(c, asked.id_raw, why.add(" is the endpoint's own").text());
   }
   if (const service_index found = service_directory_.find(asked.service, kind_of(asked))) {
     if (provides(c.id, found)) return; // clients that reconnect say it again
-    std::array<char, detail::diagnostic_bytes_max> buffer;
-    wire::text_out why{buffer};
+    wire::text_of<detail::diagnostic_bytes_max> why;
     why.add(asked.verb_text).add(": ").add_name(asked.service, name_bytes_shown).add(" is provided already");
     return refusals_.refuse(c, asked.id_raw, why.text());
   }
@@ -72,8 +67,7 @@ void service_providers::unadvertise(connection& c, const wire::request& asked) n
 }
 
 void service_providers::take_from_peer(service_index service) noexcept {
-  std::array<char, detail::diagnostic_bytes_max> buffer;
-  wire::text_out why{buffer};
+  wire::text_of<detail::diagnostic_bytes_max> why;
   why.add("advertise_service: this process provides ");
   why.add_name(service_directory_.name(service), name_bytes_shown).add(" now");
   connection* const c = state_.peers.find(service_directory_.at(service).peer);

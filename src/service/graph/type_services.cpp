@@ -86,8 +86,7 @@ slot_id type_services::compose(bool& too_large, const Write& write) noexcept {
 void type_services::complete(call_index call, slot_id slot, bool too_large, std::string_view what) noexcept {
   if (slot) return call_completion_.complete(call, slot);
   if (!too_large) return call_completion_.fail_for_room(call);
-  std::array<char, wire::refusal::text_bytes_max> buffer;
-  wire::text_out why{buffer};
+  wire::text_of<wire::refusal::text_bytes_max> why;
   why.add("what there is to say of ").add_name(what, topic_bytes_shown);
   why.add(" is longer than a message may be: raise message_bytes_max");
   call_completion_.fail(call, errc::refused, why.text());
@@ -223,8 +222,7 @@ void type_services::answer_details(call_index call, std::string_view service, st
       : service == wire::request_details_name  ? find_call(type, side_of_call::request, by)
       : service == wire::response_details_name ? find_call(type, side_of_call::answer, by)
                                                : nullptr; // of actions, which only peers provide
-  std::array<char, wire::refusal::text_bytes_max> buffer;
-  wire::text_out why{buffer};
+  wire::text_of<wire::refusal::text_bytes_max> why;
   why.add("the type ").add_name(type, topic_bytes_shown);
   if (found == nullptr)
     return call_completion_.fail(call, errc::refused,

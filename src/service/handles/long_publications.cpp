@@ -5,6 +5,7 @@
 #include <span>
 #include <string_view>
 
+#include "service/base/rate_limit.hpp"
 #include "service/base/service_limits.hpp"
 #include "wire/text/text_out.hpp"
 
@@ -159,16 +160,11 @@ void long_publications::publish() noexcept {
 void long_publications::drop_too_long(std::size_t bytes) noexcept {
   state_.counts.add(counter::too_big);
   const topic_id index = state_.pair_rows[pair_].topic;
-  rt::time_point& told = state_.topics.at(index).loss_told;
-  if (told != rt::time_point{} && state_.cycle.now - told < undecodable_period) return;
-  told = state_.cycle.now;
-  std::array<char, event_text_bytes_max> buffer;
-  wire::text_out text{buffer};
+  if (!may_tell_again(state_.topics.at(index).loss_told, state_.cycle.now)) return;
+  wire::text_of<event_text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
-  text.add(": a value of ")
-      .add(static_cast<std::int64_t>(bytes))
-      .add(" bytes or more is not sent; the limit is ");
-  text.add(static_cast<std::int64_t>(state_.chunks.text_bytes_max()));
+  text.add(": a value of ").add(bytes).add(" bytes or more is not sent; the limit is ");
+  text.add(state_.chunks.text_bytes_max());
   state_.events.report(event::kind::warning, {}, text.text(), "raise the limit long_message_bytes_max", {});
 }
 

@@ -125,8 +125,7 @@ bool access_control::decide(connection& c, const wire::request& asked) noexcept 
     refusals_.refuse_unknown(c, asked);
     return false;
   }
-  std::array<char, event_text_bytes_max> buffer;
-  wire::text_out why{buffer};
+  wire::text_of<event_text_bytes_max> why;
   write_denial(why, c.who, wanted->right).add(" ");
   wanted->name.empty() ? why.add("plain messages") : why.add_name(wanted->name, denied_name_bytes_shown);
   refusals_.deny(c, asked, why.text());
@@ -153,8 +152,7 @@ wire::text_out& access_control::write_denial(wire::text_out& into, access::subje
 
 void access_control::report_denial(connection& c, access::right what) noexcept {
   state_.counts.add(counter::denied);
-  std::array<char, event_text_bytes_max> buffer;
-  wire::text_out why{buffer};
+  wire::text_of<event_text_bytes_max> why;
   if (state_.rights.apply_to(c))
     write_denial(why, c.who, what);
   else

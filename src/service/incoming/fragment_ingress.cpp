@@ -63,7 +63,7 @@ fragment_ingress::due fragment_ingress::go_on(connection& c, std::span<const std
       bytes > state_.chunks.text_bytes_max()) {
     why_buffer buffer;
     wire::text_out why{buffer};
-    why.add("a message in fragments has ").add(static_cast<std::int64_t>(bytes));
+    why.add("a message in fragments has ").add(bytes);
     why.add(" bytes or more; the limit long_message_bytes_max is ")
         .add(state_.bounds().long_message_bytes_max);
     state_.counts.add(counter::too_big);

@@ -16,9 +16,8 @@ namespace {
 // The close reason of a peer that sends too much.
 close_reason flood_reason(std::string_view what, std::uint32_t per_second, std::string_view remedy,
                           std::string_view option) noexcept {
-  std::array<char, wire::close_reason_bytes_max> buffer;
-  wire::text_out why{buffer};
-  why.add("more than ").add(std::int64_t{per_second}).add(" ").add(what).add(" a second for ");
+  wire::text_of<wire::close_reason_bytes_max> why;
+  why.add("more than ").add(per_second).add(" ").add(what).add(" a second for ");
   why.add(flood_time_max / std::chrono::seconds{1}).add(" s: ").add(remedy);
   close_reason reason;
   reason = why.add(" (limit ").add(option).add(")").text();
@@ -55,9 +54,8 @@ void refusals::refuse(connection& c, const wire::request& asked, const wire::dia
 void refusals::fail_excess(connection& c, const wire::request& asked) noexcept {
   if (!is_answerable(asked)) return;
   add(counter::calls_refused);
-  std::array<char, detail::diagnostic_bytes_max> buffer;
-  wire::text_out why{buffer};
-  why.add("dropped: more than ").add(std::int64_t{state_.bounds().messages_per_second_max});
+  wire::text_of<detail::diagnostic_bytes_max> why;
+  why.add("dropped: more than ").add(state_.bounds().messages_per_second_max);
   why.add(" messages a second (limit messages_per_second_max)");
   fail_call(c, asked.codec, wire::origin_of(asked), {.code = "busy", .text = why.text()});
 }
@@ -68,23 +66,20 @@ void refusals::refuse(connection& c, std::string_view id_raw, std::string_view w
 
 void refusals::refuse_own_topic(connection& c, std::string_view id_raw, std::string_view verb,
                                 std::string_view topic) noexcept {
-  std::array<char, detail::diagnostic_bytes_max> buffer;
-  wire::text_out why{buffer};
+  wire::text_of<detail::diagnostic_bytes_max> why;
   why.add(verb).add(": ").add_name(topic, name_bytes_shown);
   refuse(c, id_raw, why.add(" is published by the program here, which does not share it").text());
 }
 
 void refusals::refuse_limit(connection& c, std::string_view id_raw, std::string_view what,
                             std::uint64_t limit, std::string_view option) noexcept {
-  std::array<char, event_text_bytes_max> buffer;
-  wire::text_out why{buffer};
-  why.add("all ").add(static_cast<std::int64_t>(limit)).add(" ").add(what).add(" are taken");
+  wire::text_of<event_text_bytes_max> why;
+  why.add("all ").add(limit).add(" ").add(what).add(" are taken");
   refuse_for(c, id_raw, why, option);
 }
 
 void refusals::refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept {
-  std::array<char, share_text_bytes_max> buffer;
-  wire::text_out why{buffer};
+  wire::text_of<share_text_bytes_max> why;
   why.add_name(asked.verb_text, verb_bytes_shown).add(" ");
   why.add_name(asked.topic.empty() ? asked.service : asked.topic, topic_bytes_shown);
   why.add(": one peer may hold no more ").add(of.what).add(" than it leaves: it holds ").add(of.held);
@@ -96,8 +91,7 @@ void refusals::refuse_share(connection& c, const wire::request& asked, const tak
 
 void refusals::refuse_for(connection& c, std::string_view id_raw, wire::text_out& why,
                           std::string_view option) noexcept {
-  std::array<char, remedy_bytes_max> buffer;
-  wire::text_out remedy{buffer};
+  wire::text_of<remedy_bytes_max> remedy;
   remedy.add("raise `limits::").add(option).add("`");
   if (!admits(c, event::kind::limit, why.text(), remedy.text())) return;
   why.add(" (limit ").add(option).add(")");

@@ -73,7 +73,6 @@ class credit {
 
   // ---- state
 
-  bool begun() const noexcept { return begun_; }
   bool ping_under_way() const noexcept { return pings_ != 0; }
   // When the oldest unanswered ping was sent; never: there is none.
   rt::time_point waits_since() const noexcept { return pings_ == 0 ? rt::never : under_way_[0].at; }

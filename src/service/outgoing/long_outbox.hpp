@@ -26,12 +26,33 @@ class long_outbox : long_outbox_needs {
 
   // Whether so many chunks are free, besides those for what is received. For them it gives up what is kept
   // for pages, then evicts long messages, then ends pages.
-  bool make_room(std::uint32_t chunks) noexcept;
+  bool make_room(std::uint32_t chunks) noexcept {
+    for (unsigned left = evictions_max; state_.chunks.left() < std::int64_t{chunks}; --left) {
+      if (left == 0) return false;
+      if (!state_.last_values.give_up_long() && !outbox_.evict_for(slot_class::chunked) &&
+          !state_.long_pages.give_up())
+        return false;
+    }
+    return true;
+  }
   // Composes a topic's message whose body is a long text. None, counted: what is on its way has all slots for
   // long messages, or all chunks but those for what is received.
-  slot_id compose(topic_id topic, rt::time_point published, rt::time_point expires, text_id body) noexcept;
+  slot_id compose(topic_id topic, rt::time_point published, rt::time_point expires, text_id body) noexcept {
+    if (!has_room()) return {};
+    const message_lifetime lifetime = message_lifetime::of_topic(expires, state_.cycle.now);
+    return message_store_.compose_chunked(body, lifetime, published, [&](json::writer& out) {
+      out.append(state_.topics.head(topic));
+      const std::size_t at = out.bytes();
+      out.append(state_.topics.tail());
+      return at;
+    });
+  }
   // A latched value of a topic, as a long message or a short one. None: no slot is free, which is counted.
-  slot_id compose_latched(topic_id topic, const latched_value& kept) noexcept;
+  slot_id compose_latched(topic_id topic, const latched_value& kept) noexcept {
+    if (is_long(kept)) return compose(topic, kept.published, kept.expires, kept.chunks);
+    return outbox_.compose_message(topic, kept.published, kept.expires,
+                                   [&](json::writer& into) { state_.latches.write(kept, into); });
+  }
   // Whether it is a long one.
   bool is_long(const latched_value& kept) const noexcept {
     return kept.chunks && kept.bytes > state_.bounds().message_bytes_max;
@@ -60,7 +81,13 @@ class long_outbox : long_outbox_needs {
 
  private:
   // Makes room for one message more. False, counted: there is none.
-  bool has_room() noexcept;
+  bool has_room() noexcept {
+    if (message_store_.slots().free_for_all(slot_class::chunked) == 0)
+      (void)outbox_.evict_for(slot_class::chunked);
+    if (make_room(0)) return true;
+    state_.counts.add(counter::no_chunks);
+    return false;
+  }
 };
 
 } // namespace rowe::service

@@ -90,7 +90,7 @@ void parameter_requests::answer(connection& c, const wire::request& asked) noexc
   wire::text_out why{text};
   why.add(asked.verb_text)
       .add(": there is no room for the values now, or they do not fit into a message of ");
-  why.add(static_cast<std::int64_t>(state_.bounds().message_bytes_max)).add(" bytes: ask for fewer");
+  why.add(state_.bounds().message_bytes_max).add(" bytes: ask for fewer");
   refusals_.refuse(c, asked.id_raw, why.text());
 }
 

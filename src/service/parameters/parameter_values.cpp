@@ -97,7 +97,7 @@ void add_wanted(wire::text_out& into, const parameter_description& what) noexcep
   switch (what.kind) {
   case parameter_kind::boolean: into.add("true or false is wanted"); return;
   case parameter_kind::text:
-    into.add("a text of at most ").add(std::int64_t{what.text_bytes_max}).add(" bytes is wanted");
+    into.add("a text of at most ").add(what.text_bytes_max).add(" bytes is wanted");
     return;
   case parameter_kind::choice:
     into.add("wanted is one of ");

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "service/base/counters.hpp"
+#include "wire/text/text_out.hpp"
 
 namespace rowe::service {
 namespace {
@@ -62,21 +63,13 @@ constexpr metric metric_of(counter which) noexcept {
   }
 }
 
-// Bytes into a buffer, which must be large enough.
-class buffer_out {
- public:
-  explicit buffer_out(char* at) noexcept : begin_{at}, at_{at} {}
-  void add(std::string_view text) noexcept { at_ = std::copy(text.begin(), text.end(), at_); }
-  std::string_view text() const noexcept { return {begin_, at_}; }
-
- private:
-  char* begin_;
-  char* at_;
-};
-
+// Only counts what is added.
 class counting_out {
  public:
-  constexpr void add(std::string_view text) noexcept { bytes_ += text.size(); }
+  constexpr counting_out& add(std::string_view text) noexcept {
+    bytes_ += text.size();
+    return *this;
+  }
   constexpr std::size_t bytes() const noexcept { return bytes_; }
 
  private:
@@ -105,27 +98,16 @@ template <class Out>
 constexpr void add_metric(Out& to, const metric& what, std::string_view group,
                           std::string_view meaning, // empty: it is another value of the metric before
                           std::uint64_t value) noexcept {
-  const auto add_name = [&] {
-    to.add("rowe_");
-    to.add(what.name);
-    to.add(what.ending);
-  };
+  const auto add_name = [&] { to.add("rowe_").add(what.name).add(what.ending); };
   if (!meaning.empty()) {
     to.add("# HELP ");
     add_name();
-    to.add(" ");
-    to.add(group);
-    to.add(meaning);
-    to.add("\n# TYPE ");
+    to.add(" ").add(group).add(meaning).add("\n# TYPE ");
     add_name();
     to.add(what.gauge ? " gauge\n" : " counter\n");
   }
   add_name();
-  if (!what.reason.empty()) {
-    to.add("{reason=\"");
-    to.add(what.reason);
-    to.add("\"}");
-  }
+  if (!what.reason.empty()) to.add("{reason=\"").add(what.reason).add("\"}");
   to.add(" ");
   add_value(to, value, what.in);
   to.add("\n");
@@ -205,7 +187,7 @@ std::string_view metrics_report::write(std::span<char, bytes_max> buffer) const 
               .stopped = stop_rules_.in_use() && !stop_rules_.running()};
   for (std::size_t i = 0; i < now.counts.size(); ++i)
     now.counts[i] = read_count(state_.shared, state_.pairs, static_cast<counter>(i));
-  buffer_out out{buffer.data()};
+  wire::text_out out{buffer};
   write_figures(out, now);
   return out.text();
 }

@@ -56,8 +56,7 @@ void call_router::take_goal(connection& c, const wire::request& asked, const lon
   const service_index found = service_directory_.find(asked.service, offer::action);
   const connection* const provider = found ? state_.peers.find(service_directory_.at(found).peer) : nullptr;
   if (provider == nullptr || !provider->open() || !state_.options.relay) {
-    std::array<char, detail::diagnostic_bytes_max> buffer;
-    wire::text_out why{buffer};
+    wire::text_of<detail::diagnostic_bytes_max> why;
     why.add("Action ").add_name(asked.service, name_bytes_shown).add(" does not exist");
     return refuse(c, asked, cause::peer, error{errc::no_service}.name(), why.text());
   }

@@ -14,7 +14,6 @@
 #include "service/parameters/parameter_services.hpp"
 #include "service/reports/statistics_report.hpp"
 #include "service/state/core_state.hpp"
-#include "service/state/service_directory.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "wire/codec/request.hpp"
 
@@ -22,7 +21,6 @@ namespace rowe::service {
 
 struct endpoint_services_needs {
   core_state& state_;
-  const service_directory& service_directory_;
   const stop_rules& stop_rules_;
   outbox& outbox_;
   call_completion& call_completion_;

@@ -2,7 +2,6 @@
 #include "service/requests/request_router.hpp"
 
 #include <cassert>
-#include <cstdint>
 #include <string_view>
 
 #include <rowe/detail/mutation_points.hpp>
@@ -224,7 +223,7 @@ bool request_router::takes_long(connection& c, wire::request& asked, const long_
     std::array<char, 96> reason;
     if (asked.failed) {
       wire::text_out words{reason};
-      words.add("\"the reason has ").add(static_cast<std::int64_t>(message.bytes));
+      words.add("\"the reason has ").add(message.bytes);
       asked.body_raw = words.add(" bytes, and is not sent on\"").text();
     }
     call_router_.take_reply(c, asked, message.body);

@@ -23,10 +23,28 @@ class revocation : revocation_needs {
 
   // Other rights hold (peer_rights::renew()). Looks once at each peer. Those that are marked to be closed
   // count as closed from here on, and what they guard stops at once.
-  void judge_all() noexcept;
+  void judge_all() noexcept {
+    for (connection& c : state_.peers) {
+      if (c.state == connection::phase::free || c.ours == side::client) continue;
+      const access::successor next = state_.rights.succeed(c);
+      c.who = next.who;
+      if (!c.open()) continue;
+      using enum access::successor::fate;
+      switch (next.what) {
+      case kept: break;
+      case grown: listings_.tell_again({c.id.index}); break;
+      case changed: close(c, "role changed"); break;
+      case revoked: close(c, "token revoked"); break;
+      }
+    }
+  }
 
  private:
-  void close(connection& c, std::string_view why) noexcept;
+  void close(connection& c, std::string_view why) noexcept {
+    state_.counts.add(counter::revoked_peers);
+    state_.peers.close_later(c, why);
+    stop_service_.leave(c);
+  }
 };
 
 } // namespace rowe::service

@@ -31,9 +31,21 @@ class topic_rates : topic_rates_needs {
 
   // Somebody subscribes to a topic. If it is the topic of the statistics, the first report covers the time
   // from now on.
-  void begin_for(topic_id topic) noexcept;
+  void begin_for(topic_id topic) noexcept {
+    if (topic != statistics_topic_ || state_.due.armed(timer::statistics)) return;
+    end_period();
+    state_.due.arm(timer::statistics, state_.cycle.now + state_.options.stats_period);
+  }
   // A report was made, or will be the first one: the next one covers the time from now on.
-  void end_period() noexcept;
+  void end_period() noexcept {
+    period_began_ = state_.cycle.now;
+    for (const topic_id i : state_.topics.topic_ids()) {
+      topic& t = state_.topics.at(i);
+      t.messages_before = t.messages;
+      t.gap_marked[0] = std::max(t.gap_marked[0], t.gap_max);
+      t.gap_max = rt::duration{0};
+    }
+  }
   rt::time_point period_began() const noexcept { return period_began_; }
   topic_id statistics_topic() const noexcept { return statistics_topic_; }
 
@@ -47,7 +59,17 @@ class topic_rates : topic_rates_needs {
   rt::time_point marks_began() const noexcept { return marked_[1]; }
 
  private:
-  void mark() noexcept;
+  void mark() noexcept {
+    marked_ = {state_.cycle.now, marked_[0]};
+    const bool reported = statistics_topic_ && state_.topics.at(statistics_topic_).has_audience();
+    for (const topic_id i : state_.topics.topic_ids()) {
+      topic& t = state_.topics.at(i);
+      if (t.holders == 0) continue; // it begins anew
+      t.messages_marked = {t.messages, t.messages_marked[0]};
+      t.gap_marked = {rt::duration{0}, std::max(t.gap_marked[0], t.gap_max)};
+      if (!reported) t.gap_max = rt::duration{0}; // otherwise end_period() does
+    }
+  }
 
   rt::time_point period_began_{};
   // When the newest period of the service's rates began, and the one before.

@@ -45,8 +45,7 @@ class stop_switch {
   void request(const asker& by, std::string_view said, std::uint64_t key) noexcept {
     if (said.empty()) return request(by.name, key);
     if (!by.is_peer || !state_.rights.policy().in_use()) return request(said, key);
-    std::array<char, identity_name::capacity() + 3 + stop_member_bytes_max> buffer;
-    wire::text_out text{buffer};
+    wire::text_of<identity_name::capacity() + 3 + stop_member_bytes_max> text;
     request(text.add(by.name).add(" (").add(said).add(")").text(), key);
   }
   // How often a stop was asked for, repeats included.
@@ -65,8 +64,7 @@ class stop_switch {
  private:
   void report(std::string_view reason, const asker& by) noexcept {
     const bool running = reported_running_ = stop_rules_.running();
-    std::array<char, event_text_bytes_max> buffer;
-    wire::text_out text{buffer};
+    wire::text_of<event_text_bytes_max> text;
     text.add(running ? "reset: loops may move" : "stopped: ");
     if (!running) text.add(stop_rules_.cause_name());
     // Nobody asked for a stop of another cause.

@@ -28,8 +28,7 @@ void advertisements::forget(peer_index peer) noexcept {
 
 bool advertisements::refuse(connection& c, const wire::request& asked, std::string_view why,
                             std::string_view value) noexcept {
-  std::array<char, detail::diagnostic_bytes_max> buffer;
-  wire::text_out text{buffer};
+  wire::text_of<detail::diagnostic_bytes_max> text;
   text.add(asked.verb_text).add(": ").add(why).add_name(value, name_bytes_shown);
   refusals_.refuse(c, asked.id_raw, text.text());
   return false;
@@ -159,8 +158,7 @@ bool advertisements::take_back_topic() noexcept {
        i = state_.subscriptions.at(i).next_on_peer) {
     if (state_.topics.of_peers(state_.subscriptions.at(i).topic)) taken = state_.subscriptions.at(i).topic;
   }
-  std::array<char, wire::refusal::text_bytes_max> buffer;
-  wire::text_out why{buffer};
+  wire::text_of<wire::refusal::text_bytes_max> why;
   why.add("the topic ").add_name(state_.topics.name(taken), topic_bytes_shown);
   why.add(" is given up: this process needs its place (limit topics_max)");
   topic_places_.hold(taken); // until all know

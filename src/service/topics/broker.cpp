@@ -6,6 +6,7 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
+#include "service/base/rate_limit.hpp"
 #include "service/topics/own_types.hpp"
 #include "wire/codec/refusal.hpp"
 #include "wire/text/text_out.hpp"
@@ -44,20 +45,17 @@ bool broker::keep_latched(topic_id index, slot_id slot, latch_owner owner, const
 // Tells who published that a late subscriber will not get the value: a peer, or this process by an event.
 void broker::tell_not_kept(topic_id index, std::size_t bytes, const published_by& who) noexcept {
   state_.counts.add(counter::not_latched);
-  topic& on = state_.topics.at(index);
   connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
-  rt::time_point* const told = c == nullptr ? &on.loss_told : nullptr;
-  if (c != nullptr && !(c->open() && c->may_be_told(index, state_.cycle.now))) return;
-  if (told != nullptr && *told != rt::time_point{} && state_.cycle.now - *told < undecodable_period) return;
-  std::array<char, wire::refusal::text_bytes_max> buffer;
-  wire::text_out text{buffer};
+  const bool tells = c != nullptr ? c->open() && c->may_be_told(index, state_.cycle.now)
+                                  : may_tell_again(state_.topics.at(index).loss_told, state_.cycle.now);
+  if (!tells) return;
+  wire::text_of<wire::refusal::text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
-  text.add(": its last value, of ").add(static_cast<std::int64_t>(bytes));
+  text.add(": its last value, of ").add(bytes);
   text.add(
       " bytes, is not kept for late subscribers: there is no room for it, or its publisher has its share of "
       "latched_bytes and of the room for long messages");
   if (c != nullptr) return refusals_.send_status(*c, who.id_raw, text.text(), wire::severity::warning);
-  *told = state_.cycle.now;
   state_.events.report(event::kind::warning, {}, json::utf8_prefix(text.text(), event_text_bytes_max),
                        "raise the limit latched_bytes", {});
 }
@@ -208,8 +206,7 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_po
 
 void broker::tell_too_big(pair_index pair, const error& why, const published_by& who) noexcept {
   state_.counts.add(counter::too_big);
-  std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
-  wire::text_out text{buffer};
+  wire::text_of<json::decoder::diagnosis::text_bytes_max> text;
   text.add("the message has ").add(why.value).add(" bytes, its subscriber takes ").add(why.limit);
   if (state_.pairs[pair].decoder == nullptr) text.add(": raise the option `text_bytes_max`");
   tell_undecodable(pair, who, text.text());
@@ -223,17 +220,15 @@ void broker::tell_undecodable(pair_index pair, const published_by& who, std::str
   rt::time_point& told_at = state_.pair_rows[state_.topics.at(topic).inboxes.head]
                                 .undecodable_at; // one place for all handles on the topic
   connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
-  const bool first = told_at == rt::time_point{} || state_.cycle.now - told_at >= undecodable_period;
+  const bool first = may_tell_again(told_at, state_.cycle.now);
   const bool tells =
       c != nullptr && c->open() && c->ours == side::server && c->may_be_told(topic, state_.cycle.now);
   if (!first && !tells) return;
-  std::array<char, wire::refusal::text_bytes_max> buffer;
-  wire::text_out text{buffer};
+  wire::text_of<wire::refusal::text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(topic), event_topic_bytes_shown);
   text.add(": ").add_shortened(why, diagnosis_bytes_shown);
   if (tells) refusals_.send_status(*c, who.id_raw, text.text());
   if (!first) return;
-  told_at = state_.cycle.now;
   const bool by_peer = c != nullptr && c->ours == side::server;
   state_.events.report(by_peer ? event::kind::refused_request : event::kind::warning,
                        c != nullptr ? c->peer() : std::string_view{},

@@ -115,8 +115,7 @@ void subscriptions::check_deadline(subscription_id index) noexcept {
   state_.due.arm(deadline_id{index.value}, rt::deadline_after(s.watched_at, period));
   connection& c = state_.peers[s.peer];
   if (std::exchange(s.missed, true) || !c.open() || !c.may_be_told(s.topic, state_.cycle.now)) return;
-  std::array<char, wire::refusal::text_bytes_max> buffer;
-  wire::text_out why{buffer};
+  wire::text_of<wire::refusal::text_bytes_max> why;
   why.add("subscribe ").add_name(state_.topics.name(s.topic), topic_bytes_shown);
   why.add(": no message came within its deadline of ");
   why.add(std::chrono::duration_cast<std::chrono::milliseconds>(period).count()).add(" ms");
@@ -135,8 +134,7 @@ void subscriptions::warn_without_type(connection& c, std::string_view id_raw,
         one.other_encoders != nullptr && one.other_encoders->ros1)
       return;
   }
-  std::array<char, wire::refusal::text_bytes_max> buffer;
-  wire::text_out why{buffer};
+  wire::text_of<wire::refusal::text_bytes_max> why;
   why.add("subscribe ").add_name(state_.topics.name(s.topic), topic_bytes_shown).add(": ").add(lacks);
   refusals_.warn(c, id_raw, why.text(), wire::severity::warning);
 }
@@ -236,8 +234,7 @@ void subscriptions::unsubscribe_server(connection& c, topic_id topic) noexcept {
 // The peer gets the topic's messages nevertheless, and decides whether it can use them.
 void subscriptions::tell_other_type(connection& c, std::string_view id_raw, topic_id topic,
                                     std::string_view asked) noexcept {
-  std::array<char, wire::refusal::text_bytes_max> buffer;
-  wire::text_out why{buffer};
+  wire::text_of<wire::refusal::text_bytes_max> why;
   why.add("subscribe ").add_name(state_.topics.name(topic), topic_bytes_shown);
   why.add(": the topic has the type ");
   why.add_name(state_.topics.type(topic), type_bytes_shown);

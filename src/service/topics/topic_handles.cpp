@@ -104,8 +104,7 @@ void topic_handles::note_holders(pair_index pair) noexcept {
 
 // Set-up gets only an error code, which cannot name the types. An event does.
 void topic_handles::report_conflict(topic_id topic, const detail::queue_pair& asked) noexcept {
-  std::array<char, event_text_bytes_max> buffer;
-  wire::text_out what{buffer};
+  wire::text_of<event_text_bytes_max> what;
   what.add(detail::subscribes(asked.kind) ? "subscribe " : "advertise ")
       .add_name(state_.topics.name(topic), event_topic_bytes_shown);
   what.add(": the topic has the type ").add_name(state_.topics.type(topic), event_type_bytes_shown);

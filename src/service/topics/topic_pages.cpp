@@ -87,7 +87,7 @@ http_answer topic_pages::answer(const awaited_page& page, bool last, std::span<c
 
 http_answer topic_pages::too_long(topic_id topic, std::size_t bytes, std::span<char> out) const noexcept {
   wire::text_out words{out};
-  words.add("the last value has ").add(static_cast<std::int64_t>(bytes));
+  words.add("the last value has ").add(bytes);
   words.add(" bytes, and there was no room to keep it\nraise long_slots (").add(state_.bounds().long_slots);
   words.add("), or subscribe to the topic, as `rowe echo URL ");
   words.add_shortened(state_.topics.name(topic), 200).add(" --json --once` does\n");

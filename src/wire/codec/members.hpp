@@ -10,6 +10,7 @@
 #include <optional>
 #include <string_view>
 
+#include "wire/codec/refusal.hpp"
 #include "wire/text/word_table.hpp"
 #include "json/reading/reader.hpp"
 
@@ -73,6 +74,23 @@ inline std::optional<std::string_view> behind_name(std::string_view text, std::s
     return value == std::string_view::npos ? std::string_view{} : text.substr(value);
   }
   return std::nullopt;
+}
+
+// What a member may not be.
+inline refusal wrong_type(std::string_view member, const json::value& v, std::string_view expected) noexcept {
+  return {.what = refusal::kind::wrong_type, .member = member, .value = v.raw, .expected = expected};
+}
+inline refusal too_long(std::string_view member, std::size_t bytes, std::size_t limit) noexcept {
+  return {.what = refusal::kind::too_long,
+          .member = member,
+          .bytes = bytes,
+          .limit = static_cast<std::int64_t>(limit)};
+}
+inline refusal negative(std::string_view member, const json::value& v) noexcept {
+  return {.what = refusal::kind::negative, .member = member, .value = v.raw};
+}
+inline refusal bad_characters(std::string_view member, const json::value& v) noexcept {
+  return {.what = refusal::kind::bad_characters, .member = member, .value = v.raw};
 }
 
 // Names of topics, services and types must not have control characters.

@@ -47,13 +47,7 @@ std::string_view refusal::text(std::span<char> buffer) const noexcept {
     the_member().add("must be at most ").add(limit);
     it_is();
     break;
-  case kind::too_long:
-    the_member()
-        .add("is ")
-        .add(static_cast<std::int64_t>(bytes))
-        .add(" bytes long; the limit is ")
-        .add(limit);
-    break;
+  case kind::too_long: the_member().add("is ").add(bytes).add(" bytes long; the limit is ").add(limit); break;
   case kind::empty: the_member().add("must not be empty"); break;
   case kind::bad_characters:
     the_member().add("must have no control characters");

@@ -6,20 +6,16 @@
 #include <charconv>
 #include <cstring>
 
+#include "wire/codec/members.hpp"
 #include "wire/codec/request.hpp"
 
 namespace rowe::wire {
 
 std::optional<refusal> read_ttl(const json::value& v, std::int64_t& into_ns) noexcept {
   const auto milliseconds = json::to_double(v);
-  if (!milliseconds) {
-    return refusal{.what = refusal::kind::wrong_type,
-                   .member = ttl_member,
-                   .value = v.raw,
-                   .expected = "a number of milliseconds"};
-  }
+  if (!milliseconds) return wrong_type(ttl_member, v, "a number of milliseconds");
   if (*milliseconds < 0) {
-    return refusal{.what = refusal::kind::negative, .member = ttl_member, .value = v.raw};
+    return negative(ttl_member, v);
   }
   constexpr double bound = 9.2e18; // a little below what 64 bits hold: 291 years
   const double ns = *milliseconds * 1e6;

@@ -2,7 +2,6 @@
 // The protocol of Foxglove and Lichtblick (ws-protocol), with JSON as the only encoding. The server speaks
 // first; it numbers its topics and services, and the client its subscriptions and channels. Topics' messages,
 // what clients publish, and calls are binary messages; all else is text. docs/wire.md has what is offered.
-// foxglove_decoder.hpp reads what clients say.
 #pragma once
 #include <string_view>
 
@@ -64,6 +63,23 @@ class foxglove_times_codec final : public foxglove_codec {
                         .heads_whole = true,
                         .writes_types = true}} {}
   message_kind write_message(json::writer& out, const topic_message& what) const noexcept override;
+};
+
+// Reads what clients say (foxglove_decoder.cpp).
+class foxglove_decoder final : public message_decoder {
+ public:
+  constexpr explicit foxglove_decoder(codec_id id) noexcept : id_{id} {}
+
+  decoded decode(const json::document& text, const decode_buffers& buffers, request& into,
+                 diagnostic& why) const noexcept override;
+  decoded decode_binary(std::span<const std::byte> message, const decode_buffers& buffers, request& into,
+                        diagnostic& why) const noexcept override;
+  std::size_t body_begins(std::byte first) const noexcept override;
+  codec_id guess(std::string_view, codec_id) const noexcept override { return id_; }
+  bool may_be_stop(opcode what, std::string_view begins) const noexcept override;
+
+ private:
+  codec_id id_;
 };
 
 } // namespace rowe::wire

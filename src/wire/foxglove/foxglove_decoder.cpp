@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wire/foxglove/foxglove_decoder.hpp"
+#include "wire/foxglove/foxglove_codec.hpp"
 
 #include <algorithm>
 #include <array>
@@ -87,7 +87,7 @@ decoded refuse_element(const operation& of, std::uint32_t index, const json::val
 decoded refuse_length(const operation& of, std::uint32_t most, std::span<char> buffer,
                       diagnostic& why) noexcept {
   text_out text{buffer};
-  text.add(of.name).add(": far too many parameters in one message: more than ").add(std::int64_t{most});
+  text.add(of.name).add(": far too many parameters in one message: more than ").add(most);
   return refuse(why, text.text());
 }
 
@@ -175,7 +175,7 @@ decoded take_whole(const operation& of, const json::document& text, const json::
   if (id && !is_id(*id, buffers)) {
     text_out wrong{buffers.diagnostic};
     wrong.add(of.name).add(": `id` must be a text of at most ");
-    wrong.add(static_cast<std::int64_t>(buffers.limits.id_bytes_max - 2)).add(" bytes; it is ");
+    wrong.add(buffers.limits.id_bytes_max - 2).add(" bytes; it is ");
     return refuse(why, wrong.add_shortened(id->raw, element_bytes_shown).text());
   }
   into.body_raw = all.raw;
@@ -236,7 +236,7 @@ decoded foxglove_decoder::decode_binary(std::span<const std::byte> message, cons
     text_out text{buffers.diagnostic};
     text.add("a binary message must begin with 1 (published) or 2 (a call); it ");
     if (bytes.empty()) return refuse(why, text.add("is empty").text(), decoded::malformed);
-    text.add("begins with ").add(std::int64_t{static_cast<unsigned char>(bytes[0])});
+    text.add("begins with ").add(static_cast<unsigned char>(bytes[0]));
     return refuse(why, text.text(), decoded::malformed);
   }
   into.what = verb::call;

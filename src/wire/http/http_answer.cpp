@@ -87,7 +87,7 @@ std::string_view write_rejection(std::span<char> out, const http_rejection& reje
   const std::string_view path = page ? login_path : std::string_view{};
   const std::size_t bytes = around.begin.size() + what.size() + around.between.size() + remedy.size() +
                             around.link.size() + path.size() + around.end.size();
-  answer.add(around.headers).add("Content-Length: ").add(static_cast<std::int64_t>(bytes));
+  answer.add(around.headers).add("Content-Length: ").add(bytes);
   answer.add("\r\nConnection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n");
   if (rejection.status == 401) answer.add("WWW-Authenticate: Bearer\r\n");
   if (rejection.status == 405) answer.add("Allow: GET, HEAD\r\n");

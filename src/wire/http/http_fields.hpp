@@ -52,7 +52,6 @@ class http_lines {
   std::optional<http_field> next_field() noexcept;
 
   line_fault fault() const noexcept { return fault_; }
-  std::string_view last_line() const noexcept { return line_; }  // where the fault is
   unsigned last_line_number() const noexcept { return number_; } // that of the request is 1
 
  private:

@@ -82,7 +82,7 @@ std::string_view write_login_answer(std::span<char> out, const http_judgement& f
   text_out answer{out};
   answer.add("HTTP/1.1 303 See Other\r\nLocation: ").add(token.empty() ? login_path : "/");
   answer.add("\r\nSet-Cookie: ").add(form.secure_cookie ? secure_prefix : "").add(cookie_prefix);
-  answer.add(std::int64_t{policy.port}).add("=").add(token).add("; Path=/; HttpOnly; SameSite=Strict");
+  answer.add(policy.port).add("=").add(token).add("; Path=/; HttpOnly; SameSite=Strict");
   if (form.secure_cookie) answer.add("; Secure");
   if (token.empty()) answer.add("; Max-Age=0");
   answer.add("\r\nContent-Length: 0\r\nConnection: close\r\nCache-Control: no-store\r\n"

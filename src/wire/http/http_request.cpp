@@ -101,7 +101,7 @@ constexpr std::string_view check_the_client =
 // By its number: nobody knows what is in it.
 bool judge::reject_line(const http_lines& where) noexcept {
   std::array<char, 32> number;
-  const auto text = text_out{number}.add("line ").add(std::int64_t{where.last_line_number()}).text();
+  const auto text = text_out{number}.add("line ").add(where.last_line_number()).text();
   return reject(400, diagnostic_of(where.fault()), check_the_client, text);
 }
 

@@ -18,17 +18,10 @@ std::optional<refusal> read_id(reserved which, const found_members& found, std::
                                std::string_view& into) noexcept {
   if (!found.given(which)) return std::nullopt;
   const json::value& v = found.values[which];
-  if (v.type != json::kind::string && !json::to_integer(v) && !json::to_unsigned(v)) {
-    return refusal{.what = refusal::kind::wrong_type,
-                   .member = names[which],
-                   .value = v.raw,
-                   .expected = "a string or an integer"};
-  }
+  if (v.type != json::kind::string && !json::to_integer(v) && !json::to_unsigned(v))
+    return wrong_type(names[which], v, "a string or an integer");
   if (v.raw.size() > bytes_max) {
-    return refusal{.what = refusal::kind::too_long,
-                   .member = names[which],
-                   .bytes = v.raw.size(),
-                   .limit = static_cast<std::int64_t>(bytes_max)};
+    return too_long(names[which], v.raw.size(), bytes_max);
   }
   into = v.raw;
   return std::nullopt;
@@ -39,16 +32,9 @@ std::optional<refusal> read_service(const found_members& found, std::size_t byte
   const json::value& v = found.values[service];
   if (!found.given(service) || v.type != json::kind::string) return std::nullopt;
   const auto text = json::to_string(v, scratch.first(std::min(bytes_max, scratch.size())));
-  if (!text || text->size() > bytes_max) {
-    return refusal{.what = refusal::kind::too_long,
-                   .member = names[service],
-                   .bytes = v.raw.size() - 2,
-                   .limit = static_cast<std::int64_t>(bytes_max)};
-  }
+  if (!text || text->size() > bytes_max) return too_long(names[service], v.raw.size() - 2, bytes_max);
   if (text->empty()) return refusal{.what = refusal::kind::empty, .member = names[service]};
-  if (has_control_characters(*text)) {
-    return refusal{.what = refusal::kind::bad_characters, .member = names[service], .value = v.raw};
-  }
+  if (has_control_characters(*text)) return bad_characters(names[service], v);
   into = *text;
   return std::nullopt;
 }

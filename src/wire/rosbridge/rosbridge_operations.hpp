@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The members of rosbridge's messages, and the operations with what each asks for. For rosbridge.cpp only.
+// The members of rosbridge's messages, and the operations with what each asks for. For its decoder only.
 #pragma once
 #include <array>
 #include <cstddef>

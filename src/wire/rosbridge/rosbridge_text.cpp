@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Encodes rowe's messages in rosbridge's format.
-#include <array>
-
 #include "wire/codec/codec.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
 #include "wire/text/text_out.hpp"
@@ -20,9 +18,8 @@ void begin_text(json::writer& into, std::string_view op_text) noexcept {
 // made.
 bool begin_request(json::writer& into, std::string_view op_text, std::string_view id_verb,
                    std::string_view topic, std::uint64_t number) noexcept {
-  std::array<char, 1024> buffer;
-  text_out id{buffer};
-  id.add(id_verb).add(":").add(topic).add(":").add(static_cast<std::int64_t>(number));
+  text_of<1024> id;
+  id.add(id_verb).add(":").add(topic).add(":").add(number);
   if (id.cut()) return false;
   begin_text(into, op_text);
   into.member("id", id.text());

@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "wire/codec/members.hpp"
+#include "wire/rosbridge/rosbridge.hpp"
+#include "wire/rosbridge/rosbridge_operations.hpp"
 #include "wire/text/ascii.hpp"
 
 namespace rowe::wire::rosbridge {
@@ -49,9 +51,7 @@ bool is_word(const json::value& v, std::string_view word) noexcept {
 std::optional<refusal> read_count(std::string_view member, const json::value& v, std::int64_t most,
                                   std::int64_t& into) noexcept {
   if (!is_integer(v)) return wrong_type(member, v, "an integer");
-  if (v.raw.starts_with('-') && v.raw != "-0") {
-    return refusal{.what = refusal::kind::negative, .member = member, .value = v.raw};
-  }
+  if (v.raw.starts_with('-') && v.raw != "-0") return negative(member, v);
   const auto number = v.raw == "-0" ? std::optional<std::int64_t>{0} : json::to_integer(v);
   if (!number || *number > most) {
     return refusal{.what = refusal::kind::too_large, .member = member, .value = v.raw, .limit = most};
@@ -105,7 +105,7 @@ std::optional<refusal> read_timeout(std::string_view member, const json::value& 
                                     std::int64_t& into) noexcept {
   const auto seconds = json::to_double(v);
   if (!seconds) return wrong_type(member, v, "seconds");
-  if (*seconds < 0) return refusal{.what = refusal::kind::negative, .member = member, .value = v.raw};
+  if (*seconds < 0) return negative(member, v);
   into = *seconds == 0 ? unlimited : nanoseconds_of(*seconds);
   if (into == 0) into = 1; // short, but not none
   return std::nullopt;
@@ -119,7 +119,7 @@ std::optional<refusal> read_duration(std::string_view member, const json::value&
     return std::nullopt;
   }
   if (const auto seconds = json::to_double(v)) {
-    if (*seconds < 0) return refusal{.what = refusal::kind::negative, .member = member, .value = v.raw};
+    if (*seconds < 0) return negative(member, v);
     into = nanoseconds_of(*seconds);
     return std::nullopt;
   }
@@ -129,9 +129,7 @@ std::optional<refusal> read_duration(std::string_view member, const json::value&
   const auto seconds = json::to_integer(parts.values[0]);
   const auto nanoseconds = json::to_integer(parts.values[1]);
   if (parts.twice() || !seconds || !nanoseconds) return wrong_type(member, v, expected);
-  if (*seconds < 0 || *nanoseconds < 0) {
-    return refusal{.what = refusal::kind::negative, .member = member, .value = v.raw};
-  }
+  if (*seconds < 0 || *nanoseconds < 0) return negative(member, v);
   into = nanoseconds_of(*seconds, *nanoseconds);
   return std::nullopt;
 }
@@ -155,14 +153,24 @@ std::optional<refusal> read_name(std::string_view member, const json::value& v, 
     return std::nullopt;
   }
   const auto text = json::to_string(v, scratch);
-  if (!text || text->size() > bytes_max) {
-    return too_long(member, v.raw.size() - 2, bytes_max);
-  }
+  if (!text || text->size() > bytes_max) return too_long(member, v.raw.size() - 2, bytes_max);
   if (has_control_characters(*text)) {
-    return refusal{.what = refusal::kind::bad_characters, .member = member, .value = v.raw};
+    return bad_characters(member, v);
   }
   into = *text;
   return std::nullopt;
+}
+
+bool names_operation(std::string_view text) noexcept {
+  std::size_t from = 0;
+  for (bool first = true; const auto value = behind_name(text, R"("op")", from); first = false) {
+    const std::size_t name = text.find('"');
+    if (first && text.substr(name).starts_with(R"("op")") && value->starts_with('"')) return true;
+    if (!value->starts_with('"')) continue;
+    const std::string_view word = value->substr(1, value->find('"', 1) - 1);
+    if (word.size() + 1 < value->size() && operation_names.find(word) != operation_names.size()) return true;
+  }
+  return false;
 }
 
 } // namespace rowe::wire::rosbridge

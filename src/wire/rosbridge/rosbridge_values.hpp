@@ -14,17 +14,6 @@
 
 namespace rowe::wire::rosbridge {
 
-inline refusal wrong_type(std::string_view member, const json::value& v, std::string_view expected) noexcept {
-  return {.what = refusal::kind::wrong_type, .member = member, .value = v.raw, .expected = expected};
-}
-
-inline refusal too_long(std::string_view member, std::size_t bytes, std::size_t limit) noexcept {
-  return {.what = refusal::kind::too_long,
-          .member = member,
-          .bytes = bytes,
-          .limit = static_cast<std::int64_t>(limit)};
-}
-
 // Is the value a string that says the word, in either case?
 bool is_word(const json::value& v, std::string_view word) noexcept;
 

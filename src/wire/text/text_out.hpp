@@ -3,7 +3,9 @@
 // fit is cut, and cut() says so. One thread; never waits, never allocates.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <concepts>
 #include <cstddef>
 #include <cstring>
 #include <span>
@@ -25,7 +27,8 @@ class text_out {
     return *this;
   }
 
-  text_out& add(std::int64_t number) noexcept {
+  template <std::integral Number>
+  text_out& add(Number number) noexcept {
     char digits[20];
     const auto end = std::to_chars(digits, digits + sizeof digits, number).ptr;
     return add({digits, static_cast<std::size_t>(end - digits)});
@@ -71,6 +74,15 @@ class text_out {
   std::span<char> buffer_;
   std::size_t used_ = 0;
   bool cut_ = false;
+};
+
+// The same with a buffer of its own.
+template <std::size_t Bytes>
+class text_of : std::array<char, Bytes>, public text_out {
+ public:
+  text_of() noexcept : text_out{std::span<char>{static_cast<std::array<char, Bytes>&>(*this)}} {}
+  text_of(const text_of&) = delete;
+  text_of& operator=(const text_of&) = delete;
 };
 
 } // namespace rowe::wire

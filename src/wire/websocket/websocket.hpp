@@ -38,7 +38,6 @@ inline constexpr std::uint16_t none_given = 1005; // never on the wire: the peer
 inline constexpr std::uint16_t invalid_text = 1007;
 inline constexpr std::uint16_t policy = 1008;
 inline constexpr std::uint16_t too_big = 1009;
-inline constexpr std::uint16_t internal_error = 1011;
 inline constexpr std::uint16_t try_again_later = 1013;
 } // namespace close_code
 

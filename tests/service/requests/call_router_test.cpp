@@ -44,7 +44,6 @@ struct call_router_test : call_parts::call_parts {
   rowe::service::type_services of_types{
       {.state_ = state, .stop_rules_ = rules, .outbox_ = out, .call_completion_ = completion}};
   rowe::service::endpoint_services own{{.state_ = state,
-                                        .service_directory_ = directory,
                                         .stop_rules_ = rules,
                                         .outbox_ = out,
                                         .call_completion_ = completion,
