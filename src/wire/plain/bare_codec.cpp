@@ -21,14 +21,14 @@ message_kind bare_codec::write_call(json::writer& out, std::string_view service,
   if (args.is == call_args::form::object) {
     bare::write_invocation(out, args.text, id);
   } else {
-    bare::write_call(out, service, id, [&](json::writer& body) { write_args(body, args); });
+    bare::write_call(out, service, id, args);
   }
   return message_kind::text;
 }
 
 message_kind bare_codec::write_reply(json::writer& out, const call_origin& call,
                                      const body& value) const noexcept {
-  bare::write_reply(out, call.id_raw, [&](json::writer& body) { value.write(body); });
+  bare::write_reply(out, call.id_raw, value);
   return message_kind::text;
 }
 
