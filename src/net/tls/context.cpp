@@ -10,8 +10,6 @@
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
 
-#include <rowe/tls.hpp>
-
 #include "net/tls/files.hpp"
 
 namespace rowe::net::tls {

@@ -11,7 +11,6 @@
 // Every function here: one thread, never waits, never allocates; time is linear in the text.
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
