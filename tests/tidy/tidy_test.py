@@ -65,10 +65,10 @@ plants = [
      "std::random_device r;\nstd::this_thread::get_id();\nrt::monotonic_clock::now();\n",
      [(line, "core-is-a-function") for line in range(2, 8)]),
     ("src/service/base/plant_5.cpp",
-     spdx + '#include "wire/rosbridge/rosbridge.hpp"\n#include "wire/protocols/json_decoder.hpp"\n'
+     spdx + '#include "wire/rosbridge/rosbridge.hpp"\n#include "wire/foxglove/foxglove_codec.hpp"\n'
      'wire::bare::decode(text);\nif (by == peer_profile::standard) return;\n'
      'if (subprotocol == "foxglove.sdk.v1") return;\n'
-     '// as Hop has it\nbool is_bare = codec == hop_;\ninto.key("bare"); // of rosbridge_suite\n',
+     '// as Hop has it\nbool is_bare = codec == hop_;\ninto.member("bare", x); // of rosbridge_suite\n',
      [(2, "codec"), (3, "codec"), (4, "codec"), (5, "codec"), (6, "codec"), (7, "codec"), (8, "codec"),
       (8, "codec"), (9, "codec")]),
     ("src/wire/text/plant_q.cpp", spdx + "std::chrono::system_clock::now();\n", [(2, "core-is-a-function")]),
@@ -172,7 +172,7 @@ innocent = [
     ("src/service/threads/number_queue_innocent.cpp",
      spdx + "#include <concurrentqueue/concurrentqueue.h>\n"),
     ("src/service/calls/innocent_a.cpp",
-     spdx + '#include "wire/codec/codec.hpp"\n.messages_unasked = options.bare_unasked,\ninto.key("bare");\n'
+     spdx + '#include "wire/codec/codec.hpp"\n.messages_unasked = options.bare_unasked,\ninto.member("bare", x);\n'
      "const codec& in = protocols_.of(asked.codec); // barely, or by hops\n"),
     ("src/service/calls/innocent_b.cpp",
      spdx + '// rand() and steady_clock would be wrong.\nconst char* word = "volatile, rand(), TIMEOUT";\n'
