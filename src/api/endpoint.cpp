@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "api/check_connect.hpp"
-#include "api/check_listen.hpp"
+#include "api/check_opening.hpp"
 #include "api/endpoint_state.hpp"
 #include "api/url.hpp"
 #include "net/transport/socket_transport.hpp"

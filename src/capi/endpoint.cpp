@@ -12,7 +12,6 @@
 
 #include "capi/error.hpp"
 #include "capi/object.hpp"
-#include "capi/outside.hpp"
 #include "wire/codec/object_form.hpp"
 
 namespace rowe::capi {

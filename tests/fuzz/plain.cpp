@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "fuzz/require.hpp"
+#include "wire/codec/object_form.hpp"
 #include "wire/plain/plain.hpp"
 #include "json/reading/reader.hpp"
 #include "json/writing/writer.hpp"
@@ -102,9 +103,8 @@ void write_around(reader& validator, std::string_view text, const request& from,
     require(back.out.what == verb::call && back.out.id_raw == "\"i.1\"", "an invocation keeps its id");
   }
 
-  const auto body = [text](json::writer& w) { w.raw(text); };
   const std::string call = written(
-      validator, [&](json::writer& w) { write_call(w, service, "i.1", body); }, less);
+      validator, [&](json::writer& w) { write_call(w, service, "i.1", {.text = text}); }, less);
   const bool args_apart = !object || has_names_of_calls(json::root(text).raw);
   require(members_of(call) == (args_apart ? 3 : members + 2),
           "a call has two members more, or its arguments apart");
@@ -113,7 +113,7 @@ void write_around(reader& validator, std::string_view text, const request& from,
   }
 
   const std::string reply = written(
-      validator, [&](json::writer& w) { write_reply(w, id_raw, text); }, less);
+      validator, [&](json::writer& w) { write_reply(w, id_raw, body{text}); }, less);
   require(members_of(reply) == (object && !find_reserved(text) ? members + 1 : 2),
           "a reply has one member more, or its value apart");
   if (read_back(reply, back)) {

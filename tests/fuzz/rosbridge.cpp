@@ -57,13 +57,13 @@ void check_refusal(reader& validator, const refusal& why, const request& asked) 
 }
 
 // Writes around a value with a head and a tail.
-template <class Head, class Tail>
-std::string written_around(Head head, std::string_view value, Tail tail) {
+template <class Head>
+std::string written_around(Head head, std::string_view value) {
   std::string buffer(text_bytes_max + 8 * limits.name_bytes_max + 8 * limits.id_bytes_max + 128, '\0');
   rowe::json::writer w{buffer};
   head(w);
   w.raw(value);
-  tail(w);
+  w.end_object();
   require(!w.overflowed(), "a call fits its room");
   return std::string{w.text()};
 }
@@ -81,19 +81,18 @@ void check_service(reader& validator, const request& asked) {
 
   const bool calls = asked.what == verb::call && !asked.body_raw.empty();
   const std::string_view args = calls ? asked.body_raw : "{}";
-  const auto call_head = [&](auto& w) { write_call_service_head(w, asked.service, "1.a", asked.ttl_ns); };
-  const std::string call = written_around(call_head, args, write_call_service_tail);
+  const auto call_head = [&](auto& w) { write_call_service_head(w, asked.service, "1.a"); };
+  const std::string call = written_around(call_head, args);
   if (call.size() <= text_bytes_max && asked.service.find('#') == std::string_view::npos) {
     read_back(validator, call, scratch, again);
     require(again.what == verb::call && again.service == asked.service && again.id_raw == "\"1.a\"" &&
                 again.body_raw == args,
             "a call says the same");
-    require((again.ttl_ns > 0) == (asked.ttl_ns > 0), "and takes as long");
   }
   const auto goal_head = [&](auto& w) {
     write_goal_head(w, asked.service, asked.type, "1.a", asked.feedback);
   };
-  const std::string goal = written_around(goal_head, args, write_call_service_tail);
+  const std::string goal = written_around(goal_head, args);
   if (goal.size() <= text_bytes_max) {
     read_back(validator, goal, scratch, again);
     require(again.what == verb::send_goal && again.service == asked.service && again.type == asked.type &&
@@ -104,7 +103,7 @@ void check_service(reader& validator, const request& asked) {
   const auto head = [&](auto& w) {
     write_service_response_head(w, asked.service, asked.id_raw, !asked.failed);
   };
-  const std::string response = written_around(head, values, write_service_response_tail);
+  const std::string response = written_around(head, values);
   if (response.size() > text_bytes_max) return;
   read_back(validator, response, scratch, again);
   require(again.what == verb::reply && again.service == asked.service && again.id_raw == asked.id_raw &&
@@ -146,15 +145,8 @@ void check_request(reader& validator, const request& asked, std::string_view tex
     require(again.what == verb::publish && again.topic == asked.topic, "a publish says the same topic");
     require(asked.body_raw.empty() || again.body_raw == asked.body_raw, "a publish says the same message");
   }
-  require(!written(buffer, write_subscribe,
-                   {.topic = asked.topic,
-                    .type = asked.type,
-                    .throttle_ms = asked.throttle_ms,
-                    .queue_length = asked.queue_length})
-                  .empty() &&
-              !written(buffer, write_advertise,
-                       {.topic = asked.topic, .type = asked.type, .queue_size = asked.queue_size})
-                   .empty(),
+  require(!written(buffer, write_subscribe, asked.topic, asked.type).empty() &&
+              !written(buffer, write_advertise, asked.topic, asked.type, asked.latch).empty(),
           "requests fit their room");
 }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 
-#include "service/base/names.hpp"
 #include "service/topics/own_type_schemas.hpp"
 #include "wire/codec/own_names.hpp"
 

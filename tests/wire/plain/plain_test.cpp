@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "wire/codec/object_form.hpp"
 #include "json/reading/reader.hpp"
 
 namespace rowe::wire::plain {
@@ -286,8 +287,7 @@ TEST(plain_write, adds_an_id_to_an_object) {
 }
 
 std::string call(std::string_view body) {
-  return written(
-      [&](json::writer& w) { write_call(w, "/a\"dd", "7.1", [body](json::writer& b) { b.raw(body); }); });
+  return written([&](json::writer& w) { write_call(w, "/a\"dd", "7.1", {.text = body}); });
 }
 
 TEST(plain_write, writes_a_call_around_its_body) {
@@ -298,19 +298,18 @@ TEST(plain_write, writes_a_call_around_its_body) {
 
 TEST(plain_write, writes_a_reply_around_its_body) {
   const auto reply = [](std::string_view value) {
-    return written([value](json::writer& w) { write_reply(w, R"("i\/d")", value); });
+    return written([value](json::writer& w) { write_reply(w, R"("i\/d")", body{value}); });
   };
   EXPECT_EQ(reply(R"({"sum":42})"), R"({"sum":42,"in_reply_to":"i\/d"})");
   EXPECT_EQ(reply("{}"), R"({"in_reply_to":"i\/d"})");
   EXPECT_EQ(reply("42"), R"({"result":42,"in_reply_to":"i\/d"})");
   EXPECT_EQ(reply("[{}]"), R"({"result":[{}],"in_reply_to":"i\/d"})");
   EXPECT_EQ(written([](json::writer& w) {
-              write_reply(w, "7", [](json::writer& body) {
-                body.begin_object();
-                body.key("sum");
-                body.number(42);
-                body.end_object();
-              });
+              write_reply(w, "7", body{[](json::writer& into) {
+                            into.begin_object();
+                            into.member("sum", 42);
+                            into.end_object();
+                          }});
             }),
             R"({"sum":42,"in_reply_to":7})");
 }
@@ -342,19 +341,18 @@ TEST(plain_write, keeps_arguments_apart_that_would_be_mistaken_for_the_envelope)
 
 TEST(plain_write, keeps_bodies_apart_that_have_its_own_members) {
   for (const std::string name : {"service", "op", "message_id", "in_reply_to", "m\\u0065ssage_id"}) {
-    const std::string body = R"({"a":1,")" + name + R"(":2})";
-    EXPECT_EQ(call(body), R"({"service":"/a\"dd","args":)" + body + R"(,"message_id":"7.1"})");
-    const std::string replied = written([&](json::writer& w) { write_reply(w, "7", body); });
+    const std::string object = R"({"a":1,")" + name + R"(":2})";
+    EXPECT_EQ(call(object), R"({"service":"/a\"dd","args":)" + object + R"(,"message_id":"7.1"})");
+    const std::string replied = written([&](json::writer& w) { write_reply(w, "7", body{object}); });
     EXPECT_EQ(replied, name == "service" ? R"({"a":1,"service":2,"in_reply_to":7})"
-                                         : R"({"result":)" + body + R"(,"in_reply_to":7})");
+                                         : R"({"result":)" + object + R"(,"in_reply_to":7})");
   }
 }
 
 TEST(plain_write, writes_what_it_can_read) {
   const std::string service = "/\xc3\xa9\"\\/x";
-  const decoded called{written([&](json::writer& w) {
-    write_call(w, service, "i\"d", [](json::writer& b) { b.raw(R"({"ttl_ms":5})"); });
-  })};
+  const decoded called{
+      written([&](json::writer& w) { write_call(w, service, "i\"d", {.text = R"({"ttl_ms":5})"}); })};
   EXPECT_EQ(called->what, verb::call);
   EXPECT_EQ(called->service, service);
   EXPECT_EQ(called->id_raw, R"("i\"d")");
@@ -371,8 +369,8 @@ TEST(plain_write, writes_all_or_says_that_it_does_not_fit) {
   const auto all = [](json::writer& w) {
     w.begin_array();
     write_invocation(w, R"({"a":1})", "7");
-    write_call(w, "/s", "7", [](json::writer& b) { b.raw(R"({"a":1})"); });
-    write_reply(w, "7", "42");
+    write_call(w, "/s", "7", {.text = R"({"a":1})"});
+    write_reply(w, "7", body{"42"});
     write_error(w, "7", "a", "b");
     write_delivered_call(w, "/s", R"({"a":1})", "7");
     w.end_array();

@@ -193,11 +193,11 @@ TEST(rosbridge_services, refuses_with_a_diagnostic_that_names_member_value_and_l
 
 class rosbridge_services_written : public testing::Test {
  protected:
-  std::string call(std::string_view service, std::string_view id, std::int64_t ttl_ns = unlimited) {
+  std::string call(std::string_view service, std::string_view id) {
     json::writer text{buffer_};
-    write_call_service_head(text, service, id, ttl_ns);
+    write_call_service_head(text, service, id);
     text.raw(R"({"a":[1,"}"]})");
-    write_call_service_tail(text);
+    text.end_object();
     EXPECT_FALSE(text.overflowed());
     return std::string{text.text()};
   }
@@ -205,7 +205,7 @@ class rosbridge_services_written : public testing::Test {
     json::writer text{buffer_};
     write_service_response_head(text, service, id_raw, result);
     text.string("va\"lues");
-    write_service_response_tail(text);
+    text.end_object();
     EXPECT_FALSE(text.overflowed());
     return std::string{text.text()};
   }
@@ -224,8 +224,6 @@ TEST_F(rosbridge_services_written, writes_advertisements_without_an_id) {
 
 TEST_F(rosbridge_services_written, writes_a_call_around_its_arguments) {
   EXPECT_EQ(call("/add", "1.2"), R"({"op":"call_service","id":"1.2","service":"/add","args":{"a":[1,"}"]}})");
-  EXPECT_EQ(call("/add", "1.2", 250'000'000),
-            R"({"op":"call_service","id":"1.2","service":"/add","timeout":0.25,"args":{"a":[1,"}"]}})");
 }
 
 TEST_F(rosbridge_services_written, writes_a_response_around_its_values) {
@@ -239,12 +237,11 @@ TEST_F(rosbridge_services_written, writes_a_response_around_its_values) {
 
 TEST_F(rosbridge_services_written, can_be_read) {
   const std::string name = "/\xc3\xa9\"\\/x";
-  const decoded called{call(name, "i\"d", 1'500'000'000)};
+  const decoded called{call(name, "i\"d")};
   EXPECT_EQ(called->what, verb::call);
   EXPECT_EQ(called->service, name);
   EXPECT_EQ(called->id_raw, R"("i\"d")");
   EXPECT_EQ(called->body_raw, R"({"a":[1,"}"]})");
-  EXPECT_EQ(called->ttl_ns, 1'500'000'000);
   const decoded answered{response(name, called->id_raw, false)};
   EXPECT_EQ(answered->what, verb::reply);
   EXPECT_EQ(answered->service, name);
