@@ -146,7 +146,7 @@ plants = [
      + "".join(f"{n}. `core/core.cpp: cycle` goes on.\n" for n in range(6, 9))
      + "## The transport\n```\nsession context\nlws_nothing\n```\n",
      [(18, "named-file"),
-      *((line, "inside") for line in (4, 7, 8, 8, 10, 15, 16, 17, 17, 18, 19, 20, 24, 27))]),
+      *((line, "inside") for line in (4, 7, 8, 8, 10, 15, 16, 17, 18, 19, 20, 24, 27))]),
     ("tests/sim/plant_7.cpp", spdx + "int weather_of_today;\nauto roll = DICE;\nint x; // it naps\n",
      [(2, "word"), (3, "word"), (4, "word")]),
     ("src/service/base/plant_7.cpp",
