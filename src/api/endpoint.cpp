@@ -15,7 +15,7 @@
 namespace rowe {
 namespace {
 
-constexpr bool is_hop(peer_profile profile) noexcept { return profile != peer_profile::standard; }
+constexpr bool is_hop(websocket_profile profile) noexcept { return profile != websocket_profile::standard; }
 
 // Hop has no pings, so the kernel has to notice that it is gone.
 net::socket_limits socket_limits_of(const endpoint_options& options) noexcept {

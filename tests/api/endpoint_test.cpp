@@ -444,7 +444,7 @@ TEST(endpoint_errors, name_the_options_of_messages_that_are_out_of_their_range) 
   const auto ttl = endpoint::listen(0, options);
   EXPECT_EQ(ttl.error(), (rowe::error{errc::bad_argument, 0, 1'000'000, rowe::argument::inbound_ttl}));
   options = {};
-  options.profile = static_cast<rowe::peer_profile>(3);
+  options.profile = static_cast<rowe::websocket_profile>(3);
   EXPECT_EQ(endpoint::listen(0, options).error(),
             (rowe::error{errc::bad_argument, 3, 2, rowe::argument::profile}));
 }

@@ -11,8 +11,8 @@ import programs
 from frames import BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, close_body, cut, ended, frame, wrong
 from programs import in_parallel, read_answer, upgrade
 
-kept_for_stop = 2  # of connections, and of handshakes
-others_max = {"echo": 64 - kept_for_stop, "hub": 40 - kept_for_stop}
+reserved_for_stop = 2  # of connections, and of handshakes
+others_max = {"echo": 64 - reserved_for_stop, "hub": 40 - reserved_for_stop}
 handshakes_max = 32
 message_bytes_max = 60 * 1024
 long_message_bytes_max = 1 << 20
@@ -82,7 +82,7 @@ class crowds(unittest.TestCase):
     def test_a_page_is_served_when_all_connections_are_taken(self):
         with programs.server("hub") as serving:
             peers = [serving.connect() for _ in range(others_max["hub"])]
-            peers += [serving.connect(target="/rowe/stop") for _ in range(kept_for_stop)]
+            peers += [serving.connect(target="/rowe/stop") for _ in range(reserved_for_stop)]
             with serving.dial() as s:
                 s.sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{serving.port}\r\n\r\n".encode())
                 self.assertEqual(read_answer(s)[0], 200)

@@ -69,7 +69,7 @@ struct tls_order : testing::Test {
   rt::time_point now{1000s};
   poll_set polled = poll_set::open().value();
   certificates with{end::server, files.server(), context::open(end::server, files.server(), nullptr)};
-  kept_descriptors kept;
+  reserved_descriptors kept;
   relays places{socket_limits{}, {}, with, polled, kept, outlet};
 };
 

@@ -264,7 +264,8 @@ class untrusted_peer {
 
   // A client of profile hop_2014 is sent unmasked frames by design.
   bool unmasked_is_right() const {
-    return in_.ours == rowe::service::side::client && in_.on.options.profile == rowe::peer_profile::hop_2014;
+    return in_.ours == rowe::service::side::client &&
+           in_.on.options.profile == rowe::websocket_profile::hop_2014;
   }
 
   void refresh_knowledge() {

@@ -66,7 +66,7 @@ plants = [
      [(line, "core-is-a-function") for line in range(2, 8)]),
     ("src/service/base/plant_5.cpp",
      spdx + '#include "wire/rosbridge/rosbridge.hpp"\n#include "wire/foxglove/foxglove_codec.hpp"\n'
-     'wire::plain::decode(text);\nif (by == peer_profile::standard) return;\n'
+     'wire::plain::decode(text);\nif (by == websocket_profile::standard) return;\n'
      'if (subprotocol == "foxglove.sdk.v1") return;\n'
      '// as Hop has it\nbool is_plain = codec == hop_;\ninto.member("plain", x); // of rosbridge_suite\n',
      [(line, "codec") for line in range(2, 10)]),

@@ -18,11 +18,11 @@ namespace {
 
 using namespace rowe::wire;
 namespace json = rowe::json;
-using rowe::peer_profile;
+using rowe::websocket_profile;
 
 constexpr name_limits limits{};
 
-const protocol_set& standard() { return protocols_of(peer_profile::standard); }
+const protocol_set& standard() { return protocols_of(websocket_profile::standard); }
 
 struct named_set {
   const char* name;
@@ -31,8 +31,8 @@ struct named_set {
 // Those of every profile, and the one that only tests have.
 std::vector<named_set> all_sets() {
   return {{"standard", standard()},
-          {"hop", protocols_of(peer_profile::hop)},
-          {"hop_2014", protocols_of(peer_profile::hop_2014)},
+          {"hop", protocols_of(websocket_profile::hop)},
+          {"hop_2014", protocols_of(websocket_profile::hop_2014)},
           {"numbers", numbers::protocols()}};
 }
 
@@ -110,10 +110,10 @@ TEST(codec, of_a_connection_is_chosen_by_its_subprotocol) {
   EXPECT_FALSE(standard().find("").can.takes_messages);
   EXPECT_FALSE(standard().find("another.v1").can.takes_messages);
   EXPECT_TRUE(standard().find("rowe.v1").can.takes_messages);
-  EXPECT_TRUE(protocols_of(peer_profile::hop).find("").can.takes_messages);
+  EXPECT_TRUE(protocols_of(websocket_profile::hop).find("").can.takes_messages);
   EXPECT_TRUE(numbers::protocols().find(numbers::subprotocol).can.listing);
   EXPECT_FALSE(numbers::protocols().find("").can.binary);
-  EXPECT_TRUE(protocols_of(peer_profile::hop).offers.empty());
+  EXPECT_TRUE(protocols_of(websocket_profile::hop).offers.empty());
 }
 
 TEST(codec, writes_calls_that_the_other_end_reads) {

@@ -42,7 +42,9 @@ using namespace std::string_literals;
 
 constexpr name_limits limits{.name_bytes_max = 32};
 
-const protocol& spoken() { return protocols_of(rowe::peer_profile::standard).find("foxglove.websocket.v1"); }
+const protocol& spoken() {
+  return protocols_of(rowe::websocket_profile::standard).find("foxglove.websocket.v1");
+}
 const codec& speaks() { return spoken().topics; }
 
 struct received {
@@ -95,7 +97,7 @@ std::string written(message_kind kind, Write&& write) {
 }
 
 TEST(foxglove_codec, has_both_of_its_subprotocols) {
-  const protocol_set& all = protocols_of(rowe::peer_profile::standard);
+  const protocol_set& all = protocols_of(rowe::websocket_profile::standard);
   for (const std::string_view name : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
     EXPECT_EQ(all.find(name).subprotocol, name);
     EXPECT_TRUE(all.find(name).can.listing && all.find(name).can.binary);
