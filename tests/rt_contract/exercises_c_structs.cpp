@@ -203,8 +203,7 @@ rowe_periodic& loop_in(real_time& rt) { return rt.make<rowe_periodic>(1ms, rt::p
 constexpr exercise list[] = {
     {"rowe_struct_publisher_publish", "each slot in turn until full, without peers, closed, and NULLs",
      [](real_time& rt) {
-       auto to = publisher_in(rt);
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(publisher_in(rt), [](auto& to, auto i) {
          use(rowe_struct_publisher_publish(i % 5 == 0 ? nullptr : to.handle, i % 7 == 0 ? nullptr : &value,
                                            now_ns));
          if (i % 200 == 0) serve(to.on);
@@ -214,9 +213,9 @@ constexpr exercise list[] = {
      }},
     {"rowe_struct_publisher_wanted", "with and without a publisher",
      [](real_time& rt) {
-       auto to = publisher_in(rt);
-       rt.calls(
-           [&](std::uint64_t i) { use(rowe_struct_publisher_wanted(i % 2 == 0 ? nullptr : to.handle)); });
+       rt.calls_on(publisher_in(rt), [](auto& to, auto i) {
+         return rowe_struct_publisher_wanted(i % 2 == 0 ? nullptr : to.handle);
+       });
      }},
     {"rowe_struct_subscriber_try_take", "every one",
      [](real_time& rt) { take_each(rt, subscriber_in(rt), rowe_struct_subscriber_try_take); }},
@@ -275,23 +274,22 @@ constexpr exercise list[] = {
 
     {"rowe_periodic_stop", "a loop, and none",
      [](real_time& rt) {
-       auto& loop = loop_in(rt);
-       rt.calls([&](std::uint64_t i) { rowe_periodic_stop(i % 2 == 0 ? &loop : nullptr); });
+       rt.calls_on(loop_in(rt), [](auto& loop, auto i) { rowe_periodic_stop(i % 2 == 0 ? &loop : nullptr); });
      }},
     {"rowe_periodic_cycles", "of a loop, and of none",
      [](real_time& rt) {
-       auto& loop = loop_in(rt);
-       rt.calls([&](std::uint64_t i) { use(rowe_periodic_cycles(i % 2 == 0 ? &loop : nullptr)); });
+       rt.calls_on(loop_in(rt),
+                   [](auto& loop, auto i) { return rowe_periodic_cycles(i % 2 == 0 ? &loop : nullptr); });
      }},
     {"rowe_periodic_overruns", "of a loop, and of none",
      [](real_time& rt) {
-       auto& loop = loop_in(rt);
-       rt.calls([&](std::uint64_t i) { use(rowe_periodic_overruns(i % 2 == 0 ? &loop : nullptr)); });
+       rt.calls_on(loop_in(rt),
+                   [](auto& loop, auto i) { return rowe_periodic_overruns(i % 2 == 0 ? &loop : nullptr); });
      }},
     {"rowe_periodic_next_ns", "of a loop, and of none",
      [](real_time& rt) {
-       auto& loop = loop_in(rt);
-       rt.calls([&](std::uint64_t i) { use(rowe_periodic_next_ns(i % 2 == 0 ? &loop : nullptr)); });
+       rt.calls_on(loop_in(rt),
+                   [](auto& loop, auto i) { return rowe_periodic_next_ns(i % 2 == 0 ? &loop : nullptr); });
      }},
     {"rowe_periodic_lateness_ns", "of a loop that has waited, and of none",
      [](real_time& rt) {

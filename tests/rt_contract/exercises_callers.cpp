@@ -142,8 +142,7 @@ constexpr exercise list[] = {
      }},
     {"caller::try_finish", "when the peer is gone, or the time is over",
      [](real_time& rt) {
-       auto with = texts_in(rt);
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(texts_in(rt), [](auto& with, auto i) {
          use(start(with.calls));
          serve(with.on, i % 2 == 0 ? errc::peer_lost : errc::timed_out);
          use(with.calls.try_finish());
@@ -151,13 +150,11 @@ constexpr exercise list[] = {
      }},
     {"caller::refusal", "of structs",
      [](real_time& rt) {
-       auto& calls = structs_in(rt).calls;
-       rt.calls([&](std::uint64_t) { use(calls.refusal().size()); });
+       rt.calls_on(structs_in(rt).calls, [](auto& calls, auto) { return calls.refusal().size(); });
      }},
     {"caller::refusal", "of texts",
      [](real_time& rt) {
-       auto& calls = texts_in(rt).calls;
-       rt.calls([&](std::uint64_t) { use(calls.refusal().size()); });
+       rt.calls_on(texts_in(rt).calls, [](auto& calls, auto) { return calls.refusal().size(); });
      }},
 };
 

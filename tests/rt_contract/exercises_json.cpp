@@ -152,8 +152,7 @@ constexpr exercise list[] = {
      [](real_time& rt) { with_results(rt, [](auto& r) { return r.code(); }); }},
     {"json_result::error", "of an error",
      [](real_time& rt) {
-       auto& failed = rt.make<json_result<double>>(read(1));
-       rt.calls([&](std::uint64_t) {
+       rt.calls_on(rt.make<json_result<double>>(read(1)), [](auto& failed, auto) {
          std::array<char, 100> buffer;
          use(failed.error().message(buffer));
        });

@@ -197,8 +197,7 @@ constexpr exercise list[] = {
 
     {"detail::open_request::open_request", "moved from another",
      [](real_time& rt) {
-       auto with = texts_in(rt);
-       rt.calls([&](std::uint64_t) {
+       rt.calls_on(texts_in(rt), [](auto& with, auto) {
          ask(with.on);
          auto request = with.answers.try_next(now);
          const rowe::request<json_text> moved{std::move(*request)};
@@ -220,8 +219,7 @@ constexpr exercise list[] = {
      }},
     {"detail::open_request::~open_request", "unanswered",
      [](real_time& rt) {
-       auto with = structs_in(rt);
-       rt.calls([&](std::uint64_t) {
+       rt.calls_on(structs_in(rt), [](auto& with, auto) {
          ask(with.on);
          use(with.answers.try_next(now));
          serve(with.on);

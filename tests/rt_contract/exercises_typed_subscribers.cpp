@@ -98,8 +98,7 @@ constexpr exercise list[] = {
      [](real_time& rt) { take_in_time(rt, keep::all, [](auto& s) { return s.try_take(now); }); }},
     {"subscriber::latest", "of structs, when its queue is full",
      [](real_time& rt) {
-       auto with = subscriber_in(rt);
-       rt.calls([&](std::uint64_t) {
+       rt.calls_on(subscriber_in(rt), [](auto& with, auto) {
          for (std::uint32_t i = 0; i < depth; ++i) decode(with.on);
          use(with.seen.latest());
        });
@@ -111,8 +110,7 @@ constexpr exercise list[] = {
 
     {"value_view::value_view", "moved from another",
      [](real_time& rt) {
-       auto with = subscriber_in(rt);
-       rt.calls([&](std::uint64_t) {
+       rt.calls_on(subscriber_in(rt), [](auto& with, auto) {
          decode(with.on);
          auto taken = with.seen.try_take();
          const value_view<odometry> moved{std::move(*taken)};
