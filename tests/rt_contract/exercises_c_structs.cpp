@@ -15,7 +15,6 @@ namespace {
 constexpr std::int64_t now_ns = rt::nanoseconds_of(now);
 constexpr long ttl_ms = 20;
 constexpr odometry value{1, 2, 3, 4, 5};
-constexpr service_options options{.depth = 16, .text_bytes_max = text_bytes};
 
 // A handle and its queue pair.
 template <class Handle>
@@ -36,35 +35,25 @@ in_c<rowe_struct_subscriber> subscriber_in(real_time& rt, keep kept = keep::all)
                   rowe_struct_subscriber{subscriber<capi::raw_struct>{handle_of(on)}, sizeof(odometry)})};
 }
 in_c<rowe_responder> text_responder_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(rt, detail::serve_request<json_text, json_text>("/add", options));
+  detail::queue_pair& on = pair_for(rt, detail::serve_request<json_text, json_text>("/add", service));
   return {on, &rt.make<rowe_responder>(rowe_responder{handle_of(on)})};
 }
 in_c<rowe_struct_responder> struct_responder_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(rt, detail::serve_request<odometry, odometry>("/add", options));
+  detail::queue_pair& on = pair_for(rt, detail::serve_request<odometry, odometry>("/add", service));
   return {on, &rt.make<rowe_struct_responder>(
                   rowe_struct_responder{handle_of(on), sizeof(odometry), sizeof(odometry)})};
 }
 in_c<rowe_caller> text_caller_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(rt, detail::client_request<json_text, json_text>("/add", options));
+  detail::queue_pair& on = pair_for(rt, detail::client_request<json_text, json_text>("/add", service));
   return {on, &rt.make<rowe_caller>(rowe_caller{caller<json_text, json_text>{handle_of(on)}})};
 }
 in_c<rowe_struct_caller> struct_caller_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(rt, detail::client_request<odometry, odometry>("/add", options));
+  detail::queue_pair& on = pair_for(rt, detail::client_request<odometry, odometry>("/add", service));
   return {on, &rt.make<rowe_struct_caller>(
                   rowe_struct_caller{handle_of(on), sizeof(odometry), sizeof(odometry)})};
 }
 
 // ---- topics
-
-void decode(detail::queue_pair& on, rt::time_point over = rt::never) {
-  const detail::producer_end& end = on.service.in;
-  const detail::value_header header{.expires_ns = rt::nanoseconds_of(over)};
-  if (end.newest == nullptr) return fill(end, header, &value, sizeof value);
-  const std::uint32_t slot = end.newest->begin_write();
-  *end.memory.header(slot) = header;
-  std::memcpy(end.memory.value(slot), &value, sizeof value);
-  end.newest->end_write(slot);
-}
 
 // `take(handle, into, arrival)` when something is there, nothing is, and with NULLs.
 template <class Take>
@@ -84,7 +73,7 @@ void take_by_the_clock(real_time& rt, Take take) {
   auto from = subscriber_in(rt);
   const rt::time_point far = rt::monotonic_clock::now() + std::chrono::hours{1};
   rt.calls([&](std::uint64_t) {
-    decode(from.on, far);
+    decode(from.on, value, far);
     odometry into;
     use(take(from.handle, &into, nullptr));
   });

@@ -37,20 +37,11 @@ subscriber<json_text>& subscriber_on(real_time& rt, queue_pair& on) {
   return rt.make<subscriber<json_text>>(handle_of(on));
 }
 
-// A handle of text and its queue pair.
-struct saying {
-  queue_pair& on;
-  publisher<json_text>& said;
-};
-saying saying_in(real_time& rt, rowe::keep kept = rowe::keep::all) {
+offered<publisher<json_text>> saying_in(real_time& rt, rowe::keep kept = rowe::keep::all) {
   queue_pair& on = publishing_pair(rt, audience::somebody, kept);
   return {on, text_publisher_on(rt, on)};
 }
-struct taking {
-  queue_pair& on;
-  subscriber<json_text>& seen;
-};
-taking taking_in(real_time& rt) {
+offered<subscriber<json_text>> taking_in(real_time& rt) {
   queue_pair& on = subscribing_pair(rt, audience::somebody);
   return {on, subscriber_on(rt, on)};
 }
@@ -60,7 +51,7 @@ template <class Take>
 void take_each(real_time& rt, Take take) {
   rt.calls_on(taking_in(rt), [take](auto& with, auto) {
     arrive(with.on);
-    return take(with.seen);
+    return take(with.handle);
   });
 }
 template <class Read>
@@ -202,8 +193,8 @@ constexpr exercise list[] = {
     {"publisher::publish", "a message, and one that outgrew its room",
      [](real_time& rt) {
        rt.calls_on(saying_in(rt), [](auto& with, auto i) {
-         use(i % 2 == 0 ? with.said.publish(message_of<16>{"n", i % 9}, now)
-                        : with.said.publish(message_of<4>{"n", 1}, now));
+         use(i % 2 == 0 ? with.handle.publish(message_of<16>{"n", i % 9}, now)
+                        : with.handle.publish(message_of<4>{"n", 1}, now));
          if (i % 50 == 0) serve(with.on);
        });
      }},
@@ -216,7 +207,7 @@ constexpr exercise list[] = {
     {"publisher::publish", "a text of which the newest is kept",
      [](real_time& rt) {
        rt.calls_on(saying_in(rt, rowe::keep::newest), [](auto& with, auto i) {
-         use(with.said.publish(text, now));
+         use(with.handle.publish(text, now));
          if (i % 3 == 0) serve(with.on);
        });
      }},
@@ -234,7 +225,7 @@ constexpr exercise list[] = {
     {"publisher::publish", "a text, reading the time",
      [](real_time& rt) {
        rt.calls_on(saying_in(rt), [](auto& with, auto) {
-         use(with.said.publish(text));
+         use(with.handle.publish(text));
          serve(with.on);
        });
      },
@@ -281,7 +272,7 @@ constexpr exercise list[] = {
      [](real_time& rt) {
        rt.calls_on(taking_in(rt), [](auto& with, auto) {
          for (std::uint32_t i = 0; i < depth; ++i) arrive(with.on);
-         use(with.seen.latest());
+         use(with.handle.latest());
        });
      }},
     {"subscriber::latest", "from a closed endpoint, and by an empty handle",
@@ -294,7 +285,7 @@ constexpr exercise list[] = {
      [](real_time& rt) {
        rt.calls_on(taking_in(rt), [](auto& with, auto) {
          arrive(with.on);
-         const auto taken = with.seen.try_take(); // what came before it closed is still there
+         const auto taken = with.handle.try_take(); // what came before it closed is still there
          close(with.on);
          use(taken->value().front());
        });

@@ -10,17 +10,12 @@ namespace {
 constexpr auto ttl = 20ms;
 constexpr std::uint32_t calls_max = 16;
 
-// A handle and its queue pair.
-struct talking {
-  detail::queue_pair& on;
-  rowe::lane& talk;
-};
+using talking = offered<rowe::lane>;
 
 talking talk_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(
+  return offer<rowe::lane>(
       rt, detail::talk_request(
               {.depth = depth, .inbox_depth = depth, .calls = calls_max, .text_bytes_max = text_bytes}));
-  return {on, rt.make<rowe::lane>(handle_of(on))};
 }
 
 rowe::lane& empty_in(real_time& rt) { return rt.make<rowe::lane>(); }
@@ -33,12 +28,12 @@ struct held_call {
 held_call call_in(real_time& rt, rt::time_point expires = rt::never, connection by = somebody) {
   talking with = talk_in(rt);
   ask(with.on, expires, by);
-  return {with, with.talk.try_receive(now)};
+  return {with, with.handle.try_receive(now)};
 }
 
 template <class Read>
 void read_from_lanes(real_time& rt, Read read) {
-  auto& talk = talk_in(rt).talk;
+  auto& talk = talk_in(rt).handle;
   auto& empty = empty_in(rt);
   rt.calls([&](std::uint64_t i) { use(read(i % 2 == 0 ? talk : empty)); });
 }
@@ -48,21 +43,21 @@ void closed_and_empty(real_time& rt, Call call) {
   auto with = talk_in(rt);
   close(with.on);
   auto& empty = empty_in(rt);
-  rt.calls([&](std::uint64_t i) { use(call(i % 2 == 0 ? with.talk : empty)); });
+  rt.calls([&](std::uint64_t i) { use(call(i % 2 == 0 ? with.handle : empty)); });
 }
 
 constexpr exercise list[] = {
     {"lane::try_send", "each slot in turn until full",
      [](real_time& rt) {
        rt.calls_on(talk_in(rt), [](auto& with, auto i) {
-         use(with.talk.try_send(text, ttl, now));
+         use(with.handle.try_send(text, ttl, now));
          if (i % 100 == 0) serve(with.on);
        });
      }},
     {"lane::try_send", "a message that is built for it",
      [](real_time& rt) {
        rt.calls_on(talk_in(rt), [](auto& with, auto i) {
-         use(with.talk.try_send(message{"n", i}, ttl, now));
+         use(with.handle.try_send(message{"n", i}, ttl, now));
          serve(with.on);
        });
      }},
@@ -78,7 +73,7 @@ constexpr exercise list[] = {
     {"lane::try_send", "to a connection, and to one that is gone",
      [](real_time& rt) {
        rt.calls_on(talk_in(rt), [](auto& with, auto i) {
-         use(with.talk.try_send(text, ttl, now, i % 2 == 0 ? somebody : somebody_gone));
+         use(with.handle.try_send(text, ttl, now, i % 2 == 0 ? somebody : somebody_gone));
          serve(with.on);
        });
      }},
@@ -105,7 +100,7 @@ constexpr exercise list[] = {
     {"lane::try_send", "reading the time",
      [](real_time& rt) {
        rt.calls_on(talk_in(rt), [](auto& with, auto) {
-         use(with.talk.try_send(text, ttl));
+         use(with.handle.try_send(text, ttl));
          serve(with.on);
        });
      },
@@ -113,20 +108,20 @@ constexpr exercise list[] = {
 
     {"lane::try_receive", "when nothing has arrived",
      [](real_time& rt) {
-       rt.calls_on(talk_in(rt).talk, [](auto& talk, auto) { return talk.try_receive(now); });
+       rt.calls_on(talk_in(rt).handle, [](auto& talk, auto) { return talk.try_receive(now); });
      }},
     {"lane::try_receive", "when something has",
      [](real_time& rt) {
        rt.calls_on(talk_in(rt), [](auto& with, auto) {
          arrive(with.on);
-         use(with.talk.try_receive(now));
+         use(with.handle.try_receive(now));
        });
      }},
     {"lane::try_receive", "when its inbox is full of what is out of date",
      [](real_time& rt) {
        rt.calls_on(talk_in(rt), [](auto& with, auto) {
          for (std::uint32_t i = 0; i < depth; ++i) arrive(with.on, now);
-         use(with.talk.try_receive(now));
+         use(with.handle.try_receive(now));
        });
      }},
     {"lane::try_receive", "from a closed endpoint, and by an empty handle",
@@ -135,7 +130,7 @@ constexpr exercise list[] = {
      [](real_time& rt) {
        rt.calls_on(talk_in(rt), [](auto& with, auto) {
          arrive(with.on);
-         use(with.talk.try_receive());
+         use(with.handle.try_receive());
        });
      },
      true},
@@ -143,16 +138,16 @@ constexpr exercise list[] = {
     {"lane::start", "until all calls are in flight",
      [](real_time& rt) {
        rt.calls_on(talk_in(rt), [](auto& with, auto i) {
-         use(with.talk.start(text, ttl, now));
+         use(with.handle.start(text, ttl, now));
          if (i % (2 * calls_max) != 0) return;
          serve(with.on);
-         while (with.talk.try_finish()) {
+         while (with.handle.try_finish()) {
          }
        });
      }},
     {"lane::start", "to one that is gone, and too big",
      [](real_time& rt) {
-       auto& talk = talk_in(rt).talk;
+       auto& talk = talk_in(rt).handle;
        const auto many = rt.array<char>(4 * text_bytes);
        rt.calls([&](std::uint64_t i) {
          i % 2 == 0 ? use(talk.start(text, ttl, now, somebody_gone))
@@ -163,30 +158,30 @@ constexpr exercise list[] = {
      [](real_time& rt) { closed_and_empty(rt, [](auto& one) { return one.start(text, ttl, now); }); }},
     {"lane::start", "when its queue is full of messages",
      [](real_time& rt) {
-       auto& talk = talk_in(rt).talk;
+       auto& talk = talk_in(rt).handle;
        while (talk.try_send(text, ttl, now)) continue;
        rt.calls([&](std::uint64_t) { use(talk.start(text, ttl, now)); });
      }},
     {"lane::try_finish", "when none has ended",
      [](real_time& rt) {
-       auto& talk = talk_in(rt).talk;
+       auto& talk = talk_in(rt).handle;
        use(talk.start(text, ttl, now));
        rt.calls([&](std::uint64_t) { use(talk.try_finish()); });
      }},
     {"lane::try_finish", "with replies and with errors",
      [](real_time& rt) {
        rt.calls_on(talk_in(rt), [](auto& with, auto i) {
-         use(with.talk.start(text, ttl, now));
+         use(with.handle.start(text, ttl, now));
          serve(with.on, i % 2 == 0 ? status{} : status{errc::refused});
-         use(with.talk.try_finish());
+         use(with.handle.try_finish());
        });
      }},
     {"lane::try_finish", "when all calls were cancelled",
      [](real_time& rt) {
        rt.calls_on(talk_in(rt), [](auto& with, auto) {
-         for (std::uint32_t i = 0; i < calls_max; ++i) with.talk.cancel(*with.talk.start(text, ttl, now));
+         for (std::uint32_t i = 0; i < calls_max; ++i) with.handle.cancel(*with.handle.start(text, ttl, now));
          serve(with.on);
-         use(with.talk.try_finish());
+         use(with.handle.try_finish());
        });
      }},
     {"lane::try_finish", "when completions were parked, of cancelled calls among them",
@@ -194,14 +189,14 @@ constexpr exercise list[] = {
        rt.calls_on(talk_in(rt), [](auto& with, auto) {
          call_id last;
          for (std::uint32_t i = 0; i < calls_max; ++i) {
-           last = *with.talk.start(text, ttl, now);
-           if (i % 2 == 0) with.talk.cancel(last);
+           last = *with.handle.start(text, ttl, now);
+           if (i % 2 == 0) with.handle.cancel(last);
          }
          serve(with.on);
          // As a call that waits for the last one would.
          if (const auto end = detail::take_completion_of(with.on, {last.index, last.generation}))
            detail::release_completion(with.on, *end);
-         while (with.talk.try_finish()) {
+         while (with.handle.try_finish()) {
          }
        });
      }},
@@ -209,7 +204,7 @@ constexpr exercise list[] = {
      [](real_time& rt) { closed_and_empty(rt, [](auto& one) { return one.try_finish(); }); }},
     {"lane::cancel", "calls in flight, ended and unheard of, and by an empty handle",
      [](real_time& rt) {
-       auto& talk = talk_in(rt).talk;
+       auto& talk = talk_in(rt).handle;
        auto& empty = empty_in(rt);
        use(talk.start(text, ttl, now));
        rt.calls([&](std::uint64_t i) {
@@ -223,30 +218,30 @@ constexpr exercise list[] = {
     {"lane::try_reply", "to a call",
      [](real_time& rt) {
        rt.calls_on(call_in(rt), [](auto& held, auto i) {
-         use(held.with.talk.try_reply(*held.call, text, now));
+         use(held.with.handle.try_reply(*held.call, text, now));
          if (i % 100 == 0) serve(held.with.on); // full between
        });
      }},
     {"lane::try_reply", "to who is gone",
      [](real_time& rt) {
        rt.calls_on(call_in(rt, rt::never, somebody_gone),
-                   [](auto& held, auto) { return held.with.talk.try_reply(*held.call, text, now); });
+                   [](auto& held, auto) { return held.with.handle.try_reply(*held.call, text, now); });
      }},
     {"lane::try_reply", "to who has given up",
      [](real_time& rt) {
        rt.calls_on(call_in(rt, now + 1ns),
-                   [](auto& held, auto) { return held.with.talk.try_reply(*held.call, text, now + 1ns); });
+                   [](auto& held, auto) { return held.with.handle.try_reply(*held.call, text, now + 1ns); });
      }},
     {"lane::try_reply", "too big, to what is no call, by an empty handle, and on a closed endpoint",
      [](real_time& rt) {
        auto held = call_in(rt);
        arrive(held.with.on);
-       const auto no_call = held.with.talk.try_receive(now);
+       const auto no_call = held.with.handle.try_receive(now);
        auto& empty = empty_in(rt);
        const auto many = rt.array<char>(4 * text_bytes);
        rt.calls([&](std::uint64_t i) {
-         use(held.with.talk.try_reply(*held.call, std::string_view{many.data(), many.size()}, now));
-         use(held.with.talk.try_reply(*no_call, text, now));
+         use(held.with.handle.try_reply(*held.call, std::string_view{many.data(), many.size()}, now));
+         use(held.with.handle.try_reply(*no_call, text, now));
          use(empty.try_reply(*held.call, text, now));
          if (i == 50) close(held.with.on);
        });
@@ -254,7 +249,7 @@ constexpr exercise list[] = {
     {"lane::try_refuse", "to who is gone",
      [](real_time& rt) {
        rt.calls_on(call_in(rt, rt::never, somebody_gone),
-                   [](auto& held, auto) { return held.with.talk.try_refuse(*held.call, "no", now); });
+                   [](auto& held, auto) { return held.with.handle.try_refuse(*held.call, "no", now); });
      }},
     {"lane::try_refuse", "to who has given up, and on a closed endpoint",
      [](real_time& rt) {
@@ -262,14 +257,14 @@ constexpr exercise list[] = {
        auto held = call_in(rt);
        close(held.with.on);
        rt.calls([&](std::uint64_t) {
-         use(late.with.talk.try_refuse(*late.call, "no", now + 1ns));
-         use(held.with.talk.try_refuse(*held.call, "no", now));
+         use(late.with.handle.try_refuse(*late.call, "no", now + 1ns));
+         use(held.with.handle.try_refuse(*held.call, "no", now));
        });
      }},
     {"lane::try_refuse", "to a call",
      [](real_time& rt) {
        rt.calls_on(call_in(rt), [](auto& held, auto) {
-         use(held.with.talk.try_refuse(*held.call, "no", now));
+         use(held.with.handle.try_refuse(*held.call, "no", now));
          serve(held.with.on);
        });
      }},
@@ -286,9 +281,9 @@ constexpr exercise list[] = {
     {"message_view::~message_view", "of a reply, which frees its call's place too",
      [](real_time& rt) {
        rt.calls_on(talk_in(rt), [](auto& with, auto) {
-         use(with.talk.start(text, ttl, now));
+         use(with.handle.start(text, ttl, now));
          serve(with.on);
-         const auto ended = with.talk.try_finish();
+         const auto ended = with.handle.try_finish();
          use(ended->reply->value().size());
        });
      }},
