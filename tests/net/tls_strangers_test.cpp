@@ -278,8 +278,7 @@ TEST(records, that_were_cut_or_changed_give_a_server_nothing) {
     const auto transport = listening({.tls = files.server()});
     driver drive{*transport};
     tls_socket client{transport->port()};
-    ASSERT_TRUE(drive.until([&] { return client.shaken(); }));
-    ASSERT_TRUE(client.send(upgrade_request(transport->port()) + "whole"));
+    ASSERT_TRUE(asks(drive, client, upgrade_request(transport->port()) + "whole")) << client.fault;
     ASSERT_TRUE(drive.until([&] { return client.has("101 Switching"); }));
     ASSERT_TRUE(client.raw.send(head + std::string(bytes, 'x')));
     client.raw.shut();

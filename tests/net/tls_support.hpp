@@ -119,4 +119,10 @@ class tls_socket {
   std::unique_ptr<SSL, freed> ssl_;
 };
 
+// Whether a client's handshake is done, and its request sent.
+inline bool asks(driver& drive, tls_socket& client, std::string_view text) {
+  return drive.until([&] { return client.shaken() || client.failed(); }) && !client.failed() &&
+         client.send(text);
+}
+
 } // namespace rowe::net

@@ -11,8 +11,9 @@ namespace {
 
 rt::time_point clock_now() { return rt::monotonic_clock::now(); }
 
-TEST(waiting, lasts_until_its_end_when_nothing_happens) {
-  auto transport = listening();
+struct waiting : served {};
+
+TEST_F(waiting, lasts_until_its_end_when_nothing_happens) {
   recording_sink sink;
   const auto turn = clock_now();
   transport->poll(turn, sink); // libwebsockets has its first turn
@@ -21,8 +22,7 @@ TEST(waiting, lasts_until_its_end_when_nothing_happens) {
   EXPECT_GE(clock_now() - begin, 30ms);
 }
 
-TEST(waiting, without_end_still_sleeps_for_long_stretches) {
-  auto transport = listening();
+TEST_F(waiting, without_end_still_sleeps_for_long_stretches) {
   recording_sink sink;
   const auto begin = clock_now();
   transport->poll(begin, sink);
@@ -36,15 +36,12 @@ TEST(waiting, without_end_still_sleeps_for_long_stretches) {
   EXPECT_LE(transport->counters().lws_turns, 4U);
 }
 
-TEST(waiting, is_not_shortened_by_a_page_that_its_reader_does_not_read) {
-  auto transport = listening({.limits = {.handshake_bytes = 16 << 20}});
-  driver drive{*transport};
+TEST_F(waiting, is_not_shortened_by_a_page_that_its_reader_does_not_read) {
+  listen({.limits = {.handshake_bytes = 16 << 20}});
   const std::uint64_t resting = transport->memory().bytes_used;
   static const std::string body(8 << 20, 'x');
   drive.sink().answer = [](const service::http_request&) { return page_of(body); };
-  raw_socket client{transport->port(), "127.0.0.1", 4096};
-  ASSERT_TRUE(client.send(request(transport->port(), "/")));
-  ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
+  raw_socket client = reader_of(drive, *transport, "/");
   EXPECT_GT(transport->memory().bytes_used, resting);
   // The kernel may move bytes for a while; in the end a wait lasts.
   EXPECT_TRUE(drive.until([&] {
@@ -55,9 +52,7 @@ TEST(waiting, is_not_shortened_by_a_page_that_its_reader_does_not_read) {
   EXPECT_GT(transport->memory().bytes_used, resting);
 }
 
-TEST(waiting, ends_when_bytes_arrive_and_the_poll_needs_no_second_look) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(waiting, ends_when_bytes_arrive_and_the_poll_needs_no_second_look) {
   const raw_socket client = upgraded(drive, *transport);
   ASSERT_TRUE(client.send("x"));
   wait_for_event(*transport, drive.now());
@@ -65,9 +60,7 @@ TEST(waiting, ends_when_bytes_arrive_and_the_poll_needs_no_second_look) {
   EXPECT_EQ(drive.sink().received.begin()->second, "x");
 }
 
-TEST(waiting, twice_before_a_poll_loses_nothing) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(waiting, twice_before_a_poll_loses_nothing) {
   raw_socket client{transport->port()};
   ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 1; }));
   ASSERT_TRUE(client.send(upgrade_request(transport->port()))); // reported once only: edge triggered
@@ -77,9 +70,7 @@ TEST(waiting, twice_before_a_poll_loses_nothing) {
   EXPECT_EQ(drive.sink().opens.size(), 1U);
 }
 
-TEST(waiting, ends_at_once_while_a_close_is_unreported) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(waiting, ends_at_once_while_a_close_is_unreported) {
   const raw_socket client = upgraded(drive, *transport);
   transport->close(drive.sink().opens[0].id, close_how::aborted);
   wait_for_event(*transport, drive.now());
@@ -87,17 +78,15 @@ TEST(waiting, ends_at_once_while_a_close_is_unreported) {
   EXPECT_EQ(drive.sink().closes.size(), 1U);
 }
 
-TEST(waiting, ends_for_a_deadline_of_the_transport_itself) {
-  auto transport = listening({.limits = {.header_timeout = 40ms}});
-  driver drive{*transport};
+TEST_F(waiting, ends_for_a_deadline_of_the_transport_itself) {
+  listen({.limits = {.header_timeout = 40ms}});
   raw_socket client{transport->port()};
   ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 1; }));
   transport->wait(drive.now(), drive.now() + 3600s);
   EXPECT_TRUE(drive.until([&] { return client.ended(); }));
 }
 
-TEST(waiting, is_ended_by_wake_from_another_thread) {
-  auto transport = listening();
+TEST_F(waiting, is_ended_by_wake_from_another_thread) {
   recording_sink sink;
   for (int i = 0; i < 100; ++i) {
     const auto now = clock_now();
