@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 #include <rowe/rowe.hpp>
 
@@ -25,6 +26,13 @@ inline rowe::endpoint_options quick() {
   options.retry_min = 10ms;
   options.retry_max = 50ms;
   options.limits.lane_bytes = 4 * 1024 * 1024;
+  return options;
+}
+
+// What is invoked is kept for receive() from the start.
+inline rowe::endpoint_options answering() {
+  rowe::endpoint_options options = quick();
+  options.answers_any = true;
   return options;
 }
 
@@ -69,17 +77,15 @@ bool goes_out(const rowe::endpoint& by, Call&& call) {
   });
 }
 
-// Answers calls on a thread of its own until destroyed: `answer(received)` for each.
-template <class Answer>
-class answering_thread {
+// Does `step` again and again on a thread of its own, until destroyed.
+template <class Step>
+class beside {
  public:
-  answering_thread(rowe::endpoint& at, Answer answer)
-      : thread_{[this, &at, answer] {
-          while (!done_.load()) {
-            if (auto call = at.receive(5ms)) answer(*call);
-          }
+  explicit beside(Step step)
+      : thread_{[this, step = std::move(step)]() mutable {
+          while (!done_.load()) step();
         }} {}
-  ~answering_thread() {
+  ~beside() {
     done_.store(true);
     thread_.join();
   }
@@ -88,5 +94,13 @@ class answering_thread {
   std::atomic<bool> done_{false};
   std::thread thread_;
 };
+
+// Answers calls: `answer(received)` for each.
+template <class Answer>
+auto answering_thread(rowe::endpoint& at, Answer answer) {
+  return beside{[&at, answer] {
+    if (auto call = at.receive(5ms)) answer(*call);
+  }};
+}
 
 } // namespace endpoints

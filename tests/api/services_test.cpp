@@ -38,25 +38,13 @@ using rowe::errc;
 using rowe::json_text;
 using rowe::message;
 
-// Answers with `answer(request)` until destroyed.
+// Answers requests: `answer(responder, request)` for each.
 template <class Responder, class Answer>
-class serving_thread {
- public:
-  serving_thread(Responder& with, Answer answer)
-      : thread_{[this, &with, answer] {
-          while (!done_.load()) {
-            if (auto asked = with.next(5ms)) answer(with, *asked);
-          }
-        }} {}
-  ~serving_thread() {
-    done_.store(true);
-    thread_.join();
-  }
-
- private:
-  std::atomic<bool> done_{false};
-  std::thread thread_;
-};
+auto serving_thread(Responder& with, Answer answer) {
+  return beside{[&with, answer] {
+    if (auto asked = with.next(5ms)) answer(with, *asked);
+  }};
+}
 
 constexpr auto add = [](auto& with, auto& asked) {
   (void)with.reply(asked, {asked.value().a + asked.value().b});
@@ -65,7 +53,7 @@ constexpr auto add = [](auto& with, auto& asked) {
 TEST(services, are_called_with_structs_within_a_process_and_across) {
   auto robot = endpoint::listen(0, quick()).value();
   auto provides = robot.serve<two_numbers, one_number>("/add").value();
-  const serving_thread serving{provides, add};
+  const auto serving = serving_thread(provides, add);
   auto inside = robot.client<two_numbers, one_number>("add").value(); // the same name
   const auto near = inside.call({38, 4}, timeout);
   ASSERT_TRUE(near) << near.error().name();
@@ -82,7 +70,7 @@ TEST(services, are_called_with_structs_within_a_process_and_across) {
 TEST(services, are_called_with_text_and_by_lanes_too) {
   auto robot = endpoint::listen(0, quick()).value();
   auto provides = robot.serve<two_numbers, one_number>("add-two-numbers").value();
-  const serving_thread serving{provides, add};
+  const auto serving = serving_thread(provides, add);
   auto viewer = connected(robot);
   auto texts = viewer.client<json_text, json_text>("/add-two-numbers").value();
   {
@@ -99,8 +87,8 @@ TEST(services, are_called_with_text_and_by_lanes_too) {
 TEST(services, answer_with_text) {
   auto robot = endpoint::listen(0, quick()).value();
   auto provides = robot.serve<json_text, json_text>("/echo").value();
-  const serving_thread serving{
-      provides, [](auto& with, auto& asked) { (void)with.reply(asked, std::string{asked.value()}); }};
+  const auto serving = serving_thread(
+      provides, [](auto& with, auto& asked) { (void)with.reply(asked, std::string{asked.value()}); });
   auto viewer = connected(robot);
   auto echo = viewer.client<json_text, json_text>("/echo").value();
   const auto reply = echo.call(R"({"text":"hello"})", timeout);
@@ -113,8 +101,8 @@ TEST(services, answer_with_text) {
 TEST(services, refuse_with_a_diagnostic) {
   auto robot = endpoint::listen(0, quick()).value();
   auto provides = robot.serve<two_numbers, one_number>("/divide").value();
-  const serving_thread serving{provides,
-                               [](auto& with, auto& asked) { (void)with.refuse(asked, "b must not be 0"); }};
+  const auto serving =
+      serving_thread(provides, [](auto& with, auto& asked) { (void)with.refuse(asked, "b must not be 0"); });
   auto viewer = connected(robot);
   for (endpoint* of : {&robot, &viewer}) {
     auto divide = of->client<two_numbers, one_number>("/divide").value();
@@ -126,7 +114,7 @@ TEST(services, refuse_with_a_diagnostic) {
 TEST(services, refuse_for_requests_that_are_dropped_unanswered) {
   auto robot = endpoint::listen(0, quick()).value();
   auto provides = robot.serve<two_numbers, one_number>("/drop").value();
-  const serving_thread serving{provides, [](auto&, auto&) {}};
+  const auto serving = serving_thread(provides, [](auto&, auto&) {});
   auto drop = robot.client<two_numbers, one_number>("/drop").value();
   EXPECT_EQ(drop.call({1, 0}, timeout).code(), errc::refused);
   EXPECT_EQ(drop.refusal(), "the service did not answer");
@@ -147,8 +135,8 @@ TEST(services, tell_what_is_wrong_with_a_reply) {
   auto robot = endpoint::listen(0, quick()).value();
   std::atomic<const char*> answer{nullptr}; // what the socket between the threads hands over, TSan cannot see
   auto provides = robot.serve<json_text, json_text>("/any").value();
-  const serving_thread serving{provides,
-                               [&](auto& with, auto& asked) { (void)with.reply(asked, answer.load()); }};
+  const auto serving =
+      serving_thread(provides, [&](auto& with, auto& asked) { (void)with.reply(asked, answer.load()); });
   auto viewer = connected(robot);
   auto number = viewer.client<two_numbers, one_number>("/any").value();
   auto whole = viewer.client<two_numbers, whole_number>("/any").value();
