@@ -53,7 +53,8 @@ class decoded {
   std::optional<refusal> wrong_;
 };
 
-std::string diagnostic_for(std::string text) { return decoded{std::move(text)}.diagnostic(); }
+decoded read(std::string text) { return decoded{std::move(text)}; }
+std::string diagnostic_for(std::string text) { return read(std::move(text)).diagnostic(); }
 
 // Reading
 
@@ -103,10 +104,8 @@ TEST(plain_decode, takes_an_object_with_both_ids_for_a_reply) {
 TEST(plain_decode, takes_ids_of_either_kind_as_they_stand) {
   for (const std::string raw : {R"("a\/\u0062\"")", "0", "-5", "9223372036854775807", "18446744073709551615",
                                 R"("")", R"("0123456789012345678901")"}) {
-    EXPECT_EQ(
-        decoded { "{\"message_id\":" + raw + "}" } -> id_raw, raw);
-    EXPECT_EQ(
-        decoded { "{ \"in_reply_to\" : " + raw + " }" } -> id_raw, raw);
+    EXPECT_EQ(read("{\"message_id\":" + raw + "}")->id_raw, raw);
+    EXPECT_EQ(read("{ \"in_reply_to\" : " + raw + " }")->id_raw, raw);
   }
 }
 
@@ -118,23 +117,19 @@ TEST(plain_decode, understands_escapes_in_names_and_services) {
 }
 
 TEST(plain_decode, leaves_a_service_that_is_no_string_to_the_users) {
-  EXPECT_EQ(
-      decoded { R"({"message_id":1,"service":{"name":"x"}})" } -> service, "");
-  EXPECT_EQ(
-      decoded { R"({"message_id":1,"service":7})" } -> service, "");
+  EXPECT_EQ(read(R"({"message_id":1,"service":{"name":"x"}})")->service, "");
+  EXPECT_EQ(read(R"({"message_id":1,"service":7})")->service, "");
 }
 
 TEST(plain_decode, looks_at_a_service_only_in_an_invocation) {
   for (const char* text : {R"({"service":"012345678901234567"})", R"({"service":"","service":1})",
                            R"({"in_reply_to":1,"service":"a\nb"})"}) {
-    EXPECT_EQ(
-        decoded { text } -> service, "")
-        << text;
+    EXPECT_EQ(read(text)->service, "") << text;
   }
 }
 
 std::int64_t ttl_of(const std::string& milliseconds) {
-  return decoded { "{\"ttl_ms\":" + milliseconds + "}" } -> ttl_ns;
+  return read("{\"ttl_ms\":" + milliseconds + "}")->ttl_ns;
 }
 
 TEST(plain_decode, takes_a_time_to_live_in_milliseconds) {
@@ -161,8 +156,7 @@ TEST(plain_decode, tells_a_refusal_from_an_ordinary_reply) {
   const decoded wordless{R"({"in_reply_to":1,"error":{"code":"x"}})"};
   EXPECT_TRUE(wordless->failed);
   EXPECT_EQ(wordless->body_raw, "");
-  EXPECT_EQ(
-      decoded { R"({"in_reply_to":1,"error":{"code":"x","text":7}})" } -> body_raw, "");
+  EXPECT_EQ(read(R"({"in_reply_to":1,"error":{"code":"x","text":7}})")->body_raw, "");
 }
 
 TEST(plain_decode, leaves_other_errors_to_the_users) {
@@ -174,8 +168,8 @@ TEST(plain_decode, leaves_other_errors_to_the_users) {
     EXPECT_EQ(d->what, verb::reply);
     EXPECT_FALSE(d->failed) << error;
   }
-  EXPECT_FALSE(decoded { R"({"error":{"code":"x","text":"y"}})" } -> failed);
-  EXPECT_FALSE(decoded { R"({"message_id":1,"error":{"code":"x"},"error":1})" } -> failed);
+  EXPECT_FALSE(read(R"({"error":{"code":"x","text":"y"}})")->failed);
+  EXPECT_FALSE(read(R"({"message_id":1,"error":{"code":"x"},"error":1})")->failed);
 }
 
 struct wrong {
