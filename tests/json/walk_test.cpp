@@ -23,7 +23,6 @@ namespace walk_test {
 namespace {
 
 using tests::padded;
-using tests::seed;
 
 value number(std::string_view text) { return {kind::number, text}; }
 value string(std::string_view text) { return {kind::string, text}; }
@@ -188,9 +187,7 @@ TEST(to_double, takes_what_is_too_small_for_zero) {
 }
 
 TEST(to_double, reads_back_what_the_writer_writes) {
-  const std::uint64_t s = seed();
-  ROWE_TRACE_SEED(s);
-  std::mt19937_64 random{s};
+  tests::seeded random;
   for (int i = 0; i < 100'000; ++i) {
     const auto x = std::bit_cast<double>(random());
     if (!std::isfinite(x)) continue;
@@ -309,8 +306,7 @@ class generator {
 };
 
 TEST(walkers, find_what_the_dom_finds) {
-  const std::uint64_t s = seed();
-  ROWE_TRACE_SEED(s);
+  const tests::test_seed s;
   generator documents{s};
   simdjson::dom::parser dom;
   reader r = reader::create(1u << 20).value();
@@ -350,8 +346,7 @@ std::size_t visit(const value& v) {
 }
 
 TEST(walkers, stay_inside_texts_that_were_not_validated) {
-  const std::uint64_t s = seed();
-  ROWE_TRACE_SEED(s);
+  const tests::test_seed s;
   generator documents{s};
   std::mt19937_64 random{s};
   for (int i = 0; i < 20'000; ++i) {

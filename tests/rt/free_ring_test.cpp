@@ -119,9 +119,7 @@ TEST(free_ring, goes_on_where_its_indices_wrap) {
 }
 
 TEST(free_ring, loses_and_doubles_no_slot_whatever_is_done) {
-  const std::uint64_t seed = rowe::tests::seed();
-  ROWE_TRACE_SEED(seed);
-  std::mt19937_64 random{seed};
+  rowe::tests::seeded random;
   constexpr std::uint32_t slots = 6;
   rig<8> r{slots, random()};
   std::vector<std::uint32_t> out;

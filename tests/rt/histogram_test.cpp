@@ -68,9 +68,7 @@ TEST(histogram, takes_the_memory_that_its_header_states) {
 }
 
 TEST(histogram, gives_percentiles_that_are_never_too_small_and_too_large_by_the_stated_error_at_most) {
-  const std::uint64_t seed = rowe::tests::seed();
-  ROWE_TRACE_SEED(seed);
-  std::mt19937_64 random{seed};
+  rowe::tests::seeded random;
   inline_histogram<5> coarse;
   inline_histogram<9> fine;
   std::vector<std::int64_t> values;

@@ -164,9 +164,7 @@ TEST(spsc_ring, rounds_places_up_to_a_power_of_two) {
 }
 
 TEST(spsc_ring, agrees_with_a_queue_whatever_is_done) {
-  const std::uint64_t seed = rowe::tests::seed();
-  ROWE_TRACE_SEED(seed);
-  std::mt19937_64 random{seed};
+  rowe::tests::seeded random;
   rig<8> r{random()};
   std::deque<int> expected;
   for (int step = 0; step < 100'000; ++step) {

@@ -309,9 +309,9 @@ void run_script(std::uint64_t seed, int steps) {
 }
 
 TEST(timer_wheel, agrees_with_a_sorted_map_over_random_scripts) {
-  const std::uint64_t first = rowe::tests::seed();
+  const std::uint64_t first = rowe::tests::test_seed{};
   for (std::uint64_t seed = first; seed < first + 30 && !HasFatalFailure(); ++seed) {
-    ROWE_TRACE_SEED(seed);
+    const rowe::tests::test_seed named{seed};
     run_script<16>(seed, 4000);
     run_script<3>(seed, 4000);
     run_script<15>(seed, 2000);
