@@ -7,16 +7,13 @@
 
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 
 #include "model/explorer.hpp"
+#include "rt/asked.hpp"
 
 namespace rowe::model {
 
-inline std::uint64_t seed_or(std::uint64_t usual) {
-  const char* given = std::getenv("ROWE_SEED");
-  return given != nullptr ? std::strtoull(given, nullptr, 0) : usual;
-}
+inline std::uint64_t seed_or(std::uint64_t usual) { return tests::asked_of("ROWE_SEED", usual); }
 
 template <class Scenario>
 void expect_passes(const options& o = {}) {

@@ -10,14 +10,8 @@ class raw_server {
  public:
   explicit raw_server(int backlog = 16) {
     fd_.reset(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    sockaddr_in any{};
-    any.sin_family = AF_INET;
-    any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(::bind(fd_.get(), reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
-    EXPECT_EQ(::listen(fd_.get(), backlog), 0);
-    socklen_t bytes = sizeof any;
-    ::getsockname(fd_.get(), reinterpret_cast<sockaddr*>(&any), &bytes);
-    port = ntohs(any.sin_port);
+    EXPECT_TRUE(tests::listens(fd_.get(), backlog));
+    port = tests::port_of(fd_.get());
   }
   bool accept() {
     descriptor next{::accept4(fd_.get(), nullptr, nullptr, SOCK_CLOEXEC)};
@@ -290,13 +284,9 @@ TEST_F(client, gives_up_a_server_that_does_not_answer_in_time) {
 TEST_F(client, gives_up_a_host_that_does_not_accept_in_time) {
   raw_server full{0};
   std::vector<descriptor> waiting; // fill its queue: what comes next is not even answered
-  sockaddr_in there{};
-  there.sin_family = AF_INET;
-  there.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  there.sin_port = htons(full.port);
   for (int i = 0; i < 4; ++i) {
     waiting.emplace_back(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    ::connect(waiting.back().get(), reinterpret_cast<const sockaddr*>(&there), sizeof there);
+    (void)tests::connect_to(full.port, waiting.back().get());
   }
   auto late = connecting({.host = "127.0.0.1", .port = full.port});
   driver drive_late{*late};

@@ -255,10 +255,8 @@ struct places : testing::Test {
     return take(peer, established::purpose::stop);
   }
   std::uint32_t take(const socket_address& peer, established::purpose why) {
-    int pair[2] = {-1, -1};
-    EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair), 0);
-    descriptor ours{pair[0]};
-    others.emplace_back(pair[1]);
+    auto [ours, theirs] = local_pair();
+    others.push_back(std::move(theirs));
     EXPECT_TRUE(polled.add(ours.get(), EPOLLIN, {}));
     const connection_id id = connections.open(std::move(ours), peer, why);
     generations[id.index] = id.generation;

@@ -30,6 +30,7 @@
 #include "net/base/address.hpp"
 #include "net/base/descriptor.hpp"
 #include "net/transport/socket_transport.hpp"
+#include "rt/loopback.hpp"
 
 namespace rowe::net {
 
@@ -189,6 +190,13 @@ class driver {
   rt::duration skipped_{};
   rt::time_point stopped_at_ = rt::never;
 };
+
+// Two sockets that are connected, and do not wait. They have no addresses, so a test says where one is from.
+inline std::pair<descriptor, descriptor> local_pair() {
+  int both[2] = {-1, -1};
+  EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, both), 0);
+  return {descriptor{both[0]}, descriptor{both[1]}};
+}
 
 // A TCP socket on the other side. Never waits.
 class raw_socket {

@@ -57,14 +57,8 @@ struct with_a_server : testing::Test {
   std::optional<driver> drive;
 
   std::uint16_t listen() {
-    sockaddr_in any{};
-    any.sin_family = AF_INET;
-    any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t bytes = sizeof any;
-    EXPECT_EQ(::bind(listener.get(), reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
-    EXPECT_EQ(::listen(listener.get(), 4), 0);
-    ::getsockname(listener.get(), reinterpret_cast<sockaddr*>(&any), &bytes);
-    return ntohs(any.sin_port);
+    EXPECT_TRUE(tests::listens(listener.get(), 4));
+    return tests::port_of(listener.get());
   }
   // Our client connects; this is as far as the server's handshake goes, whether it is done or not.
   bool connect(const prepare& prepared = {}) {

@@ -14,13 +14,14 @@
 
 #include "certificates/certificates.hpp"
 #include "net/tls/session.hpp"
+#include "rt/folder.hpp"
 #include "support.hpp"
 
 namespace rowe::net {
 
 // A root, and a server's files below it.
 struct certified {
-  test::folder files;
+  tests::folder files;
   test::made_certificate root = test::make_root();
   test::made_certificate leaf = test::make_leaf(root);
 

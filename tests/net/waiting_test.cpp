@@ -108,10 +108,7 @@ TEST_P(poll_set_by, sleeps_no_shorter_than_asked_and_wakes_for_events) {
     EXPECT_GE(clock_now() - begin, span);
     for (const socket_event& event : polled->take()) EXPECT_EQ(event.token.from, source::timer);
   }
-  int pair[2];
-  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, pair), 0);
-  const descriptor one{pair[0]};
-  const descriptor other{pair[1]};
+  const auto [one, other] = local_pair();
   ASSERT_TRUE(polled->add(one.get(), EPOLLIN, {source::connection, 0xabcdef, 0x12345678}));
   ASSERT_EQ(::write(other.get(), "x", 1), 1);
   polled->wait(clock_now(), clock_now() + 1h);
@@ -129,10 +126,7 @@ TEST_P(poll_set_by, sleeps_no_shorter_than_asked_and_wakes_for_events) {
 TEST_P(poll_set_by, ends_each_short_sleep_after_others_that_events_ended) {
   auto polled = poll_set::open(GetParam());
   ASSERT_TRUE(polled);
-  int pair[2];
-  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, pair), 0);
-  const descriptor one{pair[0]};
-  const descriptor other{pair[1]};
+  const auto [one, other] = local_pair();
   ASSERT_TRUE(polled->add(one.get(), EPOLLIN | EPOLLET, {source::connection}));
   for (int round = 0; round < 20; ++round) {
     const auto begin = clock_now();

@@ -11,7 +11,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -27,12 +26,11 @@
 #include <rowe/rt/tripwire.hpp>
 #include <rowe/rt/waker.hpp>
 
+#include "rt/asked.hpp"
+
 namespace rowe::contract {
 
-inline const std::uint64_t calls_made = [] {
-  const char* const asked = std::getenv("ROWE_CONTRACT_CALLS");
-  return asked != nullptr ? std::strtoull(asked, nullptr, 10) : 100'000;
-}();
+inline const std::uint64_t calls_made = tests::asked_of("ROWE_CONTRACT_CALLS", 100'000);
 // Where each call enters the kernel, through the trap, which takes microseconds.
 inline constexpr std::uint64_t trapped_calls_made = 10'000;
 // Of another thread meanwhile, at least.
