@@ -13,13 +13,15 @@
 
 #include <rowe/rowe.hpp>
 
+#include "api/seen.hpp"
+
 namespace endpoints {
 
 using namespace std::chrono_literals;
+using rowe::tests::count_of;
+using rowe::tests::url_of;
 
 inline constexpr auto timeout = 20s; // a watchdog: nothing here takes a thousandth of it
-
-inline std::string url_of(const rowe::endpoint& of) { return "ws://127.0.0.1:" + std::to_string(of.port()); }
 
 inline rowe::endpoint_options quick() {
   rowe::endpoint_options options;
@@ -42,14 +44,6 @@ inline rowe::endpoint connected(const rowe::endpoint& to, const rowe::endpoint_o
   return made;
 }
 
-inline std::uint64_t count_of(const rowe::endpoint& of, std::string_view name) {
-  for (const auto& one : of.counts()) {
-    if (one.name == name) return one.value;
-  }
-  ADD_FAILURE() << "no counter " << name;
-  return 0;
-}
-
 // Whether a reply has these members; one of a peer that uses the plain format has in_reply_to behind them.
 inline bool says(std::string_view reply, std::string_view object) {
   return reply == object || reply.starts_with(std::string{object.substr(0, object.size() - 1)} + ",");
@@ -58,12 +52,7 @@ inline bool says(std::string_view reply, std::string_view object) {
 // Whether `ready` comes true before the watchdog barks.
 template <class Ready>
 bool eventually(Ready&& ready) {
-  const auto until = rowe::rt::monotonic_clock::now() + timeout;
-  while (!ready()) {
-    if (rowe::rt::monotonic_clock::now() > until) return false;
-    std::this_thread::yield();
-  }
-  return true;
+  return rowe::tests::eventually(ready, timeout);
 }
 
 // Makes a call that is to run out of time, until its request has gone out: what the service thread takes up

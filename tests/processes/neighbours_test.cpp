@@ -13,7 +13,6 @@ namespace neighbours_test {
 namespace {
 
 using namespace sides;
-using rowe::endpoint;
 
 // rowe_echo on a free port. Killed with its test, at the latest.
 class echo_process {
