@@ -30,6 +30,14 @@ void expect_passes_in_every_interleaving() {
   expect_passes<Scenario>(unbounded);
 }
 
+// Two changes of thread where the running one could go on: of three threads that is enough to catch what can
+// be caught here.
+template <class Scenario>
+report explore_two(options o) {
+  o.preemptions_max = 2;
+  return explore<Scenario>(o);
+}
+
 template <class Scenario>
 void expect_passes_at_random(std::uint64_t usual_seed, std::uint64_t runs) {
   options random;

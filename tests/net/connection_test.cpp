@@ -42,26 +42,7 @@ TEST_F(connection, echoes) {
 }
 
 TEST_F(connection, refuses_what_has_no_room_and_says_when_there_is_room_again) {
-  std::string piece(100'000, 'a');
-  for (std::size_t i = 0; i < piece.size(); ++i) piece[i] = static_cast<char>('a' + i % 26);
-  std::string sent;
-  const auto push = [&] { // keeps its place in the endless repetition of `piece`
-    for (;;) {
-      const std::string_view rest = std::string_view{piece}.substr(sent.size() % piece.size());
-      const std::size_t taken = write(*transport, id, rest);
-      sent += rest.substr(0, taken);
-      if (taken < rest.size()) return;
-    }
-  };
-  push();
-  EXPECT_EQ(write(*transport, id, "more"), 0U);
-  while (sent.size() < 20'000'000) {
-    const int before = drive.sink().writables;
-    ASSERT_TRUE(drive.until([&] { return client.read() && drive.sink().writables > before; }));
-    push();
-  }
-  ASSERT_TRUE(drive.until([&] { return client.read() && client.text.size() == sent.size(); }));
-  EXPECT_TRUE(client.text == sent);
+  write_beyond_its_room(drive, *transport, id, client, 100'000, 20'000'000);
 }
 
 TEST_F(connection, says_nothing_of_room_when_nothing_was_refused) {

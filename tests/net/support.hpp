@@ -335,6 +335,32 @@ inline std::size_t write(socket_transport& transport, connection_id id, std::str
   return transport.write(id, std::as_bytes(std::span{text}));
 }
 
+// Writes so many bytes, in pieces, as there is room for them: what has none is refused, and nothing is lost.
+template <class Client>
+void write_beyond_its_room(driver& drive, socket_transport& transport, connection_id to, Client& client,
+                           std::size_t piece_bytes, std::size_t bytes) {
+  std::string piece(piece_bytes, 'a');
+  for (std::size_t i = 0; i < piece.size(); ++i) piece[i] = static_cast<char>('a' + i % 26);
+  std::string sent;
+  const auto push = [&] { // keeps its place in the endless repetition of `piece`
+    for (;;) {
+      const std::string_view rest = std::string_view{piece}.substr(sent.size() % piece.size());
+      const std::size_t taken = write(transport, to, rest);
+      sent += rest.substr(0, taken);
+      if (taken < rest.size()) return;
+    }
+  };
+  push();
+  EXPECT_EQ(write(transport, to, "more"), 0U);
+  while (sent.size() < bytes) {
+    const int before = drive.sink().writables;
+    ASSERT_TRUE(drive.until([&] { return client.read() && drive.sink().writables > before; }));
+    push();
+  }
+  ASSERT_TRUE(drive.until([&] { return client.read() && client.text.size() == sent.size(); }));
+  EXPECT_TRUE(client.text == sent);
+}
+
 // A server of a test, and what turns it.
 struct served : testing::Test {
   std::unique_ptr<socket_transport> transport = listening();

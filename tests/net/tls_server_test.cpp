@@ -293,26 +293,7 @@ TEST_F(tls_server, cuts_who_reads_nothing) {
 TEST_F(tls_server, refuses_what_has_no_room_and_loses_nothing) {
   tls_socket client{transport->port()};
   upgrade(client);
-  std::string piece(70'000, 'a');
-  for (std::size_t i = 0; i < piece.size(); ++i) piece[i] = static_cast<char>('a' + i % 26);
-  std::string sent;
-  const auto push = [&] {
-    for (;;) {
-      const std::string_view rest = std::string_view{piece}.substr(sent.size() % piece.size());
-      const std::size_t taken = write(*transport, newest(), rest);
-      sent += rest.substr(0, taken);
-      if (taken < rest.size()) return;
-    }
-  };
-  push();
-  EXPECT_EQ(write(*transport, newest(), "more"), 0U);
-  while (sent.size() < 10'000'000) {
-    const int before = drive.sink().writables;
-    ASSERT_TRUE(drive.until([&] { return client.read() && drive.sink().writables > before; }));
-    push();
-  }
-  ASSERT_TRUE(drive.until([&] { return client.read() && client.text.size() == sent.size(); }));
-  EXPECT_TRUE(client.text == sent);
+  write_beyond_its_room(drive, *transport, newest(), client, 70'000, 10'000'000);
 }
 
 TEST_F(tls_server, reads_a_quantum_in_a_turn_while_others_send) {

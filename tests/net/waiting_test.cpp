@@ -162,8 +162,7 @@ INSTANTIATE_TEST_SUITE_P(both, poll_set_by, testing::Values(sleeping_by::epoll_p
 TEST(deadline_list, gives_nobody_out_who_is_found_long_after_its_time) {
   using rowe::net::deadline_node;
   rowe::net::deadline_list list{5s};
-  deadline_node a;
-  deadline_node b;
+  deadline_node a, b;
   const rowe::rt::time_point start{};
   list.arm(a, start);
   list.arm(b, start + 3s);
@@ -177,9 +176,7 @@ TEST(deadline_list, gives_nobody_out_who_is_found_long_after_its_time) {
 TEST(deadline_list, gives_out_who_is_found_late_once_more_where_the_thread_hardly_runs) {
   using rowe::net::deadline_node;
   rowe::net::deadline_list list{5s};
-  deadline_node a;
-  deadline_node b;
-  deadline_node c;
+  deadline_node a, b, c;
   const rowe::rt::time_point start{};
   list.arm(a, start);
   list.arm(b, start);
@@ -195,9 +192,7 @@ TEST(deadline_list, gives_out_who_is_found_late_once_more_where_the_thread_hardl
 TEST(deadline_list, gives_out_in_the_order_of_arming) {
   const rt::time_point start{1000s};
   deadline_list list{5s};
-  deadline_node a;
-  deadline_node b;
-  deadline_node c;
+  deadline_node a, b, c;
   EXPECT_EQ(list.next(), rt::never);
   list.arm(a, start);
   list.arm(b, start + 1s);
