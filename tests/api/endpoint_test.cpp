@@ -300,17 +300,6 @@ TEST(endpoint, connects_again_after_its_server_was_away) {
   EXPECT_TRUE(publish_until([&] { (void)odom.publish({1, 2}); }, [&] { return seen.take(1ms).has_value(); }));
 }
 
-TEST(endpoint, reuses_the_lanes_of_handles_that_are_gone) {
-  rowe::endpoint_options few;
-  few.limits.lanes_max = 2;
-  auto robot = endpoint::listen(0, few).value();
-  for (int i = 0; i < 50; ++i) {
-    const auto first = robot.advertise<pose>("/a");
-    const auto second = robot.subscribe<json_text>("/b");
-    ASSERT_TRUE(first && second) << i;
-  }
-}
-
 TEST(endpoint, counts_what_its_handshakes_take_and_that_messages_take_nothing) {
   auto robot = endpoint::listen(0, hub()).value();
   auto commands = robot.subscribe<json_text>("/cmd").value();
@@ -462,32 +451,6 @@ TEST(endpoint_errors, of_topics_name_the_option_and_its_limit) {
             (rowe::error{errc::bad_argument, 99'000, 100'000, rowe::argument::period}));
   EXPECT_EQ(robot.advertise<pose>("/a", {.period = -1ns}).code(), errc::bad_argument);
   EXPECT_EQ(robot.advertise<pose>("/a", {.period = 2h}).code(), errc::bad_argument);
-}
-
-TEST(endpoint_errors, tell_a_second_type_of_one_topic) {
-  auto robot = endpoint::listen(0).value();
-  const auto first = robot.advertise<pose>("/a");
-  EXPECT_EQ(robot.advertise<json_text>("/a", {.type = "other/Type"}).code(), errc::type_conflict);
-  EXPECT_TRUE(robot.advertise<json_text>("/a", {.type = "test/Pose"}));
-}
-
-TEST(endpoint_errors, tell_when_lanes_topics_or_their_memory_run_out) {
-  rowe::endpoint_options few;
-  few.limits.lanes_max = 3;
-  few.limits.topics_max = 3;
-  few.limits.lane_bytes = 64 * 1024;
-  auto robot = endpoint::listen(0, few).value();
-  const auto big = robot.subscribe<json_text>("/a", {.depth = 64, .text_bytes_max = 4096});
-  EXPECT_EQ(big.code(), errc::lane_memory);
-  EXPECT_EQ(big.error().limit, 64 * 1024);
-  const auto one = robot.advertise<pose>("/a", {.depth = 4});
-  ASSERT_TRUE(one);
-  EXPECT_EQ(robot.advertise<pose>("/b", {.depth = 4}).code(),
-            errc::too_many_topics); // /rowe/stats is the other
-  const auto two = robot.advertise<pose>("/a", {.depth = 4});
-  const auto three = robot.advertise<pose>("/a", {.depth = 4});
-  ASSERT_TRUE(two && three);
-  EXPECT_EQ(robot.advertise<pose>("/a", {.depth = 4}).code(), errc::too_many_lanes);
 }
 
 TEST(endpoint_handles, leave_their_memory_whole_behind_them) {

@@ -2,7 +2,6 @@
 // Services with types, and topics read into structs, between whole endpoints.
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <string>
 #include <thread>
 
@@ -14,20 +13,10 @@ struct two_numbers {
 struct one_number {
   double sum;
 };
-struct whole_number {
-  std::int8_t sum;
-};
-struct short_name {
-  rowe::fixed_string<4> sum;
-};
 template <>
 inline constexpr auto rowe::schema<two_numbers> = rowe::fields<&two_numbers::a, &two_numbers::b>{};
 template <>
 inline constexpr auto rowe::schema<one_number> = rowe::fields<&one_number::sum>{};
-template <>
-inline constexpr auto rowe::schema<whole_number> = rowe::fields<&whole_number::sum>{};
-template <>
-inline constexpr auto rowe::schema<short_name> = rowe::fields<&short_name::sum>{};
 
 namespace services_test {
 namespace {
@@ -111,15 +100,6 @@ TEST(services, refuse_with_a_diagnostic) {
   }
 }
 
-TEST(services, refuse_for_requests_that_are_dropped_unanswered) {
-  auto robot = endpoint::listen(0, quick()).value();
-  auto provides = robot.serve<two_numbers, one_number>("/drop").value();
-  const auto serving = serving_thread(provides, [](auto&, auto&) {});
-  auto drop = robot.client<two_numbers, one_number>("/drop").value();
-  EXPECT_EQ(drop.call({1, 0}, timeout).code(), errc::refused);
-  EXPECT_EQ(drop.refusal(), "the service did not answer");
-}
-
 TEST(services, refuse_requests_that_are_not_what_the_schema_says) {
   auto robot = endpoint::listen(0, quick()).value();
   const auto provides = robot.serve<two_numbers, one_number>("/add").value();
@@ -129,28 +109,6 @@ TEST(services, refuse_requests_that_are_not_what_the_schema_says) {
     EXPECT_EQ(texts.call(wrong, timeout).code(), errc::refused) << wrong;
     EXPECT_FALSE(texts.refusal().empty());
   }
-}
-
-TEST(services, tell_what_is_wrong_with_a_reply) {
-  auto robot = endpoint::listen(0, quick()).value();
-  std::atomic<const char*> answer{nullptr}; // what the socket between the threads hands over, TSan cannot see
-  auto provides = robot.serve<json_text, json_text>("/any").value();
-  const auto serving =
-      serving_thread(provides, [&](auto& with, auto& asked) { (void)with.reply(asked, answer.load()); });
-  auto viewer = connected(robot);
-  auto number = viewer.client<two_numbers, one_number>("/any").value();
-  auto whole = viewer.client<two_numbers, whole_number>("/any").value();
-  auto name = viewer.client<two_numbers, short_name>("/any").value();
-  answer = R"({"other":1})";
-  EXPECT_EQ(number.call({}, timeout).code(), errc::missing_member);
-  answer = R"({"sum":1,"sum":2})";
-  EXPECT_EQ(number.call({}, timeout).code(), errc::duplicate_member);
-  answer = R"({"sum":"one"})";
-  EXPECT_EQ(number.call({}, timeout).code(), errc::wrong_type);
-  answer = R"({"sum":1000})";
-  EXPECT_EQ(whole.call({}, timeout).code(), errc::out_of_range);
-  answer = R"({"sum":"a long text"})";
-  EXPECT_EQ(name.call({}, timeout).code(), errc::too_long);
 }
 
 TEST(services, that_nobody_provides_are_told_apart_from_time_outs) {
@@ -178,27 +136,6 @@ TEST(services, are_answered_without_waiting_by_a_loop) {
     }
     return answered >= 500;
   }));
-}
-
-TEST(services, are_provided_once) {
-  auto options = quick();
-  options.limits.services_max = 2;
-  auto robot = endpoint::listen(0, options).value();
-  {
-    const auto first = robot.serve<two_numbers, one_number>("/add").value();
-    EXPECT_EQ((robot.serve<two_numbers, one_number>("add").code()), errc::service_taken);
-  }
-  std::vector<rowe::responder<two_numbers, one_number>> several;
-  rowe::errc last = errc::misuse;
-  for (int i = 0; i < 3 && last == errc::misuse; ++i) {
-    auto one = robot.serve<two_numbers, one_number>("/add" + std::to_string(i));
-    if (one) {
-      several.push_back(std::move(*one));
-    } else {
-      last = one.code();
-    }
-  }
-  EXPECT_EQ(last, errc::too_many_services);
 }
 
 TEST(services, end_with_their_responder) {
