@@ -56,23 +56,6 @@ TEST(free_ring, has_every_slot_free_at_first) {
   for (std::uint32_t slot = 0; slot < 3; ++slot) EXPECT_EQ(r.owner.try_take(), slot);
 }
 
-TEST(free_ring, has_nothing_to_take_when_all_slots_are_out) {
-  rig<2> r{2};
-  ASSERT_TRUE(r.owner.try_take().has_value());
-  ASSERT_TRUE(r.owner.try_take().has_value());
-  EXPECT_EQ(r.owner.try_take(), std::nullopt);
-  EXPECT_EQ(r.owner.free_at_least(), 0U);
-}
-
-TEST(free_ring, gives_again_what_was_released) {
-  rig<2> r{2};
-  ASSERT_EQ(r.owner.try_take(), 0U);
-  ASSERT_EQ(r.owner.try_take(), 1U);
-  r.borrower.release(1);
-  EXPECT_EQ(r.owner.try_take(), 1U);
-  EXPECT_EQ(r.owner.try_take(), std::nullopt);
-}
-
 TEST(free_ring, takes_slots_back_in_any_order) {
   rig<4> r{4};
   for (int i = 0; i < 4; ++i) ASSERT_TRUE(r.owner.try_take().has_value());
