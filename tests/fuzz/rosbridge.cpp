@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "fuzz/require.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
 #include "wire/written.hpp"
+#include "json/padded.hpp"
 #include "json/reading/reader.hpp"
 #include "json/writing/writer.hpp"
 
@@ -22,23 +22,18 @@ namespace {
 
 using namespace rowe::wire;
 using namespace rowe::wire::rosbridge;
+using rowe::fuzz::lies_in;
 using rowe::fuzz::require;
 using rowe::json::reader;
+using rowe::tests::padded;
 
 constexpr name_limits limits{.name_bytes_max = 24, .id_bytes_max = 32};
 constexpr std::size_t text_bytes_max = 4096;
 using scratch_buffer = std::array<char, scratch_bytes(limits)>;
 
-bool lies_in(std::string_view part, std::string_view whole) {
-  return std::less_equal<>{}(whole.data(), part.data()) &&
-         std::less_equal<>{}(part.data() + part.size(), whole.data() + whole.size());
-}
-
 // Validates what was encoded and decodes it into `out`.
 void read_back(reader& validator, std::string_view text, std::span<char> scratch, request& out) {
-  std::vector<char> block(text.size() + reader::tailroom_bytes);
-  std::copy(text.begin(), text.end(), block.begin());
-  require(!text.empty() && bool{validator.validate({block.data(), text.size()})}, "what is encoded is JSON");
+  require(!text.empty() && bool{validator.validate(padded{text}.text())}, "what is encoded is JSON");
   out = {};
   require(!decode(text, scratch, limits, out), "what is encoded is not refused");
 }
@@ -155,10 +150,8 @@ void check_request(reader& validator, const request& asked, std::string_view tex
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static auto validator = reader::create(text_bytes_max);
   if (!validator || size > text_bytes_max) return 0;
-  std::vector<char> block(size + reader::tailroom_bytes);
-  std::copy(data, data + size, block.begin());
-  const std::string_view padded{block.data(), size};
-  const bool valid{validator->validate(padded)};
+  const padded block{{reinterpret_cast<const char*>(data), size}};
+  const bool valid{validator->validate(block.text())};
 
   const std::vector<char> exact(data, data + size); // without tailroom: decoding needs none
   const std::string_view text{exact.data(), exact.size()};

@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "wire/codec/object_form.hpp"
+#include "json/encoded.hpp"
 #include "json/reading/reader.hpp"
 
 namespace rowe::wire::plain {
@@ -54,7 +54,8 @@ class decoded {
   std::optional<refusal> wrong_;
 };
 
-std::string diagnostic_for(std::string text) { return decoded{std::move(text)}.diagnostic(); }
+decoded read(std::string text) { return decoded{std::move(text)}; }
+std::string diagnostic_for(std::string text) { return read(std::move(text)).diagnostic(); }
 
 // Reading
 
@@ -104,10 +105,8 @@ TEST(plain_decode, takes_an_object_with_both_ids_for_a_reply) {
 TEST(plain_decode, takes_ids_of_either_kind_as_they_stand) {
   for (const std::string raw : {R"("a\/\u0062\"")", "0", "-5", "9223372036854775807", "18446744073709551615",
                                 R"("")", R"("0123456789012345678901")"}) {
-    EXPECT_EQ(
-        decoded { "{\"message_id\":" + raw + "}" } -> id_raw, raw);
-    EXPECT_EQ(
-        decoded { "{ \"in_reply_to\" : " + raw + " }" } -> id_raw, raw);
+    EXPECT_EQ(read("{\"message_id\":" + raw + "}")->id_raw, raw);
+    EXPECT_EQ(read("{ \"in_reply_to\" : " + raw + " }")->id_raw, raw);
   }
 }
 
@@ -119,23 +118,19 @@ TEST(plain_decode, understands_escapes_in_names_and_services) {
 }
 
 TEST(plain_decode, leaves_a_service_that_is_no_string_to_the_users) {
-  EXPECT_EQ(
-      decoded { R"({"message_id":1,"service":{"name":"x"}})" } -> service, "");
-  EXPECT_EQ(
-      decoded { R"({"message_id":1,"service":7})" } -> service, "");
+  EXPECT_EQ(read(R"({"message_id":1,"service":{"name":"x"}})")->service, "");
+  EXPECT_EQ(read(R"({"message_id":1,"service":7})")->service, "");
 }
 
 TEST(plain_decode, looks_at_a_service_only_in_an_invocation) {
   for (const char* text : {R"({"service":"012345678901234567"})", R"({"service":"","service":1})",
                            R"({"in_reply_to":1,"service":"a\nb"})"}) {
-    EXPECT_EQ(
-        decoded { text } -> service, "")
-        << text;
+    EXPECT_EQ(read(text)->service, "") << text;
   }
 }
 
 std::int64_t ttl_of(const std::string& milliseconds) {
-  return decoded { "{\"ttl_ms\":" + milliseconds + "}" } -> ttl_ns;
+  return read("{\"ttl_ms\":" + milliseconds + "}")->ttl_ns;
 }
 
 TEST(plain_decode, takes_a_time_to_live_in_milliseconds) {
@@ -162,8 +157,7 @@ TEST(plain_decode, tells_a_refusal_from_an_ordinary_reply) {
   const decoded wordless{R"({"in_reply_to":1,"error":{"code":"x"}})"};
   EXPECT_TRUE(wordless->failed);
   EXPECT_EQ(wordless->body_raw, "");
-  EXPECT_EQ(
-      decoded { R"({"in_reply_to":1,"error":{"code":"x","text":7}})" } -> body_raw, "");
+  EXPECT_EQ(read(R"({"in_reply_to":1,"error":{"code":"x","text":7}})")->body_raw, "");
 }
 
 TEST(plain_decode, leaves_other_errors_to_the_users) {
@@ -175,8 +169,8 @@ TEST(plain_decode, leaves_other_errors_to_the_users) {
     EXPECT_EQ(d->what, verb::reply);
     EXPECT_FALSE(d->failed) << error;
   }
-  EXPECT_FALSE(decoded { R"({"error":{"code":"x","text":"y"}})" } -> failed);
-  EXPECT_FALSE(decoded { R"({"message_id":1,"error":{"code":"x"},"error":1})" } -> failed);
+  EXPECT_FALSE(read(R"({"error":{"code":"x","text":"y"}})")->failed);
+  EXPECT_FALSE(read(R"({"message_id":1,"error":{"code":"x"},"error":1})")->failed);
 }
 
 struct wrong {
@@ -376,13 +370,8 @@ TEST(plain_write, writes_all_or_says_that_it_does_not_fit) {
     w.end_array();
   };
   const std::string whole = written(all);
-  for (std::size_t bytes = 0; bytes < whole.size() + 2; ++bytes) {
-    std::vector<char> buffer(bytes);
-    json::writer w{buffer};
-    all(w);
-    EXPECT_EQ(w.overflowed(), bytes < whole.size()) << bytes;
-    EXPECT_TRUE(w.overflowed() || w.text() == whole) << bytes;
-  }
+  for (std::size_t bytes = 0; bytes < whole.size() + 2; ++bytes)
+    tests::expect_written_within(bytes, whole, all);
 }
 
 } // namespace

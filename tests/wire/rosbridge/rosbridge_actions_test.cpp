@@ -55,10 +55,6 @@ TEST(rosbridge_actions, reads_roslib_as_a_provider) {
 }
 
 TEST(rosbridge_actions, refuses_with_a_diagnostic_that_names_member_value_and_limit) {
-  struct wrong {
-    const char* text;
-    const char* diagnostic;
-  };
   constexpr wrong table[] = {
       {R"({"op":"advertise_action"})", R"(advertise_action: the member "action" is missing)"},
       {R"({"op":"unadvertise_action","action":""})",
@@ -79,7 +75,7 @@ TEST(rosbridge_actions, refuses_with_a_diagnostic_that_names_member_value_and_li
       {R"({"op":"action_result","action":"/a","id":"g","action":"/b"})",
        R"(action_result: the member "action" stands there twice)"},
   };
-  for (const wrong& row : table) EXPECT_EQ(diagnostic_for(row.text), row.diagnostic) << row.text;
+  expect_refused(table);
 }
 
 TEST(rosbridge_actions, writes_what_it_reads) {
