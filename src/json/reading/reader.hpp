@@ -38,8 +38,8 @@ struct member {
   value what;
 };
 
-// A validated text, and what its validation has indexed: the first members, when it is an object. Valid as long
-// as the text is, and what was indexed as the reader says.
+// A validated text, and what its validation has indexed: the first members, when it is an object. Valid as
+// long as the text is, and the index as long as the reader says.
 struct document {
   constexpr document() noexcept = default;
   template <std::convertible_to<std::string_view> Text>
@@ -79,7 +79,7 @@ class reader {
   // stands between them. 0: it was found wrong before they were counted, or is longer than bytes_max.
   std::size_t tokens() const noexcept { return tokens_; }
 
-  // The text that validate() looked at last, if it was accepted. What is indexed is valid until the next call.
+  // The text that validate() looked at last, if it was accepted. Its index is valid until the next call.
   const document& last() const noexcept;
 
  private:
