@@ -92,8 +92,7 @@ class scrapers(unittest.TestCase):
                 stream.connect(("127.0.0.1", serving.port))
                 stream.sendall(request("GET", "/metrics", {"Host": f"127.0.0.1:{serving.port}"}))
             with peer(serving.port, path="/rowe/stop") as p:
-                p.send({"op": "call_service", "service": "/rowe/stop", "id": "now"})
-                answer = p.receive_until(lambda m: m["op"] == "service_response")
+                answer = p.call("/rowe/stop")
                 self.assertEqual((answer["id"], answer["result"]), ("now", True))
             status, headers, body = get(serving.port, "/metrics")
             self.assertEqual((status, headers["cache-control"]), (200, "no-store"))

@@ -6,14 +6,18 @@ the program. Nothing here sleeps to synchronise: a test waits for the line that 
 """
 import collections
 import contextlib
+import fcntl
 import functools
 import os
+import pty
 import queue
 import random
 import re
 import signal
 import socket
+import struct
 import subprocess
+import termios
 import threading
 import time
 
@@ -120,12 +124,46 @@ class program:
             reader.join()
         return code
 
+    def expect(self, code=None, stdout=None, stderr=None, says=(), first=None, last=None):
+        """It has ended with this exit code and with exactly these lines; stderr has the texts of `says` (one,
+        or several), and its first and last line these. What is not given may be anything. Returns it."""
+        found = [self.process.returncode, self.stdout, self.stderr]
+        wanted = [one if other is None else other for one, other in zip(found, (code, stdout, stderr))]
+        lines, whole = self.stderr or [""], "\n".join(self.stderr)
+        texts = [((says,) if isinstance(says, str) else says, whole), ([first or ""], lines[0]),
+                 ([last or ""], lines[-1])]
+        missing = [text for some, there in texts for text in some if text not in there]
+        if missing or found != wanted:
+            raise AssertionError(f"{self.arguments} ended with {found}, wanted: {wanted}, {missing}")
+        return self
 
-def run(*arguments, **options):
-    """Runs to the end; returns the finished program."""
+
+def run(*arguments, code=None, stdout=None, stderr=None, says=(), first=None, last=None, **options):
+    """Runs to the end; returns the finished program, which has ended as expect() is told."""
     with program(*arguments, **options) as running:
         running.code = running.end()
-        return running
+        return running.expect(code, stdout, stderr, says, first, last)
+
+
+def on_a_terminal(columns, *arguments, **options):
+    """What it shows on one of so many columns; it ends well."""
+    ours, its = pty.openpty()
+    fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 50, columns, 0, 0))
+    shown = b""
+    with subprocess.Popen([ROWE, *arguments], stdout=its, **{"stderr": its, **options}) as process:
+        os.close(its)
+        with contextlib.suppress(OSError):  # it has closed the terminal
+            while piece := os.read(ours, 65536):
+                shown += piece
+        os.close(ours)
+        code = process.wait(timeout=timeout)
+    assert code == 0, (arguments, code, shown)
+    return shown.decode().replace("\r\n", "\n")
+
+
+def verbs():
+    """Those that `rowe help` lists."""
+    return re.findall(r"^  (\w+) ", "\n".join(run("help").stdout).split("verbs:\n")[1].split("\n\n")[0], re.M)
 
 
 def given_time(attempt, came_to_it, seconds=0.2):

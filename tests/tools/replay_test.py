@@ -92,8 +92,7 @@ class replaying(unittest.TestCase):
     def test_says_what_it_publishes(self):
         trajectory(1, 1, seed).write(self.path)
         with hub() as serving, peer(serving.port) as p:
-            p.send({"op": "subscribe", "topic": "/odom", "type": "nav_msgs/Odometry"})
-            settle(p)
+            p.subscribe("/odom", type="nav_msgs/Odometry")
             self.assertEqual(self.replay(serving.url).code, 0)
             message = p.receive()["msg"]
             self.assertEqual(message["header"]["frame_id"], "odom")
@@ -158,19 +157,14 @@ class replaying(unittest.TestCase):
         with open(self.path, "w") as file:
             file.write("# comment\n1 0 0 0 0 0 0 1\n2 0 0 zero 0 0 0 1\n")
         ended = self.replay("127.0.0.1:1")
-        self.assertEqual(ended.code, 1)
-        self.assertIn(f"{self.path}:3: field 4 (tz) is 'zero', not a finite number", ended.stderr[0])
+        ended.expect(1, first=f"{self.path}:3: field 4 (tz) is 'zero', not a finite number")
 
     def test_a_file_that_is_not_there_is_named(self):
-        ended = self.replay("127.0.0.1:1")
-        self.assertEqual(ended.code, 1)
-        self.assertIn(f"{self.path}: No such file or directory", ended.stderr[0])
+        self.replay("127.0.0.1:1").expect(1, first=f"{self.path}: No such file or directory")
 
     def test_a_file_without_duration_needs_a_rate_to_loop(self):
         trajectory(1, 1, seed).write(self.path)
-        ended = self.replay("127.0.0.1:1", "--loop")
-        self.assertEqual(ended.code, 2)
-        self.assertIn("--rate", ended.stderr[0])
+        self.replay("127.0.0.1:1", "--loop").expect(2, first="--rate")
 
 
 if __name__ == "__main__":

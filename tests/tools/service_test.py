@@ -191,8 +191,7 @@ class the_unit(unittest.TestCase):
                 with peer(serving.port) as p:
                     p.send({"op": "subscribe", "topic": "/odom"})
                     p.receive()
-                    p.send({"op": "call_service", "service": "/rowe/stop", "id": "1"})
-                    p.receive_until(lambda m: m["op"] == "service_response")
+                    p.call("/rowe/stop")
                 self.assertEqual(get(serving.port, "/metrics")[0], 200)
                 told.next_of("WATCHDOG=1")
                 os.kill(int(trace.read_text().split(maxsplit=1)[0]), signal.SIGTERM)  # not strace
