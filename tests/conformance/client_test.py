@@ -11,7 +11,7 @@ import unittest
 
 import cases
 import programs
-from frames import BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, close_body, cut, ended, frame, wrong
+from frames import BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, close_body, cut, frame, wrong
 from programs import accept_of, fields_of, listener, program, switching
 from server_test import ways_to_send
 
