@@ -14,6 +14,7 @@ let browser, robot, url_token;
 before(async () => {
   browser = await start_browser();
   robot = await set_up_robot.start();
+  robot.ask_for_certificates();
   url_token = robot.token("screen", "observer", "--in-url");
   await robot.serve();
 });
@@ -62,7 +63,8 @@ test("after the log-in, roslib connects as it is", limit, async () => {
   const page = await new_page();
   await load_roslib(page, robot.origin);
   assert.equal(await odometry_of(page, robot.url), "error");
-  await until("that is why", () => robot.said.includes("this endpoint wants to know who you are"));
+  await until("that is why",
+    () => robot.server.stderr.includes("this endpoint wants to know who you are"));
   await log_in(page, robot.tokens.driver);
   await page.waitForURL(`${robot.origin}/`);
   await load_roslib(page, robot.origin);

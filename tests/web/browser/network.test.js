@@ -5,16 +5,17 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { artefact, phone, start_browser } from "../support/browser.js";
-import { rowe, start_robot } from "../support/robot_on_network.js";
+import { set_up_robot } from "../support/set_up.js";
 import { until, watchdog_ms } from "../support/watchdog.js";
 
 const limit = { timeout: 180000 };
-let browser, robot, origin, folder, tokens;
+let browser, robot, tokens;
 
 before(async () => {
   browser = await start_browser();
-  robot = await start_robot();
-  ({ origin, folder, tokens } = robot);
+  robot = await set_up_robot.start();
+  ({ tokens } = robot);
+  await robot.serve();
 });
 after(async () => {
   await browser?.close();
@@ -30,7 +31,7 @@ async function opened(fragment = "") {
   page.asked = [];
   page.on("request", (request) => page.asked.push(request.url()));
   page.on("websocket", (socket) => page.asked.push(socket.url()));
-  await page.goto(`${origin}/${fragment}`);
+  await page.goto(`${robot.origin}/${fragment}`);
   return page;
 }
 const state_is = (page, name) =>
@@ -90,7 +91,7 @@ test("a driver stops the robot, but does not reset it; a supervisor does", limit
 });
 
 test("a token that is taken back ends the page's connection, and the page asks again", limit, async () => {
-  const token = /\S{40,}/.exec(rowe("token", "add", "guest", "observer", "--dir", folder))[0];
+  const token = robot.token("guest", "observer");
   const page = await opened();
   await page.locator("#who").waitFor({ state: "visible" });
   await until("the token holds", async () => {
@@ -99,7 +100,7 @@ test("a token that is taken back ends the page's connection, and the page asks a
     await page.waitForTimeout(1000);
     return page.evaluate(() => document.body.dataset.state === "live");
   });
-  rowe("token", "remove", "guest", "--dir", folder);
+  robot.remove("guest");
   await page.locator("#who").waitFor({ state: "visible" });
   assert.match(await page.textContent("#who_says"), /does not know this token, or no longer knows it/);
   await page.context().close();

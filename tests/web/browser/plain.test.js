@@ -8,7 +8,7 @@ import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { new_page, start_browser } from "../support/browser.js";
 import { robot } from "../support/robot.js";
-import { start_robot } from "../support/robot_on_network.js";
+import { set_up_robot } from "../support/set_up.js";
 import { watchdog_ms } from "../support/watchdog.js";
 
 const limit = { timeout: 180000 };
@@ -18,7 +18,8 @@ let browser, open, guarded;
 before(async () => {
   browser = await start_browser();
   open = await robot.start("--demo", "--web", examples);
-  guarded = await start_robot("--web", examples);
+  guarded = await set_up_robot.start();
+  await guarded.serve("--web", examples);
 });
 after(async () => {
   await browser?.close();
