@@ -3,8 +3,8 @@
 // the page that asks for one, and a token that is taken back. Chromium is told to take the certificate here;
 // certificate.test.js has what a person sees who is asked.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { artefact, phone, start_browser } from "../support/browser.js";
+import { after, afterEach, before, test } from "node:test";
+import { artefact, close_pages, phone, start_browser } from "../support/browser.js";
 import { set_up_robot } from "../support/set_up.js";
 import { until, watchdog_ms } from "../support/watchdog.js";
 
@@ -21,6 +21,7 @@ after(async () => {
   await browser?.close();
   robot?.end();
 });
+afterEach(() => close_pages(browser));
 
 async function opened(fragment = "") {
   const context = await browser.newContext({
@@ -46,7 +47,6 @@ test("the link of the set-up makes the page live, and its token is in no request
   await page.screenshot({ path: artefact("network_live.png") });
   await page.reload(); // the tab still knows it
   await state_is(page, "live");
-  await page.context().close();
 });
 
 test("without a token the page asks for one, and says when it is wrong", limit, async () => {
@@ -63,7 +63,6 @@ test("without a token the page asks for one, and says when it is wrong", limit, 
   await page.click("#who button");
   await state_is(page, "live");
   await form.waitFor({ state: "hidden" });
-  await page.context().close();
 });
 
 test("a driver stops the robot, but does not reset it; a supervisor does", limit, async () => {
@@ -86,8 +85,6 @@ test("a driver stops the robot, but does not reset it; a supervisor does", limit
     await hold(supervisor);
     return supervisor.evaluate(() => document.body.dataset.stop === "running");
   });
-  await driver.context().close();
-  await supervisor.context().close();
 });
 
 test("a token that is taken back ends the page's connection, and the page asks again", limit, async () => {
@@ -103,5 +100,4 @@ test("a token that is taken back ends the page's connection, and the page asks a
   robot.remove("guest");
   await page.locator("#who").waitFor({ state: "visible" });
   assert.match(await page.textContent("#who_says"), /does not know this token, or no longer knows it/);
-  await page.context().close();
 });

@@ -4,9 +4,9 @@
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
-import { after, before, test } from "node:test";
+import { after, afterEach, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
-import { new_page, start_browser } from "../support/browser.js";
+import { close_pages, new_page, start_browser } from "../support/browser.js";
 import { robot } from "../support/robot.js";
 import { set_up_robot } from "../support/set_up.js";
 import { watchdog_ms } from "../support/watchdog.js";
@@ -26,6 +26,7 @@ after(async () => {
   await open?.kill();
   guarded?.end();
 });
+afterEach(() => close_pages(browser));
 
 const curl = (...words) => execFileSync("curl", ["--silent", "--show-error", ...words], { encoding: "utf8" });
 const state_is = (page, pattern) => page.waitForFunction(
@@ -49,7 +50,6 @@ test("it shows the values of a topic as they come", limit, async () => {
   await page.waitForFunction((was) => document.getElementById("value").textContent !== was, before);
   assert.deepEqual(page.faults, []);
   assert.ok(page.asked.every((url) => new URL(url).host === new URL(open.origin).host), page.asked);
-  await page.context().close();
 });
 
 test("its button stops the robot, and says so where it cannot", limit, async () => {
@@ -67,7 +67,6 @@ test("its button stops the robot, and says so where it cannot", limit, async () 
   assert.match(await page.textContent("#state"), /NOT STOPPED/);
   await open.restart();
   await state_is(page, /^connected$/);
-  await page.context().close();
 });
 
 test("with a token in its address it is let in, and shows what its role may see", limit, async () => {
@@ -83,7 +82,6 @@ test("with a token in its address it is let in, and shows what its role may see"
   await page.goto("about:blank");
   await page.goto(`${guarded.origin}/plain.html#topic=/odom`);
   await state_is(page, /^not connected/);
-  await context.close();
 });
 
 test("curl gets the newest value at once", limit, () => {

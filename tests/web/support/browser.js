@@ -40,6 +40,11 @@ export async function new_page(browser, { size = phone, scheme = "light" } = {})
   return page;
 }
 
+// For afterEach() of who has no page that stays.
+export async function close_pages(browser) {
+  for (const context of browser.contexts()) await context.close();
+}
+
 export const artefact = (name) => {
   const folder = process.env.ROWE_ARTEFACTS ?? "artefacts";
   mkdirSync(folder, { recursive: true });
