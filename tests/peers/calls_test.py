@@ -12,7 +12,7 @@ import unittest
 
 from fake_hop import hop_server, later, may_2014
 from fake_rosbridge import fake_rosbridge
-from program import given_time, nobody_at, program, run
+from program import given_time, program, run
 
 sum_of = {"service": "add-two-numbers", "a": 38, "b": 4}
 # Longer than an endpoint waits before it pings (3 s), and before it cuts who is silent (8 s).
@@ -84,9 +84,6 @@ class calling_ros(unittest.TestCase):
         ended = self.call("/add_two_ints", "--timeout", "50s")
         self.assertIn(ended.code, (1, 3), ended.stderr)
         self.assertNotEqual(ended.stderr, [])
-
-    def test_nobody_there_is_named(self):
-        nobody_at("call", "127.0.0.1:1", "/add_two_ints").expect(3, says="nobody listens at 127.0.0.1:1")
 
     def test_answers_to_others_are_not_taken_for_ours(self):
         def misleads(sender, message):

@@ -8,7 +8,7 @@ import signal
 import threading
 import unittest
 
-from program import given_time, hub, nobody_at, program, run
+from program import given_time, hub, program, run
 from websocket import CLOSE, closed, listener, peer, settle
 
 
@@ -238,10 +238,6 @@ class arguments(calling):
             for words in (("/add", '{"a":1,"b":2}'), (serving.url, "/add", '{"a":1,"b":2}')):
                 run("call", *words, environment={"ROWE_URL": serving.url}, code=0, stdout=['{"sum": 3}'])
             self.fails(1, "nope", environment={"ROWE_URL": serving.url}, says=["service nope: "])
-
-    def test_nobody_there_is_3(self):
-        for verb in (("call", "127.0.0.1:1", "/x"), ("peers", "127.0.0.1:1")):
-            nobody_at(*verb).expect(3, stdout=[], says="nobody listens at 127.0.0.1:1")
 
     def test_interrupted_while_connecting_is_130(self):
         for verb in (("call", "127.0.0.1:1", "/x"), ("peers", "127.0.0.1:1")):

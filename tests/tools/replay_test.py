@@ -8,7 +8,7 @@ import signal
 import tempfile
 import unittest
 
-from program import hub, kept_port, nobody_at, program, run
+from program import hub, kept_port, program, run
 from trajectory import bits, numbers_of, time_of, trajectory
 from websocket import peer, settle
 
@@ -145,13 +145,6 @@ class replaying(unittest.TestCase):
         with hub(port=first.port) as second, listening(second, "/odom", alone=False) as listener:
             listener.messages(20)
         self.assertIn(playing.end(signal.SIGINT), (0, 6))  # 6: some were under way when the first one died
-
-    def test_a_hub_that_is_not_there_is_named_after_the_timeout(self):
-        trajectory(5, 1_000_000, seed).write(self.path)
-        ended = nobody_at("replay", "127.0.0.1:1", "--tum", self.path, "--topic", "/odom")
-        self.assertEqual(ended.code, 3)
-        self.assertRegex("\n".join(ended.stderr), r"nobody listens at 127\.0\.0\.1:1 .*\n"
-                         r".*could not connect to ws://127\.0\.0\.1:1 within \d+\.\d{3} s$")
 
     def test_a_broken_file_is_named_with_its_line(self):
         with open(self.path, "w") as file:
