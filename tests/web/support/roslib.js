@@ -26,7 +26,8 @@ export async function another() {
 }
 
 // Of a function that takes two callbacks.
-export const asked = (ask) => new Promise((done, failed) => ask(done, (why) => failed(new Error(String(why)))));
+export const asked = (ask) =>
+  new Promise((done, failed) => ask(done, (why) => failed(new Error(String(why)))));
 
 // What a server reports: the events' names have the requests' ids.
 export function with_statuses(made) {
