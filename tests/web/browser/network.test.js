@@ -4,9 +4,9 @@
 // certificate.test.js has what a person sees who is asked.
 import assert from "node:assert/strict";
 import { after, afterEach, before, test } from "node:test";
-import { artefact, close_pages, phone, start_browser } from "../support/browser.js";
+import { artefact, close_pages, new_page, start_browser } from "../support/browser.js";
 import { set_up_robot } from "../support/set_up.js";
-import { until, watchdog_ms } from "../support/watchdog.js";
+import { until } from "../support/watchdog.js";
 
 const limit = { timeout: 180000 };
 let browser, robot, tokens;
@@ -24,14 +24,7 @@ after(async () => {
 afterEach(() => close_pages(browser));
 
 async function opened(fragment = "") {
-  const context = await browser.newContext({
-    viewport: phone, isMobile: true, hasTouch: true, deviceScaleFactor: 2, ignoreHTTPSErrors: true,
-  });
-  context.setDefaultTimeout(watchdog_ms);
-  const page = await context.newPage();
-  page.asked = [];
-  page.on("request", (request) => page.asked.push(request.url()));
-  page.on("websocket", (socket) => page.asked.push(socket.url()));
+  const page = await new_page(browser, { trusting: true });
   await page.goto(`${robot.origin}/${fragment}`);
   return page;
 }

@@ -6,10 +6,9 @@ import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { after, afterEach, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
-import { close_pages, new_page, start_browser } from "../support/browser.js";
+import { close_pages, desk, new_page, start_browser } from "../support/browser.js";
 import { robot } from "../support/robot.js";
 import { set_up_robot } from "../support/set_up.js";
-import { watchdog_ms } from "../support/watchdog.js";
 
 const limit = { timeout: 180000 };
 const examples = fileURLToPath(new URL("../../../docs/examples", import.meta.url));
@@ -70,15 +69,11 @@ test("its button stops the robot, and says so where it cannot", limit, async () 
 });
 
 test("with a token in its address it is let in, and shows what its role may see", limit, async () => {
-  const context = await browser.newContext({ ignoreHTTPSErrors: true });
-  context.setDefaultTimeout(watchdog_ms);
-  const page = await context.newPage();
-  const asked = [];
-  page.on("request", (request) => asked.push(request.url()));
+  const page = await new_page(browser, { size: desk, trusting: true });
   await page.goto(`${guarded.origin}/plain.html#topic=/odom&token=${guarded.tokens.observer}`);
   await state_is(page, /^connected$/);
   assert.equal(typeof (await value_of(page)).pose, "object");
-  assert.ok(asked.every((url) => !url.includes(guarded.tokens.observer)), "an address has the token");
+  assert.ok(page.asked.every((url) => !url.includes(guarded.tokens.observer)), "an address has the token");
   await page.goto("about:blank");
   await page.goto(`${guarded.origin}/plain.html#topic=/odom`);
   await state_is(page, /^not connected/);
