@@ -204,13 +204,18 @@ class bad_networks(unittest.TestCase):
         got = self.printed(echo)
         self.assertEqual(sorted(set(got)), got)
 
-    def test_a_robot_that_is_stopped_itself_loses_nothing(self):
-        """As a machine does that is suspended, or stops to swap."""
+    def stopped_robot(self):
+        """A reader and a writer of one that stopped as a machine does that is suspended, or swaps; and what
+        the reader has got."""
         self.serve("--inbound-ttl", "1 h")
         reader, writer = self.peer("observer", "subscriber"), self.peer("peer")
         publish(writer, range(100))
         got = numbers_until(reader, 99)
         self.serving.process.send_signal(signal.SIGSTOP)
+        return reader, writer, got
+
+    def test_a_robot_that_is_stopped_itself_loses_nothing(self):
+        reader, writer, got = self.stopped_robot()
         publish(writer, range(100, 200))
         writer.send({"op": "call_service", "service": "/rowe/stop", "id": "now"})
         self.serving.process.send_signal(signal.SIGCONT)
@@ -220,11 +225,7 @@ class bad_networks(unittest.TestCase):
         self.none_is_missing(got, 200)
 
     def test_a_robot_that_is_stopped_for_longer_than_peers_may_be_silent_keeps_them(self):
-        self.serve("--inbound-ttl", "1 h")
-        reader, writer = self.peer("observer", "subscriber"), self.peer("peer")
-        publish(writer, range(100))
-        got = numbers_until(reader, 99)
-        self.serving.process.send_signal(signal.SIGSTOP)
+        reader, writer, got = self.stopped_robot()
         threading.Event().wait(9)  # silence_max is 8 s
         self.serving.process.send_signal(signal.SIGCONT)
         until(lambda: self.counts()["pauses"])

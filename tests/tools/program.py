@@ -226,31 +226,39 @@ def kept_port():
         yield kept.getsockname()[1]
 
 
-class hub(program):
-    """`rowe serve` on a free port, ready."""
+class server(program):
+    """One that is ready when it has printed a line like `pattern`, its `ready`. Ends in order where a test
+    does not end it in another way."""
 
-    def __init__(self, *arguments, port=0, **options):
-        where = () if "--listen" in arguments else ("--port", str(port))
-        super().__init__("serve", *where, *arguments, **options)
+    def __init__(self, pattern, *arguments, **options):
+        super().__init__(*arguments, **options)
         try:
-            ready = self.line(r"^rowe serves https?://(\S+):(\d+)/ \(wss?://\1:\2/\)$", "stdout")
+            self.ready = self.line(pattern, "stdout")
         except BaseException as failure:
             self.__exit__(failure)
             raise
-        self.host, self.port = ready[1], int(ready[2])
-        self.url = f"ws://{self.host}:{self.port}/"
 
     def __exit__(self, failure=None, *how):
-        """Ends in order where a test does not end it in another way."""
         code = self.end(signal.SIGTERM) if failure is None and self.process.poll() is None else 0
         super().__exit__(failure, *how)
         if code != 0:
-            raise AssertionError(f"serve ended with {code}: {self.stderr}")
+            raise AssertionError(f"{self.arguments} ended with {code}: {self.stderr}")
+
+
+class hub(server):
+    """`rowe serve` on a free port."""
+
+    def __init__(self, *arguments, port=0, **options):
+        where = () if "--listen" in arguments else ("--port", str(port))
+        super().__init__(r"^rowe serves https?://(\S+):(\d+)/ \(wss?://\1:\2/\)$", "serve", *where,
+                         *arguments, **options)
+        self.host, self.port = self.ready[1], int(self.ready[2])
+        self.url = f"ws://{self.host}:{self.port}/"
 
     def summary(self):
         """Ends it; returns the counters it prints."""
-        code = self.end(signal.SIGTERM)
-        assert code == 0, f"serve ended with {code}: {self.stderr}"
+        self.end(signal.SIGTERM)
+        self.expect(0)
         counts = collections.defaultdict(int)  # zeros are not printed
         for line in self.stderr:
             if re.match(r"rowe serve: (loss|chosen|flow|refusal|own): ", line):
