@@ -1,11 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Calls, publishing and plain messages: the program against a rosbridge_server with all its oddities, and
-against Hop peers of both periods with the profile for them.
-
-Skipped, with the reason, where the program has no such verb or option yet.
-"""
+against Hop peers of both periods with the profile for them."""
 import json
-import re
 import signal
 import subprocess
 import unittest
@@ -17,11 +13,6 @@ from program import given_time, program, run
 sum_of = {"service": "add-two-numbers", "a": 38, "b": 4}
 # Longer than an endpoint waits before it pings (3 s), and before it cuts who is silent (8 s).
 silence = 9.5
-
-
-def setUpModule():
-    if not re.search(r"(?m)^ +call ", "\n".join(run("help").stdout)):
-        raise unittest.SkipTest("`rowe help` lists no call")
 
 
 def parsed(lines):

@@ -293,8 +293,7 @@ class peers(unittest.TestCase):
             return asking
 
         asking = given_time(ask, lambda asking: asking.code != 3)
-        self.assertEqual((asking.code, asking.stdout), (4, []))
-        self.assertRegex(asking.stderr[-1], r"does not answer within \d+\.\d{3} s")
+        asking.expect(4, stdout=[], ends=r"does not answer within \d+\.\d{3} s")
 
     def test_of_a_stranger_do_not_reach_the_terminal_as_control_characters(self):
         with listener() as there, program("peers", there.url) as asking, there.accept() as p:

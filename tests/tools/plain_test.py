@@ -54,8 +54,7 @@ class echoing(unittest.TestCase):
             return echo
 
         echo = given_time(listens, lambda echo: echo.code != 3)
-        self.assertEqual((echo.code, echo.stdout), (4, []))
-        self.assertRegex(echo.stderr[-1], r"no plain message within \d+\.\d{3} s")
+        echo.expect(4, stdout=[], ends=r"no plain message within \d+\.\d{3} s")
 
     def test_takes_no_topics_and_no_contradictions(self):
         for words, says in ((("/t", "--plain"), "one argument too many: '/t'"),

@@ -8,6 +8,7 @@ import collections
 import contextlib
 import fcntl
 import functools
+import inspect
 import os
 import pty
 import queue
@@ -124,25 +125,32 @@ class program:
             reader.join()
         return code
 
-    def expect(self, code=None, stdout=None, stderr=None, says=(), first=None, last=None):
+    def expect(self, code=None, stdout=None, stderr=None, says=(), first=None, last=None, prints="", ends=""):
         """It has ended with this exit code and with exactly these lines; stderr has the texts of `says` (one,
-        or several), and its first and last line these. What is not given may be anything. Returns it."""
+        or several), and its first and last line these; the first line of stdout is like `prints`, the last
+        one of stderr like `ends`. What is not given may be anything. Returns it."""
         found = [self.process.returncode, self.stdout, self.stderr]
         wanted = [one if other is None else other for one, other in zip(found, (code, stdout, stderr))]
         lines, whole = self.stderr or [""], "\n".join(self.stderr)
         texts = [((says,) if isinstance(says, str) else says, whole), ([first or ""], lines[0]),
                  ([last or ""], lines[-1])]
         missing = [text for some, there in texts for text in some if text not in there]
+        missing += [like for like, line in ((prints, (self.stdout or [""])[0]), (ends, lines[-1]))
+                    if not re.search(like, line)]
         if missing or found != wanted:
             raise AssertionError(f"{self.arguments} ended with {found}, wanted: {wanted}, {missing}")
         return self
 
 
-def run(*arguments, code=None, stdout=None, stderr=None, says=(), first=None, last=None, **options):
+expectations = inspect.signature(program.expect).parameters.keys() - {"self"}
+
+
+def run(*arguments, **options):
     """Runs to the end; returns the finished program, which has ended as expect() is told."""
+    wanted = {name: options.pop(name) for name in expectations if name in options}
     with program(*arguments, **options) as running:
         running.code = running.end()
-        return running.expect(code, stdout, stderr, says, first, last)
+        return running.expect(**wanted)
 
 
 def on_a_terminal(columns, *arguments, **options):

@@ -191,8 +191,7 @@ class as_plain_messages(unittest.TestCase):
                 with self.there.accept() as p:
                     self.assertEqual([p.receive_text() for _ in range(count)], ['{"a":1.50}'] * count)
                     self.assertEqual(pub.end(), 0)
-                self.assertEqual(pub.stdout, [])
-                self.assertRegex(pub.stderr[-1], rf"sent {count} message[^,]*$")
+                pub.expect(stdout=[], ends=rf"sent {count} message[^,]*$")
 
     def test_sends_the_lines_of_stdin(self):
         messages = [{"i": i} for i in range(100)]
@@ -266,8 +265,7 @@ class ending(unittest.TestCase):
 
         on_topic = given_time(lambda time: publish("/t", "-", "--timeout", time), lambda it: it.code != 3, 1)
         for pub in (on_topic, publish("--plain", "-")):
-            self.assertEqual(pub.code, 6, pub.stderr)
-            self.assertRegex(pub.stderr[-1], r"sent \d+ messages? in .*, not sent [1-9]\d*$")
+            pub.expect(6, ends=r"sent \d+ messages? in .*, not sent [1-9]\d*$")
 
     def test_goes_on_once_the_connection_is_back(self):
         with listener() as there:

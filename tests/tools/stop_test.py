@@ -81,15 +81,13 @@ class the_demo_robot(unittest.TestCase):
             robot.line("the robot drives unguarded")
             ended = run("stop", robot.url, "--source", "first")
             (number,) = re.findall(rf"rowe reset {robot.url} (\d+)$", ended.stderr[-1])
-            shown = run("reset", robot.url, code=1)
-            self.assertRegex(shown.stdout[0], rf"^stopped by first .* ago, number {number}$")
+            run("reset", robot.url, code=1, prints=rf"^stopped by first .* ago, number {number}$")
             self.assertEqual(run("stop", robot.url, "--source", "second", "-q").code, 0)
             late = run("reset", robot.url, number, code=1, stdout=[], last="NOT reset: ")
             self.assertIn("stopped by second", late.stderr[-1])
             (newest,) = re.findall(r"number (\d+)$", late.stderr[-1])
             run("reset", robot.url, newest, code=0, stdout=["reset: the robot may move"])
-            running = run("reset", robot.url, code=0)
-            self.assertRegex(running.stdout[0], r"^running, number \d+$")
+            run("reset", robot.url, code=0, prints=r"^running, number \d+$")
 
     @undisturbed
     def test_stands_where_it_is_to_be_guarded_and_nobody_does(self):
@@ -166,9 +164,7 @@ class robots(unittest.TestCase):
 
     def test_whose_clock_is_another_tell_only_what_it_took_inside(self):
         ended = self.stop({"/rowe/stop": stopped(), "/rowe/stats": lambda _: {"name": "far"}})
-        self.assertEqual(ended.code, 0, ended.stderr)
-        self.assertRegex(ended.stdout[0],
-                         r"^stop acknowledged by far in .* \(service 340 µs, there and back .*\)$")
+        ended.expect(0, prints=r"^stop acknowledged by far in .* \(service 340 µs, there and back .*\)$")
 
     def test_that_do_not_say_their_name_are_told_by_their_url(self):
         ended = self.stop({"/rowe/stop": stopped()}, "--json")
@@ -189,15 +185,13 @@ class robots(unittest.TestCase):
         told = json.loads(ended.stdout[0])
         self.assertEqual((ended.code, told["acknowledged"], told["error"]), (1, False, "not_observed"))
         ended = self.stop(services, "--repeat", "5")
-        self.assertEqual(ended.code, 1)
-        self.assertRegex(ended.stdout[0], "^5 stops: 0 acknowledged by .*, 5 accepted only, ")
+        ended.expect(1, prints="^5 stops: 0 acknowledged by .*, 5 accepted only, ")
 
     def test_that_do_not_answer_are_4(self):
         ended = given_time(lambda time: self.stop({"/rowe/stop": lambda _: None}, "--timeout", time),
                            lambda ended: ended.code != 3, 0.02)
-        self.assertEqual(ended.code, 4)
-        self.assertRegex(ended.stdout[0], r"^stop NOT acknowledged within [\d.]+ m?s: ws://\S+ is connected, but "
-                                          r"does not answer$")
+        ended.expect(4, prints=r"^stop NOT acknowledged within [\d.]+ m?s: ws://\S+ is connected, but "
+                               r"does not answer$")
 
     def test_without_a_stop_are_1(self):
         with hub() as none:
@@ -208,9 +202,8 @@ class robots(unittest.TestCase):
             run("reset", none.url, code=1, stdout=[], last="has no stop configured")
 
     def test_that_are_not_there_are_3_and_never_silent(self):
-        ended = run("stop", "127.0.0.1:1", "--timeout", "20ms", code=3)
-        self.assertRegex(ended.stdout[0],
-                         r"^stop NOT acknowledged within 20 ms: ws://127\.0\.0\.1:1 unreachable since [\d.]+ m?s$")
+        run("stop", "127.0.0.1:1", "--timeout", "20ms", code=3,
+            prints=r"^stop NOT acknowledged within 20 ms: ws://127\.0\.0\.1:1 unreachable since [\d.]+ m?s$")
         told = json.loads(run("stop", "127.0.0.1:1", "--timeout", "20ms", "--json").stdout[0])
         self.assertEqual((told["acknowledged"], told["error"]), (False, "unreachable"))
         self.assertEqual(run("reset", "127.0.0.1:1", "--timeout", "300ms").code, 3)
@@ -242,8 +235,7 @@ class robots(unittest.TestCase):
 
     def test_that_answer_too_much_are_1_and_it_is_said_why(self):
         ended = self.stop({"/rowe/stop": stopped(source="x" * 8000)})
-        self.assertEqual(ended.code, 1)
-        self.assertRegex(ended.stdout[0], r"^stop NOT acknowledged: .*\d")
+        ended.expect(1, prints=r"^stop NOT acknowledged: .*\d")
 
 
 class full(unittest.TestCase):
@@ -320,9 +312,8 @@ class guards(unittest.TestCase):
             with peer(robot.port) as guard:
                 self.assertIsNone(ask_in_time(guard, "/rowe/stop/guard", guard="desk")["refused"])
             robot.line("stopped: guard")
-            shown = run("reset", robot.url)
-            self.assertRegex(shown.stdout[0],
-                             r"^stopped: the guard desk fell silent or went away .* ago, number ")
+            shown = run("reset", robot.url,
+                        prints=r"^stopped: the guard desk fell silent or went away .* ago, number ")
             number = shown.stdout[0].split()[-1]
             run("reset", robot.url, number, code=1, first="NOT reset: a guard is silent: desk",
                 last="/rowe/stop/guard")
