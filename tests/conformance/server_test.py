@@ -18,18 +18,20 @@ def ways_to_send(one):
         yield "byte by byte", "send_bytewise"
 
 
+def send_all(test, kind, what, some, act):
+    """Calls act(server, case, way to send) for each case and each way."""
+    count = 0
+    with programs.server(kind) as serving:
+        for one in some:
+            for how, method in ways_to_send(one):
+                with test.subTest(f"{one.section}: {one.name}, {how}"):
+                    act(serving, one, method)
+                count += 1
+    print(f"server role, {kind}: {count} {what}", flush=True)
+
+
 class endings(unittest.TestCase):
     """After each of these the server says why, in a Close frame, and then closes the stream itself."""
-
-    def run_all(self, kind):
-        count = 0
-        with programs.server(kind) as serving:
-            for one in cases.endings():
-                for how, method in ways_to_send(one):
-                    with self.subTest(f"{one.section}: {one.name}, {how}"):
-                        self.ends(serving, one, method)
-                    count += 1
-        print(f"server role, {kind}: {count} endings", flush=True)
 
     def ends(self, serving, one, method):
         with serving.connect() as s:
@@ -44,22 +46,15 @@ class endings(unittest.TestCase):
             s.until_end()  # 7.1.1: we have not closed anything
 
     def test_the_echo(self):
-        self.run_all("echo")
+        send_all(self, "echo", "endings", cases.endings(), self.ends)
 
     def test_the_hub(self):
-        self.run_all("hub")
+        send_all(self, "hub", "endings", cases.endings(), self.ends)
 
 
 class echoes(unittest.TestCase):
     def test_what_an_echo_sends_back(self):
-        count = 0
-        with programs.server("echo") as serving:
-            for one in cases.echoes():
-                for how, method in ways_to_send(one):
-                    with self.subTest(f"{one.section}: {one.name}, {how}"):
-                        self.goes_on(serving, one, method)
-                    count += 1
-        print(f"server role, echo: {count} echoes", flush=True)
+        send_all(self, "echo", "echoes", cases.echoes(), self.goes_on)
 
     def goes_on(self, serving, one, method):
         with serving.connect() as s:
