@@ -23,6 +23,7 @@
 
 #include "certificates/certificates.hpp"
 #include "net/base/descriptor.hpp"
+#include "rt/folder.hpp"
 
 namespace rowe::bench {
 
@@ -45,7 +46,7 @@ class server_files {
   std::string key() const { return files_ / "key.pem"; }
 
  private:
-  test::folder files_;
+  tests::folder files_;
 };
 
 inline void speak_only(SSL_CTX* with, int version) {

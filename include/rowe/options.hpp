@@ -31,7 +31,7 @@ enum class idle : std::uint8_t {
 // The kind of WebSocket that the peers of an endpoint speak. Hop is Inria's language for the Web, and Hop
 // programs know only text frames. So they are sent no pings and no close frames, there is no subprotocol,
 // and messages have at most 65 535 bytes. A silent Hop program is not disconnected (see docs/wire.md).
-enum class peer_profile : std::uint8_t {
+enum class websocket_profile : std::uint8_t {
   standard, // exactly RFC 6455
   hop,      // Hop of 2015 and later
   hop_2014, // Hop of May 2014, which neither masks its frames nor can read masked ones
@@ -80,7 +80,7 @@ struct endpoint_options {
   stop_options stop = {};
 
   // Plain messages and calls (rowe::lane, endpoint::receive and the like).
-  peer_profile profile = peer_profile::standard;
+  websocket_profile profile = websocket_profile::standard;
   duration inbound_ttl = rt::for_ever; // what is not taken within this time is dropped; a peer's call ends
                                        // if it is not answered within it
   duration call_timeout = std::chrono::seconds{30}; // of a peer's call that names none; 1 ms or more

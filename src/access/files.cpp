@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "access/files.hpp"
 
-#include <sys/stat.h>
+#include <fcntl.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 
 namespace rowe::access {
@@ -34,6 +36,26 @@ std::uint64_t version_of(const std::string& path) noexcept {
   version = mix(version, static_cast<std::uint64_t>(facts.st_size));
   version = mix(version, static_cast<std::uint64_t>(facts.st_mtim.tv_sec));
   return mix(version, static_cast<std::uint64_t>(facts.st_mtim.tv_nsec));
+}
+
+open_file::open_file(const std::string& path) noexcept
+    : number_{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)},
+      there_{number_ >= 0 && ::fstat(number_, &facts_) == 0} {}
+
+open_file::~open_file() {
+  if (number_ >= 0) ::close(number_);
+}
+
+ssize_t open_file::read(void* to, std::size_t bytes) const noexcept {
+  std::size_t got = 0;
+  while (got < bytes) {
+    const ssize_t now = ::read(number_, static_cast<char*>(to) + got, bytes - got);
+    if (now < 0 && errno == EINTR) continue;
+    if (now < 0) return now;
+    if (now == 0) break;
+    got += static_cast<std::size_t>(now);
+  }
+  return static_cast<ssize_t>(got);
 }
 
 } // namespace rowe::access

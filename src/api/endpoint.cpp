@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "api/check_connect.hpp"
-#include "api/check_listen.hpp"
+#include "api/check_opening.hpp"
 #include "api/endpoint_state.hpp"
 #include "api/url.hpp"
 #include "net/transport/socket_transport.hpp"
@@ -16,7 +15,7 @@
 namespace rowe {
 namespace {
 
-constexpr bool is_hop(peer_profile profile) noexcept { return profile != peer_profile::standard; }
+constexpr bool is_hop(websocket_profile profile) noexcept { return profile != websocket_profile::standard; }
 
 // Hop has no pings, so the kernel has to notice that it is gone.
 net::socket_limits socket_limits_of(const endpoint_options& options) noexcept {

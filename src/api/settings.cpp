@@ -7,8 +7,7 @@
 #include <algorithm>
 
 #include "access/files.hpp"
-#include "api/check_connect.hpp"
-#include "api/check_listen.hpp"
+#include "api/check_opening.hpp"
 #include "api/settings_reader.hpp"
 #include "config/environment.hpp"
 #include "config/keys.hpp"

@@ -12,7 +12,6 @@
 
 #include "capi/error.hpp"
 #include "capi/object.hpp"
-#include "capi/outside.hpp"
 #include "wire/codec/object_form.hpp"
 
 namespace rowe::capi {
@@ -32,9 +31,9 @@ result<endpoint_options> options_of(const rowe_options* given) {
   endpoint_options options;
   if (all->name != nullptr) options.name = all->name;
   switch (all->profile) {
-  case rowe_profile_standard: options.profile = peer_profile::standard; break;
-  case rowe_profile_hop: options.profile = peer_profile::hop; break;
-  case rowe_profile_hop_2014: options.profile = peer_profile::hop_2014; break;
+  case rowe_profile_standard: options.profile = websocket_profile::standard; break;
+  case rowe_profile_hop: options.profile = websocket_profile::hop; break;
+  case rowe_profile_hop_2014: options.profile = websocket_profile::hop_2014; break;
   default: return error{errc::bad_argument, all->profile, rowe_profile_hop_2014, argument::profile};
   }
   switch (all->idle) {

@@ -3,8 +3,6 @@
 
 #include <chrono>
 
-#include "capi/outside.hpp"
-
 namespace rowe::capi {
 namespace {
 

@@ -21,7 +21,7 @@ using namespace std::chrono_literals;
 constexpr std::array<std::string_view, 4> idle_words{"poll", "spin", "wake", "phase"};
 static_assert(static_cast<std::size_t>(idle::phase) + 1 == idle_words.size());
 constexpr std::array<std::string_view, 3> profile_words{"standard", "hop", "hop_2014"};
-static_assert(static_cast<std::size_t>(peer_profile::hop_2014) + 1 == profile_words.size());
+static_assert(static_cast<std::size_t>(websocket_profile::hop_2014) + 1 == profile_words.size());
 
 constexpr std::int64_t day = ns(24h);
 

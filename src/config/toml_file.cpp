@@ -3,9 +3,7 @@
 // version of it, or other settings, must not get our functions, nor we its.
 #include "config/toml_file.hpp"
 
-#include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -153,53 +151,30 @@ bool convert(const toml::node& from, std::size_t depth, item& into, fault& wrong
   }
 }
 
-class descriptor {
- public:
-  explicit descriptor(int fd) noexcept : fd_{fd} {}
-  descriptor(const descriptor&) = delete;
-  descriptor& operator=(const descriptor&) = delete;
-  ~descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  int get() const noexcept { return fd_; }
-
- private:
-  int fd_;
-};
-
 std::string text_of_errno() { return std::generic_category().message(errno); }
-
-bool read_all(int fd, std::size_t bytes, std::string& into) {
-  into.resize(bytes + 1); // one more, to see that it has not grown
-  std::size_t have = 0;
-  while (have < into.size()) {
-    const ssize_t got = ::read(fd, into.data() + have, into.size() - have);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return false;
-    if (got == 0) break;
-    have += static_cast<std::size_t>(got);
-  }
-  into.resize(have);
-  return true;
-}
 
 } // namespace
 
 bool read_file(const std::string& path, file_text& into, fault& wrong) {
-  const descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)};
-  struct stat about;
-  if (file.get() < 0 || ::fstat(file.get(), &about) != 0) {
+  const access::open_file file{path};
+  if (!file) {
     wrong.text = "the file cannot be read: " + text_of_errno();
     return false;
   }
+  const struct stat& about = file.facts();
   if (!S_ISREG(about.st_mode)) {
     wrong.text = "this is no regular file";
     return false;
   }
   const auto bytes = static_cast<std::uint64_t>(about.st_size);
-  if (bytes <= file_bytes_max && !read_all(file.get(), static_cast<std::size_t>(bytes), into.text)) {
-    wrong.text = "the file cannot be read: " + text_of_errno();
-    return false;
+  if (bytes <= file_bytes_max) {
+    into.text.resize(static_cast<std::size_t>(bytes) + 1); // one more, to see that it has not grown
+    const ssize_t got = file.read(into.text.data(), into.text.size());
+    if (got < 0) {
+      wrong.text = "the file cannot be read: " + text_of_errno();
+      return false;
+    }
+    into.text.resize(static_cast<std::size_t>(got));
   }
   if (bytes > file_bytes_max || into.text.size() > file_bytes_max) {
     wrong.text = "the file has " + std::to_string(std::max<std::uint64_t>(bytes, into.text.size())) +

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "page/site.hpp"
 
-#include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -15,6 +13,7 @@
 
 #include <rowe/options.hpp>
 
+#include "access/files.hpp"
 #include "access/token.hpp"
 #include "wire/codec/own_names.hpp"
 #include "json/text/digits.hpp"
@@ -69,16 +68,6 @@ bool can_be_asked_for(std::string_view path) noexcept {
          });
 }
 
-struct opened {
-  explicit opened(int descriptor) noexcept : number{descriptor} {}
-  opened(const opened&) = delete;
-  opened& operator=(const opened&) = delete;
-  ~opened() {
-    if (number >= 0) ::close(number);
-  }
-  const int number;
-};
-
 // These are answered before any file is looked for.
 bool is_own(std::string_view path) noexcept {
   return path == wire::metrics_path || path == wire::health_path || path.starts_with("/rowe/") ||
@@ -100,9 +89,9 @@ std::string etag_of(std::string_view text) {
 
 // This and the next return what is wrong; empty: nothing.
 std::string site::read(const std::string& where, std::size_t& total, content& bytes) {
-  const opened file{::open(where.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)}; // a pipe would wait
-  struct stat facts {};
-  if (file.number < 0 || ::fstat(file.number, &facts) != 0) return ::strerrordesc_np(errno);
+  const access::open_file file{where};
+  if (!file) return ::strerrordesc_np(errno);
+  const struct stat& facts = file.facts();
   if (!S_ISREG(facts.st_mode)) return "it is not a file";
   // Keys and tokens are like that, and what is served can be read by everyone.
   if ((facts.st_mode & S_IROTH) == 0)
@@ -110,14 +99,9 @@ std::string site::read(const std::string& where, std::size_t& total, content& by
   total += static_cast<std::size_t>(facts.st_size);
   if (total > bytes_max) return "with it the folder has more than " + std::to_string(bytes_max) + " bytes";
   bytes.resize(static_cast<std::size_t>(facts.st_size));
-  for (std::size_t got = 0; got < bytes.size();) {
-    const ssize_t now = ::read(file.number, bytes.data() + got, bytes.size() - got);
-    if (now < 0 && errno == EINTR) continue;
-    if (now < 0) return ::strerrordesc_np(errno);
-    if (now == 0) return "it became shorter while it was read";
-    got += static_cast<std::size_t>(now);
-  }
-  return {};
+  const ssize_t got = file.read(bytes.data(), bytes.size());
+  if (got < 0) return ::strerrordesc_np(errno);
+  return got < facts.st_size ? "it became shorter while it was read" : std::string{};
 }
 
 std::string site::add(const std::string& path, const std::string& where, std::size_t& total) {

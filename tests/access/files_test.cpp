@@ -3,12 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <sys/stat.h>
-
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <string>
+
+#include "rt/folder.hpp"
 
 namespace files_test {
 namespace {
@@ -19,25 +18,16 @@ using rowe::access::version_of;
 // A folder with FOLDER/inside/file, FOLDER/beside and links between them.
 struct credential_files : testing::Test {
   credential_files() {
-    std::filesystem::create_directory(folder + "/inside");
-    write("/inside/file", "a");
-    write("/beside", "a");
+    made.put("inside/file", "a");
+    made.put("beside", "a");
     std::filesystem::create_symlink(folder + "/beside", folder + "/inside/out");
     std::filesystem::create_symlink(folder + "/inside", folder + "/in");
     ::setenv("CREDENTIALS_DIRECTORY", (folder + "/inside").c_str(), 1);
   }
-  ~credential_files() override {
-    ::unsetenv("CREDENTIALS_DIRECTORY");
-    std::filesystem::remove_all(folder);
-  }
-  void write(const std::string& name, const std::string& text) { std::ofstream{folder + name} << text; }
+  ~credential_files() override { ::unsetenv("CREDENTIALS_DIRECTORY"); }
 
-  static std::string made() {
-    std::string path = "/tmp/rowe_files_XXXXXX";
-    EXPECT_NE(::mkdtemp(path.data()), nullptr);
-    return path;
-  }
-  const std::string folder = made();
+  const rowe::tests::folder made;
+  const std::string& folder = made.path();
 };
 
 TEST_F(credential_files, are_those_below_the_folder_wherever_links_lead) {
@@ -64,10 +54,10 @@ TEST_F(credential_files, have_another_version_when_written_to_or_replaced) {
   const auto first = version_of(path);
   EXPECT_NE(first, 0U);
   EXPECT_EQ(version_of(path), first);
-  write("/beside", "ab"); // longer: the clock of files may stand still meanwhile
+  made.put("beside", "ab"); // longer: the clock of files may stand still meanwhile
   const auto second = version_of(path);
   EXPECT_NE(second, first);
-  write("/new", "cd");
+  made.put("new", "cd");
   std::filesystem::rename(folder + "/new", path);
   EXPECT_NE(version_of(path), second);
   std::filesystem::remove(path);

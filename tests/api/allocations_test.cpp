@@ -2,16 +2,11 @@
 // In steady state nothing in the whole process allocates for a message or a call: neither the handles,
 // submission queue, core, transport and libwebsockets of one endpoint, nor those of the other. The tripwire's
 // malloc counts, in all threads.
-#include <rowe/rowe.hpp>
-
-#include <gtest/gtest.h>
+#include <string>
 
 #include <rowe/rt/tripwire.hpp>
 
-#include <atomic>
-#include <string>
-#include <thread>
-#include <utility>
+#include "endpoints.hpp"
 
 struct pose {
   double x, y, heading;
@@ -32,9 +27,8 @@ inline constexpr auto rowe::schema<total> = rowe::fields<&total::sum>{};
 
 namespace {
 
-using namespace std::chrono_literals;
+using namespace endpoints;
 
-constexpr auto timeout = 20s;
 constexpr int warm_up = 500;
 constexpr int measured = 5000;
 
@@ -44,13 +38,12 @@ TEST(allocations, are_none_for_a_message_from_publisher_to_subscriber_over_socke
   options.limits.lane_bytes = 2 * 1024 * 1024;
   auto robot = rowe::endpoint::listen(0, options).value();
   auto odom = robot.advertise<pose>("/odom").value();
-  auto viewer = rowe::endpoint::connect("ws://127.0.0.1:" + std::to_string(robot.port()), options).value();
+  auto viewer = rowe::endpoint::connect(url_of(robot), options).value();
   auto seen = viewer.subscribe<rowe::json_text>("/odom").value();
   auto command = viewer.advertise<rowe::json_text>("/cmd").value();
   auto commanded = robot.subscribe<rowe::json_text>("/cmd").value();
   ASSERT_TRUE(viewer.wait_peer(timeout));
-  const auto until = rowe::rt::monotonic_clock::now() + timeout;
-  while (!odom.wanted()) ASSERT_LT(rowe::rt::monotonic_clock::now(), until);
+  ASSERT_TRUE(eventually([&] { return odom.wanted(); }));
 
   int went = 0;
   int came = 0;
@@ -89,30 +82,7 @@ struct two_ends {
   rowe::endpoint robot = rowe::endpoint::listen(0, options_of_calls()).value();
   rowe::endpoint desk = another();
 
-  rowe::endpoint another() const {
-    auto made =
-        rowe::endpoint::connect("ws://127.0.0.1:" + std::to_string(robot.port()), options_of_calls()).value();
-    EXPECT_TRUE(made.wait_peer(timeout));
-    return made;
-  }
-};
-
-// Does `step` again and again on a thread of its own, which is there before anything is counted.
-template <class Step>
-class beside {
- public:
-  explicit beside(Step step)
-      : thread_{[this, step = std::move(step)]() mutable {
-          while (!done_.load()) step();
-        }} {}
-  ~beside() {
-    done_.store(true);
-    thread_.join();
-  }
-
- private:
-  std::atomic<bool> done_{false};
-  std::thread thread_;
+  rowe::endpoint another() const { return connected(robot, options_of_calls()); }
 };
 
 // `exchange` says whether it went well.
@@ -130,11 +100,7 @@ void expect_no_allocation(Exchange exchange) {
 // Until a service that another endpoint offers is known where it is called.
 template <class Caller>
 bool answered(Caller& caller) {
-  const auto until = rowe::rt::monotonic_clock::now() + timeout;
-  while (!caller.call({1, 2}, timeout)) {
-    if (rowe::rt::monotonic_clock::now() > until) return false;
-  }
-  return true;
+  return eventually([&] { return caller.call({1, 2}, timeout).has_value(); });
 }
 
 auto adding(rowe::endpoint& at, std::string_view name) {
@@ -222,8 +188,7 @@ TEST(allocations, are_none_for_values_that_a_subscriber_has_decoded) {
   for (const rowe::keep kept : {rowe::keep::all, rowe::keep::newest}) {
     auto odom = e.desk.advertise<pose>("/odom").value();
     auto seen = e.robot.subscribe<pose>("/odom", {.keep = kept}).value();
-    const auto until = rowe::rt::monotonic_clock::now() + timeout;
-    while (!odom.wanted()) ASSERT_LT(rowe::rt::monotonic_clock::now(), until);
+    ASSERT_TRUE(eventually([&] { return odom.wanted(); }));
     expect_no_allocation([&](int i) {
       if (!odom.publish({0.001 * i, 1e-9 * i, 3.0})) return false;
       const auto taken = seen.take(timeout);

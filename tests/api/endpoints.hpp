@@ -9,16 +9,19 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 #include <rowe/rowe.hpp>
+
+#include "api/seen.hpp"
 
 namespace endpoints {
 
 using namespace std::chrono_literals;
+using rowe::tests::count_of;
+using rowe::tests::url_of;
 
 inline constexpr auto timeout = 20s; // a watchdog: nothing here takes a thousandth of it
-
-inline std::string url_of(const rowe::endpoint& of) { return "ws://127.0.0.1:" + std::to_string(of.port()); }
 
 inline rowe::endpoint_options quick() {
   rowe::endpoint_options options;
@@ -28,18 +31,17 @@ inline rowe::endpoint_options quick() {
   return options;
 }
 
+// What is invoked is kept for receive() from the start.
+inline rowe::endpoint_options answering() {
+  rowe::endpoint_options options = quick();
+  options.answers_any = true;
+  return options;
+}
+
 inline rowe::endpoint connected(const rowe::endpoint& to, const rowe::endpoint_options& options = quick()) {
   auto made = rowe::endpoint::connect(url_of(to), options).value();
   EXPECT_TRUE(made.wait_peer(timeout));
   return made;
-}
-
-inline std::uint64_t count_of(const rowe::endpoint& of, std::string_view name) {
-  for (const auto& one : of.counts()) {
-    if (one.name == name) return one.value;
-  }
-  ADD_FAILURE() << "no counter " << name;
-  return 0;
 }
 
 // Whether a reply has these members; one of a peer that uses the plain format has in_reply_to behind them.
@@ -50,12 +52,7 @@ inline bool says(std::string_view reply, std::string_view object) {
 // Whether `ready` comes true before the watchdog barks.
 template <class Ready>
 bool eventually(Ready&& ready) {
-  const auto until = rowe::rt::monotonic_clock::now() + timeout;
-  while (!ready()) {
-    if (rowe::rt::monotonic_clock::now() > until) return false;
-    std::this_thread::yield();
-  }
-  return true;
+  return rowe::tests::eventually(ready, timeout);
 }
 
 // Makes a call that is to run out of time, until its request has gone out: what the service thread takes up
@@ -69,17 +66,15 @@ bool goes_out(const rowe::endpoint& by, Call&& call) {
   });
 }
 
-// Answers calls on a thread of its own until destroyed: `answer(received)` for each.
-template <class Answer>
-class answering_thread {
+// Does `step` again and again on a thread of its own, until destroyed.
+template <class Step>
+class beside {
  public:
-  answering_thread(rowe::endpoint& at, Answer answer)
-      : thread_{[this, &at, answer] {
-          while (!done_.load()) {
-            if (auto call = at.receive(5ms)) answer(*call);
-          }
+  explicit beside(Step step)
+      : thread_{[this, step = std::move(step)]() mutable {
+          while (!done_.load()) step();
         }} {}
-  ~answering_thread() {
+  ~beside() {
     done_.store(true);
     thread_.join();
   }
@@ -88,5 +83,13 @@ class answering_thread {
   std::atomic<bool> done_{false};
   std::thread thread_;
 };
+
+// Answers calls: `answer(received)` for each.
+template <class Answer>
+auto answering_thread(rowe::endpoint& at, Answer answer) {
+  return beside{[&at, answer] {
+    if (auto call = at.receive(5ms)) answer(*call);
+  }};
+}
 
 } // namespace endpoints

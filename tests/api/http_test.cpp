@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a running endpoint answers over HTTP besides its page.
-#include <netinet/in.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include "endpoints.hpp"
+#include "rt/loopback.hpp"
 
 #include <rowe/access.hpp>
 
@@ -19,11 +18,7 @@ using namespace endpoints;
 // The whole answer to a request of this process.
 std::string ask(const rowe::endpoint& of, std::string_view line, std::string_view more = {}) {
   const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_port = htons(of.port());
-  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  EXPECT_EQ(::connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
+  EXPECT_TRUE(rowe::tests::connect_to(of.port(), fd));
   const std::string request =
       std::string{line} + " HTTP/1.1\r\nHost: localhost\r\n" + std::string{more} + "\r\n";
   EXPECT_EQ(::send(fd, request.data(), request.size(), MSG_NOSIGNAL), static_cast<ssize_t>(request.size()));

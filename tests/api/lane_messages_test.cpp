@@ -18,6 +18,13 @@ using rowe::message;
 
 rowe::time_point clock_now() { return rowe::rt::monotonic_clock::now(); }
 
+// The call of this lane that ends next.
+rowe::result<rowe::call_end> finished(rowe::lane& of) {
+  std::optional<rowe::result<rowe::call_end>> ended;
+  EXPECT_TRUE(eventually([&] { return ended.emplace(of.try_finish()).has_value(); }));
+  return std::move(*ended);
+}
+
 TEST(lanes, invoke_as_in_the_paper) {
   auto hop = endpoint::listen(0, quick()).value();
   auto answers = hop.open_lane().value();
@@ -64,11 +71,10 @@ TEST(lanes, have_several_calls_in_flight_without_waiting) {
     ASSERT_TRUE(answers.try_reply(calls[i], message("n", text[text.find(R"("n":)") + 4] - '0'), clock_now()));
   }
   for (const int expected : {3, 2, 0}) {
-    std::optional<rowe::result<rowe::call_end>> ended;
-    ASSERT_TRUE(eventually([&] { return ended.emplace(lane.try_finish()).has_value(); }));
-    ASSERT_TRUE((*ended)->reply);
-    EXPECT_EQ((*ended)->id, started[expected]);
-    EXPECT_TRUE(says((*ended)->reply->value(), message("n", expected).text()));
+    const auto ended = finished(lane);
+    ASSERT_TRUE(ended->reply);
+    EXPECT_EQ(ended->id, started[expected]);
+    EXPECT_TRUE(says(ended->reply->value(), message("n", expected).text()));
   }
   EXPECT_EQ(lane.try_finish().code(), errc::empty);
   for (std::size_t i = 4; i-- > 0;) EXPECT_EQ(lane.receive(timeout)->value(), message("unrelated", i).text());
@@ -140,9 +146,8 @@ TEST(lanes, tell_lost_peers_time_outs_and_missing_services_apart) {
   ASSERT_TRUE(silent.receive(timeout));
   ASSERT_TRUE(silent.receive(timeout)); // both calls came
   hop.reset();
-  std::optional<rowe::result<rowe::call_end>> ended;
-  ASSERT_TRUE(eventually([&] { return ended.emplace(lane.try_finish()).has_value(); }));
-  EXPECT_EQ((*ended)->reply.code(), errc::peer_lost);
+  const auto ended = finished(lane);
+  EXPECT_EQ(ended->reply.code(), errc::peer_lost);
 }
 
 TEST(lanes, refuse_with_a_diagnostic) {
@@ -156,9 +161,8 @@ TEST(lanes, refuse_with_a_diagnostic) {
     ASSERT_TRUE(call);
     ASSERT_TRUE(answers.try_refuse(*call, "not today", clock_now()));
   }
-  std::optional<rowe::result<rowe::call_end>> ended;
-  ASSERT_TRUE(eventually([&] { return ended.emplace(lane.try_finish()).has_value(); }));
-  EXPECT_EQ((*ended)->reply.code(), errc::refused);
+  const auto ended = finished(lane);
+  EXPECT_EQ(ended->reply.code(), errc::refused);
   EXPECT_EQ(lane.refusal(), "not today");
 }
 
@@ -271,9 +275,7 @@ TEST(room, is_waited_for_by_a_lane_until_the_other_side_takes) {
 
 TEST(room, is_waited_for_by_a_thread_until_the_other_side_takes) {
   const rowe::tests::watchdog dog{"a thread that waits for room", 120s};
-  auto options = quick();
-  options.answers_any = true; // what comes before receive() is called waits for it
-  auto hop = endpoint::listen(0, options).value();
+  auto hop = endpoint::listen(0, answering()).value(); // what comes before receive() is called waits for it
   auto robot = connected(hop);
   std::thread sends{[&] { send_all(robot, many); }};
   take_all(hop, many);

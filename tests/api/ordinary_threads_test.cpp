@@ -48,8 +48,8 @@ TEST(ordinary_threads, carries_messages_both_ways) {
 TEST(ordinary_threads, invokes_the_services_of_the_other_end_in_both_directions) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
-  const answering_thread at_robot{robot, adding(robot)};
-  const answering_thread at_viewer{viewer, adding(viewer)};
+  const auto at_robot = answering_thread(robot, adding(robot));
+  const auto at_viewer = answering_thread(viewer, adding(viewer));
   ASSERT_TRUE(eventually([&] { // refused until the answering thread has called receive()
     const auto reply = viewer.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), timeout);
     return reply && says(reply->value(), sum_of_the_paper);
@@ -153,9 +153,7 @@ TEST(ordinary_threads, refuses_calls_while_nobody_receives_and_says_so) {
 }
 
 TEST(ordinary_threads, keeps_calls_for_receive_from_the_start_by_option) {
-  auto options = quick();
-  options.answers_any = true;
-  auto robot = endpoint::listen(0, options).value();
+  auto robot = endpoint::listen(0, answering()).value();
   auto viewer = connected(robot);
   std::thread asks{[&] {
     const auto reply = viewer.invoke(message("service", "anything"), timeout);
@@ -171,21 +169,17 @@ TEST(ordinary_threads, keeps_calls_for_receive_from_the_start_by_option) {
 }
 
 TEST(ordinary_threads, hands_on_the_diagnostic_of_a_refusal) {
-  auto options = quick();
-  options.answers_any = true;
-  auto robot = endpoint::listen(0, options).value();
+  auto robot = endpoint::listen(0, answering()).value();
   auto viewer = connected(robot);
-  const answering_thread refusing{robot,
-                                  [&](const rowe::received& call) { (void)robot.refuse(call, "not today"); }};
+  const auto refusing =
+      answering_thread(robot, [&](const rowe::received& call) { (void)robot.refuse(call, "not today"); });
   std::string why;
   EXPECT_EQ(viewer.invoke(message("service", "x"), timeout, everyone, &why).code(), errc::refused);
   EXPECT_EQ(why, "not today");
 }
 
 TEST(ordinary_threads, times_out_where_no_reply_comes_and_drops_the_late_one) {
-  auto options = quick();
-  options.answers_any = true;
-  auto robot = endpoint::listen(0, options).value();
+  auto robot = endpoint::listen(0, answering()).value();
   auto viewer = connected(robot);
   ASSERT_TRUE(goes_out(viewer, [&] {
     const auto late = viewer.invoke(message("service", "slow"), 20ms);
@@ -198,9 +192,7 @@ TEST(ordinary_threads, times_out_where_no_reply_comes_and_drops_the_late_one) {
 }
 
 TEST(ordinary_threads, tells_a_lost_peer_from_a_time_out) {
-  auto options = quick();
-  options.answers_any = true;
-  std::optional<endpoint> robot{endpoint::listen(0, options).value()};
+  std::optional<endpoint> robot{endpoint::listen(0, answering()).value()};
   auto viewer = connected(*robot);
   std::thread asks{
       [&] { EXPECT_EQ(viewer.invoke(message("service", "slow"), timeout).code(), errc::peer_lost); }};
@@ -225,9 +217,7 @@ TEST(ordinary_threads, does_not_reply_to_what_is_no_call_of_its_own) {
 }
 
 TEST(ordinary_threads, says_peer_lost_to_replies_whose_asker_is_gone) {
-  auto options = quick();
-  options.answers_any = true;
-  auto robot = endpoint::listen(0, options).value();
+  auto robot = endpoint::listen(0, answering()).value();
   std::optional<endpoint> viewer{connected(robot)};
   std::thread asks{[&] { (void)viewer->invoke(message("service", "slow"), timeout); }};
   const auto call = robot.receive(timeout);
@@ -286,9 +276,7 @@ TEST(ordinary_threads, drops_what_was_not_received_in_time) {
 }
 
 TEST(ordinary_threads, serves_many_threads_at_once) {
-  auto options = quick();
-  options.answers_any = true;
-  auto robot = endpoint::listen(0, options).value();
+  auto robot = endpoint::listen(0, answering()).value();
   auto viewer = connected(robot);
   const auto echo = [&](const rowe::received& call) {
     if (!call.wants_reply()) return;
@@ -297,8 +285,8 @@ TEST(ordinary_threads, serves_many_threads_at_once) {
     ASSERT_NE(at, std::string_view::npos);
     (void)robot.try_reply(call, message("n", std::stoi(std::string{text.substr(at + 4)})));
   };
-  const answering_thread first{robot, echo};
-  const answering_thread second{robot, echo};
+  const auto first = answering_thread(robot, echo);
+  const auto second = answering_thread(robot, echo);
   std::vector<std::thread> asking;
   std::atomic<int> answered{0};
   for (int t = 0; t < 4; ++t) {

@@ -25,8 +25,7 @@ TEST(parameters, of_a_loop_are_set_by_peers_and_by_its_program) {
     options.idle_policy = policy;
     auto robot = rowe::endpoint::listen(0, options).value();
     auto gain = robot.parameter<double>("/gain", 1, {0, 1e6}).value();
-    auto peer = rowe::endpoint::connect("ws://127.0.0.1:" + std::to_string(robot.port()), quick()).value();
-    ASSERT_TRUE(peer.wait_peer(timeout));
+    auto peer = connected(robot);
     std::atomic<bool> over{false};
     std::atomic<bool> torn{false};
     std::thread loop{[&] {

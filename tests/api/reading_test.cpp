@@ -59,10 +59,10 @@ TEST(reading, reads_replies_to_ordinary_threads_and_to_lanes) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
   auto lane = viewer.open_lane().value();
-  const answering_thread at_robot{robot, [&robot](const rowe::received& call) {
-                                    const auto a = call.get<int>("a"), b = call.get<int>("b");
-                                    if (a && b) (void)robot.try_reply(call, message("sum", *a + *b));
-                                  }};
+  const auto at_robot = answering_thread(robot, [&robot](const rowe::received& call) {
+    const auto a = call.get<int>("a"), b = call.get<int>("b");
+    if (a && b) (void)robot.try_reply(call, message("sum", *a + *b));
+  });
   const message question{"service", "add-two-numbers", "a", 38, "b", 4};
   ASSERT_TRUE(eventually([&] { // refused until the answering thread has called receive()
     const auto reply = viewer.invoke(question, timeout);

@@ -16,6 +16,7 @@
 
 #include <rowe/rowe.hpp>
 
+#include "rt/folder.hpp"
 #include "variable.hpp"
 
 namespace settings_test {
@@ -29,19 +30,13 @@ using rowe::settings;
 // A file of this text, as long as the object lives.
 class toml {
  public:
-  explicit toml(const std::string& text, mode_t mode = 0600) {
-    ::close(::mkstemp(path_.data()));
-    std::ofstream{path_} << text;
-    ::chmod(path_.c_str(), mode);
-  }
-  toml(const toml&) = delete;
-  toml& operator=(const toml&) = delete;
-  ~toml() { ::unlink(path_.c_str()); }
+  explicit toml(const std::string& text, mode_t mode = 0600) : path_{in_.put("rowe.toml", text, mode)} {}
   const std::string& path() const { return path_; }
   std::string at(int line) const { return path_ + ":" + std::to_string(line) + ": "; }
 
  private:
-  std::string path_ = "/tmp/rowe_settings_XXXXXX";
+  const rowe::tests::folder in_;
+  const std::string path_;
 };
 
 // What is wrong with a file, by reading it or by checking it.

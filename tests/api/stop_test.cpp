@@ -43,9 +43,7 @@ class obedient {
   bool moving() const { return moving_; }
   bool has_moved() const { return has_moved_; }
   bool becomes(bool moving) const {
-    const auto until = rowe::rt::monotonic_clock::now() + timeout;
-    while (moving_ != moving && rowe::rt::monotonic_clock::now() < until) std::this_thread::yield();
-    return moving_ == moving;
+    return endpoints::eventually([&] { return moving_ == moving; });
   }
 
  private:
@@ -72,41 +70,44 @@ rowe::stop_latch latch(endpoint& of, std::string_view name = "loop") {
   return of.stop_latch({.name = name, .loop_timeout = out_of_the_way}).value();
 }
 
+std::string state_of(endpoint& robot) {
+  return std::string{robot.invoke(rowe::message{"service", "/rowe/stop/state"}, timeout).value().value()};
+}
+bool says(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+bool moves_again(endpoint& of, const obedient& loop) {
+  return of.reset_emergency_stop({}, timeout) && loop.becomes(true);
+}
+
 TEST(stop, holds_at_the_start_until_it_is_reset) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
   EXPECT_TRUE(loop.becomes(false));
-  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
-  EXPECT_TRUE(loop.becomes(true));
+  EXPECT_TRUE(moves_again(robot, loop));
 }
 
 TEST(stop, asked_for_in_this_process_is_acknowledged) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
-  ASSERT_TRUE(loop.becomes(true));
+  ASSERT_TRUE(moves_again(robot, loop));
   const auto before = rowe::rt::monotonic_clock::now();
   const auto stopped = robot.emergency_stop({.source = "a button"}, timeout);
   ASSERT_TRUE(stopped) << stopped.error().name();
   EXPECT_GE(stopped->acknowledged, before);
   EXPECT_LE(stopped->acknowledged, rowe::rt::monotonic_clock::now());
   EXPECT_TRUE(loop.becomes(false));
-  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
-  EXPECT_TRUE(loop.becomes(true));
+  EXPECT_TRUE(moves_again(robot, loop));
 }
 
 TEST(stop, asked_for_by_a_peer_is_acknowledged_with_times) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
-  ASSERT_TRUE(loop.becomes(true));
-  auto peer = endpoint::connect("ws://127.0.0.1:" + std::to_string(robot.port())).value();
-  ASSERT_TRUE(peer.wait_peer(timeout));
+  ASSERT_TRUE(moves_again(robot, loop));
+  auto peer = endpoints::connected(robot);
   const auto answer = peer.invoke(rowe::message{"service", "/rowe/stop", "source", "test"}, timeout);
   ASSERT_TRUE(answer) << answer.error().name();
-  EXPECT_NE(answer->value().find(R"("state":"stopped")"), std::string::npos) << answer->value();
-  EXPECT_NE(answer->value().find(R"("source":"test")"), std::string::npos) << answer->value();
-  EXPECT_NE(answer->value().find(R"("observed_ns":")"), std::string::npos) << answer->value();
+  for (const char* const part : {R"("state":"stopped")", R"("source":"test")", R"("observed_ns":")"})
+    EXPECT_TRUE(says(std::string{answer->value()}, part)) << answer->value();
   EXPECT_FALSE(loop.moving());
 }
 
@@ -168,14 +169,12 @@ TEST(stop, comes_even_where_there_is_no_time_to_wait_and_no_room_to_ask) {
   options.limits.door_slots = 4;
   auto robot = endpoint::listen(0, options).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
-  ASSERT_TRUE(loop.becomes(true));
+  ASSERT_TRUE(moves_again(robot, loop));
   const auto done = robot.emergency_stop({.source = "no time"}, 0ms); // perhaps in time, by chance
   EXPECT_TRUE(done || done.code() == errc::timed_out) << done.error().name();
   EXPECT_TRUE(loop.becomes(false));
 
-  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
-  ASSERT_TRUE(loop.becomes(true));
+  ASSERT_TRUE(moves_again(robot, loop));
   // All slots, for good: what the service thread has room for further on leaves its slot in the next cycle.
   const auto cycles = [&] { return endpoints::count_of(robot, "cycles"); };
   for (std::uint64_t last = cycles();;) {
@@ -191,8 +190,7 @@ TEST(stop, comes_even_where_there_is_no_time_to_wait_and_no_room_to_ask) {
 TEST(stop, comes_when_the_endpoint_begins_to_close) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
-  ASSERT_TRUE(loop.becomes(true));
+  ASSERT_TRUE(moves_again(robot, loop));
   ASSERT_TRUE(
       robot.try_send(rowe::message{"waits", "for a peer"}, rowe::rt::for_ever)); // so it drains for long
   std::thread closing{[&] { (void)robot.close(2s); }};
@@ -212,19 +210,13 @@ TEST(stop, of_a_robot_without_a_latch_is_no_service) {
 TEST(stop, of_a_client_without_a_latch_is_not_its_servers) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
-  ASSERT_TRUE(loop.becomes(true));
+  ASSERT_TRUE(moves_again(robot, loop));
   auto viewer = endpoints::connected(robot);
   const std::uint64_t stops = endpoints::count_of(robot, "stops");
   EXPECT_EQ(viewer.emergency_stop({.source = "viewer"}, timeout).code(), errc::no_service);
   ASSERT_TRUE(viewer.invoke(rowe::message{"service", "/rowe/stop/state"}, timeout)); // behind it
   EXPECT_EQ(endpoints::count_of(robot, "stops"), stops);
 }
-
-std::string state_of(endpoint& robot) {
-  return std::string{robot.invoke(rowe::message{"service", "/rowe/stop/state"}, timeout).value().value()};
-}
-bool says(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
 
 TEST(stop, says_who_and_why_and_is_cut_where_there_is_no_room_for_more) {
   auto robot = endpoint::listen(0, unguarded()).value();
@@ -324,8 +316,7 @@ TEST(stop, comes_when_a_loop_goes) {
 TEST(stop, comes_when_the_endpoint_closes_and_stays) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
-  ASSERT_TRUE(loop.becomes(true));
+  ASSERT_TRUE(moves_again(robot, loop));
   ASSERT_TRUE(robot.close());
   EXPECT_TRUE(loop.becomes(false));
 }
@@ -346,8 +337,7 @@ TEST(stop, comes_when_a_loop_does_not_look_in_time) {
   resets.join();
   ASSERT_TRUE(base.has_moved());
   EXPECT_TRUE(base.becomes(false)); // `slow` is not asked any more
-  const auto state = robot.invoke(rowe::message{"service", "/rowe/stop/state"}, timeout).value();
-  EXPECT_NE(state.value().find(R"("cause":"loop","source":"slow")"), std::string::npos) << state.value();
+  EXPECT_TRUE(says(state_of(robot), R"("cause":"loop","source":"slow")"));
 }
 
 } // namespace

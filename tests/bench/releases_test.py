@@ -150,36 +150,24 @@ class comparing(unittest.TestCase):
         said = releases.report(releases.between(run, run))
         self.assertIn("1 values: nothing became slower or faster;", said)
 
-    def test_a_fifth_more_with_a_spread_of_2_percent_is_slower(self):
-        before, after = echo(10, 10.1, 10.2), echo(12, 12.1, 12.2)
-        self.assertEqual(verdicts(before, after)[0][2], "slower")
-        self.assertEqual(verdicts(after, before)[0][2], "faster")
-
-    def test_a_fifth_more_with_a_spread_of_30_percent_is_not(self):
-        self.assertEqual(verdicts(echo(10, 11, 13), echo(12, 13.2, 15.6))[0][2], "")
-        self.assertEqual(verdicts(echo(10, 10.1, 10.2), echo(12, 12.5, 15.6))[0][2], "")
-
-    def test_turns_that_overlap_are_not(self):
-        self.assertEqual(verdicts(echo(10, 10, 11.5), echo(11.4, 11.9, 12))[0][2], "")
-
-    def test_the_numbers_of_turns_may_differ(self):
-        self.assertEqual(verdicts(echo(10, 10.1), echo(12, 12.1, 12.2, 12.3))[0][2], "slower")
-
-    def test_of_a_rate_and_of_a_rate_in_a_peers_more_is_faster(self):
-        for value in ("messages_per_s", "of_best_peer"):
-            sides = [echo(*values, of=value, row="send_300/rowe", program="throughput")
-                     for values in ((10, 10.1), (15, 15.1))]
-            self.assertEqual(verdicts(*sides)[0][2], "faster", value)
-
-    def test_of_a_time_in_a_peers_less_is_faster(self):
-        self.assertEqual(verdicts(echo(1.5, 1.51, of="of_raw"), echo(1, 1.01, of="of_raw"))[0][2], "faster")
-        self.assertEqual(verdicts(echo(8, 8.1, of="x_json_c"), echo(9, 9.1, of="x_json_c"))[0][2], "faster")
-
-    def test_counts_are_compared_exactly(self):
-        sides = [echo(count, of="instructions", row="instructions/send", program="instructions")
-                 for count in (10213, 10214)]
-        self.assertEqual(verdicts(*sides)[0][2], "slower")
-        self.assertEqual(verdicts(echo(3, 3, of="calls"), echo(2, 2, of="calls"))[0][2], "faster")
+    def test_values_of_turns_are_judged_by_their_spread_and_their_kind(self):
+        sent, more = {"row": "send_300/rowe", "program": "throughput"}, ((10, 10.1), (15, 15.1))
+        counted = {"of": "instructions", "row": "instructions/send", "program": "instructions"}
+        for what, before, after, how, verdict in (
+                ("a fifth more, spread 2 %", (10, 10.1, 10.2), (12, 12.1, 12.2), {}, "slower"),
+                ("a fifth less, spread 2 %", (12, 12.1, 12.2), (10, 10.1, 10.2), {}, "faster"),
+                ("a fifth more, spread 30 %", (10, 11, 13), (12, 13.2, 15.6), {}, ""),
+                ("a fifth more, spread 30 % of one", (10, 10.1, 10.2), (12, 12.5, 15.6), {}, ""),
+                ("turns that overlap", (10, 10, 11.5), (11.4, 11.9, 12), {}, ""),
+                ("numbers of turns that differ", (10, 10.1), (12, 12.1, 12.2, 12.3), {}, "slower"),
+                ("more of a rate", *more, {"of": "messages_per_s", **sent}, "faster"),
+                ("more of a rate in a peer's", *more, {"of": "of_best_peer", **sent}, "faster"),
+                ("less of a time in a peer's", (1.5, 1.51), (1, 1.01), {"of": "of_raw"}, "faster"),
+                ("more of times faster", (8, 8.1), (9, 9.1), {"of": "x_json_c"}, "faster"),
+                ("one count more", (10213,), (10214,), counted, "slower"),
+                ("one count less", (3, 3), (2, 2), {"of": "calls"}, "faster")):
+            with self.subTest(what):
+                self.assertEqual(verdicts(echo(*before, **how), echo(*after, **how))[0][2], verdict)
 
     def test_what_was_nothing_and_is_something_is_slower(self):
         found = releases.between(*(echo(*values, of="allocations") for values in ((0, 0), (1, 1))))

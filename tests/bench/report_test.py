@@ -165,12 +165,13 @@ class drawing(unittest.TestCase):
 
 
 class running(unittest.TestCase):
+    def setUp(self):
+        self.here = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+
     def run_script(self, script, kind="benchmark"):
-        with tempfile.TemporaryDirectory() as folder:
-            here = pathlib.Path(folder)
-            (here / "bench_x").write_text(script, encoding="utf-8")
-            (here / "bench_x").chmod(0o755)
-            return runner.run(programs.program("x", "X", kind=kind), folder, here, 3)
+        (self.here / "bench_x").write_text(script, encoding="utf-8")
+        (self.here / "bench_x").chmod(0o755)
+        return runner.run(programs.program("x", "X", kind=kind), str(self.here), self.here, 3)
 
     def test_a_program_is_given_the_rounds_and_its_json_is_read(self):
         told = self.run_script("#!/bin/sh\n[ \"$1\" = --rounds=3 ] || exit 1\n"
@@ -198,16 +199,13 @@ class running(unittest.TestCase):
         self.assertEqual(self.run_script("#!/bin/sh\necho poll 1 us\n", "text").text, "poll 1 us")
 
     def test_a_program_that_hangs_is_killed_with_what_it_started(self):
-        with tempfile.TemporaryDirectory() as folder:
-            printed, code = runner.start(["sh", "-c", "sleep 1000 & wait"], pathlib.Path(folder) / "log", 0.2)
-        self.assertEqual((printed, code), ("", None))
+        hangs = ["sh", "-c", "sleep 1000 & wait"]
+        self.assertEqual(runner.start(hangs, self.here / "log", 0.2), ("", None))
 
     def test_a_program_that_was_not_built_is_left_out_with_cmakes_reason(self):
-        with tempfile.TemporaryDirectory() as folder:
-            here = pathlib.Path(folder)
-            said = "-- bench_w and bench_x left out: they need json-c\n-- Done\n"
-            (here / "configure.log").write_text(said, encoding="utf-8")
-            told = runner.run(programs.program("x", "X"), folder, here, 0)
+        said = "-- bench_w and bench_x left out: they need json-c\n-- Done\n"
+        (self.here / "configure.log").write_text(said, encoding="utf-8")
+        told = runner.run(programs.program("x", "X"), str(self.here), self.here, 0)
         self.assertEqual((told.state, told.why), ("left out", "they need json-c"))
 
 
@@ -250,31 +248,23 @@ class builds_by_turns(unittest.TestCase):
         return compare.of_program(*sides)
 
     def test_what_is_slower_in_each_turn_and_beyond_its_spread_is_said(self):
-        self.assertEqual([one.verdict for one in self.of([10, 10.1, 10], [11, 11.1, 11])], ["slower"])
-        self.assertEqual([one.verdict for one in self.of([11, 11.1, 11], [10, 10.1, 10])], ["faster"])
-
-    def test_what_differs_by_less_than_its_spread_is_not(self):
-        self.assertEqual([one.verdict for one in self.of([10, 12, 10], [11, 13, 11])], [""])
-
-    def test_what_differs_in_one_turn_only_is_not(self):
-        found = self.of([10, 10, 11.5], [11.4, 11.4, 11.4])
-        self.assertEqual([one.verdict for one in found], [""])
+        for what, before, after, how, verdicts in (
+                ("in each turn", [10, 10.1, 10], [11, 11.1, 11], {}, ["slower"]),
+                ("in each turn", [11, 11.1, 11], [10, 10.1, 10], {}, ["faster"]),
+                ("by less than its spread", [10, 12, 10], [11, 13, 11], {}, [""]),
+                ("in one turn only", [10, 10, 11.5], [11.4, 11.4, 11.4], {}, [""]),
+                ("instructions of one turn", [100], [101], {"value": "instructions"}, ["slower"]),
+                ("as many instructions", [100], [100], {"value": "instructions"}, [""]),
+                ("a ratio is left out", [1, 1], [2, 2], {"value": "of_raw"}, []),
+                ("a count is left out", [1, 1], [2, 2], {"value": "sends"}, []),
+                ("a program that failed once is left out", [1, 1], [2, 2], {"state": "failed"}, [])):
+            with self.subTest(what):
+                self.assertEqual([one.verdict for one in self.of(before, after, **how)], verdicts)
 
     def test_of_a_rate_more_is_faster(self):
-        found = self.of([100, 100], [150, 150], value="messages_k_per_s")
-        self.assertEqual([one.verdict for one in found], ["faster"])
-        self.assertAlmostEqual(found[0].ratio, 2 / 3)
-
-    def test_instructions_are_compared_by_one_turn(self):
-        self.assertEqual([one.verdict for one in self.of([100], [101], value="instructions")], ["slower"])
-        self.assertEqual([one.verdict for one in self.of([100], [100], value="instructions")], [""])
-
-    def test_ratios_and_counts_are_left_out(self):
-        self.assertEqual(self.of([1, 1], [2, 2], value="of_raw"), [])
-        self.assertEqual(self.of([1, 1], [2, 2], value="sends"), [])
-
-    def test_a_program_that_failed_once_is_left_out(self):
-        self.assertEqual(self.of([1, 1], [2, 2], state="failed"), [])
+        (found,) = self.of([100, 100], [150, 150], value="messages_k_per_s")
+        self.assertEqual(found.verdict, "faster")
+        self.assertAlmostEqual(found.ratio, 2 / 3)
 
     def test_what_differs_between_builds_of_the_same_code_is_chance(self):
         sides = [[results.result("expiry", state="ran",

@@ -2,7 +2,6 @@
 // Calls between endpoints: answered, refused, timed out, several at a time, and every wrong use.
 #include "pair.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 
 // Answers invocations of add-two-numbers, refuses others, until "stop" arrives or the endpoint is closed.
@@ -46,24 +45,22 @@ static void expect_sum(const struct rowe_endpoint* by, int a, int b) {
 
 static void a_client_asks_its_server(void) {
   const struct pair p = open_pair();
-  pthread_t answering;
-  CHECK(pthread_create(&answering, NULL, answer, p.server) == 0);
+  const pthread_t answering = start_thread(answer, p.server);
   expect_sum(p.client, 38, 4);
   expect_sum(p.client, -1, 1);
   CHECK_NULL(invoke_text(p.client, "{\"service\":\"divide\"}", timeout_ms), rowe_error_refused);
   CHECK(strstr(rowe_last_error_text(), "I only add") != NULL);
   CHECK_EQUAL(send_text(p.client, "{}", timeout_ms), rowe_ok);
-  CHECK(pthread_join(answering, NULL) == 0);
+  join_thread(answering);
   close_pair(p);
 }
 
 static void a_server_asks_its_client(void) {
   const struct pair p = open_pair();
-  pthread_t answering;
-  CHECK(pthread_create(&answering, NULL, answer, p.client) == 0);
+  const pthread_t answering = start_thread(answer, p.client);
   expect_sum(p.server, 38, 4);
   CHECK_EQUAL(send_text(p.server, "{}", timeout_ms), rowe_ok);
-  CHECK(pthread_join(answering, NULL) == 0);
+  join_thread(answering);
   close_pair(p);
 }
 
@@ -76,11 +73,11 @@ static void several_threads_ask_and_several_answer(void) {
   enum { askers = 4, answerers = 2 };
   const struct pair p = open_pair();
   pthread_t asking[askers], answering[answerers];
-  for (int i = 0; i < answerers; ++i) CHECK(pthread_create(&answering[i], NULL, answer, p.server) == 0);
-  for (int i = 0; i < askers; ++i) CHECK(pthread_create(&asking[i], NULL, ask_often, p.client) == 0);
-  for (int i = 0; i < askers; ++i) CHECK(pthread_join(asking[i], NULL) == 0);
+  for (int i = 0; i < answerers; ++i) answering[i] = start_thread(answer, p.server);
+  for (int i = 0; i < askers; ++i) asking[i] = start_thread(ask_often, p.client);
+  for (int i = 0; i < askers; ++i) join_thread(asking[i]);
   CHECK_EQUAL(rowe_close(p.server, 0), rowe_ok);
-  for (int i = 0; i < answerers; ++i) CHECK(pthread_join(answering[i], NULL) == 0);
+  for (int i = 0; i < answerers; ++i) join_thread(answering[i]);
   close_pair(p);
 }
 
@@ -103,8 +100,7 @@ static void an_invocation_shows_its_id_and_is_answered_once(void) {
   const struct pair p = open_pair();
   struct question q = {
       .by = p.client, .text = "{\"service\":\"x\",\"deep\":{\"op\":1}}", .timeout_ms = timeout_ms};
-  pthread_t asking;
-  CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
+  const pthread_t asking = start_thread(ask, &q);
   struct rowe_object* const invocation = rowe_receive(p.server, timeout_ms);
   CHECK(rowe_object_get_string(invocation, "message_id") != NULL);
   CHECK_TEXT(rowe_object_get_string(invocation, "service"), "x");
@@ -119,7 +115,7 @@ static void an_invocation_shows_its_id_and_is_answered_once(void) {
   CHECK_CODE(rowe_async_reply(p.server, invocation, reply), rowe_error_misuse);
   CHECK_CODE(rowe_refuse(p.server, invocation, "no"), rowe_error_misuse);
   CHECK_CODE(rowe_reply(p.server, reply, reply, timeout_ms), rowe_error_misuse); // it was never received
-  CHECK(pthread_join(asking, NULL) == 0);
+  join_thread(asking);
   bool done = false;
   CHECK_EQUAL(rowe_object_get_boolean(q.reply, "done", &done), rowe_ok);
   CHECK(done);
@@ -136,13 +132,12 @@ static void what_can_be_no_reply_refuses_the_call(void) {
   const int codes[] = {rowe_error_not_an_object, rowe_error_reserved_member, rowe_error_reserved_member};
   for (size_t i = 0; i < sizeof replies / sizeof *replies; ++i) {
     struct question q = {.by = p.client, .text = "{\"service\":\"x\"}", .timeout_ms = timeout_ms};
-    pthread_t asking;
-    CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
+    const pthread_t asking = start_thread(ask, &q);
     struct rowe_object* const invocation = rowe_receive(p.server, timeout_ms);
     struct rowe_object* const reply = rowe_object_from_text(replies[i]);
     CHECK_CODE(rowe_reply(p.server, invocation, reply, timeout_ms), codes[i]);
     CHECK_CODE(rowe_reply(p.server, invocation, reply, timeout_ms), rowe_error_misuse);
-    CHECK(pthread_join(asking, NULL) == 0);
+    join_thread(asking);
     CHECK(q.reply == NULL);
     CHECK_EQUAL(q.error, rowe_error_refused);
     rowe_object_free(invocation);
@@ -182,12 +177,11 @@ static void who_waits_no_longer_hears_of_the_time(void) {
 static void who_asked_and_left_is_lost(void) {
   const struct pair p = open_pair();
   struct question q = {.by = p.client, .text = "{\"service\":\"x\"}", .timeout_ms = -1};
-  pthread_t asking;
-  CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
+  const pthread_t asking = start_thread(ask, &q);
   struct rowe_object* const invocation = rowe_receive(p.server, timeout_ms);
   const int closed = rowe_close(p.client, 0); // with a call open, which is not drained
   CHECK(closed == rowe_ok || closed == rowe_error_timed_out);
-  CHECK(pthread_join(asking, NULL) == 0);
+  join_thread(asking);
   CHECK(q.reply == NULL);
   CHECK_EQUAL(q.error, rowe_error_closed);
   struct rowe_event event; // until the server has seen it go
@@ -205,13 +199,12 @@ static void who_asked_and_left_is_lost(void) {
 static void a_lost_peer_is_told_from_a_timeout(void) {
   const struct pair p = open_pair();
   struct question q = {.by = p.client, .text = "{\"service\":\"x\"}", .timeout_ms = timeout_ms};
-  pthread_t asking;
-  CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
+  const pthread_t asking = start_thread(ask, &q);
   struct rowe_object* const invocation = rowe_receive(p.server, timeout_ms);
   CHECK(invocation != NULL);
   const int closed = rowe_close(p.server, 0); // with a call open, which is not drained
   CHECK(closed == rowe_ok || closed == rowe_error_timed_out);
-  CHECK(pthread_join(asking, NULL) == 0);
+  join_thread(asking);
   CHECK(q.reply == NULL);
   CHECK_EQUAL(q.error, rowe_error_peer_lost);
   struct rowe_object* const reply = rowe_object_from_text("{}");

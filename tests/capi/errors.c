@@ -3,7 +3,6 @@
 #define _POSIX_C_SOURCE 200809L
 #include "pair.h"
 
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/wait.h>
@@ -177,11 +176,10 @@ static void errors_of_messages_and_calls(void) {
   rowe_object_free(reserved);
   rowe_object_free(none);
 
-  pthread_t refusing;
-  CHECK(pthread_create(&refusing, NULL, refuse_one, p.server) == 0);
+  const pthread_t refusing = start_thread(refuse_one, p.server);
   MEET_NULL(invoke_text(p.client, "{\"service\":\"x\"}", timeout_ms), rowe_error_refused);
   CHECK_TEXT(rowe_last_error_text(), "the service answered with an error: for a reason");
-  CHECK(pthread_join(refusing, NULL) == 0);
+  join_thread(refusing);
 
   const struct rowe_lane_options one_call = {.bytes = sizeof one_call, .depth = 4, .calls = 1};
   struct rowe_lane* const lane = rowe_lane_open(p.client, &one_call);
@@ -315,9 +313,8 @@ static void* first_error(void* nothing) {
 
 static void each_thread_has_its_own_last_error(void) {
   CHECK_NULL(rowe_object_get(NULL, "a"), rowe_error_misuse);
-  pthread_t other;
-  CHECK(pthread_create(&other, NULL, first_error, NULL) == 0);
-  CHECK(pthread_join(other, NULL) == 0);
+  const pthread_t other = start_thread(first_error, NULL);
+  join_thread(other);
   CHECK_EQUAL(rowe_last_error(), rowe_error_misuse);
   struct rowe_object* const fine = rowe_object_from_text("{}"); // success leaves it alone
   CHECK_EQUAL(rowe_last_error(), rowe_error_misuse);

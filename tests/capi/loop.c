@@ -2,7 +2,6 @@
 // What loops call: lanes, publishers and subscribers; texts.c has JSON text in place.
 #include "pair.h"
 
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 
@@ -10,14 +9,8 @@
 
 static struct rowe_view receive(struct rowe_lane* lane) {
   struct rowe_view view = {0};
-  int code;
-  UNTIL_THERE(code, rowe_lane_try_receive(lane, rowe_now_ns(), &view));
-  CHECK_EQUAL(code, rowe_ok);
+  SOON(rowe_lane_try_receive(lane, rowe_now_ns(), &view));
   return view;
-}
-
-static bool says(const struct rowe_view* view, const char* text) {
-  return view->bytes == strlen(text) && memcmp(view->text, text, view->bytes) == 0;
 }
 
 static int try_send(struct rowe_lane* lane, const char* text) {
@@ -121,9 +114,7 @@ static void a_loop_answers_calls(void) {
   rowe_view_release(&asked);
 
   struct rowe_call_end end;
-  int code;
-  UNTIL_THERE(code, rowe_lane_try_finish(page, &end));
-  CHECK_EQUAL(code, rowe_ok);
+  SOON(rowe_lane_try_finish(page, &end));
   CHECK_EQUAL(end.outcome, rowe_ok);
   CHECK(end.call.index == call.index && end.call.generation == call.generation);
   int64_t result = 0;
@@ -137,14 +128,14 @@ static void a_loop_answers_calls(void) {
   asked = receive(robot);
   CHECK_EQUAL(rowe_lane_try_refuse(robot, &asked, "not now", rowe_now_ns()), rowe_ok);
   rowe_view_release(&asked);
-  UNTIL_THERE(code, rowe_lane_try_finish(page, &end));
+  SOON(rowe_lane_try_finish(page, &end));
   CHECK_EQUAL(end.outcome, rowe_error_refused);
   rowe_view_release(&end.reply); // nothing is in it
 
   const int64_t before = count_of(p.client, "calls_out");
   do { // one that is taken up too late does not go out
     CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), 20, rowe_now_ns(), &call), rowe_ok);
-    UNTIL_THERE(code, rowe_lane_try_finish(page, &end));
+    SOON(rowe_lane_try_finish(page, &end));
     CHECK_EQUAL(end.outcome, rowe_error_timed_out);
   } while (count_of(p.client, "calls_out") == before && failures == 0);
   asked = receive(robot);
@@ -160,7 +151,7 @@ static void a_loop_answers_calls(void) {
   asked = receive(robot);
   CHECK_EQUAL(rowe_lane_try_reply(robot, &asked, "{\"last\":true}", 13, rowe_now_ns()), rowe_ok);
   rowe_view_release(&asked);
-  UNTIL_THERE(code, rowe_lane_try_finish(page, &end));
+  SOON(rowe_lane_try_finish(page, &end));
   CHECK(end.call.index == last.index && end.call.generation == last.generation); // not the cancelled one
   rowe_view_release(&end.reply);
   rowe_lane_free(page);
@@ -219,13 +210,11 @@ static void what_a_loop_publishes_arrives(void) {
   }
   CHECK(rowe_publisher_wanted(out));
   CHECK_EQUAL(rowe_publisher_publish(out, "{\"data\":\"x\"}", 12, rowe_now_ns()), rowe_ok);
-  int code;
-  UNTIL_THERE(code, rowe_subscriber_try_take(in, &view));
-  CHECK_EQUAL(code, rowe_ok);
+  SOON(rowe_subscriber_try_take(in, &view));
   CHECK(says(&view, "{\"data\":\"x\"}"));
   rowe_view_release(&view);
   CHECK_EQUAL(rowe_publisher_publish(out, "{\"data\":\"y\"}", 12, rowe_now_ns()), rowe_ok);
-  UNTIL_THERE(code, rowe_subscriber_latest(in, &view));
+  SOON(rowe_subscriber_latest(in, &view));
   CHECK(says(&view, "{\"data\":\"y\"}"));
   rowe_view_release(&view);
   CHECK_CODE(rowe_subscriber_take(in, 0, &view), rowe_error_timed_out);
@@ -260,9 +249,7 @@ static void maps_of_three_megabytes_arrive(void) {
   memcpy(text + bytes - 2, "]}", 3);
   CHECK_EQUAL(rowe_publisher_publish(out, text, bytes, rowe_now_ns()), rowe_ok);
   struct rowe_view view = {0};
-  int code;
-  UNTIL_THERE(code, rowe_subscriber_try_take(in, &view));
-  CHECK_EQUAL(code, rowe_ok);
+  SOON(rowe_subscriber_try_take(in, &view));
   CHECK(says(&view, text));
   rowe_view_release(&view);
   free(text);
@@ -357,7 +344,7 @@ static void loops_are_stopped_and_let_go_by_threads(void) {
   CHECK_CODE(rowe_emergency_stop(robot, NULL, timeout_ms, NULL), rowe_error_closed);
   CHECK_CODE(rowe_reset_emergency_stop(robot, NULL, timeout_ms, NULL), rowe_error_closed);
   atomic_store(&loop_is_over, true);
-  CHECK_EQUAL(pthread_join(loop, NULL), 0);
+  join_thread(loop);
   rowe_stop_latch_free(latch);
   rowe_endpoint_free(robot);
 }

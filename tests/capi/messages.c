@@ -165,19 +165,19 @@ static void each_message_of_many_threads_arrives_once(void) {
   int which[senders];
   void* arguments[senders][2];
   for (int i = 0; i < receivers; ++i) {
-    CHECK(pthread_create(&receiving[i], NULL, receive_numbers, p.server) == 0);
+    receiving[i] = start_thread(receive_numbers, p.server);
   }
   for (int i = 0; i < senders; ++i) {
     which[i] = i;
     arguments[i][0] = p.client;
     arguments[i][1] = &which[i];
-    CHECK(pthread_create(&sending[i], NULL, send_numbers, arguments[i]) == 0);
+    sending[i] = start_thread(send_numbers, arguments[i]);
   }
-  for (int i = 0; i < senders; ++i) CHECK(pthread_join(sending[i], NULL) == 0);
+  for (int i = 0; i < senders; ++i) join_thread(sending[i]);
   while (!all_arrived() && failures == 0) {
   }
   CHECK_EQUAL(rowe_close(p.server, 0), rowe_ok); // the receivers wake up, and hear that it is closed
-  for (int i = 0; i < receivers; ++i) CHECK(pthread_join(receiving[i], NULL) == 0);
+  for (int i = 0; i < receivers; ++i) join_thread(receiving[i]);
   for (int s = 0; s < senders; ++s) {
     for (int n = 0; n < messages_each; ++n) CHECK_EQUAL(arrived[s][n], 1);
   }
@@ -204,10 +204,9 @@ static void* wait_for_a_peer(void* of) {
 
 static void who_waits_for_a_peer_hears_of_closing(void) {
   struct rowe_endpoint* const alone = rowe_open_local_endpoint(0);
-  pthread_t waiting;
-  CHECK(pthread_create(&waiting, NULL, wait_for_a_peer, alone) == 0);
+  const pthread_t waiting = start_thread(wait_for_a_peer, alone);
   CHECK_EQUAL(rowe_close(alone, 0), rowe_ok);
-  CHECK(pthread_join(waiting, NULL) == 0);
+  join_thread(waiting);
   rowe_endpoint_free(alone);
 }
 

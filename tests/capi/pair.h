@@ -3,6 +3,7 @@
 #pragma once
 #include "check.h"
 
+#include <pthread.h>
 #include <stdlib.h>
 
 #include <rowe/loop.h>
@@ -16,6 +17,25 @@ static inline int64_t deadline_ns(void) { return rowe_now_ns() + timeout_ms * IN
     while (((code) = (call)) == rowe_error_empty && rowe_now_ns() < until) {                                 \
     }                                                                                                        \
   } while (0)
+
+// What is to come: it must, in time.
+#define SOON(call)                                                                                           \
+  do {                                                                                                       \
+    int came;                                                                                                \
+    UNTIL_THERE(came, call);                                                                                 \
+    CHECK_EQUAL(came, rowe_ok);                                                                              \
+  } while (0)
+
+static inline pthread_t start_thread(void* (*body)(void*), void* of) {
+  pthread_t thread;
+  CHECK(pthread_create(&thread, NULL, body, of) == 0);
+  return thread;
+}
+static inline void join_thread(pthread_t thread) { CHECK(pthread_join(thread, NULL) == 0); }
+
+static inline bool says(const struct rowe_view* view, const char* text) {
+  return view->bytes == strlen(text) && memcmp(view->text, text, view->bytes) == 0;
+}
 
 struct pair {
   struct rowe_endpoint* server;

@@ -151,17 +151,6 @@ void write_private(const std::string& path, const std::string& text) {
   std::filesystem::rename(next, path);
 }
 
-folder::folder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "rowe-test-XXXXXX").string();
-  must(::mkdtemp(pattern.data()) != nullptr, "folder");
-  path_ = pattern;
-}
-
-folder::~folder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
 void write_files(const std::string& folder, const made_certificate& root, const made_certificate& leaf) {
   write_private(folder + "/ca.pem", root.certificate);
   write_private(folder + "/certificate.pem", leaf.certificate + root.certificate);

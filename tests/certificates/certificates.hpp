@@ -32,20 +32,6 @@ std::string pin_of(const made_certificate& of);
 // Writes a file; only its owner can read it.
 void write_private(const std::string& path, const std::string& text);
 
-// A folder of its own, deleted at the end.
-class folder {
- public:
-  folder();
-  ~folder();
-  folder(const folder&) = delete;
-  folder& operator=(const folder&) = delete;
-  const std::string& path() const noexcept { return path_; }
-  std::string operator/(const std::string& name) const { return path_ + '/' + name; }
-
- private:
-  std::string path_;
-};
-
 // Writes ca.pem, certificate.pem (the leaf) and key.pem into a folder.
 void write_files(const std::string& folder, const made_certificate& root, const made_certificate& leaf);
 

@@ -7,13 +7,15 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <string>
+
+#include "rt/folder.hpp"
 
 namespace toml_file_test {
 namespace {
 
 using namespace rowe::config;
+using rowe::tests::folder;
 
 std::string fault_of(std::string_view text) {
   table into;
@@ -91,36 +93,18 @@ TEST(toml, as_deep_as_it_can_be_is_refused_and_freed) {
   EXPECT_NE(fault_of("[" + dots + "a]\n" + dots + "a = 1\n"), "");
 }
 
-class folder {
- public:
-  folder() { ::mkdtemp(path_.data()); }
-  folder(const folder&) = delete;
-  folder& operator=(const folder&) = delete;
-  ~folder() { std::system(("rm -r " + path_).c_str()); }
-  std::string file(const std::string& name, const std::string& text, mode_t mode = 0600) const {
-    const std::string path = path_ + "/" + name;
-    std::ofstream{path} << text;
-    ::chmod(path.c_str(), mode);
-    return path;
-  }
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_ = "/tmp/rowe_config_XXXXXX";
-};
-
 TEST(files, are_read_whole_and_say_who_may_write_them) {
   const folder here;
   file_text read;
   fault wrong;
-  ASSERT_TRUE(read_file(here.file("own", "a = 1\n"), read, wrong));
+  ASSERT_TRUE(read_file(here.put("own", "a = 1\n"), read, wrong));
   EXPECT_EQ(read.text, "a = 1\n");
   EXPECT_FALSE(read.writable_by_others);
   for (const mode_t mode : {0620U, 0602U, 0666U}) {
-    ASSERT_TRUE(read_file(here.file("shared", "", mode), read, wrong));
+    ASSERT_TRUE(read_file(here.put("shared", "", mode), read, wrong));
     EXPECT_TRUE(read.writable_by_others) << std::oct << mode;
   }
-  ASSERT_TRUE(read_file(here.file("readable", "", 0644), read, wrong));
+  ASSERT_TRUE(read_file(here.put("readable", "", 0644), read, wrong));
   EXPECT_FALSE(read.writable_by_others);
 }
 
@@ -130,12 +114,12 @@ TEST(files, below_the_folder_of_credentials_are_systemds_business) {
   ::setenv("CREDENTIALS_DIRECTORY", credentials.path().c_str(), 1);
   file_text read;
   fault wrong;
-  ASSERT_TRUE(read_file(credentials.file("rowe.toml", "", 0666), read, wrong));
+  ASSERT_TRUE(read_file(credentials.put("rowe.toml", "", 0666), read, wrong));
   EXPECT_FALSE(read.writable_by_others);
-  ASSERT_TRUE(read_file(elsewhere.file("rowe.toml", "", 0666), read, wrong));
+  ASSERT_TRUE(read_file(elsewhere.put("rowe.toml", "", 0666), read, wrong));
   EXPECT_TRUE(read.writable_by_others);
-  const std::string link = credentials.path() + "/link"; // what it leads to counts
-  ASSERT_EQ(::symlink((elsewhere.path() + "/rowe.toml").c_str(), link.c_str()), 0);
+  const std::string link = credentials / "link"; // what it leads to counts
+  ASSERT_EQ(::symlink((elsewhere / "rowe.toml").c_str(), link.c_str()), 0);
   ASSERT_TRUE(read_file(link, read, wrong));
   EXPECT_TRUE(read.writable_by_others);
   ::unsetenv("CREDENTIALS_DIRECTORY");
@@ -145,15 +129,15 @@ TEST(files, that_cannot_be_read_are_told) {
   const folder here;
   file_text read;
   fault wrong;
-  EXPECT_FALSE(read_file(here.path() + "/none", read, wrong));
+  EXPECT_FALSE(read_file(here / "none", read, wrong));
   EXPECT_EQ(wrong.text, "the file cannot be read: No such file or directory");
   EXPECT_FALSE(read_file(here.path(), read, wrong));
   EXPECT_EQ(wrong.text, "this is no regular file");
-  const std::string pipe = here.path() + "/pipe"; // nobody writes: to wait for it would take for ever
+  const std::string pipe = here / "pipe"; // nobody writes: to wait for it would take for ever
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_FALSE(read_file(pipe, read, wrong));
   EXPECT_EQ(wrong.text, "this is no regular file");
-  EXPECT_FALSE(read_file(here.file("large", std::string(file_bytes_max + 1, '\n')), read, wrong));
+  EXPECT_FALSE(read_file(here.put("large", std::string(file_bytes_max + 1, '\n')), read, wrong));
   EXPECT_EQ(wrong.text, "the file has 1048577 bytes; it may have 1048576");
 }
 

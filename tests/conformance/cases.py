@@ -3,6 +3,7 @@
 are put on when a case is sent, or left off."""
 import collections
 import itertools
+import json
 
 from frames import (BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, close_body, cut, frame)
 
@@ -27,7 +28,10 @@ waived = (
 
 # script: frames and raw bytes. replies: [(opcode, payload)], what an echo sends back. code: what the Close
 # frame then says, or several that may; nothing: the connection goes on.
-case = collections.namedtuple("case", "section name script replies code", defaults=((), None))
+class case(collections.namedtuple("case", "section name script replies code", defaults=((), None))):
+    def codes(self):
+        return self.code if isinstance(self.code, tuple) else (self.code,)
+
 
 hello = b"Hello, world"
 
@@ -236,6 +240,15 @@ def shapes(payload, opcode=TEXT):
             frame(control, b"1"), frame(opcode, payload), frame(control, b"2")]
     yield "5.5", "with a ping of 125 bytes behind each byte of the first hundred", [
         one for part in cut(opcode, payload, [1] * min(size, 100)) for one in (part, frame(PING, b"p" * 125))]
+
+
+def published():
+    """(name, way to send, script, body) for each way to publish each of these bodies on /t."""
+    bodies = ({"n": 1}, {"text": "\u00e9\u20ac\U0001f916" * 30}, {"long": "x" * 900})
+    for body, way in itertools.product(bodies, ("send", "send_bytewise")):
+        text = json.dumps({"op": "publish", "topic": "/t", "msg": body}, ensure_ascii=False)
+        for section, name, script in shapes(text.encode()):
+            yield f"{section}: {name}, {way}", way, script, body
 
 
 def pongs_of(script):

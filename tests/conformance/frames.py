@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames of RFC 6455, built as wrongly as one likes and read as strictly as one can."""
+import contextlib
 import os
 import ssl
 import struct
@@ -79,8 +80,19 @@ class stream:
         self.open = None  # opcode of the message whose fragments come
         self.parts = b""
 
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+
     def send(self, *script):
         self.socket.sendall(to_bytes(script, not self.peer_masks))
+
+    def send_what_it_takes(self, way, *script):
+        """By send() or send_bytewise(). It may be faster than we and close; what it said is still there."""
+        with contextlib.suppress(BrokenPipeError, ConnectionResetError):
+            getattr(self, way)(*script)
 
     def send_bytewise(self, *script):
         data = to_bytes(script, not self.peer_masks)
@@ -155,6 +167,14 @@ class stream:
                 return opcode, payload
             if fin:
                 return (opcode if begun is None else begun), self.parts
+
+    def message(self):
+        """The next event that is no ping; those are answered."""
+        while True:
+            opcode, payload = self.event()
+            if opcode != PING:
+                return opcode, payload
+            self.send(frame(PONG, payload))
 
     def until_close(self):
         """What comes up to the Close frame, its code (None: an empty one), and its reason; then the end."""

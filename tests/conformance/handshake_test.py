@@ -174,18 +174,20 @@ bad((400, 431), "noise", lambda p: bytes(range(256)) * 40)
 bad((400, 431), "frames instead", lambda p: frame(PING, b"\r\n\r\n", key=bytes(4)).to_bytes(True))
 
 
-def servers(test):
-    for kind in ("echo", "hub"):
-        with programs.server(kind) as serving:
-            yield kind, serving
+def rest_of(s, begin=b""):
+    """What comes until the end of the stream."""
+    with contextlib.suppress(ConnectionResetError):
+        while piece := s.recv(65536):
+            begin += piece
+    return begin
 
 
 class matrix(unittest.TestCase):
     def test_what_is_right_is_switched(self):
-        for kind, serving in servers(self):
+        for serving in programs.servers():
             for name, request in good_requests.items():
                 for step in (1 << 20, 1):
-                    with self.subTest(f"{kind}: {name}, {step} bytes a time"):
+                    with self.subTest(f"{serving.kind}: {name}, {step} bytes a time"):
                         self.switches(serving, request(serving.port), step)
         print(f"handshakes: {len(good_requests)} good ones", flush=True)
 
@@ -206,10 +208,10 @@ class matrix(unittest.TestCase):
             return fields
 
     def test_what_is_wrong_is_refused(self):
-        for kind, serving in servers(self):
+        for serving in programs.servers():
             for name, (status, request) in bad_requests.items():
                 for how in ("at once", "in pieces", "with a right one behind it"):
-                    with self.subTest(f"{kind}: {name}, {how}"):
+                    with self.subTest(f"{serving.kind}: {name}, {how}"):
                         self.refused(serving, status, request(serving.port), how)
         print(f"handshakes: {len(bad_requests)} bad ones", flush=True)
 
@@ -229,20 +231,12 @@ class matrix(unittest.TestCase):
                 self.assertEqual(fields["upgrade"], "websocket")
             if got == 405:
                 self.assertEqual(fields["allow"], "GET, HEAD")
-            body = rest
-            while piece := self.receive(s):
-                body += piece
+            body = rest_of(s, rest)
             length = 0 if data.startswith(b"HEAD") else int(fields["content-length"])
             self.assertEqual(len(body), length, "one answer, and then the end")
             if length:
                 self.assertTrue(body.endswith(b"\n") and body.isascii() and body.decode().isprintable
                                 and all(0x20 <= byte < 0x7f or byte == 10 for byte in body))
-
-    def receive(self, s):
-        try:
-            return s.recv(65536)
-        except ConnectionResetError:
-            return b""
 
     def test_keys_are_answered_by_their_hash(self):  # 4.2.2, 5.4
         with programs.server("echo") as serving:
@@ -266,32 +260,28 @@ class matrix(unittest.TestCase):
                     self.refused(serving, 400, upgrade(serving.port, Sec_WebSocket_Protocol=offer), "at once")
 
     def test_without_an_upgrade_it_is_http(self):
-        for kind, serving in servers(self):
-            page = {"echo": 404, "hub": 200}[kind]
+        for serving in programs.servers():
+            page = {"echo": 404, "hub": 200}[serving.kind]
             for target, method, status in (("/", "GET", page), ("/", "HEAD", page), ("/no/such", "GET", 404)):
-                with self.subTest(f"{kind}: {method} {target}"), serving.dial() as s:
+                with self.subTest(f"{serving.kind}: {method} {target}"), serving.dial() as s:
                     request = lines(f"{method} {target} HTTP/1.1", f"Host: 127.0.0.1:{serving.port}")
                     s.sendall(request + upgrade(serving.port))  # what is behind it is not heard
-                    got, fields, body = read_answer(s)
-                    while piece := self.receive(s):
-                        body += piece
+                    got, fields, rest = read_answer(s)
                     self.assertEqual(got, status)
-                    self.assertEqual(len(body), 0 if method == "HEAD" else int(fields["content-length"]))
+                    length = 0 if method == "HEAD" else int(fields["content-length"])
+                    self.assertEqual(len(rest_of(s, rest)), length)
 
     def test_bytes_behind_the_handshake_are_frames(self):
         early = frame(PING, b"early").to_bytes(True)
-        for kind, serving in servers(self):
+        for serving in programs.servers():
             for behind in (early, early * 100, early[:3], frame(3).to_bytes(True), upgrade(serving.port)):
-                with self.subTest(f"{kind}: {behind[:10]}"):
-                    s = serving.connect(behind)
-                    with s.socket:
-                        if behind.startswith(early):
-                            self.assertEqual(s.event(), (PONG, b"early"))
-                        elif behind == early[:3]:
-                            s.socket.sendall(early[3:])
-                            self.assertEqual(s.event(), (PONG, b"early"))
-                        else:
-                            self.assertEqual(s.until_close()[1], 1002)
+                with self.subTest(f"{serving.kind}: {behind[:10]}"), serving.connect(behind) as s:
+                    if behind == early[:3]:
+                        s.socket.sendall(early[3:])
+                    if behind.startswith(early[:3]):
+                        self.assertEqual(s.event(), (PONG, b"early"))
+                    else:
+                        self.assertEqual(s.until_close()[1], 1002)
 
 
 class timeouts(unittest.TestCase):
@@ -311,21 +301,18 @@ class timeouts(unittest.TestCase):
             self.assertGreater(time.monotonic() - begin, 4.5)
 
         with programs.server("echo") as echo, programs.server("hub") as hub:
-            jobs = []
-            for kind, one in (("echo", echo), ("hub", hub)):
-                for name, begun, answers, drip in (
+            jobs = [(f"{one.kind}: {name}", lambda _, arguments=(one, *how): waits(*arguments))
+                    for one in (echo, hub) for name, *how in (
                         ("nothing", b"", (None,), b""),
                         ("half a header", half, (408,), b""),
                         ("a byte a second", b"", (408, None), upgrade(one.port)[:20]),
-                        ("half a header, then a byte a second", half, (408, None), b"X-Loris: 1234567890")):
-                    jobs.append((f"{kind}: {name}",
-                                 lambda _, arguments=(one, begun, answers, drip): waits(*arguments)))
+                        ("half a header, then a byte a second", half, (408, None), b"X-Loris: 1234567890"))]
             programs.in_parallel(jobs, len(jobs))
 
     @unittest.skipIf(programs.TLS, "it is about a port that does not speak TLS")
     def test_a_tls_client_is_answered_in_its_own_protocol(self):
-        for kind in ("echo", "hub"):
-            with self.subTest(kind), programs.server(kind) as one, one.dial() as s:
+        for one in programs.servers():
+            with self.subTest(one.kind), one.dial() as s:
                 with self.assertRaises(ssl.SSLError) as caught:
                     ssl.create_default_context().wrap_socket(s, server_hostname="x")
                 self.assertIn("HANDSHAKE_FAILURE", caught.exception.reason)

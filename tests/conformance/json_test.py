@@ -7,7 +7,8 @@ import unittest
 import documents
 import programs
 from documents import PLAIN, INVALID, NOT_UTF8, VALID
-from frames import PING, PONG, TEXT, frame
+from frames import TEXT, frame
+from programs import unlimited
 
 
 def meaning(text):
@@ -17,10 +18,6 @@ def meaning(text):
 
     return json.loads(text, parse_int=decimal.Decimal, parse_float=lambda digits: repr(float(digits)),
                       parse_constant=refuse, object_pairs_hook=lambda pairs: ("object", pairs))
-
-
-# Each text that is refused is answered, however many there are.
-unlimited = ("--limit", "refusals_per_second_max=0", "--limit", "messages_per_second_max=0")
 
 
 class relay:
@@ -41,13 +38,6 @@ class relay:
         self.publisher.socket.close()
         self.subscriber.socket.close()
 
-    def event(self, s):
-        while True:
-            opcode, payload = s.event()
-            if opcode != PING:
-                return opcode, payload
-            s.send(frame(PONG, payload))
-
     def answers(self, s):
         """What it says up to a refusal that is ours: answers come in the order of what was asked."""
         self.fences += 1
@@ -55,7 +45,7 @@ class relay:
         s.send(frame(TEXT, json.dumps({"op": "unsubscribe", "topic": "/never", "id": mine}).encode()))
         said = []
         while True:
-            opcode, payload = self.event(s)
+            opcode, payload = s.message()
             assert opcode == TEXT
             if json.loads(payload).get("id") == mine:
                 return said
@@ -63,15 +53,18 @@ class relay:
 
     def delivered(self):
         """The body of the next message that reaches the subscriber."""
-        opcode, payload = self.event(self.subscriber)
+        opcode, payload = self.subscriber.message()
         assert opcode == TEXT
         return dict(meaning(payload.decode())[1])["msg"]
 
-    def passes(self, test, text, body):
-        """The text is accepted without a word, and arrives."""
+    def is_accepted(self, test, text):
         self.publisher.send(frame(TEXT, text))
-        test.assertEqual(self.answers(self.publisher), [])
-        test.assertEqual(self.delivered(), body)
+        test.assertEqual(self.answers(self.publisher), [], "it is accepted without a word")
+
+    def passes(self, test, text):
+        """The text is accepted, and arrives."""
+        self.is_accepted(test, text)
+        test.assertEqual(self.delivered(), dict(meaning(text.decode())[1])["msg"])
 
     def is_refused(self, test, text):
         """The text is answered with an error, a status or one of the plain codec, and nothing arrives."""
@@ -87,9 +80,8 @@ class relay:
         self.nothing_arrived(test)
 
     def is_for_nobody(self, test, text):
-        """The text is accepted without a word, and is no message of the topic."""
-        self.publisher.send(frame(TEXT, text))
-        test.assertEqual(self.answers(self.publisher), [])
+        """The text is accepted, and is no message of the topic."""
+        self.is_accepted(test, text)
         self.nothing_arrived(test)
 
     def is_cut(self, test, text):
@@ -102,8 +94,12 @@ class relay:
 
     def nothing_arrived(self, test):
         self.rounds += 1
-        self.passes(test, b'{"op":"publish","topic":"/t","msg":{"round":%d}}' % self.rounds,
-                    ("object", [("round", decimal.Decimal(self.rounds))]))
+        self.passes(test, b'{"op":"publish","topic":"/t","msg":{"round":%d}}' % self.rounds)
+
+    def does(self, test, verdict, text):
+        """What is to become of a text of documents.py."""
+        {VALID: self.passes, INVALID: self.is_refused, NOT_UTF8: self.is_cut,
+         PLAIN: self.is_for_nobody}[verdict](test, text)
 
 
 class values(unittest.TestCase):
@@ -116,12 +112,7 @@ class values(unittest.TestCase):
                     counts[verdict] += 1
                     whole = b'{"op":"publish","topic":"/t","msg":{"n":%d,"v":%b}}' % (sum(counts.values()),
                     text)
-                    if verdict == VALID:
-                        through.passes(self, whole, dict(meaning(whole.decode())[1])["msg"])
-                    elif verdict == INVALID:
-                        through.is_refused(self, whole)
-                    else:
-                        through.is_cut(self, whole)
+                    through.does(self, verdict, whole)
         print(f"JSON values: {counts}", flush=True)
 
 
@@ -134,12 +125,7 @@ class messages(unittest.TestCase):
             for verdict, text in documents.messages(self.publish):
                 with self.subTest(f"{verdict}: {text[:100]!r} ({len(text)} bytes)"):
                     counts[verdict] += 1
-                    if verdict == VALID:
-                        through.passes(self, text, dict(meaning(text.decode())[1])["msg"])
-                    elif verdict == PLAIN:
-                        through.is_for_nobody(self, text)
-                    else:
-                        through.is_refused(self, text)
+                    through.does(self, verdict, text)
         print(f"JSON messages: {counts}", flush=True)
 
     def test_a_text_ends_where_its_message_does(self):

@@ -11,8 +11,8 @@ import programs
 from frames import BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, close_body, cut, ended, frame, wrong
 from programs import in_parallel, read_answer, upgrade
 
-kept_for_stop = 2  # of connections, and of handshakes
-others_max = {"echo": 64 - kept_for_stop, "hub": 40 - kept_for_stop}
+reserved_for_stop = 2  # of connections, and of handshakes
+others_max = {"echo": 64 - reserved_for_stop, "hub": 40 - reserved_for_stop}
 handshakes_max = 32
 message_bytes_max = 60 * 1024
 long_message_bytes_max = 1 << 20
@@ -22,25 +22,12 @@ fragments_max = 1024
 def round_trip(s):
     """Something goes there and comes back."""
     s.send(frame(PING, b"?"))
-    while True:
-        opcode, payload = s.event()
-        if (opcode, payload) == (PONG, b"?"):
-            return
-        if opcode == PING:
-            s.send(frame(PONG, payload))
+    while s.message() != (PONG, b"?"):
+        pass
 
 
 def publish(body):
     return json.dumps({"op": "publish", "topic": "/t", "msg": body}).encode()
-
-
-def event(s):
-    """The next event but pings, which are answered."""
-    while True:
-        opcode, payload = s.event()
-        if opcode != PING:
-            return opcode, payload
-        s.send(frame(PONG, payload))
 
 
 class crowds(unittest.TestCase):
@@ -66,7 +53,7 @@ class crowds(unittest.TestCase):
             for one in peers[:10]:  # who goes makes room, however it goes
                 programs.reset(one.socket)
                 one.socket.close()
-            with peers[10].socket:
+            with peers[10]:
                 peers[10].send(frame(CLOSE))
                 peers[10].until_close()
             peers = peers[11:]
@@ -82,7 +69,7 @@ class crowds(unittest.TestCase):
     def test_a_page_is_served_when_all_connections_are_taken(self):
         with programs.server("hub") as serving:
             peers = [serving.connect() for _ in range(others_max["hub"])]
-            peers += [serving.connect(target="/rowe/stop") for _ in range(kept_for_stop)]
+            peers += [serving.connect(target="/rowe/stop") for _ in range(reserved_for_stop)]
             with serving.dial() as s:
                 s.sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{serving.port}\r\n\r\n".encode())
                 self.assertEqual(read_answer(s)[0], 200)
@@ -116,8 +103,8 @@ class crowds(unittest.TestCase):
 
     def test_a_storm_of_connections(self):
         """Opened, and left in all ways; a peer that is there stays."""
-        for kind in ("echo", "hub"):
-            with self.subTest(kind), programs.server(kind) as serving:
+        for serving in programs.servers():
+            with self.subTest(serving.kind):
                 one, over = serving.connect(), threading.Event()
 
                 def stays(_, one=one, over=over):
@@ -159,19 +146,16 @@ class sizes(unittest.TestCase):
         cls.serving = cls.enterClassContext(programs.server("hub"))
 
     def passes(self, *script):
-        s, other = self.serving.connect(), self.serving.connect()
-        with s.socket, other.socket:
+        with self.serving.connect() as s, self.serving.connect() as other:
             other.send(frame(TEXT, b'{"op":"subscribe","topic":"/t"}'))
             round_trip(other)
             s.send(*script)
-            opcode, payload = event(other)
+            opcode, payload = other.message()
             self.assertEqual((opcode, json.loads(payload)["op"]), (TEXT, "publish"))
 
     def is_cut(self, code, *script):
-        s = self.serving.connect()
-        with s.socket:
-            with contextlib.suppress(BrokenPipeError, ConnectionResetError):
-                s.send(*script)
+        with self.serving.connect() as s:
+            s.send_what_it_takes("send", *script)
             self.assertEqual(s.until_close()[1], code)
             s.until_end()
 
@@ -202,8 +186,7 @@ class sizes(unittest.TestCase):
         self.passes(*[one for part in parts for one in (part, *[frame(PONG, b"x" * 125)] * 20)])
 
     def test_a_limit_is_of_each_message(self):
-        s = self.serving.connect()
-        with s.socket:
+        with self.serving.connect() as s:
             for _ in range(20):
                 s.send(*cut(TEXT, self.filled(message_bytes_max), [100] * 500))
             round_trip(s)
@@ -215,8 +198,7 @@ class time_limits(unittest.TestCase):
         with programs.server("hub") as serving:
             def is_left(script, at_least, drip=None, answers=False):
                 begin = time.monotonic()
-                s = serving.connect()
-                with s.socket:
+                with serving.connect() as s:
                     s.send(*script)
                     s.socket.settimeout(0.5 if drip else programs.timeout)
                     while True:
@@ -261,13 +243,13 @@ class isolation(unittest.TestCase):
                 one.send(frame(TEXT, b'{"op":"subscribe","topic":"/t"}'))
                 round_trip(one)
             before = serving.resident_bytes()
-            with publisher.socket, subscriber.socket:
+            with publisher, subscriber:
                 yield serving, publisher, subscriber
                 round_trip(publisher)
                 round_trip(subscriber)
             self.assertLess(serving.resident_bytes() - before, 16 << 20)
             for one in deaf:
-                with one.socket, self.assertRaises((ended, ConnectionError)):
+                with one, self.assertRaises((ended, ConnectionError)):
                     while True:
                         one.event()
 
@@ -283,7 +265,7 @@ class isolation(unittest.TestCase):
             while not self.cut_off(serving):
                 n += 1
                 publisher.send(frame(TEXT, publish({"n": n, "fill": "x" * 1000})))
-                opcode, payload = event(subscriber)
+                opcode, payload = subscriber.message()
                 self.assertEqual((opcode, json.loads(payload)["msg"]["n"]), (TEXT, n))
 
     def test_readers_that_never_read_large_messages(self):
@@ -299,7 +281,7 @@ class isolation(unittest.TestCase):
 
             def reads(_):
                 while not last.is_set():
-                    opcode, payload = event(subscriber)
+                    opcode, payload = subscriber.message()
                     self.assertEqual(opcode, TEXT)
                     if json.loads(payload)["msg"] == {"last": True}:
                         last.set()
@@ -308,9 +290,8 @@ class isolation(unittest.TestCase):
 
     def test_an_echo_is_not_held_up_either(self):
         with programs.server("echo") as serving:
-            deaf, other = serving.connect(), serving.connect()
-            deaf.socket.settimeout(0.2)
-            with deaf.socket, other.socket:
+            with serving.connect() as deaf, serving.connect() as other:
+                deaf.socket.settimeout(0.2)
                 with self.assertRaises(TimeoutError):  # until both ends are full
                     while True:
                         deaf.send(frame(BINARY, bytes(65536), key=bytes(4)))
@@ -323,8 +304,8 @@ class isolation(unittest.TestCase):
         floods = (frame(PING, b"x" * 125), frame(PONG), frame(TEXT, publish({}).replace(b"/t", b"/flood")),
                   frame(TEXT, b"nonsense"), frame(TEXT, b'{"op":"subscribe","topic":"/flood"}'),
                   frame(TEXT, b'{"op":"advertise","topic":"/flood","type":"a/B"}'))
-        with programs.server("hub") as serving:
-            publisher, subscriber = serving.connect(), serving.connect()
+        with programs.server("hub") as serving, serving.connect() as publisher, \
+                serving.connect() as subscriber:
             subscriber.send(frame(TEXT, b'{"op":"subscribe","topic":"/t"}'))
             round_trip(subscriber)
             over = threading.Event()
@@ -336,7 +317,7 @@ class isolation(unittest.TestCase):
                     except wrong:  # 503: those that were left are not all forgotten yet
                         over.wait(0.05)
                         continue
-                    with s.socket, contextlib.suppress(OSError):
+                    with s, contextlib.suppress(OSError):
                         s.socket.settimeout(0.2)
                         for _ in range(200):
                             s.send(*[one] * 50)
@@ -347,14 +328,12 @@ class isolation(unittest.TestCase):
                 try:
                     for n in range(500):
                         publisher.send(frame(TEXT, publish({"n": n})))
-                        self.assertEqual(json.loads(event(subscriber)[1])["msg"], {"n": n})
+                        self.assertEqual(json.loads(subscriber.message()[1])["msg"], {"n": n})
                 finally:
                     over.set()
 
             jobs = [(one.payload[:40], lambda _, one=one: flood(one)) for one in floods]
             in_parallel([*jobs, ("others", others)], len(jobs) + 1)
-            publisher.socket.close()
-            subscriber.socket.close()
 
 
 if __name__ == "__main__":

@@ -180,6 +180,15 @@ class server(program):
         return frames.stream(s, peer_masks=False, begin=rest)
 
 
+def servers():
+    """One of each kind, one after the other."""
+    for kind in ("echo", "hub"):
+        with server(kind) as serving:
+            yield serving
+
+
+# Each text that is refused is answered, however many there are.
+unlimited = ("--limit", "refusals_per_second_max=0", "--limit", "messages_per_second_max=0")
 KEY = base64.b64encode(bytes(range(16))).decode()
 
 

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 
+#include "api/seen.hpp"
 #include "failures/peer.hpp"
 #include "failures/trial.hpp"
 
@@ -26,6 +27,7 @@ namespace {
 using namespace std::chrono_literals;
 using rowe::endpoint;
 using rowe::errc;
+using rowe::tests::url_of;
 
 constexpr std::chrono::milliseconds time_max = 10s;
 
@@ -59,8 +61,6 @@ rowe::endpoint_options make_small() {
 }
 // Made before any call fails.
 const rowe::endpoint_options small = make_small();
-
-std::string url_of(const endpoint& of) { return "ws://127.0.0.1:" + std::to_string(of.port()); }
 
 bool is_clean(errc code) {
   return code == errc::no_memory || code == errc::no_thread || code == errc::bad_address ||

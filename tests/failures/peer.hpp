@@ -2,9 +2,6 @@
 // A peer of the test's own: a blocking socket that speaks enough HTTP and WebSocket, and gives up after a
 // time.
 #pragma once
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 #include <sys/time.h>
 
 #include <cerrno>
@@ -14,6 +11,7 @@
 #include <utility>
 
 #include "net/base/descriptor.hpp"
+#include "rt/loopback.hpp"
 
 namespace failures {
 
@@ -25,19 +23,10 @@ class peer {
     fd_.reset(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
     const timeval time_max{10, 0};
     ::setsockopt(fd_.get(), SOL_SOCKET, SO_RCVTIMEO, &time_max, sizeof time_max);
-    sockaddr_in there{};
-    there.sin_family = AF_INET;
-    there.sin_port = htons(server);
-    there.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    connected_ = ::connect(fd_.get(), reinterpret_cast<const sockaddr*>(&there), sizeof there) == 0;
+    connected_ = rowe::tests::connect_to(server, fd_.get());
   }
 
-  std::uint16_t port() const {
-    sockaddr_in here{};
-    socklen_t bytes = sizeof here;
-    ::getsockname(fd_.get(), reinterpret_cast<sockaddr*>(&here), &bytes);
-    return ntohs(here.sin_port);
-  }
+  std::uint16_t port() const { return rowe::tests::port_of(fd_.get()); }
 
   answer get(std::string_view path) {
     const answer got = ask(path, "\r\n", "HTTP/1.1 200");

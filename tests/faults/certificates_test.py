@@ -2,15 +2,13 @@
 """Certificates that change while a robot is served: who is connected notices nothing, who comes later sees
 the new one, and a wrong file changes nothing."""
 import os
-import re
-import socket
 import subprocess
 import threading
 import unittest
 
 import websocket
 from program import learns, program, run
-from robot import dropped, publish, replace, restored, robot, shown, topic, until
+from robot import content_of, dropped, publish, replace, restored, robot, shown, topic, until
 
 
 def until_shown(serving, wanted):
@@ -22,15 +20,6 @@ class swapped(unittest.TestCase):
         self.bot = self.enterContext(robot())
         self.serving = self.enterContext(self.bot.serving("--demo"))
 
-    def text(self, name):
-        with open(self.bot.at(name), encoding="ascii") as file:
-            return file.read().strip()
-
-    def renew(self):
-        ended = run("setup", "--renew", "--dir", self.bot.folder)
-        self.assertEqual(ended.code, 0, ended.stderr)
-        return self.text("certificate.pem")
-
     def test_again_and_again_under_load_it_loses_nothing(self):
         bot, serving = self.bot, self.serving
         swaps, over = 3, threading.Event()
@@ -39,7 +28,7 @@ class swapped(unittest.TestCase):
         def swap():
             try:
                 for _ in range(swaps):
-                    until_shown(serving, self.renew())
+                    until_shown(serving, bot.renew())
             finally:
                 over.set()
 
@@ -64,10 +53,8 @@ class swapped(unittest.TestCase):
 
     def test_a_broken_one_keeps_the_old_one(self):
         serving = self.serving
-        before = self.text("certificate.pem")
-        other = self.enterContext(robot())
-        with open(other.at("key.pem"), "rb") as file:
-            foreign_key = file.read()
+        before = self.bot.text("certificate.pem")
+        foreign_key = content_of(self.enterContext(robot()).folder)["key.pem"]
         half = before.encode()[:len(before) // 2]
         with restored(self.bot.at("certificate.pem")):
             replace(self.bot.at("certificate.pem"), b"")
@@ -83,13 +70,13 @@ class swapped(unittest.TestCase):
             serving.line("new certificate is not used: others can read it")
             self.assertEqual(shown(serving), before)
             self.bot.stop(serving)
-        until_shown(serving, self.renew())
+        until_shown(serving, self.bot.renew())
 
     def test_a_file_that_is_written_to_bit_by_bit_is_taken_when_it_is_whole(self):
         serving = self.serving
         with restored(self.bot.at("certificate.pem")):
-            new = self.renew().encode()
-        until_shown(serving, self.text("certificate.pem"))
+            new = self.bot.renew().encode()
+        until_shown(serving, self.bot.text("certificate.pem"))
         with open(self.bot.at("certificate.pem"), "wb", buffering=0) as file:
             file.write(new[:300])
             serving.line("new certificate is not used")
@@ -105,22 +92,18 @@ class swapped(unittest.TestCase):
         pin = subprocess.run(["openssl", "dgst", "-sha256", "-r"], input=public, capture_output=True,
                              check=True, timeout=60).stdout.decode().split()[0]
         pinned = {"ROWE_PIN": pin, "ROWE_TOKEN": bot.tokens["driver"]}
-        until_shown(serving, self.renew())
+        until_shown(serving, bot.renew())
         for environment in (pinned, bot.who("driver")):  # the same key: nothing has changed for them
             self.assertEqual(run("peers", url, environment=environment).code, 0)
         with program("echo", url, topic, "--json", environment=pinned) as staying:
             staying.line("nobody publishes")
             other = self.enterContext(robot())
             for name in ("key.pem", "certificate.pem"):
-                with open(other.at(name), "rb") as file:
-                    replace(bot.at(name), file.read())
-            with open(other.at("certificate.pem"), encoding="ascii") as file:
-                until_shown(serving, file.read().strip())
+                replace(bot.at(name), content_of(other.folder)[name])
+            until_shown(serving, other.text("certificate.pem"))
             for environment, why in ((pinned, "not the one that is pinned"),
                                      (bot.who("driver"), "unable to get local issuer certificate")):
-                ended = learns(why, "peers", url, environment=environment)
-                self.assertEqual(ended.code, 3)
-                self.assertIn(why, "\n".join(ended.stderr))
+                learns(why, "peers", url, environment=environment).expect(3, says=why)
             # Who was connected stays so.
             with websocket.peer(serving.port, secure=other.trust(),
                                 headers={"Authorization": f"Bearer {bot.tokens['peer']}"}) as writer:

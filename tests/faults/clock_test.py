@@ -11,6 +11,7 @@ import unittest
 from clock import clock
 from program import run, undisturbed
 from robot import numbers_until, publish, robot, round_trip, shown, until
+from websocket import ask_in_time
 
 day = 24 * 60 * 60
 steps = (day, -day, 0)  # from the right time
@@ -24,17 +25,12 @@ class a_clock_that_is_set(unittest.TestCase):
     def serving(self, *options):
         return self.bot.serving(*options, environment=self.clock.environment)
 
-    def text(self, name):
-        with open(self.bot.at(name), encoding="ascii") as file:
-            return file.read().strip()
-
     def test_is_what_the_process_reads(self):
         for shift in steps:
             self.clock.set(shift)
             with tempfile.TemporaryDirectory() as folder:
-                ended = run("setup", "--name", "x", "--dir", f"{folder}/x",
-                            environment=self.clock.environment)
-                self.assertEqual(ended.code, 0, ended.stderr)
+                run("setup", "--name", "x", "--dir", f"{folder}/x",
+                    environment=self.clock.environment, code=0)
                 said = subprocess.run(["openssl", "x509", "-noout", "-startdate",
                                        "-in", f"{folder}/x/certificate.pem"], stdout=subprocess.PIPE,
                                       check=True, text=True, timeout=60).stdout
@@ -48,34 +44,22 @@ class a_clock_that_is_set(unittest.TestCase):
         with self.serving("--demo", "--stop-guard-timeout", "30 s", "--stop-tick", "100 ms") as serving:
             serving.line("the robot drives unguarded")
             with bot.peer(serving, "supervisor") as guard:
-                refused = "tick"
-                while refused == "tick":  # which it is when it comes back too late
-                    tick = self.asks(guard, "/rowe/stop/state")["tick"]
-                    refused = self.asks(guard, "/rowe/stop/guard", guard="desk", tick=tick)["refused"]
-                self.assertIsNone(refused)
+                self.assertIsNone(ask_in_time(guard, "/rowe/stop/guard", guard="desk")["refused"])
                 for shift in steps:
                     self.clock.set(shift)
                     for _ in range(3):
-                        tick = self.asks(guard, "/rowe/stop/state")["tick"]
-                        self.asks(guard, "/rowe/stop/guard", guard="desk", tick=tick)
-                    self.assertEqual(self.asks(guard, "/rowe/stop/state")["state"], "running", shift)
+                        tick = guard.call("/rowe/stop/state")["values"]["tick"]
+                        guard.call("/rowe/stop/guard", guard="desk", tick=tick)
+                    self.assertEqual(guard.call("/rowe/stop/state")["values"]["state"], "running", shift)
                 self.clock.set(-day)
                 number = bot.stop(serving)["number"]
                 for shift in steps:
                     self.clock.set(shift)
-                    state = self.asks(guard, "/rowe/stop/state")
+                    state = guard.call("/rowe/stop/state")["values"]
                     self.assertEqual((state["state"], state["number"]), ("stopped", number))
                     self.assertLess(state["since_ms"], 60_000)
-                self.asks(guard, "/rowe/stop/guard", guard="desk", resign=True)
-                refused = "tick"
-                while refused == "tick":
-                    tick = self.asks(guard, "/rowe/stop/state")["tick"]
-                    refused = self.asks(guard, "/rowe/stop/reset", number=number, tick=tick)["refused"]
-                self.assertIsNone(refused)
-
-    def asks(self, who, service, **what):
-        who.send({"op": "call_service", "id": "1", "service": service, "args": what})
-        return who.receive_until(lambda m: m.get("op") == "service_response")["values"]
+                guard.call("/rowe/stop/guard", guard="desk", resign=True)
+                self.assertIsNone(ask_in_time(guard, "/rowe/stop/reset", number=number)["refused"])
 
     def test_ends_no_message_no_call_and_no_connection(self):
         bot = self.bot
@@ -85,13 +69,12 @@ class a_clock_that_is_set(unittest.TestCase):
             round_trip(provider)
             for at, shift in enumerate(steps):
                 writer.send({"op": "call_service", "id": "c", "service": "/late", "timeout": 30})
-                call = provider.receive_until(lambda m: m["op"] == "call_service")
+                call = provider.called()
                 self.clock.set(shift)
                 publish(writer, range(100 * at, 100 * at + 100))
                 numbers = numbers_until(reader, 100 * at + 99)
                 self.assertEqual(numbers, list(range(100 * at, 100 * at + 100)))
-                provider.send({"op": "service_response", "id": call["id"], "service": "/late",
-                               "values": {"shift": shift}, "result": True})
+                provider.answer(call, {"shift": shift})
                 answer = writer.receive_until(lambda m: m["op"] == "service_response")
                 self.assertEqual((answer["result"], answer["values"]), (True, {"shift": shift}))
             counts = serving.summary()
@@ -103,14 +86,13 @@ class a_clock_that_is_set(unittest.TestCase):
     def test_is_told_of_a_certificate_that_ends_and_renews_it(self):
         """Six days, renewed in the last third: a day ahead it is not due, four days ahead it is."""
         bot = self.bot
-        ended = run("setup", "--renew", "--dir", bot.folder, "--days", "6")
-        self.assertEqual(ended.code, 0, ended.stderr)
+        bot.renew("--days", "6")
         with self.serving() as serving:
             before = shown(serving)
             serving.line("the certificate ends in 5 days")
             self.clock.set(day)
             serving.line("the certificate ends in 4 days")
-            self.assertEqual(self.text("certificate.pem"), before)
+            self.assertEqual(bot.text("certificate.pem"), before)
             self.clock.set(4 * day)
             serving.line("the certificate in .* was renewed")
             until(lambda: shown(serving) != before)
@@ -124,9 +106,8 @@ class a_clock_that_is_set(unittest.TestCase):
         with self.serving() as serving:
             for shift in steps:
                 self.clock.set(shift)
-                ended = run("setup", "--renew", "--dir", bot.folder, environment=self.clock.environment)
-                self.assertEqual(ended.code, 0, ended.stderr)
-                until(lambda: shown(serving) == self.text("certificate.pem"))
+                bot.renew(environment=self.clock.environment)
+                until(lambda: shown(serving) == bot.text("certificate.pem"))
                 self.assertTrue(self.is_trusted(serving))
 
     def is_trusted(self, serving):

@@ -62,8 +62,7 @@ class descriptors(unittest.TestCase):
                 for begin in range(0, 2000, 100):  # fewer than a queue holds, so none is dropped
                     publish(writer, range(begin, begin + 100))
                     self.assertEqual(numbers_until(reader, begin + 99), list(range(begin, begin + 100)))
-                reader.send({"op": "call_service", "service": "/rowe/stop", "id": "now"})
-                answer = reader.receive_until(lambda m: m["op"] == "service_response")
+                answer = reader.call("/rowe/stop")
                 self.assertEqual((answer["id"], answer["result"]), ("now", True))
                 # It waits for descriptors, and does not ask for them all the time.
                 self.assertLess(awakenings(serving.process) - slept, 1000)
@@ -89,9 +88,7 @@ class descriptors(unittest.TestCase):
                         peer("/")
                     self.assertEqual(refused.exception.status, 503)
                     stopper = held.enter_context(peer("/rowe/stop"))
-                    stopper.send({"op": "call_service", "service": "/rowe/stop", "id": round})
-                    answer = stopper.receive_until(lambda m: m["op"] == "service_response")
-                    self.assertTrue(answer["result"])
+                    self.assertTrue(stopper.call("/rowe/stop", round)["result"])
                     if round < 2:
                         stopper.stream.close()
                 serving.line("only peers that come to stop can connect: this process has no file descriptor")
@@ -118,14 +115,10 @@ class descriptors(unittest.TestCase):
 
     def test_a_certificate_that_was_renewed_meanwhile_is_shown_as_soon_as_it_can_be_read(self):
         bot, serving = self.bot, self.serving
-        with open(bot.at("certificate.pem"), encoding="ascii") as file:
-            before = file.read().strip()
+        before = bot.text("certificate.pem")
         with none_left(serving):
-            ended = run("setup", "--renew", "--dir", bot.folder)
-            self.assertEqual(ended.code, 0, ended.stderr)
+            renewed = bot.renew()
             serving.line("the new certificate is not used: .*[Tt]oo many open files")
-        with open(bot.at("certificate.pem"), encoding="ascii") as file:
-            renewed = file.read().strip()
         self.assertNotEqual(renewed, before)
         until(lambda: shown(serving) == renewed)  # it looks each second
         said = [line for line in serving.stderr if "the new certificate is not used" in line]

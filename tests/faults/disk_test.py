@@ -12,7 +12,7 @@ import unittest
 
 from clock import clock, preloaded
 from program import ROWE, run
-from robot import numbers_until, publish, robot, shown, until
+from robot import content_of, numbers_until, publish, robot, shown, until
 
 disk_bytes = 256 * 1024
 day = 24 * 60 * 60  # seconds
@@ -32,14 +32,6 @@ def in_a_world_with_a_small_disk():
 
 
 why_not = in_a_world_with_a_small_disk() if __name__ == "__main__" else ""
-
-
-def content_of(folder):
-    found = {}
-    for name in os.listdir(folder):
-        with open(os.path.join(folder, name), "rb") as file:
-            found[name] = file.read()
-    return found
 
 
 @unittest.skipIf(why_not, why_not)
@@ -94,8 +86,7 @@ class full(unittest.TestCase):
                 self.assertEqual(numbers_until(reader, 99), list(range(100)))
             bot.stop(serving)
             os.unlink(filler)
-            ended = run("token", "add", "anna", "driver", "--dir", "bot", cwd=self.disk)
-            self.assertEqual(ended.code, 0, ended.stderr)
+            ended = run("token", "add", "anna", "driver", "--dir", "bot", cwd=self.disk, code=0)
             serving.line("its roles and identities hold now")
             bot.tokens["anna"] = ended.stdout[0]
             bot.peer(serving, "anna").__exit__()
@@ -103,8 +94,7 @@ class full(unittest.TestCase):
     @unittest.skipIf(not preloaded, "nothing can be preloaded here")
     def test_a_certificate_that_cannot_be_renewed_is_renewed_when_there_is_room(self):
         bot = self.bot
-        ended = run("setup", "--renew", "--dir", "bot", "--days", "6", cwd=self.disk)
-        self.assertEqual(ended.code, 0, ended.stderr)
+        bot.renew("--days", "6")
         filler, before = self.fill(), content_of(self.folder)
         with clock() as time, bot.serving("--demo", environment=time.environment) as serving:
             old = shown(serving)

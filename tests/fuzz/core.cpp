@@ -48,8 +48,9 @@ namespace {
 rowe::endpoint_options options_of(std::uint8_t setup) {
   auto options = harness::small_options();
   options.relay = (setup & 2) != 0;
-  constexpr rowe::peer_profile profiles[] = {rowe::peer_profile::standard, rowe::peer_profile::standard,
-                                             rowe::peer_profile::hop, rowe::peer_profile::hop_2014};
+  constexpr rowe::websocket_profile profiles[] = {
+      rowe::websocket_profile::standard, rowe::websocket_profile::standard, rowe::websocket_profile::hop,
+      rowe::websocket_profile::hop_2014};
   options.profile = profiles[setup >> 2 & 3];
   options.limits.small_slots = 12;
   options.limits.calls_max = 6;
@@ -75,7 +76,7 @@ class script_run {
   explicit script_run(std::uint8_t setup)
       : ours_{(setup & 1) != 0 ? side::client : side::server},
         by_numbers_{(setup & 32) != 0 && ours_ == side::server &&
-                    options_of(setup).profile == rowe::peer_profile::standard},
+                    options_of(setup).profile == rowe::websocket_profile::standard},
         on_{options_of(setup), ours_, 1, rowe::rt::time_point{1000s},
             by_numbers_ ? &numbers::protocols() : nullptr},
         pairs_{offer_pairs((setup & 16) != 0)} {
@@ -241,7 +242,7 @@ class script_run {
       heard_.push_back(std::move(text));
     }
     if (heard_.size() > 8) heard_.erase(heard_.begin(), heard_.end() - 8);
-    const bool unmasked = ours_ == side::client && on_.options.profile == rowe::peer_profile::hop_2014;
+    const bool unmasked = ours_ == side::client && on_.options.profile == rowe::websocket_profile::hop_2014;
     require(unmasked || p.violated.empty(), "a peer is sent WebSocket frames");
   }
   // Answers something that was received, by whichever peer.
@@ -392,10 +393,5 @@ class script_run {
 } // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  if (size == 0 || size > 4096) return 0;
-  script s{data + 1, size - 1};
-  script_run on{data[0]};
-  while (!s.over()) on.act(s);
-  on.end();
-  return 0;
+  return rowe::fuzz::run<script_run>(data, size, 4096);
 }

@@ -7,18 +7,18 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string_view>
-#include <vector>
 
 #include "fuzz/require.hpp"
 #include "wire/foxglove/foxglove_codec.hpp"
+#include "json/padded.hpp"
 #include "json/reading/reader.hpp"
 
 namespace {
 
 using namespace rowe::wire;
+using rowe::fuzz::lies_in;
 using rowe::fuzz::require;
 using rowe::json::reader;
 
@@ -27,11 +27,6 @@ constexpr std::size_t message_bytes_max = 4096;
 constexpr codec_id id{5};
 constexpr foxglove_decoder reads{id};
 constexpr foxglove_json_codec writes{id, id};
-
-bool lies_in(std::string_view part, std::string_view whole) {
-  return part.empty() || (std::less_equal<>{}(whole.data(), part.data()) &&
-                          std::less_equal<>{}(part.data() + part.size(), whole.data() + whole.size()));
-}
 
 void check_names(const request& asked, std::string_view message, std::string_view scratch) {
   for (const std::string_view name : {asked.topic, asked.service, asked.type}) {
@@ -85,9 +80,9 @@ void check_one(reader& validator, decoded is, const request& asked, const diagno
   require(asked.what != verb::call || asked.id_raw.size() == 8, "a call has an id");
 }
 
-void check_text(reader& validator, std::string_view text, std::vector<char>& block) {
-  std::copy(text.begin(), text.end(), block.begin());
-  const std::string_view padded{block.data(), text.size()};
+void check_text(reader& validator, std::string_view text) {
+  const rowe::tests::padded block{text};
+  const std::string_view padded = block.text();
   const bool valid = bool{validator.validate(padded)};
   std::array<char, decode_scratch_bytes(limits)> scratch;
   std::array<char, refusal::text_bytes_max> buffer;
@@ -112,7 +107,6 @@ void check_text(reader& validator, std::string_view text, std::vector<char>& blo
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size > message_bytes_max) return 0;
   static reader validator = reader::create(message_bytes_max).value();
-  static std::vector<char> block(message_bytes_max + reader::tailroom_bytes);
   const std::string_view message{reinterpret_cast<const char*>(data), size};
   for (std::size_t bytes = 0; bytes <= std::min<std::size_t>(size, 16); ++bytes) {
     (void)reads.may_be_stop(opcode::text, message.substr(0, bytes));
@@ -120,7 +114,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(!stop || bytes >= 2, "no stop is seen in nothing");
   }
   if (message.empty() || static_cast<unsigned char>(message[0]) >= 0x20) {
-    check_text(validator, message, block);
+    check_text(validator, message);
     return 0;
   }
   std::array<char, refusal::text_bytes_max> buffer;

@@ -64,7 +64,7 @@ void walk_unvalidated(std::string_view text) {
 
 void compare_noted(const document& last, std::string_view text) {
   require(last.text.data() == text.data() && last.text.size() == text.size(), "the reader noted this text");
-  object_walk noted{last}, walked{text};
+  object_walk indexed{last}, walked{text};
   member a, b;
   bool more = true;
   while (more) {

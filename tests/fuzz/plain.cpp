@@ -7,14 +7,15 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "fuzz/require.hpp"
+#include "wire/codec/object_form.hpp"
 #include "wire/plain/plain.hpp"
+#include "json/padded.hpp"
 #include "json/reading/reader.hpp"
 #include "json/writing/writer.hpp"
 
@@ -24,17 +25,14 @@ using namespace rowe::wire;
 using namespace rowe::wire::plain;
 namespace json = rowe::json;
 using json::reader;
+using rowe::fuzz::lies_in;
 using rowe::fuzz::require;
+using rowe::tests::padded;
 
 constexpr name_limits limits{.name_bytes_max = 24, .id_bytes_max = 32};
 constexpr std::size_t text_bytes_max = 2048;
 constexpr std::size_t written_bytes_max = 8 * text_bytes_max;
 using scratch_buffer = std::array<char, scratch_bytes(limits)>;
-
-bool lies_in(std::string_view part, std::string_view whole) {
-  return part.empty() || (std::less_equal<>{}(whole.data(), part.data()) &&
-                          std::less_equal<>{}(part.data() + part.size(), whole.data() + whole.size()));
-}
 
 std::size_t members_of(std::string_view object) {
   std::size_t count = 0;
@@ -102,9 +100,8 @@ void write_around(reader& validator, std::string_view text, const request& from,
     require(back.out.what == verb::call && back.out.id_raw == "\"i.1\"", "an invocation keeps its id");
   }
 
-  const auto body = [text](json::writer& w) { w.raw(text); };
   const std::string call = written(
-      validator, [&](json::writer& w) { write_call(w, service, "i.1", body); }, less);
+      validator, [&](json::writer& w) { write_call(w, service, "i.1", {.text = text}); }, less);
   const bool args_apart = !object || has_names_of_calls(json::root(text).raw);
   require(members_of(call) == (args_apart ? 3 : members + 2),
           "a call has two members more, or its arguments apart");
@@ -113,7 +110,7 @@ void write_around(reader& validator, std::string_view text, const request& from,
   }
 
   const std::string reply = written(
-      validator, [&](json::writer& w) { write_reply(w, id_raw, text); }, less);
+      validator, [&](json::writer& w) { write_reply(w, id_raw, body{text}); }, less);
   require(members_of(reply) == (object && !find_reserved(text) ? members + 1 : 2),
           "a reply has one member more, or its value apart");
   if (read_back(reply, back)) {
@@ -146,9 +143,8 @@ void write_around(reader& validator, std::string_view text, const request& from,
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static auto validator = reader::create(written_bytes_max);
   if (!validator || size > text_bytes_max) return 0;
-  std::vector<char> block(size + reader::tailroom_bytes);
-  std::copy(data, data + size, block.begin());
-  const bool valid{validator->validate({block.data(), size})};
+  const padded block{{reinterpret_cast<const char*>(data), size}};
+  const bool valid{validator->validate(block.text())};
 
   const std::vector<char> exact(data, data + size); // without tailroom: decoding needs none
   const std::string_view text{exact.data(), exact.size()};

@@ -374,10 +374,5 @@ class script_run {
 } // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  if (size == 0 || size > 2048) return 0;
-  script s{data + 1, size - 1};
-  script_run on{data[0]};
-  while (!s.over()) on.act(s);
-  on.end();
-  return 0;
+  return rowe::fuzz::run<script_run>(data, size, 2048);
 }

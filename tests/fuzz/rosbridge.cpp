@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "fuzz/require.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
 #include "wire/written.hpp"
+#include "json/padded.hpp"
 #include "json/reading/reader.hpp"
 #include "json/writing/writer.hpp"
 
@@ -22,23 +22,18 @@ namespace {
 
 using namespace rowe::wire;
 using namespace rowe::wire::rosbridge;
+using rowe::fuzz::lies_in;
 using rowe::fuzz::require;
 using rowe::json::reader;
+using rowe::tests::padded;
 
 constexpr name_limits limits{.name_bytes_max = 24, .id_bytes_max = 32};
 constexpr std::size_t text_bytes_max = 4096;
 using scratch_buffer = std::array<char, scratch_bytes(limits)>;
 
-bool lies_in(std::string_view part, std::string_view whole) {
-  return std::less_equal<>{}(whole.data(), part.data()) &&
-         std::less_equal<>{}(part.data() + part.size(), whole.data() + whole.size());
-}
-
 // Validates what was encoded and decodes it into `out`.
 void read_back(reader& validator, std::string_view text, std::span<char> scratch, request& out) {
-  std::vector<char> block(text.size() + reader::tailroom_bytes);
-  std::copy(text.begin(), text.end(), block.begin());
-  require(!text.empty() && bool{validator.validate({block.data(), text.size()})}, "what is encoded is JSON");
+  require(!text.empty() && bool{validator.validate(padded{text}.text())}, "what is encoded is JSON");
   out = {};
   require(!decode(text, scratch, limits, out), "what is encoded is not refused");
 }
@@ -57,13 +52,13 @@ void check_refusal(reader& validator, const refusal& why, const request& asked) 
 }
 
 // Writes around a value with a head and a tail.
-template <class Head, class Tail>
-std::string written_around(Head head, std::string_view value, Tail tail) {
+template <class Head>
+std::string written_around(Head head, std::string_view value) {
   std::string buffer(text_bytes_max + 8 * limits.name_bytes_max + 8 * limits.id_bytes_max + 128, '\0');
   rowe::json::writer w{buffer};
   head(w);
   w.raw(value);
-  tail(w);
+  w.end_object();
   require(!w.overflowed(), "a call fits its room");
   return std::string{w.text()};
 }
@@ -81,19 +76,18 @@ void check_service(reader& validator, const request& asked) {
 
   const bool calls = asked.what == verb::call && !asked.body_raw.empty();
   const std::string_view args = calls ? asked.body_raw : "{}";
-  const auto call_head = [&](auto& w) { write_call_service_head(w, asked.service, "1.a", asked.ttl_ns); };
-  const std::string call = written_around(call_head, args, write_call_service_tail);
+  const auto call_head = [&](auto& w) { write_call_service_head(w, asked.service, "1.a"); };
+  const std::string call = written_around(call_head, args);
   if (call.size() <= text_bytes_max && asked.service.find('#') == std::string_view::npos) {
     read_back(validator, call, scratch, again);
     require(again.what == verb::call && again.service == asked.service && again.id_raw == "\"1.a\"" &&
                 again.body_raw == args,
             "a call says the same");
-    require((again.ttl_ns > 0) == (asked.ttl_ns > 0), "and takes as long");
   }
   const auto goal_head = [&](auto& w) {
     write_goal_head(w, asked.service, asked.type, "1.a", asked.feedback);
   };
-  const std::string goal = written_around(goal_head, args, write_call_service_tail);
+  const std::string goal = written_around(goal_head, args);
   if (goal.size() <= text_bytes_max) {
     read_back(validator, goal, scratch, again);
     require(again.what == verb::send_goal && again.service == asked.service && again.type == asked.type &&
@@ -104,7 +98,7 @@ void check_service(reader& validator, const request& asked) {
   const auto head = [&](auto& w) {
     write_service_response_head(w, asked.service, asked.id_raw, !asked.failed);
   };
-  const std::string response = written_around(head, values, write_service_response_tail);
+  const std::string response = written_around(head, values);
   if (response.size() > text_bytes_max) return;
   read_back(validator, response, scratch, again);
   require(again.what == verb::reply && again.service == asked.service && again.id_raw == asked.id_raw &&
@@ -146,15 +140,8 @@ void check_request(reader& validator, const request& asked, std::string_view tex
     require(again.what == verb::publish && again.topic == asked.topic, "a publish says the same topic");
     require(asked.body_raw.empty() || again.body_raw == asked.body_raw, "a publish says the same message");
   }
-  require(!written(buffer, write_subscribe,
-                   {.topic = asked.topic,
-                    .type = asked.type,
-                    .throttle_ms = asked.throttle_ms,
-                    .queue_length = asked.queue_length})
-                  .empty() &&
-              !written(buffer, write_advertise,
-                       {.topic = asked.topic, .type = asked.type, .queue_size = asked.queue_size})
-                   .empty(),
+  require(!written(buffer, write_subscribe, asked.topic, asked.type).empty() &&
+              !written(buffer, write_advertise, asked.topic, asked.type, asked.latch).empty(),
           "requests fit their room");
 }
 
@@ -163,10 +150,8 @@ void check_request(reader& validator, const request& asked, std::string_view tex
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static auto validator = reader::create(text_bytes_max);
   if (!validator || size > text_bytes_max) return 0;
-  std::vector<char> block(size + reader::tailroom_bytes);
-  std::copy(data, data + size, block.begin());
-  const std::string_view padded{block.data(), size};
-  const bool valid{validator->validate(padded)};
+  const padded block{{reinterpret_cast<const char*>(data), size}};
+  const bool valid{validator->validate(block.text())};
 
   const std::vector<char> exact(data, data + size); // without tailroom: decoding needs none
   const std::string_view text{exact.data(), exact.size()};

@@ -48,4 +48,15 @@ class input_choices final : public swarm::choices {
   script& from_;
 };
 
+// One byte of set-up, and a script. What it acts on is checked by itself.
+template <class On>
+int run(const std::uint8_t* data, std::size_t size, std::size_t bytes_max) {
+  if (size == 0 || size > bytes_max) return 0;
+  script s{data + 1, size - 1};
+  On on{data[0]};
+  while (!s.over()) on.act(s);
+  on.end();
+  return 0;
+}
+
 } // namespace rowe::fuzz

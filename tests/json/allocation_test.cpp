@@ -15,6 +15,7 @@
 #include <rowe/ros.hpp>
 
 #include "decodable.hpp"
+#include "encoded.hpp"
 #include "padded.hpp"
 #include "rt/sanitized.hpp"
 #include "rt/seed.hpp"
@@ -60,7 +61,6 @@ namespace {
 using tests::concat;
 using tests::padded;
 using tests::repeat;
-using tests::seed;
 
 // What `work` allocates.
 template <class Work>
@@ -112,8 +112,7 @@ std::vector<padded> texts(std::uint64_t s, std::size_t bytes_max) {
 }
 
 TEST_F(allocation, never_happens_in_a_million_validations_of_all_sizes) {
-  const std::uint64_t s = seed();
-  ROWE_TRACE_SEED(s);
+  const tests::test_seed s;
   constexpr std::size_t bytes_max = 16 * 1024;
   const std::vector<padded> all = texts(s, bytes_max);
   reader r = reader::create(bytes_max).value();
@@ -194,16 +193,12 @@ TEST_F(allocation, never_happens_in_reading_by_paths_and_by_schemas) {
 }
 
 TEST_F(allocation, never_happens_in_decoding) {
-  const encoder e = encoder::compile(describe<tests::everything>()).value();
   const decoder d = decoder::compile(describe<tests::everything>()).value();
   tests::everything object;
   object.text = "\n\t";
   object.much_count = 200;
   object.much[7] = 0.1234567890123456;
-  std::string text(e.bytes_max(), '\0');
-  writer w{text};
-  e.encode(&object, w);
-  text.resize(w.bytes());
+  const std::string text = tests::encoded(object);
   ASSERT_TRUE(d.decode(text, &object));
   std::string faulty = text; // each with another error, at another place
   std::size_t refused = 0;

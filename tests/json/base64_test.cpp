@@ -13,10 +13,9 @@
 #include <rowe/json_value.hpp>
 #include <rowe/schema.hpp>
 
+#include "encoded.hpp"
 #include "rt/seed.hpp"
 #include "json/reading/base64.hpp"
-#include "json/structs/encoder.hpp"
-#include "json/writing/writer.hpp"
 
 namespace base64_test {
 
@@ -79,9 +78,7 @@ TEST(base64, is_as_the_standard_has_it) {
 }
 
 TEST(base64, reads_what_is_written_of_any_bytes_with_escapes_and_without) {
-  const std::uint64_t seed = tests::seed();
-  ROWE_TRACE_SEED(seed);
-  std::mt19937_64 random{seed};
+  tests::seeded random;
   for (int i = 0; i < 3000; ++i) {
     std::string bytes(random() % 200, '\0');
     for (char& c : bytes) c = static_cast<char>(random());
@@ -128,18 +125,12 @@ TEST(base64, is_how_arrays_of_bytes_are_written) {
   image shown;
   for (const char c : std::string_view{"foobar?>"}) (void)shown.data.push_back(static_cast<std::uint8_t>(c));
   const encoder e = encoder::compile(describe<image>()).value();
-  std::string buffer(e.bytes_max(), '\0');
-  writer w{buffer};
-  e.encode(&shown, w);
-  const std::string text{w.text()};
+  const std::string text = tests::encoded_by(e, &shown);
   EXPECT_EQ(text, R"({"width":1,"data":"Zm9vYmFyPz4=","mark":"/wA=","some":"AQI=","numbers":[7,255],)"
                   R"("quoted":["7","255"]})");
   // It fits exactly, or it is said that it does not.
   for (std::size_t bytes = 0; bytes <= text.size(); ++bytes) {
-    const auto exact = std::make_unique<char[]>(bytes);
-    writer some{{exact.get(), bytes}};
-    e.encode(&shown, some);
-    EXPECT_EQ(some.overflowed(), bytes < text.size());
+    tests::expect_written_within(bytes, text, [&](writer& w) { e.encode(&shown, w); });
   }
   const auto back = json_value::parse(text).value().as<image>();
   ASSERT_TRUE(back) << back.error().message();

@@ -15,6 +15,7 @@
 #include <rowe/schema.hpp>
 
 #include "cbor_text.hpp"
+#include "encoded.hpp"
 #include "json/structs/encoder.hpp"
 #include "json/text/digits.hpp"
 #include "json/writing/cbor.hpp"
@@ -85,15 +86,7 @@ namespace binary_test {
 using namespace ::binary_test;
 namespace {
 
-template <class T>
-std::string written(const T& object, encoding into) {
-  const encoder e = encoder::compile(describe<T>(), into).value();
-  std::string buffer(e.bytes_max(), '\0');
-  writer w{buffer};
-  e.encode(&object, w);
-  EXPECT_FALSE(w.overflowed());
-  return std::string{w.text()};
-}
+using tests::encoded;
 
 std::string hex(std::string_view bytes) {
   std::string all;
@@ -105,7 +98,7 @@ std::string hex(std::string_view bytes) {
 }
 
 TEST(cbor_encoder, writes_arrays_of_numbers_as_typed_arrays) {
-  EXPECT_EQ(hex(written(scan{}, encoding::cbor)), "a4"
+  EXPECT_EQ(hex(encoded<encoding::cbor>(scan{})), "a4"
                                                   "6672616e676573" // ranges: 85, two floats
                                                   "d855480000003f0000c03f"
                                                   "666c6576656c73" // levels: 77
@@ -118,23 +111,23 @@ TEST(cbor_encoder, writes_arrays_of_numbers_as_typed_arrays) {
 
 TEST(cbor_encoder, says_how_many_bytes_are_in_use) {
   picture p;
-  EXPECT_EQ(hex(written(p, encoding::cbor)), "a26577696474680264"
+  EXPECT_EQ(hex(encoded<encoding::cbor>(p)), "a26577696474680264"
                                              "6461746140");
   for (int i = 0; i < 256; ++i) ASSERT_TRUE(p.data.push_back(7));
-  EXPECT_EQ(hex(written(p, encoding::cbor)).substr(0, 30), "a265776964746802646461746159"
+  EXPECT_EQ(hex(encoded<encoding::cbor>(p)).substr(0, 30), "a265776964746802646461746159"
                                                            "01");
 }
 
 TEST(cbor_encoder, says_the_same_as_json_in_every_form) {
-  const std::string json = written(forms{}, encoding::json);
+  const std::string json = encoded<encoding::json>(forms{});
   EXPECT_EQ(json,
             R"({"serial":"18446744073709551615","by_name":"reverse","unnamed":7,"age":-1.5,"angle":3.14})");
-  EXPECT_EQ(tests::cbor_text(written(forms{}, encoding::cbor)), json);
+  EXPECT_EQ(tests::cbor_text(encoded<encoding::cbor>(forms{})), json);
 }
 
 TEST(cbor_encoder, keeps_what_is_no_number) {
   ros::vector3 v{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -0.0};
-  EXPECT_EQ(hex(written(v, encoding::cbor)),
+  EXPECT_EQ(hex(encoded<encoding::cbor>(v)),
             "a36178fb7ff80000000000006179fb7ff0000000000000617afb8000000000000000");
   const encoder e = encoder::compile(describe<ros::vector3>(), encoding::cbor).value();
   std::array<char, 128> buffer;
@@ -146,7 +139,7 @@ TEST(cbor_encoder, keeps_what_is_no_number) {
 TEST(cbor_encoder, writes_every_text_as_utf_8) {
   ros::header h;
   h.frame_id = "m\xc3\xb6\xff";
-  EXPECT_EQ(hex(written(h, encoding::cbor)), "a363736571006573"
+  EXPECT_EQ(hex(encoded<encoding::cbor>(h)), "a363736571006573"
                                              "74616d70a264736563730065"
                                              "6e73656373006866"
                                              "72616d655f6964666dc3b6efbfbd");
@@ -162,14 +155,14 @@ TEST(cbor_encoder, keeps_every_digit_of_an_integer) {
 // As roscpp serialises a Header, a string, and a sequence.
 TEST(ros1_encoder, writes_little_endian_without_names) {
   ros::header h{.seq = 1, .stamp = {2, 3}, .frame_id = "map"};
-  EXPECT_EQ(hex(written(h, encoding::ros1)), "010000000200000003000000030000006d6170");
-  EXPECT_EQ(hex(written(scan{}, encoding::ros1)), "0000003f0000c03f"
+  EXPECT_EQ(hex(encoded<encoding::ros1>(h)), "010000000200000003000000030000006d6170");
+  EXPECT_EQ(hex(encoded<encoding::ros1>(scan{})), "0000003f0000c03f"
                                                   "ffff00000100"
                                                   "01ff"
                                                   "0100");
   path p;
   ASSERT_TRUE(p.points.push_back({1, 0, 0}));
-  EXPECT_EQ(hex(written(p, encoding::ros1)), "01000000"
+  EXPECT_EQ(hex(encoded<encoding::ros1>(p)), "01000000"
                                              "000000000000f03f"
                                              "0000000000000000"
                                              "0000000000000000"
@@ -178,7 +171,7 @@ TEST(ros1_encoder, writes_little_endian_without_names) {
 
 // ROS text says that these members are strings and seconds, so their bytes are, too.
 TEST(ros1_encoder, writes_forms_as_ros_message_describes_them) {
-  EXPECT_EQ(hex(written(forms{}, encoding::ros1)), "140000003138343436373434303733373039353531363135"
+  EXPECT_EQ(hex(encoded<encoding::ros1>(forms{})), "140000003138343436373434303733373039353531363135"
                                                    "0700000072657665727365"
                                                    "0100000037"
                                                    "000000000000f8bf"
@@ -189,7 +182,7 @@ TEST(ros1_encoder, writes_an_odometry_of_its_known_length) {
   ros::odometry o;
   o.header.frame_id = "odom";
   o.child_frame_id = "base_link";
-  EXPECT_EQ(written(o, encoding::ros1).size(), 4 + 8 + 4 + 4 + 4 + 9 + (7 + 36 + 6 + 36) * 8u);
+  EXPECT_EQ(encoded<encoding::ros1>(o).size(), 4 + 8 + 4 + 4 + 4 + 9 + (7 + 36 + 6 + 36) * 8u);
 }
 
 TEST(ros1_encoder, refuses_what_ros_does_not_have) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <memory>
 #include <random>
 #include <string>
 #include <string_view>
@@ -12,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "cbor_text.hpp"
+#include "encoded.hpp"
 #include "rt/seed.hpp"
 #include "texts.hpp"
 #include "json/writing/writer.hpp"
@@ -30,17 +30,11 @@ std::string transcoded(std::string_view json) {
   cbor::write_json(json, w);
   EXPECT_FALSE(w.overflowed()) << json.substr(0, 100);
   std::string whole{w.text()};
+  const auto write_again = [json](writer& narrow) { cbor::write_json(json, narrow); };
   for (std::size_t room = 0; room < whole.size() && room < 300; ++room) {
-    const auto exact = std::make_unique<char[]>(room);
-    writer narrow{{exact.get(), room}};
-    cbor::write_json(json, narrow);
-    EXPECT_TRUE(narrow.overflowed()) << room;
+    tests::expect_written_within(room, whole, write_again);
   }
-  const auto exact = std::make_unique<char[]>(whole.size());
-  writer fits{{exact.get(), whole.size()}};
-  cbor::write_json(json, fits);
-  EXPECT_FALSE(fits.overflowed());
-  EXPECT_EQ(fits.text(), whole);
+  tests::expect_written_within(whole.size(), whole, write_again);
   return whole;
 }
 std::string read_back(std::string_view json) { return cbor_text(transcoded(json)).value_or("not CBOR"); }
@@ -152,8 +146,7 @@ class source {
 };
 
 TEST(cbor, says_the_same_as_random_texts) {
-  const std::uint64_t from = tests::seed();
-  ROWE_TRACE_SEED(from);
+  const tests::test_seed from;
   source random{from};
   std::string buffer(1 << 22, '\0');
   for (int i = 0; i < 300; ++i) {

@@ -19,6 +19,7 @@
 #include <rowe/ros.hpp>
 
 #include "decodable.hpp"
+#include "encoded.hpp"
 #include "padded.hpp"
 #include "respelled.hpp"
 #include "rt/seed.hpp"
@@ -26,8 +27,6 @@
 #include "texts.hpp"
 #include "json/reading/numbers.hpp"
 #include "json/reading/reader.hpp"
-#include "json/structs/encoder.hpp"
-#include "json/writing/writer.hpp"
 
 namespace rowe::json {
 namespace decoder_test {
@@ -35,13 +34,13 @@ namespace {
 
 using tests::anything;
 using tests::concat;
+using tests::encoded;
 using tests::everything;
 using tests::gear;
 using tests::numbers;
 using tests::padded;
 using tests::point;
 using tests::repeat;
-using tests::seed;
 
 template <class T>
 const decoder& decoder_of() {
@@ -90,15 +89,6 @@ error refused(std::string_view text) {
   const status s = decode(text, x);
   EXPECT_FALSE(s) << text;
   return s.error();
-}
-
-template <class T>
-std::string encoded(const T& x) {
-  static const encoder e = encoder::compile(describe<T>()).value();
-  std::string buffer(e.bytes_max(), '\0');
-  writer w{buffer};
-  e.encode(&x, w);
-  return std::string{w.text()};
 }
 
 // ---- one value of each sort; `anything` reads a member alone ----
@@ -234,9 +224,7 @@ TEST(decoder, rounds_floats_once) {
 }
 
 TEST(decoder, reads_every_number_as_the_c_library_does) {
-  const std::uint64_t s = seed();
-  ROWE_TRACE_SEED(s);
-  std::mt19937_64 random{s};
+  tests::seeded random;
   for (int i = 0; i < 200'000; ++i) {
     std::string text = random() % 2 == 0 ? "-" : "";
     const std::size_t digits = 1 + random() % (random() % 8 == 0 ? 40 : 20);
@@ -259,9 +247,7 @@ TEST(decoder, reads_every_number_as_the_c_library_does) {
 }
 
 TEST(decoder, rounds_every_float_and_its_neighbourhood_as_the_c_library_does) {
-  const std::uint64_t s = seed();
-  ROWE_TRACE_SEED(s);
-  std::mt19937_64 random{s};
+  tests::seeded random;
   std::array<char, 1100> text;
   for (int i = 0; i < 100'000; ++i) {
     const auto x = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
@@ -731,9 +717,7 @@ TEST(decoder, reads_bytes_from_base64_and_from_numbers) {
 }
 
 TEST(decoder, reads_back_what_the_encoder_writes) {
-  const std::uint64_t s = seed();
-  ROWE_TRACE_SEED(s);
-  std::mt19937_64 random{s};
+  tests::seeded random;
   random_everything source{random};
   for (int i = 0; i < 2000; ++i) {
     const everything e = source.next();
@@ -743,9 +727,7 @@ TEST(decoder, reads_back_what_the_encoder_writes) {
 }
 
 TEST(decoder, reads_the_same_however_a_text_is_spelt) {
-  const std::uint64_t s = seed();
-  ROWE_TRACE_SEED(s);
-  std::mt19937_64 random{s};
+  tests::seeded random;
   random_everything source{random};
   tests::respelling other{random, 0};
   for (int i = 0; i < 2000; ++i) {
@@ -757,9 +739,7 @@ TEST(decoder, reads_the_same_however_a_text_is_spelt) {
 
 // Errors, too, with their places; compared in decode().
 TEST(decoder, agrees_with_a_plain_reference_on_texts_with_faults) {
-  const std::uint64_t s = seed();
-  ROWE_TRACE_SEED(s);
-  std::mt19937_64 random{s};
+  tests::seeded random;
   random_everything source{random};
   std::array<int, static_cast<std::size_t>(errc::misuse) + 1> seen{};
   for (int i = 0; i < 20'000; ++i) {
@@ -841,9 +821,7 @@ class wide_schema {
 };
 
 TEST(decoder, knows_each_of_very_many_members) {
-  const std::uint64_t s = seed();
-  ROWE_TRACE_SEED(s);
-  std::mt19937_64 random{s};
+  tests::seeded random;
   for (const std::size_t count : {63u, 64u, 65u, 100u, 128u, 1024u}) {
     const wide_schema schema{count};
     const decoder d = decoder::compile(schema.description()).value();

@@ -15,6 +15,7 @@
 #include <rowe/schema.hpp>
 
 #include "cbor_text.hpp"
+#include "encoded.hpp"
 #include "texts.hpp"
 
 namespace encoder_test {
@@ -173,22 +174,9 @@ std::string in_pieces(const encoder& e, const T& object, std::size_t window) {
 template <class T>
 std::string written(const T& object, encoding into) {
   const encoder e = encoder::compile(describe<T>(), into).value();
-  std::vector<char> ample(e.bytes_max());
-  writer w{ample};
-  e.encode(&object, w);
-  EXPECT_FALSE(w.overflowed()) << "bytes_max() is too small";
-  const std::string whole{w.text()};
-
-  constexpr char canary = '#';
-  for (std::size_t length = 0; length <= whole.size() + 80; ++length) {
-    std::vector<char> buffer(length + 64, canary);
-    writer narrow{std::span{buffer}.first(length)};
-    e.encode(&object, narrow);
-    EXPECT_EQ(narrow.overflowed(), length < whole.size()) << length;
-    if (!narrow.overflowed()) {
-      EXPECT_EQ(narrow.text(), whole) << length;
-    }
-    EXPECT_EQ(std::string(buffer.data() + length, 64), std::string(64, canary)) << length;
+  std::string whole = tests::encoded_by(e, &object);
+  for (std::size_t room = 0; room <= whole.size() + 80; ++room) {
+    tests::expect_written_within(room, whole, [&](writer& w) { e.encode(&object, w); });
   }
   if (is_text(into)) {
     for (const std::size_t window : {1U, 2U, 7U, 64U, 4096U})

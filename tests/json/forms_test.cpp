@@ -3,7 +3,6 @@
 #include <array>
 #include <chrono>
 #include <limits>
-#include <memory>
 #include <random>
 #include <string>
 #include <string_view>
@@ -11,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "decodable.hpp"
+#include "encoded.hpp"
 #include "padded.hpp"
 #include "respelled.hpp"
 #include "rt/seed.hpp"
@@ -18,8 +18,6 @@
 #include "texts.hpp"
 #include "json/reading/reader.hpp"
 #include "json/structs/decoder.hpp"
-#include "json/structs/encoder.hpp"
-#include "json/writing/writer.hpp"
 
 namespace rowe::json {
 namespace forms_test {
@@ -31,25 +29,14 @@ using tests::concat;
 using tests::padded;
 using tests::rank;
 using tests::repeat;
-using tests::seed;
 using tests::stance;
 
 // What the encoder writes, in buffers of every size.
 std::string encoded(const anything& x) {
   static const encoder e = encoder::compile(describe<anything>()).value();
-  std::string buffer(e.bytes_max(), '\0');
-  writer w{buffer};
-  e.encode(&x, w);
-  EXPECT_FALSE(w.overflowed());
-  std::string whole{w.text()};
+  std::string whole = tests::encoded(x);
   for (std::size_t room = 0; room <= whole.size() + 48; ++room) {
-    const auto exact = std::make_unique<char[]>(room);
-    writer narrow{{exact.get(), room}};
-    e.encode(&x, narrow);
-    EXPECT_EQ(narrow.overflowed(), room < whole.size()) << room;
-    if (!narrow.overflowed()) {
-      EXPECT_EQ(narrow.text(), whole);
-    }
+    tests::expect_written_within(room, whole, [&](writer& w) { e.encode(&x, w); });
   }
   return whole;
 }
@@ -221,9 +208,7 @@ TEST(durations, are_refused_beyond_their_range) {
 // ---- at random ----
 
 TEST(forms, are_read_back_as_they_were_however_the_text_is_spelt) {
-  const std::uint64_t s = seed();
-  ROWE_TRACE_SEED(s);
-  std::mt19937_64 random{s};
+  tests::seeded random;
   constexpr std::array stances{stance::lying, stance::sitting, stance::standing};
   const auto integer = [&] { return static_cast<std::int64_t>(random()) >> random() % 64; };
   tests::respelling other{random, 0};
@@ -306,10 +291,7 @@ TEST(schema, gives_an_enum_no_more_names_than_can_be_told_apart) {
     std::uint16_t value = 0;
     ASSERT_TRUE(d.decode(text.text(), &value));
     ASSERT_EQ(value, values[i].value);
-    std::string buffer(e.bytes_max(), '\0');
-    writer w{buffer};
-    e.encode(&value, w);
-    ASSERT_EQ(w.text(), text.text());
+    ASSERT_EQ(tests::encoded_by(e, &value), text.text());
   }
   const padded number{"{\"a\":" + std::to_string(values[count - 1].value) + "}"};
   std::uint16_t value = 0;

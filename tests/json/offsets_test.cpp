@@ -12,10 +12,9 @@
 
 #include <rowe/schema.hpp>
 
+#include "encoded.hpp"
 #include "padded.hpp"
 #include "json/structs/decoder.hpp"
-#include "json/structs/encoder.hpp"
-#include "json/writing/writer.hpp"
 
 namespace offsets_test {
 
@@ -95,12 +94,7 @@ const schema_description& described() {
 }
 
 std::string encoded(const schema_description& type, const void* value, encoding into) {
-  const encoder e = encoder::compile(type, into).value();
-  std::string buffer(e.bytes_max() + 64, '\0');
-  writer w{buffer};
-  e.encode(value, w);
-  EXPECT_FALSE(w.overflowed());
-  return std::string{w.text()};
+  return tests::encoded_by(encoder::compile(type, into).value(), value);
 }
 
 TEST(offsets, write_what_a_type_of_cpp_writes) {

@@ -14,9 +14,9 @@
 #include <rowe/ros.hpp>
 #include <rowe/schema.hpp>
 
+#include "encoded.hpp"
 #include "json/reading/reader.hpp"
 #include "json/structs/decoder.hpp"
-#include "json/structs/encoder.hpp"
 
 namespace times_test {
 
@@ -74,17 +74,7 @@ namespace {
 
 namespace json = rowe::json;
 using namespace std::chrono_literals;
-
-template <class T>
-std::string encoded(const T& value, json::encoding into) {
-  const auto encoder = json::encoder::compile(rowe::describe<T>(), into);
-  EXPECT_TRUE(encoder);
-  std::vector<char> buffer(encoder->bytes_max());
-  json::writer out{buffer};
-  encoder->encode(&value, out);
-  EXPECT_FALSE(out.overflowed()) << "bytes_max() is too small";
-  return std::string{out.text()};
-}
+using rowe::tests::encoded;
 
 std::string rewritten(std::string text, const rowe::schema_description& type) {
   const std::size_t bytes = text.size();
@@ -124,16 +114,16 @@ constexpr const char* some_text =
     R"("seconds":[{"sec":0,"nsec":0},{"sec":0,"nsec":0},{"sec":9,"nsec":0}]})";
 
 TEST(times, are_objects_of_seconds_and_nanoseconds) {
-  EXPECT_EQ(encoded(some(), json::encoding::sec_nsec), some_text);
+  EXPECT_EQ(encoded<json::encoding::sec_nsec>(some()), some_text);
 }
 
 TEST(times, of_a_text_are_those_of_its_struct) {
   sample one = some();
   const auto& type = rowe::describe<sample>();
-  EXPECT_EQ(rewritten(encoded(one, json::encoding::json), type), some_text);
+  EXPECT_EQ(rewritten(encoded(one), type), some_text);
   EXPECT_EQ(rewritten(some_text, type), some_text) << "what is in this form already stays so";
   one.perhaps = sys<std::chrono::seconds>{-2s};
-  EXPECT_EQ(rewritten(encoded(one, json::encoding::json), type), encoded(one, json::encoding::sec_nsec));
+  EXPECT_EQ(rewritten(encoded(one), type), encoded<json::encoding::sec_nsec>(one));
 }
 
 TEST(times, fit_whatever_they_are) {
@@ -146,7 +136,7 @@ TEST(times, fit_whatever_they_are) {
   for (inner& each : one.many) each = {-1.7976931348623157e308, one.in_seconds};
   one.one = {UINT32_MAX, UINT32_MAX};
   one.two = {INT32_MIN, UINT32_MAX};
-  (void)encoded(one, json::encoding::sec_nsec);
+  (void)encoded<json::encoding::sec_nsec>(one);
 }
 
 TEST(times, count_nanoseconds_forwards) {
@@ -221,7 +211,7 @@ TEST(times, are_found_wherever_they_are) {
   EXPECT_TRUE(json::holds_time(rowe::describe<inner>()));
   EXPECT_FALSE(json::holds_time(rowe::describe<rowe::ros::twist>()));
   EXPECT_FALSE(json::holds_time(rowe::describe<lone>()));
-  EXPECT_EQ(encoded(lone{1, 2}, json::encoding::sec_nsec), R"({"secs":1,"nsecs":2})");
+  EXPECT_EQ(encoded<json::encoding::sec_nsec>(lone{1, 2}), R"({"secs":1,"nsecs":2})");
 }
 
 } // namespace

@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include <fcntl.h>
-#include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
@@ -18,6 +17,7 @@
 #include <openssl/ssl.h>
 
 #include "net/base/descriptor.hpp"
+#include "rt/loopback.hpp"
 
 namespace rowe::load {
 
@@ -45,11 +45,7 @@ class client {
       (void)::setsockopt(fd(), SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
     const int yes = 1;
     (void)::setsockopt(fd(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes); // a hint
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(port);
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    fine_ = ::connect(fd(), reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
+    fine_ = rowe::tests::connect_to(port, fd());
     (void)::fcntl(fd(), F_SETFL, O_NONBLOCK); // cannot fail on a socket
     if (with == nullptr) return;
     ssl_.reset(SSL_new(with));

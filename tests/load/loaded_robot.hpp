@@ -23,6 +23,7 @@
 #include "certificates/certificates.hpp"
 #include "client.hpp"
 #include "fleet.hpp"
+#include "rt/folder.hpp"
 
 namespace rowe::load {
 struct numbered {
@@ -46,7 +47,7 @@ class server_files {
   }
 
  private:
-  test::folder files_;
+  tests::folder files_;
 };
 
 // Room for eight seconds of the loop's values: so long may the machine keep a healthy client from its core.

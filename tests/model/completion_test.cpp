@@ -6,6 +6,8 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <utility>
 
 #include <rowe/rt/notification.hpp>
 #include <rowe/rt/spsc_ring.hpp>
@@ -84,6 +86,10 @@ struct one_slot {
       ++came_back;
     }
   }
+  // The submitter does this, and the service thread its part beside it.
+  std::array<actor, 2> beside_the_service(std::function<void()> act) {
+    return {{{"submitter", std::move(act)}, {"service", [this] { complete_one(); }}}};
+  }
   void afterwards() {
     complete_one();
     take_returned();
@@ -110,35 +116,29 @@ struct waits_for_ever : one_slot {
 
 struct runs_out_of_time : one_slot {
   std::array<actor, 2> actors() {
-    return {{{"submitter",
-              [this] {
-                ask(true);
-                (void)wait(soon);
-              }},
-             {"service", [this] { complete_one(); }}}};
+    return beside_the_service([this] {
+      ask(true);
+      (void)wait(soon);
+    });
   }
 };
 
 struct leaves_without_waiting : one_slot {
   std::array<actor, 2> actors() {
-    return {{{"submitter",
-              [this] {
-                ask(true);
-                require(header.load() == asked, "the header stays as it was");
-                if (word.abandon() == slot_holder::submitter) read();
-              }},
-             {"service", [this] { complete_one(); }}}};
+    return beside_the_service([this] {
+      ask(true);
+      require(header.load() == asked, "the header stays as it was");
+      if (word.abandon() == slot_holder::submitter) read();
+    });
   }
 };
 
 struct asks_without_waiting : one_slot {
   std::array<actor, 2> actors() {
-    return {{{"submitter",
-              [this] {
-                ask(false);
-                take_returned();
-              }},
-             {"service", [this] { complete_one(); }}}};
+    return beside_the_service([this] {
+      ask(false);
+      take_returned();
+    });
   }
 };
 

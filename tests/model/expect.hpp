@@ -7,16 +7,13 @@
 
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 
 #include "model/explorer.hpp"
+#include "rt/asked.hpp"
 
 namespace rowe::model {
 
-inline std::uint64_t seed_or(std::uint64_t usual) {
-  const char* given = std::getenv("ROWE_SEED");
-  return given != nullptr ? std::strtoull(given, nullptr, 0) : usual;
-}
+inline std::uint64_t seed_or(std::uint64_t usual) { return tests::asked_of("ROWE_SEED", usual); }
 
 template <class Scenario>
 void expect_passes(const options& o = {}) {
@@ -31,6 +28,14 @@ void expect_passes_in_every_interleaving() {
   options unbounded;
   unbounded.preemptions_max = steps_max;
   expect_passes<Scenario>(unbounded);
+}
+
+// Two changes of thread where the running one could go on: of three threads that is enough to catch what can
+// be caught here.
+template <class Scenario>
+report explore_two(options o) {
+  o.preemptions_max = 2;
+  return explore<Scenario>(o);
 }
 
 template <class Scenario>

@@ -43,7 +43,10 @@ struct queue_pair {
   std::uint32_t received = 0;
   std::uint32_t seen = 0;
 
-  void send() {
+  void send(int tries = 1) {
+    for (int i = 0; i != tries; ++i) send_one();
+  }
+  void send_one() {
     const auto slot = take_completion.try_take();
     if (!slot) return;
     payloads[*slot].store(++sent);
@@ -60,8 +63,10 @@ struct queue_pair {
       ++seen;
     });
   }
-  void receive() {
-    if (const auto slot = pop_end.try_pop()) finish(*slot);
+  void receive(int tries = 1) {
+    for (int i = 0; i != tries; ++i) {
+      if (const auto slot = pop_end.try_pop()) finish(*slot);
+    }
   }
   // The borrower owns the slot until it gives its number back: it may write there too.
   void finish(std::uint32_t slot) {
@@ -84,13 +89,7 @@ template <int Tries>
 struct two_slots : queue_pair<2> {
   using queue_pair<2>::queue_pair;
   std::array<actor, 2> actors() {
-    return {{{"owner",
-              [this] {
-                for (int i = 0; i != Tries; ++i) send();
-              }},
-             {"borrower", [this] {
-                for (int i = 0; i != Tries; ++i) receive();
-              }}}};
+    return {{{"owner", [this] { send(Tries); }}, {"borrower", [this] { receive(Tries); }}}};
   }
 };
 
@@ -100,13 +99,7 @@ struct two_slots_at_the_end : two_slots<5> {
 
 struct three_slots_in_four_places : queue_pair<3, 4> {
   std::array<actor, 2> actors() {
-    return {{{"owner",
-              [this] {
-                for (int i = 0; i != 5; ++i) send();
-              }},
-             {"borrower", [this] {
-                for (int i = 0; i != 4; ++i) receive();
-              }}}};
+    return {{{"owner", [this] { send(5); }}, {"borrower", [this] { receive(4); }}}};
   }
 };
 
@@ -116,9 +109,7 @@ struct looks_before_it_takes : queue_pair<2> {
               [this] {
                 for (int i = 0; i != 4; ++i) see_and_send();
               }},
-             {"borrower", [this] {
-                for (int i = 0; i != 3; ++i) receive();
-              }}}};
+             {"borrower", [this] { receive(3); }}}};
   }
   void afterwards() {
     queue_pair<2>::afterwards();
@@ -133,17 +124,14 @@ struct all_free_again : queue_pair<2> {
   std::array<actor, 2> actors() {
     return {{{"owner",
               [this] {
-                send();
-                send();
+                send(2);
                 for (int i = 0; i != 3 && !used; ++i) {
                   if (take_completion.free_at_least() != 2) continue;
                   used = true;
                   for (auto& payload : payloads) payload.store(99);
                 }
               }},
-             {"borrower", [this] {
-                for (int i = 0; i != 3; ++i) receive();
-              }}}};
+             {"borrower", [this] { receive(3); }}}};
   }
 };
 

@@ -67,13 +67,6 @@ struct closed_meanwhile : receiving {
   }
 };
 
-// Two changes of thread where the running one could go on are enough to catch what can be caught here.
-template <class Scenario>
-report explore_two(options o) {
-  o.preemptions_max = 2;
-  return explore<Scenario>(o);
-}
-
 TEST(inbox_receiving, wakes_for_every_delivery) { expect_passes<delivered_alone>(); }
 
 TEST(inbox_receiving, wakes_when_it_is_closed) { expect_passes_in_every_interleaving<closed_alone>(); }

@@ -70,19 +70,33 @@ struct refused_first {
   }
 };
 
-// The handle is used and destroyed on a thread of its own, while set-up opens another queue pair, for which
-// there is only the same memory: it may be taken at any moment, or not yet be free.
-struct two_threads {
+// A pair of which two threads have a part.
+struct pair_of_two {
   modelled_pair pair;
   event_fd service;
   event_fd handed_over; // the handle, to its thread
   std::array<atomics::variable<bool>, 2> ended;
-  std::uint32_t taken = 0;
 
   void end(std::size_t who) {
     ended[who].store(true, order::seq_cst);
     service.signal();
   }
+  // The service thread's part.
+  template <class Take>
+  void turn(Take take) {
+    for (bool last = false; !last;) {
+      service.wait();
+      last = ended[0].load(order::seq_cst) && ended[1].load(order::seq_cst);
+      (void)turn_pair(pair, {}, take);
+    }
+  }
+};
+
+// The handle is used and destroyed on a thread of its own, while set-up opens another queue pair, for which
+// there is only the same memory: it may be taken at any moment, or not yet be free.
+struct two_threads : pair_of_two {
+  std::uint32_t taken = 0;
+
   std::array<actor, 3> actors() {
     return {{{"set-up",
               [this] {
@@ -99,29 +113,14 @@ struct two_threads {
                 close_pair(pair, service);
                 end(1);
               }},
-             {"service", [this] {
-                for (bool last = false; !last;) {
-                  service.wait();
-                  last = ended[0].load(order::seq_cst) && ended[1].load(order::seq_cst);
-                  (void)turn_pair(pair, {}, [this](std::uint32_t) { ++taken; });
-                }
-              }}}};
+             {"service", [this] { turn([this](std::uint32_t) { ++taken; }); }}}};
   }
   void afterwards() { require(taken == 1, "closing loses nothing"); }
 };
 
 // A view outlives its handle: set-up, which opens another queue pair, gets the memory before or behind it,
 // but not while the view is looked at.
-struct outlived_by_a_view {
-  modelled_pair pair;
-  event_fd service;
-  event_fd handed_over;
-  std::array<atomics::variable<bool>, 2> ended;
-
-  void end(std::size_t who) {
-    ended[who].store(true, order::seq_cst);
-    service.signal();
-  }
+struct outlived_by_a_view : pair_of_two {
   std::array<actor, 3> actors() {
     return {{{"set-up",
               [this] {
@@ -143,13 +142,7 @@ struct outlived_by_a_view {
                 pair.free_ring_in.release(*slot);
                 end(1);
               }},
-             {"service", [this] {
-                for (bool last = false; !last;) {
-                  service.wait();
-                  last = ended[0].load(order::seq_cst) && ended[1].load(order::seq_cst);
-                  (void)turn_pair(pair, {}, [](std::uint32_t) {});
-                }
-              }}}};
+             {"service", [this] { turn([](std::uint32_t) {}); }}}};
   }
   void afterwards() { require(pair.lifecycle.is_free(), "it is free when the view is gone"); }
 };
@@ -248,14 +241,6 @@ struct takes_before_it_ends {
 TEST(pair_life, hands_the_lane_over_and_back_each_time) { expect_passes<two_lives>(); }
 
 TEST(pair_life, tells_why_a_lane_is_refused) { expect_passes<refused_first>(); }
-
-// Two changes of thread where the running one could go on: of three threads that is enough to catch what can
-// be caught here.
-template <class Scenario>
-report explore_two(options o) {
-  o.preemptions_max = 2;
-  return explore<Scenario>(o);
-}
 
 TEST(pair_life, does_not_begin_anew_while_a_view_is_looked_at) {
   EXPECT_EQ(explore_two<outlived_by_a_view>({}).failure, "");

@@ -63,6 +63,19 @@ void serve(service& s, Take take, Quiet quiet, Until until) {
   }
 }
 
+// What the service thread has to find is there or not: it looks until it finds it.
+template <class Found>
+void serve_until(service& s, epoch& advances, Found found) {
+  bool is_there = false;
+  serve(
+      s,
+      [&] {
+        advances.mark();
+        is_there = found();
+      },
+      [&] { return advances.quiet(); }, [&] { return is_there; });
+}
+
 struct one_handle {
   static constexpr std::uint32_t values = 2;
   service s;
@@ -115,14 +128,7 @@ struct newest_value {
                 s.wakes.wake(advances);
               }},
              {"service", [this] {
-                bool found = false;
-                serve(
-                    s,
-                    [&] {
-                      advances.mark();
-                      found = out.begin_read().state == rt::freshness::fresh;
-                    },
-                    [this] { return advances.quiet(); }, [&] { return found; });
+                serve_until(s, advances, [this] { return out.begin_read().state == rt::freshness::fresh; });
               }}}};
   }
 };
@@ -134,21 +140,13 @@ struct bare_word {
   epoch advances;
 
   std::array<actor, 2> actors() {
-    return {{{"handle",
-              [this] {
-                given.store(true, order::relaxed);
-                s.wakes.wake(advances);
-              }},
-             {"service", [this] {
-                bool found = false;
-                serve(
-                    s,
-                    [&] {
-                      advances.mark();
-                      found = given.load(order::relaxed);
-                    },
-                    [this] { return advances.quiet(); }, [&] { return found; });
-              }}}};
+    return {
+        {{"handle",
+          [this] {
+            given.store(true, order::relaxed);
+            s.wakes.wake(advances);
+          }},
+         {"service", [this] { serve_until(s, advances, [this] { return given.load(order::relaxed); }); }}}};
   }
 };
 

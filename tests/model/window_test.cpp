@@ -73,7 +73,7 @@ struct writes_and_reads : written_and_read {
 };
 
 // Another word tells the reader how many values there are; it must find one at least as new.
-struct told_how_many : written_and_read {
+struct announced_count : written_and_read {
   atomics::variable<std::uint64_t> written{0};
   std::array<actor, 2> actors() {
     return {{{"writer",
@@ -157,7 +157,7 @@ TEST(window, is_never_torn_by_many_writes_about_one_read) {
 }
 
 TEST(window, shows_a_value_at_least_as_new_as_the_reader_knows_of) {
-  expect_passes_in_every_interleaving<told_how_many>();
+  expect_passes_in_every_interleaving<announced_count>();
 }
 
 TEST(window, keeps_the_slot_read_last_until_the_next_fresh_one) {
@@ -168,7 +168,7 @@ TEST(window, gives_each_end_to_one_thread_only) { expect_passes_in_every_interle
 
 TEST(window, needs_every_memory_order_it_asks_for) {
   const std::array scenarios{scenario<writes_and_reads<3, 2>>("writes_and_reads"),
-                             scenario<told_how_many>("told_how_many"),
+                             scenario<announced_count>("announced_count"),
                              scenario<holds_the_slot>("holds_the_slot"), scenario<contested>("contested")};
   constexpr const char* once = "who gets an end is decided by the exchange alone, and no data goes with it";
   constexpr const char* at_rest = "check() is called where all of both threads happens before already";

@@ -26,6 +26,9 @@ struct connection : testing::Test {
     }
   }
   bool closed() { return !drive.sink().closes.empty(); }
+  bool closes_by(close_cause cause) {
+    return drive.until([&] { return closed(); }) && drive.sink().closes[0].cause == cause;
+  }
 };
 
 TEST_F(connection, echoes) {
@@ -39,26 +42,7 @@ TEST_F(connection, echoes) {
 }
 
 TEST_F(connection, refuses_what_has_no_room_and_says_when_there_is_room_again) {
-  std::string piece(100'000, 'a');
-  for (std::size_t i = 0; i < piece.size(); ++i) piece[i] = static_cast<char>('a' + i % 26);
-  std::string sent;
-  const auto push = [&] { // keeps its place in the endless repetition of `piece`
-    for (;;) {
-      const std::string_view rest = std::string_view{piece}.substr(sent.size() % piece.size());
-      const std::size_t taken = write(*transport, id, rest);
-      sent += rest.substr(0, taken);
-      if (taken < rest.size()) return;
-    }
-  };
-  push();
-  EXPECT_EQ(write(*transport, id, "more"), 0U);
-  while (sent.size() < 20'000'000) {
-    const int before = drive.sink().writables;
-    ASSERT_TRUE(drive.until([&] { return client.read() && drive.sink().writables > before; }));
-    push();
-  }
-  ASSERT_TRUE(drive.until([&] { return client.read() && client.text.size() == sent.size(); }));
-  EXPECT_TRUE(client.text == sent);
+  write_beyond_its_room(drive, *transport, id, client, 100'000, 20'000'000);
 }
 
 TEST_F(connection, says_nothing_of_room_when_nothing_was_refused) {
@@ -82,8 +66,7 @@ TEST_F(connection, ends_when_the_peer_shuts_its_end) {
 
 TEST_F(connection, ends_by_a_reset) {
   client.reset();
-  ASSERT_TRUE(drive.until([&] { return closed(); }));
-  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::reset);
+  ASSERT_TRUE(closes_by(close_cause::reset));
 }
 
 TEST_F(connection, says_that_nobody_is_there_before_it_reads_what_was_left) {
@@ -99,8 +82,7 @@ TEST_F(connection, says_that_nobody_is_there_before_it_reads_what_was_left) {
 TEST_F(connection, ends_by_a_reset_while_reading_is_off) {
   transport->read_enabled(id, false);
   client.reset();
-  ASSERT_TRUE(drive.until([&] { return closed(); }));
-  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::reset);
+  ASSERT_TRUE(closes_by(close_cause::reset));
 }
 
 TEST_F(connection, that_a_write_finds_dead_is_reported_once_by_the_next_poll) {
@@ -156,8 +138,7 @@ TEST_F(connection, closes_flushed_after_everything_is_read) {
   EXPECT_EQ(client.text.size(), taken);
   EXPECT_FALSE(closed()) << "the peer's end is still open";
   client.close();
-  ASSERT_TRUE(drive.until([&] { return closed(); }));
-  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::asked);
+  ASSERT_TRUE(closes_by(close_cause::asked));
 }
 
 TEST_F(connection, throws_away_what_arrives_while_it_closes) {
@@ -200,9 +181,7 @@ TEST_F(connection, may_be_closed_from_within_every_report) {
   ASSERT_TRUE(drive.until([&] { return closed(); }));
 
   drive.sink().when_open = [&](connection_id opened) { transport->close(opened, close_how::flushed); };
-  raw_socket next{transport->port()};
-  ASSERT_TRUE(next.send(upgrade_request(transport->port()) + "behind"));
-  ASSERT_TRUE(drive.until([&] { return next.ended(); }));
+  raw_socket next = answered_whole(drive, *transport, upgrade_request(transport->port()) + "behind");
   EXPECT_EQ(next.text.substr(0, 12), "HTTP/1.1 101");
   next.close();
   ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() == 2; }));
@@ -297,28 +276,20 @@ TEST(connections, are_not_cut_while_a_slow_peer_still_acknowledges) {
   }
 }
 
-TEST(connections, clamp_the_send_buffer_when_asked) {
-  auto transport = listening({.limits = {.send_buffer_bytes = 16384}});
-  driver drive{*transport};
-  raw_socket client = upgraded(drive, *transport, 4096);
-  const connection_id id = drive.sink().opens.at(0).id;
-  std::size_t taken = 0;
-  const std::string piece(1000, 'x');
-  while (const std::size_t now = write(*transport, id, piece)) taken += now;
-  EXPECT_LT(taken, 100'000U); // unclamped: megabytes on loopback
-}
-
-TEST(connections, clamp_the_send_buffer_of_a_low_rtt_peer) {
-  auto transport = listening({.limits = {.unsent_bytes_max = 1U << 30}});
-  driver drive{*transport};
-  raw_socket client = upgraded(drive, *transport, 4096);
-  const connection_id id = drive.sink().opens.at(0).id;
-  transport->limit_send_buffer(id, 16384);
-  std::size_t taken = 0;
-  const std::string piece(1000, 'x');
-  while (const std::size_t now = write(*transport, id, piece)) taken += now;
-  EXPECT_LT(taken, 100'000U);                                         // unclamped: megabytes on loopback
-  transport->limit_send_buffer({id.index, id.generation + 1}, 16384); // of nobody
+TEST(connections, clamp_the_send_buffer_when_asked_and_of_a_low_rtt_peer) {
+  for (const bool when_asked : {true, false}) {
+    auto transport = listening({.limits = when_asked ? socket_limits{.send_buffer_bytes = 16384}
+                                                     : socket_limits{.unsent_bytes_max = 1U << 30}});
+    driver drive{*transport};
+    raw_socket client = upgraded(drive, *transport, 4096);
+    const connection_id id = drive.sink().opens.at(0).id;
+    if (!when_asked) transport->limit_send_buffer(id, 16384);
+    std::size_t taken = 0;
+    const std::string piece(1000, 'x');
+    while (const std::size_t now = write(*transport, id, piece)) taken += now;
+    EXPECT_LT(taken, 100'000U) << when_asked;                           // unclamped: megabytes on loopback
+    transport->limit_send_buffer({id.index, id.generation + 1}, 16384); // of nobody
+  }
 }
 
 } // namespace

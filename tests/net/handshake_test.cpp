@@ -5,12 +5,10 @@ namespace rowe::net {
 namespace handshake_test {
 namespace {
 
-TEST(handshake, opens_a_connection_by_an_upgrade) {
-  auto transport = listening();
-  driver drive{*transport};
-  raw_socket client{transport->port()};
-  ASSERT_TRUE(client.send(upgrade_request(transport->port(), {}, "/robot?token=1")));
-  ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+struct handshake : served {};
+
+TEST_F(handshake, opens_a_connection_by_an_upgrade) {
+  raw_socket client = answered(drive, *transport, upgrade_request(transport->port(), {}, "/robot?token=1"));
   EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 101");
   EXPECT_TRUE(client.has(accept_of_key));
   ASSERT_EQ(drive.sink().opens.size(), 1U);
@@ -22,9 +20,7 @@ TEST(handshake, opens_a_connection_by_an_upgrade) {
   EXPECT_EQ(opened.address.substr(0, 10), "127.0.0.1:");
 }
 
-TEST(handshake, passes_on_what_lies_behind_the_upgrade_in_the_same_segment) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(handshake, passes_on_what_lies_behind_the_upgrade_in_the_same_segment) {
   raw_socket client{transport->port()};
   std::string behind(1000, '\0');
   for (std::size_t i = 0; i < behind.size(); ++i) behind[i] = static_cast<char>(i * 7);
@@ -33,9 +29,7 @@ TEST(handshake, passes_on_what_lies_behind_the_upgrade_in_the_same_segment) {
   EXPECT_EQ(drive.sink().received[0], behind);
 }
 
-TEST(handshake, waits_for_a_header_that_comes_byte_by_byte) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(handshake, waits_for_a_header_that_comes_byte_by_byte) {
   raw_socket client{transport->port()};
   for (const char c : upgrade_request(transport->port())) {
     ASSERT_TRUE(client.send({&c, 1}));
@@ -46,23 +40,20 @@ TEST(handshake, waits_for_a_header_that_comes_byte_by_byte) {
   EXPECT_EQ(drive.sink().opens.size(), 1U);
 }
 
-TEST(handshake, chooses_the_first_subprotocol_offered_that_we_speak) {
+TEST_F(handshake, chooses_the_first_subprotocol_offered_that_we_speak) {
   const std::string_view spoken[] = {"rowe.v1", "foxglove.sdk.v1"};
-  auto transport = listening({.subprotocols = spoken});
-  driver drive{*transport};
-  raw_socket client{transport->port()};
-  ASSERT_TRUE(client.send(upgrade_request(
-      transport->port(), "Sec-WebSocket-Protocol: unknown.v9, foxglove.sdk.v1, rowe.v1\r\n")));
-  ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+  listen({.subprotocols = spoken});
+  raw_socket client = answered(
+      drive, *transport,
+      upgrade_request(transport->port(), "Sec-WebSocket-Protocol: unknown.v9, foxglove.sdk.v1, rowe.v1\r\n"));
   EXPECT_TRUE(client.has("Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n"));
   ASSERT_EQ(drive.sink().opens.size(), 1U);
   EXPECT_EQ(drive.sink().opens[0].subprotocol, "foxglove.sdk.v1");
 }
 
-TEST(handshake, answers_a_short_key_and_an_unknown_subprotocol_of_a_lenient_client) {
+TEST_F(handshake, answers_a_short_key_and_an_unknown_subprotocol_of_a_lenient_client) {
   const std::string_view spoken[] = {"rowe.v1"};
-  auto transport = listening({.subprotocols = spoken, .lenient_handshake = true});
-  driver drive{*transport};
+  listen({.subprotocols = spoken, .lenient_handshake = true});
   raw_socket client{transport->port()};
   const std::string own_origin = "Origin: http://127.0.0.1:" + std::to_string(transport->port()) + "\r\n";
   std::string text =
@@ -77,9 +68,7 @@ TEST(handshake, answers_a_short_key_and_an_unknown_subprotocol_of_a_lenient_clie
   EXPECT_EQ(drive.sink().opens[0].path, "/hop/robot");
 }
 
-TEST(handshake, asks_whether_a_peer_with_this_token_may_come_and_says_who_it_is) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(handshake, asks_whether_a_peer_with_this_token_may_come_and_says_who_it_is) {
   std::string asked;
   drive.sink().when_asked = [&](const service::credentials& shown) -> service::admit_answer {
     asked += std::string{shown.address.substr(0, 10)} + " " + std::string{shown.path} + " " +
@@ -93,17 +82,14 @@ TEST(handshake, asks_whether_a_peer_with_this_token_may_come_and_says_who_it_is)
   EXPECT_EQ(wrong.text.substr(0, 25), "HTTP/1.1 401 Unauthorized");
   EXPECT_TRUE(wrong.has("WWW-Authenticate: Bearer")) << wrong.text;
   EXPECT_TRUE(drive.sink().opens.empty());
-  raw_socket right{transport->port()};
-  ASSERT_TRUE(right.send(upgrade_request(transport->port(), "Authorization: Bearer right\r\n", "/robot")));
-  ASSERT_TRUE(drive.until([&] { return right.has("\r\n\r\n"); }));
+  raw_socket right = answered(
+      drive, *transport, upgrade_request(transport->port(), "Authorization: Bearer right\r\n", "/robot"));
   ASSERT_EQ(drive.sink().opens.size(), 1U);
   EXPECT_EQ(drive.sink().opens[0].who, (access::subject{.role = 3, .identity = 7}));
   EXPECT_EQ(asked, "127.0.0.1: /robot wrong in the URL\n127.0.0.1: /robot right\n");
 }
 
-TEST(handshake, takes_no_extension_however_many_are_offered) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(handshake, takes_no_extension_however_many_are_offered) {
   raw_socket client{transport->port()};
   std::string offers = "Sec-WebSocket-Extensions: permessage-deflate";
   for (int i = 0; i < 40; ++i) offers += ", permessage-deflate; client_max_window_bits=10";
@@ -119,14 +105,10 @@ struct bad_request {
   int status;
 };
 
-class refused_request : public testing::TestWithParam<bad_request> {};
+class refused_request : public served, public testing::WithParamInterface<bad_request> {};
 
 TEST_P(refused_request, is_answered_with_words_and_reported) {
-  auto transport = listening();
-  driver drive{*transport};
-  raw_socket client{transport->port()};
-  ASSERT_TRUE(client.send(GetParam().text(transport->port())));
-  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  raw_socket client = answered_whole(drive, *transport, GetParam().text(transport->port()));
   EXPECT_FALSE(client.failed) << "the answer came with a reset";
   EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 " + std::to_string(GetParam().status)) << client.text;
   EXPECT_TRUE(drive.sink().opens.empty());
@@ -184,9 +166,7 @@ const bad_request bad_requests[] = {
 INSTANTIATE_TEST_SUITE_P(handshake, refused_request, testing::ValuesIn(bad_requests),
                          [](const auto& one) { return std::string{one.param.name}; });
 
-TEST(handshake, lets_a_client_finish_sending_before_it_reads_the_rejection) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(handshake, lets_a_client_finish_sending_before_it_reads_the_rejection) {
   raw_socket client{transport->port()};
   ASSERT_TRUE(client.send("POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n\r\n"));
   ASSERT_TRUE(drive.until([&] { return !drive.sink().rejections.empty(); }));
@@ -200,27 +180,22 @@ TEST(handshake, lets_a_client_finish_sending_before_it_reads_the_rejection) {
   EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 405");
 }
 
-TEST(handshake, allows_listed_origins_and_hosts_and_its_own_page) {
+TEST_F(handshake, allows_listed_origins_and_hosts_and_its_own_page) {
   const std::string_view origins[] = {"http://lab.example:8000"};
   const std::string_view hosts[] = {"robot.local"};
-  auto transport = listening({.allow_origins = origins, .allow_hosts = hosts});
-  driver drive{*transport};
+  listen({.allow_origins = origins, .allow_hosts = hosts});
   const std::string port = std::to_string(transport->port());
   const std::string own = upgrade_request(transport->port(), "Origin: http://127.0.0.1:" + port + "\r\n");
   const std::string listed = upgrade_request(transport->port(), "Origin: http://lab.example:8000\r\n");
   std::string by_name = upgrade_request(transport->port(), "Origin: http://robot.local:" + port + "\r\n");
   by_name.replace(by_name.find("127.0.0.1"), 9, "robot.local");
   for (const std::string& text : {own, listed, by_name}) {
-    raw_socket client{transport->port()};
-    ASSERT_TRUE(client.send(text));
-    ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+    raw_socket client = answered(drive, *transport, text);
     EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 101") << text;
   }
 }
 
-TEST(handshake, cuts_a_header_that_does_not_end_in_time) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(handshake, cuts_a_header_that_does_not_end_in_time) {
   drive.stop_clock();
   raw_socket client{transport->port()};
   ASSERT_TRUE(client.send("GET / HTTP/1.1\r\n"));
@@ -237,9 +212,7 @@ TEST(handshake, cuts_a_header_that_does_not_end_in_time) {
   ASSERT_EQ(drive.sink().rejections.size(), 1U);
 }
 
-TEST(handshake, answers_tls_with_its_alert_at_once_and_in_words) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(handshake, answers_tls_with_its_alert_at_once_and_in_words) {
   raw_socket client{transport->port()};
   ASSERT_TRUE(client.send(std::string_view{"\x16\x03\x01", 3})); // the rest of the record never comes
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
@@ -248,9 +221,7 @@ TEST(handshake, answers_tls_with_its_alert_at_once_and_in_words) {
   EXPECT_NE(drive.sink().rejections[0].what.find("speaks TLS"), std::string::npos);
 }
 
-TEST(handshake, closes_a_silent_socket_in_time_without_a_report) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(handshake, closes_a_silent_socket_in_time_without_a_report) {
   raw_socket client{transport->port()};
   ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 1; }));
   drive.skip(5100ms);
@@ -259,9 +230,7 @@ TEST(handshake, closes_a_silent_socket_in_time_without_a_report) {
   EXPECT_TRUE(drive.sink().rejections.empty());
 }
 
-TEST(handshake, forgets_a_client_that_leaves_before_its_header_ends) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(handshake, forgets_a_client_that_leaves_before_its_header_ends) {
   const std::size_t before = open_descriptors();
   {
     raw_socket client{transport->port()};
@@ -276,9 +245,7 @@ TEST(handshake, forgets_a_client_that_leaves_before_its_header_ends) {
   EXPECT_TRUE(drive.sink().rejections.empty());
 }
 
-TEST(handshake, takes_one_step_a_turn_whoever_waits) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(handshake, takes_one_step_a_turn_whoever_waits) {
   std::vector<raw_socket> clients;
   for (int i = 0; i < 4; ++i) clients.emplace_back(transport->port());
   ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 4; }));
@@ -290,23 +257,18 @@ TEST(handshake, takes_one_step_a_turn_whoever_waits) {
   }
 }
 
-TEST(handshake, refuses_an_upgrade_beyond_connections_max_and_still_serves_pages) {
-  auto transport = listening({.limits = {.connections_max = 4}});
-  driver drive{*transport};
+TEST_F(handshake, refuses_an_upgrade_beyond_connections_max_and_still_serves_pages) {
+  listen({.limits = {.connections_max = 4}});
   const raw_socket first = upgraded(drive, *transport);
   raw_socket second = upgraded(drive, *transport);
-  raw_socket third{transport->port()};
-  ASSERT_TRUE(third.send(upgrade_request(transport->port())));
-  ASSERT_TRUE(drive.until([&] { return third.ended(); }));
+  raw_socket third = answered_whole(drive, *transport, upgrade_request(transport->port()));
   EXPECT_FALSE(third.failed);
   EXPECT_EQ(third.text.substr(0, 12), "HTTP/1.1 503");
   ASSERT_EQ(drive.sink().rejections.size(), 1U);
   EXPECT_EQ(drive.sink().rejections[0].what, "all 2 connections are taken");
   EXPECT_NE(drive.sink().rejections[0].remedy.find("connections_max"), std::string::npos);
 
-  raw_socket reader{transport->port()};
-  ASSERT_TRUE(reader.send(request(transport->port(), "/healthz")));
-  ASSERT_TRUE(drive.until([&] { return reader.ended(); }));
+  raw_socket reader = answered_whole(drive, *transport, request(transport->port(), "/healthz"));
   EXPECT_EQ(drive.sink().pages.size(), 1U);
 
   second.close();
@@ -315,15 +277,12 @@ TEST(handshake, refuses_an_upgrade_beyond_connections_max_and_still_serves_pages
   EXPECT_EQ(drive.sink().opens.size(), 3U);
 }
 
-TEST(handshake, refuses_what_finds_no_place_on_the_spot) {
-  auto transport = listening({.limits = {.handshakes_max = 1, .handshake_bytes = 16 << 20}});
-  driver drive{*transport};
+TEST_F(handshake, refuses_what_finds_no_place_on_the_spot) {
+  listen({.limits = {.handshakes_max = 1, .handshake_bytes = 16 << 20}});
   const std::uint64_t resting = transport->memory().bytes_used;
   const std::string large(4 << 20, 'p');
   drive.sink().answer = [&](const service::http_request&) { return page_of(large); };
-  raw_socket reader{transport->port(), "127.0.0.1", 2048}; // of nothing: its page stays under way
-  ASSERT_TRUE(reader.send(request(transport->port(), "/large")));
-  ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
+  raw_socket reader = reader_of(drive, *transport, "/large", 2048); // of nothing: its page stays under way
   raw_socket next{transport->port()};
   ASSERT_TRUE(drive.until([&] { return next.ended(); }));
   EXPECT_EQ(next.text.substr(0, 12), "HTTP/1.1 503");
@@ -336,9 +295,8 @@ TEST(handshake, refuses_what_finds_no_place_on_the_spot) {
   EXPECT_EQ(drive.sink().opens.size(), 1U);
 }
 
-TEST(handshake, gives_the_place_of_someone_answered_to_a_newcomer) {
-  auto transport = listening({.limits = {.handshakes_max = 1}});
-  driver drive{*transport};
+TEST_F(handshake, gives_the_place_of_someone_answered_to_a_newcomer) {
+  listen({.limits = {.handshakes_max = 1}});
   raw_socket refused{transport->port()};
   ASSERT_TRUE(refused.send("GET / HTTP/1.0\r\n\r\n"));
   ASSERT_TRUE(drive.until([&] { return !drive.sink().rejections.empty(); })); // answered, and does not close
@@ -346,29 +304,12 @@ TEST(handshake, gives_the_place_of_someone_answered_to_a_newcomer) {
   EXPECT_EQ(drive.sink().opens.size(), 1U);
 }
 
-TEST(handshake, limits_connections_of_one_address_beyond_loopback) {
+TEST_F(handshake, limits_connections_of_one_address_beyond_loopback) {
   // The machine's own address is as far away as a test gets.
-  const std::string address = [] {
-    descriptor probe{::socket(AF_INET, SOCK_DGRAM, 0)};
-    sockaddr_in far{};
-    far.sin_family = AF_INET;
-    far.sin_port = htons(9);
-    ::inet_pton(AF_INET, "198.51.100.1", &far.sin_addr); // documentation range: nothing is sent
-    if (::connect(probe.get(), reinterpret_cast<const sockaddr*>(&far), sizeof far) != 0)
-      return std::string{};
-    socklen_t bytes = sizeof far;
-    ::getsockname(probe.get(), reinterpret_cast<sockaddr*>(&far), &bytes);
-    char text[INET_ADDRSTRLEN] = {};
-    ::inet_ntop(AF_INET, &far.sin_addr, text, sizeof text);
-    return std::string{text};
-  }();
-  if (address.empty() || address.starts_with("127."))
-    GTEST_SKIP() << "this machine has no address beyond loopback";
-
-  auto transport =
-      listening({.address = address, .insecure = true, .limits = {.connections_per_address_max = 2}});
+  const std::string address = address_beyond_loopback(AF_INET);
+  if (address.empty()) GTEST_SKIP() << "this machine has no address beyond loopback";
+  listen({.address = address, .insecure = true, .limits = {.connections_per_address_max = 2}});
   ASSERT_TRUE(transport);
-  driver drive{*transport};
   std::vector<raw_socket> clients;
   for (int i = 0; i < 3; ++i) {
     raw_socket& client = clients.emplace_back(transport->port(), address.c_str());

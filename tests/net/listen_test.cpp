@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <ifaddrs.h>
 #include <sys/resource.h>
 
 #include <csignal>
 
-#include "net/base/address.hpp"
 #include "support.hpp"
 
 namespace rowe::net {
@@ -23,22 +21,6 @@ error refusal_of(const listen_options& options) {
   return made ? error{errc::full} : made.error();
 }
 
-// An address of this machine that is not loopback, or empty.
-std::string own_address(int family) {
-  ifaddrs* list = nullptr;
-  if (::getifaddrs(&list) != 0) return {};
-  std::string found;
-  for (const ifaddrs* one = list; one && found.empty(); one = one->ifa_next) {
-    const auto address = address_of(one->ifa_addr);
-    if (!address || address->storage.ss_family != family || is_loopback(*address)) continue;
-    char text[address_text_bytes_max];
-    const std::string host{write_host(text, *address)};
-    if (host.find('%') == std::string::npos) found = host;
-  }
-  ::freeifaddrs(list);
-  return found;
-}
-
 TEST(listen, takes_any_free_port_and_says_which) {
   auto one = listening();
   auto other = listening();
@@ -49,7 +31,7 @@ TEST(listen, takes_any_free_port_and_says_which) {
 TEST(listen, on_loopback_cannot_be_reached_by_another_address_of_this_machine) {
   auto transport = listening();
   EXPECT_TRUE(raw_socket(transport->port()).connected());
-  const std::string address = own_address(AF_INET);
+  const std::string address = address_beyond_loopback(AF_INET);
   if (address.empty()) GTEST_SKIP() << "this machine has no address beyond loopback";
   EXPECT_FALSE(raw_socket(transport->port(), address.c_str()).connected());
   EXPECT_FALSE(raw_socket(transport->port(), "127.0.0.2").connected());
@@ -82,7 +64,7 @@ TEST(listen, beyond_loopback_needs_insecure) {
 }
 
 TEST(listen, insecurely_answers_to_this_machines_names_and_addresses_only) {
-  const std::string address = own_address(AF_INET);
+  const std::string address = address_beyond_loopback(AF_INET);
   if (address.empty()) GTEST_SKIP() << "this machine has no address beyond loopback";
   auto transport = listening({.address = "0.0.0.0", .insecure = true});
   driver drive{*transport};
@@ -229,15 +211,11 @@ TEST(listen, lets_go_of_every_descriptor) {
     driver drive{*transport};
     const raw_socket client = upgraded(drive, *transport);
     raw_socket silent{transport->port()};
-    raw_socket answered{transport->port()};
-    ASSERT_TRUE(answered.send("GET / HTTP/1.0\r\n\r\n"));
-    ASSERT_TRUE(drive.until([&] { return answered.ended(); }));
+    raw_socket answered = answered_whole(drive, *transport, "GET / HTTP/1.0\r\n\r\n");
     // A page under way, a connection being closed
     static const std::string body(8 << 20, 'x');
     drive.sink().answer = [](const service::http_request&) { return page_of(body); };
-    raw_socket reader{transport->port(), "127.0.0.1", 4096};
-    ASSERT_TRUE(reader.send(request(transport->port(), "/")));
-    ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
+    raw_socket reader = reader_of(drive, *transport, "/");
     const raw_socket closing = upgraded(drive, *transport);
     transport->close(drive.sink().opens[1].id, close_how::flushed);
     drive.turn();
@@ -255,9 +233,7 @@ TEST(listen, keeps_no_descriptor_of_two_hundred_connections_and_pages) {
     const std::size_t closes = drive.sink().closes.size();
     client.close();
     ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() > closes; }));
-    raw_socket reader{transport->port()};
-    ASSERT_TRUE(reader.send(request(transport->port(), "/")));
-    ASSERT_TRUE(drive.until([&] { return reader.ended(); }));
+    raw_socket reader = answered_whole(drive, *transport, request(transport->port(), "/"));
     reader.close();
     drive.turn();
   };

@@ -158,8 +158,7 @@ TEST(tls_login, sets_a_cookie_that_only_tls_carries) {
       post(transport->port(), "Origin: https://127.0.0.1:" + port + "\r\nContent-Length: 28\r\n");
   for (const std::size_t cut : {request.size(), request.size() - 28, request.size() - 5, std::size_t{7}}) {
     tls_socket client{transport->port()};
-    ASSERT_TRUE(drive.until([&] { return client.shaken(); }));
-    ASSERT_TRUE(client.send(request.substr(0, cut)));
+    ASSERT_TRUE(asks(drive, client, request.substr(0, cut))) << client.fault;
     for (int i = 0; i < 20; ++i) drive.turn();
     if (cut < request.size()) {
       ASSERT_TRUE(client.send(request.substr(cut)));
@@ -198,9 +197,7 @@ TEST(page_with_a_form, may_send_it_and_tell_its_origin) {
   for (const auto& [path, action, referrer] :
        {std::tuple{"/rowe/login", "form-action 'self'", "referrer-policy: same-origin\r\n"},
         {"/", "form-action 'none'", "referrer-policy: no-referrer\r\n"}}) {
-    raw_socket client{transport->port()};
-    ASSERT_TRUE(client.send(request(transport->port(), path)));
-    ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+    raw_socket client = answered_whole(drive, *transport, request(transport->port(), path));
     EXPECT_NE(client.text.find(action), std::string::npos) << client.text;
     EXPECT_NE(client.text.find(referrer), std::string::npos) << client.text;
   }

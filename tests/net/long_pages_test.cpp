@@ -69,11 +69,7 @@ struct long_pages : testing::Test {
     };
   }
   raw_socket ask(std::string_view path = "/", int receive_buffer = 0) {
-    raw_socket client{transport->port(), "127.0.0.1", receive_buffer};
-    const std::size_t before = drive.sink().pages.size();
-    EXPECT_TRUE(client.send(request(transport->port(), path)));
-    EXPECT_TRUE(drive.until([&] { return drive.sink().pages.size() > before; }));
-    return client;
+    return reader_of(drive, *transport, path, receive_buffer);
   }
   void turns(int count) {
     for (int i = 0; i < count; ++i) drive.turn();
@@ -121,18 +117,15 @@ TEST_F(long_pages, are_read_a_piece_in_a_turn) {
 }
 
 TEST_F(long_pages, have_no_body_for_who_asks_by_head) {
-  raw_socket client{transport->port()};
-  ASSERT_TRUE(client.send(request(transport->port(), "/").replace(0, 3, "HEAD")));
-  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  raw_socket client =
+      answered_whole(drive, *transport, request(transport->port(), "/").replace(0, 3, "HEAD"));
   EXPECT_TRUE(client.has("content-length: 10000000\r\n"));
   EXPECT_TRUE(client.text.ends_with("\r\n\r\n"));
   EXPECT_TRUE(source.open.empty());
 }
 
 TEST_F(long_pages, say_when_to_ask_again) {
-  raw_socket client{transport->port()};
-  ASSERT_TRUE(client.send(request(transport->port(), "/busy")));
-  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  raw_socket client = answered_whole(drive, *transport, request(transport->port(), "/busy"));
   EXPECT_TRUE(client.has("HTTP/1.1 503"));
   EXPECT_TRUE(client.has("retry-after: 1\r\n"));
   EXPECT_TRUE(client.text.ends_with("\r\n\r\nbusy\n"));
@@ -233,9 +226,7 @@ TEST_F(long_pages, delay_nobody_else) {
 TEST_F(long_pages, keep_their_places_to_themselves) {
   std::deque<raw_socket> deaf;
   for (int i = 0; i < 30; ++i) deaf.push_back(ask("/", 4096));
-  raw_socket beyond{transport->port()};
-  ASSERT_TRUE(beyond.send(request(transport->port(), "/short")));
-  ASSERT_TRUE(drive.until([&] { return beyond.ended(); }));
+  raw_socket beyond = answered_whole(drive, *transport, request(transport->port(), "/short"));
   EXPECT_TRUE(beyond.has("30 pages are under way, which is the limit"));
   raw_socket robot = upgraded(drive, *transport);
   EXPECT_EQ(drive.sink().opens.size(), 1U);
@@ -243,37 +234,33 @@ TEST_F(long_pages, keep_their_places_to_themselves) {
   turns(3);
   drive.skip(3s);
   ASSERT_TRUE(drive.until([&] { return source.open.empty(); }));
-  raw_socket next{transport->port()};
-  ASSERT_TRUE(next.send(request(transport->port(), "/short")));
-  ASSERT_TRUE(drive.until([&] { return next.ended(); }));
+  raw_socket next = answered_whole(drive, *transport, request(transport->port(), "/short"));
   EXPECT_TRUE(next.has("200 OK"));
 }
 
-TEST(tls_long_pages, arrive_whole) {
-  const certified files;
+struct tls_long_pages : testing::Test {
+  tls_long_pages() {
+    drive.sink().answer = [this](const service::http_request&) { return source.begin(); };
+  }
+  certified files;
   bodies source;
-  const auto transport = listening({.tls = files.server()});
+  std::unique_ptr<socket_transport> transport = listening({.tls = files.server()});
   driver drive{*transport};
-  drive.sink().answer = [&](const service::http_request&) { return source.begin(); };
+};
+
+TEST_F(tls_long_pages, arrive_whole) {
   tls_socket client{transport->port()};
-  ASSERT_TRUE(drive.until([&] { return client.shaken(); }));
-  ASSERT_TRUE(client.send(request(transport->port(), "/")));
+  ASSERT_TRUE(asks(drive, client, request(transport->port(), "/")));
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
   EXPECT_TRUE(client.ended_well);
   EXPECT_TRUE(is_whole(client.text, source.text)) << client.text.size();
   EXPECT_TRUE(source.open.empty());
 }
 
-TEST(tls_long_pages, are_cut_when_their_reader_takes_nothing_and_end_with_it) {
-  const certified files;
-  bodies source;
-  const auto transport = listening({.tls = files.server()});
-  driver drive{*transport};
-  drive.sink().answer = [&](const service::http_request&) { return source.begin(); };
+TEST_F(tls_long_pages, are_cut_when_their_reader_takes_nothing_and_end_with_it) {
   for (const bool leaves : {false, true}) {
     tls_socket client{transport->port(), {}, 4096};
-    ASSERT_TRUE(drive.until([&] { return client.shaken(); }));
-    ASSERT_TRUE(client.send(request(transport->port(), "/")));
+    ASSERT_TRUE(asks(drive, client, request(transport->port(), "/")));
     ASSERT_TRUE(drive.until([&] { return !source.open.empty(); }));
     if (leaves) client.raw.reset();
     ASSERT_TRUE(drive.until([&] { return source.open.empty(); }));

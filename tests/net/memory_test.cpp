@@ -30,9 +30,7 @@ TEST(memory, is_used_for_the_context_and_given_back_after_each_handshake_and_pag
   for (int i = 0; i < 20; ++i) {
     const raw_socket client = upgraded(drive, *transport);
     EXPECT_EQ(transport->memory().bytes_used, resting);
-    raw_socket visitor{transport->port()};
-    ASSERT_TRUE(visitor.send(request(transport->port(), "/")));
-    ASSERT_TRUE(drive.until([&] { return visitor.ended(); }));
+    raw_socket visitor = answered_whole(drive, *transport, request(transport->port(), "/"));
     EXPECT_EQ(transport->memory().bytes_used, resting);
   }
   EXPECT_EQ(transport->memory().refusals, 0U);
@@ -44,9 +42,7 @@ TEST(memory, needs_at_most_two_thirds_of_what_is_set_aside_for_a_handshake) {
   auto transport = listening({.subprotocols = spoken});
   driver drive{*transport};
   const std::uint64_t resting = transport->memory().bytes_used;
-  raw_socket client{transport->port()};
-  ASSERT_TRUE(client.send(longest_request(transport->port())));
-  ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+  raw_socket client = answered(drive, *transport, longest_request(transport->port()));
   EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 101");
   const std::uint64_t taken = transport->memory().bytes_peak - resting;
   RecordProperty("bytes", std::to_string(taken));
@@ -95,14 +91,10 @@ TEST(memory, that_a_slow_reader_of_a_page_holds_is_refused_to_others_until_it_re
     return page_of(asked.path == "/large" ? std::string_view{body} : "small");
   };
   raw_socket peer = upgraded(drive, *transport);
-  raw_socket slow{transport->port(), "127.0.0.1", 4096};
-  ASSERT_TRUE(slow.send(request(transport->port(), "/large")));
-  ASSERT_TRUE(drive.until([&] { return drive.sink().pages.size() == 1; }));
+  raw_socket slow = reader_of(drive, *transport, "/large");
   EXPECT_GT(transport->memory().bytes_used, std::uint64_t{1} << 20) << "libwebsockets keeps no copy";
 
-  raw_socket second{transport->port()};
-  ASSERT_TRUE(second.send(request(transport->port(), "/large")));
-  ASSERT_TRUE(drive.until([&] { return second.ended(); }));
+  raw_socket second = answered_whole(drive, *transport, request(transport->port(), "/large"));
   EXPECT_EQ(second.text.substr(0, 12), "HTTP/1.1 503");
   EXPECT_NE(second.text.find("handshake_bytes"), std::string::npos) << second.text;
   ASSERT_EQ(drive.sink().rejections.size(), 1U);
@@ -111,18 +103,14 @@ TEST(memory, that_a_slow_reader_of_a_page_holds_is_refused_to_others_until_it_re
   EXPECT_EQ(transport->memory().refusals, 1U);
 
   // There is room for small things all the while.
-  raw_socket third{transport->port()};
-  ASSERT_TRUE(third.send(request(transport->port(), "/small")));
-  ASSERT_TRUE(drive.until([&] { return third.ended(); }));
+  raw_socket third = answered_whole(drive, *transport, request(transport->port(), "/small"));
   EXPECT_EQ(third.text.substr(0, 12), "HTTP/1.1 200");
   write(*transport, drive.sink().opens[0].id, "still here");
   ASSERT_TRUE(drive.until([&] { return peer.has("still here"); }));
 
   ASSERT_TRUE(drive.until([&] { return slow.ended(); }));
   EXPECT_GE(slow.text.size(), body.size());
-  raw_socket again{transport->port()};
-  ASSERT_TRUE(again.send(request(transport->port(), "/large")));
-  ASSERT_TRUE(drive.until([&] { return again.ended(); }));
+  raw_socket again = answered_whole(drive, *transport, request(transport->port(), "/large"));
   EXPECT_EQ(again.text.substr(0, 12), "HTTP/1.1 200");
 }
 
@@ -135,9 +123,7 @@ TEST(memory, that_is_used_up_refuses_newcomers_and_nobody_else) {
   const std::uint64_t starved = transport->counters().handshakes_starved;
   const std::size_t rejected = drive.sink().rejections.size();
   const auto expect_rejection = [&](const std::string& asked) {
-    raw_socket newcomer{transport->port()};
-    ASSERT_TRUE(newcomer.send(asked));
-    ASSERT_TRUE(drive.until([&] { return newcomer.ended(); }));
+    raw_socket newcomer = answered_whole(drive, *transport, asked);
     EXPECT_EQ(newcomer.text.substr(0, 12), "HTTP/1.1 503");
     EXPECT_FALSE(newcomer.failed) << "the answer came with a reset";
   };

@@ -36,9 +36,7 @@ struct page : testing::Test {
   }
 
   raw_socket ask(std::string_view text) {
-    raw_socket client{transport->port()};
-    EXPECT_TRUE(client.send(text));
-    EXPECT_TRUE(drive.until([&] { return client.ended(); }));
+    raw_socket client = answered_whole(drive, *transport, text);
     EXPECT_FALSE(client.failed) << "the answer came with a reset";
     return client;
   }
@@ -123,9 +121,7 @@ TEST_F(page, reaches_a_slow_reader_whole_though_the_body_changes_after_the_poll)
   const std::string expected = body;
   drive.stop_clock();
   const std::uint64_t resting = transport->memory().bytes_used;
-  raw_socket client{transport->port(), "127.0.0.1", 4096};
-  ASSERT_TRUE(client.send(request(transport->port(), "/")));
-  ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
+  raw_socket client = reader_of(drive, *transport, "/");
   EXPECT_GT(transport->memory().bytes_used, resting);
   std::fill(body.begin(), body.end(), '!');
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
@@ -138,9 +134,7 @@ TEST_F(page, is_cut_when_its_reader_does_not_read) {
   body.resize(8 << 20, 'x');
   drive.stop_clock();
   const std::uint64_t resting = transport->memory().bytes_used;
-  raw_socket client{transport->port(), "127.0.0.1", 4096};
-  ASSERT_TRUE(client.send(request(transport->port(), "/")));
-  ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
+  raw_socket client = reader_of(drive, *transport, "/");
   drive.skip(9900ms);
   drive.turn();
   EXPECT_GT(transport->memory().bytes_used, resting);
@@ -159,12 +153,6 @@ struct long_page : page {
     for (std::size_t i = 0; i < body.size(); i += 4096) body[i] = static_cast<char>('a' + i / 4096 % 26);
     drive.stop_clock();
   }
-  raw_socket slow_reader() {
-    raw_socket client{transport->port(), "127.0.0.1", 4096};
-    EXPECT_TRUE(client.send(request(transport->port(), "/")));
-    EXPECT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
-    return client;
-  }
 };
 
 TEST_F(long_page, reaches_its_reader_whole_through_a_small_heap) {
@@ -177,7 +165,7 @@ TEST_F(long_page, reaches_its_reader_whole_through_a_small_heap) {
 }
 
 TEST_F(long_page, may_take_as_long_as_its_reader_goes_on_reading) {
-  raw_socket client = slow_reader();
+  raw_socket client = reader_of(drive, *transport, "/");
   for (int i = 0; i < 20; ++i) { // 20 times 9 s, and in each more than a piece
     drive.skip(9s);
     const std::size_t had = client.text.size();
@@ -190,7 +178,7 @@ TEST_F(long_page, may_take_as_long_as_its_reader_goes_on_reading) {
 }
 
 TEST_F(long_page, is_cut_when_its_reader_does_not_read) {
-  raw_socket client = slow_reader();
+  raw_socket client = reader_of(drive, *transport, "/");
   const std::uint64_t resting = transport->memory().bytes_used;
   for (int i = 0; i < 1000; ++i) drive.turn(); // until the socket is full
   drive.skip(9900ms);
@@ -205,12 +193,7 @@ TEST_F(long_page, is_cut_when_its_reader_does_not_read) {
 
 TEST_F(long_page, is_cut_for_another_when_there_is_no_memory_for_both) {
   std::vector<raw_socket> slow;
-  for (int i = 0; i < 20; ++i) {
-    const std::size_t pages = drive.sink().pages.size();
-    slow.emplace_back(transport->port(), "127.0.0.1", 4096);
-    ASSERT_TRUE(slow.back().send(request(transport->port(), "/")));
-    ASSERT_TRUE(drive.until([&] { return drive.sink().pages.size() > pages; }));
-  }
+  for (int i = 0; i < 20; ++i) slow.push_back(reader_of(drive, *transport, "/"));
   EXPECT_GT(transport->counters().handshakes_evicted, 0U);
   EXPECT_EQ(transport->counters().handshakes_starved, 0U);
   EXPECT_TRUE(body_of(get("/")) == body);
@@ -233,9 +216,7 @@ TEST_F(page, is_given_up_when_its_reader_vanishes) {
   body.resize(8 << 20, 'x');
   drive.stop_clock();
   const std::uint64_t resting = transport->memory().bytes_used;
-  raw_socket client{transport->port(), "127.0.0.1", 4096};
-  ASSERT_TRUE(client.send(request(transport->port(), "/")));
-  ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
+  raw_socket client = reader_of(drive, *transport, "/");
   client.reset();
   EXPECT_TRUE(drive.until([&] { return transport->memory().bytes_used == resting; }));
 }

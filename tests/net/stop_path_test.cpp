@@ -13,10 +13,7 @@ namespace {
 
 // A client behind its upgrade on the path of the stop, or what it was answered instead.
 raw_socket on_stop_path(driver& drive, socket_transport& transport) {
-  raw_socket client{transport.port()};
-  EXPECT_TRUE(client.send(upgrade_request(transport.port(), {}, service::stop_path)));
-  EXPECT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
-  return client;
+  return net::answered(drive, transport, upgrade_request(transport.port(), {}, service::stop_path));
 }
 std::size_t answered(driver& drive) { return drive.sink().pages.size() + drive.sink().rejections.size(); }
 bool is_in(const raw_socket& client) { return client.text.starts_with("HTTP/1.1 101"); }
@@ -35,14 +32,14 @@ struct displacing {
   std::vector<std::uint32_t> displaced;
 };
 
-TEST(stop_path, has_two_places_that_others_do_not_get) {
-  auto transport = listening({.limits = {.connections_max = 5}});
-  driver drive{*transport};
+struct stop_path : served {};
+struct silent_handshakes : served {};
+
+TEST_F(stop_path, has_two_places_that_others_do_not_get) {
+  listen({.limits = {.connections_max = 5}});
   std::vector<raw_socket> others;
   for (int i = 0; i < 3; ++i) others.push_back(upgraded(drive, *transport));
-  raw_socket fourth{transport->port()};
-  ASSERT_TRUE(fourth.send(upgrade_request(transport->port())));
-  ASSERT_TRUE(drive.until([&] { return fourth.ended(); }));
+  raw_socket fourth = answered_whole(drive, *transport, upgrade_request(transport->port()));
   EXPECT_EQ(fourth.text.substr(0, 12), "HTTP/1.1 503");
   const raw_socket first = on_stop_path(drive, *transport);
   const raw_socket second = on_stop_path(drive, *transport);
@@ -50,9 +47,8 @@ TEST(stop_path, has_two_places_that_others_do_not_get) {
   EXPECT_EQ(drive.sink().opens.back().path, service::stop_path);
 }
 
-TEST(stop_path, takes_other_places_and_leaves_its_own_to_nobody_else) {
-  auto transport = listening({.limits = {.connections_max = 4}});
-  driver drive{*transport};
+TEST_F(stop_path, takes_other_places_and_leaves_its_own_to_nobody_else) {
+  listen({.limits = {.connections_max = 4}});
   std::vector<raw_socket> stopping;
   for (int i = 0; i < 2; ++i) stopping.push_back(on_stop_path(drive, *transport));
   std::vector<raw_socket> others;
@@ -64,19 +60,16 @@ TEST(stop_path, takes_other_places_and_leaves_its_own_to_nobody_else) {
   for (const raw_socket& one : stopping) EXPECT_TRUE(is_in(one));
 }
 
-TEST(stop_path, needs_a_place_among_few) {
-  auto one = listening({.limits = {.connections_max = 1}});
-  driver drive{*one};
-  const raw_socket only = upgraded(drive, *one); // of one place none is kept
-  auto two = listening({.limits = {.connections_max = 2}});
-  driver other{*two};
-  const raw_socket first = upgraded(other, *two);
-  EXPECT_TRUE(is_in(on_stop_path(other, *two)));
+TEST_F(stop_path, needs_a_place_among_few) {
+  listen({.limits = {.connections_max = 1}});
+  const raw_socket only = upgraded(drive, *transport); // of one place none is kept
+  listen({.limits = {.connections_max = 2}});
+  const raw_socket first = upgraded(drive, *transport);
+  EXPECT_TRUE(is_in(on_stop_path(drive, *transport)));
 }
 
-TEST(stop_path, gives_the_oldest_place_on_it_to_the_next_one_with_words) {
-  auto transport = listening({.limits = {.connections_max = 4}});
-  driver drive{*transport};
+TEST_F(stop_path, gives_the_oldest_place_on_it_to_the_next_one_with_words) {
+  listen({.limits = {.connections_max = 4}});
   displacing rule{drive, *transport};
   const raw_socket ordinary[] = {upgraded(drive, *transport), upgraded(drive, *transport)};
   raw_socket first = on_stop_path(drive, *transport);
@@ -93,9 +86,8 @@ TEST(stop_path, gives_the_oldest_place_on_it_to_the_next_one_with_words) {
   EXPECT_EQ(drive.sink().closes[0].id.index, 2U);
 }
 
-TEST(stop_path, is_refused_where_both_have_just_stopped_the_robot) {
-  auto transport = listening({.limits = {.connections_max = 2}});
-  driver drive{*transport};
+TEST_F(stop_path, is_refused_where_both_have_just_stopped_the_robot) {
+  listen({.limits = {.connections_max = 2}});
   displacing rule{drive, *transport};
   const raw_socket ordinary = upgraded(drive, *transport);
   const raw_socket first = on_stop_path(drive, *transport);
@@ -108,9 +100,8 @@ TEST(stop_path, is_refused_where_both_have_just_stopped_the_robot) {
   EXPECT_TRUE(is_in(on_stop_path(drive, *transport)));
 }
 
-TEST(stop_path, does_not_wait_for_one_that_was_closed_and_does_not_end) {
-  auto transport = listening({.limits = {.connections_max = 2}});
-  driver drive{*transport};
+TEST_F(stop_path, does_not_wait_for_one_that_was_closed_and_does_not_end) {
+  listen({.limits = {.connections_max = 2}});
   displacing rule{drive, *transport};
   const raw_socket ordinary = upgraded(drive, *transport);
   const raw_socket first = on_stop_path(drive, *transport);
@@ -119,41 +110,30 @@ TEST(stop_path, does_not_wait_for_one_that_was_closed_and_does_not_end) {
   EXPECT_EQ(drive.sink().closes.size(), 1U);
 }
 
-TEST(stop_path, is_checked_for_origin_and_host_as_others_are) {
-  auto transport = listening();
-  driver drive{*transport};
-  raw_socket client{transport->port()};
-  ASSERT_TRUE(
-      client.send(upgrade_request(transport->port(), "Origin: http://evil.example\r\n", service::stop_path)));
-  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+TEST_F(stop_path, is_checked_for_origin_and_host_as_others_are) {
+  raw_socket client = answered_whole(
+      drive, *transport,
+      upgrade_request(transport->port(), "Origin: http://evil.example\r\n", service::stop_path));
   EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 403");
 }
 
-TEST(stop_path, is_no_page) {
-  auto transport = listening({.limits = {.connections_max = 2}});
-  driver drive{*transport};
-  raw_socket client{transport->port()};
-  ASSERT_TRUE(client.send(request(transport->port(), service::stop_path)));
-  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+TEST_F(stop_path, is_no_page) {
+  listen({.limits = {.connections_max = 2}});
+  raw_socket client = answered_whole(drive, *transport, request(transport->port(), service::stop_path));
   EXPECT_EQ(drive.sink().opens.size(), 0U);
   EXPECT_EQ(drive.sink().pages.size(), 1U);
 }
 
-TEST(stop_path, gets_the_memory_of_pages_that_nobody_reads) {
-  auto transport = listening({.limits = {.handshake_bytes = 8 << 20}});
-  driver drive{*transport};
+TEST_F(stop_path, gets_the_memory_of_pages_that_nobody_reads) {
+  listen({.limits = {.handshake_bytes = 8 << 20}});
   const std::string large(6 << 20, 'p'); // more than the kernel takes: libwebsockets keeps the rest
   drive.sink().answer = [&](const service::http_request& asked) {
     return page_of(asked.path == "/large" ? std::string_view{large} : std::string_view{});
   };
-  raw_socket reader{transport->port(), "127.0.0.1", 4096}; // of nothing
-  ASSERT_TRUE(reader.send(request(transport->port(), "/large")));
-  ASSERT_TRUE(drive.until([&] { return answered(drive) == 1; }));
-  const memory_hog hog{drive, *transport}; // all that is left
+  raw_socket reader = reader_of(drive, *transport, "/large"); // of nothing
+  const memory_hog hog{drive, *transport};                    // all that is left
   for (const std::string& text : {request(transport->port(), "/rest"), upgrade_request(transport->port())}) {
-    raw_socket other{transport->port()};
-    ASSERT_TRUE(other.send(text));
-    ASSERT_TRUE(drive.until([&] { return other.ended(); }));
+    raw_socket other = answered_whole(drive, *transport, text);
     EXPECT_EQ(other.text.substr(0, 12), "HTTP/1.1 503");
   }
   EXPECT_TRUE(is_in(on_stop_path(drive, *transport)));
@@ -162,9 +142,8 @@ TEST(stop_path, gets_the_memory_of_pages_that_nobody_reads) {
 
 // ---- handshakes that do not end
 
-TEST(silent_handshakes, give_their_place_to_newcomers_oldest_first) {
-  auto transport = listening({.limits = {.handshakes_max = 4}});
-  driver drive{*transport};
+TEST_F(silent_handshakes, give_their_place_to_newcomers_oldest_first) {
+  listen({.limits = {.handshakes_max = 4}});
   std::vector<raw_socket> silent;
   for (std::uint64_t i = 1; i <= 4; ++i) {
     silent.emplace_back(transport->port());
@@ -181,9 +160,8 @@ TEST(silent_handshakes, give_their_place_to_newcomers_oldest_first) {
   EXPECT_EQ(drive.sink().opens.size(), 2U);
 }
 
-TEST(silent_handshakes, of_many_sources_keep_no_place_from_who_comes_for_the_first_time) {
-  auto transport = listening({.limits = {.handshakes_max = 4}});
-  driver drive{*transport};
+TEST_F(silent_handshakes, of_many_sources_keep_no_place_from_who_comes_for_the_first_time) {
+  listen({.limits = {.handshakes_max = 4}});
   std::vector<raw_socket> flood;
   const auto goes_on = [&](int count) {
     for (int i = 0; i < count; ++i) {
@@ -204,9 +182,8 @@ TEST(silent_handshakes, of_many_sources_keep_no_place_from_who_comes_for_the_fir
   EXPECT_TRUE(is_in(slow));
 }
 
-TEST(silent_handshakes, that_go_on_with_their_request_byte_by_byte_keep_nobody_out) {
-  auto transport = listening({.limits = {.handshakes_max = 4}});
-  driver drive{*transport};
+TEST_F(silent_handshakes, that_go_on_with_their_request_byte_by_byte_keep_nobody_out) {
+  listen({.limits = {.handshakes_max = 4}});
   std::vector<raw_socket> dripping;
   for (std::uint64_t i = 1; i <= 4; ++i) {
     ASSERT_TRUE(dripping.emplace_back(transport->port()).send("GET / HTTP/1.1\r\nX: "));
@@ -225,9 +202,8 @@ TEST(silent_handshakes, that_go_on_with_their_request_byte_by_byte_keep_nobody_o
   EXPECT_TRUE(drive.sink().rejections.empty()); // counted, not told one by one
 }
 
-TEST(silent_handshakes, do_not_push_out_whose_request_has_come) {
-  auto transport = listening({.limits = {.handshakes_max = 4}});
-  driver drive{*transport};
+TEST_F(silent_handshakes, do_not_push_out_whose_request_has_come) {
+  listen({.limits = {.handshakes_max = 4}});
   std::vector<raw_socket> whole; // more of them than places, before the transport looks
   for (int i = 0; i < 12; ++i)
     ASSERT_TRUE(whole.emplace_back(transport->port()).send(upgrade_request(transport->port())));
@@ -236,9 +212,8 @@ TEST(silent_handshakes, do_not_push_out_whose_request_has_come) {
   EXPECT_EQ(transport->counters().handshakes_cut, 0U);
 }
 
-TEST(silent_handshakes, leave_two_places_that_pages_do_not_get) {
-  auto transport = listening({.limits = {.handshakes_max = 4, .handshake_bytes = 16 << 20}});
-  driver drive{*transport};
+TEST_F(silent_handshakes, leave_two_places_that_pages_do_not_get) {
+  listen({.limits = {.handshakes_max = 4, .handshake_bytes = 16 << 20}});
   const std::string large(4 << 20, 'p');
   drive.sink().answer = [&](const service::http_request&) { return page_of(large); };
   std::vector<raw_socket> readers;
@@ -280,10 +255,8 @@ struct places : testing::Test {
     return take(peer, established::purpose::stop);
   }
   std::uint32_t take(const socket_address& peer, established::purpose why) {
-    int pair[2] = {-1, -1};
-    EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair), 0);
-    descriptor ours{pair[0]};
-    others.emplace_back(pair[1]);
+    auto [ours, theirs] = local_pair();
+    others.push_back(std::move(theirs));
     EXPECT_TRUE(polled.add(ours.get(), EPOLLIN, {}));
     const connection_id id = connections.open(std::move(ours), peer, why);
     generations[id.index] = id.generation;

@@ -3,9 +3,9 @@
 // or in pieces, send, read or do not, shut one end, vanish with a reset; and a core that writes, closes and
 // holds back reading, while time jumps. Whatever the order, every connection is reported open once and closed
 // once, nobody is reported under an id that is not open, and every descriptor comes back.
-#include <cstdlib>
 #include <random>
 
+#include "rt/asked.hpp"
 #include "support.hpp"
 
 namespace rowe::net {
@@ -60,8 +60,7 @@ class storm_sink final : public service::transport_sink {
 class storm : public testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(storm, leaves_everything_in_order) {
-  const char* given = std::getenv("ROWE_STORM_SEED");
-  const std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : GetParam();
+  const std::uint64_t seed = tests::asked_of("ROWE_STORM_SEED", GetParam());
   RecordProperty("seed", std::to_string(seed));
   SCOPED_TRACE("ROWE_STORM_SEED=" + std::to_string(seed));
   std::mt19937_64 random{seed};

@@ -7,6 +7,7 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <ifaddrs.h>
 #include <linux/sockios.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -26,8 +27,10 @@
 #include <utility>
 #include <vector>
 
+#include "net/base/address.hpp"
 #include "net/base/descriptor.hpp"
 #include "net/transport/socket_transport.hpp"
+#include "rt/loopback.hpp"
 
 namespace rowe::net {
 
@@ -188,6 +191,13 @@ class driver {
   rt::time_point stopped_at_ = rt::never;
 };
 
+// Two sockets that are connected, and do not wait. They have no addresses, so a test says where one is from.
+inline std::pair<descriptor, descriptor> local_pair() {
+  int both[2] = {-1, -1};
+  EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, both), 0);
+  return {descriptor{both[0]}, descriptor{both[1]}};
+}
+
 // A TCP socket on the other side. Never waits.
 class raw_socket {
  public:
@@ -287,6 +297,30 @@ inline std::string upgrade_answer(std::string_view more = {}, std::string_view a
          std::string{accept} + "\r\n" + std::string{more} + "\r\n";
 }
 
+// A raw client that has sent this and was answered: a header, or all until the end.
+inline raw_socket answered(driver& drive, socket_transport& transport, std::string_view sent) {
+  raw_socket client{transport.port()};
+  EXPECT_TRUE(client.send(sent));
+  EXPECT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+  return client;
+}
+inline raw_socket answered_whole(driver& drive, socket_transport& transport, std::string_view sent) {
+  raw_socket client{transport.port()};
+  EXPECT_TRUE(client.send(sent));
+  EXPECT_TRUE(drive.until([&] { return client.ended(); }));
+  return client;
+}
+
+// One whose request for a page was taken up, and who reads nothing of it yet.
+inline raw_socket reader_of(driver& drive, socket_transport& transport, std::string_view path,
+                            int receive_buffer = 4096) {
+  raw_socket client{transport.port(), "127.0.0.1", receive_buffer};
+  const std::size_t before = drive.sink().pages.size();
+  EXPECT_TRUE(client.send(request(transport.port(), path)));
+  EXPECT_TRUE(drive.until([&] { return drive.sink().pages.size() > before; }));
+  return client;
+}
+
 // A raw client behind its upgrade; `text` is empty again.
 inline raw_socket upgraded(driver& drive, socket_transport& transport, int receive_buffer = 0) {
   raw_socket client{transport.port(), "127.0.0.1", receive_buffer};
@@ -301,10 +335,64 @@ inline std::size_t write(socket_transport& transport, connection_id id, std::str
   return transport.write(id, std::as_bytes(std::span{text}));
 }
 
+// Writes so many bytes, in pieces, as there is room for them: what has none is refused, and nothing is lost.
+template <class Client>
+void write_beyond_its_room(driver& drive, socket_transport& transport, connection_id to, Client& client,
+                           std::size_t piece_bytes, std::size_t bytes) {
+  std::string piece(piece_bytes, 'a');
+  for (std::size_t i = 0; i < piece.size(); ++i) piece[i] = static_cast<char>('a' + i % 26);
+  std::string sent;
+  const auto push = [&] { // keeps its place in the endless repetition of `piece`
+    for (;;) {
+      const std::string_view rest = std::string_view{piece}.substr(sent.size() % piece.size());
+      const std::size_t taken = write(transport, to, rest);
+      sent += rest.substr(0, taken);
+      if (taken < rest.size()) return;
+    }
+  };
+  push();
+  EXPECT_EQ(write(transport, to, "more"), 0U);
+  while (sent.size() < bytes) {
+    const int before = drive.sink().writables;
+    ASSERT_TRUE(drive.until([&] { return client.read() && drive.sink().writables > before; }));
+    push();
+  }
+  ASSERT_TRUE(drive.until([&] { return client.read() && client.text.size() == sent.size(); }));
+  EXPECT_TRUE(client.text == sent);
+}
+
+// A server of a test, and what turns it.
+struct served : testing::Test {
+  std::unique_ptr<socket_transport> transport = listening();
+  driver drive{*transport};
+
+  // With these options instead.
+  void listen(const listen_options& options) {
+    transport = listening(options);
+    drive = driver{*transport};
+  }
+};
+
 // A wait that only an event can end: seen from an hour ago, every deadline of the transport is an hour away.
 // The test's time-out is the watchdog.
 inline void wait_for_event(socket_transport& transport, rt::time_point now) {
   transport.wait(now - 1h, rt::never);
+}
+
+// An address of this machine that is not loopback, or empty.
+inline std::string address_beyond_loopback(int family) {
+  ifaddrs* list = nullptr;
+  if (::getifaddrs(&list) != 0) return {};
+  std::string found;
+  for (const ifaddrs* one = list; one && found.empty(); one = one->ifa_next) {
+    const auto address = address_of(one->ifa_addr);
+    if (!address || address->storage.ss_family != family || is_loopback(*address)) continue;
+    char text[address_text_bytes_max];
+    const std::string host{write_host(text, *address)};
+    if (host.find('%') == std::string::npos) found = host;
+  }
+  ::freeifaddrs(list);
+  return found;
 }
 
 inline std::size_t open_descriptors() {

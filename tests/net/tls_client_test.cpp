@@ -131,15 +131,9 @@ TEST(tls_client, is_told_when_the_server_does_not_speak_tls) {
 TEST(tls_client, gives_up_on_a_server_that_says_nothing) {
   const certified files;
   descriptor mute{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-  sockaddr_in any{};
-  any.sin_family = AF_INET;
-  any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t bytes = sizeof any;
-  ASSERT_EQ(::bind(mute.get(), reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
-  ASSERT_EQ(::listen(mute.get(), 4), 0);
-  ::getsockname(mute.get(), reinterpret_cast<sockaddr*>(&any), &bytes);
+  ASSERT_TRUE(tests::listens(mute.get(), 4));
   const auto client = connecting({.host = "127.0.0.1",
-                                  .port = ntohs(any.sin_port),
+                                  .port = tests::port_of(mute.get()),
                                   .secure = true,
                                   .tls = files.client(),
                                   .limits = {.connect_timeout = 200ms}});

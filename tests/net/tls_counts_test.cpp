@@ -35,8 +35,7 @@ struct counting {
   }
   // Behind its upgrade.
   void upgrade(tls_socket& client) {
-    ASSERT_TRUE(drive.until([&] { return client.shaken(); })) << client.fault;
-    ASSERT_TRUE(client.send(upgrade_request(transport->port())));
+    ASSERT_TRUE(asks(drive, client, upgrade_request(transport->port()))) << client.fault;
     ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
   }
   void expect_end(counter which) {

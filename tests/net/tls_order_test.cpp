@@ -26,10 +26,7 @@ struct nobody final : relay_outlet {
 // A client that has said its hello. Its socket is local, so it comes from wherever the test says.
 struct stranger {
   explicit stranger(const std::string& address) : from{numeric_address(address, 1).value()} {
-    int pair[2];
-    EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair), 0);
-    socket.reset(pair[0]);
-    theirs.reset(pair[1]);
+    std::tie(socket, theirs) = local_pair();
     context.reset(SSL_CTX_new(TLS_client_method()));
     ssl.reset(SSL_new(context.get()));
     SSL_set_fd(ssl.get(), socket.get());
@@ -69,7 +66,7 @@ struct tls_order : testing::Test {
   rt::time_point now{1000s};
   poll_set polled = poll_set::open().value();
   certificates with{end::server, files.server(), context::open(end::server, files.server(), nullptr)};
-  kept_descriptors kept;
+  reserved_descriptors kept;
   relays places{socket_limits{}, {}, with, polled, kept, outlet};
 };
 
@@ -136,12 +133,11 @@ struct flood {
 
   void go_on(int count) {
     for (; count > 0; --count, ++begun) {
-      int pair[2];
-      ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair), 0);
-      held.emplace_back(pair[0]);
+      auto [theirs, ours] = local_pair();
+      held.push_back(std::move(theirs));
       if (held.size() > 64) held.erase(held.begin()); // they come again
       const std::string address = "10.0.9." + std::to_string(begun % sources);
-      at.places.accept({.socket = descriptor{pair[1]}, .peer = numeric_address(address, 1).value()});
+      at.places.accept({.socket = std::move(ours), .peer = numeric_address(address, 1).value()});
       at.turn(rt::duration{500us});
     }
   }

@@ -25,6 +25,9 @@ struct tls_server : testing::Test {
   }
   connection_id newest() { return drive.sink().opens.back().id; }
   bool closed() { return !drive.sink().closes.empty(); }
+  bool closes_by(close_cause cause) {
+    return drive.until([&] { return closed(); }) && drive.sink().closes[0].cause == cause;
+  }
   std::string said() { // of the first rejection
     return drive.sink().rejections.empty() ? "" : drive.sink().rejections[0].what;
   }
@@ -68,8 +71,7 @@ TEST(tls_pages, may_be_larger_than_any_buffer) {
   const std::string body(600'000, 'p');
   drive.sink().answer = [&](const service::http_request&) { return page_of(body); };
   tls_socket client{transport->port(), {}, 4096};
-  ASSERT_TRUE(drive.until([&] { return client.shaken(); }));
-  ASSERT_TRUE(client.send(request(transport->port(), "/")));
+  ASSERT_TRUE(asks(drive, client, request(transport->port(), "/"))) << client.fault;
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
   EXPECT_TRUE(client.ended_well);
   EXPECT_TRUE(client.text.ends_with(body)) << client.text.size();
@@ -77,18 +79,16 @@ TEST(tls_pages, may_be_larger_than_any_buffer) {
 
 TEST_F(tls_server, answers_a_request_that_is_wrong_in_words) {
   tls_socket client{transport->port()};
-  ASSERT_TRUE(shake(client));
-  ASSERT_TRUE(
-      client.send(request(transport->port(), "/", "Origin: http://127.0.0.1:1\r\nUpgrade: websocket\r\n")));
+  ASSERT_TRUE(asks(drive, client,
+                   request(transport->port(), "/", "Origin: http://127.0.0.1:1\r\nUpgrade: websocket\r\n")))
+      << client.fault;
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
   EXPECT_TRUE(client.ended_well);
   EXPECT_TRUE(client.text.starts_with("HTTP/1.1 4")) << client.text;
 }
 
 TEST_F(tls_server, tells_who_does_not_speak_tls_what_to_open) {
-  raw_socket client{transport->port()};
-  ASSERT_TRUE(client.send(request(transport->port(), "/")));
-  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  raw_socket client = answered_whole(drive, *transport, request(transport->port(), "/"));
   EXPECT_TRUE(client.text.starts_with("HTTP/1.1 400 ")) << client.text;
   EXPECT_NE(client.text.find("https://"), std::string::npos);
   ASSERT_TRUE(drive.until([&] { return !said().empty(); }));
@@ -197,8 +197,7 @@ TEST_F(tls_server, ends_who_asks_for_new_keys_again_and_again) {
   upgrade(client);
   client.take_new_keys(9);
   (void)client.send("never read");
-  ASSERT_TRUE(drive.until([&] { return closed(); }));
-  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::reset);
+  ASSERT_TRUE(closes_by(close_cause::reset));
   EXPECT_EQ(drive.sink().received[newest().index], "");
 }
 
@@ -209,8 +208,7 @@ TEST_F(tls_server, tells_an_end_from_a_cut) {
   upgrade(one);
   ASSERT_TRUE(one.send("last words"));
   one.say_end();
-  ASSERT_TRUE(drive.until([&] { return closed(); }));
-  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::peer);
+  ASSERT_TRUE(closes_by(close_cause::peer));
   EXPECT_EQ(drive.sink().received[newest().index], "last words");
   ASSERT_TRUE(drive.until([&] { return one.ended(); })); // our direction, too
 
@@ -228,8 +226,7 @@ TEST_F(tls_server, tells_an_end_that_comes_with_the_last_words) {
     ASSERT_TRUE(one.send("last words"));
     one.say_end();
   });
-  ASSERT_TRUE(drive.until([&] { return closed(); }));
-  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::peer);
+  ASSERT_TRUE(closes_by(close_cause::peer));
   EXPECT_EQ(drive.sink().received[newest().index], "last words");
 
   tls_socket other{transport->port()};
@@ -252,8 +249,7 @@ TEST_F(tls_server, closes_in_good_order) {
   EXPECT_EQ(client.text, "the end");
   EXPECT_FALSE(closed()); // the peer's end is awaited
   client.raw.close();
-  ASSERT_TRUE(drive.until([&] { return closed(); }));
-  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::asked);
+  ASSERT_TRUE(closes_by(close_cause::asked));
 }
 
 TEST_F(tls_server, leaves_after_a_second_who_does_not_close) {
@@ -265,8 +261,7 @@ TEST_F(tls_server, leaves_after_a_second_who_does_not_close) {
   drive.turn();
   EXPECT_FALSE(closed());
   drive.skip(service::close_time_max + 1ms);
-  ASSERT_TRUE(drive.until([&] { return closed(); }));
-  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::asked);
+  ASSERT_TRUE(closes_by(close_cause::asked));
 }
 
 TEST_F(tls_server, sends_all_that_it_has_taken_before_it_closes) {
@@ -290,8 +285,7 @@ TEST_F(tls_server, cuts_who_reads_nothing) {
   while (write(*transport, newest(), piece) == piece.size()) {
   }
   drive.skip(2s);
-  ASSERT_TRUE(drive.until([&] { return closed(); }));
-  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::timed_out);
+  ASSERT_TRUE(closes_by(close_cause::timed_out));
 }
 
 // ---- bounds
@@ -299,26 +293,7 @@ TEST_F(tls_server, cuts_who_reads_nothing) {
 TEST_F(tls_server, refuses_what_has_no_room_and_loses_nothing) {
   tls_socket client{transport->port()};
   upgrade(client);
-  std::string piece(70'000, 'a');
-  for (std::size_t i = 0; i < piece.size(); ++i) piece[i] = static_cast<char>('a' + i % 26);
-  std::string sent;
-  const auto push = [&] {
-    for (;;) {
-      const std::string_view rest = std::string_view{piece}.substr(sent.size() % piece.size());
-      const std::size_t taken = write(*transport, newest(), rest);
-      sent += rest.substr(0, taken);
-      if (taken < rest.size()) return;
-    }
-  };
-  push();
-  EXPECT_EQ(write(*transport, newest(), "more"), 0U);
-  while (sent.size() < 10'000'000) {
-    const int before = drive.sink().writables;
-    ASSERT_TRUE(drive.until([&] { return client.read() && drive.sink().writables > before; }));
-    push();
-  }
-  ASSERT_TRUE(drive.until([&] { return client.read() && client.text.size() == sent.size(); }));
-  EXPECT_TRUE(client.text == sent);
+  write_beyond_its_room(drive, *transport, newest(), client, 70'000, 10'000'000);
 }
 
 TEST_F(tls_server, reads_a_quantum_in_a_turn_while_others_send) {
@@ -440,9 +415,8 @@ TEST(tls_handshakes, that_do_not_end_keep_nobody_out) {
     ASSERT_TRUE(mute.back().send("\x16\x03\x01")); // the beginning of a hello
   }
   tls_socket client{transport->port()};
-  ASSERT_TRUE(drive.until([&] { return client.shaken() || client.failed(); }));
-  ASSERT_FALSE(client.failed()) << client.fault;
-  ASSERT_TRUE(client.send(upgrade_request(transport->port(), {}, service::stop_path)));
+  ASSERT_TRUE(asks(drive, client, upgrade_request(transport->port(), {}, service::stop_path)))
+      << client.fault;
   ASSERT_TRUE(drive.until([&] { return client.has("101 Switching"); }));
   EXPECT_GE(transport->memory().evictions, 40U - 8U);
 }
@@ -453,8 +427,7 @@ TEST(tls_handshakes, end_in_time_or_are_cut) {
   driver drive{*transport};
   raw_socket mute{transport->port()};
   tls_socket half{transport->port()};
-  ASSERT_TRUE(drive.until([&] { return half.shaken(); }));
-  ASSERT_TRUE(half.send("GET / HTTP/1.1\r\nHost"));
+  ASSERT_TRUE(asks(drive, half, "GET / HTTP/1.1\r\nHost")) << half.fault;
   ASSERT_TRUE(drive.until([&] { return mute.ended() && half.ended(); }));
   EXPECT_TRUE(half.ended_well);
   EXPECT_TRUE(half.text.starts_with("HTTP/1.1 408 ")) << half.text;

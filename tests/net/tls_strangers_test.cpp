@@ -57,14 +57,8 @@ struct with_a_server : testing::Test {
   std::optional<driver> drive;
 
   std::uint16_t listen() {
-    sockaddr_in any{};
-    any.sin_family = AF_INET;
-    any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t bytes = sizeof any;
-    EXPECT_EQ(::bind(listener.get(), reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
-    EXPECT_EQ(::listen(listener.get(), 4), 0);
-    ::getsockname(listener.get(), reinterpret_cast<sockaddr*>(&any), &bytes);
-    return ntohs(any.sin_port);
+    EXPECT_TRUE(tests::listens(listener.get(), 4));
+    return tests::port_of(listener.get());
   }
   // Our client connects; this is as far as the server's handshake goes, whether it is done or not.
   bool connect(const prepare& prepared = {}) {
@@ -278,8 +272,7 @@ TEST(records, that_were_cut_or_changed_give_a_server_nothing) {
     const auto transport = listening({.tls = files.server()});
     driver drive{*transport};
     tls_socket client{transport->port()};
-    ASSERT_TRUE(drive.until([&] { return client.shaken(); }));
-    ASSERT_TRUE(client.send(upgrade_request(transport->port()) + "whole"));
+    ASSERT_TRUE(asks(drive, client, upgrade_request(transport->port()) + "whole")) << client.fault;
     ASSERT_TRUE(drive.until([&] { return client.has("101 Switching"); }));
     ASSERT_TRUE(client.raw.send(head + std::string(bytes, 'x')));
     client.raw.shut();

@@ -14,13 +14,14 @@
 
 #include "certificates/certificates.hpp"
 #include "net/tls/session.hpp"
+#include "rt/folder.hpp"
 #include "support.hpp"
 
 namespace rowe::net {
 
 // A root, and a server's files below it.
 struct certified {
-  test::folder files;
+  tests::folder files;
   test::made_certificate root = test::make_root();
   test::made_certificate leaf = test::make_leaf(root);
 
@@ -118,5 +119,11 @@ class tls_socket {
   std::unique_ptr<SSL_CTX, freed> context_;
   std::unique_ptr<SSL, freed> ssl_;
 };
+
+// Whether a client's handshake is done, and its request sent.
+inline bool asks(driver& drive, tls_socket& client, std::string_view text) {
+  return drive.until([&] { return client.shaken() || client.failed(); }) && !client.failed() &&
+         client.send(text);
+}
 
 } // namespace rowe::net

@@ -121,13 +121,10 @@ TEST_F(waiting_pages, take_no_memory_of_libwebsockets_and_half_of_the_places) {
   std::deque<raw_socket> all;
   for (int i = 0; i < 15; ++i) all.push_back(ask("/1"));
   EXPECT_EQ(transport->memory().bytes_used, resting);
-  raw_socket beyond{transport->port()};
-  ASSERT_TRUE(beyond.send(request(transport->port(), "/1")));
-  ASSERT_TRUE(drive.until([&] { return beyond.ended(); }));
+  raw_socket beyond = answered_whole(drive, *transport, request(transport->port(), "/1"));
   EXPECT_TRUE(beyond.has("15 pages wait for a value, which is the limit"));
-  raw_socket other{transport->port()}; // of what is there
-  ASSERT_TRUE(other.send(request(transport->port(), "/now")));
-  ASSERT_TRUE(drive.until([&] { return other.ended(); }));
+  raw_socket other =
+      answered_whole(drive, *transport, request(transport->port(), "/now")); // of what is there
   EXPECT_TRUE(other.has("200 OK"));
   give(1);
   EXPECT_TRUE(drive.until(

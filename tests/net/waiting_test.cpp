@@ -11,8 +11,9 @@ namespace {
 
 rt::time_point clock_now() { return rt::monotonic_clock::now(); }
 
-TEST(waiting, lasts_until_its_end_when_nothing_happens) {
-  auto transport = listening();
+struct waiting : served {};
+
+TEST_F(waiting, lasts_until_its_end_when_nothing_happens) {
   recording_sink sink;
   const auto turn = clock_now();
   transport->poll(turn, sink); // libwebsockets has its first turn
@@ -21,8 +22,7 @@ TEST(waiting, lasts_until_its_end_when_nothing_happens) {
   EXPECT_GE(clock_now() - begin, 30ms);
 }
 
-TEST(waiting, without_end_still_sleeps_for_long_stretches) {
-  auto transport = listening();
+TEST_F(waiting, without_end_still_sleeps_for_long_stretches) {
   recording_sink sink;
   const auto begin = clock_now();
   transport->poll(begin, sink);
@@ -36,15 +36,12 @@ TEST(waiting, without_end_still_sleeps_for_long_stretches) {
   EXPECT_LE(transport->counters().lws_turns, 4U);
 }
 
-TEST(waiting, is_not_shortened_by_a_page_that_its_reader_does_not_read) {
-  auto transport = listening({.limits = {.handshake_bytes = 16 << 20}});
-  driver drive{*transport};
+TEST_F(waiting, is_not_shortened_by_a_page_that_its_reader_does_not_read) {
+  listen({.limits = {.handshake_bytes = 16 << 20}});
   const std::uint64_t resting = transport->memory().bytes_used;
   static const std::string body(8 << 20, 'x');
   drive.sink().answer = [](const service::http_request&) { return page_of(body); };
-  raw_socket client{transport->port(), "127.0.0.1", 4096};
-  ASSERT_TRUE(client.send(request(transport->port(), "/")));
-  ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
+  raw_socket client = reader_of(drive, *transport, "/");
   EXPECT_GT(transport->memory().bytes_used, resting);
   // The kernel may move bytes for a while; in the end a wait lasts.
   EXPECT_TRUE(drive.until([&] {
@@ -55,9 +52,7 @@ TEST(waiting, is_not_shortened_by_a_page_that_its_reader_does_not_read) {
   EXPECT_GT(transport->memory().bytes_used, resting);
 }
 
-TEST(waiting, ends_when_bytes_arrive_and_the_poll_needs_no_second_look) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(waiting, ends_when_bytes_arrive_and_the_poll_needs_no_second_look) {
   const raw_socket client = upgraded(drive, *transport);
   ASSERT_TRUE(client.send("x"));
   wait_for_event(*transport, drive.now());
@@ -65,9 +60,7 @@ TEST(waiting, ends_when_bytes_arrive_and_the_poll_needs_no_second_look) {
   EXPECT_EQ(drive.sink().received.begin()->second, "x");
 }
 
-TEST(waiting, twice_before_a_poll_loses_nothing) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(waiting, twice_before_a_poll_loses_nothing) {
   raw_socket client{transport->port()};
   ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 1; }));
   ASSERT_TRUE(client.send(upgrade_request(transport->port()))); // reported once only: edge triggered
@@ -77,9 +70,7 @@ TEST(waiting, twice_before_a_poll_loses_nothing) {
   EXPECT_EQ(drive.sink().opens.size(), 1U);
 }
 
-TEST(waiting, ends_at_once_while_a_close_is_unreported) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(waiting, ends_at_once_while_a_close_is_unreported) {
   const raw_socket client = upgraded(drive, *transport);
   transport->close(drive.sink().opens[0].id, close_how::aborted);
   wait_for_event(*transport, drive.now());
@@ -87,17 +78,15 @@ TEST(waiting, ends_at_once_while_a_close_is_unreported) {
   EXPECT_EQ(drive.sink().closes.size(), 1U);
 }
 
-TEST(waiting, ends_for_a_deadline_of_the_transport_itself) {
-  auto transport = listening({.limits = {.header_timeout = 40ms}});
-  driver drive{*transport};
+TEST_F(waiting, ends_for_a_deadline_of_the_transport_itself) {
+  listen({.limits = {.header_timeout = 40ms}});
   raw_socket client{transport->port()};
   ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 1; }));
   transport->wait(drive.now(), drive.now() + 3600s);
   EXPECT_TRUE(drive.until([&] { return client.ended(); }));
 }
 
-TEST(waiting, is_ended_by_wake_from_another_thread) {
-  auto transport = listening();
+TEST_F(waiting, is_ended_by_wake_from_another_thread) {
   recording_sink sink;
   for (int i = 0; i < 100; ++i) {
     const auto now = clock_now();
@@ -119,10 +108,7 @@ TEST_P(poll_set_by, sleeps_no_shorter_than_asked_and_wakes_for_events) {
     EXPECT_GE(clock_now() - begin, span);
     for (const socket_event& event : polled->take()) EXPECT_EQ(event.token.from, source::timer);
   }
-  int pair[2];
-  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, pair), 0);
-  const descriptor one{pair[0]};
-  const descriptor other{pair[1]};
+  const auto [one, other] = local_pair();
   ASSERT_TRUE(polled->add(one.get(), EPOLLIN, {source::connection, 0xabcdef, 0x12345678}));
   ASSERT_EQ(::write(other.get(), "x", 1), 1);
   polled->wait(clock_now(), clock_now() + 1h);
@@ -140,10 +126,7 @@ TEST_P(poll_set_by, sleeps_no_shorter_than_asked_and_wakes_for_events) {
 TEST_P(poll_set_by, ends_each_short_sleep_after_others_that_events_ended) {
   auto polled = poll_set::open(GetParam());
   ASSERT_TRUE(polled);
-  int pair[2];
-  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, pair), 0);
-  const descriptor one{pair[0]};
-  const descriptor other{pair[1]};
+  const auto [one, other] = local_pair();
   ASSERT_TRUE(polled->add(one.get(), EPOLLIN | EPOLLET, {source::connection}));
   for (int round = 0; round < 20; ++round) {
     const auto begin = clock_now();
@@ -179,8 +162,7 @@ INSTANTIATE_TEST_SUITE_P(both, poll_set_by, testing::Values(sleeping_by::epoll_p
 TEST(deadline_list, gives_nobody_out_who_is_found_long_after_its_time) {
   using rowe::net::deadline_node;
   rowe::net::deadline_list list{5s};
-  deadline_node a;
-  deadline_node b;
+  deadline_node a, b;
   const rowe::rt::time_point start{};
   list.arm(a, start);
   list.arm(b, start + 3s);
@@ -194,9 +176,7 @@ TEST(deadline_list, gives_nobody_out_who_is_found_long_after_its_time) {
 TEST(deadline_list, gives_out_who_is_found_late_once_more_where_the_thread_hardly_runs) {
   using rowe::net::deadline_node;
   rowe::net::deadline_list list{5s};
-  deadline_node a;
-  deadline_node b;
-  deadline_node c;
+  deadline_node a, b, c;
   const rowe::rt::time_point start{};
   list.arm(a, start);
   list.arm(b, start);
@@ -212,9 +192,7 @@ TEST(deadline_list, gives_out_who_is_found_late_once_more_where_the_thread_hardl
 TEST(deadline_list, gives_out_in_the_order_of_arming) {
   const rt::time_point start{1000s};
   deadline_list list{5s};
-  deadline_node a;
-  deadline_node b;
-  deadline_node c;
+  deadline_node a, b, c;
   EXPECT_EQ(list.next(), rt::never);
   list.arm(a, start);
   list.arm(b, start + 1s);

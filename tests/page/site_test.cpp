@@ -7,12 +7,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include <rowe/options.hpp>
+
+#include "rt/folder.hpp"
 
 namespace site_test {
 namespace {
@@ -30,18 +30,13 @@ http_answer beneath(const rowe::service::http_request& request) noexcept {
 
 struct a_site : testing::Test {
   const mode_t usual = ::umask(022); // everyone may read what a test writes
-  std::string folder = ::mkdtemp(std::string{"/tmp/rowe_site_XXXXXX"}.data());
+  const rowe::tests::folder made;
+  const std::string& folder = made.path();
   site served{beneath};
 
-  ~a_site() override {
-    fs::remove_all(folder);
-    ::umask(usual);
-  }
-  std::string at(std::string_view name) const { return folder + '/' + std::string{name}; }
-  void put(std::string_view name, std::string_view text) const {
-    fs::create_directories(fs::path{at(name)}.parent_path());
-    std::ofstream{at(name), std::ios::binary} << text;
-  }
+  ~a_site() override { ::umask(usual); }
+  std::string at(std::string_view name) const { return made / name; }
+  void put(std::string_view name, std::string_view text) const { made.put(name, text); }
   http_answer get(std::string_view path) const { return served.answer({path, {}, true}); }
   std::string text(std::string_view path) const {
     const http_answer answer = get(path);
@@ -141,8 +136,7 @@ TEST_F(a_site, does_not_follow_links_to_folders_and_takes_those_to_files) {
 }
 
 TEST_F(a_site, is_not_served_with_what_only_its_owner_may_read_or_what_lies_elsewhere) {
-  put("key.pem", "secret");
-  ASSERT_EQ(::chmod(at("key.pem").c_str(), 0600), 0);
+  made.put("key.pem", "secret", 0600);
   EXPECT_EQ(served.load(folder),
             at("key.pem") + ": not everyone may read it, so it is not served: chmod o+r, or move it");
   fs::remove(at("key.pem"));

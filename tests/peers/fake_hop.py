@@ -16,8 +16,8 @@ import os
 import socket
 import struct
 
-from server import accept_value, answer, gone, server, stream, timeout
-from websocket import read_answer, refused
+from server import answer, gone, server, stream, timeout
+from websocket import accept_value, read_answer, refused
 
 later, may_2014 = "later", "May 2014"
 text_frame = 0x81

@@ -6,8 +6,9 @@ import time
 import unittest
 
 from fake_hop import dropped, frame, hop_client, hop_server, later, may_2014, read_text
-from server import accept_value, answer, gone, server, timeout
-from websocket import CLOSE, PING, PONG, TEXT, closed, connect, peer, read_answer, refused, request
+from server import answer, gone, server, timeout
+from websocket import (CLOSE, PING, PONG, TEXT, accept_value, closed, connect, peer, read_answer, refused,
+                       request)
 
 
 class serving(unittest.TestCase):

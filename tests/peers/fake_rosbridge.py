@@ -17,9 +17,8 @@ import struct
 import time
 
 import ros_types
-from server import accept_value, answer, gone, server
-
-CONTINUATION, TEXT, BINARY, CLOSE, PING, PONG = 0x0, 0x1, 0x2, 0x8, 0x9, 0xA
+from server import answer, gone, server
+from websocket import BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, accept_value, frame
 
 services = {"/add_two_ints": "rospy_tutorials/AddTwoInts", "/fail": "std_srvs/Trigger"}
 calls_with = {"std_srvs/SetBool": {"data": True}, "rospy_tutorials/AddTwoInts": {"a": 38, "b": 4},
@@ -74,14 +73,7 @@ class client:
         self.calls = 0
 
     def frame(self, opcode, payload):
-        size = len(payload)
-        if size < 126:
-            head = struct.pack("!BB", 0x80 | opcode, size)
-        elif size < 65536:
-            head = struct.pack("!BBH", 0x80 | opcode, 126, size)
-        else:
-            head = struct.pack("!BBQ", 0x80 | opcode, 127, size)
-        self.stream.send(head + payload)
+        self.stream.send(frame(opcode, payload, mask=False))
 
     def send(self, message):
         text = text_of(message)

@@ -57,11 +57,11 @@ rowe::rt::periodic loop{1ms};
 
 extern "C" void end(int) { loop.stop(); }
 
-rowe::peer_profile profile_of(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, rowe::peer_profile>, 3> profiles{
-      {{"standard", rowe::peer_profile::standard},
-       {"hop", rowe::peer_profile::hop},
-       {"hop_2014", rowe::peer_profile::hop_2014}}};
+rowe::websocket_profile profile_of(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, rowe::websocket_profile>, 3> profiles{
+      {{"standard", rowe::websocket_profile::standard},
+       {"hop", rowe::websocket_profile::hop},
+       {"hop_2014", rowe::websocket_profile::hop_2014}}};
   for (const auto& [one, profile] : profiles)
     if (one == name) return profile;
   std::fprintf(stderr, "there is no profile %.*s\n", static_cast<int>(name.size()), name.data());

@@ -6,9 +6,10 @@ import os
 import signal
 import unittest
 
+import program
 from fake_hop import hop_client, hop_server, later, may_2014
 from fake_rosbridge import fake_rosbridge
-from program import in_parallel, program
+from program import in_parallel
 from server import gone
 from websocket import TEXT, frame, peer
 
@@ -17,22 +18,12 @@ ROBOT = os.environ["ROWE_PEERS_ROBOT"]
 silence = 9.5
 
 
-class robot(program):
-    """Ready: what it provides is there. Ends in order where a test does not end it in another way."""
+class robot(program.server):
+    """What it provides is there."""
 
     def __init__(self, *arguments):
-        super().__init__(*arguments, command=(ROBOT,))
-        try:
-            self.port = int(self.line(r"^ready at port (\d+)$", "stdout")[1])
-        except BaseException as failure:
-            self.__exit__(failure)
-            raise
-
-    def __exit__(self, failure=None, *how):
-        code = self.end(signal.SIGTERM) if failure is None and self.process.poll() is None else 0
-        super().__exit__(failure, *how)
-        if code != 0:
-            raise AssertionError(f"the robot ended with {code}: {self.stderr}")
+        super().__init__(r"^ready at port (\d+)$", *arguments, command=(ROBOT,))
+        self.port = int(self.ready[1])
 
 
 class hop_guests:

@@ -8,8 +8,6 @@ that tests wait on. Nothing here knows a protocol beyond the request's header.
 
 A fake that fails in one of its own threads fails the test at the end of the `with`.
 """
-import base64
-import hashlib
 import socket
 import threading
 import time
@@ -83,11 +81,6 @@ class request:
     @property
     def offers(self):
         return [one.strip() for one in (self["sec-websocket-protocol"] or "").split(",") if one.strip()]
-
-
-def accept_value(key):
-    digest = hashlib.sha1((key + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11").encode()).digest()
-    return base64.b64encode(digest).decode()
 
 
 def answer(status, fields):

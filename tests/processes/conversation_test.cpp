@@ -8,10 +8,6 @@ namespace conversation_test {
 namespace {
 
 using namespace sides;
-using rowe::endpoint;
-using rowe::errc;
-using rowe::json_text;
-using rowe::message;
 
 enum class where { one_process, two_processes };
 enum class who_listens { here, there };
@@ -47,18 +43,9 @@ TEST_P(conversation, calls_with_types_in_both_directions) {
   auto ours = here().serve<part::numbers, part::total>("/base/add").value();
   auto mail = here().open_lane().value();
   for (int i = 0; i < 50; ++i) {
-    const auto answer = call_when_there(add, {1.0 * i, 0.5});
-    ASSERT_TRUE(answer) << answer.error().name();
-    EXPECT_EQ(answer->sum, i + 0.5);
+    expect_total(call_when_there(add, {1.0 * i, 0.5}), i + 0.5);
   }
-  for (std::size_t i = 1; i <= 5; ++i) {
-    ASSERT_TRUE(mail.send(R"({"ask":true})", rowe::rt::for_ever));
-    auto asked = ours.next(timeout);
-    ASSERT_TRUE(asked) << asked.error().name();
-    EXPECT_EQ(asked->value().a + asked->value().b, 42);
-    ASSERT_TRUE(ours.reply(*asked, {asked->value().a + asked->value().b}));
-    EXPECT_EQ(there().line("sum ", i), "sum 42");
-  }
+  for (std::size_t i = 1; i <= 5; ++i) be_asked(mail, ours, there(), i);
 }
 
 TEST_P(conversation, publishes_in_both_directions) {
@@ -104,9 +91,8 @@ TEST_P(conversation, has_many_calls_in_flight_and_ends_each_of_them_once) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, bool> open;
   for (std::size_t i = 0; i < calls; ++i) {
     const bool answered = i % 2 == 0;
-    const auto begun =
-        lane.start(message("service", answered ? "/something" : "/actor/mute", "n", i),
-                   answered ? rowe::duration{timeout} : 500ms, rowe::rt::monotonic_clock::now());
+    const auto begun = lane.start(message("service", answered ? "/something" : "/actor/mute", "n", i),
+                                  answered ? rowe::duration{timeout} : 500ms, clock_now());
     ASSERT_TRUE(begun);
     open[{begun->index, begun->generation}] = answered;
   }

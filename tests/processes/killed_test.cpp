@@ -6,12 +6,6 @@ namespace killed_test {
 namespace {
 
 using namespace sides;
-using rowe::endpoint;
-using rowe::errc;
-using rowe::json_text;
-using rowe::message;
-
-rowe::time_point clock_now() { return rowe::rt::monotonic_clock::now(); }
 
 // One call of each kind that is never answered, and one of each that was out of time before.
 void lose_calls(endpoint& here, process_side& there) {
@@ -86,9 +80,7 @@ TEST(killed_peer, leaves_others_untouched) {
     process_side goes{"connect", url_of(here.port())};
     ASSERT_TRUE(eventually([&] { return here.peers() == 2; }));
     goes.kill();
-    const auto answer = add.call({38, 4}, timeout);
-    ASSERT_TRUE(answer) << answer.error().name();
-    EXPECT_EQ(answer->sum, 42);
+    expect_total(add.call({38, 4}, timeout), 42);
     ASSERT_TRUE(eventually([&] { return here.peers() == 1; }));
   }
 }

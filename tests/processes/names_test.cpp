@@ -15,6 +15,8 @@
 
 #include <rowe/rowe.hpp>
 
+#include "api/seen.hpp"
+
 namespace {
 
 std::atomic<bool> held{false};
@@ -41,24 +43,12 @@ namespace {
 
 using namespace std::chrono_literals;
 using rowe::endpoint;
+using rowe::tests::count_of;
 
 constexpr auto timeout = 60s;
 
-template <class Ready>
-bool eventually(Ready&& ready) {
-  const auto until = rowe::rt::monotonic_clock::now() + timeout;
-  while (!ready()) {
-    if (rowe::rt::monotonic_clock::now() > until) return false;
-    (void)::poll(nullptr, 0, 1);
-  }
-  return true;
-}
-
-std::uint64_t cycles_of(const endpoint& of) {
-  for (const auto& one : of.counts()) {
-    if (one.name == "cycles") return one.value;
-  }
-  return 0;
+bool is_looked_up() {
+  return rowe::tests::eventually([] { return looked_up.load() == 1; }, timeout, 1ms);
 }
 
 TEST(server_by_name, is_looked_up_beside_the_service_thread) {
@@ -66,10 +56,10 @@ TEST(server_by_name, is_looked_up_beside_the_service_thread) {
   looked_up.store(0);
   auto there = endpoint::listen(0).value();
   auto here = endpoint::connect("ws://localhost:" + std::to_string(there.port())).value();
-  ASSERT_TRUE(eventually([&] { return looked_up.load() == 1; }));
+  ASSERT_TRUE(is_looked_up());
   // In the middle of the look-up the endpoint lives: it turns, and serves its handles.
-  const std::uint64_t before = cycles_of(here);
-  EXPECT_TRUE(eventually([&] { return cycles_of(here) > before + 10; }));
+  const std::uint64_t before = count_of(here, "cycles");
+  EXPECT_TRUE(rowe::tests::eventually([&] { return count_of(here, "cycles") > before + 10; }, timeout, 1ms));
   EXPECT_EQ(here.send("{}", 5ms).code(), rowe::errc::expired);
   auto lane = here.open_lane();
   ASSERT_TRUE(lane) << lane.error().name();
@@ -85,7 +75,7 @@ TEST(server_by_name, does_not_hold_up_closing) {
   looked_up.store(0);
   {
     auto here = endpoint::connect("ws://localhost:1").value();
-    ASSERT_TRUE(eventually([&] { return looked_up.load() == 1; }));
+    ASSERT_TRUE(is_looked_up());
     EXPECT_TRUE(here.close());
   }
   held.store(false); // only now: had closing waited for it, the test would hang

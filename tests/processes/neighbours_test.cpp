@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // A server that sends back what it receives, between a neighbour that sends and never reads, and a client
 // that does as one should. Only what is counted is asked for: how long it takes is for a bench to say.
+#include "rt/loopback.hpp"
 #include "sides.hpp"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <poll.h>
-#include <sys/socket.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -15,7 +13,6 @@ namespace neighbours_test {
 namespace {
 
 using namespace sides;
-using rowe::endpoint;
 
 // rowe_echo on a free port. Killed with its test, at the latest.
 class echo_process {
@@ -56,11 +53,7 @@ class echo_process {
 class deaf_neighbour {
  public:
   explicit deaf_neighbour(std::uint16_t port) : socket_{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)} {
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(port);
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
+    EXPECT_TRUE(rowe::tests::connect_to(port, socket_));
     const std::string asks = "GET / HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
                              "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
                              "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";

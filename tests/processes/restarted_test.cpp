@@ -7,12 +7,14 @@ namespace restarted_test {
 namespace {
 
 using namespace sides;
-using rowe::endpoint;
-using rowe::errc;
-using rowe::json_text;
-using rowe::message;
 
-rowe::time_point clock_now() { return rowe::rt::monotonic_clock::now(); }
+// Of that process, behind those of the one before it.
+bool hear_beat(rowe::subscriber<part::beat>& from, const side& there) {
+  return eventually([&] {
+    const auto beat = from.take(timeout);
+    return beat && beat->value().process == there.process();
+  });
+}
 
 // A server that can be away.
 class restarted_server : public testing::Test {
@@ -48,23 +50,14 @@ TEST_F(restarted_server, is_subscribed_to_and_told_of_our_services_again) {
       kill();
       start();
     }
-    ASSERT_TRUE(eventually([&] {
-      const auto beat = beats.take(timeout);
-      return beat && beat->value().process == there().process();
-    }));
+    ASSERT_TRUE(hear_beat(beats, there()));
     ASSERT_TRUE(eventually([&] {
       (void)orders.publish(message("round", round).text());
       return !there().told("order ").empty();
     }));
     EXPECT_EQ(there().line("order "), "order " + std::string{message("round", round).text()});
-    const auto answer = add.call({38, 4}, timeout);
-    ASSERT_TRUE(answer) << answer.error().name();
-    EXPECT_EQ(answer->sum, 42);
-    ASSERT_TRUE(mail.send(R"({"ask":true})", rowe::rt::for_ever));
-    auto asked = ours.next(timeout);
-    ASSERT_TRUE(asked) << asked.error().name();
-    ASSERT_TRUE(ours.reply(*asked, {asked->value().a + asked->value().b}));
-    EXPECT_EQ(there().line("sum "), "sum 42");
+    expect_total(add.call({38, 4}, timeout), 42);
+    be_asked(mail, ours, there());
   }
   EXPECT_EQ(count_of(here(), "peers_joined"), 3U);
 }
@@ -133,18 +126,9 @@ TEST(restarted_client, provides_its_services_and_gets_its_messages_again) {
     const auto back = mail.receive(timeout);
     ASSERT_TRUE(back) << back.error().name();
     EXPECT_EQ(back->value(), message("echo", round).text());
-    const auto answer = call_when_there(add, {38, 4});
-    ASSERT_TRUE(answer) << answer.error().name();
-    EXPECT_EQ(answer->sum, 42);
-    ASSERT_TRUE(eventually([&] {
-      const auto beat = beats.take(timeout);
-      return beat && beat->value().process == there.process();
-    }));
-    ASSERT_TRUE(mail.send(R"({"ask":true})", rowe::rt::for_ever));
-    auto asked = ours.next(timeout);
-    ASSERT_TRUE(asked) << asked.error().name();
-    ASSERT_TRUE(ours.reply(*asked, {asked->value().a + asked->value().b}));
-    EXPECT_EQ(there.line("sum "), "sum 42");
+    expect_total(call_when_there(add, {38, 4}), 42);
+    ASSERT_TRUE(hear_beat(beats, there));
+    be_asked(mail, ours, there);
     there.kill();
     ASSERT_TRUE(eventually([&] { return here.peers() == 0; }));
   }

@@ -4,7 +4,6 @@
 #pragma once
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -23,35 +22,28 @@
 #include <thread>
 #include <vector>
 
+#include "api/seen.hpp"
 #include "part.hpp"
 
 namespace sides {
 
 using namespace std::chrono_literals;
+using rowe::endpoint;
+using rowe::errc;
+using rowe::json_text;
+using rowe::message;
+using rowe::tests::count_of;
 
 inline constexpr auto timeout = 60s; // a watchdog: far above what anything here takes, sanitizers included
 
 // Whether `ready` comes true before the watchdog barks.
 template <class Ready>
 bool eventually(Ready&& ready) {
-  const auto until = rowe::rt::monotonic_clock::now() + timeout;
-  while (!ready()) {
-    if (rowe::rt::monotonic_clock::now() > until) return false;
-    (void)::poll(nullptr, 0, 1); // other processes want the core, too
-  }
-  return true;
+  return rowe::tests::eventually(ready, timeout, 1ms); // other processes want the core, too
 }
 
 inline std::string url_of(std::uint16_t port) {
   return "ws://" + rowe::tests::own_address() + ":" + std::to_string(port);
-}
-
-inline std::uint64_t count_of(const rowe::endpoint& of, std::string_view name) {
-  for (const auto& one : of.counts()) {
-    if (one.name == name) return one.value;
-  }
-  ADD_FAILURE() << "no counter " << name;
-  return 0;
 }
 
 // Test thread only.
@@ -190,6 +182,8 @@ class process_side final : public side {
   std::string begun_; // a line without its end
 };
 
+inline rowe::time_point clock_now() { return rowe::rt::monotonic_clock::now(); }
+
 // Makes calls that are to run out of time, until `count` of them or more have gone out: one that the service
 // thread takes up when its time is over already never does. Where that thread gets no processor for long, it
 // does not end them either, and no row is left for another.
@@ -223,6 +217,23 @@ inline rowe::result<part::total> call_when_there(rowe::caller<part::numbers, par
     return answer || answer.code() != rowe::errc::no_service;
   }));
   return answer;
+}
+
+template <class Result>
+void expect_total(const Result& answer, double sum) {
+  ASSERT_TRUE(answer) << answer.error().name();
+  EXPECT_EQ(answer->sum, sum);
+}
+
+// The other side is asked to ask us, and told our answer.
+inline void be_asked(rowe::lane& by, rowe::responder<part::numbers, part::total>& ours, side& there,
+                     std::size_t times = 1) {
+  ASSERT_TRUE(by.send(R"({"ask":true})", rowe::rt::for_ever));
+  auto asked = ours.next(timeout);
+  ASSERT_TRUE(asked) << asked.error().name();
+  EXPECT_EQ(asked->value().a + asked->value().b, 42);
+  ASSERT_TRUE(ours.reply(*asked, {asked->value().a + asked->value().b}));
+  EXPECT_EQ(there.line("sum ", times), "sum 42");
 }
 
 } // namespace sides

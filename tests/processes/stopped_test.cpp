@@ -8,10 +8,6 @@ namespace stopped_test {
 namespace {
 
 using namespace sides;
-using rowe::endpoint;
-using rowe::errc;
-using rowe::json_text;
-using rowe::message;
 
 endpoint connected(side& there, const rowe::endpoint_options& options = part::quick_options()) {
   auto here = endpoint::connect(url_of(there.port()), options).value();
@@ -32,9 +28,7 @@ TEST(stopped_server, makes_calls_time_out_and_its_late_answers_are_dropped) {
   ASSERT_TRUE(
       eventually([&] { return count_of(here, "replies_late") == count_of(here, "calls_out") - before; }));
   EXPECT_EQ(add.try_finish().code(), errc::empty);
-  const auto answer = add.call({38, 4}, timeout);
-  ASSERT_TRUE(answer) << answer.error().name();
-  EXPECT_EQ(answer->sum, 42);
+  expect_total(add.call({38, 4}, timeout), 42);
 }
 
 TEST(stopped_server, is_cut_when_it_is_silent_too_long_and_met_again) {
@@ -51,8 +45,7 @@ TEST(stopped_server, is_cut_when_it_is_silent_too_long_and_met_again) {
     ASSERT_TRUE(eventually([&] {
       return (answer = add.call({38, 4}, timeout)).has_value() || answer.code() != errc::peer_lost;
     }));
-    ASSERT_TRUE(answer) << answer.error().name();
-    EXPECT_EQ(answer->sum, 42);
+    expect_total(answer, 42);
   };
   ASSERT_TRUE(eventually([&] {
     expect_answer();
@@ -78,8 +71,7 @@ TEST(stopped_server, leaves_nothing_to_the_one_that_takes_its_place) {
   ASSERT_TRUE(go_out(here, 5, [&] { return mute.call(R"({"stale":1})", 20ms); }));
   const std::uint64_t before = count_of(here, "calls_out");
   for (int i = 0; i < 5; ++i) {
-    ASSERT_TRUE(
-        lane.start(message("service", "/actor/mute", "stale", 2), timeout, rowe::rt::monotonic_clock::now()));
+    ASSERT_TRUE(lane.start(message("service", "/actor/mute", "stale", 2), timeout, clock_now()));
   }
   // All of them are on their way: one that is taken up later would wait for the next server.
   ASSERT_TRUE(eventually([&] { return count_of(here, "calls_out") >= before + 5; }));
@@ -90,10 +82,9 @@ TEST(stopped_server, leaves_nothing_to_the_one_that_takes_its_place) {
     EXPECT_EQ(ended->reply.code(), errc::peer_lost);
   }
   there.emplace("listen", std::to_string(port));
-  ASSERT_TRUE(mute.start(R"({"fresh":1})", timeout, rowe::rt::monotonic_clock::now()));
+  ASSERT_TRUE(mute.start(R"({"fresh":1})", timeout, clock_now()));
   EXPECT_EQ(there->line("mute "), R"(mute {"fresh":1})");
-  ASSERT_TRUE(
-      lane.start(message("service", "/actor/mute", "fresh", 2), timeout, rowe::rt::monotonic_clock::now()));
+  ASSERT_TRUE(lane.start(message("service", "/actor/mute", "fresh", 2), timeout, clock_now()));
   EXPECT_EQ(there->line("mute ", 2), R"(mute {"fresh":2})");
   EXPECT_EQ(there->told("mute ").size(), 2U);
   EXPECT_EQ(lane.try_finish().code(), errc::empty);
@@ -110,9 +101,7 @@ TEST(stopped_client, makes_calls_of_its_services_time_out) {
   there.go_on();
   ASSERT_TRUE(
       eventually([&] { return count_of(here, "replies_late") == count_of(here, "calls_out") - before; }));
-  const auto answer = add.call({38, 4}, timeout);
-  ASSERT_TRUE(answer) << answer.error().name();
-  EXPECT_EQ(answer->sum, 42);
+  expect_total(add.call({38, 4}, timeout), 42);
 }
 
 } // namespace

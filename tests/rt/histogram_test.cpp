@@ -68,9 +68,7 @@ TEST(histogram, takes_the_memory_that_its_header_states) {
 }
 
 TEST(histogram, gives_percentiles_that_are_never_too_small_and_too_large_by_the_stated_error_at_most) {
-  const std::uint64_t seed = rowe::tests::seed();
-  ROWE_TRACE_SEED(seed);
-  std::mt19937_64 random{seed};
+  rowe::tests::seeded random;
   inline_histogram<5> coarse;
   inline_histogram<9> fine;
   std::vector<std::int64_t> values;
@@ -173,16 +171,13 @@ TEST(histogram, writes_percentiles_as_hdrhistogram_does) {
   h.write_percentiles([&](std::string_view piece) { text += piece; }, 1ns);
   std::istringstream lines{text};
   std::string line;
-  std::getline(lines, line);
-  EXPECT_EQ(line, "       Value     Percentile TotalCount 1/(1-Percentile)");
-  std::getline(lines, line);
-  EXPECT_EQ(line, "");
-  std::getline(lines, line);
-  EXPECT_EQ(line, "       1.000 0.000000000000          1           1.00");
-  std::getline(lines, line);
-  EXPECT_EQ(line, "       1.000 0.100000000000          1           1.11");
-  std::getline(lines, line);
-  EXPECT_EQ(line, "       2.000 0.200000000000          2           1.25");
+  for (const std::string_view expected : {"       Value     Percentile TotalCount 1/(1-Percentile)", "",
+                                          "       1.000 0.000000000000          1           1.00",
+                                          "       1.000 0.100000000000          1           1.11",
+                                          "       2.000 0.200000000000          2           1.25"}) {
+    std::getline(lines, line);
+    EXPECT_EQ(line, expected);
+  }
   std::string last, foot;
   while (std::getline(lines, line)) (line.starts_with('#') ? foot : last) = line;
   EXPECT_EQ(last, "      10.000 1.000000000000         10");

@@ -5,14 +5,34 @@
 #include <cstdlib>
 #include <random>
 
+#include <gtest/gtest.h>
+
 namespace rowe::tests {
 
-inline std::uint64_t seed() {
-  if (const char* const given = std::getenv("ROWE_TEST_SEED")) return std::strtoull(given, nullptr, 10);
-  return std::random_device{}();
-}
+// Named in every failure of the scope it stands in.
+class test_seed {
+ public:
+  explicit test_seed(std::uint64_t value = chosen(), int line = __builtin_LINE())
+      : value_{value},
+        named_{__FILE__, line, ::testing::Message() << "again with ROWE_TEST_SEED=" << value} {}
+  operator std::uint64_t() const { return value_; }
+
+ protected:
+  static std::uint64_t chosen() {
+    if (const char* const given = std::getenv("ROWE_TEST_SEED")) return std::strtoull(given, nullptr, 10);
+    return std::random_device{}();
+  }
+
+ private:
+  std::uint64_t value_;
+  ::testing::ScopedTrace named_;
+};
+
+// Random numbers from such a seed.
+class seeded : test_seed, public std::mt19937_64 {
+ public:
+  explicit seeded(int line = __builtin_LINE())
+      : test_seed{chosen(), line}, mersenne_twister_engine{std::uint64_t{*this}} {}
+};
 
 } // namespace rowe::tests
-
-// Names the seed in every failure of the scope it stands in.
-#define ROWE_TRACE_SEED(value) SCOPED_TRACE(::testing::Message() << "again with ROWE_TEST_SEED=" << (value))

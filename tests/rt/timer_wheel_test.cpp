@@ -82,17 +82,6 @@ TEST(timer_wheel, takes_never_as_not_inserted) {
   EXPECT_EQ(w.wheel.next_wake(), never);
 }
 
-TEST(timer_wheel, ignores_the_cancelling_of_an_entry_that_is_not_on_it) {
-  wheel_of_eight w;
-  w.wheel.cancel(4);
-  w.wheel.insert(4, start + 1ms);
-  w.wheel.cancel(4);
-  w.wheel.cancel(4);
-  EXPECT_EQ(w.wheel.size(), 0u);
-  EXPECT_EQ(w.wheel.check(), nullptr);
-  EXPECT_EQ(w.wheel.expire(start + 1s), timer_wheel::none);
-}
-
 TEST(timer_wheel, changes_nothing_when_entries_are_prefetched) {
   wheel_of_eight w;
   for (std::uint32_t node = 0; node < 4; ++node) w.wheel.insert(node, start + 1ms);
@@ -105,24 +94,6 @@ TEST(timer_wheel, changes_nothing_when_entries_are_prefetched) {
   EXPECT_EQ(expired(w.wheel, start + 2ms), (std::vector<std::uint32_t>{0, 2, 3}));
 }
 
-TEST(timer_wheel, moves_an_entry_that_is_inserted_again) {
-  wheel_of_eight w;
-  w.wheel.insert(1, start + 1ms);
-  w.wheel.insert(1, start + 1h);
-  EXPECT_EQ(w.wheel.size(), 1u);
-  EXPECT_EQ(w.wheel.expire(start + 1s), timer_wheel::none);
-  w.wheel.insert(1, start + 2s);
-  EXPECT_EQ(w.wheel.expire(start + 3s), 1u);
-  EXPECT_EQ(w.wheel.check(), nullptr);
-}
-
-TEST(timer_wheel, reports_in_the_order_of_ticks) {
-  wheel_of_eight w;
-  const std::vector<duration> ttl{10s, 1ms, 3h, 2ms, 999ms, 1s, 70us, 0s};
-  for (std::uint32_t node = 0; node < 8; ++node) w.wheel.insert(node, start + ttl[node]);
-  EXPECT_EQ(expired(w.wheel, start + 4h), (std::vector<std::uint32_t>{7, 6, 1, 3, 4, 5, 0, 2}));
-}
-
 TEST(timer_wheel, lets_an_entry_be_cancelled_between_two_pulls_of_the_same_tick) {
   wheel_of_eight w;
   for (std::uint32_t node = 0; node < 4; ++node) w.wheel.insert(node, start + 1ms);
@@ -130,18 +101,6 @@ TEST(timer_wheel, lets_an_entry_be_cancelled_between_two_pulls_of_the_same_tick)
   w.wheel.cancel(2);
   EXPECT_EQ(w.wheel.check(), nullptr);
   EXPECT_EQ(expired(w.wheel, start + 2ms), (std::vector<std::uint32_t>{1, 3}));
-}
-
-TEST(timer_wheel, takes_new_entries_between_two_pulls) {
-  wheel_of_eight w;
-  w.wheel.insert(0, start + 1ms);
-  w.wheel.insert(1, start + 1ms);
-  EXPECT_EQ(w.wheel.expire(start + 1s), 0u);
-  w.wheel.insert(2, start + 2ms);
-  w.wheel.insert(3, start + 2s);
-  EXPECT_EQ(w.wheel.check(), nullptr);
-  EXPECT_EQ(expired(w.wheel, start + 1s), (std::vector<std::uint32_t>{1, 2}));
-  EXPECT_TRUE(w.wheel.contains(3));
 }
 
 TEST(timer_wheel, names_the_next_wake_exactly_within_sixty_four_ticks) {
@@ -309,9 +268,9 @@ void run_script(std::uint64_t seed, int steps) {
 }
 
 TEST(timer_wheel, agrees_with_a_sorted_map_over_random_scripts) {
-  const std::uint64_t first = rowe::tests::seed();
+  const std::uint64_t first = rowe::tests::test_seed{};
   for (std::uint64_t seed = first; seed < first + 30 && !HasFatalFailure(); ++seed) {
-    ROWE_TRACE_SEED(seed);
+    const rowe::tests::test_seed named{seed};
     run_script<16>(seed, 4000);
     run_script<3>(seed, 4000);
     run_script<15>(seed, 2000);

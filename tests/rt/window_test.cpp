@@ -54,14 +54,6 @@ TEST(window, is_empty_before_the_first_write) {
   EXPECT_EQ(r.shared.check(), nullptr);
 }
 
-TEST(window, shows_what_was_written) {
-  rig r;
-  r.in.write(7);
-  int value = 0;
-  EXPECT_EQ(r.out.read(value), freshness::fresh);
-  EXPECT_EQ(value, 7);
-}
-
 TEST(window, shows_the_newest_of_several_values) {
   rig r;
   for (int i = 1; i <= 9; ++i) r.in.write(i);

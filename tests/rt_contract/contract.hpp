@@ -11,13 +11,13 @@
 
 #include <atomic>
 #include <cstdint>
-#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -26,12 +26,11 @@
 #include <rowe/rt/tripwire.hpp>
 #include <rowe/rt/waker.hpp>
 
+#include "rt/asked.hpp"
+
 namespace rowe::contract {
 
-inline const std::uint64_t calls_made = [] {
-  const char* const asked = std::getenv("ROWE_CONTRACT_CALLS");
-  return asked != nullptr ? std::strtoull(asked, nullptr, 10) : 100'000;
-}();
+inline const std::uint64_t calls_made = tests::asked_of("ROWE_CONTRACT_CALLS", 100'000);
 // Where each call enters the kernel, through the trap, which takes microseconds.
 inline constexpr std::uint64_t trapped_calls_made = 10'000;
 // Of another thread meanwhile, at least.
@@ -103,6 +102,17 @@ class real_time {
     const std::uint64_t before = handed_over();
     waker_->sleep([] { return true; }, [&] { measure(call, i); });
     told_ = handed_over() - before;
+  }
+
+  // The same on what the exercise has made: call(on, i), and what that returns is used.
+  template <class On, class Call>
+  void calls_on(On&& on, Call call) {
+    calls([&](std::uint64_t i) {
+      if constexpr (std::is_void_v<decltype(call(on, i))>)
+        call(on, i);
+      else
+        use(call(on, i));
+    });
   }
 
   // The waker of a queue pair, and its count of submissions. Null except under idle::wake.

@@ -81,8 +81,7 @@ constexpr exercise list[] = {
     {"rowe_now_ns", "", [](real_time& rt) { rt.calls([](std::uint64_t) { use(rowe_now_ns()); }); }, true},
     {"rowe_view_release", "of views, of views released, and of none",
      [](real_time& rt) {
-       auto from = subscriber_in(rt);
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(subscriber_in(rt), [](auto& from, auto i) {
          if (i % 3 == 0) arrive(from.on);
          rowe_view view{};
          use(rowe_subscriber_try_take(from.handle, &view));
@@ -104,8 +103,7 @@ constexpr exercise list[] = {
      }},
     {"rowe_lane_try_send_to", "one who is there, and one who is gone",
      [](real_time& rt) {
-       auto with = talk_in(rt);
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(talk_in(rt), [](auto& with, auto i) {
          const connection to = i % 2 == 0 ? somebody : somebody_gone;
          use(rowe_lane_try_send_to(with.handle, {to.index, to.generation}, text.data(), text.size(), -1,
                                    now_ns));
@@ -119,8 +117,7 @@ constexpr exercise list[] = {
      }},
     {"rowe_lane_start", "until all calls are in flight",
      [](real_time& rt) {
-       auto with = talk_in(rt);
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(talk_in(rt), [](auto& with, auto i) {
          rowe_call call;
          use(rowe_lane_start(with.handle, text.data(), text.size(), ttl_ms, now_ns, &call));
          if (i % 32 != 0) return;
@@ -131,8 +128,7 @@ constexpr exercise list[] = {
      }},
     {"rowe_lane_try_finish", "with replies, with errors, and when none has ended",
      [](real_time& rt) {
-       auto with = talk_in(rt);
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(talk_in(rt), [](auto& with, auto i) {
          rowe_call call;
          rowe_call_end end{};
          if (i % 3 != 0) use(rowe_lane_start(with.handle, text.data(), text.size(), ttl_ms, now_ns, &call));
@@ -174,8 +170,8 @@ constexpr exercise list[] = {
      }},
     {"rowe_publisher_wanted", "with and without a publisher",
      [](real_time& rt) {
-       auto to = publisher_in(rt);
-       rt.calls([&](std::uint64_t i) { use(rowe_publisher_wanted(i % 2 == 0 ? nullptr : to.handle)); });
+       rt.calls_on(publisher_in(rt),
+                   [](auto& to, auto i) { return rowe_publisher_wanted(i % 2 == 0 ? nullptr : to.handle); });
      }},
     {"rowe_subscriber_try_take", "what is there, and when nothing is",
      [](real_time& rt) { take_views(rt, subscriber_in(rt), rowe_subscriber_try_take); }},
@@ -210,14 +206,13 @@ constexpr exercise list[] = {
 
     {"rowe_write", "members of all types, until the room is too small, and of none",
      [](real_time& rt) {
-       const auto buffer = rt.array<char>(256);
-       rt.calls([&](std::uint64_t i) {
-         use(rowe_write(buffer.data(), buffer.size() - i % buffer.size(), "i", rowe_type_int,
-                        static_cast<int>(i), "l", rowe_type_int64, static_cast<std::int64_t>(i) << 40, "d",
-                        rowe_type_double, 1 / static_cast<double>(i), "nan", rowe_type_double, std::nan(""),
-                        "t", rowe_type_boolean, true, "z", rowe_type_null, "s", rowe_type_string,
-                        "caf\xc3\xa9 \"\n", "o", rowe_type_object, "{}", i % 3 == 0 ? nullptr : "odd", 99,
-                        nullptr));
+       rt.calls_on(rt.array<char>(256), [](const auto& buffer, auto i) {
+         return rowe_write(buffer.data(), buffer.size() - i % buffer.size(), "i", rowe_type_int,
+                           static_cast<int>(i), "l", rowe_type_int64, static_cast<std::int64_t>(i) << 40, "d",
+                           rowe_type_double, 1 / static_cast<double>(i), "nan", rowe_type_double,
+                           std::nan(""), "t", rowe_type_boolean, true, "z", rowe_type_null, "s",
+                           rowe_type_string, "caf\xc3\xa9 \"\n", "o", rowe_type_object, "{}",
+                           i % 3 == 0 ? nullptr : "odd", 99, nullptr);
        });
      }},
     {"rowe_read_int64", "members of every type",

@@ -15,7 +15,6 @@ namespace {
 constexpr std::int64_t now_ns = rt::nanoseconds_of(now);
 constexpr long ttl_ms = 20;
 constexpr odometry value{1, 2, 3, 4, 5};
-constexpr service_options options{.depth = 16, .text_bytes_max = text_bytes};
 
 // A handle and its queue pair.
 template <class Handle>
@@ -36,35 +35,25 @@ in_c<rowe_struct_subscriber> subscriber_in(real_time& rt, keep kept = keep::all)
                   rowe_struct_subscriber{subscriber<capi::raw_struct>{handle_of(on)}, sizeof(odometry)})};
 }
 in_c<rowe_responder> text_responder_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(rt, detail::serve_request<json_text, json_text>("/add", options));
+  detail::queue_pair& on = pair_for(rt, detail::serve_request<json_text, json_text>("/add", service));
   return {on, &rt.make<rowe_responder>(rowe_responder{handle_of(on)})};
 }
 in_c<rowe_struct_responder> struct_responder_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(rt, detail::serve_request<odometry, odometry>("/add", options));
+  detail::queue_pair& on = pair_for(rt, detail::serve_request<odometry, odometry>("/add", service));
   return {on, &rt.make<rowe_struct_responder>(
                   rowe_struct_responder{handle_of(on), sizeof(odometry), sizeof(odometry)})};
 }
 in_c<rowe_caller> text_caller_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(rt, detail::client_request<json_text, json_text>("/add", options));
+  detail::queue_pair& on = pair_for(rt, detail::client_request<json_text, json_text>("/add", service));
   return {on, &rt.make<rowe_caller>(rowe_caller{caller<json_text, json_text>{handle_of(on)}})};
 }
 in_c<rowe_struct_caller> struct_caller_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(rt, detail::client_request<odometry, odometry>("/add", options));
+  detail::queue_pair& on = pair_for(rt, detail::client_request<odometry, odometry>("/add", service));
   return {on, &rt.make<rowe_struct_caller>(
                   rowe_struct_caller{handle_of(on), sizeof(odometry), sizeof(odometry)})};
 }
 
 // ---- topics
-
-void decode(detail::queue_pair& on, rt::time_point over = rt::never) {
-  const detail::producer_end& end = on.service.in;
-  const detail::value_header header{.expires_ns = rt::nanoseconds_of(over)};
-  if (end.newest == nullptr) return fill(end, header, &value, sizeof value);
-  const std::uint32_t slot = end.newest->begin_write();
-  *end.memory.header(slot) = header;
-  std::memcpy(end.memory.value(slot), &value, sizeof value);
-  end.newest->end_write(slot);
-}
 
 // `take(handle, into, arrival)` when something is there, nothing is, and with NULLs.
 template <class Take>
@@ -84,7 +73,7 @@ void take_by_the_clock(real_time& rt, Take take) {
   auto from = subscriber_in(rt);
   const rt::time_point far = rt::monotonic_clock::now() + std::chrono::hours{1};
   rt.calls([&](std::uint64_t) {
-    decode(from.on, far);
+    decode(from.on, value, far);
     odometry into;
     use(take(from.handle, &into, nullptr));
   });
@@ -203,8 +192,7 @@ rowe_periodic& loop_in(real_time& rt) { return rt.make<rowe_periodic>(1ms, rt::p
 constexpr exercise list[] = {
     {"rowe_struct_publisher_publish", "each slot in turn until full, without peers, closed, and NULLs",
      [](real_time& rt) {
-       auto to = publisher_in(rt);
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(publisher_in(rt), [](auto& to, auto i) {
          use(rowe_struct_publisher_publish(i % 5 == 0 ? nullptr : to.handle, i % 7 == 0 ? nullptr : &value,
                                            now_ns));
          if (i % 200 == 0) serve(to.on);
@@ -214,9 +202,9 @@ constexpr exercise list[] = {
      }},
     {"rowe_struct_publisher_wanted", "with and without a publisher",
      [](real_time& rt) {
-       auto to = publisher_in(rt);
-       rt.calls(
-           [&](std::uint64_t i) { use(rowe_struct_publisher_wanted(i % 2 == 0 ? nullptr : to.handle)); });
+       rt.calls_on(publisher_in(rt), [](auto& to, auto i) {
+         return rowe_struct_publisher_wanted(i % 2 == 0 ? nullptr : to.handle);
+       });
      }},
     {"rowe_struct_subscriber_try_take", "every one",
      [](real_time& rt) { take_each(rt, subscriber_in(rt), rowe_struct_subscriber_try_take); }},
@@ -275,23 +263,22 @@ constexpr exercise list[] = {
 
     {"rowe_periodic_stop", "a loop, and none",
      [](real_time& rt) {
-       auto& loop = loop_in(rt);
-       rt.calls([&](std::uint64_t i) { rowe_periodic_stop(i % 2 == 0 ? &loop : nullptr); });
+       rt.calls_on(loop_in(rt), [](auto& loop, auto i) { rowe_periodic_stop(i % 2 == 0 ? &loop : nullptr); });
      }},
     {"rowe_periodic_cycles", "of a loop, and of none",
      [](real_time& rt) {
-       auto& loop = loop_in(rt);
-       rt.calls([&](std::uint64_t i) { use(rowe_periodic_cycles(i % 2 == 0 ? &loop : nullptr)); });
+       rt.calls_on(loop_in(rt),
+                   [](auto& loop, auto i) { return rowe_periodic_cycles(i % 2 == 0 ? &loop : nullptr); });
      }},
     {"rowe_periodic_overruns", "of a loop, and of none",
      [](real_time& rt) {
-       auto& loop = loop_in(rt);
-       rt.calls([&](std::uint64_t i) { use(rowe_periodic_overruns(i % 2 == 0 ? &loop : nullptr)); });
+       rt.calls_on(loop_in(rt),
+                   [](auto& loop, auto i) { return rowe_periodic_overruns(i % 2 == 0 ? &loop : nullptr); });
      }},
     {"rowe_periodic_next_ns", "of a loop, and of none",
      [](real_time& rt) {
-       auto& loop = loop_in(rt);
-       rt.calls([&](std::uint64_t i) { use(rowe_periodic_next_ns(i % 2 == 0 ? &loop : nullptr)); });
+       rt.calls_on(loop_in(rt),
+                   [](auto& loop, auto i) { return rowe_periodic_next_ns(i % 2 == 0 ? &loop : nullptr); });
      }},
     {"rowe_periodic_lateness_ns", "of a loop that has waited, and of none",
      [](real_time& rt) {

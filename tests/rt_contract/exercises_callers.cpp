@@ -8,95 +8,86 @@ namespace rowe::contract {
 namespace {
 
 constexpr auto timeout = 50ms;
-constexpr service_options options{.depth = 16, .text_bytes_max = text_bytes};
 
 using struct_caller = caller<odometry, odometry>;
 using text_caller = caller<json_text, json_text>;
 
-template <class Caller>
-struct calling {
-  detail::queue_pair& on;
-  Caller& calls;
-};
-
-calling<struct_caller> structs_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(rt, detail::client_request<odometry, odometry>("/add", options));
-  return {on, rt.make<struct_caller>(handle_of(on))};
+auto structs_in(real_time& rt) {
+  return offer<struct_caller>(rt, detail::client_request<odometry, odometry>("/add", service));
 }
-calling<text_caller> texts_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(rt, detail::client_request<json_text, json_text>("/add", options));
-  return {on, rt.make<text_caller>(handle_of(on))};
+auto texts_in(real_time& rt) {
+  return offer<text_caller>(rt, detail::client_request<json_text, json_text>("/add", service));
 }
 
 auto start(struct_caller& c) { return c.start({1, 2, 3, 4, 5}, timeout, now); }
 auto start(text_caller& c) { return c.start(text, timeout, now); }
 
 template <class Caller>
-void start_each_in_turn(real_time& rt, calling<Caller> with) {
+void start_each_in_turn(real_time& rt, offered<Caller> with) {
   rt.calls([&](std::uint64_t i) {
-    use(start(with.calls));
-    if (i % (2 * options.depth) != 0) return;
+    use(start(with.handle));
+    if (i % (2 * service.depth) != 0) return;
     serve(with.on);
-    while (with.calls.try_finish()) {
+    while (with.handle.try_finish()) {
     }
   });
 }
 
 template <class Caller>
-void finish_each(real_time& rt, calling<Caller> with) {
+void finish_each(real_time& rt, offered<Caller> with) {
   rt.calls([&](std::uint64_t i) {
-    if (i % 3 == 0) return use(with.calls.try_finish()); // none has ended
-    use(start(with.calls));
+    if (i % 3 == 0) return use(with.handle.try_finish()); // none has ended
+    use(start(with.handle));
     serve(with.on, i % 3 == 1 ? status{} : status{errc::refused});
-    use(with.calls.try_finish());
+    use(with.handle.try_finish());
   });
 }
 
 template <class Caller>
-void closed_and_empty(real_time& rt, calling<Caller> with) {
+void closed_and_empty(real_time& rt, offered<Caller> with) {
   close(with.on);
   auto& empty = rt.make<Caller>();
   rt.calls([&](std::uint64_t i) {
-    Caller& one = i % 2 == 0 ? with.calls : empty;
+    Caller& one = i % 2 == 0 ? with.handle : empty;
     use(start(one));
     use(one.try_finish());
   });
 }
 
 template <class Caller>
-void cancel_each(real_time& rt, calling<Caller> with) {
+void cancel_each(real_time& rt, offered<Caller> with) {
   auto& empty = rt.make<Caller>();
   rt.calls([&](std::uint64_t i) {
     if (i % 7 == 0) empty.cancel({0, 1});
-    if (const auto begun = start(with.calls)) with.calls.cancel(*begun);
+    if (const auto begun = start(with.handle)) with.handle.cancel(*begun);
     serve(with.on);
-    use(with.calls.try_finish());
+    use(with.handle.try_finish());
   });
 }
 
 // Nobody finishes any: rows become free because cancelling drops completions that nobody wants.
 template <class Caller>
-void start_among_cancelled(real_time& rt, calling<Caller> with) {
+void start_among_cancelled(real_time& rt, offered<Caller> with) {
   rt.calls([&](std::uint64_t i) {
-    const auto begun = start(with.calls);
-    with.calls.cancel(begun ? *begun : call_id{});
-    if (i % options.depth == 0) serve(with.on);
+    const auto begun = start(with.handle);
+    with.handle.cancel(begun ? *begun : call_id{});
+    if (i % service.depth == 0) serve(with.on);
   });
 }
 
 // Waiting for the last call has parked the completions of the others.
 template <class Caller>
-void finish_what_was_parked(real_time& rt, calling<Caller> with) {
+void finish_what_was_parked(real_time& rt, offered<Caller> with) {
   rt.calls([&](std::uint64_t) {
     call_id last;
-    for (std::uint32_t i = 0; i < options.depth; ++i) {
-      last = *start(with.calls);
-      if (i % 2 == 0) with.calls.cancel(last);
+    for (std::uint32_t i = 0; i < service.depth; ++i) {
+      last = *start(with.handle);
+      if (i % 2 == 0) with.handle.cancel(last);
     }
     serve(with.on);
     if (const auto end = detail::take_completion_of(with.on, {last.index, last.generation}))
       detail::release_completion(with.on, *end);
-    while (with.calls.try_finish()) {
+    while (with.handle.try_finish()) {
     }
   });
 }
@@ -118,7 +109,7 @@ constexpr exercise list[] = {
     {"caller::try_finish", "with texts", [](real_time& rt) { finish_each(rt, texts_in(rt)); }},
     {"caller::start", "with texts that are too big",
      [](real_time& rt) {
-       auto& calls = texts_in(rt).calls;
+       auto& calls = texts_in(rt).handle;
        const auto many = rt.array<char>(4 * text_bytes);
        rt.calls([&](std::uint64_t) {
          use(calls.start(std::string_view{many.data(), many.size()}, timeout, now));
@@ -133,31 +124,28 @@ constexpr exercise list[] = {
     {"caller::cancel", "of calls in flight, when it closed",
      [](real_time& rt) {
        auto with = structs_in(rt);
-       const auto begun = start(with.calls);
+       const auto begun = start(with.handle);
        close(with.on);
        rt.calls([&](std::uint64_t) {
-         with.calls.cancel(*begun);
-         use(with.calls.try_finish());
+         with.handle.cancel(*begun);
+         use(with.handle.try_finish());
        });
      }},
     {"caller::try_finish", "when the peer is gone, or the time is over",
      [](real_time& rt) {
-       auto with = texts_in(rt);
-       rt.calls([&](std::uint64_t i) {
-         use(start(with.calls));
+       rt.calls_on(texts_in(rt), [](auto& with, auto i) {
+         use(start(with.handle));
          serve(with.on, i % 2 == 0 ? errc::peer_lost : errc::timed_out);
-         use(with.calls.try_finish());
+         use(with.handle.try_finish());
        });
      }},
     {"caller::refusal", "of structs",
      [](real_time& rt) {
-       auto& calls = structs_in(rt).calls;
-       rt.calls([&](std::uint64_t) { use(calls.refusal().size()); });
+       rt.calls_on(structs_in(rt).handle, [](auto& calls, auto) { return calls.refusal().size(); });
      }},
     {"caller::refusal", "of texts",
      [](real_time& rt) {
-       auto& calls = texts_in(rt).calls;
-       rt.calls([&](std::uint64_t) { use(calls.refusal().size()); });
+       rt.calls_on(texts_in(rt).handle, [](auto& calls, auto) { return calls.refusal().size(); });
      }},
 };
 

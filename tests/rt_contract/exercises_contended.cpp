@@ -43,18 +43,6 @@ void take_from_a_ring(real_time& rt, Take take) {
 
 // ---- Lanes, whose service thread is the other thread
 
-template <class Handle>
-struct offered {
-  detail::queue_pair& on;
-  Handle& handle;
-};
-template <class Handle>
-offered<Handle> offer(real_time& rt, const detail::pair_request& asked) {
-  detail::queue_pair& on = pair_for(rt, asked);
-  return {on, rt.make<Handle>(handle_of(on))};
-}
-
-constexpr service_options service{.depth = 16, .text_bytes_max = text_bytes};
 constexpr lane_options talking{
     .depth = depth, .inbox_depth = depth, .calls = 16, .text_bytes_max = text_bytes};
 
@@ -79,23 +67,14 @@ void publish_beside(real_time& rt, keep kept, bool to_a_changing_audience) {
   rt.calls([&odom = odom](std::uint64_t i) { use(odom.publish({static_cast<double>(i), 1, 2, 3, 4}, now)); });
 }
 
-// What the service thread does with a value that arrived.
-void decode(detail::queue_pair& on, double stamp) {
-  const odometry value{stamp, stamp, stamp, stamp, stamp};
-  const detail::producer_end& end = on.service.in;
-  const detail::value_header header{.expires_ns = rt::nanoseconds_of(rt::never)};
-  if (end.newest == nullptr) return fill(end, header, &value, sizeof value);
-  const std::uint32_t slot = end.newest->begin_write();
-  *end.memory.header(slot) = header;
-  std::memcpy(end.memory.value(slot), &value, sizeof value);
-  end.newest->end_write(slot);
-}
-
 template <class Take>
 void take_values_beside(real_time& rt, keep kept, Take take) {
   auto [on, seen] = offer<subscriber<odometry>>(
       rt, detail::subscribe_request<odometry>("/odom", {.keep = kept, .depth = depth}));
-  rt.beside([&on = on, stamp = 0.0]() mutable { decode(on, ++stamp); });
+  rt.beside([&on = on, stamp = 0.0]() mutable {
+    ++stamp;
+    decode(on, {stamp, stamp, stamp, stamp, stamp});
+  });
   rt.calls([&seen = seen, take](std::uint64_t) {
     if (const auto taken = take(seen)) use(taken->value().x);
   });

@@ -37,6 +37,31 @@ subscriber<json_text>& subscriber_on(real_time& rt, queue_pair& on) {
   return rt.make<subscriber<json_text>>(handle_of(on));
 }
 
+offered<publisher<json_text>> saying_in(real_time& rt, rowe::keep kept = rowe::keep::all) {
+  queue_pair& on = publishing_pair(rt, audience::somebody, kept);
+  return {on, text_publisher_on(rt, on)};
+}
+offered<subscriber<json_text>> taking_in(real_time& rt) {
+  queue_pair& on = subscribing_pair(rt, audience::somebody);
+  return {on, subscriber_on(rt, on)};
+}
+
+// `take(subscriber)` when something has arrived.
+template <class Take>
+void take_each(real_time& rt, Take take) {
+  rt.calls_on(taking_in(rt), [take](auto& with, auto) {
+    arrive(with.on);
+    return take(with.handle);
+  });
+}
+template <class Read>
+void read_a_view(real_time& rt, Read read) {
+  take_each(rt, [read](auto& seen) {
+    const auto taken = seen.try_take();
+    return read(*taken);
+  });
+}
+
 void publish_each_in_turn(real_time& rt, rowe::keep kept) {
   queue_pair& on = publishing_pair(rt, audience::somebody, kept);
   auto& odom = publisher_on(rt, on);
@@ -68,15 +93,15 @@ void read_from_text_publishers(real_time& rt, Read read) {
 constexpr exercise list[] = {
     {"detail::pair_slots::header", "each in turn",
      [](real_time& rt) {
-       const auto slots = publishing_pair(rt, audience::somebody).user.out.memory;
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(publishing_pair(rt, audience::somebody).user.out.memory, [](const auto& slots, auto i) {
          slots.header(static_cast<std::uint32_t>(i % depth))->bytes = static_cast<std::uint32_t>(i);
        });
      }},
     {"detail::pair_slots::value", "each in turn, written to",
      [](real_time& rt) {
-       const auto slots = publishing_pair(rt, audience::somebody).user.out.memory;
-       rt.calls([&](std::uint64_t i) { *slots.value(static_cast<std::uint32_t>(i % depth)) = std::byte{1}; });
+       rt.calls_on(publishing_pair(rt, audience::somebody).user.out.memory, [](const auto& slots, auto i) {
+         *slots.value(static_cast<std::uint32_t>(i % depth)) = std::byte{1};
+       });
      }},
     {"detail::parked_slots::push", "until all places are taken, and popped",
      [](real_time& rt) {
@@ -102,23 +127,21 @@ constexpr exercise list[] = {
      }},
     {"detail::pair_handle::operator->", "with a queue pair",
      [](real_time& rt) {
-       auto& handle = rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody)));
-       rt.calls([&](std::uint64_t) { use(handle->ttl); });
+       rt.calls_on(rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody))),
+                   [](auto& handle, auto) { return handle->ttl; });
      }},
     {"detail::pair_handle::operator*", "with a queue pair",
      [](real_time& rt) {
-       auto& handle = rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody)));
-       rt.calls([&](std::uint64_t) { use((*handle).ttl); });
+       rt.calls_on(rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody))),
+                   [](auto& handle, auto) { return (*handle).ttl; });
      }},
     {"detail::audience_word::advice", "whatever it says",
      [](real_time& rt) {
-       auto& word = rt.make<detail::audience_word<>>();
-       rt.calls([&](std::uint64_t) { use(word.advice()); });
+       rt.calls_on(rt.make<detail::audience_word<>>(), [](auto& word, auto) { return word.advice(); });
      }},
     {"detail::audience_word::look", "whatever it says",
      [](real_time& rt) {
-       auto& word = rt.make<detail::audience_word<>>();
-       rt.calls([&](std::uint64_t) { use(word.look()); });
+       rt.calls_on(rt.make<detail::audience_word<>>(), [](auto& word, auto) { return word.look(); });
      }},
     {"detail::audience_word::closed", "closed",
      [](real_time& rt) {
@@ -128,8 +151,7 @@ constexpr exercise list[] = {
      }},
     {"detail::publish_into", "a queue pair with room",
      [](real_time& rt) {
-       queue_pair& on = publishing_pair(rt, audience::somebody);
-       rt.calls([&](std::uint64_t) {
+       rt.calls_on(publishing_pair(rt, audience::somebody), [](auto& on, auto) {
          use(detail::publish_into(on, 8, now, [](std::byte* slot) { *slot = std::byte{1}; }));
          serve(on);
        });
@@ -146,8 +168,7 @@ constexpr exercise list[] = {
      [](real_time& rt) { publish_to(rt, audience::somebody); }},
     {"publisher::publish", "a struct by an empty handle",
      [](real_time& rt) {
-       auto& empty = rt.make<publisher<odometry>>();
-       rt.calls([&](std::uint64_t) { use(empty.publish({}, now)); });
+       rt.calls_on(rt.make<publisher<odometry>>(), [](auto& empty, auto) { return empty.publish({}, now); });
      }},
     {"publisher::publish", "a struct, reading the time",
      [](real_time& rt) {
@@ -171,12 +192,10 @@ constexpr exercise list[] = {
      }},
     {"publisher::publish", "a message, and one that outgrew its room",
      [](real_time& rt) {
-       queue_pair& on = publishing_pair(rt, audience::somebody);
-       auto& said = text_publisher_on(rt, on);
-       rt.calls([&](std::uint64_t i) {
-         use(i % 2 == 0 ? said.publish(message_of<16>{"n", i % 9}, now)
-                        : said.publish(message_of<4>{"n", 1}, now));
-         if (i % 50 == 0) serve(on);
+       rt.calls_on(saying_in(rt), [](auto& with, auto i) {
+         use(i % 2 == 0 ? with.handle.publish(message_of<16>{"n", i % 9}, now)
+                        : with.handle.publish(message_of<4>{"n", 1}, now));
+         if (i % 50 == 0) serve(with.on);
        });
      }},
     {"publisher::publish", "a text to nobody, and to a closed endpoint",
@@ -187,11 +206,9 @@ constexpr exercise list[] = {
      }},
     {"publisher::publish", "a text of which the newest is kept",
      [](real_time& rt) {
-       queue_pair& on = publishing_pair(rt, audience::somebody, rowe::keep::newest);
-       auto& said = text_publisher_on(rt, on);
-       rt.calls([&](std::uint64_t i) {
-         use(said.publish(text, now));
-         if (i % 3 == 0) serve(on);
+       rt.calls_on(saying_in(rt, rowe::keep::newest), [](auto& with, auto i) {
+         use(with.handle.publish(text, now));
+         if (i % 3 == 0) serve(with.on);
        });
      }},
     {"publisher::publish", "a text when the queue is full",
@@ -202,16 +219,14 @@ constexpr exercise list[] = {
      }},
     {"publisher::publish", "a text by an empty handle",
      [](real_time& rt) {
-       auto& empty = rt.make<publisher<json_text>>();
-       rt.calls([&](std::uint64_t) { use(empty.publish(text, now)); });
+       rt.calls_on(rt.make<publisher<json_text>>(),
+                   [](auto& empty, auto) { return empty.publish(text, now); });
      }},
     {"publisher::publish", "a text, reading the time",
      [](real_time& rt) {
-       queue_pair& on = publishing_pair(rt, audience::somebody);
-       auto& said = text_publisher_on(rt, on);
-       rt.calls([&](std::uint64_t) {
-         use(said.publish(text));
-         serve(on);
+       rt.calls_on(saying_in(rt), [](auto& with, auto) {
+         use(with.handle.publish(text));
+         serve(with.on);
        });
      },
      true},
@@ -234,40 +249,30 @@ constexpr exercise list[] = {
 
     {"subscriber::try_take", "when nothing has arrived",
      [](real_time& rt) {
-       auto& seen = subscriber_on(rt, subscribing_pair(rt, audience::somebody));
-       rt.calls([&](std::uint64_t) { use(seen.try_take()); });
+       rt.calls_on(subscriber_on(rt, subscribing_pair(rt, audience::somebody)),
+                   [](auto& seen, auto) { return seen.try_take(); });
      }},
     {"subscriber::try_take", "when something has",
-     [](real_time& rt) {
-       queue_pair& on = subscribing_pair(rt, audience::somebody);
-       auto& seen = subscriber_on(rt, on);
-       rt.calls([&](std::uint64_t) {
-         arrive(on);
-         use(seen.try_take());
-       });
-     }},
+     [](real_time& rt) { take_each(rt, [](auto& seen) { return seen.try_take(); }); }},
     {"subscriber::try_take", "from a closed endpoint",
      [](real_time& rt) {
-       auto& seen = subscriber_on(rt, subscribing_pair(rt, audience::closed));
-       rt.calls([&](std::uint64_t) { use(seen.try_take()); });
+       rt.calls_on(subscriber_on(rt, subscribing_pair(rt, audience::closed)),
+                   [](auto& seen, auto) { return seen.try_take(); });
      }},
     {"subscriber::try_take", "by an empty handle",
      [](real_time& rt) {
-       auto& empty = rt.make<subscriber<json_text>>();
-       rt.calls([&](std::uint64_t) { use(empty.try_take()); });
+       rt.calls_on(rt.make<subscriber<json_text>>(), [](auto& empty, auto) { return empty.try_take(); });
      }},
     {"subscriber::latest", "when nothing has arrived",
      [](real_time& rt) {
-       auto& seen = subscriber_on(rt, subscribing_pair(rt, audience::somebody));
-       rt.calls([&](std::uint64_t) { use(seen.latest()); });
+       rt.calls_on(subscriber_on(rt, subscribing_pair(rt, audience::somebody)),
+                   [](auto& seen, auto) { return seen.latest(); });
      }},
     {"subscriber::latest", "when its queue is full",
      [](real_time& rt) {
-       queue_pair& on = subscribing_pair(rt, audience::somebody);
-       auto& seen = subscriber_on(rt, on);
-       rt.calls([&](std::uint64_t) {
-         for (std::uint32_t i = 0; i < depth; ++i) arrive(on);
-         use(seen.latest());
+       rt.calls_on(taking_in(rt), [](auto& with, auto) {
+         for (std::uint32_t i = 0; i < depth; ++i) arrive(with.on);
+         use(with.handle.latest());
        });
      }},
     {"subscriber::latest", "from a closed endpoint, and by an empty handle",
@@ -278,30 +283,18 @@ constexpr exercise list[] = {
      }},
     {"message_view::~message_view", "when it closed meanwhile",
      [](real_time& rt) {
-       queue_pair& on = subscribing_pair(rt, audience::somebody);
-       auto& seen = subscriber_on(rt, on);
-       rt.calls([&](std::uint64_t) {
-         arrive(on);
-         const auto taken = seen.try_take(); // what came before it closed is still there
-         close(on);
+       rt.calls_on(taking_in(rt), [](auto& with, auto) {
+         arrive(with.on);
+         const auto taken = with.handle.try_take(); // what came before it closed is still there
+         close(with.on);
          use(taken->value().front());
        });
      }},
     {"message_view::message_view", "from what has arrived",
-     [](real_time& rt) {
-       queue_pair& on = subscribing_pair(rt, audience::somebody);
-       auto& seen = subscriber_on(rt, on);
-       rt.calls([&](std::uint64_t) {
-         arrive(on);
-         use(seen.try_take());
-       });
-     }},
+     [](real_time& rt) { take_each(rt, [](auto& seen) { return seen.try_take(); }); }},
     {"message_view::message_view", "moved from another",
      [](real_time& rt) {
-       queue_pair& on = subscribing_pair(rt, audience::somebody);
-       auto& seen = subscriber_on(rt, on);
-       rt.calls([&](std::uint64_t) {
-         arrive(on);
+       take_each(rt, [](auto& seen) {
          auto taken = seen.try_take();
          const message_view moved{std::move(*taken)};
          use(moved);
@@ -320,52 +313,15 @@ constexpr exercise list[] = {
        });
      }},
     {"message_view::~message_view", "which gives its slot back",
-     [](real_time& rt) {
-       queue_pair& on = subscribing_pair(rt, audience::somebody);
-       auto& seen = subscriber_on(rt, on);
-       rt.calls([&](std::uint64_t) {
-         arrive(on);
-         use(seen.try_take());
-       });
-     }},
+     [](real_time& rt) { take_each(rt, [](auto& seen) { return seen.try_take(); }); }},
     {"message_view::value", "of each slot in turn",
-     [](real_time& rt) {
-       queue_pair& on = subscribing_pair(rt, audience::somebody);
-       auto& seen = subscriber_on(rt, on);
-       rt.calls([&](std::uint64_t) {
-         arrive(on);
-         const auto taken = seen.try_take();
-         use(taken->value().front());
-       });
-     }},
+     [](real_time& rt) { read_a_view(rt, [](auto& view) { return view.value().front(); }); }},
     {"message_view::operator*", "of each slot in turn",
-     [](real_time& rt) {
-       queue_pair& on = subscribing_pair(rt, audience::somebody);
-       auto& seen = subscriber_on(rt, on);
-       rt.calls([&](std::uint64_t) {
-         arrive(on);
-         const auto taken = seen.try_take();
-         use((**taken).front());
-       });
-     }},
+     [](real_time& rt) { read_a_view(rt, [](auto& view) { return (*view).front(); }); }},
     {"message_view::from", "of each slot in turn",
-     [](real_time& rt) {
-       queue_pair& on = subscribing_pair(rt, audience::somebody);
-       auto& seen = subscriber_on(rt, on);
-       rt.calls([&](std::uint64_t) {
-         arrive(on);
-         use(seen.try_take()->from());
-       });
-     }},
+     [](real_time& rt) { read_a_view(rt, [](auto& view) { return view.from(); }); }},
     {"message_view::arrived", "of each slot in turn",
-     [](real_time& rt) {
-       queue_pair& on = subscribing_pair(rt, audience::somebody);
-       auto& seen = subscriber_on(rt, on);
-       rt.calls([&](std::uint64_t) {
-         arrive(on);
-         use(seen.try_take()->arrived());
-       });
-     }},
+     [](real_time& rt) { read_a_view(rt, [](auto& view) { return view.arrived(); }); }},
 };
 
 } // namespace

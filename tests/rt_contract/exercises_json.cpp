@@ -46,12 +46,11 @@ void with_sample(real_time& rt, Call call) {
 
 template <class Call>
 void with_message(real_time& rt, Call call) {
-  detail::queue_pair& on = pair_for(
+  auto with = offer<subscriber<json_text>>(
       rt, detail::subscribe_request<json_text>("/chatter", {.depth = depth, .text_bytes_max = text_bytes}));
-  auto& seen = rt.make<subscriber<json_text>>(handle_of(on));
   rt.calls([&](std::uint64_t i) {
-    arrive(on);
-    if (const auto taken = seen.try_take()) use(call(*taken, i));
+    arrive(with.on);
+    if (const auto taken = with.handle.try_take()) use(call(*taken, i));
   });
 }
 
@@ -152,8 +151,7 @@ constexpr exercise list[] = {
      [](real_time& rt) { with_results(rt, [](auto& r) { return r.code(); }); }},
     {"json_result::error", "of an error",
      [](real_time& rt) {
-       auto& failed = rt.make<json_result<double>>(read(1));
-       rt.calls([&](std::uint64_t) {
+       rt.calls_on(rt.make<json_result<double>>(read(1)), [](auto& failed, auto) {
          std::array<char, 100> buffer;
          use(failed.error().message(buffer));
        });

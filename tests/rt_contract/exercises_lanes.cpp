@@ -10,17 +10,12 @@ namespace {
 constexpr auto ttl = 20ms;
 constexpr std::uint32_t calls_max = 16;
 
-// A handle and its queue pair.
-struct talking {
-  detail::queue_pair& on;
-  rowe::lane& talk;
-};
+using talking = offered<rowe::lane>;
 
 talking talk_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(
+  return offer<rowe::lane>(
       rt, detail::talk_request(
               {.depth = depth, .inbox_depth = depth, .calls = calls_max, .text_bytes_max = text_bytes}));
-  return {on, rt.make<rowe::lane>(handle_of(on))};
 }
 
 rowe::lane& empty_in(real_time& rt) { return rt.make<rowe::lane>(); }
@@ -33,31 +28,37 @@ struct held_call {
 held_call call_in(real_time& rt, rt::time_point expires = rt::never, connection by = somebody) {
   talking with = talk_in(rt);
   ask(with.on, expires, by);
-  return {with, with.talk.try_receive(now)};
+  return {with, with.handle.try_receive(now)};
 }
 
 template <class Read>
 void read_from_lanes(real_time& rt, Read read) {
-  auto& talk = talk_in(rt).talk;
+  auto& talk = talk_in(rt).handle;
   auto& empty = empty_in(rt);
   rt.calls([&](std::uint64_t i) { use(read(i % 2 == 0 ? talk : empty)); });
+}
+
+template <class Call>
+void closed_and_empty(real_time& rt, Call call) {
+  auto with = talk_in(rt);
+  close(with.on);
+  auto& empty = empty_in(rt);
+  rt.calls([&](std::uint64_t i) { use(call(i % 2 == 0 ? with.handle : empty)); });
 }
 
 constexpr exercise list[] = {
     {"lane::try_send", "each slot in turn until full",
      [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       rt.calls([&, &on = on, &talk = talk](std::uint64_t i) {
-         use(talk.try_send(text, ttl, now));
-         if (i % 100 == 0) serve(on);
+       rt.calls_on(talk_in(rt), [](auto& with, auto i) {
+         use(with.handle.try_send(text, ttl, now));
+         if (i % 100 == 0) serve(with.on);
        });
      }},
     {"lane::try_send", "a message that is built for it",
      [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       rt.calls([&on = on, &talk = talk](std::uint64_t i) {
-         use(talk.try_send(message{"n", i}, ttl, now));
-         serve(on);
+       rt.calls_on(talk_in(rt), [](auto& with, auto i) {
+         use(with.handle.try_send(message{"n", i}, ttl, now));
+         serve(with.on);
        });
      }},
     {"lane::try_send", "texts of every length up to too big",
@@ -71,20 +72,13 @@ constexpr exercise list[] = {
      }},
     {"lane::try_send", "to a connection, and to one that is gone",
      [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       rt.calls([&on = on, &talk = talk](std::uint64_t i) {
-         use(talk.try_send(text, ttl, now, i % 2 == 0 ? somebody : somebody_gone));
-         serve(on);
+       rt.calls_on(talk_in(rt), [](auto& with, auto i) {
+         use(with.handle.try_send(text, ttl, now, i % 2 == 0 ? somebody : somebody_gone));
+         serve(with.on);
        });
      }},
     {"lane::try_send", "to a closed endpoint, and by an empty handle",
-     [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       close(on);
-       auto& empty = empty_in(rt);
-       rt.calls(
-           [&, &talk = talk](std::uint64_t i) { use((i % 2 == 0 ? talk : empty).try_send(text, ttl, now)); });
-     }},
+     [](real_time& rt) { closed_and_empty(rt, [](auto& one) { return one.try_send(text, ttl, now); }); }},
     {"lane::try_send", "when nobody is there to have it",
      [](real_time& rt) {
        auto [on, talk] = talk_in(rt);
@@ -105,66 +99,55 @@ constexpr exercise list[] = {
      }},
     {"lane::try_send", "reading the time",
      [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       rt.calls([&on = on, &talk = talk](std::uint64_t) {
-         use(talk.try_send(text, ttl));
-         serve(on);
+       rt.calls_on(talk_in(rt), [](auto& with, auto) {
+         use(with.handle.try_send(text, ttl));
+         serve(with.on);
        });
      },
      true},
 
     {"lane::try_receive", "when nothing has arrived",
      [](real_time& rt) {
-       auto& talk = talk_in(rt).talk;
-       rt.calls([&](std::uint64_t) { use(talk.try_receive(now)); });
+       rt.calls_on(talk_in(rt).handle, [](auto& talk, auto) { return talk.try_receive(now); });
      }},
     {"lane::try_receive", "when something has",
      [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       rt.calls([&on = on, &talk = talk](std::uint64_t) {
-         arrive(on);
-         use(talk.try_receive(now));
+       rt.calls_on(talk_in(rt), [](auto& with, auto) {
+         arrive(with.on);
+         use(with.handle.try_receive(now));
        });
      }},
     {"lane::try_receive", "when its inbox is full of what is out of date",
      [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       rt.calls([&on = on, &talk = talk](std::uint64_t) {
-         for (std::uint32_t i = 0; i < depth; ++i) arrive(on, now);
-         use(talk.try_receive(now));
+       rt.calls_on(talk_in(rt), [](auto& with, auto) {
+         for (std::uint32_t i = 0; i < depth; ++i) arrive(with.on, now);
+         use(with.handle.try_receive(now));
        });
      }},
     {"lane::try_receive", "from a closed endpoint, and by an empty handle",
-     [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       close(on);
-       auto& empty = empty_in(rt);
-       rt.calls([&, &talk = talk](std::uint64_t i) { use((i % 2 == 0 ? talk : empty).try_receive(now)); });
-     }},
+     [](real_time& rt) { closed_and_empty(rt, [](auto& one) { return one.try_receive(now); }); }},
     {"lane::try_receive", "reading the time",
      [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       rt.calls([&on = on, &talk = talk](std::uint64_t) {
-         arrive(on);
-         use(talk.try_receive());
+       rt.calls_on(talk_in(rt), [](auto& with, auto) {
+         arrive(with.on);
+         use(with.handle.try_receive());
        });
      },
      true},
 
     {"lane::start", "until all calls are in flight",
      [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       rt.calls([&on = on, &talk = talk](std::uint64_t i) {
-         use(talk.start(text, ttl, now));
+       rt.calls_on(talk_in(rt), [](auto& with, auto i) {
+         use(with.handle.start(text, ttl, now));
          if (i % (2 * calls_max) != 0) return;
-         serve(on);
-         while (talk.try_finish()) {
+         serve(with.on);
+         while (with.handle.try_finish()) {
          }
        });
      }},
     {"lane::start", "to one that is gone, and too big",
      [](real_time& rt) {
-       auto& talk = talk_in(rt).talk;
+       auto& talk = talk_in(rt).handle;
        const auto many = rt.array<char>(4 * text_bytes);
        rt.calls([&](std::uint64_t i) {
          i % 2 == 0 ? use(talk.start(text, ttl, now, somebody_gone))
@@ -172,70 +155,56 @@ constexpr exercise list[] = {
        });
      }},
     {"lane::start", "on a closed endpoint, and by an empty handle",
-     [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       close(on);
-       auto& empty = empty_in(rt);
-       rt.calls(
-           [&, &talk = talk](std::uint64_t i) { use((i % 2 == 0 ? talk : empty).start(text, ttl, now)); });
-     }},
+     [](real_time& rt) { closed_and_empty(rt, [](auto& one) { return one.start(text, ttl, now); }); }},
     {"lane::start", "when its queue is full of messages",
      [](real_time& rt) {
-       auto& talk = talk_in(rt).talk;
+       auto& talk = talk_in(rt).handle;
        while (talk.try_send(text, ttl, now)) continue;
        rt.calls([&](std::uint64_t) { use(talk.start(text, ttl, now)); });
      }},
     {"lane::try_finish", "when none has ended",
      [](real_time& rt) {
-       auto& talk = talk_in(rt).talk;
+       auto& talk = talk_in(rt).handle;
        use(talk.start(text, ttl, now));
        rt.calls([&](std::uint64_t) { use(talk.try_finish()); });
      }},
     {"lane::try_finish", "with replies and with errors",
      [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       rt.calls([&on = on, &talk = talk](std::uint64_t i) {
-         use(talk.start(text, ttl, now));
-         serve(on, i % 2 == 0 ? status{} : status{errc::refused});
-         use(talk.try_finish());
+       rt.calls_on(talk_in(rt), [](auto& with, auto i) {
+         use(with.handle.start(text, ttl, now));
+         serve(with.on, i % 2 == 0 ? status{} : status{errc::refused});
+         use(with.handle.try_finish());
        });
      }},
     {"lane::try_finish", "when all calls were cancelled",
      [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       rt.calls([&on = on, &talk = talk](std::uint64_t) {
-         for (std::uint32_t i = 0; i < calls_max; ++i) talk.cancel(*talk.start(text, ttl, now));
-         serve(on);
-         use(talk.try_finish());
+       rt.calls_on(talk_in(rt), [](auto& with, auto) {
+         for (std::uint32_t i = 0; i < calls_max; ++i) with.handle.cancel(*with.handle.start(text, ttl, now));
+         serve(with.on);
+         use(with.handle.try_finish());
        });
      }},
     {"lane::try_finish", "when completions were parked, of cancelled calls among them",
      [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       rt.calls([&on = on, &talk = talk](std::uint64_t) {
+       rt.calls_on(talk_in(rt), [](auto& with, auto) {
          call_id last;
          for (std::uint32_t i = 0; i < calls_max; ++i) {
-           last = *talk.start(text, ttl, now);
-           if (i % 2 == 0) talk.cancel(last);
+           last = *with.handle.start(text, ttl, now);
+           if (i % 2 == 0) with.handle.cancel(last);
          }
-         serve(on);
+         serve(with.on);
          // As a call that waits for the last one would.
-         if (const auto end = detail::take_completion_of(on, {last.index, last.generation}))
-           detail::release_completion(on, *end);
-         while (talk.try_finish()) {
+         if (const auto end = detail::take_completion_of(with.on, {last.index, last.generation}))
+           detail::release_completion(with.on, *end);
+         while (with.handle.try_finish()) {
          }
        });
      }},
     {"lane::try_finish", "on a closed endpoint, and by an empty handle",
-     [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       close(on);
-       auto& empty = empty_in(rt);
-       rt.calls([&, &talk = talk](std::uint64_t i) { use((i % 2 == 0 ? talk : empty).try_finish()); });
-     }},
+     [](real_time& rt) { closed_and_empty(rt, [](auto& one) { return one.try_finish(); }); }},
     {"lane::cancel", "calls in flight, ended and unheard of, and by an empty handle",
      [](real_time& rt) {
-       auto& talk = talk_in(rt).talk;
+       auto& talk = talk_in(rt).handle;
        auto& empty = empty_in(rt);
        use(talk.start(text, ttl, now));
        rt.calls([&](std::uint64_t i) {
@@ -248,40 +217,39 @@ constexpr exercise list[] = {
 
     {"lane::try_reply", "to a call",
      [](real_time& rt) {
-       auto held = call_in(rt);
-       rt.calls([&](std::uint64_t i) {
-         use(held.with.talk.try_reply(*held.call, text, now));
+       rt.calls_on(call_in(rt), [](auto& held, auto i) {
+         use(held.with.handle.try_reply(*held.call, text, now));
          if (i % 100 == 0) serve(held.with.on); // full between
        });
      }},
     {"lane::try_reply", "to who is gone",
      [](real_time& rt) {
-       auto held = call_in(rt, rt::never, somebody_gone);
-       rt.calls([&](std::uint64_t) { use(held.with.talk.try_reply(*held.call, text, now)); });
+       rt.calls_on(call_in(rt, rt::never, somebody_gone),
+                   [](auto& held, auto) { return held.with.handle.try_reply(*held.call, text, now); });
      }},
     {"lane::try_reply", "to who has given up",
      [](real_time& rt) {
-       auto held = call_in(rt, now + 1ns);
-       rt.calls([&](std::uint64_t) { use(held.with.talk.try_reply(*held.call, text, now + 1ns)); });
+       rt.calls_on(call_in(rt, now + 1ns),
+                   [](auto& held, auto) { return held.with.handle.try_reply(*held.call, text, now + 1ns); });
      }},
     {"lane::try_reply", "too big, to what is no call, by an empty handle, and on a closed endpoint",
      [](real_time& rt) {
        auto held = call_in(rt);
        arrive(held.with.on);
-       const auto no_call = held.with.talk.try_receive(now);
+       const auto no_call = held.with.handle.try_receive(now);
        auto& empty = empty_in(rt);
        const auto many = rt.array<char>(4 * text_bytes);
        rt.calls([&](std::uint64_t i) {
-         use(held.with.talk.try_reply(*held.call, std::string_view{many.data(), many.size()}, now));
-         use(held.with.talk.try_reply(*no_call, text, now));
+         use(held.with.handle.try_reply(*held.call, std::string_view{many.data(), many.size()}, now));
+         use(held.with.handle.try_reply(*no_call, text, now));
          use(empty.try_reply(*held.call, text, now));
          if (i == 50) close(held.with.on);
        });
      }},
     {"lane::try_refuse", "to who is gone",
      [](real_time& rt) {
-       auto held = call_in(rt, rt::never, somebody_gone);
-       rt.calls([&](std::uint64_t) { use(held.with.talk.try_refuse(*held.call, "no", now)); });
+       rt.calls_on(call_in(rt, rt::never, somebody_gone),
+                   [](auto& held, auto) { return held.with.handle.try_refuse(*held.call, "no", now); });
      }},
     {"lane::try_refuse", "to who has given up, and on a closed endpoint",
      [](real_time& rt) {
@@ -289,15 +257,14 @@ constexpr exercise list[] = {
        auto held = call_in(rt);
        close(held.with.on);
        rt.calls([&](std::uint64_t) {
-         use(late.with.talk.try_refuse(*late.call, "no", now + 1ns));
-         use(held.with.talk.try_refuse(*held.call, "no", now));
+         use(late.with.handle.try_refuse(*late.call, "no", now + 1ns));
+         use(held.with.handle.try_refuse(*held.call, "no", now));
        });
      }},
     {"lane::try_refuse", "to a call",
      [](real_time& rt) {
-       auto held = call_in(rt);
-       rt.calls([&](std::uint64_t) {
-         use(held.with.talk.try_refuse(*held.call, "no", now));
+       rt.calls_on(call_in(rt), [](auto& held, auto) {
+         use(held.with.handle.try_refuse(*held.call, "no", now));
          serve(held.with.on);
        });
      }},
@@ -309,16 +276,14 @@ constexpr exercise list[] = {
      }},
     {"message_view::wants_reply", "of a call",
      [](real_time& rt) {
-       auto held = call_in(rt);
-       rt.calls([&](std::uint64_t) { use(held.call->wants_reply()); });
+       rt.calls_on(call_in(rt), [](auto& held, auto) { return held.call->wants_reply(); });
      }},
     {"message_view::~message_view", "of a reply, which frees its call's place too",
      [](real_time& rt) {
-       auto [on, talk] = talk_in(rt);
-       rt.calls([&on = on, &talk = talk](std::uint64_t) {
-         use(talk.start(text, ttl, now));
-         serve(on);
-         const auto ended = talk.try_finish();
+       rt.calls_on(talk_in(rt), [](auto& with, auto) {
+         use(with.handle.start(text, ttl, now));
+         serve(with.on);
+         const auto ended = with.handle.try_finish();
          use(ended->reply->value().size());
        });
      }},
@@ -332,7 +297,6 @@ constexpr exercise list[] = {
     {"lane::expired", "with and without a queue pair",
      [](real_time& rt) { read_from_lanes(rt, [](auto& l) { return l.expired(); }); }},
 };
-
 } // namespace
 
 std::span<const exercise> exercises_of_lanes() { return list; }

@@ -74,8 +74,7 @@ constexpr exercise list[] = {
      }},
     {"message_of::add", "until it overflows",
      [](real_time& rt) {
-       auto& built = rt.make<message_of<200>>();
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(rt.make<message_of<200>>(), [](auto& built, auto i) {
          if (built.overflowed()) built = {};
          use(built.add("member", i));
        });
@@ -103,19 +102,14 @@ constexpr exercise list[] = {
        rt.calls([&](std::uint64_t) { use(body{long_text}); });
      }},
     {"body::body", "of a message",
-     [](real_time& rt) {
-       const auto& built = sample(rt);
-       rt.calls([&](std::uint64_t) { use(body{built}); });
-     }},
+     [](real_time& rt) { rt.calls_on(sample(rt), [](const auto& built, auto) { return body{built}; }); }},
     {"body::text", "of a message",
      [](real_time& rt) {
-       const auto& built = sample(rt);
-       rt.calls([&](std::uint64_t) { use(body{built}.text().size()); });
+       rt.calls_on(sample(rt), [](const auto& built, auto) { return body{built}.text().size(); });
      }},
     {"body::outgrown", "of a message",
      [](real_time& rt) {
-       const auto& built = sample(rt);
-       rt.calls([&](std::uint64_t) { use(body{built}.outgrown()); });
+       rt.calls_on(sample(rt), [](const auto& built, auto) { return body{built}.outgrown(); });
      }},
 };
 

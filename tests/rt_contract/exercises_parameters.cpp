@@ -29,11 +29,14 @@ struct parameter_harness {
 };
 
 // One of each type in C.
+struct parameter_in_c {
+  detail::parameter_cell& cell;
+  rowe_parameter& one;
+};
 template <class T>
-rowe_parameter& in_c(real_time& rt, detail::parameter_cell*& cell) {
+parameter_in_c in_c(real_time& rt) {
   parameter_harness<T> made{rt};
-  cell = &made.cell;
-  return rt.make<rowe_parameter>(rowe_parameter{.inside = std::move(made.handle)});
+  return {made.cell, rt.make<rowe_parameter>(rowe_parameter{.inside = std::move(made.handle)})};
 }
 
 constexpr exercise list[] = {
@@ -65,66 +68,54 @@ constexpr exercise list[] = {
      }},
     {"rowe_parameter_get_bool", "of its type and of another",
      [](real_time& rt) {
-       detail::parameter_cell* cell = nullptr;
-       rowe_parameter& one = in_c<bool>(rt, cell);
-       rowe_parameter& other = in_c<double>(rt, cell);
+       rowe_parameter& one = in_c<bool>(rt).one;
+       rowe_parameter& other = in_c<double>(rt).one;
        rt.calls([&](std::uint64_t i) { use(rowe_parameter_get_bool(i % 2 == 0 ? &one : &other)); });
      }},
     {"rowe_parameter_get_integer", "with a value that comes now and then",
      [](real_time& rt) {
-       detail::parameter_cell* cell = nullptr;
-       rowe_parameter& one = in_c<std::int64_t>(rt, cell);
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(in_c<std::int64_t>(rt), [](auto& with, auto i) {
          if (i % 3 == 0)
-           cell->service_in->write(detail::parameter_value::of_number(static_cast<std::int64_t>(i)));
-         use(rowe_parameter_get_integer(i % 5 == 0 ? nullptr : &one));
+           with.cell.service_in->write(detail::parameter_value::of_number(static_cast<std::int64_t>(i)));
+         use(rowe_parameter_get_integer(i % 5 == 0 ? nullptr : &with.one));
        });
      }},
     {"rowe_parameter_get_double", "with a value that comes now and then",
      [](real_time& rt) {
-       detail::parameter_cell* cell = nullptr;
-       rowe_parameter& one = in_c<double>(rt, cell);
-       rt.calls([&](std::uint64_t i) {
-         if (i % 3 == 0) cell->service_in->write(detail::parameter_value::of_number(static_cast<double>(i)));
-         use(rowe_parameter_get_double(i % 5 == 0 ? nullptr : &one));
+       rt.calls_on(in_c<double>(rt), [](auto& with, auto i) {
+         if (i % 3 == 0)
+           with.cell.service_in->write(detail::parameter_value::of_number(static_cast<double>(i)));
+         use(rowe_parameter_get_double(i % 5 == 0 ? nullptr : &with.one));
        });
      }},
     {"rowe_parameter_get_text", "with a value that comes now and then",
      [](real_time& rt) {
-       detail::parameter_cell* cell = nullptr;
-       rowe_parameter& one = in_c<text>(rt, cell);
-       rt.calls([&](std::uint64_t i) {
-         if (i % 3 == 0) cell->service_in->write(detail::parameter_value::of_text("odom"));
-         use(rowe_parameter_get_text(i % 5 == 0 ? nullptr : &one));
+       rt.calls_on(in_c<text>(rt), [](auto& with, auto i) {
+         if (i % 3 == 0) with.cell.service_in->write(detail::parameter_value::of_text("odom"));
+         use(rowe_parameter_get_text(i % 5 == 0 ? nullptr : &with.one));
        });
      }},
     {"rowe_parameter_set_bool", "of its type and of none",
      [](real_time& rt) {
-       detail::parameter_cell* cell = nullptr;
-       rowe_parameter& one = in_c<bool>(rt, cell);
-       rt.calls(
-           [&](std::uint64_t i) { use(rowe_parameter_set_bool(i % 5 == 0 ? nullptr : &one, i % 2 == 0)); });
+       rt.calls_on(in_c<bool>(rt), [](auto& with, auto i) {
+         use(rowe_parameter_set_bool(i % 5 == 0 ? nullptr : &with.one, i % 2 == 0));
+       });
      }},
     {"rowe_parameter_set_integer", "of its type and of none",
      [](real_time& rt) {
-       detail::parameter_cell* cell = nullptr;
-       rowe_parameter& one = in_c<std::int64_t>(rt, cell);
-       rt.calls([&](std::uint64_t i) {
-         use(rowe_parameter_set_integer(i % 5 == 0 ? nullptr : &one, static_cast<std::int64_t>(i)));
+       rt.calls_on(in_c<std::int64_t>(rt), [](auto& with, auto i) {
+         use(rowe_parameter_set_integer(i % 5 == 0 ? nullptr : &with.one, static_cast<std::int64_t>(i)));
        });
      }},
     {"rowe_parameter_set_double", "of its type and of none",
      [](real_time& rt) {
-       detail::parameter_cell* cell = nullptr;
-       rowe_parameter& one = in_c<double>(rt, cell);
-       rt.calls([&](std::uint64_t i) {
-         use(rowe_parameter_set_double(i % 5 == 0 ? nullptr : &one, static_cast<double>(i)));
+       rt.calls_on(in_c<double>(rt), [](auto& with, auto i) {
+         use(rowe_parameter_set_double(i % 5 == 0 ? nullptr : &with.one, static_cast<double>(i)));
        });
      }},
     {"rowe_parameter_set_text", "of its type, too long, and of none",
      [](real_time& rt) {
-       detail::parameter_cell* cell = nullptr;
-       rowe_parameter& one = in_c<text>(rt, cell);
+       rowe_parameter& one = in_c<text>(rt).one;
        static char longer[200];
        std::fill_n(longer, sizeof longer - 1, 'x');
        rt.calls([&](std::uint64_t i) {

@@ -7,98 +7,88 @@
 namespace rowe::contract {
 namespace {
 
-constexpr service_options options{.depth = 16, .text_bytes_max = text_bytes};
-
 using struct_responder = responder<odometry, odometry>;
 using text_responder = responder<json_text, json_text>;
 
-template <class Responder>
-struct answering {
-  detail::queue_pair& on;
-  Responder& answers;
-};
-
-answering<struct_responder> structs_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(rt, detail::serve_request<odometry, odometry>("/add", options));
-  return {on, rt.make<struct_responder>(handle_of(on))};
+auto structs_in(real_time& rt) {
+  return offer<struct_responder>(rt, detail::serve_request<odometry, odometry>("/add", service));
 }
-answering<text_responder> texts_in(real_time& rt) {
-  detail::queue_pair& on = pair_for(rt, detail::serve_request<json_text, json_text>("/add", options));
-  return {on, rt.make<text_responder>(handle_of(on))};
+auto texts_in(real_time& rt) {
+  return offer<text_responder>(rt, detail::serve_request<json_text, json_text>("/add", service));
 }
 
 // Takes a request if there is one, and answers or drops it.
 template <class Responder>
-void next_each(real_time& rt, answering<Responder> with) {
+void next_each(real_time& rt, offered<Responder> with) {
   rt.calls([&](std::uint64_t i) {
     if (i % 3 != 0) ask(with.on);
     {
-      auto request = with.answers.try_next(now);
-      if (request && i % 3 == 1) use(with.answers.reply(*request, request->value(), now));
+      auto request = with.handle.try_next(now);
+      if (request && i % 3 == 1) use(with.handle.reply(*request, request->value(), now));
     } // dropped unanswered, if it was not
     serve(with.on);
   });
 }
 
 template <class Responder>
-void next_by_the_clock(real_time& rt, answering<Responder> with) {
+void next_by_the_clock(real_time& rt, offered<Responder> with) {
   rt.calls([&](std::uint64_t) {
     ask(with.on);
-    use(with.answers.try_next());
+    use(with.handle.try_next());
     serve(with.on);
   });
 }
 
 template <class Responder>
-void reply_by_the_clock(real_time& rt, answering<Responder> with) {
+void reply_by_the_clock(real_time& rt, offered<Responder> with) {
   rt.calls([&](std::uint64_t) {
     ask(with.on);
-    auto request = with.answers.try_next(now);
-    use(with.answers.reply(*request, request->value()));
+    auto request = with.handle.try_next(now);
+    use(with.handle.reply(*request, request->value()));
     serve(with.on);
   });
 }
 
 template <class Responder>
-void next_where_there_is_none(real_time& rt, answering<Responder> with) {
+void next_where_there_is_none(real_time& rt, offered<Responder> with) {
   close(with.on);
   auto& empty = rt.make<Responder>();
-  rt.calls([&](std::uint64_t i) { use((i % 2 == 0 ? with.answers : empty).try_next(now)); });
+  rt.calls([&](std::uint64_t i) { use((i % 2 == 0 ? with.handle : empty).try_next(now)); });
 }
 
 // Who asked is there, gone, or has given up; each request is answered twice.
 template <class Responder>
-void reply_each(real_time& rt, answering<Responder> with) {
+void reply_each(real_time& rt, offered<Responder> with) {
   rt.calls([&](std::uint64_t i) {
     ask(with.on, i % 3 == 0 ? now + 1ns : rt::never, i % 3 == 1 ? somebody_gone : somebody);
-    auto request = with.answers.try_next(now);
-    use(with.answers.reply(*request, request->value(), now + 1ns));
-    use(with.answers.reply(*request, request->value(), now + 1ns));
+    auto request = with.handle.try_next(now);
+    use(with.handle.reply(*request, request->value(), now + 1ns));
+    use(with.handle.reply(*request, request->value(), now + 1ns));
     serve(with.on);
   });
 }
 
 // Likewise.
 template <class Responder>
-void refuse_each(real_time& rt, answering<Responder> with) {
+void refuse_each(real_time& rt, offered<Responder> with) {
   rt.calls([&](std::uint64_t i) {
     ask(with.on, i % 3 == 0 ? now + 1ns : rt::never, i % 3 == 1 ? somebody_gone : somebody);
-    auto request = with.answers.try_next(now);
-    use(with.answers.refuse(*request, "no", now + 1ns));
-    use(with.answers.refuse(*request, "no", now + 1ns));
+    auto request = with.handle.try_next(now);
+    use(with.handle.refuse(*request, "no", now + 1ns));
+    use(with.handle.refuse(*request, "no", now + 1ns));
     serve(with.on);
   });
 }
 
 // The endpoint closes while a request is held.
 template <class Responder, class Answer>
-void answer_when_closed(real_time& rt, answering<Responder> with, Answer answer) {
+void answer_when_closed(real_time& rt, offered<Responder> with, Answer answer) {
   rt.calls([&](std::uint64_t) {
     ask(with.on);
     {
-      auto request = with.answers.try_next(now);
+      auto request = with.handle.try_next(now);
       close(with.on);
-      answer(with.answers, *request);
+      answer(with.handle, *request);
     }
     with.on.audience.set(audience::somebody);
     serve(with.on);
@@ -107,19 +97,19 @@ void answer_when_closed(real_time& rt, answering<Responder> with, Answer answer)
 
 // Those who asked have all given up.
 template <class Responder>
-void next_of_what_is_too_late(real_time& rt, answering<Responder> with) {
+void next_of_what_is_too_late(real_time& rt, offered<Responder> with) {
   rt.calls([&](std::uint64_t) {
-    for (std::uint32_t i = 0; i < options.depth; ++i) ask(with.on, now);
-    use(with.answers.try_next(now));
+    for (std::uint32_t i = 0; i < service.depth; ++i) ask(with.on, now);
+    use(with.handle.try_next(now));
   });
 }
 
 template <class Responder>
-void refuse_by_the_clock(real_time& rt, answering<Responder> with) {
+void refuse_by_the_clock(real_time& rt, offered<Responder> with) {
   rt.calls([&](std::uint64_t) {
     ask(with.on);
-    auto request = with.answers.try_next(now);
-    use(with.answers.refuse(*request, "no"));
+    auto request = with.handle.try_next(now);
+    use(with.handle.refuse(*request, "no"));
     serve(with.on);
   });
 }
@@ -128,7 +118,7 @@ template <class Read>
 void read_a_request(real_time& rt, Read read) {
   auto with = structs_in(rt);
   ask(with.on);
-  const auto request = with.answers.try_next(now);
+  const auto request = with.handle.try_next(now);
   rt.calls([&](std::uint64_t) { use(read(*request)); });
 }
 
@@ -146,13 +136,13 @@ constexpr exercise list[] = {
     {"responder::try_next", "when no place for an answer is left",
      [](real_time& rt) {
        auto with = structs_in(rt);
-       for (std::uint32_t i = 0; i < 2 * options.depth; ++i) {
+       for (std::uint32_t i = 0; i < 2 * service.depth; ++i) {
          ask(with.on);
-         auto request = with.answers.try_next(now);
-         use(with.answers.reply(*request, {}, now));
+         auto request = with.handle.try_next(now);
+         use(with.handle.reply(*request, {}, now));
        }
        ask(with.on);
-       rt.calls([&](std::uint64_t) { use(with.answers.try_next(now)); });
+       rt.calls([&](std::uint64_t) { use(with.handle.try_next(now)); });
      }},
     {"responder::try_next", "of structs, when all have given up",
      [](real_time& rt) { next_of_what_is_too_late(rt, structs_in(rt)); }},
@@ -171,9 +161,9 @@ constexpr exercise list[] = {
        auto with = texts_in(rt);
        const auto many = rt.array<char>(4 * text_bytes);
        ask(with.on);
-       auto request = with.answers.try_next(now);
+       auto request = with.handle.try_next(now);
        rt.calls([&](std::uint64_t) {
-         use(with.answers.reply(*request, std::string_view{many.data(), many.size()}, now));
+         use(with.handle.reply(*request, std::string_view{many.data(), many.size()}, now));
        });
      }},
     {"responder::refuse", "of structs, when it closed",
@@ -197,10 +187,9 @@ constexpr exercise list[] = {
 
     {"detail::open_request::open_request", "moved from another",
      [](real_time& rt) {
-       auto with = texts_in(rt);
-       rt.calls([&](std::uint64_t) {
+       rt.calls_on(texts_in(rt), [](auto& with, auto) {
          ask(with.on);
-         auto request = with.answers.try_next(now);
+         auto request = with.handle.try_next(now);
          const rowe::request<json_text> moved{std::move(*request)};
          use(moved);
          serve(with.on);
@@ -210,20 +199,19 @@ constexpr exercise list[] = {
      [](real_time& rt) {
        auto with = structs_in(rt);
        ask(with.on);
-       auto kept = with.answers.try_next(now);
+       auto kept = with.handle.try_next(now);
        rt.calls([&](std::uint64_t) {
          serve(with.on);
          ask(with.on);
-         auto next = with.answers.try_next(now);
+         auto next = with.handle.try_next(now);
          *kept = std::move(*next);
        });
      }},
     {"detail::open_request::~open_request", "unanswered",
      [](real_time& rt) {
-       auto with = structs_in(rt);
-       rt.calls([&](std::uint64_t) {
+       rt.calls_on(structs_in(rt), [](auto& with, auto) {
          ask(with.on);
-         use(with.answers.try_next(now));
+         use(with.handle.try_next(now));
          serve(with.on);
        });
      }},

@@ -18,20 +18,14 @@ slab new_slab(real_time& rt) {
 constexpr exercise list[] = {
     {"slab::slot", "each in turn, written to",
      [](real_time& rt) {
-       const slab s = new_slab(rt);
-       rt.calls(
-           [&](std::uint64_t i) { s.slot(static_cast<std::uint32_t>(i % slots)).back() = std::byte{1}; });
+       rt.calls_on(new_slab(rt), [](auto& s, auto i) {
+         s.slot(static_cast<std::uint32_t>(i % slots)).back() = std::byte{1};
+       });
      }},
     {"slab::slot_count", "always",
-     [](real_time& rt) {
-       const slab s = new_slab(rt);
-       rt.calls([&](std::uint64_t) { use(s.slot_count()); });
-     }},
+     [](real_time& rt) { rt.calls_on(new_slab(rt), [](auto& s, auto) { return s.slot_count(); }); }},
     {"slab::payload_bytes", "always",
-     [](real_time& rt) {
-       const slab s = new_slab(rt);
-       rt.calls([&](std::uint64_t) { use(s.payload_bytes()); });
-     }},
+     [](real_time& rt) { rt.calls_on(new_slab(rt), [](auto& s, auto) { return s.payload_bytes(); }); }},
 };
 
 } // namespace

@@ -108,18 +108,15 @@ constexpr exercise list[] = {
      }},
     {"detail::latch_words::check_in", "always",
      [](real_time& rt) {
-       auto& words = rt.make<detail::latch_words<>>();
-       rt.calls([&](std::uint64_t) { words.check_in(now); });
+       rt.calls_on(rt.make<detail::latch_words<>>(), [](auto& words, auto) { words.check_in(now); });
      }},
     {"detail::latch_words::trip", "always",
      [](real_time& rt) {
-       auto& words = rt.make<detail::latch_words<>>();
-       rt.calls([&](std::uint64_t) { words.trip(1); });
+       rt.calls_on(rt.make<detail::latch_words<>>(), [](auto& words, auto) { words.trip(1); });
      }},
     {"detail::latch_words::acknowledge", "always",
      [](real_time& rt) {
-       auto& words = rt.make<detail::latch_words<>>();
-       rt.calls([&](std::uint64_t) { words.acknowledge(1, now); });
+       rt.calls_on(rt.make<detail::latch_words<>>(), [](auto& words, auto) { words.acknowledge(1, now); });
      }},
     {"detail::latch_engaged", "tripped",
      [](real_time& rt) {

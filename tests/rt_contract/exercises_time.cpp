@@ -27,6 +27,11 @@ histogram& histogram_with(real_time& rt, std::uint64_t values) {
   return h;
 }
 
+template <class Call>
+void with_loop(real_time& rt, Call call) {
+  rt.calls_on(rt.make<periodic>(1ms), [call](auto& loop, auto) { return call(loop); });
+}
+
 constexpr exercise list[] = {
     {"monotonic_clock::now", "always",
      [](real_time& rt) { rt.calls([](std::uint64_t) { use(rt::monotonic_clock::now()); }); }, true},
@@ -46,36 +51,22 @@ constexpr exercise list[] = {
      }},
 
     {"counter::add", "always",
-     [](real_time& rt) {
-       auto& c = rt.make<counter>();
-       rt.calls([&](std::uint64_t) { c.add(); });
-     }},
+     [](real_time& rt) { rt.calls_on(rt.make<counter>(), [](auto& c, auto) { c.add(); }); }},
     {"counter::set", "always",
-     [](real_time& rt) {
-       auto& c = rt.make<counter>();
-       rt.calls([&](std::uint64_t i) { c.set(i); });
-     }},
+     [](real_time& rt) { rt.calls_on(rt.make<counter>(), [](auto& c, auto i) { c.set(i); }); }},
     {"counter::get", "always",
-     [](real_time& rt) {
-       auto& c = rt.make<counter>();
-       rt.calls([&](std::uint64_t) { use(c.get()); });
-     }},
+     [](real_time& rt) { rt.calls_on(rt.make<counter>(), [](auto& c, auto) { return c.get(); }); }},
 
     {"histogram::record", "values of every size, saturated and negative ones too",
      [](real_time& rt) {
-       histogram& h = histogram_with(rt, 0);
-       rt.calls([&](std::uint64_t i) { h.record(value_of(i) - 1ms); });
+       rt.calls_on(histogram_with(rt, 0), [](auto& h, auto i) { h.record(value_of(i) - 1ms); });
      }},
     {"histogram::record", "a value many times",
      [](real_time& rt) {
-       histogram& h = histogram_with(rt, 0);
-       rt.calls([&](std::uint64_t i) { h.record(value_of(i), 100); });
+       rt.calls_on(histogram_with(rt, 0), [](auto& h, auto i) { h.record(value_of(i), 100); });
      }},
     {"histogram::clear", "a filled one",
-     [](real_time& rt) {
-       histogram& h = histogram_with(rt, 1000);
-       rt.calls([&](std::uint64_t) { h.clear(); });
-     }},
+     [](real_time& rt) { rt.calls_on(histogram_with(rt, 1000), [](auto& h, auto) { h.clear(); }); }},
     {"histogram::add", "one of the same precision",
      [](real_time& rt) {
        histogram& h = histogram_with(rt, 1000);
@@ -90,54 +81,33 @@ constexpr exercise list[] = {
      }},
     {"histogram::percentile", "of an empty one",
      [](real_time& rt) {
-       const histogram& h = histogram_with(rt, 0);
-       rt.calls([&](std::uint64_t) { use(h.percentile(99.9)); });
+       rt.calls_on(histogram_with(rt, 0), [](auto& h, auto) { return h.percentile(99.9); });
      }},
     {"histogram::percentile", "of a filled one",
      [](real_time& rt) {
-       const histogram& h = histogram_with(rt, 1000);
-       rt.calls([&](std::uint64_t i) { use(h.percentile(static_cast<double>(i % 101))); });
+       rt.calls_on(histogram_with(rt, 1000),
+                   [](auto& h, auto i) { return h.percentile(static_cast<double>(i % 101)); });
      }},
     {"histogram::count", "always",
-     [](real_time& rt) {
-       const histogram& h = histogram_with(rt, 1000);
-       rt.calls([&](std::uint64_t) { use(h.count()); });
-     }},
+     [](real_time& rt) { rt.calls_on(histogram_with(rt, 1000), [](auto& h, auto) { return h.count(); }); }},
     {"histogram::saturated", "always",
      [](real_time& rt) {
-       const histogram& h = histogram_with(rt, 1000);
-       rt.calls([&](std::uint64_t) { use(h.saturated()); });
+       rt.calls_on(histogram_with(rt, 1000), [](auto& h, auto) { return h.saturated(); });
      }},
     {"histogram::min", "always",
-     [](real_time& rt) {
-       const histogram& h = histogram_with(rt, 1000);
-       rt.calls([&](std::uint64_t) { use(h.min()); });
-     }},
+     [](real_time& rt) { rt.calls_on(histogram_with(rt, 1000), [](auto& h, auto) { return h.min(); }); }},
     {"histogram::max", "always",
-     [](real_time& rt) {
-       const histogram& h = histogram_with(rt, 1000);
-       rt.calls([&](std::uint64_t) { use(h.max()); });
-     }},
+     [](real_time& rt) { rt.calls_on(histogram_with(rt, 1000), [](auto& h, auto) { return h.max(); }); }},
     {"histogram::mean", "of an empty one",
-     [](real_time& rt) {
-       const histogram& h = histogram_with(rt, 0);
-       rt.calls([&](std::uint64_t) { use(h.mean()); });
-     }},
+     [](real_time& rt) { rt.calls_on(histogram_with(rt, 0), [](auto& h, auto) { return h.mean(); }); }},
     {"histogram::mean", "of a filled one",
-     [](real_time& rt) {
-       const histogram& h = histogram_with(rt, 1000);
-       rt.calls([&](std::uint64_t) { use(h.mean()); });
-     }},
+     [](real_time& rt) { rt.calls_on(histogram_with(rt, 1000), [](auto& h, auto) { return h.mean(); }); }},
     {"histogram::precision_bits", "always",
      [](real_time& rt) {
-       const histogram& h = histogram_with(rt, 0);
-       rt.calls([&](std::uint64_t) { use(h.precision_bits()); });
+       rt.calls_on(histogram_with(rt, 0), [](auto& h, auto) { return h.precision_bits(); });
      }},
     {"histogram::counters", "always",
-     [](real_time& rt) {
-       const histogram& h = histogram_with(rt, 0);
-       rt.calls([&](std::uint64_t) { use(h.counters()); });
-     }},
+     [](real_time& rt) { rt.calls_on(histogram_with(rt, 0), [](auto& h, auto) { return h.counters(); }); }},
     {"histogram::index_of", "every value",
      [](real_time& rt) { rt.calls([](std::uint64_t i) { use(histogram::index_of(i << (i % 40), 7)); }); }},
     {"histogram::lowest_of", "every counter",
@@ -146,15 +116,9 @@ constexpr exercise list[] = {
      [](real_time& rt) { rt.calls([](std::uint64_t i) { use(histogram::highest_of(i % 3808, 7)); }); }},
 
     {"basic_periodic::stop", "a loop that runs, and one that is stopped",
-     [](real_time& rt) {
-       auto& loop = rt.make<periodic>(1ms);
-       rt.calls([&](std::uint64_t) { loop.stop(); });
-     }},
+     [](real_time& rt) { with_loop(rt, [](auto& loop) { loop.stop(); }); }},
     {"basic_periodic::stopped", "before stop()",
-     [](real_time& rt) {
-       auto& loop = rt.make<periodic>(1ms);
-       rt.calls([&](std::uint64_t) { use(loop.stopped()); });
-     }},
+     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.stopped(); }); }},
     {"basic_periodic::stopped", "after stop()",
      [](real_time& rt) {
        auto& loop = rt.make<periodic>(1ms);
@@ -162,25 +126,13 @@ constexpr exercise list[] = {
        rt.calls([&](std::uint64_t) { use(loop.stopped()); });
      }},
     {"basic_periodic::period", "always",
-     [](real_time& rt) {
-       auto& loop = rt.make<periodic>(1ms);
-       rt.calls([&](std::uint64_t) { use(loop.period()); });
-     }},
+     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.period(); }); }},
     {"basic_periodic::cycles", "always",
-     [](real_time& rt) {
-       auto& loop = rt.make<periodic>(1ms);
-       rt.calls([&](std::uint64_t) { use(loop.cycles()); });
-     }},
+     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.cycles(); }); }},
     {"basic_periodic::overruns", "always",
-     [](real_time& rt) {
-       auto& loop = rt.make<periodic>(1ms);
-       rt.calls([&](std::uint64_t) { use(loop.overruns()); });
-     }},
+     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.overruns(); }); }},
     {"basic_periodic::next_deadline", "before the first wait()",
-     [](real_time& rt) {
-       auto& loop = rt.make<periodic>(1ms);
-       rt.calls([&](std::uint64_t) { use(loop.next_deadline()); });
-     }},
+     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.next_deadline(); }); }},
     {"basic_periodic::next_deadline", "between two waits",
      [](real_time& rt) {
        auto& loop = rt.make<periodic>(1ms);
@@ -189,20 +141,11 @@ constexpr exercise list[] = {
        rt.calls([&](std::uint64_t) { use(loop.next_deadline()); });
      }},
     {"basic_periodic::lateness", "always",
-     [](real_time& rt) {
-       auto& loop = rt.make<periodic>(1ms);
-       rt.calls([&](std::uint64_t) { use(loop.lateness().count()); });
-     }},
+     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.lateness().count(); }); }},
     {"basic_periodic::grants", "always",
-     [](real_time& rt) {
-       auto& loop = rt.make<periodic>(1ms);
-       rt.calls([&](std::uint64_t) { use(loop.grants().complete()); });
-     }},
+     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.grants().complete(); }); }},
     {"basic_periodic::clock", "always",
-     [](real_time& rt) {
-       auto& loop = rt.make<periodic>(1ms);
-       rt.calls([&](std::uint64_t) { use(loop.clock()); });
-     }},
+     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.clock(); }); }},
 };
 
 } // namespace

@@ -7,27 +7,11 @@
 namespace rowe::contract {
 namespace {
 
-struct subscribing {
-  detail::queue_pair& on;
-  subscriber<odometry>& seen;
-};
+using subscribing = offered<subscriber<odometry>>;
 
 subscribing subscriber_in(real_time& rt, keep kept = keep::all) {
-  detail::queue_pair& on =
-      pair_for(rt, detail::subscribe_request<odometry>("/odom", {.keep = kept, .depth = depth}));
-  return {on, rt.make<subscriber<odometry>>(handle_of(on))};
-}
-
-// What the service thread does with a value that arrived.
-void decode(detail::queue_pair& on, rt::time_point over = rt::never) {
-  constexpr odometry value{1, 2, 3, 4, 5};
-  const detail::producer_end& end = on.service.in;
-  const detail::value_header header{.expires_ns = rt::nanoseconds_of(over)};
-  if (end.newest == nullptr) return fill(end, header, &value, sizeof value);
-  const std::uint32_t slot = end.newest->begin_write();
-  *end.memory.header(slot) = header;
-  std::memcpy(end.memory.value(slot), &value, sizeof value);
-  end.newest->end_write(slot);
+  return offer<subscriber<odometry>>(
+      rt, detail::subscribe_request<odometry>("/odom", {.keep = kept, .depth = depth}));
 }
 
 template <class Take>
@@ -35,7 +19,7 @@ void take_each(real_time& rt, keep kept, Take take) {
   auto with = subscriber_in(rt, kept);
   rt.calls([&](std::uint64_t i) {
     if (i % 3 != 0) decode(with.on);
-    use(take(with.seen));
+    use(take(with.handle));
   });
 }
 
@@ -45,9 +29,9 @@ void take_in_time(real_time& rt, keep kept, Take take) {
   auto with = subscriber_in(rt, kept);
   const rt::time_point far = rt::monotonic_clock::now() + std::chrono::hours{1};
   rt.calls([&](std::uint64_t i) {
-    decode(with.on, i % 3 == 0 ? rt::time_point{} : i % 3 == 1 ? far : rt::never);
-    use(take(with.seen));
-    use(with.seen.expired());
+    decode(with.on, {1, 2, 3, 4, 5}, i % 3 == 0 ? rt::time_point{} : i % 3 == 1 ? far : rt::never);
+    use(take(with.handle));
+    use(with.handle.expired());
   });
 }
 
@@ -56,8 +40,8 @@ void take_by_the_clock(real_time& rt, keep kept, Take take) {
   auto with = subscriber_in(rt, kept);
   const rt::time_point far = rt::monotonic_clock::now() + std::chrono::hours{1};
   rt.calls([&](std::uint64_t) {
-    decode(with.on, far);
-    use(take(with.seen));
+    decode(with.on, {1, 2, 3, 4, 5}, far);
+    use(take(with.handle));
   });
 }
 
@@ -66,7 +50,7 @@ void take_where_there_is_none(real_time& rt, Take take) {
   auto with = subscriber_in(rt);
   close(with.on);
   auto& empty = rt.make<subscriber<odometry>>();
-  rt.calls([&](std::uint64_t i) { use(take(i % 2 == 0 ? with.seen : empty)); });
+  rt.calls([&](std::uint64_t i) { use(take(i % 2 == 0 ? with.handle : empty)); });
 }
 
 template <class Read>
@@ -74,7 +58,7 @@ void read_a_view(real_time& rt, Read read) {
   auto with = subscriber_in(rt);
   rt.calls([&](std::uint64_t) {
     decode(with.on);
-    const auto taken = with.seen.try_take();
+    const auto taken = with.handle.try_take();
     use(read(*taken));
   });
 }
@@ -98,10 +82,9 @@ constexpr exercise list[] = {
      [](real_time& rt) { take_in_time(rt, keep::all, [](auto& s) { return s.try_take(now); }); }},
     {"subscriber::latest", "of structs, when its queue is full",
      [](real_time& rt) {
-       auto with = subscriber_in(rt);
-       rt.calls([&](std::uint64_t) {
+       rt.calls_on(subscriber_in(rt), [](auto& with, auto) {
          for (std::uint32_t i = 0; i < depth; ++i) decode(with.on);
-         use(with.seen.latest());
+         use(with.handle.latest());
        });
      }},
     {"subscriber::latest", "of structs, the newest",
@@ -111,10 +94,9 @@ constexpr exercise list[] = {
 
     {"value_view::value_view", "moved from another",
      [](real_time& rt) {
-       auto with = subscriber_in(rt);
-       rt.calls([&](std::uint64_t) {
+       rt.calls_on(subscriber_in(rt), [](auto& with, auto) {
          decode(with.on);
-         auto taken = with.seen.try_take();
+         auto taken = with.handle.try_take();
          const value_view<odometry> moved{std::move(*taken)};
          use(moved);
        });
@@ -123,10 +105,10 @@ constexpr exercise list[] = {
      [](real_time& rt) {
        auto with = subscriber_in(rt);
        decode(with.on);
-       auto kept = with.seen.try_take();
+       auto kept = with.handle.try_take();
        rt.calls([&](std::uint64_t) {
          decode(with.on);
-         auto next = with.seen.try_take();
+         auto next = with.handle.try_take();
          *kept = std::move(*next);
        });
      }},
@@ -137,7 +119,7 @@ constexpr exercise list[] = {
        rt.calls([&](std::uint64_t i) {
          subscribing& with = i % 2 == 0 ? every : newest;
          decode(with.on);
-         use(with.seen.try_take());
+         use(with.handle.try_take());
        });
      }},
     {"value_view::value", "of each slot in turn",

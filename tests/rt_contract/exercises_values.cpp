@@ -97,45 +97,30 @@ constexpr exercise list[] = {
      }},
     {"fixed_string::resize", "within and beyond its capacity",
      [](real_time& rt) {
-       auto& s = string_with(rt, "map");
-       rt.calls([&](std::uint64_t i) { use(s.resize(i % 20)); });
+       rt.calls_on(string_with(rt, "map"), [](auto& s, auto i) { return s.resize(i % 20); });
      }},
     {"fixed_string::data", "written to",
      [](real_time& rt) {
-       auto& s = string_with(rt, "map");
-       rt.calls([&](std::uint64_t i) { s.data()[i % 3] = 'a'; });
+       rt.calls_on(string_with(rt, "map"), [](auto& s, auto i) { s.data()[i % 3] = 'a'; });
      }},
     {"fixed_string::clear", "always",
-     [](real_time& rt) {
-       auto& s = string_with(rt, "map");
-       rt.calls([&](std::uint64_t) { s.clear(); });
-     }},
+     [](real_time& rt) { rt.calls_on(string_with(rt, "map"), [](auto& s, auto) { s.clear(); }); }},
     {"fixed_string::view", "always",
-     [](real_time& rt) {
-       auto& s = string_with(rt, "map");
-       rt.calls([&](std::uint64_t) { use(s.view()); });
-     }},
+     [](real_time& rt) { rt.calls_on(string_with(rt, "map"), [](auto& s, auto) { return s.view(); }); }},
     {"fixed_string::operator std::string_view", "always",
      [](real_time& rt) {
-       auto& s = string_with(rt, "map");
-       rt.calls([&](std::uint64_t) { use(static_cast<std::string_view>(s)); });
+       rt.calls_on(string_with(rt, "map"), [](auto& s, auto) { return static_cast<std::string_view>(s); });
      }},
     {"fixed_string::size", "always",
-     [](real_time& rt) {
-       auto& s = string_with(rt, "map");
-       rt.calls([&](std::uint64_t) { use(s.size()); });
-     }},
+     [](real_time& rt) { rt.calls_on(string_with(rt, "map"), [](auto& s, auto) { return s.size(); }); }},
     {"fixed_string::empty", "always",
-     [](real_time& rt) {
-       auto& s = string_with(rt, "");
-       rt.calls([&](std::uint64_t) { use(s.empty()); });
-     }},
+     [](real_time& rt) { rt.calls_on(string_with(rt, ""), [](auto& s, auto) { return s.empty(); }); }},
     {"fixed_string::capacity", "always",
      [](real_time& rt) { rt.calls([](std::uint64_t) { use(string::capacity()); }); }},
     {"fixed_string::operator==", "with a text",
      [](real_time& rt) {
-       auto& s = string_with(rt, "base_link");
-       rt.calls([&](std::uint64_t i) { use(s == std::string_view{i % 2 == 0 ? "base_link" : "map"}); });
+       rt.calls_on(string_with(rt, "base_link"),
+                   [](auto& s, auto i) { return s == std::string_view{i % 2 == 0 ? "base_link" : "map"}; });
      }},
     {"fixed_string::operator==", "with another",
      [](real_time& rt) {
@@ -146,78 +131,48 @@ constexpr exercise list[] = {
 
     {"bounded_array::push_back", "until it is full, and again",
      [](real_time& rt) {
-       auto& a = array_with(rt, 0);
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(array_with(rt, 0), [](auto& a, auto i) {
          if (!a.push_back(static_cast<double>(i)) && i % 100 == 0) a.clear();
        });
      }},
     {"bounded_array::resize", "within and beyond its capacity",
      [](real_time& rt) {
-       auto& a = array_with(rt, 0);
-       rt.calls([&](std::uint64_t i) { use(a.resize(i % 700)); });
+       rt.calls_on(array_with(rt, 0), [](auto& a, auto i) { return a.resize(i % 700); });
      }},
     {"bounded_array::clear", "always",
-     [](real_time& rt) {
-       auto& a = array_with(rt, 5);
-       rt.calls([&](std::uint64_t) { a.clear(); });
-     }},
+     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](auto& a, auto) { a.clear(); }); }},
     {"bounded_array::operator[]", "written to",
      [](real_time& rt) {
-       auto& a = array_with(rt, array::capacity());
-       rt.calls([&](std::uint64_t i) { a[i % array::capacity()] = static_cast<double>(i); });
+       rt.calls_on(array_with(rt, array::capacity()),
+                   [](auto& a, auto i) { a[i % array::capacity()] = static_cast<double>(i); });
      }},
     {"bounded_array::operator[]", "of a constant one",
      [](real_time& rt) {
-       const auto& a = array_with(rt, array::capacity());
-       rt.calls([&](std::uint64_t i) { use(a[i % array::capacity()]); });
+       rt.calls_on(array_with(rt, array::capacity()),
+                   [](const auto& a, auto i) { return a[i % array::capacity()]; });
      }},
     {"bounded_array::size", "always",
-     [](real_time& rt) {
-       auto& a = array_with(rt, 5);
-       rt.calls([&](std::uint64_t) { use(a.size()); });
-     }},
+     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](auto& a, auto) { return a.size(); }); }},
     {"bounded_array::empty", "always",
-     [](real_time& rt) {
-       auto& a = array_with(rt, 0);
-       rt.calls([&](std::uint64_t) { use(a.empty()); });
-     }},
+     [](real_time& rt) { rt.calls_on(array_with(rt, 0), [](auto& a, auto) { return a.empty(); }); }},
     {"bounded_array::full", "always",
      [](real_time& rt) {
-       auto& a = array_with(rt, array::capacity());
-       rt.calls([&](std::uint64_t) { use(a.full()); });
+       rt.calls_on(array_with(rt, array::capacity()), [](auto& a, auto) { return a.full(); });
      }},
     {"bounded_array::capacity", "always",
      [](real_time& rt) { rt.calls([](std::uint64_t) { use(array::capacity()); }); }},
     {"bounded_array::data", "always",
-     [](real_time& rt) {
-       auto& a = array_with(rt, 5);
-       rt.calls([&](std::uint64_t) { use(a.data()); });
-     }},
+     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](auto& a, auto) { return a.data(); }); }},
     {"bounded_array::data", "of a constant one",
-     [](real_time& rt) {
-       const auto& a = array_with(rt, 5);
-       rt.calls([&](std::uint64_t) { use(a.data()); });
-     }},
+     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](const auto& a, auto) { return a.data(); }); }},
     {"bounded_array::begin", "always",
-     [](real_time& rt) {
-       auto& a = array_with(rt, 5);
-       rt.calls([&](std::uint64_t) { use(a.begin()); });
-     }},
+     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](auto& a, auto) { return a.begin(); }); }},
     {"bounded_array::begin", "of a constant one",
-     [](real_time& rt) {
-       const auto& a = array_with(rt, 5);
-       rt.calls([&](std::uint64_t) { use(a.begin()); });
-     }},
+     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](const auto& a, auto) { return a.begin(); }); }},
     {"bounded_array::end", "always",
-     [](real_time& rt) {
-       auto& a = array_with(rt, 5);
-       rt.calls([&](std::uint64_t) { use(a.end()); });
-     }},
+     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](auto& a, auto) { return a.end(); }); }},
     {"bounded_array::end", "of a constant one",
-     [](real_time& rt) {
-       const auto& a = array_with(rt, 5);
-       rt.calls([&](std::uint64_t) { use(a.end()); });
-     }},
+     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](const auto& a, auto) { return a.end(); }); }},
 };
 
 } // namespace

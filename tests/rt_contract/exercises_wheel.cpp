@@ -31,16 +31,15 @@ timer_wheel& wheel_with(real_time& rt, std::uint32_t inserted) {
 constexpr exercise list[] = {
     {"basic_timer_wheel::insert", "into an empty wheel",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, 0);
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(wheel_with(rt, 0), [](auto& wheel, auto i) {
          wheel.insert(node_of(i), start + ttl_of(i));
          wheel.cancel(node_of(i));
        });
      }},
     {"basic_timer_wheel::insert", "an entry that is on the wheel, which moves it",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries);
-       rt.calls([&](std::uint64_t i) { wheel.insert(node_of(i), start + ttl_of(i)); });
+       rt.calls_on(wheel_with(rt, entries),
+                   [](auto& wheel, auto i) { wheel.insert(node_of(i), start + ttl_of(i)); });
      }},
     {"basic_timer_wheel::insert", "with an expiry in the past, far away or never",
      [](real_time& rt) {
@@ -50,31 +49,27 @@ constexpr exercise list[] = {
      }},
     {"basic_timer_wheel::cancel", "an entry that is on the wheel",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries);
-       rt.calls([&](std::uint64_t i) {
+       rt.calls_on(wheel_with(rt, entries), [](auto& wheel, auto i) {
          wheel.cancel(node_of(i));
          wheel.insert(node_of(i), start + ttl_of(i));
        });
      }},
     {"basic_timer_wheel::cancel", "an entry that is not",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, 0);
-       rt.calls([&](std::uint64_t i) { wheel.cancel(node_of(i)); });
+       rt.calls_on(wheel_with(rt, 0), [](auto& wheel, auto i) { wheel.cancel(node_of(i)); });
      }},
     {"basic_timer_wheel::prefetch", "an entry that is on the wheel",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries);
-       rt.calls([&](std::uint64_t i) { wheel.prefetch(node_of(i)); });
+       rt.calls_on(wheel_with(rt, entries), [](auto& wheel, auto i) { wheel.prefetch(node_of(i)); });
      }},
     {"basic_timer_wheel::prefetch_neighbours", "of entries on the wheel and of others",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries / 2);
-       rt.calls([&](std::uint64_t i) { wheel.prefetch_neighbours(node_of(i)); });
+       rt.calls_on(wheel_with(rt, entries / 2),
+                   [](auto& wheel, auto i) { wheel.prefetch_neighbours(node_of(i)); });
      }},
     {"basic_timer_wheel::expire", "when nothing is due",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries);
-       rt.calls([&](std::uint64_t) { use(wheel.expire(start)); });
+       rt.calls_on(wheel_with(rt, entries), [](auto& wheel, auto) { return wheel.expire(start); });
      }},
     {"basic_timer_wheel::expire", "as time passes, over all levels",
      [](real_time& rt) {
@@ -98,33 +93,29 @@ constexpr exercise list[] = {
      }},
     {"basic_timer_wheel::next_wake", "of an empty wheel",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, 0);
-       rt.calls([&](std::uint64_t) { use(wheel.next_wake()); });
+       rt.calls_on(wheel_with(rt, 0), [](auto& wheel, auto) { return wheel.next_wake(); });
      }},
     {"basic_timer_wheel::next_wake", "of a full wheel",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries);
-       rt.calls([&](std::uint64_t) { use(wheel.next_wake()); });
+       rt.calls_on(wheel_with(rt, entries), [](auto& wheel, auto) { return wheel.next_wake(); });
      }},
     {"basic_timer_wheel::contains", "always",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries / 2);
-       rt.calls([&](std::uint64_t i) { use(wheel.contains(node_of(i))); });
+       rt.calls_on(wheel_with(rt, entries / 2),
+                   [](auto& wheel, auto i) { return wheel.contains(node_of(i)); });
      }},
     {"basic_timer_wheel::expiry_of", "always",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries / 2);
-       rt.calls([&](std::uint64_t i) { use(wheel.expiry_of(node_of(i))); });
+       rt.calls_on(wheel_with(rt, entries / 2),
+                   [](auto& wheel, auto i) { return wheel.expiry_of(node_of(i)); });
      }},
     {"basic_timer_wheel::size", "always",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries / 2);
-       rt.calls([&](std::uint64_t) { use(wheel.size()); });
+       rt.calls_on(wheel_with(rt, entries / 2), [](auto& wheel, auto) { return wheel.size(); });
      }},
     {"basic_timer_wheel::empty", "always",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries / 2);
-       rt.calls([&](std::uint64_t) { use(wheel.empty()); });
+       rt.calls_on(wheel_with(rt, entries / 2), [](auto& wheel, auto) { return wheel.empty(); });
      }},
 };
 

@@ -53,6 +53,20 @@ inline detail::queue_pair& pair_for(real_time& rt, const detail::pair_request& a
 
 inline detail::pair_handle handle_of(detail::queue_pair& on) { return {nullptr, on}; }
 
+// A handle and its queue pair.
+template <class Handle>
+struct offered {
+  detail::queue_pair& on;
+  Handle& handle;
+};
+template <class Handle>
+offered<Handle> offer(real_time& rt, const detail::pair_request& asked,
+                      audience listening = audience::somebody) {
+  detail::queue_pair& on = pair_for(rt, asked, listening);
+  return {on, rt.make<Handle>(handle_of(on))};
+}
+inline constexpr service_options service{.depth = 16, .text_bytes_max = text_bytes};
+
 inline void close(detail::queue_pair& on) { on.audience.close(); }
 
 // What the service thread puts into a queue; nothing when no slot is free.
@@ -71,6 +85,17 @@ inline void arrive(detail::queue_pair& on, rt::time_point expires = rt::never) {
   header.expires_ns = rt::nanoseconds_of(expires);
   header.peer = {somebody.index, somebody.generation};
   fill(on.service.in, header, text.data(), text.size());
+}
+// What it does with a value that has arrived.
+inline void decode(detail::queue_pair& on, const odometry& value = {1, 2, 3, 4, 5},
+                   rt::time_point over = rt::never) {
+  const detail::producer_end& end = on.service.in;
+  const detail::value_header header{.expires_ns = rt::nanoseconds_of(over)};
+  if (end.newest == nullptr) return fill(end, header, &value, sizeof value);
+  const std::uint32_t slot = end.newest->begin_write();
+  *end.memory.header(slot) = header;
+  std::memcpy(end.memory.value(slot), &value, sizeof value);
+  end.newest->end_write(slot);
 }
 // A call: of text, or of a struct.
 inline void ask(detail::queue_pair& on, rt::time_point expires = rt::never, connection by = somebody) {

@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 import time
 import unittest
+import unittest.mock
 
 import areas
 import builds
@@ -101,6 +102,14 @@ SOURCE = os.path.join("src", "json", "x.cpp")
 SCRIPT = os.path.join("tests", "json", "x_test.py")
 
 
+def written(told):
+    """The lines of a report."""
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        told.write()
+    return said.getvalue().splitlines()
+
+
 class a_build(unittest.TestCase):
     def first_error(self, said):
         with tempfile.NamedTemporaryFile("w", encoding="utf-8") as log:
@@ -155,11 +164,14 @@ class a_test(unittest.TestCase):
         self.assertEqual(serve.count, 2)
         self.assertEqual(serve.skipped, [("verbs/serve test_two", "no network of its own here")])
 
-    def test_of_node_counts_the_leaves(self):
-        self.assertEqual(suites.parts_of(TAP), (4, 1, [("third", "no browser")]))
-
-    def test_of_a_file_counts_what_is_in_it_and_what_never_ended(self):
-        self.assertEqual(suites.parts_of(GTEST), (4, 2, [("all/queue.is_empty/0", "not here")]))
+    def test_counts_what_is_in_it(self):
+        for what, said, parts in (
+                ("of node, the leaves", TAP, (4, 1, [("third", "no browser")])),
+                ("of a file, what never ended, too", GTEST, (4, 2, [("all/queue.is_empty/0", "not here")])),
+                ("of a script", "Ran 7 tests in 1s\n\nFAILED (failures=2, errors=1)\n", (7, 3, [])),
+                ("of no known sort, nothing", "ok, everything is well\n", (0, 0, []))):
+            with self.subTest(what):
+                self.assertEqual(suites.parts_of(said), parts)
 
     def test_of_a_file_names_what_failed_in_it_and_shows_only_that(self):
         junit = JUNIT.replace("wrong", GTEST)
@@ -176,12 +188,6 @@ class a_test(unittest.TestCase):
         self.assertIn("ThreadSanitizer", suites.of_those(said, ["queue.gives_one"]))
         self.assertEqual(suites.of_those(said, []), said)
 
-    def test_of_no_known_sort_has_no_parts(self):
-        self.assertEqual(suites.parts_of("ok, everything is well\n"), (0, 0, []))
-
-    def test_that_is_a_script_counts_what_failed_in_it(self):
-        self.assertEqual(suites.parts_of("Ran 7 tests in 1s\n\nFAILED (failures=2, errors=1)\n"), (7, 3, []))
-
     def test_whose_program_is_missing_has_failed(self):
         missing = self.tests["wire/NOT_BUILT"]
         self.assertFalse(missing.passed)
@@ -197,12 +203,8 @@ class a_test_that_failed(unittest.TestCase):
         def once(_, jobs, options, __):
             self.asked.append((jobs, list(options)))
             return left.pop(0)
-        before, suites.run_once = suites.run_once, once
-        try:
-            with contextlib.redirect_stdout(io.StringIO()):
-                return suites.run("release", 6, ["-C", "all", "-R", "x"])
-        finally:
-            suites.run_once = before
+        with unittest.mock.patch.object(suites, "run_once", once), contextlib.redirect_stdout(io.StringIO()):
+            return suites.run("release", 6, ["-C", "all", "-R", "x"])
 
     @staticmethod
     def one(name, passed, said=""):
@@ -244,11 +246,7 @@ class a_test_that_failed(unittest.TestCase):
     def test_is_told_of_in_the_report(self):
         told = main.report()
         told.add("tsan", [self.one("a", True)._replace(unsteady=True)])
-        said = io.StringIO()
-        with contextlib.redirect_stdout(said):
-            told.write()
-        self.assertIn("UNSTEADY: tsan: a: failed beside other tests, passed alone",
-                      said.getvalue().splitlines())
+        self.assertIn("UNSTEADY: tsan: a: failed beside other tests, passed alone", written(told))
         self.assertTrue(told.ok())
 
 
@@ -267,10 +265,7 @@ class a_report(unittest.TestCase):
     def test_names_what_failed_in_a_file(self):
         told = main.report()
         told.add("asan", suites.taken_in(JUNIT.replace("wrong", GTEST)))
-        said = io.StringIO()
-        with contextlib.redirect_stdout(said):
-            told.write()
-        self.assertIn("FAILED: asan: json/a.fails queue.ends", said.getvalue().splitlines())
+        self.assertIn("FAILED: asan: json/a.fails queue.ends", written(told))
 
     def test_counts_what_passed_failed_and_was_skipped(self):
         told = main.report()
@@ -284,10 +279,7 @@ class a_report(unittest.TestCase):
         told = main.report()
         told.add("release", suites.taken_in(JUNIT))
         told.left_out.append("presets asan, tsan and bench")
-        said = io.StringIO()
-        with contextlib.redirect_stdout(said):
-            told.write()
-        lines = said.getvalue().splitlines()
+        lines = written(told)
         self.assertIn("SKIPPED: web/page: Node is not installed", lines)
         self.assertIn("SKIPPED: rt/a.is_skipped: asserted in dev builds only", lines)
         self.assertIn("LEFT OUT: presets asan, tsan and bench", lines)
@@ -299,18 +291,12 @@ class a_report(unittest.TestCase):
 
 class an_area(unittest.TestCase):
     def setUp(self):
-        self.before = os.getcwd()
-        self.folder = tempfile.TemporaryDirectory()
-        os.chdir(self.folder.name)
+        self.enterContext(contextlib.chdir(self.enterContext(tempfile.TemporaryDirectory())))
         for name in (SCRIPT, SOURCE, "tests/json/CMakeLists.txt", "tests/rt/CMakeLists.txt", "rt/x.cpp",
                      "build/release/build.ninja", "build/release/bin/rowe"):
             pathlib.Path(name).parent.mkdir(parents=True, exist_ok=True)
             pathlib.Path(name).touch()
         self.record = areas.record("release")
-
-    def tearDown(self):
-        os.chdir(self.before)
-        self.folder.cleanup()
 
     def passed(self):
         self.record.passed(areas.known(), time.time() + 1)

@@ -4,15 +4,14 @@ clients; and who abuses them. Raw requests over TLS, by Python's own ssl, to a r
 """
 import os
 import re
-import resource
-import signal
 import socket
 import ssl
 import subprocess
 import unittest
 
 from program import kept_port, learns, program, run, timeout
-from robot_folder import in_a_folder, openssl, tokens_of
+from robot import tokens_of
+from robot_folder import full_after, in_a_folder, openssl
 
 key = "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ=="
 upgrade = ("Connection: Upgrade", "Upgrade: websocket", "Sec-WebSocket-Version: 13", key)
@@ -29,8 +28,7 @@ class credentials(in_a_folder):
         text = self.text("r", "rowe.toml")
         if client_ca:
             text = text.replace("[tls]\n", f'[tls]\nclient_ca = "{client_ca}"\n')
-            with open(self.at("r", "rowe.toml"), "w", encoding="ascii") as file:
-                file.write(text)
+            self.write(text, "r", "rowe.toml")
         self.robot = program("serve", "--demo", "--config", self.at("r", "rowe.toml"), "--address",
                              "127.0.0.1", "--port", str(self.port), *more)
         self.addCleanup(self.robot.process.kill)
@@ -209,12 +207,9 @@ class credentials(in_a_folder):
 
     def test_removing_somebody_counts_whatever_else_is_wrong(self):
         os.mkdir(self.at("site"))
-        with open(self.at("shown"), "w", encoding="ascii") as file:
-            file.write(self.tokens["peer"])
-        os.chmod(self.at("shown"), 0o600)
-        text = self.text("r", "rowe.toml")
-        with open(self.at("r", "rowe.toml"), "w", encoding="ascii") as file:
-            file.write(text.replace("[tls]\n", f'[client]\ntoken_file = "{self.at("shown")}"\n[tls]\n'))
+        self.write(self.tokens["peer"], "shown")
+        shown = f'[client]\ntoken_file = "{self.at("shown")}"\n[tls]\n'
+        self.write(self.text("r", "rowe.toml").replace("[tls]\n", shown), "r", "rowe.toml")
         self.serve(client_ca=None, more=("--web", self.at("site")))
         breaking = {
             "driver": (lambda: os.chmod(self.at("r", "key.pem"), 0o644), "key.pem: others can read it"),
@@ -266,15 +261,10 @@ class credentials(in_a_folder):
         self.serve()
         url = f"wss://127.0.0.1:{self.port}"
         root = ("--ca", self.at("r", "ca.pem"))
-        by_option = run("peers", url, *root, "--cert", arm)
-        self.assertEqual(by_option.code, 0, by_option.stderr)
-        by_two_files = run("peers", url, *root, "--cert", arm, "--key", arm)
-        self.assertEqual(by_two_files.code, 0, by_two_files.stderr)
-        told = learns("401", "peers", url, *root)
-        self.assertEqual(told.code, 3, told.stderr)
-        self.assertIn("401", "\n".join(told.stderr))
-        by_environment = run("peers", url, environment={"ROWE_CA": root[1], "ROWE_CERT": arm})
-        self.assertEqual(by_environment.code, 0, by_environment.stderr)
+        run("peers", url, *root, "--cert", arm, code=0)
+        run("peers", url, *root, "--cert", arm, "--key", arm, code=0)
+        learns("401", "peers", url, *root).expect(3, says="401")
+        run("peers", url, environment={"ROWE_CA": root[1], "ROWE_CERT": arm}, code=0)
         os.chmod(arm, 0o644)
         self.assertIn("others can read it", "\n".join(run("peers", url, *root, "--cert", arm).stderr))
 
@@ -284,25 +274,21 @@ class credentials(in_a_folder):
         subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256",
                         "-nodes", "-days", "1", "-subj", "/CN=arm-1", "-keyout", self.at("k.pem"),
                         "-out", self.at("c.pem")], check=True, capture_output=True, timeout=60)
-        with open(self.at("eve.pem"), "w", encoding="ascii") as file:
-            file.write(self.text("c.pem") + self.text("k.pem"))
-        os.chmod(self.at("eve.pem"), 0o600)
+        self.write(self.text("c.pem") + self.text("k.pem"), "eve.pem")
         with self.assertRaises((ssl.SSLError, ConnectionError)):
             by = self.connected("eve.pem")
             by.sendall(b"GET / HTTP/1.1\r\n\r\n")
             if by.recv(100) == b"":
                 raise ConnectionError
         self.robot.line(r"the TLS handshake failed: self-signed certificate")
-        told = learns("unknown ca", "peers", f"wss://127.0.0.1:{self.port}", "--ca", self.at("r", "ca.pem"),
-                      "--cert", self.at("eve.pem"))
-        self.assertIn("unknown ca", "\n".join(told.stderr))
+        learns("unknown ca", "peers", f"wss://127.0.0.1:{self.port}", "--ca", self.at("r", "ca.pem"),
+               "--cert", self.at("eve.pem")).expect(says="unknown ca")
 
     def test_what_cannot_be_certified_is_said_and_changes_nothing(self):
         before = self.text("r", "rowe.toml")
 
         def refused(*arguments, says, code=1):
-            ended = self.rowe("token", *arguments, "--dir", "r", code=code)
-            self.assertIn(says, "\n".join(ended.stderr))
+            self.rowe("token", *arguments, "--dir", "r", code=code, says=says)
             self.assertEqual(self.text("r", "rowe.toml"), before)
         refused("add", "anna", "pilot", "--certificate", "a.pem", says="there are observer")
         refused("add", "anna", "driver", "--certificate", "none/a.pem", says="none/a.pem cannot be made")
@@ -317,25 +303,18 @@ class credentials(in_a_folder):
 
     def test_a_full_disk_leaves_no_certificate_of_nobody(self):
         size = 8192  # enough for the certificate, too little for the settings
-        with open(self.at("r", "rowe.toml"), "a", encoding="ascii") as file:
-            file.write("# much\n" * size)
+        self.write(self.text("r", "rowe.toml") + "# much\n" * size, "r", "rowe.toml")
         before = self.all_in("r")
-
-        def small():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-            resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-        ended = self.rowe("token", "add", "arm-1", "driver", "--certificate", "arm.pem", "--dir", "r", code=1,
-                          preexec_fn=small, restore_signals=False)
-        self.assertIn("rowe.toml cannot be written", "\n".join(ended.stderr))
+        self.rowe("token", "add", "arm-1", "driver", "--certificate", "arm.pem", "--dir", "r", code=1,
+                  says="rowe.toml cannot be written", **full_after(size))
         self.assertFalse(os.path.exists(self.at("arm.pem")))
         self.assertEqual(self.all_in("r"), before)
         self.certificate("arm-1")
 
     def test_one_without_client_ca_is_said_by_the_configuration(self):
-        with open(self.at("r", "rowe.toml"), "a", encoding="ascii") as file:
-            file.write("# no client_ca yet\n")
-        ended = self.rowe("token", "add", "arm-1", "driver", "--certificate", "arm.pem", "--dir", "r")
-        self.assertIn('add `client_ca = "ca.pem"` to [tls]', "\n".join(ended.stderr))
+        self.write(self.text("r", "rowe.toml") + "# no client_ca yet\n", "r", "rowe.toml")
+        self.rowe("token", "add", "arm-1", "driver", "--certificate", "arm.pem", "--dir", "r",
+                  says='add `client_ca = "ca.pem"` to [tls]')
         self.assertIn("arm-1 driver certificate", self.rowe("token", "list", "--dir", "r").stdout)
         told = self.rowe("config", "check", "r/rowe.toml", code=2)
         self.assertIn("identity `arm-1` has only a certificate, and clients are not asked for one",

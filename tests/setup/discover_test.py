@@ -3,7 +3,6 @@
 import json
 import os
 import signal
-import stat
 import unittest
 
 from program import given_time, program
@@ -17,17 +16,17 @@ upstairs = '=;wlan0;IPv6;upstairs;_rowe._tcp;local;up.local;fd00::7;8080;"scheme
 class discovering(in_a_folder):
     def browse(self, script):
         """What avahi-browse does from now on."""
-        path = self.at("avahi-browse")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write("#!/bin/sh\n" + script + "\n")
-        os.chmod(path, stat.S_IRWXU)
+        self.write("#!/bin/sh\n" + script + "\n", "avahi-browse", mode=0o700)
 
     def prints(self, *lines):
         self.browse("cat <<'END'\n" + "\n".join(lines) + "\nEND")
 
-    def discover(self, *arguments, code=0):
-        path = f"{self.top}:{os.environ['PATH']}"
-        return self.rowe("discover", *arguments, code=code, environment={"PATH": path})
+    def setUp(self):
+        super().setUp()
+        self.environment = {"PATH": f"{self.top}:{os.environ['PATH']}"}
+
+    def discover(self, *arguments, **more):
+        return self.rowe("discover", *arguments, environment=self.environment, **more)
 
     def test_asks_for_robots_and_prints_a_line_for_each(self):
         self.prints("+;eth0;IPv4;ang\\03201;_rowe._tcp;local", ang, ang, upstairs)
@@ -61,47 +60,36 @@ class discovering(in_a_folder):
 
     def test_answers_that_cannot_be_read_are_counted(self):
         self.prints("=;nonsense", ang)
-        ended = self.discover()
+        ended = self.discover(first="1 answer could not be read")
         self.assertEqual(len(ended.stdout), 1)
-        self.assertIn("1 answer could not be read", ended.stderr[0])
 
     def test_says_that_there_is_none(self):
         self.prints("")
-        ended = self.discover()
-        self.assertEqual(ended.stdout, [])
-        self.assertIn("no robot is announced here", ended.stderr[0])
+        self.discover(stdout=[], first="no robot is announced here")
 
     def test_names_the_package_where_avahi_browse_is_missing(self):
-        ended = self.rowe("discover", code=1, environment={"PATH": self.top})
-        self.assertIn("install the package avahi-utils", ended.stderr[0])
+        self.rowe("discover", code=1, environment={"PATH": self.top}, first="install the package avahi-utils")
 
     def test_says_that_avahi_browse_failed(self):
         self.browse("echo 'Daemon not running' >&2; exit 1")
-        self.assertIn("ended with 1: is avahi-daemon running?", "\n".join(self.discover(code=1).stderr))
+        self.discover(code=1, says="ended with 1: is avahi-daemon running?")
 
     def test_stops_waiting_in_time(self):
         self.browse("exec sleep 1000")
         self.discover("--timeout", "50ms", code=4)
         self.browse(f"cat <<'END'\n{ang}\nEND\nexec sleep 1000")
-        ended = given_time(lambda time: self.discover_some(time), lambda ended: ended.stdout)
-        self.assertEqual((len(ended.stdout), ended.code), (1, 0))
-
-    def discover_some(self, time):
-        path = f"{self.top}:{os.environ['PATH']}"
-        with program("discover", "--timeout", time, cwd=self.top, environment={"PATH": path}) as running:
-            running.code = running.end()
-            return running
+        ended = given_time(lambda time: self.discover("--timeout", time, code=None),
+                           lambda ended: ended.stdout).expect(0)
+        self.assertEqual(len(ended.stdout), 1)
 
     def test_reads_no_more_than_robots_can_have_to_say(self):
         self.browse("exec yes '=;eth0;IPv4;a;_rowe._tcp;local;a.local;10.0.0.1;1;\"x=y\"'")
-        ended = self.discover("--timeout", "60s")
+        ended = self.discover("--timeout", "60s", says="writes without end")
         self.assertEqual(len(ended.stdout), 1)
-        self.assertIn("writes without end", "\n".join(ended.stderr))
 
     def test_an_interrupt_ends_it_and_the_other_program(self):
         self.browse("echo $$ > pid.new; mv pid.new pid; exec sleep 1000")
-        path = f"{self.top}:{os.environ['PATH']}"
-        with program("discover", "--timeout", "60s", cwd=self.top, environment={"PATH": path}) as running:
+        with program("discover", "--timeout", "60s", cwd=self.top, environment=self.environment) as running:
             while not os.path.exists(self.at("pid")):
                 self.assertIsNone(running.process.poll())
             self.assertEqual(running.end(signal.SIGINT), 130)

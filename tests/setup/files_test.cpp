@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "rt/folder.hpp"
+
 namespace rowe::tools {
 namespace files_test {
 namespace {
@@ -16,14 +18,7 @@ namespace fs = std::filesystem;
 
 class files : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = testing::TempDir() + "rowe-files-XXXXXX";
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    top = pattern;
-  }
-  void TearDown() override { fs::remove_all(top); }
-
-  std::string at(const std::string& name) const { return top + "/" + name; }
+  std::string at(const std::string& name) const { return top / name; }
   void put(const std::string& name, const std::string& text) const { std::ofstream{at(name)} << text; }
   std::string text(const std::string& name) const {
     std::ifstream from{at(name)};
@@ -35,7 +30,8 @@ class files : public testing::Test {
     return about.st_mode & 07777;
   }
   std::size_t count() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator{top}, fs::directory_iterator{}));
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator{top.path()}, fs::directory_iterator{}));
   }
   std::string make(const std::string& name, bool replace = false) const {
     return make_folder(at(name), {{"a", secret_mode, "1"}, {"b", public_mode, "2"}}, replace,
@@ -48,7 +44,7 @@ class files : public testing::Test {
     return std::move(made).value();
   }
 
-  std::string top;
+  const tests::folder top;
 };
 
 TEST_F(files, make_a_folder_that_only_its_owner_may_enter) {

@@ -1,18 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The QR code that `rowe setup` prints, read as a phone does."""
-import fcntl
-import os
 import pathlib
-import pty
 import re
-import struct
 import subprocess
 import sys
-import termios
 import unittest
 
-from program import ROWE, timeout
-from robot_folder import in_a_folder, tokens_of
+from program import on_a_terminal, timeout
+from robot import tokens_of
+from robot_folder import in_a_folder
 
 modules = {"█": "11", "▀": "10", "▄": "01", " ": "00"}  # the upper one, the lower one
 
@@ -39,23 +35,8 @@ def decoded(rows):
 class qr_code(in_a_folder):
     def on_a_terminal(self, columns, *arguments):
         """What it prints on one of so many columns."""
-        mine, its = pty.openpty()
-        fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 50, columns, 0, 0))
-        with subprocess.Popen([ROWE, "setup", "--name", "ang-01", "--dir", "r", "--force", *arguments],
-                              cwd=self.top, stdout=its, stderr=subprocess.DEVNULL) as process:
-            os.close(its)
-            said = b""
-            while True:
-                try:
-                    piece = os.read(mine, 65536)
-                except OSError:  # it has closed the terminal
-                    break
-                if not piece:
-                    break
-                said += piece
-            os.close(mine)
-            self.assertEqual(process.wait(timeout=timeout), 0)
-        return said.decode().replace("\r\n", "\n").split("\n")
+        return on_a_terminal(columns, "setup", "--name", "ang-01", "--dir", "r", "--force", *arguments,
+                             cwd=self.top, stderr=subprocess.DEVNULL).split("\n")
 
     def test_is_that_of_the_drivers_link(self):
         ended = self.set_up("--qr", "--address", "192.168.100.100", "--port", "65535")

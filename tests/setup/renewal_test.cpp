@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <filesystem>
-
+#include "rt/folder.hpp"
 #include "tools/rowe/setup/files.hpp"
 #include "tools/rowe/setup/texts.hpp"
 
@@ -22,12 +20,6 @@ constexpr std::chrono::days day{1};
 
 class renewal_of : public testing::Test {
  protected:
-  void SetUp() override {
-    top = testing::TempDir() + "rowe-renewal-XXXXXX";
-    ASSERT_NE(::mkdtemp(top.data()), nullptr);
-  }
-  void TearDown() override { std::filesystem::remove_all(top); }
-
   // As `rowe setup` makes it, but without settings.
   void set_up(int days, bool keep_root = true, const std::vector<std::string>& further = {}) {
     std::string wrong;
@@ -58,7 +50,8 @@ class renewal_of : public testing::Test {
     return *certificate::read(text(certificate_file), wrong);
   }
 
-  std::string top;
+  const tests::folder made;
+  const std::string& top = made.path();
 };
 
 TEST_F(renewal_of, a_certificate_is_due_thirty_days_before_its_end) {

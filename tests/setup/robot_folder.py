@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """A set-up robot in a folder of its own, and what OpenSSL's program says of its certificate."""
 import os
-import re
+import pathlib
+import resource
+import signal
 import subprocess
 import tempfile
 import tomllib
 import unittest
 
 from program import run
-
-roles = ("observer", "driver", "supervisor", "peer")
+from robot import content_of
 
 
 def openssl(*arguments, **options):
@@ -30,19 +31,17 @@ class in_a_folder(unittest.TestCase):
         with open(self.at(*names), encoding="utf-8", newline="") as file:
             return file.read()
 
+    def write(self, text, *names, mode=0o600):
+        path = pathlib.Path(self.at(*names))
+        path.write_text(text, encoding="utf-8")
+        path.chmod(mode)
+
     def all_in(self, *names):
         """What each file of the folder holds."""
-        folder = self.at(*names)
-        found = {}
-        for name in os.listdir(folder):
-            with open(os.path.join(folder, name), "rb") as file:
-                found[name] = file.read()
-        return found
+        return content_of(self.at(*names))
 
     def rowe(self, *arguments, code=0, **options):
-        ended = run(*arguments, cwd=self.top, **options)
-        self.assertEqual(ended.code, code, (arguments, ended.stdout, ended.stderr))
-        return ended
+        return run(*arguments, cwd=self.top, code=code, **options)
 
     def set_up(self, *arguments, **options):
         """`rowe setup` of ang-01 in the folder r."""
@@ -56,7 +55,9 @@ class in_a_folder(unittest.TestCase):
                        "-CAfile", self.at(folder, "ca.pem"), *asked, self.at(folder, leaf))
 
 
-def tokens_of(ended):
-    """The tokens that a run printed, by role."""
-    found = (re.match(rf"({'|'.join(roles)}) +([\w-]{{43}})$", line) for line in ended.stdout)
-    return {one[1]: one[2] for one in found if one}
+def full_after(size):
+    """Options of run(): writing fails as on a full disk, but in the same place every time."""
+    def small():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+    return {"preexec_fn": small, "restore_signals": False}

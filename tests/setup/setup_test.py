@@ -4,18 +4,22 @@ makes all or nothing."""
 import base64
 import hashlib
 import os
-import resource
-import signal
 import stat
 import subprocess
 import unittest
 import xml.etree.ElementTree as xml
 
 from program import ROWE, run, timeout
-from robot_folder import in_a_folder, openssl, roles, tokens_of
+from robot import roles, tokens_of
+from robot_folder import full_after, in_a_folder, openssl
 
 
 class made(in_a_folder):
+    def x509(self, *asked, of="certificate.pem"):
+        code, said = openssl("x509", "-in", self.at("r", of), *asked)
+        self.assertEqual(code, 0, said)
+        return said
+
     def test_a_certificate_that_is_good_by_name_and_by_address(self):
         self.set_up("--host", "gate.example", "--host", "203.0.113.7")
         for name in ("ang-01.local", "localhost", "ang-01", "gate.example"):
@@ -27,12 +31,12 @@ class made(in_a_folder):
 
     def test_a_certificate_for_a_server_and_nothing_else(self):
         self.set_up()
-        said = openssl("x509", "-in", self.at("r", "certificate.pem"), "-noout", "-text")[1]
+        said = self.x509("-noout", "-text")
         for part in ("CA:FALSE", "Digital Signature", "TLS Web Server Authentication", "prime256v1",
                      "ecdsa-with-SHA256", "Issuer: O = rowe, CN = root of ang-01"):
             self.assertIn(part, said)
         self.assertNotIn("Certificate Sign", said)
-        said = openssl("x509", "-in", self.at("r", "ca.pem"), "-noout", "-text")[1]
+        said = self.x509("-noout", "-text", of="ca.pem")
         for part in ("CA:TRUE, pathlen:0", "Name Constraints: critical", "DNS:local\n",
                      "IP:10.0.0.0/255.0.0.0", "Certificate Sign"):
             self.assertIn(part, said)
@@ -40,27 +44,23 @@ class made(in_a_folder):
     def test_the_key_of_the_certificate(self):
         self.set_up()
         of_key = openssl("pkey", "-in", self.at("r", "key.pem"), "-pubout")[1]
-        of_certificate = openssl("x509", "-in", self.at("r", "certificate.pem"), "-noout", "-pubkey")[1]
-        self.assertEqual(of_key, of_certificate)
+        self.assertEqual(of_key, self.x509("-noout", "-pubkey"))
 
     def test_one_root_in_two_forms(self):
         self.set_up()
         form = ("-noout", "-fingerprint", "-sha256")
-        self.assertEqual(openssl("x509", "-in", self.at("r", "ca.pem"), *form),
-                         openssl("x509", "-inform", "DER", "-in", self.at("r", "ca.crt"), *form))
+        self.assertEqual(self.x509(*form, of="ca.pem"), self.x509("-inform", "DER", *form, of="ca.crt"))
 
     def test_the_fingerprint_that_is_printed_is_that_of_the_certificate(self):
-        said = "\n".join(self.set_up().stderr)
-        certificate = self.at("r", "certificate.pem")
-        shown = openssl("x509", "-in", certificate, "-noout", "-fingerprint", "-sha256")[1]
-        self.assertIn(shown.strip().split("=")[1], said)
+        made = self.set_up()
+        shown = self.x509("-noout", "-fingerprint", "-sha256")
+        made.expect(says=shown.strip().split("=")[1])
 
     def test_the_pin_that_is_printed_is_that_of_the_certificates_key(self):
-        said = "\n".join(self.set_up().stderr)
-        of_key = openssl("x509", "-in", self.at("r", "certificate.pem"), "-noout", "-pubkey")[1]
-        encoded = base64.b64decode("".join(of_key.strip().splitlines()[1:-1]))
-        pin = hashlib.sha256(encoded).hexdigest()
-        self.assertIn(f"--pin {pin}", said)
+        made = self.set_up()
+        of_key = self.x509("-noout", "-pubkey")
+        pin = hashlib.sha256(base64.b64decode("".join(of_key.strip().splitlines()[1:-1]))).hexdigest()
+        made.expect(says=f"--pin {pin}")
         found = self.rowe("doctor", "--json", "--quick", "--certificate", "r/certificate.pem").stdout[-1]
         self.assertIn(pin, found)
 
@@ -68,9 +68,8 @@ class made(in_a_folder):
         self.set_up("--keep-ca")
         for name, verdict in (("DNS:bank.example", "permitted subtree violation"),
                               ("IP:8.8.8.8", "permitted subtree violation"), ("DNS:other.local", "OK")):
-            with open(self.at("extensions"), "w", encoding="ascii") as file:
-                file.write(f"basicConstraints=critical,CA:FALSE\nsubjectKeyIdentifier=hash\n"
-                           f"authorityKeyIdentifier=keyid\nsubjectAltName={name}\n")
+            self.write("basicConstraints=critical,CA:FALSE\nsubjectKeyIdentifier=hash\n"
+                       f"authorityKeyIdentifier=keyid\nsubjectAltName={name}\n", "extensions")
             key = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-keyout", self.at("key"))
             code, said = openssl("req", "-new", *key, "-nodes", "-subj", "/O=forger",
                                  "-out", self.at("request"))
@@ -127,10 +126,10 @@ class made(in_a_folder):
 
     def test_no_link_that_nobody_serves(self):
         for address, host in (("127.0.0.1", "127.0.0.1"), ("::1", "[::1]")):
-            ended = self.set_up("--address", address, "--force")
+            ended = self.set_up("--address", address, "--force",
+                                says=f"only programs on this machine reach {address}")
             links = [line.split("#")[0] for line in ended.stdout if "https://" in line]
             self.assertEqual(links, [f"https://{host}:8443/"])
-            self.assertIn(f"only programs on this machine reach {address}", "\n".join(ended.stderr))
 
     def test_no_hints_where_none_are_wanted(self):
         said = "\n".join(self.set_up("--quiet").stderr)
@@ -140,10 +139,9 @@ class made(in_a_folder):
             self.assertIn(hint, "\n".join(self.set_up("--force").stderr))
 
     def test_links_with_the_token_of_whom_one_likes(self):
-        ended = self.set_up("--link", "supervisor", "--address", "127.0.0.1")
+        ended = self.set_up("--link", "supervisor", "--address", "127.0.0.1", says="that of the supervisor")
         token = tokens_of(ended)["supervisor"]
         self.assertEqual(ended.stdout[-1], f"https://127.0.0.1:8443/#token={token}")
-        self.assertIn("that of the supervisor", "\n".join(ended.stderr))
 
     def test_every_set_up_its_own_secrets(self):
         one, other = tokens_of(self.set_up()), tokens_of(self.set_up("--force"))
@@ -192,9 +190,7 @@ class all_or_nothing(in_a_folder):
     def test_what_is_there_stays_as_it_is_unless_it_is_to_go(self):
         self.set_up()
         before = self.all_in("r")
-        ended = self.set_up(code=1)
-        self.assertIn("r is there already, with 6 files", "\n".join(ended.stderr))
-        self.assertEqual(ended.stdout, [])
+        self.set_up(code=1, stdout=[], says="r is there already, with 6 files")
         self.assertEqual(self.all_in("r"), before)
         self.set_up("--force")
         self.assertEqual({*self.all_in("r")}, {*before})
@@ -203,21 +199,13 @@ class all_or_nothing(in_a_folder):
 
     def test_force_replaces_nothing_that_set_up_does_not_make(self):
         os.mkdir(self.at("r"))
-        with open(self.at("r", "thesis.tex"), "w", encoding="ascii") as file:
-            file.write("x")
-        self.assertIn("thesis.tex", "\n".join(self.set_up("--force", code=1).stderr))
+        self.write("x", "r", "thesis.tex")
+        self.set_up("--force", code=1, says="thesis.tex")
         self.assertEqual(self.all_in("r"), {"thesis.tex": b"x"})
 
     def fails_when_files_are_full_after(self, size, *arguments):
-        """Writing fails as on a full disk, but in the same place every time."""
-        def small():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-            resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-        ended = run("setup", "--name", "ang-01", "--dir", "r", *arguments, cwd=self.top, preexec_fn=small,
-                    restore_signals=False)
-        self.assertEqual(ended.code, 1, (size, ended.stderr))
-        self.assertIn("cannot be written", "\n".join(ended.stderr))
-        self.assertEqual(ended.stdout, [])  # no token of a robot that there is not
+        # It prints no token of a robot that there is not.
+        self.set_up(*arguments, code=1, stdout=[], says="cannot be written", **full_after(size))
 
     def test_a_full_disk_leaves_nothing_behind(self):
         for size in (0, 1, 200, 300, 700, 900, 1200):  # each lets some more of the files through
@@ -234,9 +222,7 @@ class all_or_nothing(in_a_folder):
 
     def test_a_folder_that_cannot_be_made_is_named(self):
         for where in ("/proc/rowe", self.at("no", "such")):
-            ended = run("setup", "--name", "ang-01", "--dir", where)
-            self.assertEqual(ended.code, 1)
-            self.assertIn(f"{where} cannot be made", "\n".join(ended.stderr))
+            run("setup", "--name", "ang-01", "--dir", where, code=1, says=f"{where} cannot be made")
         self.assertEqual(os.listdir(self.top), [])
 
     def test_wrong_arguments_make_nothing(self):
@@ -246,9 +232,7 @@ class all_or_nothing(in_a_folder):
                            ("--days 825", ["1 to 824"]), ("--renew", ["--dir"]),
                            ("--renew --dir r --keep-ca", ["alone"]),
                            ("--renew --dir r --port 1", ["alone"]), ("--link pilot", ["observer or driver"])):
-            ended = self.rowe("setup", *line.split(), code=2)
-            for text in says:
-                self.assertIn(text, "\n".join(ended.stderr))
+            self.rowe("setup", *line.split(), code=2, says=says)
             self.assertEqual(os.listdir(self.top), [])
 
 
@@ -268,9 +252,7 @@ class renewing(in_a_folder):
     def test_says_what_to_do_where_the_roots_key_is_gone(self):
         self.set_up()
         before = self.all_in("r")
-        said = "\n".join(self.rowe("setup", "--renew", "--dir", "r", code=1).stderr)
-        self.assertIn("r/ca-key.pem is not there", said)
-        self.assertIn("--keep-ca", said)
+        self.rowe("setup", "--renew", "--dir", "r", code=1, says=("r/ca-key.pem is not there", "--keep-ca"))
         self.assertEqual(self.all_in("r"), before)
 
 

@@ -12,6 +12,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <rowe/detail/queue_pair.hpp>
 
@@ -33,6 +34,18 @@ inline bool is_one_frame(std::span<const std::byte> bytes, unsigned first_byte) 
 }
 inline bool is_one_text(std::span<const std::byte> bytes) { return is_one_frame(bytes, 0x81); }
 inline bool is_one_ping(std::span<const std::byte> bytes) { return is_one_frame(bytes, 0x89); }
+
+// A masked frame; not the last one of its message, if need be.
+inline std::vector<std::byte> frame_of(rowe::wire::opcode what, std::string_view payload, bool last) {
+  constexpr rowe::wire::mask_key key{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}};
+  std::vector<std::byte> frame(rowe::wire::frame_header_bytes_max + payload.size());
+  const std::size_t header = rowe::wire::write_frame_header(frame.data(), what, payload.size(), key);
+  if (!last) frame[0] = rowe::wire::not_final(frame[0]);
+  payload.copy(reinterpret_cast<char*>(frame.data() + header), payload.size());
+  frame.resize(header + payload.size());
+  rowe::wire::mask(std::span{frame}.subspan(header), key);
+  return frame;
+}
 
 class world {
  public:

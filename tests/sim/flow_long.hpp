@@ -141,7 +141,7 @@ class long_messages final : public long_traffic {
   // What it may have been told is not known.
   void forget(std::size_t which) {
     ++untold_;
-    told_gone_ += hostile_[which]->link.lost_own;
+    gone_announced_ += hostile_[which]->link.lost_own;
     hostile_.erase(hostile_.begin() + static_cast<std::ptrdiff_t>(which));
   }
   // False: it is gone.
@@ -296,7 +296,7 @@ class long_messages final : public long_traffic {
       quiet = is_quiet() && calls_.is_quiet() ? quiet + 1 : 0;
     }
     if (broken()) return;
-    std::uint64_t told = told_gone_;
+    std::uint64_t told = gone_announced_;
     std::uint64_t told_senders = 0;
     for (const sender& one : senders_) told_senders += one.link->lost_own;
     for (const auto& one : hostile_) told += one->link.lost_own;
@@ -317,7 +317,7 @@ class long_messages final : public long_traffic {
     dropped_before_ = on_.count(counter::no_chunks);
     lost_before_ = lost();
     calls_without_room_ = calls_.without_room();
-    told_gone_ = untold_ = 0;
+    gone_announced_ = untold_ = 0;
     for (sender& one : senders_) one.link->lost_own = 0;
     for (const auto& one : hostile_) one->link.lost_own = 0;
     for (reader& one : readers_) {
@@ -341,8 +341,8 @@ class long_messages final : public long_traffic {
   std::uint64_t stop_waits_ = 0; // cycles
   // Since the last settlement.
   std::uint64_t dropped_before_ = 0, lost_before_ = 0;
-  std::uint64_t told_gone_ = 0; // by those that are gone
-  std::uint64_t untold_ = 0;    // at most so many more were told
+  std::uint64_t gone_announced_ = 0; // by those that are gone
+  std::uint64_t untold_ = 0;         // at most so many more were told
 };
 
 } // namespace flow

@@ -99,17 +99,6 @@ class speech {
   }
 
  private:
-  static std::vector<std::byte> frame_of(opcode what, std::string_view payload, bool last) {
-    constexpr rowe::wire::mask_key key{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}};
-    std::vector<std::byte> frame(rowe::wire::frame_header_bytes_max + payload.size());
-    const std::size_t header = rowe::wire::write_frame_header(frame.data(), what, payload.size(), key);
-    if (!last) frame[0] = rowe::wire::not_final(frame[0]);
-    payload.copy(reinterpret_cast<char*>(frame.data() + header), payload.size());
-    frame.resize(header + payload.size());
-    rowe::wire::mask(std::span{frame}.subspan(header), key);
-    return frame;
-  }
-
   std::deque<std::vector<std::byte>> frames_;
   std::size_t said_ = 0; // of the first
   std::size_t left_ = 0;

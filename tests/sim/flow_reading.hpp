@@ -99,16 +99,10 @@ class reading final : public world {
 
   // ---- what they say
 
-  void append(std::vector<std::byte>& to, rowe::wire::opcode what, std::string_view payload,
-              bool last) const {
-    const rowe::wire::mask_key key{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}};
-    const std::size_t at = to.size();
-    to.resize(at + rowe::wire::frame_header_bytes_max + payload.size());
-    const std::size_t header = rowe::wire::write_frame_header(to.data() + at, what, payload.size(), key);
-    if (!last) to[at] &= std::byte{0x7f};
-    payload.copy(reinterpret_cast<char*>(to.data() + at + header), payload.size());
-    to.resize(at + header + payload.size());
-    rowe::wire::mask(std::span{to}.subspan(at + header), key);
+  static void append(std::vector<std::byte>& to, rowe::wire::opcode what, std::string_view payload,
+                     bool last) {
+    const std::vector<std::byte> frame = frame_of(what, payload, last);
+    to.insert(to.end(), frame.begin(), frame.end());
   }
   // In up to so many frames, the first of which has `first` bytes.
   void append_parts(std::vector<std::byte>& to, std::string_view text, std::size_t parts,
@@ -317,9 +311,8 @@ class reading final : public world {
       if (stop_waits_ != 0) seen_.add(flow_event::stop_behind_read);
       return stops_.reset();
     }
-    std::vector<std::byte> one_message;
-    append(one_message, rowe::wire::opcode::text, flood_text(2), true);
-    const std::uint64_t messages = rowe::service::transport_sink::read_bytes_alone_min / one_message.size();
+    const std::uint64_t messages = rowe::service::transport_sink::read_bytes_alone_min /
+                                   frame_of(rowe::wire::opcode::text, flood_text(2), true).size();
     if (++stop_waits_ > 3 + floods_.size() * messages / budget && kind_ == kind::short_messages)
       fail("floor_stop", "a client's stop behind what it said before was not carried out within " +
                              std::to_string(stop_waits_) + " cycles");

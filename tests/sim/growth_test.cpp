@@ -5,10 +5,10 @@
 // One million by default; ROWE_GROWTH_MESSAGES asks for more (tools/test --all: 10^8).
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <string>
 
+#include "rt/asked.hpp"
 #include "service/core/core_harness.hpp"
 
 struct sample {
@@ -21,11 +21,6 @@ inline constexpr auto rowe::schema<sample> =
 namespace {
 
 using namespace std::chrono_literals;
-
-std::uint64_t messages_wanted() {
-  const char* const asked = std::getenv("ROWE_GROWTH_MESSAGES");
-  return asked != nullptr ? std::strtoull(asked, nullptr, 10) : 1'000'000;
-}
 
 // Kilobytes that this process has written to and shares with nobody, as the kernel counts pages. Clean ones
 // are left out: a library's page becomes private when another program that maps it ends.
@@ -69,7 +64,7 @@ TEST(growth, is_none_however_many_messages_pass) {
       }
     }
   };
-  const std::uint64_t wanted = messages_wanted();
+  const std::uint64_t wanted = rowe::tests::asked_of("ROWE_GROWTH_MESSAGES", 1'000'000);
   run(wanted / 10);
   (void)private_kilobytes(); // asking takes memory, too, the first time
   const std::uint64_t before = private_kilobytes();

@@ -118,7 +118,7 @@ class actor {
     if (which == open_.end()) return in_.book.fail("a handle was given the completion of no call of its own");
     const subject of = which->second;
     open_.erase(which);
-    if (of.message) return in_.book.told_of_message(of.number, outcome, in_.on.now);
+    if (of.message) return in_.book.announcement_of_message(of.number, outcome, in_.on.now);
     if (outcome && answer == 0) in_.book.fail("a reply without what it must hold");
     in_.book.ended(of.number, answer, outcome ? errc::misuse : outcome.code(), in_.on.now);
   }

@@ -106,7 +106,7 @@ class ledger {
       fail("a peer is told a wrong time to live: " + text);
   }
 
-  void told_of_message(std::uint32_t n, const rowe::status& outcome, time_point now) {
+  void announcement_of_message(std::uint32_t n, const rowe::status& outcome, time_point now) {
     message_record& m = message(n);
     const std::string name = "message " + std::to_string(n);
     if (m.sender == 0 || !m.waits) fail("told of a message that nobody asked for: " + name);

@@ -109,7 +109,7 @@ class ordinary_threads {
     if (!queue.wait(one.slot, time_point{1ns})) return false; // long past, so it does not sleep
     const rowe::status done = queue.outcome(one.slot);
     if (one.what == entry::message) {
-      in_.book.told_of_message(one.number, done, in_.on.now);
+      in_.book.announcement_of_message(one.number, done, in_.on.now);
     } else if (one.what == entry::invocation) {
       const std::uint32_t sum = number_after(queue.reply_text(one.slot), R"("sum":)");
       if (done && sum == 0) in_.book.fail("a reply without what it must hold");

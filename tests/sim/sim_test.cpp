@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
+#include "rt/asked.hpp"
 #include "world.hpp"
 
 namespace sim_test {
@@ -12,15 +11,11 @@ using rowe::service::counter;
 using sim::habits;
 using sim::world;
 
-std::uint64_t seeds() {
-  const char* const asked = std::getenv("ROWE_SIM_SEEDS");
-  return asked != nullptr ? std::strtoull(asked, nullptr, 10) : 200;
-}
-
+const std::uint64_t seeds = rowe::tests::asked_of("ROWE_SIM_SEEDS", 200);
 constexpr int steps = 2000;
 
 TEST(sim, keeps_order_ttl_and_protocol_whatever_the_network_and_the_peers_do_and_loses_no_slot) {
-  for (std::uint64_t seed = 1; seed <= seeds(); ++seed) {
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     world w{seed, {}};
     for (int i = 0; i < steps; ++i) {
       w.step();
@@ -36,7 +31,7 @@ TEST(sim, keeps_order_ttl_and_protocol_whatever_the_network_and_the_peers_do_and
 
 // Every message ends in exactly one of: received, expired, dropped for a peer that does not read.
 TEST(sim, accounts_for_every_message_to_every_peer) {
-  for (std::uint64_t seed = 1; seed <= seeds(); ++seed) {
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     world w{seed,
             {.peers_leave = false, .peers_misbehave = false, .throttles = false, .handles_change = false}};
     w.add_viewers(3);

@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstdlib>
 #include <iostream>
 
 #include "delays.hpp"
 #include "guarded.hpp"
+#include "rt/asked.hpp"
 
 namespace stop_silence_test {
 namespace {
@@ -22,10 +22,7 @@ constexpr duration service_timeout = rowe::service_timeout_default(false);
 static_assert(guard_timeout == rowe::stop_options{}.guard_timeout);
 
 // One; ROWE_SIM_SEEDS asks for more, one for each 500.
-std::uint64_t hours() {
-  const char* const asked = std::getenv("ROWE_SIM_SEEDS");
-  return asked != nullptr ? 1 + std::strtoull(asked, nullptr, 10) / 500 : 1;
-}
+const std::uint64_t hours = 1 + rowe::tests::asked_of("ROWE_SIM_SEEDS", 0) / 500;
 
 double ms(duration of) { return std::chrono::duration<double, std::milli>(of).count(); }
 
@@ -59,14 +56,14 @@ int stops_in_an_hour(const lossy_link& link, duration timeout, duration heartbea
 
 TEST(stop_silence, is_not_what_three_percent_of_loss_is_taken_for_where_tcp_repeats_after_20_ms) {
   const lossy_link link{"_rto20"};
-  for (std::uint64_t seed = 1; seed <= hours(); ++seed)
+  for (std::uint64_t seed = 1; seed <= hours; ++seed)
     EXPECT_EQ(stops_in_an_hour(link, guard_timeout, guarded::each_tick, seed), 0);
 }
 
 // A segment that is lost two or three times in a row then delays everything by more than half a second.
 TEST(stop_silence, needs_a_timeout_of_a_second_where_tcp_waits_200_ms) {
   const lossy_link link;
-  for (std::uint64_t seed = 1; seed <= hours(); ++seed) {
+  for (std::uint64_t seed = 1; seed <= hours; ++seed) {
     EXPECT_EQ(stops_in_an_hour(link, 1s, guarded::each_tick, seed), 0);
     EXPECT_GT(stops_in_an_hour(link, guard_timeout, guarded::each_tick, seed), 0);
     EXPECT_GT(stops_in_an_hour(link, guard_timeout, 50ms, seed), 0);

@@ -2,59 +2,37 @@
 #include "swarm_coverage.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <iterator>
+#include <utility>
 
 namespace swarm {
 
-const std::array<state_name, states>& state_names() {
+const std::vector<state_name>& state_names() {
   using d = dimension;
-  static const std::array<state_name, states> all{{{d::topic, "absent"},
-                                                   {d::topic, "peers"},
-                                                   {d::topic, "own"},
-                                                   {d::topic, "latched"},
-                                                   {d::subscription, "none"},
-                                                   {d::subscription, "idle"},
-                                                   {d::subscription, "queued"},
-                                                   {d::subscription, "throttled"},
-                                                   {d::subscription, "backpressured"},
-                                                   {d::service, "nobodys"},
-                                                   {d::service, "peers"},
-                                                   {d::service, "own"},
-                                                   {d::service, "endpoints"},
-                                                   {d::call, "none"},
-                                                   {d::call, "open"},
-                                                   {d::call, "same_id"},
-                                                   {d::answer, "asked"},
-                                                   {d::answer, "over"},
-                                                   {d::answer, "foreign"},
-                                                   {d::stop, "unused"},
-                                                   {d::stop, "stopped"},
-                                                   {d::stop, "running"},
-                                                   {d::connection, "fresh"},
-                                                   {d::connection, "rosbridge"},
-                                                   {d::connection, "plain"},
-                                                   {d::connection, "numbers"},
-                                                   {d::connection, "foxglove"},
-                                                   {d::connection, "backpressured"},
-                                                   {d::connection, "closing"},
-                                                   {d::times, "once"},
-                                                   {d::times, "burst"},
-                                                   {d::times, "in_turn"},
-                                                   {d::queue, "takes"},
-                                                   {d::queue, "full"},
-                                                   {d::queue, "refuses"},
-                                                   {d::inbox, "empty"},
-                                                   {d::inbox, "message"},
-                                                   {d::inbox, "call"},
-                                                   {d::outcome, "good"},
-                                                   {d::outcome, "bad"},
-                                                   {d::outcome, "given_up"},
-                                                   {d::heard, "nothing"},
-                                                   {d::heard, "acknowledged"},
-                                                   {d::heard, "reset"},
-                                                   {d::heard, "refused"},
-                                                   {d::heard, "too_late"}}};
+  static const std::vector<state_name> all = [] {
+    std::vector<state_name> made;
+    const std::pair<dimension, std::vector<std::string_view>> of_each[] = {
+        {d::topic, {"absent", "peers", "own", "latched"}},
+        {d::subscription, {"none", "idle", "queued", "throttled", "backpressured"}},
+        {d::service, {"nobodys", "peers", "own", "endpoints"}},
+        {d::call, {"none", "open", "same_id"}},
+        {d::answer, {"asked", "over", "foreign"}},
+        {d::stop, {"unused", "stopped", "running"}},
+        {d::connection, {"fresh", "rosbridge", "plain", "numbers", "foxglove", "backpressured", "closing"}},
+        {d::times, {"once", "burst", "in_turn"}},
+        {d::queue, {"takes", "full", "refuses"}},
+        {d::inbox, {"empty", "message", "call"}},
+        {d::outcome, {"good", "bad", "given_up"}},
+        {d::heard, {"nothing", "acknowledged", "reset", "refused", "too_late"}},
+    };
+    for (const auto& [of, names] : of_each)
+      for (const std::string_view name : names) made.push_back({of, name});
+    if (made.size() != states) std::abort(); // they are not those of `state`
+    return made;
+  }();
   return all;
 }
 

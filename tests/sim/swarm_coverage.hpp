@@ -4,7 +4,6 @@
 // each moment of their lives; and what the worlds of flow.hpp reached. A cell that can happen, and did not in
 // as many seeds as the tests run, is a hole in the generators, and fails.
 #pragma once
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -70,7 +69,7 @@ struct state_name {
   dimension of;
   std::string_view name;
 };
-const std::array<state_name, states>& state_names();
+const std::vector<state_name>& state_names(); // `states` of them
 
 // The handles of this process.
 enum class handle_kind : std::uint8_t {

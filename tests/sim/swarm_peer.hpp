@@ -15,11 +15,26 @@
 
 #include "service/core/fragments.hpp"
 #include "swarm_context.hpp"
-#include "swarm_encodings.hpp"
 #include "wire/plain/plain.hpp"
+#include "wire/png_text.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
+#include "json/cbor_text.hpp"
 
 namespace swarm {
+
+// The message that is in CBOR or in a PNG; any other as it is. Nothing where these are not well-formed, or
+// hold what is no message of a topic.
+inline std::optional<std::string> decoded_encoding(const std::string& message) {
+  constexpr std::string_view png = R"({"op":"png","data":")";
+  const bool is_png = message.starts_with(png);
+  if (!is_png && (message.empty() || message.front() != '\xa3')) return message;
+  const std::string_view data = std::string_view{message}.substr(is_png ? png.size() : 0);
+  if (is_png && !data.ends_with(R"("})")) return std::nullopt;
+  auto json =
+      is_png ? rowe::tests::png_text(data.substr(0, data.size() - 2)) : rowe::tests::cbor_text(message);
+  if (json && !json->starts_with(R"({"op":"publish","topic":")")) return std::nullopt;
+  return json;
+}
 
 // Checks every text that a peer is sent. One reader for all: a run has one thread.
 class codec_check {
@@ -264,7 +279,8 @@ class untrusted_peer {
 
   // A client of profile hop_2014 is sent unmasked frames by design.
   bool unmasked_is_right() const {
-    return in_.ours == rowe::service::side::client && in_.on.options.profile == rowe::peer_profile::hop_2014;
+    return in_.ours == rowe::service::side::client &&
+           in_.on.options.profile == rowe::websocket_profile::hop_2014;
   }
 
   void refresh_knowledge() {

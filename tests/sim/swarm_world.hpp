@@ -107,7 +107,8 @@ inline plan draw_plan(std::uint64_t seed, tongues speak) {
   constexpr rowe::idle idles[] = {rowe::idle::poll, rowe::idle::poll, rowe::idle::spin, rowe::idle::wake,
                                   rowe::idle::phase};
   o.idle_policy = random.one_of(idles);
-  if (random.one_in(6)) o.profile = random.one_in(2) ? rowe::peer_profile::hop : rowe::peer_profile::hop_2014;
+  if (random.one_in(6))
+    o.profile = random.one_in(2) ? rowe::websocket_profile::hop : rowe::websocket_profile::hop_2014;
   if (random.one_in(4)) o.inbound_ttl = 200ms;
   o.stop.unguarded = random.one_in(2);
   constexpr rowe::duration timeouts[] = {100ms, 500ms, 5s};
@@ -161,14 +162,14 @@ inline plan draw_plan(std::uint64_t seed, tongues speak) {
     if (random.one_in(2)) l.message_bytes_max = 1024;
   }
   p.has_honest =
-      p.roomy && p.ours == rowe::service::side::server && o.profile == rowe::peer_profile::standard;
+      p.roomy && p.ours == rowe::service::side::server && o.profile == rowe::websocket_profile::standard;
   if (p.has_honest) l.latched_bytes = 16 * 1024; // half for peers, and as much as this process latches
   p.jumps = random.one_in(3);
   p.freezes = random.one_in(3);
   p.floods = random.one_in(4);
   p.bad_in = random.one_in(2) ? 6 : random.one_in(2) ? 2 : 40;
   p.untrusted_max = p.ours == rowe::service::side::client ? 1 : 1 + random.below(5);
-  p.numbers = p.ours == rowe::service::side::server && o.profile == rowe::peer_profile::standard &&
+  p.numbers = p.ours == rowe::service::side::server && o.profile == rowe::websocket_profile::standard &&
               random.one_in(2);          // whose clients alone speak it
   if (p.numbers) l.connections_max += 2; // for the honest ones
   p.goals = p.has_honest && o.relay;

@@ -100,8 +100,7 @@ void wait_everywhere(rowe::endpoint& at, const char* own, const char* other, unt
 
 TEST(closing_stress, leaves_nobody_waiting) {
   const watchdog dog{"threads that wait while their endpoint closes", 500s};
-  const std::uint64_t seed = rowe::tests::seed();
-  ROWE_TRACE_SEED(seed);
+  const rowe::tests::test_seed seed;
   random_source random{seed};
   for (std::uint64_t round = 0; round != stressed(4); ++round) {
     failures wrong;

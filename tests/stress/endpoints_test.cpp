@@ -263,18 +263,9 @@ void visit(const rowe::endpoint& host, random_source& random, failures& to) {
   if (random.below(2) == 0) (void)guest.close(random.time()); // else by its destructor
 }
 
-std::uint64_t count_of(const rowe::endpoint& of, std::string_view name) {
-  for (const auto& one : of.counts()) {
-    if (one.name == name) return one.value;
-  }
-  ADD_FAILURE() << "no counter " << name;
-  return 0;
-}
-
 TEST(endpoints_stress, end_each_call_once_with_its_own_reply) {
   const watchdog dog{"two endpoints in full use", 500s};
-  const std::uint64_t seed = rowe::tests::seed();
-  ROWE_TRACE_SEED(seed);
+  const rowe::tests::test_seed seed;
   failures wrong;
   auto robot = rowe::endpoint::listen(0, options()).value();
   auto desk = rowe::endpoint::connect(url_of(robot), options()).value();

@@ -3,13 +3,13 @@
 #pragma once
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
+
+#include "rt/asked.hpp"
 
 namespace rowe::tests {
 
 inline std::uint64_t stressed(std::uint64_t amount) {
-  const char* const given = std::getenv("ROWE_STRESS_FACTOR");
-  return amount * (given == nullptr ? 1 : std::max<std::uint64_t>(std::strtoull(given, nullptr, 10), 1));
+  return amount * std::max<std::uint64_t>(asked_of("ROWE_STRESS_FACTOR", 1), 1);
 }
 
 } // namespace rowe::tests

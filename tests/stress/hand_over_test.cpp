@@ -112,8 +112,7 @@ INSTANTIATE_TEST_SUITE_P(slots, lane_stress, ::testing::Values(1, 3, 16));
 
 TEST_P(lane_stress, lends_each_slot_to_one_thread_at_a_time) {
   const watchdog dog{"a ring out and a free ring", run_time_max};
-  const std::uint64_t seed = rowe::tests::seed();
-  ROWE_TRACE_SEED(seed);
+  const rowe::tests::test_seed seed;
   const std::uint64_t items = stressed(150'000);
   const std::uint32_t slots = GetParam();
   rowe::rt::arena memory{1 << 16, rowe::rt::page_lock::none};

@@ -109,8 +109,7 @@ void expect_all_calls_free(rowe::endpoint& of) {
 
 TEST(lanes_stress, leave_nothing_behind) {
   const watchdog dog{"threads that open handles and give them up", 500s};
-  const std::uint64_t seed = rowe::tests::seed();
-  ROWE_TRACE_SEED(seed);
+  const rowe::tests::test_seed seed;
   failures wrong;
   std::atomic<std::uint64_t> answered{0};
   auto endpoint = rowe::endpoint::listen(0, narrow()).value();

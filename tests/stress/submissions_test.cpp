@@ -196,8 +196,7 @@ INSTANTIATE_TEST_SUITE_P(slots, submissions_stress, ::testing::Values(1, 3, 32))
 
 TEST_P(submissions_stress, completes_each_request_once_and_frees_every_slot) {
   const watchdog dog{"eight threads that submit", run_time_max};
-  const std::uint64_t seed = tests::seed();
-  ROWE_TRACE_SEED(seed);
+  const tests::test_seed seed;
   fixture h{GetParam()};
   tally count;
   std::atomic<std::uint32_t> inside;
@@ -218,8 +217,7 @@ TEST_P(submissions_stress, completes_each_request_once_and_frees_every_slot) {
 
 TEST_P(submissions_stress, leaves_nobody_waiting_when_it_finishes_in_the_middle) {
   const watchdog dog{"a submission queue that closes", run_time_max};
-  const std::uint64_t seed = tests::seed();
-  ROWE_TRACE_SEED(seed);
+  const tests::test_seed seed;
   std::mt19937_64 random{seed};
   for (std::uint64_t round = 0; round != stressed(60); ++round) {
     fixture h{GetParam()};

@@ -16,9 +16,13 @@
 
 #include <rowe/rowe.hpp>
 
+#include "api/seen.hpp"
+
 namespace traffic {
 
 using namespace std::chrono_literals;
+using rowe::tests::count_of;
+using rowe::tests::url_of;
 
 struct addends {
   std::int64_t a, b;
@@ -54,8 +58,6 @@ inline rowe::endpoint_options options() {
   made.limits.door_slots = 8;
   return made;
 }
-
-inline std::string url_of(const rowe::endpoint& of) { return "ws://127.0.0.1:" + std::to_string(of.port()); }
 
 // Small, so that several fit, and what is full is met.
 inline rowe::lane_options small_lane(bool receive) {

@@ -230,6 +230,23 @@ def the_four_journeys_are_short(t):
         steps += bool(re.match(r" *\d+\. ", line))
 
 
+def _named_place(code):
+    """(path, function) of `FILE: FUNCTION`; a file without src or include lies in src/service."""
+    file, _, function = code.partition(": ")
+    return file if file.startswith(("src/", "include/")) else "src/service/" + file, function
+
+
+def the_places_on_the_page_are_there(t):
+    code = _program(t)
+    for number, line in enumerate(t.lines(page), 1):
+        for place in re.findall(r"`([\w/]+\.[ch]pp: \w+)`", line):
+            path, function = _named_place(place)
+            if path not in t.paths:
+                yield finding(page, number, "inside", f"there is no {path}")
+            elif not code.unit(path).bodies(function, path):
+                yield finding(page, number, "inside", f"{path} defines no {function}")
+
+
 def the_journeys_go_as_the_page_says(t):
     code = _program(t)
     above = []  # of each step around the next one: depth, file, function, and its calls that are left
@@ -241,18 +258,14 @@ def the_journeys_go_as_the_page_says(t):
         step = re.match(r"( *)\d+\. ", line)
         if not step:
             continue
-        named = re.match(r"`([\w/.]+): (\w+)`", line[step.end():])
+        named = re.match(r"`([\w/]+\.[ch]pp: \w+)`", line[step.end():])
         if not named:
             yield finding(page, number, "inside", "a step begins with `FILE: FUNCTION`")
             continue
         depth = len(step[1])
-        elsewhere = named[1].startswith(("src/", "include/"))
-        path, function = named[1] if elsewhere else "src/service/" + named[1], named[2]
-        if path not in t.paths:
-            yield finding(page, number, "inside", f"there is no {path}")
+        path, function = _named_place(named[1])
+        if path not in t.paths or not code.unit(path).bodies(function, path):
             continue
-        if not code.unit(path).bodies(function, path):
-            yield finding(page, number, "inside", f"{path} defines no {function}")
         while above and above[-1][0] >= depth:
             above.pop()
         if above:
@@ -389,4 +402,5 @@ rules = (files_lie_in_folders_that_include_downwards, each_folder_says_what_live
          parts_are_made_after_those_they_include, parts_have_one_name, rows_have_typed_indices,
          limits_are_tied, the_stop_is_recognised_at_the_gate, the_page_draws_the_folders,
          the_page_has_a_section_for_each_folder, the_page_shows_the_transport, the_four_journeys_are_short,
-         the_journeys_go_as_the_page_says, parts_are_small, classes_are_small)
+         the_places_on_the_page_are_there, the_journeys_go_as_the_page_says, parts_are_small,
+         classes_are_small)

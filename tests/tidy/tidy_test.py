@@ -65,10 +65,10 @@ plants = [
      "std::random_device r;\nstd::this_thread::get_id();\nrt::monotonic_clock::now();\n",
      [(line, "core-is-a-function") for line in range(2, 8)]),
     ("src/service/base/plant_5.cpp",
-     spdx + '#include "wire/rosbridge/rosbridge.hpp"\n#include "wire/protocols/json_decoder.hpp"\n'
-     'wire::plain::decode(text);\nif (by == peer_profile::standard) return;\n'
+     spdx + '#include "wire/rosbridge/rosbridge.hpp"\n#include "wire/foxglove/foxglove_codec.hpp"\n'
+     'wire::plain::decode(text);\nif (by == websocket_profile::standard) return;\n'
      'if (subprotocol == "foxglove.sdk.v1") return;\n'
-     '// as Hop has it\nbool is_plain = codec == hop_;\ninto.key("plain"); // of rosbridge_suite\n',
+     '// as Hop has it\nbool is_plain = codec == hop_;\ninto.member("plain", x); // of rosbridge_suite\n',
      [(line, "codec") for line in range(2, 10)]),
     ("src/wire/text/plant_q.cpp", spdx + "std::chrono::system_clock::now();\n", [(2, "core-is-a-function")]),
     ("tests/rt/plant_r.cpp", spdx + "std::this_thread::sleep_for(1ms);\nusleep(5);\n",
@@ -146,7 +146,7 @@ plants = [
      + "".join(f"{n}. `core/core.cpp: cycle` goes on.\n" for n in range(6, 9))
      + "## The transport\n```\nsession context\nlws_nothing\n```\n",
      [(18, "named-file"),
-      *((line, "inside") for line in (4, 7, 8, 8, 10, 15, 16, 17, 17, 18, 19, 20, 24, 27))]),
+      *((line, "inside") for line in (4, 7, 8, 8, 10, 15, 16, 17, 18, 19, 20, 24, 27))]),
     ("tests/sim/plant_7.cpp", spdx + "int weather_of_today;\nauto roll = DICE;\nint x; // it naps\n",
      [(2, "word"), (3, "word"), (4, "word")]),
     ("src/service/base/plant_7.cpp",
@@ -172,7 +172,7 @@ innocent = [
      spdx + "#include <concurrentqueue/concurrentqueue.h>\n"),
     ("src/service/calls/innocent_a.cpp",
      spdx + '#include "wire/codec/codec.hpp"\n.messages_unasked = options.plain_unasked,\n'
-     'into.key("plain");\n'
+     'into.member("plain", x);\n'
      "const codec& in = protocols_.of(asked.codec); // barely, or by hops\n"),
     ("src/service/calls/innocent_b.cpp",
      spdx + '// rand() and steady_clock would be wrong.\nconst char* word = "volatile, rand(), TIMEOUT";\n'

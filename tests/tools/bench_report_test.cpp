@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rt/folder.hpp"
 #include "tools/rowe/text/json_values.hpp"
 
 namespace rowe::tools::bench {
@@ -240,14 +241,9 @@ TEST_F(bench_report, times_are_said_with_three_figures) {
 
 // A tree as /proc and /sys show it.
 struct bench_machine : testing::Test {
-  std::filesystem::path root =
-      std::filesystem::temp_directory_path() / ("rowe_bench_machine_" + std::to_string(::getpid()));
-  void put(const std::string& name, const std::string& text) {
-    std::filesystem::create_directories((root / name).parent_path());
-    std::ofstream{root / name} << text;
-  }
-  machine look() { return machine_at(root.string(), {2, 3}); }
-  void TearDown() override { std::filesystem::remove_all(root); }
+  const tests::folder root;
+  void put(const std::string& name, const std::string& text) const { root.put(name, text); }
+  machine look() const { return machine_at(root.path(), {2, 3}); }
 };
 
 TEST_F(bench_machine, of_a_board_set_up_for_real_time_needs_no_warning) {

@@ -93,9 +93,7 @@ class modes(unittest.TestCase):
             told, ended = measured("rpc", url, *short, "--service", "/nope")
             self.assertEqual((ended.code, told["exit_code"]), (1, 1))
             self.assertIn("no", told["problem"])
-            told = run("bench", "send", url, *short, *patient)
-            self.assertEqual(told.code, 1)
-            self.assertIn("run `rowe bench peer` there", told.stderr[-1])
+            run("bench", "send", url, *short, *patient, code=1, last="run `rowe bench peer` there")
 
     def test_stop_measures_the_brake_and_what_it_is_made_of(self):
         told, ended = measured("stop", "-D", "500ms", "--warm-up", "50ms")
@@ -105,9 +103,8 @@ class modes(unittest.TestCase):
             self.assertGreaterEqual(part["samples"], told["finished"])
         self.assertGreater(told["parts"]["round_trip"]["max_ns"], told["parts"]["to_acceptance"]["min_ns"])
         with standing_peer() as (_, url):  # a peer that has no stop
-            ended = run("bench", "stop", url, "-D", "100ms", *patient)
-            self.assertEqual(ended.code, 1, ended.stderr)
-            self.assertIn("the robot cannot be reset", ended.stderr[-1])
+            ended = run("bench", "stop", url, "-D", "100ms", *patient, code=1,
+                        last="the robot cannot be reset")
             self.assertIn("`rowe bench peer --stop`", ended.stderr[-1])
 
     def test_loop_measures_how_late_it_wakes(self):
@@ -171,11 +168,9 @@ class stalls(unittest.TestCase):
 
 class ends(unittest.TestCase):
     def test_with_5_when_a_bound_is_exceeded_and_0_when_it_holds(self):
-        ended = run("bench", "loop", *short, "--max", "1ns")
-        self.assertEqual(ended.code, 5, ended.stderr)
+        ended = run("bench", "loop", *short, "--max", "1ns", code=5)
         self.assertRegex("\n".join(ended.stdout), r"(?m)^EXCEEDED: max \S+ \S+, allowed 1 ns$")
-        ended = run("bench", "loop", *short, "--p99.95", "1ns", "--p50", "50s")
-        self.assertEqual(ended.code, 5, ended.stderr)
+        ended = run("bench", "loop", *short, "--p99.95", "1ns", "--p50", "50s", code=5)
         self.assertRegex("\n".join(ended.stdout), r"(?m)^EXCEEDED: p99\.95 ")
         self.assertRegex("\n".join(ended.stdout), r"(?m)^held: +p50 ")
         self.assertEqual(run("bench", "loop", *short, "--max", "50s").code, 0)
@@ -254,8 +249,7 @@ class files(unittest.TestCase):
     def test_are_compared_with_earlier_ones(self):
         self.assertEqual(run("bench", "expiry", "-D", "50ms", "--json", self.path("a.json")).code, 0)
         ended = run("bench", "expiry", "-D", "50ms", "--pending", "20",
-                    "--compare", self.path("a.json"), "--svg", self.path("b.svg"))
-        self.assertEqual(ended.code, 0, ended.stderr)
+                    "--compare", self.path("a.json"), "--svg", self.path("b.svg"), code=0)
         text = "\n".join(ended.stdout)
         self.assertRegex(text, r"(?m)^before +Linux ")
         self.assertRegex(text, r"(?m)^differs +pending: 1000  ->  20$")
@@ -265,29 +259,22 @@ class files(unittest.TestCase):
     def test_that_cannot_be_compared_are_refused_before_the_run(self):
         with open(self.path("none.json"), "w", encoding="utf-8") as file:
             file.write("{}")
-        ended = run("bench", "loop", "--compare", self.path("none.json"))
-        self.assertEqual((ended.code, ended.stdout), (2, []))
-        self.assertIn("is no result", ended.stderr[0])
+        run("bench", "loop", "--compare", self.path("none.json"), code=2, stdout=[], first="is no result")
         self.assertEqual(run("bench", "expiry", "-D", "50ms", "--json", self.path("a.json")).code, 0)
-        ended = run("bench", "loop", "--compare", self.path("a.json"))
-        self.assertEqual(ended.code, 2)
-        self.assertIn("`rowe bench expiry`", ended.stderr[0])
+        run("bench", "loop", "--compare", self.path("a.json"), code=2, first="`rowe bench expiry`")
 
     def test_that_cannot_be_written_are_a_failure(self):
         ended = run("bench", "loop", *short, "--svg", self.path("no/folder.svg"))
         self.assertEqual((ended.code, ended.stdout), (1, []))  # before the run, not after it
         self.assertIn("cannot write", ended.stderr[-1])
-        ended = run("bench", "loop", *short, "--svg", "/dev/full")
-        self.assertEqual(ended.code, 1)
+        ended = run("bench", "loop", *short, "--svg", "/dev/full", code=1)
         self.assertTrue(ended.stdout)
         self.assertIn("cannot write", ended.stderr[-1])
 
 
 class arguments(unittest.TestCase):
     def refused(self, *words, says):
-        ended = run("bench", *words)
-        self.assertEqual((ended.code, ended.stdout), (2, []), words)
-        self.assertIn(says, "\n".join(ended.stderr), words)
+        run("bench", *words, code=2, stdout=[], says=says)
 
     def test_that_make_no_sense_are_refused_with_the_value(self):
         self.refused(says="a mode is missing")
@@ -311,8 +298,7 @@ class arguments(unittest.TestCase):
     def test_help_begins_with_two_examples_and_lists_the_modes(self):
         modes = ("rpc", "send", "stop", "loop", "expiry", "idle", "peer")
         for words in (["bench", "--help"], ["help", "bench"], *(["bench", mode, "-h"] for mode in modes)):
-            ended = run(*words)
-            self.assertEqual((ended.code, ended.stderr), (0, []), words)
+            ended = run(*words, code=0, stderr=[])
             self.assertEqual(ended.stdout[0], "examples:")
             self.assertRegex(ended.stdout[1], "^  rowe bench ")
             self.assertRegex(ended.stdout[2], "^  rowe bench ")

@@ -8,7 +8,7 @@ import signal
 import threading
 import unittest
 
-from program import given_time, hub, nobody_at, program, run
+from program import given_time, hub, program, run
 from websocket import CLOSE, closed, listener, peer, settle
 
 
@@ -37,7 +37,7 @@ class provider:
     def serve(self):
         with contextlib.suppress(closed, OSError):
             while True:
-                call = self.peer.receive_until(lambda m: m["op"] == "call_service")
+                call = self.peer.called()
                 answer = self.services[call["service"]](call.get("args", {}))
                 if answer is not None:
                     self.peer.send({"op": "service_response", "service": call["service"], "id": call["id"],
@@ -58,11 +58,7 @@ def silent(_):
 
 class calling(unittest.TestCase):
     def fails(self, code, *arguments, says, **options):
-        ended = run("call", *arguments, **options)
-        self.assertEqual(ended.code, code, (arguments, ended.stderr))
-        self.assertEqual(ended.stdout, [], arguments)
-        for text in says:
-            self.assertIn(text, "\n".join(ended.stderr), arguments)
+        run("call", *arguments, code=code, stdout=[], says=says, **options)
 
 
 class services_of_peers(calling):
@@ -90,16 +86,14 @@ class services_of_peers(calling):
     def test_that_do_not_answer_are_a_time_out(self):
         for how in ((), ("--plain",)):
             ended = given_time(lambda time: run("call", self.serving.url, "/silent", "--timeout", time, *how),
-                               lambda ended: ended.code != 3)
-            self.assertEqual((ended.code, ended.stdout), (4, []), ended.stderr)
+                               lambda ended: ended.code != 3).expect(4, stdout=[])
             self.assertRegex(ended.stderr[-1], r"service /silent: no answer within \d+\.\d{3} s")
 
     def test_whose_provider_goes_away_are_no_time_out(self):
         for how in ((), ("--plain",)):
             with provider(self.serving.port, leaving=lambda _: leaves.peer.stream.shutdown(2)) as leaves:
-                ended = run("call", self.serving.url, "/leaving", "--timeout", "50s", *how)
-                self.assertEqual((ended.code, ended.stdout), (1, []), ended.stderr)
-                self.assertIn("service /leaving: ", ended.stderr[-1])
+                ended = run("call", self.serving.url, "/leaving", "--timeout", "50s", *how, code=1, stdout=[],
+                            last="service /leaving: ")
                 self.assertNotIn("no answer within", ended.stderr[-1])
             self.fails(1, self.serving.url, "/leaving", *how, says=["nobody provides it"])
 
@@ -126,8 +120,7 @@ class services_of_peers(calling):
 
     def test_may_answer_at_length(self):
         for how in ((), ("--plain",)):
-            ended = run("call", self.serving.url, "/long", '{"length":50000}', *how)
-            self.assertEqual(ended.code, 0, ended.stderr)
+            ended = run("call", self.serving.url, "/long", '{"length":50000}', *how, code=0)
             self.assertEqual(json.loads(ended.stdout[0]), {"text": "x" * 50000})
 
     def test_answer_with_a_time_where_json_is_asked_for(self):
@@ -243,15 +236,8 @@ class arguments(calling):
     def test_the_url_may_come_from_the_environment(self):
         with hub() as serving, provider(serving.port, add=add):
             for words in (("/add", '{"a":1,"b":2}'), (serving.url, "/add", '{"a":1,"b":2}')):
-                ended = run("call", *words, environment={"ROWE_URL": serving.url})
-                self.assertEqual((ended.code, ended.stdout), (0, ['{"sum": 3}']), ended.stderr)
+                run("call", *words, environment={"ROWE_URL": serving.url}, code=0, stdout=['{"sum": 3}'])
             self.fails(1, "nope", environment={"ROWE_URL": serving.url}, says=["service nope: "])
-
-    def test_nobody_there_is_3(self):
-        for verb in (("call", "127.0.0.1:1", "/x"), ("peers", "127.0.0.1:1")):
-            ended = nobody_at(*verb)
-            self.assertEqual((ended.code, ended.stdout), (3, []))
-            self.assertIn("nobody listens at 127.0.0.1:1", "\n".join(ended.stderr))
 
     def test_interrupted_while_connecting_is_130(self):
         for verb in (("call", "127.0.0.1:1", "/x"), ("peers", "127.0.0.1:1")):
@@ -263,10 +249,8 @@ class arguments(calling):
 class peers(unittest.TestCase):
     def test_are_listed_for_people(self):
         with hub("--name", "ang-01") as serving, peer(serving.port) as one:
-            one.send({"op": "subscribe", "topic": "/t"})
-            settle(one)
-            ended = run("peers", serving.url)
-            self.assertEqual((ended.code, ended.stderr), (0, []))
+            one.subscribe("/t")
+            ended = run("peers", serving.url, code=0, stderr=[])
             self.assertRegex(ended.stdout[0], r"^ang-01, up for \d+\.\d+ s, peers 2$")
             self.assertEqual(ended.stdout[1].split(),
                              ["ADDRESS", "DIALECT", "SINCE_S", "SILENT_S", "QUEUED", "IN", "OUT"])
@@ -295,12 +279,11 @@ class peers(unittest.TestCase):
     def test_of_who_is_no_rowe_endpoint_cannot_be_had(self):
         for values, result in (("Service /rowe/stats does not exist", False), ("no", False)):
             with listener() as there, program("peers", there.url) as asking, there.accept() as p:
-                call = p.receive_until(lambda m: m.get("op") == "call_service")
+                call = p.called()
                 self.assertEqual(call["service"], "/rowe/stats")
-                p.send({"op": "service_response", "service": "/rowe/stats", "id": call["id"],
-                        "values": values, "result": result})
-                self.assertEqual((asking.end(), asking.stdout), (1, []))
-                self.assertIn("does not let us call /rowe/stats", asking.stderr[-1])
+                p.answer(call, values, result)
+                asking.end()
+                asking.expect(1, stdout=[], last="does not let us call /rowe/stats")
 
     def test_of_who_does_not_answer_are_a_time_out(self):
         def ask(time):
@@ -310,15 +293,12 @@ class peers(unittest.TestCase):
             return asking
 
         asking = given_time(ask, lambda asking: asking.code != 3)
-        self.assertEqual((asking.code, asking.stdout), (4, []))
-        self.assertRegex(asking.stderr[-1], r"does not answer within \d+\.\d{3} s")
+        asking.expect(4, stdout=[], ends=r"does not answer within \d+\.\d{3} s")
 
     def test_of_a_stranger_do_not_reach_the_terminal_as_control_characters(self):
         with listener() as there, program("peers", there.url) as asking, there.accept() as p:
-            call = p.receive_until(lambda m: m.get("op") == "call_service")
-            p.send({"op": "service_response", "service": "/rowe/stats", "id": call["id"], "result": True,
-                    "values": {"name": "\x1b[2J", "connections": [{"address": "\x9b"}, 7],
-                               "losses": {"\x1b": 1}}})
+            p.answer(p.called(), {"name": "\x1b[2J", "connections": [{"address": "\x9b"}, 7],
+                                  "losses": {"\x1b": 1}})
             self.assertEqual(asking.end(), 0, asking.stderr)
             self.assertIsNone(re.search("[\x1b\x9b]", "\n".join(asking.stdout)))
 

@@ -11,8 +11,24 @@ namespace {
 
 using namespace std::chrono_literals;
 
+// What reading the words says and shows.
+struct reading {
+  std::optional<exit_code> read(const command& table, std::vector<std::string> words) {
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    testing::internal::CaptureStderr();
+    testing::internal::CaptureStdout();
+    const auto end = tools::read(table, arguments);
+    said = testing::internal::GetCapturedStderr();
+    shown = testing::internal::GetCapturedStdout();
+    return end;
+  }
+  std::string said;  // on stderr
+  std::string shown; // on stdout
+};
+
 // A verb with one option of each kind.
-struct fixture {
+struct fixture : reading {
   std::string url, topic, name;
   std::vector<std::string> origins;
   std::int64_t port = 8080;
@@ -39,18 +55,9 @@ struct fixture {
                         {"--json", "-j", "", "a switch", &json}}};
   }
 
-  std::optional<exit_code> read(std::vector<std::string> words) {
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    testing::internal::CaptureStderr();
-    testing::internal::CaptureStdout();
-    const auto end = tools::read(table(), arguments);
-    said = testing::internal::GetCapturedStderr();
-    shown = testing::internal::GetCapturedStdout();
-    return end;
+  std::optional<exit_code> read(const std::vector<std::string>& words) {
+    return reading::read(table(), words);
   }
-  std::string said;  // on stderr
-  std::string shown; // on stdout
 };
 
 TEST(command_line, reads_each_kind_of_option_and_the_operands_around_them) {
@@ -125,12 +132,12 @@ TEST(command_line, takes_from_the_environment_the_operand_that_is_missing) {
 }
 
 // A verb whose arguments may be fewer: TRY URL [TOPIC...] or, with --plain, URL [JSON].
-struct loose_fixture {
+struct loose_fixture : reading {
   std::string url, json = "{}";
   std::vector<std::string> topics;
   bool plain = false;
 
-  std::optional<exit_code> read(std::vector<std::string> words) {
+  std::optional<exit_code> read(const std::vector<std::string>& words) {
     const command table{
         .verb = "try",
         .examples = {},
@@ -143,17 +150,8 @@ struct loose_fixture {
                      {.name = "TOPIC", .meaning = "what", .into = &topics, .left_out = &plain},
                      {.name = "JSON", .meaning = "with", .into = &json, .optional = true}},
         .options = {{"--plain", "", "", "without topics", &plain}}};
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    testing::internal::CaptureStderr();
-    testing::internal::CaptureStdout();
-    const auto end = tools::read(table, arguments);
-    said = testing::internal::GetCapturedStderr();
-    shown = testing::internal::GetCapturedStdout();
-    return end;
+    return reading::read(table, words);
   }
-  std::string said;
-  std::string shown;
 };
 
 TEST(command_line, gathers_options_whose_names_end_in_a_number) {

@@ -49,11 +49,8 @@ class config(unittest.TestCase):
                 ("[endpoint\n", ":1: "),
         ):
             path = self.file(text)
-            checked = run("config", "check", path)
-            self.assertEqual((checked.code, checked.stdout), (2, []), text)
-            self.assertIn(f"rowe config: {path}{says}", checked.stderr[0])
-            served = run("serve", "--config", path)
-            self.assertEqual((served.code, served.stdout), (2, []), text)
+            checked = run("config", "check", path, code=2, stdout=[], first=f"rowe config: {path}{says}")
+            served = run("serve", "--config", path, code=2, stdout=[])
             self.assertEqual([line.removeprefix("rowe serve: ") for line in served.stderr],
                              [line.removeprefix("rowe config: ") for line in checked.stderr])
 
@@ -64,8 +61,7 @@ class config(unittest.TestCase):
 
     def test_check_is_content_with_what_serve_takes(self):
         path = self.file('[endpoint]\nport = 0\nname = "from a file"\n[limits]\ntopics_max = 7\n' + people)
-        ended = run("config", "check", path)
-        self.assertEqual((ended.code, ended.stdout, ended.stderr), (0, [f"{path}: no mistakes"], []))
+        run("config", "check", path, code=0, stdout=[f"{path}: no mistakes"], stderr=[])
         with hub("--config", path):
             pass
 
@@ -73,8 +69,7 @@ class config(unittest.TestCase):
         path = self.file('[endpoint]\nport = 1\nname = "file"\ncpu = 0\n' + people)
         environment = {"ROWE_ENDPOINT_PORT": "2", "ROWE_ENDPOINT_NAME": "environment", "ROWE_CONFIG": path}
         for words in (("config", "show", path), ("config", "show")):
-            shown = run(*words, "--name=here", "--demo", environment=environment)
-            self.assertEqual((shown.code, shown.stderr), (0, []))
+            shown = run(*words, "--name=here", "--demo", environment=environment, code=0, stderr=[])
             lines = [" ".join(line.split()) for line in shown.stdout]
             for line in ('name = "here" # --name', "port = 2 # ROWE_ENDPOINT_PORT", f"cpu = 0 # {path}:4",
                          "relay = true # default", "priority = 70 # default", "demo = true # --demo",
@@ -121,17 +116,13 @@ class config(unittest.TestCase):
     def test_switches_of_the_command_line_can_be_turned_off(self):
         path = self.file('[endpoint]\naddress = "0.0.0.0"\ninsecure = true\n')
         self.assertEqual(run("config", "check", path).code, 0)
-        ended = run("serve", "--config", path, "--insecure=false")
-        self.assertEqual(ended.code, 2)
-        self.assertIn("endpoint.address is \"0.0.0.0\"", ended.stderr[0])
+        run("serve", "--config", path, "--insecure=false", code=2, first="endpoint.address is \"0.0.0.0\"")
         self.assertIn("page = false", run("config", "show", "--page=false").stdout[4])
         self.assertIn('--page needs true or false, not "no"', run("config", "show", "--page=no").stderr[0])
 
     def test_identities_that_others_may_write_are_refused(self):
         path = self.file(people, mode=0o664)
-        ended = run("config", "check", path)
-        self.assertEqual(ended.code, 2)
-        self.assertIn("may be written by its owner only", ended.stderr[0])
+        run("config", "check", path, code=2, first="may be written by its owner only")
         trusted = {"CREDENTIALS_DIRECTORY": os.path.dirname(path)}
         self.assertEqual(run("config", "check", path, environment=trusted).code, 0)
 
@@ -139,9 +130,7 @@ class config(unittest.TestCase):
         for words, says in ((("check",), "needs a FILE"), (("test", "x"), "not 'test'"),
                             (("check", "/nowhere/rowe.toml"), "/nowhere/rowe.toml: the file cannot be read"),
                             (("show", "--listen", "127.0.0.1:1", "--port=1"), "excludes")):
-            ended = run("config", *words)
-            self.assertEqual((ended.code, ended.stdout), (2, []), words)
-            self.assertIn(says, ended.stderr[0])
+            run("config", *words, code=2, stdout=[], first=says)
 
 
 if __name__ == "__main__":

@@ -1,43 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
 """What each verb says of a connection that it cannot use: once, and at once where it will not get better."""
-import os
 import re
-import subprocess
-import tempfile
 import unittest
 
-from program import ROWE, hub, nobody_at, run
+from program import ROWE, hub, nobody_at, run, verbs
+from robot import robot
 
 long = ("--timeout", "20s")  # whoever waits for its end says "within", and fails
 
 
 def verbs_with_a_place():
     """Those whose help has a URL, but for those that have modes, of which one stands for all."""
-    listed = subprocess.run([ROWE, "help"], capture_output=True, text=True, check=True).stdout
-    for verb in re.findall(r"^  (\w+) ", listed.split("verbs:\n")[1].split("\n\n")[0], re.M):
-        about = subprocess.run([ROWE, verb, "--help"], capture_output=True, text=True, check=True).stdout
-        if re.search(r"^usage: rowe \w+ .*\bURL\b", about, re.M):
+    for verb in verbs():
+        if re.search(r"^usage: rowe \w+ .*\bURL\b", "\n".join(run(verb, "--help").stdout), re.M):
             yield verb
 
 
 class connection(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        made = os.path.join(cls.enterClassContext(tempfile.TemporaryDirectory()), "bot")
-        ended = run("setup", "--name", "bot", "--dir", made)
-        assert ended.code == 0, ended.stderr
-        cls.token = re.search(r"(?m)^driver +(\S+)$", "\n".join(ended.stdout))[1]
-        cls.root = os.path.join(made, "ca.pem")
+        cls.bot = cls.enterClassContext(robot())
         cls.plain = cls.enterClassContext(hub())
-        cls.settings = os.path.join(made, "rowe.toml")
-        cls.secure = f"127.0.0.1:{cls.enterClassContext(cls.guarded()).port}"
-        cls.trajectory = os.path.join(made, "trajectory.tum")
+        cls.secure = f"127.0.0.1:{cls.enterClassContext(cls.bot.serving()).port}"
+        cls.trajectory = cls.bot.at("trajectory.tum")
         with open(cls.trajectory, "w", encoding="ascii") as file:
             file.write("0 0 0 0 0 0 0 1\n")
-
-    @classmethod
-    def guarded(cls):
-        return hub("--config", cls.settings, "--address", "127.0.0.1")
 
     def commands(self, url):
         """Each verb with a place, as it connects to `url`."""
@@ -50,8 +37,7 @@ class connection(unittest.TestCase):
 
     def ends_at_once(self, command, why, **environment):
         with self.subTest(command=command):
-            ended = run(*long, command=command, environment=environment)
-            self.assertEqual(ended.code, 3, ended.stderr)
+            ended = run(*long, command=command, environment=environment, code=3)
             said = "\n".join(ended.stderr)
             # `rowe stop` tries its kept place as well, and says so of both.
             self.assertEqual(len(re.findall(why, said)), 2 if "nor to " in said else 1, said)
@@ -66,26 +52,26 @@ class connection(unittest.TestCase):
         place = f"wss://{self.secure}"
         for token, commands in (("", self.commands(place)), ("x" * 43, [[ROWE, "peers", place]])):
             for command in commands:
-                with self.guarded() as serving:  # one that has seen no wrong token is not slow to say so
+                with self.bot.serving() as serving:  # one that has seen no wrong token is not slow to say so
                     there = f"wss://127.0.0.1:{serving.port}"
                     self.ends_at_once([there if word == place else word for word in command],
-                                      "401 .*show a token", ROWE_CA=self.root, ROWE_TOKEN=token)
+                                      "401 .*show a token", **self.bot.who(token))
 
     def test_in_plain_where_tls_is_spoken(self):
         self.end_at_once(f"ws://{self.secure}", "400 .*connect to wss://")
 
     def test_by_tls_where_none_is_spoken(self):
         self.end_at_once(f"wss://127.0.0.1:{self.plain.port}", "check that this port speaks TLS",
-                          ROWE_CA=self.root)
+                         ROWE_CA=self.bot.ca)
 
     def test_with_a_certificate_that_nobody_vouches_for(self):
-        self.end_at_once(f"wss://{self.secure}", "give the root that signed it", ROWE_TOKEN=self.token)
+        self.end_at_once(f"wss://{self.secure}", "give the root that signed it",
+                         ROWE_TOKEN=self.bot.tokens["driver"])
 
     def test_where_nobody_listens_yet_is_waited_for_and_told_once(self):
         for _, verb, *arguments in self.commands("127.0.0.1:1"):
             with self.subTest(verb=verb):
-                ended = nobody_at(verb, *arguments)
-                self.assertEqual(ended.code, 3)
+                ended = nobody_at(verb, *arguments).expect(3, stdout=None if verb == "stop" else [])
                 said = "\n".join(ended.stderr)
                 times = 2 if "nor to " in said else 1
                 self.assertEqual(said.count("nobody listens at 127.0.0.1:1"), times, said)

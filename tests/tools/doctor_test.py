@@ -1,20 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """`rowe doctor`, on machines that are files and on this one."""
-import fcntl
 import json
 import os
-import pty
 import shutil
 import signal
-import struct
 import subprocess
 import tempfile
-import termios
 import unittest
 
 from doctor.machines import entries, machine
 from doctor.variants import CHECKS, KERNEL, VARIANTS, VM, rounds
-from program import ROWE, program, run
+from program import ROWE, on_a_terminal, program, run
 
 KEYS = ["check", "group", "level", "visible", "title", "found", "wanted", "why", "change", "commands",
         "values"]
@@ -143,9 +139,7 @@ class doctor(unittest.TestCase):
             for arguments, says in ((("--cpu", "two"), "'two'"), (("--cpu", "3,9"), "no cpu 9"),
                                     (("--quick", "--duration", "1s"), "exclude"),
                                     (("--duration", "5"), "'5'"), (("now",), "'now'")):
-                ended = run("doctor", "--root", root, *arguments)
-                self.assertEqual(ended.code, 2, arguments)
-                self.assertIn(says, "\n".join(ended.stderr))
+                run("doctor", "--root", root, *arguments, code=2, says=says)
         self.assertEqual(run("doctor", "--root", root + "/gone").code, 2)
 
     def test_hints_are_commands_for_what_is_not_in_order(self):
@@ -172,29 +166,15 @@ class doctor(unittest.TestCase):
 
     def test_lines_fit_the_terminal_and_carry_no_colour(self):
         with machine("container") as root:
-            ours, theirs = pty.openpty()
-            fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 72, 0, 0))
-            process = subprocess.Popen([ROWE, "doctor", "--root", root], stdout=theirs, stderr=theirs)
-            os.close(theirs)
-            shown = b""
-            while True:
-                try:
-                    piece = os.read(ours, 65536)
-                except OSError:  # the terminal's other side is closed
-                    break
-                shown += piece
-            os.close(ours)
-            self.assertEqual(process.wait(60), 0)
-        text = shown.decode()
+            text = on_a_terminal(72, "doctor", "--root", root)
         self.assertNotIn("\x1b", text)
-        self.assertLessEqual(max(len(line.rstrip("\r")) for line in text.split("\n")), 72)
+        self.assertLessEqual(max(map(len, text.split("\n"))), 72)
         self.assertIn("fail  real-time kernel: PREEMPT_DYNAMIC", text)
 
     # ---- on this machine
 
     def test_this_machine_can_be_examined(self):
-        ended = run("doctor", "--json", "--duration", "50ms")
-        self.assertEqual(ended.code, 0)
+        ended = run("doctor", "--json", "--duration", "50ms", code=0)
         found = {one["check"]: one for one in lines_of(ended)}
         self.assertEqual(list(found), list(CHECKS))
         self.assertTrue(found["timers"]["visible"])
@@ -212,15 +192,13 @@ class doctor(unittest.TestCase):
 
     def test_the_end_of_a_certificate_is_looked_at_where_one_is_named(self):
         def certificate_in(folder, file="certificate.pem"):
-            ended = run("doctor", "--json", "--quick", "--certificate", os.path.join(folder, file))
-            self.assertEqual(ended.code, 0, ended.stderr)
+            ended = run("doctor", "--json", "--quick", "--certificate", os.path.join(folder, file), code=0)
             return lines_of(ended)[-1]
 
         with tempfile.TemporaryDirectory() as top:
             for days, level in ((10, "warn"), (29, "warn"), (31, "ok"), (397, "ok")):
                 folder = os.path.join(top, str(days))
-                made = run("setup", "--name", "ang-01", "--dir", folder, "--days", str(days))
-                self.assertEqual(made.code, 0, made.stderr)
+                run("setup", "--name", "ang-01", "--dir", folder, "--days", str(days), code=0)
                 one = certificate_in(folder)
                 self.assertEqual((one["check"], one["level"]), ("certificate_end", level), one)
                 self.assertIn(one["values"]["days"], (days - 1, days))
@@ -248,8 +226,7 @@ class doctor(unittest.TestCase):
                      "--inh-caps=-all")
         if subprocess.run([*as_nobody, "test", "-x", ROWE], check=False).returncode != 0:
             self.skipTest("setpriv may not, or the program lies where others may not read it")
-        ended = run("doctor", "--json", "--duration", "50ms", command=(*as_nobody, ROWE))
-        self.assertEqual(ended.code, 0, ended.stderr)
+        ended = run("doctor", "--json", "--duration", "50ms", command=(*as_nobody, ROWE), code=0)
         found = {one["check"]: one for one in lines_of(ended)}
         self.assertEqual(list(found), list(CHECKS))
         self.assertIn("no CAP_SYS_NICE", found["sched_fifo"]["found"])

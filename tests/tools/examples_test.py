@@ -22,6 +22,28 @@ def example(name, *arguments, before=(), **options):
     return program(*arguments, command=(*before, os.path.join(folder, name)), **options)
 
 
+def says(*how, code, stderr):
+    """What a program says that has nothing else to do."""
+    with example(*how) as ended:
+        ended.end()
+        ended.expect(code, stderr=stderr)
+
+
+@contextlib.contextmanager
+def listening(*how):
+    """One that prints the port it listens on, at `url`, and does not catch SIGTERM."""
+    with example(*how) as robot:
+        robot.port = robot.line(r"listening on port (\d+)", "stdout")[1]
+        robot.url = "ws://127.0.0.1:" + robot.port
+        yield robot
+        assert robot.end(signal.SIGTERM) == -signal.SIGTERM, robot.stderr
+
+
+def stop_acknowledged(url):
+    """The run of `rowe stop` that did so, where a busy machine keeps a loop from it for a while."""
+    return until(lambda: run("stop", url), lambda it: "but not its loops" not in it.stdout[0]).expect(0)
+
+
 def may_run_on(cpu):
     before = os.sched_getaffinity(0)
     try:
@@ -41,22 +63,19 @@ def until(attempt, right):
 
 
 class types(unittest.TestCase):
-    def prints(self, *arguments):
-        return subprocess.run([os.path.join(folder, "types"), *arguments], capture_output=True, text=True,
-                              check=False, timeout=timeout)
+    def lines(self, form):
+        return run(form, command=(os.path.join(folder, "types"),), code=0, stderr=[]).stdout
 
     def test_prints_what_a_page_a_validator_and_ros_read(self):
-        declarations = self.prints("typescript")
-        self.assertEqual((declarations.returncode, declarations.stderr), (0, ""))
-        self.assertIn('    mode: "off" | "manual" | "automatic";\n', declarations.stdout)
-        schema = json.loads(self.prints("json-schema").stdout)
+        self.assertIn('    mode: "off" | "manual" | "automatic";', self.lines("typescript"))
+        schema = json.loads("\n".join(self.lines("json-schema")))
         self.assertEqual(schema["title"], "my_robot/State")
         self.assertEqual(schema["properties"]["uptime"]["description"], "milliseconds")
-        self.assertTrue(self.prints("ros").stdout.startswith("std_msgs/Header header\nstring mode # off, "))
+        header, mode, *_ = self.lines("ros")
+        self.assertEqual((header, mode[:19]), ("std_msgs/Header header", "string mode # off, "))
 
     def test_says_how_it_is_used(self):
-        ended = self.prints("xml")
-        self.assertEqual((ended.returncode, ended.stderr), (2, "usage: types typescript|json-schema|ros\n"))
+        says("types", "xml", code=2, stderr=["usage: types typescript|json-schema|ros"])
 
 
 class control_loop(unittest.TestCase):
@@ -99,9 +118,7 @@ class control_loop(unittest.TestCase):
             other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             other.bind(("127.0.0.1", port))
             other.listen()
-            with example("control_loop") as robot:
-                self.assertEqual((robot.end(), robot.stderr),
-                                 (1, [f"port {port} is in use by another program"]))
+            says("control_loop", code=1, stderr=[f"port {port} is in use by another program"])
 
     def test_does_so_when_started_on_one_core(self):
         if shutil.which("taskset") is None:
@@ -111,15 +128,13 @@ class control_loop(unittest.TestCase):
 
 class listen(unittest.TestCase):
     def test_prints_the_messages_of_a_robot(self):
-        with hub("--demo") as robot, example("listen", robot.url, "/odom") as listening:
-            numbers = [json.loads(line)["header"]["seq"] for line in listening.lines(50)[:50]]
+        with hub("--demo") as robot, example("listen", robot.url, "/odom") as there:
+            numbers = [json.loads(line)["header"]["seq"] for line in there.lines(50)[:50]]
             self.assertEqual(numbers, sorted(set(numbers)))
-            self.assertEqual(listening.end(signal.SIGTERM), -signal.SIGTERM)
+            self.assertEqual(there.end(signal.SIGTERM), -signal.SIGTERM)
 
     def test_says_how_it_is_used(self):
-        with example("listen") as listening:
-            self.assertEqual(listening.end(), 2)
-            self.assertEqual(listening.stderr, ["usage: listen URL TOPIC"])
+        says("listen", code=2, stderr=["usage: listen URL TOPIC"])
 
 
 class answer(unittest.TestCase):
@@ -133,9 +148,7 @@ class answer(unittest.TestCase):
                 asked = until(lambda how=codec: run("call", url, "/set_speed", '{"speed":0.5}', *how),
                               lambda ended: "nobody provides it" not in "\n".join(ended.stderr))
                 self.assertEqual((asked.code, json.loads(asked.stdout[0])["speed"]), (0, 0.5), asked.stderr)
-            refused = run("call", url, "/set_speed", '{"speed":5}')
-            self.assertEqual((refused.code, refused.stdout), (1, []))
-            self.assertIn("at most 1 m/s", refused.stderr[-1])
+            run("call", url, "/set_speed", '{"speed":5}', code=1, stdout=[], last="at most 1 m/s")
             self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
 
 
@@ -149,17 +162,12 @@ class add_two_numbers(unittest.TestCase):
         return until(once, lambda asking: "nothing happened" not in "\n".join(asking.stderr))
 
     def test_is_answered_by_the_robot_in_c(self):
-        with example("robot", "0") as server:
-            url = "ws://127.0.0.1:" + server.line(r"listening on port (\d+)", "stdout")[1]
-            asking = self.ask(url)
-            self.assertEqual(asking.code, 0, asking.stderr)
-            self.assertEqual(asking.stdout, ["38 + 4 = 42"])
-            self.assertEqual(server.end(signal.SIGTERM), -signal.SIGTERM)
+        with listening("robot", "0") as server:
+            self.ask(server.url).expect(0, stdout=["38 + 4 = 42"])
 
     def test_says_why_it_has_no_answer(self):
         with hub() as nobody:
-            asking = self.ask(nobody.url)
-            self.assertEqual((asking.code, asking.stderr), (1, ["nobody provides the service"]))
+            self.ask(nobody.url).expect(1, stderr=["nobody provides the service"])
 
 
 class stop(unittest.TestCase):
@@ -169,18 +177,14 @@ class stop(unittest.TestCase):
             run("reset", url, shown.stdout[0].split()[-1])
 
     def check(self, *how):
-        with example(*how) as robot:
-            url = "ws://127.0.0.1:" + robot.line(r"listening on port (\d+)", "stdout")[1]
+        with listening(*how) as robot:
             robot.line("braking", "stdout")  # it starts stopped
             # Where its loop or its service thread is late it stops by itself, and answers without the loop.
-            until(lambda: self.reset(url), lambda _: "driving" in robot.stdout)
+            until(lambda: self.reset(robot.url), lambda _: "driving" in robot.stdout)
             self.assertIn("driving", robot.stdout)
-            stopped = until(lambda: run("stop", url), lambda it: "but not its loops" not in it.stdout[0])
-            self.assertEqual(stopped.code, 0, stopped.stderr)
-            self.assertIn("stop acknowledged by ", stopped.stdout[0])
-            self.assertEqual(run("reset", url).code, 1)
+            self.assertIn("stop acknowledged by ", stop_acknowledged(robot.url).stdout[0])
+            run("reset", robot.url, code=1)
             robot.line("braking", "stdout", robot.stdout.count("driving") + 1)
-            self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
 
     def test_is_obeyed_by_a_loop(self):
         self.check("stop", "0", "unguarded")
@@ -194,9 +198,8 @@ class stop(unittest.TestCase):
             asked = until(lambda: run("call", url, "/set_speed", '{"speed":5}'),
                           lambda ended: ended.code == 0)
             self.assertEqual((asked.code, json.loads(asked.stdout[0])), (0, {"taken": False}), asked.stderr)
-            refused = run("call", url, "/set_speed", '{"speed":"fast"}')
-            self.assertEqual(refused.code, 1)
-            self.assertIn('the member "speed" must be a number', refused.stderr[-1])
+            run("call", url, "/set_speed", '{"speed":"fast"}', code=1,
+                last='the member "speed" must be a number')
 
             def drives(speed, *change):
                 """Whether it says so, once it may move and was told."""
@@ -207,30 +210,24 @@ class stop(unittest.TestCase):
 
             self.assertTrue(until(lambda: drives(1.5, "call", url, "/set_speed", '{"speed":1.5}'), bool))
             self.assertTrue(until(lambda: drives(-1, "pub", url, "/command", '{"speed":-1}'), bool))
-            stopped = until(lambda: run("stop", url), lambda it: "but not its loops" not in it.stdout[0])
-            self.assertEqual(stopped.code, 0, stopped.stderr)
+            stop_acknowledged(url)
             self.assertEqual(robot.end(signal.SIGTERM), 0)
 
     def test_takes_no_port_that_there_is_not(self):
         for name in ("control_loop_in_c", "stop", "stop_in_c", "your_own_robot"):
             for port in ("70000", "-1", "abc", "", "80x"):
-                with example(name, port) as refused:
-                    self.assertEqual((refused.end(), refused.stderr),
-                                     (2, [f"a port is a number from 0 to 65535, not '{port}'"]))
+                says(name, port, code=2, stderr=[f"a port is a number from 0 to 65535, not '{port}'"])
 
     def test_of_a_robot_that_nobody_guards_is_not_reset(self):
-        with example("stop", "0") as robot:
-            url = "ws://127.0.0.1:" + robot.line(r"listening on port (\d+)", "stdout")[1]
+        with listening("stop", "0") as robot:
             robot.line("braking", "stdout")
-            number = run("reset", url).stdout[0].split()[-1]
-            self.assertEqual(run("reset", url, number).code, 1)
-            self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
+            number = run("reset", robot.url).stdout[0].split()[-1]
+            run("reset", robot.url, number, code=1)
 
     def test_says_how_it_is_used(self):
         for name, usage in (("stop", "usage: stop PORT [unguarded]"), ("stop_in_c", "usage: stop_in_c PORT"),
                             ("control_loop_in_c", "usage: control_loop_in_c PORT")):
-            with example(name) as without:
-                self.assertEqual((without.end(), without.stderr), (2, [usage]))
+            says(name, code=2, stderr=[usage])
 
 
 class your_own_robot(unittest.TestCase):
@@ -247,8 +244,7 @@ class your_own_robot(unittest.TestCase):
             self.assertEqual(robot.stdout[-1], "stopped")
 
     def state(self):
-        ended = run("echo", self.url, "/state", "--json", "--once")
-        self.assertEqual(ended.code, 0, ended.stderr)
+        ended = run("echo", self.url, "/state", "--json", "--once", code=0)
         return json.loads(ended.stdout[0])
 
     def drive(self, message):
@@ -271,11 +267,8 @@ class your_own_robot(unittest.TestCase):
 
             # Where its loop or its service thread is late it stops by itself.
             self.assertGreater(until(driven, lambda x: x > 0), 0)
-            wrong = self.drive('{"linear":{"x":"fast"}}')
-            self.assertEqual(wrong.code, 1)
-            self.assertIn('the member "linear.x" must be a number', "\n".join(wrong.stderr))
-            stopped = until(lambda: run("stop", self.url), lambda it: "but not its loops" not in it.stdout[0])
-            self.assertIn("stop acknowledged by my-robot in ", stopped.stdout[0])
+            self.drive('{"linear":{"x":"fast"}}').expect(1, says='the member "linear.x" must be a number')
+            self.assertIn("stop acknowledged by my-robot in ", stop_acknowledged(self.url).stdout[0])
             self.assertEqual(self.state()["speed"], 0)
 
     def test_answers_and_refuses(self):
@@ -283,38 +276,32 @@ class your_own_robot(unittest.TestCase):
             answered = run("call", self.url, "/set_place", '{"x":1,"y":2,"heading":0}')
             self.assertEqual(json.loads(answered.stdout[0]), {"x": 1, "y": 2, "heading": 0}, answered.stderr)
             self.assertEqual(self.state()["y"], 2)
-            refused = run("call", self.url, "/set_place", '{"x":1000,"y":0,"heading":0}')
-            self.assertEqual(refused.code, 1)
-            self.assertIn("at most 100 m from here", refused.stderr[-1])
+            run("call", self.url, "/set_place", '{"x":1000,"y":0,"heading":0}', code=1,
+                last="at most 100 m from here")
 
     def test_has_a_parameter(self):
         with self.started():
             self.assertEqual(run("param", "list", self.url).stdout, ["/speed_max 0.5"])
             self.assertEqual(run("param", "set", self.url, "/speed_max", "0.2").code, 0)
-            refused = run("param", "set", self.url, "/speed_max", "3")
-            self.assertEqual(refused.code, 1)
-            self.assertIn("it is 3; a number from 0 to 2 is wanted", refused.stderr[-1])
+            run("param", "set", self.url, "/speed_max", "3", code=1,
+                last="it is 3; a number from 0 to 2 is wanted")
             self.assertEqual(run("param", "get", self.url, "/speed_max").stdout, ["0.2"])
 
     def test_says_that_its_port_is_taken(self):
         with self.started():
             taken = self.url.rpartition(":")[2]
-            with example("your_own_robot", taken) as second:
-                self.assertEqual((second.end(), second.stderr),
-                                 (1, [f"port {taken} is in use by another program"]))
+            says("your_own_robot", taken, code=1, stderr=[f"port {taken} is in use by another program"])
 
 
 class robot(unittest.TestCase):
     def test_two_of_them_talk_and_add(self):
-        with example("robot", "0") as server:
-            free_port = server.line(r"listening on port (\d+)", "stdout")[1]
-            with example("robot", "127.0.0.1", free_port) as client:
+        with listening("robot", "0") as server:
+            with example("robot", "127.0.0.1", server.port) as client:
                 client.line(r"38 \+ 4 = 42", "stdout", 2)
                 client.line("the other one is at", "stdout", 10)
                 server.line("the other one is at", "stdout", 10)
                 self.assertEqual(client.end(signal.SIGTERM), -signal.SIGTERM)
                 self.assertEqual(client.said["stderr"], [])
-            self.assertEqual(server.end(signal.SIGTERM), -signal.SIGTERM)
 
     def test_goes_on_without_a_server_and_says_so(self):
         with socket.socket() as unused:
@@ -324,12 +311,8 @@ class robot(unittest.TestCase):
                 self.assertEqual(client.end(signal.SIGTERM), -signal.SIGTERM)
 
     def test_says_how_it_is_used_and_what_is_wrong(self):
-        with example("robot") as without:
-            self.assertEqual(without.end(), 2)
-            self.assertEqual(without.stderr, ["usage: robot PORT | robot HOST PORT"])
-        with example("robot", "65536") as beyond:
-            self.assertEqual(beyond.end(), 1)
-            self.assertEqual(beyond.stderr, ["the argument port is out of range: 65536 (limit 65535)"])
+        says("robot", code=2, stderr=["usage: robot PORT | robot HOST PORT"])
+        says("robot", "65536", code=1, stderr=["the argument port is out of range: 65536 (limit 65535)"])
 
 
 class configured(unittest.TestCase):
@@ -340,8 +323,7 @@ class configured(unittest.TestCase):
             with example("configured", file.name, stdin=subprocess.PIPE,
                          environment={"ROWE_ENDPOINT_PORT": "0"}) as robot:
                 url = robot.line(r"ws://\S+", "stdout")[0]
-                ended = run("echo", url, "/battery", "--once", "--json")
-                self.assertEqual((ended.code, ended.stdout), (0, ['{"percent":83}']), ended.stderr)
+                run("echo", url, "/battery", "--once", "--json", code=0, stdout=['{"percent":83}'])
                 robot.process.stdin.close()
                 self.assertEqual(robot.end(), 0)
 
@@ -349,10 +331,8 @@ class configured(unittest.TestCase):
         with tempfile.NamedTemporaryFile("w") as file:
             file.write("[endpoint]\nport = 70000\n")
             file.flush()
-            with example("configured", file.name) as robot:
-                self.assertEqual(robot.end(), 2)
-                self.assertEqual(robot.said["stderr"], [f"{file.name}:2: endpoint.port is out of range: "
-                                                        "70000 (0 to 65535)"])
+            says("configured", file.name, code=2,
+                 stderr=[f"{file.name}:2: endpoint.port is out of range: 70000 (0 to 65535)"])
 
 
 if __name__ == "__main__":

@@ -2,21 +2,15 @@
 """What becomes of each program's output where it cannot be written, and where nobody reads it."""
 import contextlib
 import os
-import re
 import signal
 import subprocess
 import tempfile
 import unittest
 
-from program import ROWE, hub, of_the_machine, timeout, with_timeout
+from program import ROWE, hub, of_the_machine, run, timeout, verbs, with_timeout
 
 folder = os.path.dirname(ROWE)
 no_space = "rowe: cannot write to standard output: No space left on device (0 bytes written)"
-
-
-def verbs():
-    listed = subprocess.run([ROWE, "help"], capture_output=True, text=True, check=True).stdout
-    return re.findall(r"^  (\w+) ", listed.split("verbs:\n")[1].split("\n\n")[0], re.M)
 
 
 def ended(command, stdout, until=None):
@@ -50,7 +44,7 @@ class output(unittest.TestCase):
         cls.folders = cls.enterClassContext(tempfile.TemporaryDirectory())
         # What each verb is asked so that it prints something.
         url, cls.made, new = cls.demo.url, *(os.path.join(cls.folders, name) for name in ("made", "new"))
-        subprocess.run([ROWE, "setup", "--name", "bot", "--dir", cls.made], check=True, capture_output=True)
+        run("setup", "--name", "bot", "--dir", cls.made, code=0)
         cls.prints = {
             "bench": [("idle", "-D", "100ms", "--json", "-")],
             "call": [(url, "/rosapi/topics"), (url, "/rosapi/topics", "--json"),

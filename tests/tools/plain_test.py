@@ -54,17 +54,14 @@ class echoing(unittest.TestCase):
             return echo
 
         echo = given_time(listens, lambda echo: echo.code != 3)
-        self.assertEqual((echo.code, echo.stdout), (4, []))
-        self.assertRegex(echo.stderr[-1], r"no plain message within \d+\.\d{3} s")
+        echo.expect(4, stdout=[], ends=r"no plain message within \d+\.\d{3} s")
 
     def test_takes_no_topics_and_no_contradictions(self):
         for words, says in ((("/t", "--plain"), "one argument too many: '/t'"),
                             (("--csv", "--json", "/t"), "exclude"),
                             (("/t", "/u", "--csv"), "a table of one topic, not of 2"),
                             ([f"/{i}" for i in range(17)], "17 topics are too many: at most 16")):
-            ended = run("echo", self.there.url, *words)
-            self.assertEqual((ended.code, ended.stdout), (2, []))
-            self.assertIn(says, ended.stderr[0])
+            run("echo", self.there.url, *words, code=2, stdout=[], first=says)
 
     def test_a_field_that_is_missing_is_named(self):
         with (program("echo", self.there.url, "--plain", "--field", "pose.y") as echo,
@@ -136,16 +133,11 @@ class sending_back(unittest.TestCase):
 
     def test_says_how_it_is_used(self):
         for name in ("rowe_echo", "rowe_echo_client"):
-            helped = run("--help", command=beside(name))
-            self.assertEqual((helped.code, helped.stderr), (0, []))
+            helped = run("--help", command=beside(name), code=0, stderr=[])
             self.assertIn(f"usage: {name} [options]", "\n".join(helped.stdout))
-            ended = run("--prot", "1", command=beside(name))
-            self.assertEqual(ended.code, 2)
-            self.assertIn(f"{name}: unknown option '--prot'", ended.stderr[0])
-        ended = run("--listen", "0.0.0.0", command=beside("rowe_echo"))
-        self.assertEqual(ended.code, 2, ended.stderr)
-        ended = run("127.0.0.1:1", "--timeout", "200ms", command=beside("rowe_echo_client"))
-        self.assertEqual(ended.code, 3, ended.stderr)
+            run("--prot", "1", command=beside(name), code=2, first=f"{name}: unknown option '--prot'")
+        run("--listen", "0.0.0.0", command=beside("rowe_echo"), code=2)
+        run("127.0.0.1:1", "--timeout", "200ms", command=beside("rowe_echo_client"), code=3)
 
 
 if __name__ == "__main__":

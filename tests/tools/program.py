@@ -6,14 +6,19 @@ the program. Nothing here sleeps to synchronise: a test waits for the line that 
 """
 import collections
 import contextlib
+import fcntl
 import functools
+import inspect
 import os
+import pty
 import queue
 import random
 import re
 import signal
 import socket
+import struct
 import subprocess
+import termios
 import threading
 import time
 
@@ -120,12 +125,53 @@ class program:
             reader.join()
         return code
 
+    def expect(self, code=None, stdout=None, stderr=None, says=(), first=None, last=None, prints="", ends=""):
+        """It has ended with this exit code and with exactly these lines; stderr has the texts of `says` (one,
+        or several), and its first and last line these; the first line of stdout is like `prints`, the last
+        one of stderr like `ends`. What is not given may be anything. Returns it."""
+        found = [self.process.returncode, self.stdout, self.stderr]
+        wanted = [one if other is None else other for one, other in zip(found, (code, stdout, stderr))]
+        lines, whole = self.stderr or [""], "\n".join(self.stderr)
+        texts = [((says,) if isinstance(says, str) else says, whole), ([first or ""], lines[0]),
+                 ([last or ""], lines[-1])]
+        missing = [text for some, there in texts for text in some if text not in there]
+        missing += [like for like, line in ((prints, (self.stdout or [""])[0]), (ends, lines[-1]))
+                    if not re.search(like, line)]
+        if missing or found != wanted:
+            raise AssertionError(f"{self.arguments} ended with {found}, wanted: {wanted}, {missing}")
+        return self
+
+
+expectations = inspect.signature(program.expect).parameters.keys() - {"self"}
+
 
 def run(*arguments, **options):
-    """Runs to the end; returns the finished program."""
+    """Runs to the end; returns the finished program, which has ended as expect() is told."""
+    wanted = {name: options.pop(name) for name in expectations if name in options}
     with program(*arguments, **options) as running:
         running.code = running.end()
-        return running
+        return running.expect(**wanted)
+
+
+def on_a_terminal(columns, *arguments, **options):
+    """What it shows on one of so many columns; it ends well."""
+    ours, its = pty.openpty()
+    fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 50, columns, 0, 0))
+    shown = b""
+    with subprocess.Popen([ROWE, *arguments], stdout=its, **{"stderr": its, **options}) as process:
+        os.close(its)
+        with contextlib.suppress(OSError):  # it has closed the terminal
+            while piece := os.read(ours, 65536):
+                shown += piece
+        os.close(ours)
+        code = process.wait(timeout=timeout)
+    assert code == 0, (arguments, code, shown)
+    return shown.decode().replace("\r\n", "\n")
+
+
+def verbs():
+    """Those that `rowe help` lists."""
+    return re.findall(r"^  (\w+) ", "\n".join(run("help").stdout).split("verbs:\n")[1].split("\n\n")[0], re.M)
 
 
 def given_time(attempt, came_to_it, seconds=0.2):
@@ -188,31 +234,39 @@ def kept_port():
         yield kept.getsockname()[1]
 
 
-class hub(program):
-    """`rowe serve` on a free port, ready."""
+class server(program):
+    """One that is ready when it has printed a line like `pattern`, its `ready`. Ends in order where a test
+    does not end it in another way."""
 
-    def __init__(self, *arguments, port=0, **options):
-        where = () if "--listen" in arguments else ("--port", str(port))
-        super().__init__("serve", *where, *arguments, **options)
+    def __init__(self, pattern, *arguments, **options):
+        super().__init__(*arguments, **options)
         try:
-            ready = self.line(r"^rowe serves https?://(\S+):(\d+)/ \(wss?://\1:\2/\)$", "stdout")
+            self.ready = self.line(pattern, "stdout")
         except BaseException as failure:
             self.__exit__(failure)
             raise
-        self.host, self.port = ready[1], int(ready[2])
-        self.url = f"ws://{self.host}:{self.port}/"
 
     def __exit__(self, failure=None, *how):
-        """Ends in order where a test does not end it in another way."""
         code = self.end(signal.SIGTERM) if failure is None and self.process.poll() is None else 0
         super().__exit__(failure, *how)
         if code != 0:
-            raise AssertionError(f"serve ended with {code}: {self.stderr}")
+            raise AssertionError(f"{self.arguments} ended with {code}: {self.stderr}")
+
+
+class hub(server):
+    """`rowe serve` on a free port."""
+
+    def __init__(self, *arguments, port=0, **options):
+        where = () if "--listen" in arguments else ("--port", str(port))
+        super().__init__(r"^rowe serves https?://(\S+):(\d+)/ \(wss?://\1:\2/\)$", "serve", *where,
+                         *arguments, **options)
+        self.host, self.port = self.ready[1], int(self.ready[2])
+        self.url = f"ws://{self.host}:{self.port}/"
 
     def summary(self):
         """Ends it; returns the counters it prints."""
-        code = self.end(signal.SIGTERM)
-        assert code == 0, f"serve ended with {code}: {self.stderr}"
+        self.end(signal.SIGTERM)
+        self.expect(0)
         counts = collections.defaultdict(int)  # zeros are not printed
         for line in self.stderr:
             if re.match(r"rowe serve: (loss|chosen|flow|refusal|own): ", line):

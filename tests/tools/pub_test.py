@@ -11,7 +11,7 @@ import unittest
 import urllib.request
 
 from program import given_time, hub, nobody_at, program, run
-from websocket import closed, listener, peer, settle
+from websocket import closed, listener, peer
 
 
 def lines_of(*messages):
@@ -34,15 +34,13 @@ class on_topics(unittest.TestCase):
 
     def setUp(self):
         self.there = self.enterContext(peer(self.serving.port))
-        self.there.send({"op": "subscribe", "topic": "/t"})
-        settle(self.there)
+        self.there.subscribe("/t")
 
     def arrived(self, count):
         return [self.there.receive()["msg"] for _ in range(count)]
 
     def check(self, ended, count):
-        self.assertEqual(ended.code, 0, ended.stderr)
-        self.assertEqual(ended.stdout, [])
+        ended.expect(0, stdout=[])
         self.assertRegex(ended.stderr[-1], rf"sent {count} messages? in \d+\.\d+ s$")
 
     def test_publishes_once(self):
@@ -93,13 +91,11 @@ class on_topics(unittest.TestCase):
                           (long, "line 2 of stdin is longer than 1048576 bytes "
                                  "(ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX raises")):
             ended = fed(lines_of({"a": 1}) + bad + b"\n" + lines_of({"a": 2}), self.serving.url, "/t", "-")
-            self.assertEqual((ended.code, ended.stdout), (1, []))
-            self.assertIn(says, "\n".join(ended.stderr))
+            ended.expect(1, stdout=[], says=says)
             self.assertRegex(ended.stderr[-1], "sent 1 message in ")
             self.assertEqual(self.arrived(1), [{"a": 1}])
         ended = fed(lines_of({"header": 7}), self.serving.url, "/t", "-", "--stamp")
-        self.assertEqual(ended.code, 1)
-        self.assertIn("line 1 of stdin has a `header` that is no object", ended.stderr[0])
+        ended.expect(1, first="line 1 of stdin has a `header` that is no object")
 
     def test_stamps_with_the_time_of_sending(self):
         before = time.time()
@@ -131,8 +127,7 @@ class on_topics(unittest.TestCase):
         self.assertNotIn("nobody", "\n".join(heard.stderr))
         for how in ((), ("-w",)):  # who takes one message is gone when the server is asked behind it
             with peer(self.serving.port) as once:
-                once.send({"op": "subscribe", "topic": "/once"})
-                settle(once)
+                once.subscribe("/once")
                 with program("pub", self.serving.url, "/once", "{}", *how) as pub:
                     once.receive()
                     once.send({"op": "unsubscribe", "topic": "/once"})
@@ -161,13 +156,11 @@ class on_topics(unittest.TestCase):
                     late.send({"op": "subscribe", "topic": "/late"})
                     self.assertEqual(late.receive()["msg"], {"a": 1})
                     self.assertEqual(pub.end(), 0, pub.stderr)
-        ended = run("pub", self.serving.url, "/never", "{}", "-w", "--timeout", "1s")
-        self.assertEqual(ended.code, 4)
-        self.assertIn("nobody has subscribed to /never within 1.000 s", ended.stderr[-1])
+        run("pub", self.serving.url, "/never", "{}", "-w", "--timeout", "1s", code=4,
+            last="nobody has subscribed to /never within 1.000 s")
 
     def test_is_quiet_when_asked_to_be(self):
-        ended = run("pub", self.serving.url, "/t", "{}", "-q")
-        self.assertEqual((ended.code, ended.stderr, ended.stdout), (0, [], []))
+        run("pub", self.serving.url, "/t", "{}", "-q", code=0, stdout=[], stderr=[])
 
     def test_takes_the_url_from_the_environment(self):
         ended = run("pub", "/t", '{"a":1}', environment={"ROWE_URL": self.serving.url})
@@ -198,8 +191,7 @@ class as_plain_messages(unittest.TestCase):
                 with self.there.accept() as p:
                     self.assertEqual([p.receive_text() for _ in range(count)], ['{"a":1.50}'] * count)
                     self.assertEqual(pub.end(), 0)
-                self.assertEqual(pub.stdout, [])
-                self.assertRegex(pub.stderr[-1], rf"sent {count} message[^,]*$")
+                pub.expect(stdout=[], ends=rf"sent {count} message[^,]*$")
 
     def test_sends_the_lines_of_stdin(self):
         messages = [{"i": i} for i in range(100)]
@@ -230,8 +222,7 @@ class as_plain_messages(unittest.TestCase):
             self.assertRegex(pub.stderr[-1], "sent 0 messages in .*, not sent 3$")
 
     def test_a_time_to_live_includes_the_wait_for_somebody(self):
-        ended = run("pub", "127.0.0.1:1", "--plain", "{}", "--ttl", "100ms")
-        self.assertEqual((ended.code, ended.stdout), (6, []))
+        ended = run("pub", "127.0.0.1:1", "--plain", "{}", "--ttl", "100ms", code=6, stdout=[])
         self.assertRegex(ended.stderr[-1], "sent 0 messages in .*, not sent 1$")
         with program("pub", self.there.url, "--plain", "{}", "--ttl", "50s") as pub, self.there.accept() as p:
             self.assertRegex(p.receive_text(), r'^\{"ttl_ms":49\d{3}(\.\d{3})?\}$')
@@ -247,8 +238,7 @@ class ending(unittest.TestCase):
     def test_nobody_there_is_3(self):
         for arguments in (("/t", "{}"), ("--plain", "{}")):
             ended = nobody_at("pub", "127.0.0.1:1", *arguments)
-            self.assertEqual((ended.code, ended.stdout), (3, []))
-            self.assertIn("nobody listens at 127.0.0.1:1", "\n".join(ended.stderr))
+            ended.expect(3, stdout=[], says="nobody listens at 127.0.0.1:1")
 
     def test_interrupted_before_anything_was_sent_is_130(self):
         with program("pub", "127.0.0.1:1", "/t", "{}") as pub:
@@ -275,8 +265,7 @@ class ending(unittest.TestCase):
 
         on_topic = given_time(lambda time: publish("/t", "-", "--timeout", time), lambda it: it.code != 3, 1)
         for pub in (on_topic, publish("--plain", "-")):
-            self.assertEqual(pub.code, 6, pub.stderr)
-            self.assertRegex(pub.stderr[-1], r"sent \d+ messages? in .*, not sent [1-9]\d*$")
+            pub.expect(6, ends=r"sent \d+ messages? in .*, not sent [1-9]\d*$")
 
     def test_goes_on_once_the_connection_is_back(self):
         with listener() as there:
@@ -329,19 +318,17 @@ class long_messages(unittest.TestCase):
         path = self.file_of(text)
         with program("pub", self.serving.url, "/late", "@" + path, "--latch", environment=self.raised) as pub:
             pub.line("is retained for late subscribers")
-            ended = run("echo", self.serving.url, "/late", "--field", "width", "--once",
-                        environment=self.raised)
-            self.assertEqual((ended.code, ended.stdout), (0, ["3000", "---"]), ended.stderr)
+            run("echo", self.serving.url, "/late", "--field", "width", "--once",
+                environment=self.raised, code=0, stdout=["3000", "---"])
             with urllib.request.urlopen(f"http://127.0.0.1:{self.serving.port}/api/v1/topics/late") as page:
                 self.assertEqual(json.loads(page.read()), json.loads(text))
             self.assertEqual(pub.end(signal.SIGINT), 0)
 
     def test_that_are_too_long_are_named_with_their_length_and_the_limit(self):
         path = self.file_of(json.dumps({"data": "x" * 1_100_000}))
-        ended = run("pub", self.serving.url, "/map", "@" + path)
-        self.assertEqual(ended.code, 2)
-        self.assertIn("has more than the 1048576 bytes that can be sent "
-                      "(ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX raises that)", ended.stderr[0])
+        run("pub", self.serving.url, "/map", "@" + path, code=2,
+            first="has more than the 1048576 bytes that can be sent "
+                  "(ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX raises that)")
         with hub() as small:
             ended = run("pub", small.url, "/map", "@" + path, environment=self.raised)
             self.assertIn(ended.code, (1, 6), ended.stderr)

@@ -68,9 +68,7 @@ class serving(unittest.TestCase):
 
     def test_a_port_in_use_is_named(self):
         with hub() as first:
-            second = run("serve", "--port", str(first.port))
-            self.assertEqual(second.code, 1)
-            self.assertIn(f"port {first.port} is in use", second.stderr[0])
+            second = run("serve", "--port", str(first.port), code=1, first=f"port {first.port} is in use")
             self.assertIn("--port", second.stderr[0])
 
     def test_the_port_can_be_used_again_at_once(self):
@@ -143,9 +141,7 @@ class limits(unittest.TestCase):
                 ("calls_max=x", '--limit calls_max needs a whole number, not "x" (1 to 65536)'),
                 ("topics_max", "--limit needs NAME=VALUE such as topics_max=256, not 'topics_max'"),
                 ("topic_max=3", "there is no limit 'topic_max'; did you mean topics_max?")):
-            ended = run("serve", "--limit", value)
-            self.assertEqual((ended.code, ended.stdout), (2, []))
-            self.assertIn(says, ended.stderr[0])
+            run("serve", "--limit", value, code=2, stdout=[], first=says)
 
     def test_of_the_environment_that_make_no_sense_end_every_verb(self):
         for variable, value, says in (
@@ -156,9 +152,7 @@ class limits(unittest.TestCase):
             for words in (("serve",), ("echo", "127.0.0.1:1", "/t"), ("pub", "127.0.0.1:1", "/t", "{}"),
                           ("call", "127.0.0.1:1", "/t"), ("peers", "127.0.0.1:1"), ("stop", "127.0.0.1:1"),
                           ("reset", "127.0.0.1:1"), ("bench", "idle"), ("bench", "peer")):
-                ended = run(*words, environment={variable: value})
-                self.assertEqual((ended.code, ended.stdout), (2, []), words)
-                self.assertIn(says, ended.stderr[0])
+                run(*words, environment={variable: value}, code=2, stdout=[], first=says)
 
 
 class the_page(unittest.TestCase):
@@ -220,9 +214,8 @@ class pages_of_a_folder(unittest.TestCase):
 
     def test_that_cannot_be_served_are_named(self):
         (self.folder / "my arm.html").write_text("x")
-        ended = run("serve", "--port", "0", "--web", str(self.folder))
-        self.assertEqual(ended.code, 2)
-        self.assertIn(f"--web: {self.folder}/my arm.html: its name has", ended.stderr[-1])
+        run("serve", "--port", "0", "--web", str(self.folder), code=2,
+            last=f"--web: {self.folder}/my arm.html: its name has")
         ended = run("serve", "--port", "0", "--web", "/nowhere")
         self.assertEqual((ended.code, ended.stderr[-1]),
                          (2, "rowe serve: --web: /nowhere: No such file or directory"))

@@ -2,6 +2,7 @@
 """`rowe serve` as a service: what it tells systemd, when the watchdog is fed, its unit, and its log."""
 import contextlib
 import ctypes
+import functools
 import json
 import os
 import pathlib
@@ -12,11 +13,10 @@ import signal
 import socket
 import subprocess
 import tempfile
-import threading
 import time
 import unittest
 
-from program import ROWE, hub, program, timeout
+from program import ROWE, hub, in_parallel, program, timeout
 from websocket import connect, get, peer, read_answer, request
 
 UNIT = pathlib.Path(__file__).resolve().parents[2] / "contrib/systemd/rowe@.service"
@@ -191,8 +191,7 @@ class the_unit(unittest.TestCase):
                 with peer(serving.port) as p:
                     p.send({"op": "subscribe", "topic": "/odom"})
                     p.receive()
-                    p.send({"op": "call_service", "service": "/rowe/stop", "id": "1"})
-                    p.receive_until(lambda m: m["op"] == "service_response")
+                    p.call("/rowe/stop")
                 self.assertEqual(get(serving.port, "/metrics")[0], 200)
                 told.next_of("WATCHDOG=1")
                 os.kill(int(trace.read_text().split(maxsplit=1)[0]), signal.SIGTERM)  # not strace
@@ -252,11 +251,7 @@ class the_log(unittest.TestCase):
                 for i in range(250):
                     self.assertEqual(get(serving.port, headers={"Host": f"evil-{number}-{i}"})[0], 403)
 
-            attackers = [threading.Thread(target=attack, args=(number,)) for number in range(4)]
-            for one in attackers:
-                one.start()
-            for one in attackers:
-                one.join()
+            in_parallel(*(functools.partial(attack, number) for number in range(4)))
             counts = serving.summary()
             seconds = time.monotonic() - begin
             text = "\n".join(serving.stderr)

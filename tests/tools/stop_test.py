@@ -11,7 +11,7 @@ import threading
 import unittest
 
 from program import given_time, hub, program, run, undisturbed
-from websocket import PING, closed, connect, listener, peer, refused
+from websocket import PING, ask_in_time, closed, connect, listener, peer, refused
 
 acknowledged = re.compile(r"^stop acknowledged by \S+ in \d+(\.\d)? (µs|ms|s)"
                           r" \(send [\d.]+ (µs|ms), service [\d.]+ (µs|ms), return [\d.]+ (µs|ms)\)$")
@@ -41,14 +41,13 @@ class answering:
     def serve(self):
         with contextlib.suppress(closed, OSError), self.there.accept() as p:
             while True:
-                call = p.receive_until(lambda m: m.get("op") == "call_service")
+                call = p.called()
                 self.asked.append(call)
                 name = call["service"]
                 answer = self.services.get(name)
                 values = answer(call.get("args", {})) if answer else f"Service {name} does not exist"
                 if values is not None:
-                    p.send({"op": "service_response", "service": name, "id": call["id"], "values": values,
-                            "result": answer is not None})
+                    p.answer(call, values, answer is not None)
 
 
 def stopped(**more):
@@ -82,20 +81,13 @@ class the_demo_robot(unittest.TestCase):
             robot.line("the robot drives unguarded")
             ended = run("stop", robot.url, "--source", "first")
             (number,) = re.findall(rf"rowe reset {robot.url} (\d+)$", ended.stderr[-1])
-            shown = run("reset", robot.url)
-            self.assertEqual(shown.code, 1, shown.stderr)
-            self.assertRegex(shown.stdout[0], rf"^stopped by first .* ago, number {number}$")
+            run("reset", robot.url, code=1, prints=rf"^stopped by first .* ago, number {number}$")
             self.assertEqual(run("stop", robot.url, "--source", "second", "-q").code, 0)
-            late = run("reset", robot.url, number)
-            self.assertEqual((late.code, late.stdout), (1, []))
-            self.assertIn("NOT reset: ", late.stderr[-1])
+            late = run("reset", robot.url, number, code=1, stdout=[], last="NOT reset: ")
             self.assertIn("stopped by second", late.stderr[-1])
             (newest,) = re.findall(r"number (\d+)$", late.stderr[-1])
-            done = run("reset", robot.url, newest)
-            self.assertEqual((done.code, done.stdout), (0, ["reset: the robot may move"]), done.stderr)
-            running = run("reset", robot.url)
-            self.assertEqual(running.code, 0)
-            self.assertRegex(running.stdout[0], r"^running, number \d+$")
+            run("reset", robot.url, newest, code=0, stdout=["reset: the robot may move"])
+            run("reset", robot.url, code=0, prints=r"^running, number \d+$")
 
     @undisturbed
     def test_stands_where_it_is_to_be_guarded_and_nobody_does(self):
@@ -104,9 +96,7 @@ class the_demo_robot(unittest.TestCase):
             state = state_of(robot.url)
             self.assertEqual((state["state"], state["cause"], state["unguarded"], state["guards"]),
                              ("stopped", "start", False, []))
-            ended = run("reset", robot.url, str(state["number"]))
-            self.assertEqual(ended.code, 1)
-            self.assertIn("NOT reset: nobody guards the robot", ended.stderr[-1])
+            run("reset", robot.url, str(state["number"]), code=1, last="NOT reset: nobody guards the robot")
             self.assertRegex(run("reset", robot.url).stdout[0], r"^stopped since it started, .* ago, number ")
 
     @undisturbed
@@ -156,8 +146,7 @@ class the_demo_robot(unittest.TestCase):
     def test_that_took_too_long_is_5_with_the_worst_one_and_when_it_was(self):
         with hub("--demo", "--name", "ang-01") as robot:
             robot.line("the robot drives unguarded")
-            ended = run("stop", robot.url, "--repeat", "20", "--max", "1us")
-            self.assertEqual(ended.code, 5, ended.stderr)
+            ended = run("stop", robot.url, "--repeat", "20", "--max", "1us", code=5)
             self.assertRegex(ended.stdout[0], r"^20 stops: 20 acknowledged by ang-01, 0 accepted only, 0 not "
                                               r"answered, 0 failed; min .*, max .* at \d{4}-.*Z$")
             self.assertRegex("\n".join(ended.stderr),
@@ -175,9 +164,7 @@ class robots(unittest.TestCase):
 
     def test_whose_clock_is_another_tell_only_what_it_took_inside(self):
         ended = self.stop({"/rowe/stop": stopped(), "/rowe/stats": lambda _: {"name": "far"}})
-        self.assertEqual(ended.code, 0, ended.stderr)
-        self.assertRegex(ended.stdout[0],
-                         r"^stop acknowledged by far in .* \(service 340 µs, there and back .*\)$")
+        ended.expect(0, prints=r"^stop acknowledged by far in .* \(service 340 µs, there and back .*\)$")
 
     def test_that_do_not_say_their_name_are_told_by_their_url(self):
         ended = self.stop({"/rowe/stop": stopped()}, "--json")
@@ -198,32 +185,25 @@ class robots(unittest.TestCase):
         told = json.loads(ended.stdout[0])
         self.assertEqual((ended.code, told["acknowledged"], told["error"]), (1, False, "not_observed"))
         ended = self.stop(services, "--repeat", "5")
-        self.assertEqual(ended.code, 1)
-        self.assertRegex(ended.stdout[0], "^5 stops: 0 acknowledged by .*, 5 accepted only, ")
+        ended.expect(1, prints="^5 stops: 0 acknowledged by .*, 5 accepted only, ")
 
     def test_that_do_not_answer_are_4(self):
         ended = given_time(lambda time: self.stop({"/rowe/stop": lambda _: None}, "--timeout", time),
                            lambda ended: ended.code != 3, 0.02)
-        self.assertEqual(ended.code, 4)
-        self.assertRegex(ended.stdout[0], r"^stop NOT acknowledged within [\d.]+ m?s: ws://\S+ is connected, but "
-                                          r"does not answer$")
+        ended.expect(4, prints=r"^stop NOT acknowledged within [\d.]+ m?s: ws://\S+ is connected, but "
+                               r"does not answer$")
 
     def test_without_a_stop_are_1(self):
         with hub() as none:
             for arguments in (), ("--repeat", "2", "--json"):
-                ended = run("stop", none.url, *arguments)
-                self.assertEqual(ended.code, 1)
+                ended = run("stop", none.url, *arguments, code=1)
                 told = ended.stdout[0] if not arguments else ended.stderr[0]
                 self.assertIn(f"stop NOT acknowledged: {none.url} has no stop configured", told)
-            ended = run("reset", none.url)
-            self.assertEqual((ended.code, ended.stdout), (1, []))
-            self.assertIn("has no stop configured", ended.stderr[-1])
+            run("reset", none.url, code=1, stdout=[], last="has no stop configured")
 
     def test_that_are_not_there_are_3_and_never_silent(self):
-        ended = run("stop", "127.0.0.1:1", "--timeout", "20ms")
-        self.assertEqual(ended.code, 3)
-        self.assertRegex(ended.stdout[0],
-                         r"^stop NOT acknowledged within 20 ms: ws://127\.0\.0\.1:1 unreachable since [\d.]+ m?s$")
+        run("stop", "127.0.0.1:1", "--timeout", "20ms", code=3,
+            prints=r"^stop NOT acknowledged within 20 ms: ws://127\.0\.0\.1:1 unreachable since [\d.]+ m?s$")
         told = json.loads(run("stop", "127.0.0.1:1", "--timeout", "20ms", "--json").stdout[0])
         self.assertEqual((told["acknowledged"], told["error"]), (False, "unreachable"))
         self.assertEqual(run("reset", "127.0.0.1:1", "--timeout", "300ms").code, 3)
@@ -231,7 +211,7 @@ class robots(unittest.TestCase):
     def test_that_go_away_meanwhile_are_3(self):
         with listener() as there, program("stop", there.url, "--timeout", "50s") as asking:
             with there.accept() as p:
-                p.receive_until(lambda m: m.get("op") == "call_service")
+                p.called()
             self.assertEqual(asking.end(), 3)
             self.assertIn("was lost before the answer came", asking.stdout[0])
 
@@ -255,8 +235,7 @@ class robots(unittest.TestCase):
 
     def test_that_answer_too_much_are_1_and_it_is_said_why(self):
         ended = self.stop({"/rowe/stop": stopped(source="x" * 8000)})
-        self.assertEqual(ended.code, 1)
-        self.assertRegex(ended.stdout[0], r"^stop NOT acknowledged: .*\d")
+        ended.expect(1, prints=r"^stop NOT acknowledged: .*\d")
 
 
 class full(unittest.TestCase):
@@ -277,8 +256,7 @@ class full(unittest.TestCase):
     def stops(self, robot):
         for one in robot.peers:  # or they would be cut after 8 s
             one.send_frame(PING)
-        ended = run("stop", robot.url, "--source", "hand")
-        self.assertEqual(ended.code, 0, ended.stderr)
+        ended = run("stop", robot.url, "--source", "hand", code=0)
         said = "\n".join(ended.stderr)
         self.assertIn(f"asking on {robot.url}rowe/stop, where places are reserved for a stop", said)
         self.assertLessEqual(said.count("the other side has no room"), 1, said)
@@ -320,40 +298,26 @@ class full(unittest.TestCase):
     @undisturbed
     def test_may_be_asked_what_they_do_but_nothing_else(self):
         with self.robot() as robot, peer(robot.port, path="/rowe/stop") as p:
-            p.send({"op": "call_service", "id": "1", "service": "/rowe/stop/state"})
-            answer = p.receive_until(lambda m: m.get("id") == "1")
-            self.assertEqual(answer["values"]["state"], "running")
+            self.assertEqual(p.call("/rowe/stop/state")["values"]["state"], "running")
             p.send({"op": "subscribe", "topic": "/odom"})
             said = p.receive_until(lambda m: m["op"] == "status")["msg"]
             self.assertIn("may only stop the robot", said)
 
 
 class guards(unittest.TestCase):
-    def ask(self, who, service, **what):
-        who.send({"op": "call_service", "id": "1", "service": service, "args": what})
-        return who.receive_until(lambda m: m.get("op") == "service_response")["values"]
-
     @undisturbed
     def test_that_went_away_are_named(self):
         with hub("--demo") as robot:
             robot.line("the robot drives unguarded")
             with peer(robot.port) as guard:
-                refused = "tick"
-                while refused == "tick":  # which it is when it comes back too late
-                    tick = self.ask(guard, "/rowe/stop/state")["tick"]
-                    refused = self.ask(guard, "/rowe/stop/guard", guard="desk", tick=tick)["refused"]
-                self.assertIsNone(refused)
+                self.assertIsNone(ask_in_time(guard, "/rowe/stop/guard", guard="desk")["refused"])
             robot.line("stopped: guard")
-            shown = run("reset", robot.url)
-            self.assertRegex(shown.stdout[0],
-                             r"^stopped: the guard desk fell silent or went away .* ago, number ")
+            shown = run("reset", robot.url,
+                        prints=r"^stopped: the guard desk fell silent or went away .* ago, number ")
             number = shown.stdout[0].split()[-1]
-            ended = run("reset", robot.url, number)
-            self.assertEqual(ended.code, 1)
-            self.assertIn("NOT reset: a guard is silent: desk", ended.stderr[0])
-            self.assertIn("/rowe/stop/guard", ended.stderr[-1])
-            resigned = run("call", robot.url, "/rowe/stop/guard", '{"guard":"desk","resign":true}')
-            self.assertEqual(resigned.code, 0, resigned.stderr)
+            run("reset", robot.url, number, code=1, first="NOT reset: a guard is silent: desk",
+                last="/rowe/stop/guard")
+            run("call", robot.url, "/rowe/stop/guard", '{"guard":"desk","resign":true}', code=0)
             self.assertEqual(run("reset", robot.url, number).code, 0)
 
 
@@ -364,9 +328,7 @@ class arguments(unittest.TestCase):
                             (("stop", "ws://127.0.0.1:1", "--repeat", "0"), "out of range"),
                             (("reset", "ws://127.0.0.1:1", "x"), "NUMBER is a whole number, not 'x'"),
                             (("serve", "--guarded"), "--guarded is for the robot of serve.demo, or --demo")):
-            ended = run(*words)
-            self.assertEqual((ended.code, ended.stdout), (2, []), words)
-            self.assertIn(says, "\n".join(ended.stderr))
+            run(*words, code=2, stdout=[], says=says)
 
 
 if __name__ == "__main__":

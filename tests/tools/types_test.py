@@ -22,8 +22,7 @@ class types(unittest.TestCase):
         cls.demo = cls.enterClassContext(hub("--demo"))
 
     def said(self, *options, code=0):
-        done = run("types", f"ws://127.0.0.1:{self.demo.port}", *options)
-        self.assertEqual(done.code, code, done.stderr)
+        done = run("types", f"ws://127.0.0.1:{self.demo.port}", *options, code=code)
         return "\n".join(done.stdout), "\n".join(done.stderr)
 
     def test_are_declared_for_typescript(self):
@@ -85,16 +84,13 @@ class types(unittest.TestCase):
 
     def test_of_a_hub_without_handles_are_its_own(self):
         with hub() as empty:
-            done = run("types", f"ws://127.0.0.1:{empty.port}", "--json-schema")
-            self.assertEqual(done.code, 0)
+            done = run("types", f"ws://127.0.0.1:{empty.port}", "--json-schema", code=0)
             schemas = json.loads("".join(done.stdout))
             self.assertEqual([programs_own(schemas[part]) for part in ("topics", "services")], [set(), set()])
             self.assertEqual(run("types", f"ws://127.0.0.1:{empty.port}", "--ros").code, 0)
 
     def test_need_one_form_and_somebody_who_answers(self):
-        done = run("types", "127.0.0.1:1", "--ros", "--json-schema")
-        self.assertEqual(done.code, 2)
-        self.assertIn("choose one", done.stderr[0])
+        run("types", "127.0.0.1:1", "--ros", "--json-schema", code=2, first="choose one")
 
 
 if __name__ == "__main__":

@@ -96,6 +96,11 @@ def frame(opcode, payload=b"", fin=True, mask=True, reserved=0, length=None, key
     return head + key + bytes(byte ^ key[i % 4] for i, byte in enumerate(payload))
 
 
+def accept_value(key):
+    digest = hashlib.sha1((key + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11").encode()).digest()
+    return base64.b64encode(digest).decode()
+
+
 class peer:
     masks = True  # as a client does
 
@@ -110,8 +115,7 @@ class peer:
             status, answer, body, self.buffer = read_answer(self.stream)
             if status != 101:
                 raise refused(status, answer, body.decode(errors="replace"))
-            accept = hashlib.sha1((key + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11").encode()).digest()
-            assert answer["sec-websocket-accept"] == base64.b64encode(accept).decode(), answer
+            assert answer["sec-websocket-accept"] == accept_value(key), answer
         except BaseException:
             self.stream.close()
             raise
@@ -192,6 +196,24 @@ class peer:
             if wanted(message):
                 return message
 
+    def subscribe(self, topic, **more):
+        """Returns when the hub has done it."""
+        self.send({"op": "subscribe", "topic": topic, **more})
+        settle(self)
+
+    def call(self, service, identity="now", **args):
+        """The answer to a call."""
+        self.send({"op": "call_service", "service": service, "id": identity, "args": args})
+        return self.receive_until(lambda m: m.get("op") == "service_response")
+
+    def called(self):
+        """The next call of a service that it is to answer."""
+        return self.receive_until(lambda m: m.get("op") == "call_service")
+
+    def answer(self, call, values, result=True):
+        self.send({"op": "service_response", "service": call["service"], "id": call["id"], "values": values,
+                   "result": result})
+
     def wait_for_close(self, wait=timeout, answer_pings=True):
         """Waits for the end; returns the code of the close frame, None without one."""
         end = time.monotonic() + wait
@@ -212,6 +234,15 @@ def settle(p):
     return p.receive_until(lambda m: m["op"] == "status")
 
 
+def ask_in_time(p, service, **what):
+    """The answer's values of what wants the stop's newest tick: again where that came back too late."""
+    while True:
+        tick = p.call("/rowe/stop/state")["values"]["tick"]
+        values = p.call(service, **what, tick=tick)["values"]
+        if values["refused"] != "tick":
+            return values
+
+
 class accepted(peer):
     """The server's side of a connection, from the handshake on."""
 
@@ -223,11 +254,9 @@ class accepted(peer):
         while not head.endswith(b"\r\n\r\n"):
             head += self.exactly(1, time.monotonic() + timeout)
         self.path = head.split()[1].decode()
-        (key,) = re.findall(rb"(?i)\r\nsec-websocket-key: *(\S+)", head)
-        digest = hashlib.sha1(key + b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11").digest()
-        accept = base64.b64encode(digest).decode()
+        (key,) = re.findall(r"(?i)\r\nsec-websocket-key: *(\S+)", head.decode("latin-1"))
         self.send_raw(f"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                      f"Sec-WebSocket-Accept: {accept}\r\n\r\n".encode())
+                      f"Sec-WebSocket-Accept: {accept_value(key)}\r\n\r\n".encode())
 
 
 class listener:

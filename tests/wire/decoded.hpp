@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -46,6 +47,15 @@ class decoded {
   std::optional<refusal> wrong_;
 };
 
-inline std::string diagnostic_for(std::string text) { return decoded{std::move(text)}.diagnostic(); }
+inline decoded read(std::string text) { return decoded{std::move(text)}; }
+inline std::string diagnostic_for(std::string text) { return read(std::move(text)).diagnostic(); }
+
+struct wrong {
+  const char* text;
+  const char* diagnostic;
+};
+inline void expect_refused(std::span<const wrong> table) {
+  for (const wrong& row : table) EXPECT_EQ(diagnostic_for(row.text), row.diagnostic) << row.text;
+}
 
 } // namespace rowe::wire::rosbridge

@@ -199,7 +199,7 @@ message_kind numbers_codec::write_services(json::writer& out, std::span<const li
 const protocol_set& protocols() {
   static constexpr numbers_decoder reads;
   static constexpr numbers_codec writes;
-  static const protocol_set& standard = protocols_of(rowe::peer_profile::standard);
+  static const protocol_set& standard = protocols_of(rowe::websocket_profile::standard);
   static const auto codecs = [&] {
     std::array<const codec*, static_cast<std::size_t>(numbers::id) + 1> all{};
     std::copy(standard.codecs.begin(), standard.codecs.end(), all.begin());

@@ -52,11 +52,11 @@ status reader::validate(std::string_view text) noexcept {
     return error{errc::too_big, static_cast<std::int64_t>(text.size()),
                  static_cast<std::int64_t>(bytes_max_)};
   }
-  noted_members found;
+  member_index found;
   if (has_valid_tokens(text, found)) [[likely]] {
     s.last.text = text;
-    s.last.noted = {s.members.data(), found.count};
-    if (found.count != 0) s.last.behind_noted = found.all ? text.data() + text.size() : found.behind;
+    s.last.indexed = {s.members.data(), found.count};
+    if (found.count != 0) s.last.behind_index = found.all ? text.data() + text.size() : found.behind;
     return {};
   }
   const fault wrong = find_fault(text, depth_max_);
@@ -70,7 +70,7 @@ status reader::validate(std::string_view text) noexcept {
   return error{errc::malformed, static_cast<std::int64_t>(wrong.at)};
 }
 
-bool reader::has_valid_tokens(std::string_view text, noted_members& found) noexcept {
+bool reader::has_valid_tokens(std::string_view text, member_index& found) noexcept {
   auto& tokens = *state_->tokens;
   if (text.empty() || tokens.stage1(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(),
                                     simdjson::stage1_mode::regular) != simdjson::SUCCESS) {

@@ -38,19 +38,19 @@ struct member {
   value what;
 };
 
-// A validated text, and what its validation has noted: the first members, when it is an object. Valid as long
-// as the text is, and what was noted as the reader says.
+// A validated text, and what its validation has indexed: the first members, when it is an object. Valid as
+// long as the text is, and the index as long as the reader says.
 struct document {
   constexpr document() noexcept = default;
   template <std::convertible_to<std::string_view> Text>
   document(const Text& validated) noexcept : text{validated} {}
 
   std::string_view text;
-  std::span<const member> noted;
-  const char* behind_noted = nullptr; // where the other members are, if any were noted
+  std::span<const member> indexed;
+  const char* behind_index = nullptr; // where the other members are, if any were indexed
 };
 
-struct noted_members;
+struct member_index;
 
 // Validates texts. Belongs to one thread at a time.
 class reader {
@@ -79,14 +79,14 @@ class reader {
   // stands between them. 0: it was found wrong before they were counted, or is longer than bytes_max.
   std::size_t tokens() const noexcept { return tokens_; }
 
-  // The text that validate() looked at last, if it was accepted. What is noted is valid until the next call.
+  // The text that validate() looked at last, if it was accepted. Its index is valid until the next call.
   const document& last() const noexcept;
 
  private:
   struct state;
   reader(std::unique_ptr<state> s, std::size_t bytes_max, std::size_t depth_max) noexcept;
 
-  bool has_valid_tokens(std::string_view text, noted_members& found) noexcept;
+  bool has_valid_tokens(std::string_view text, member_index& found) noexcept;
 
   std::unique_ptr<state> state_;
   std::size_t bytes_max_;
@@ -114,16 +114,16 @@ class object_walk {
   ROWE_RT explicit object_walk(const document& validated_object) noexcept;
   // The next member; false, and `into` untouched, when there is none.
   ROWE_RT bool next(member& into) noexcept {
-    if (noted_ == noted_end_) return at_ != end_ && find_next(into);
-    into = *noted_++;
+    if (indexed_ == indexed_end_) return at_ != end_ && find_next(into);
+    into = *indexed_++;
     return true;
   }
 
  private:
   bool find_next(member& into) noexcept;
 
-  const member* noted_;
-  const member* noted_end_;
+  const member* indexed_;
+  const member* indexed_end_;
   const char* at_;
   const char* end_;
 };

@@ -138,7 +138,7 @@ const char* scanner::between(const char* at, const char* end) noexcept {
       [[fallthrough]];
     case state::name:
       if (c != '"') return wrong(at);
-      if (is_noted_level()) next_.name.at = place_of(at) + 1;
+      if (is_indexed_level()) next_.name.at = place_of(at) + 1;
       in_name_ = true;
       state_ = state::string;
       return at + 1;
@@ -163,7 +163,7 @@ const char* scanner::begin_value(const char* at, const char* end) noexcept {
   case 'n': type = kind::null; break;
   default: break;
   }
-  if (is_noted_level()) {
+  if (is_indexed_level()) {
     next_.raw.at = place_of(at);
     next_.type = type;
   }
@@ -200,7 +200,7 @@ const char* scanner::close(const char* at) noexcept {
 
 void scanner::end_value(std::size_t end) noexcept {
   state_ = state::behind_value;
-  if (!is_noted_level()) return;
+  if (!is_indexed_level()) return;
   if (member_count_ == members_max) {
     more_members_ = true;
     return;

@@ -112,7 +112,7 @@ class scanner {
   void end_value(std::size_t end) noexcept;
   bool end_number(std::size_t end) noexcept;
 
-  bool is_noted_level() const noexcept { return depth_ == 1 && is_object_[0]; }
+  bool is_indexed_level() const noexcept { return depth_ == 1 && is_object_[0]; }
   std::size_t place_of(const char* at) const noexcept {
     return before_ + static_cast<std::size_t>(at - piece_);
   }

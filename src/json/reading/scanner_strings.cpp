@@ -55,7 +55,7 @@ const char* scanner::in_string(const char* at, const char* end) noexcept {
     if (!in_name_) {
       end_value(place_of(at) + 1);
     } else {
-      if (is_noted_level()) next_.name.bytes = place_of(at) - next_.name.at;
+      if (is_indexed_level()) next_.name.bytes = place_of(at) - next_.name.at;
       state_ = state::colon;
     }
     return at + 1;

@@ -64,12 +64,12 @@ kind kind_of(char first) noexcept {
 class token_check {
  public:
   token_check(std::string_view text, std::span<const std::uint32_t> tokens, std::size_t depth_max,
-              std::span<member> noted, noted_members& found) noexcept
+              std::span<member> indexed, member_index& found) noexcept
       : text_{text.data()},
         at_{tokens.data()},
         end_{tokens.data() + tokens.size()},
         depth_max_{depth_max},
-        noted_{noted},
+        indexed_{indexed},
         found_{found} {}
 
   // After a value that opens something comes the first thing inside it. After a complete value comes what is
@@ -156,15 +156,15 @@ class token_check {
 
   // A member of the outermost object ends before the token at at_; its name is the last that was taken there.
   void note() noexcept {
-    if (found_.count == noted_.size() || at_ == end_) {
+    if (found_.count == indexed_.size() || at_ == end_) {
       found_.all = false;
       return;
     }
     const char* const name = text_ + name_[0] + 1;
     const char* const value = text_ + name_[2];
     const char* const value_end = before_space(text_ + *at_);
-    noted_[found_.count++] = {between(name, before_space(text_ + name_[1]) - 1),
-                              {kind_of(*value), between(value, value_end)}};
+    indexed_[found_.count++] = {between(name, before_space(text_ + name_[1]) - 1),
+                                {kind_of(*value), between(value, value_end)}};
     found_.behind = value_end;
   }
 
@@ -172,8 +172,8 @@ class token_check {
   const std::uint32_t* at_;
   const std::uint32_t* const end_;
   const std::size_t depth_max_;
-  const std::span<member> noted_;
-  noted_members& found_;
+  const std::span<member> indexed_;
+  member_index& found_;
   std::size_t depth_ = 0;
   bool in_object_ = false;                   // what was opened last
   const std::uint32_t* name_ = nullptr;      // of the outermost object's member
@@ -191,10 +191,10 @@ bool is_code_unit(const char* at, const char* end) noexcept {
 } // namespace
 
 bool tokens_are_valid(std::string_view text, std::span<const std::uint32_t> tokens, std::size_t depth_max,
-                      std::span<member> noted, noted_members& found) noexcept {
+                      std::span<member> indexed, member_index& found) noexcept {
   assert(depth_max <= fault_depth_limit);
   found = {.all = true};
-  return token_check{text, tokens, depth_max, noted, found}.run();
+  return token_check{text, tokens, depth_max, indexed, found}.run();
 }
 
 bool escapes_are_valid(std::string_view text) noexcept {

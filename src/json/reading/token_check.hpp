@@ -15,7 +15,7 @@
 
 namespace rowe::json {
 
-struct noted_members {
+struct member_index {
   std::size_t count = 0;
   const char* behind = nullptr; // where the last of them ends
   bool all = false;             // the object has no others
@@ -24,7 +24,7 @@ struct noted_members {
 // `tokens`: the index of each token, ascending. If the whole text is an object, its first members are noted
 // in `noted`. 32 bytes behind the text must be readable. `depth_max` is at most fault_depth_limit.
 bool tokens_are_valid(std::string_view text, std::span<const std::uint32_t> tokens, std::size_t depth_max,
-                      std::span<member> noted, noted_members& found) noexcept;
+                      std::span<member> indexed, member_index& found) noexcept;
 
 // Is every backslash in `text` the beginning of a valid escape?
 bool escapes_are_valid(std::string_view text) noexcept;

@@ -91,9 +91,9 @@ value root(std::string_view validated) noexcept {
 }
 
 object_walk::object_walk(const document& validated_object) noexcept
-    : noted_{validated_object.noted.data()},
-      noted_end_{noted_ + validated_object.noted.size()},
-      at_{noted_ == noted_end_ ? enter(validated_object.text, '{') : validated_object.behind_noted},
+    : indexed_{validated_object.indexed.data()},
+      indexed_end_{indexed_ + validated_object.indexed.size()},
+      at_{indexed_ == indexed_end_ ? enter(validated_object.text, '{') : validated_object.behind_index},
       end_{validated_object.text.data() + validated_object.text.size()} {}
 
 bool object_walk::find_next(member& into) noexcept {

@@ -58,7 +58,7 @@ bool listener::join(poll_set& polled) noexcept {
   return polled.add(socket_.get(), EPOLLIN, {source::listener});
 }
 
-std::optional<accepted_socket> listener::accept(poll_set& polled, kept_descriptors& kept,
+std::optional<accepted_socket> listener::accept(poll_set& polled, reserved_descriptors& kept,
                                                 rt::time_point now) noexcept {
   if (paused()) return std::nullopt;
   kept.take_back(); // before this takes it

@@ -10,8 +10,8 @@
 #include "net/base/address.hpp"
 #include "net/base/arrival.hpp"
 #include "net/base/descriptor.hpp"
-#include "net/base/kept_descriptors.hpp"
 #include "net/base/poll_set.hpp"
+#include "net/base/reserved_descriptors.hpp"
 #include "net/base/settings.hpp"
 
 namespace rowe::net {
@@ -38,7 +38,7 @@ class listener {
 
   // The next connection, if one waits. If the process has no descriptor left, it gets one of `kept`. If there
   // is none, or no memory, nothing; then paused() is true.
-  std::optional<accepted_socket> accept(poll_set& polled, kept_descriptors& kept,
+  std::optional<accepted_socket> accept(poll_set& polled, reserved_descriptors& kept,
                                         rt::time_point now) noexcept;
   bool paused() const noexcept { return resume_ != rt::never; }
 

@@ -39,9 +39,9 @@ status check(const socket_limits& limits) noexcept {
   return {};
 }
 
-std::size_t kept_of_descriptors(const socket_limits& limits, bool tls) noexcept {
-  return 2 + std::size_t{tls ? 3U : 1U} * kept_for_stop(limits.handshakes_max) +
-         kept_for_stop(limits.connections_max);
+std::size_t descriptors_reserved(const socket_limits& limits, bool tls) noexcept {
+  return 2 + std::size_t{tls ? 3U : 1U} * reserved_for_stop(limits.handshakes_max) +
+         reserved_for_stop(limits.connections_max);
 }
 
 } // namespace rowe::net

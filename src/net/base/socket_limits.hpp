@@ -13,20 +13,23 @@
 namespace rowe::net {
 
 // How many of so many places are kept for peers on service::stop_path: the last two, never more than half.
-constexpr std::uint32_t kept_for_stop(std::uint32_t places) noexcept { return places < 4 ? places / 2 : 2; }
+constexpr std::uint32_t reserved_for_stop(std::uint32_t places) noexcept {
+  return places < 4 ? places / 2 : 2;
+}
 
 // The least that libwebsockets can be given: for its context and one handshake.
 inline constexpr std::size_t handshake_bytes_least = std::size_t{1} << 16;
 
 struct socket_limits {
   // Established connections, 1 to 65536; an upgrade beyond them is answered 503, pages are served all the
-  // same. The last ones are kept_for_stop().
+  // same. The last ones are reserved_for_stop().
   std::uint32_t connections_max = 64;
   // Connections and handshakes from one source (same_source()) that is not loopback; beyond them 503. At
   // least 1. On service::stop_path there is one connection more, and two handshakes.
   std::uint32_t connections_per_address_max = 8;
   // Sockets that become a connection, get a page or are being refused, 1 to 1024. If all are taken, the
-  // oldest whose request is not complete is evicted. Pages may have all but kept_for_stop(); beyond them 503.
+  // oldest whose request is not complete is evicted. Pages may have all but reserved_for_stop(); beyond them
+  // 503.
   std::uint32_t handshakes_max = 32;
   // All memory libwebsockets gets: some 12 KiB for itself, up to 24 KiB for the handshake that is being
   // answered, and copies of what slow readers have not taken of a page. Beyond it 503. 64 KiB to 64 MiB.
@@ -61,6 +64,6 @@ status check(const socket_limits& limits) noexcept;
 
 // How many descriptors a server keeps: for one who is accepted, and for a duplicate; for who comes to stop,
 // under TLS each with a pair; and for who has come for that.
-std::size_t kept_of_descriptors(const socket_limits& limits, bool tls) noexcept;
+std::size_t descriptors_reserved(const socket_limits& limits, bool tls) noexcept;
 
 } // namespace rowe::net

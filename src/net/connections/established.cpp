@@ -20,7 +20,7 @@ namespace rowe::net {
 using service::close_cause;
 using service::close_how;
 using service::connection_id;
-using service::stop_place_kept_for;
+using service::stop_place_protected_for;
 using service::transport_sink;
 
 namespace {

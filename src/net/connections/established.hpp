@@ -42,7 +42,7 @@ class established {
   // Whether there is no place for an ordinary peer, which did not come for the stop alone.
   bool full() const noexcept { return ordinary_ >= ordinary_max() || free_.empty(); }
   std::uint32_t ordinary_max() const noexcept {
-    return limits_.connections_max - kept_for_stop(limits_.connections_max);
+    return limits_.connections_max - reserved_for_stop(limits_.connections_max);
   }
   std::uint32_t count_from(const socket_address& source) const noexcept; // linear; for handshakes
 

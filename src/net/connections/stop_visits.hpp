@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who has come to stop, and since when. A visit: a source is here, on connections of its own, with pauses
-// shorter than stop_place_kept_for. So closing and coming back does not begin it anew. On loopback, where
-// everybody is one source, each connection is a visit of its own, unless it comes back after a pause.
+// shorter than stop_place_protected_for. So closing and coming back does not begin it anew. On loopback,
+// where everybody is one source, each connection is a visit of its own, unless it comes back after a pause.
 //
 // Service thread; allocates only in its constructor. Linear in the number of connections.
 #pragma once
@@ -53,7 +53,7 @@ class stop_visits {
   };
   static bool goes_on(const visit& one, rt::time_point now) noexcept {
     if (one.connections != 0) return !is_loopback(one.source);
-    return now - one.left_at < service::stop_place_kept_for;
+    return now - one.left_at < service::stop_place_protected_for;
   }
 
   std::vector<visit> visits_; // those that ended longest ago are forgotten

@@ -9,7 +9,7 @@ namespace rowe::net {
 using service::transport_sink;
 
 std::uint32_t handshakes::pages_max() const noexcept {
-  return limits_.handshakes_max - kept_for_stop(limits_.handshakes_max);
+  return limits_.handshakes_max - reserved_for_stop(limits_.handshakes_max);
 }
 
 void handshakes::serve(handshake& one, const wire::http_judgement& request, transport_sink& sink) noexcept {

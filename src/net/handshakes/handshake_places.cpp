@@ -54,7 +54,7 @@ handshakes::handshake* handshakes::place(const accepted_socket& came, bool crowd
   const auto lent = [](const handshake& one) { return one.now != phase::free && one.lent; };
   const auto all_taken = [&](const auto& such) {
     return std::count_if(handshakes_.begin(), handshakes_.end(), such) >=
-           static_cast<std::ptrdiff_t>(kept_for_stop(limits_.handshakes_max));
+           static_cast<std::ptrdiff_t>(reserved_for_stop(limits_.handshakes_max));
   };
   const auto by_claim = [&](const auto& such) {
     handshake* const weakest = unfinished(true, such);

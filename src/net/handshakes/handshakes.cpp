@@ -29,7 +29,7 @@ bool is_for_stop(const wire::http_judgement& request) noexcept {
 } // namespace
 
 handshakes::handshakes(const socket_limits& limits, const wire::handshake_policy& policy, poll_set& polled,
-                       lws_host& host, established& connections, kept_descriptors& kept,
+                       lws_host& host, established& connections, reserved_descriptors& kept,
                        socket_counters& counters, std::span<std::byte> scratch)
     : limits_{limits},
       policy_{policy},

@@ -28,9 +28,9 @@
 #include <rowe/rt/clock.hpp>
 
 #include "net/base/deadline_list.hpp"
-#include "net/base/kept_descriptors.hpp"
 #include "net/base/listener.hpp"
 #include "net/base/poll_set.hpp"
+#include "net/base/reserved_descriptors.hpp"
 #include "net/base/settings.hpp"
 #include "net/base/source_tally.hpp"
 #include "net/connections/established.hpp"
@@ -45,7 +45,7 @@ class handshakes {
  public:
   // `scratch` is shared with the reading of connections and holds header_bytes_max.
   handshakes(const socket_limits& limits, const wire::handshake_policy& policy, poll_set& polled,
-             lws_host& host, established& connections, kept_descriptors& kept, socket_counters& counters,
+             lws_host& host, established& connections, reserved_descriptors& kept, socket_counters& counters,
              std::span<std::byte> scratch);
   ~handshakes();
   handshakes(const handshakes&) = delete;
@@ -152,7 +152,7 @@ class handshakes {
   poll_set& polled_;
   lws_host& host_;
   established& connections_;
-  kept_descriptors& kept_;
+  reserved_descriptors& kept_;
   socket_counters& counters_;
   std::span<std::byte> scratch_;
   std::vector<handshake> handshakes_;

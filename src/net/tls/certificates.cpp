@@ -28,7 +28,7 @@ std::optional<file_fault> certificates::look() {
     told_ = {};
     return std::nullopt;
   }
-  if (std::exchange(told_for_, now) == now && why.file == told_.file && why.what == told_.what)
+  if (std::exchange(reported_for_, now) == now && why.file == told_.file && why.what == told_.what)
     return std::nullopt;
   told_ = why;
   return why;

@@ -37,8 +37,8 @@ class certificates {
   const end ours_;
   const tls_options options_;
   std::shared_ptr<const context> current_;
-  file_versions seen_;       // of what is in use
-  file_versions told_for_{}; // of those that were wrong last
+  file_versions seen_;           // of what is in use
+  file_versions reported_for_{}; // of those that were wrong last
   file_fault told_;
   std::time_t said_for_ = 0; // the certificate that ends then
   int said_days_ = -1;

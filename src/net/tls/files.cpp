@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "net/tls/files.hpp"
 
-#include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <array>
 #include <cerrno>
@@ -11,7 +9,6 @@
 #include <cstring>
 
 #include "access/files.hpp"
-#include "net/base/descriptor.hpp"
 
 namespace rowe::net::tls {
 namespace {
@@ -27,26 +24,18 @@ std::string octal(unsigned mode) {
 } // namespace
 
 std::string read_file(const std::string& path, readers allowed, std::string& text) {
-  const descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  const access::open_file file{path};
   if (!file) return ::strerrordesc_np(errno);
-  struct stat facts {};
-  if (::fstat(file.get(), &facts) != 0) return ::strerrordesc_np(errno);
-  if (!S_ISREG(facts.st_mode)) return "it is not a file";
-  const unsigned mode = facts.st_mode & 07777U;
+  if (!S_ISREG(file.facts().st_mode)) return "it is not a file";
+  const unsigned mode = file.facts().st_mode & 07777U;
   if (allowed == readers::owner && (mode & 077U) != 0 && !access::is_credential(path))
     return "others can read it (mode " + octal(mode) + "): chmod 600";
-  const auto bytes = static_cast<std::size_t>(facts.st_size);
+  const auto bytes = static_cast<std::size_t>(file.facts().st_size);
   if (bytes > bytes_max) return "it has more than 1 MiB";
   text.resize(bytes);
-  std::size_t got = 0;
-  while (got < bytes) {
-    const ssize_t now = ::read(file.get(), text.data() + got, bytes - got);
-    if (now < 0 && errno == EINTR) continue;
-    if (now < 0) return ::strerrordesc_np(errno);
-    if (now == 0) break; // it was made shorter meanwhile
-    got += static_cast<std::size_t>(now);
-  }
-  text.resize(got);
+  const ssize_t got = file.read(text.data(), bytes);
+  if (got < 0) return ::strerrordesc_np(errno);
+  text.resize(static_cast<std::size_t>(got)); // it may have been made shorter meanwhile
   return {};
 }
 

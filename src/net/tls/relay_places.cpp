@@ -59,7 +59,7 @@ relays::relay* relays::oldest_closing(bool lent) noexcept {
 bool relays::may_lend() const noexcept {
   return std::count_if(relays_.begin(), relays_.end(), [](const relay& one) {
            return one.now != phase::free && one.lent;
-         }) < static_cast<std::ptrdiff_t>(kept_for_stop(limits_.handshakes_max));
+         }) < static_cast<std::ptrdiff_t>(reserved_for_stop(limits_.handshakes_max));
 }
 
 // A free place; else that of the socket which has been closing longest, because its answer is sent; else that
@@ -71,7 +71,7 @@ relays::relay* relays::place_for(const accepted_socket& came, std::uint32_t befo
   const auto from_there = std::count_if(relays_.begin(), relays_.end(), [&](const relay& one) {
     return one.now != phase::free && one.now != phase::closing && own(one);
   });
-  const auto most = limits_.connections_per_address_max + kept_for_stop(limits_.handshakes_max);
+  const auto most = limits_.connections_per_address_max + reserved_for_stop(limits_.handshakes_max);
   relay* found = nullptr;
   if (came.lent && !may_lend()) {
     found = oldest_closing(true);

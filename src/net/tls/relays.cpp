@@ -32,7 +32,7 @@ wire::http_rejection failure_of(const session& one) noexcept {
 } // namespace
 
 relays::relays(const socket_limits& limits, std::string remote, certificates& with, poll_set& polled,
-               kept_descriptors& kept, relay_outlet& outlet)
+               reserved_descriptors& kept, relay_outlet& outlet)
     : limits_{limits},
       remote_{std::move(remote)},
       with_{with},
@@ -95,7 +95,7 @@ bool relays::speaks_tls(relay& one) {
   const auto rejection = answer::speaks_no_tls();
   send_answer(one.secure->descriptor_number(), rejection);
   fail(one, service::counter::tls_failed_plain);
-  (void)tell_rejected(one, rejection);
+  (void)report_rejected(one, rejection);
   begin_close(one);
   return false;
 }
@@ -120,7 +120,7 @@ void relays::shake(relay& one) {
   case session::progress::wants_write: one.of_socket = EPOLLOUT; break;
   case session::progress::failed:
     fail(one, one.secure->failed_by()); // counted before it is told of
-    (void)tell_rejected(one, failure_of(*one.secure));
+    (void)report_rejected(one, failure_of(*one.secure));
     return begin_close(one); // the peer is to see the alert
   case session::progress::done:
     outlet_.count(service::counter::tls_handshakes);
@@ -144,7 +144,7 @@ void relays::open_pair(relay& one) {
   if (!open()) {
     one.lent = has_no_descriptor(errno) && (one.lent || may_lend()) && kept_.give(std::size(pair));
     if (!one.lent || !open()) {
-      (void)tell_rejected(one, answer::no_descriptor());
+      (void)report_rejected(one, answer::no_descriptor());
       return leave(one);
     }
   }
@@ -194,7 +194,7 @@ void relays::read_header(relay& one) {
 // comes in place of its answer.
 void relays::lose(relay& one) {
   const bool in_words = !remote_.empty() && errno == EPROTO;
-  if (!in_words || !tell_rejected(one, failure_of(*one.secure))) return leave(one);
+  if (!in_words || !report_rejected(one, failure_of(*one.secure))) return leave(one);
   polled_.remove(one.secure->descriptor_number());
   if (one.of_pair != 0) polled_.remove(one.pair.get());
   one.of_pair = 0;
@@ -271,12 +271,12 @@ void relays::answer(relay& one, const wire::http_rejection& rejection) {
   char text[wire::http_rejection_bytes_max];
   const std::string_view written = wire::write_rejection(text, rejection);
   (void)one.secure->write(std::as_bytes(std::span{written}));
-  (void)tell_rejected(one, rejection);
+  (void)report_rejected(one, rejection);
   begin_draining(one);
 }
 
 // False: there is no room, and more of them were told than anybody reads.
-bool relays::tell_rejected(const relay& one, const wire::http_rejection& rejection) {
+bool relays::report_rejected(const relay& one, const wire::http_rejection& rejection) {
   return outlet_.tell(
       {.what = arrival::kind::rejected, .place = id_of(one), .peer = one.peer, .rejection = rejection});
 }
@@ -341,7 +341,7 @@ void relays::expire() {
       const bool spoke = one.looked_at || one.waits;
       fail(one, spoke ? service::counter::tls_failed_timeout : service::counter::tls_failed_silent);
       if (one.now == phase::shaking && spoke)
-        (void)tell_rejected(one, answer::tls_timed_out()); // who has said nothing expects nothing
+        (void)report_rejected(one, answer::tls_timed_out()); // who has said nothing expects nothing
       leave(one);
     }
   }

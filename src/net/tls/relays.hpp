@@ -26,9 +26,9 @@
 #include "net/base/arrival.hpp"
 #include "net/base/deadline_list.hpp"
 #include "net/base/descriptor.hpp"
-#include "net/base/kept_descriptors.hpp"
 #include "net/base/listener.hpp"
 #include "net/base/poll_set.hpp"
+#include "net/base/reserved_descriptors.hpp"
 #include "net/base/socket_limits.hpp"
 #include "net/base/source_tally.hpp"
 #include "net/tls/certificates.hpp"
@@ -56,7 +56,7 @@ class relays {
  public:
   // `remote`: the server that a client wants, by its certificate; empty: we are the server.
   relays(const socket_limits& limits, std::string remote, certificates& with, poll_set& polled,
-         kept_descriptors& kept, relay_outlet& outlet);
+         reserved_descriptors& kept, relay_outlet& outlet);
   ~relays();
   relays(const relays&) = delete;
   relays& operator=(const relays&) = delete;
@@ -129,7 +129,7 @@ class relays {
   bool sees_upgrade(relay& one) noexcept;
   void seal_answer(relay& one) noexcept;
   void answer(relay& one, const wire::http_rejection& rejection);
-  bool tell_rejected(const relay& one, const wire::http_rejection& rejection);
+  bool report_rejected(const relay& one, const wire::http_rejection& rejection);
   void begin_draining(relay& one);
   void drain(relay& one);
   void begin_close(relay& one);
@@ -141,7 +141,7 @@ class relays {
   const std::string remote_;
   certificates& with_;
   poll_set& polled_;
-  kept_descriptors& kept_;
+  reserved_descriptors& kept_;
   relay_outlet& outlet_;
   std::vector<relay> relays_;
   deadline_list opening_; // shaking, reading

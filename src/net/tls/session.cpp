@@ -226,7 +226,7 @@ ssize_t session::read(std::span<std::byte> to, rt::time_point now) noexcept {
 ssize_t session::peek(std::span<std::byte> to, rt::time_point now) noexcept { return receive(to, true, now); }
 
 bool session::holds_input() const noexcept {
-  return stage_begin_ != stage_end_ || SSL_pending(ssl_) > 0 || end_untold_;
+  return stage_begin_ != stage_end_ || SSL_pending(ssl_) > 0 || end_pending_;
 }
 
 ssize_t session::receive(std::span<std::byte> to, bool keep, rt::time_point now) noexcept {
@@ -249,8 +249,8 @@ ssize_t session::receive(std::span<std::byte> to, bool keep, rt::time_point now)
     }
     const int what = SSL_get_error(ssl_, outcome);
     if (what != SSL_ERROR_WANT_READ) {
-      end_untold_ = got != 0; // the next read() tells
-      return end_untold_ ? static_cast<ssize_t>(got) : cannot_read(what);
+      end_pending_ = got != 0; // the next read() tells
+      return end_pending_ ? static_cast<ssize_t>(got) : cannot_read(what);
     }
     if (budget == 0 || !kernel_has_more) break;
     const std::size_t asked = std::min(budget, stage_.size());

@@ -135,7 +135,7 @@ class session {
   int unreadable_ = 0; // an errno: reading will never succeed again
   bool established_ = false;
   bool end_seen_ = false;     // the kernel says that nothing more comes
-  bool end_untold_ = false;   // the end of what can be read came behind the bytes that the last read() gave
+  bool end_pending_ = false;  // the end of what can be read came behind the bytes that the last read() gave
   bool more_follows_ = false; // another record of the same write
   bool sends_ = true;         // what is sealed
   std::uint32_t steps_ = 0;   // that OpenSSL took for new keys

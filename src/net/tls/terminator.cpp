@@ -36,7 +36,7 @@ std::size_t requests_max(const socket_limits& limits) noexcept {
 } // namespace
 
 terminator::terminator(const terminator_options& options, std::optional<listener> from,
-                       kept_descriptors& kept, poll_set polled, std::shared_ptr<const context> first)
+                       reserved_descriptors& kept, poll_set polled, std::shared_ptr<const context> first)
     : options_{options},
       news_places_(news_ring::places_for(news_max(options.limits))),
       request_places_(request_ring::places_for(requests_max(options.limits))),
@@ -53,7 +53,8 @@ terminator::terminator(const terminator_options& options, std::optional<listener
       relays_{options.limits, options.remote, certificates_, polled_, kept_, *this} {}
 
 result<std::unique_ptr<terminator>> terminator::open(const terminator_options& options,
-                                                     std::optional<listener> from, kept_descriptors& kept) {
+                                                     std::optional<listener> from,
+                                                     reserved_descriptors& kept) {
   auto first = context::open(options.remote.empty() ? end::server : end::client, options.files, nullptr);
   if (!first) return errc::bad_certificate;
   auto polled = poll_set::open();
@@ -134,7 +135,7 @@ void terminator::serve() {
 }
 
 void terminator::accept_some() {
-  bool scarce = pause_is_told_;
+  bool scarce = pause_reported_;
   for (int i = 0; i < accepts_per_turn; ++i) {
     auto accepted = listener_->accept(polled_, kept_, now_);
     if (!accepted) break;
@@ -142,8 +143,8 @@ void terminator::accept_some() {
     relays_.accept(std::move(*accepted));
   }
   scarce = scarce || listener_->paused();
-  if (scarce && !pause_is_told_) (void)tell({.what = arrival::kind::paused});
-  pause_is_told_ = scarce;
+  if (scarce && !pause_reported_) (void)tell({.what = arrival::kind::paused});
+  pause_reported_ = scarce;
 }
 
 void terminator::look_after_certificates() {

@@ -26,9 +26,9 @@
 
 #include "net/base/arrival.hpp"
 #include "net/base/descriptor.hpp"
-#include "net/base/kept_descriptors.hpp"
 #include "net/base/listener.hpp"
 #include "net/base/poll_set.hpp"
+#include "net/base/reserved_descriptors.hpp"
 #include "net/base/socket_limits.hpp"
 #include "net/tls/certificates.hpp"
 #include "net/tls/relays.hpp"
@@ -47,7 +47,7 @@ class terminator final : relay_outlet {
  public:
   // Set-up. A server gives its listener away. Errors: bad_certificate, no_memory, no_thread (value: errno).
   static result<std::unique_ptr<terminator>> open(const terminator_options& options,
-                                                  std::optional<listener> from, kept_descriptors& kept);
+                                                  std::optional<listener> from, reserved_descriptors& kept);
   ~terminator();
   terminator(const terminator&) = delete;
   terminator& operator=(const terminator&) = delete;
@@ -80,7 +80,7 @@ class terminator final : relay_outlet {
   using news_ring = rt::spsc_ring<arrival>;
   using request_ring = rt::spsc_ring<request>;
 
-  terminator(const terminator_options& options, std::optional<listener> from, kept_descriptors& kept,
+  terminator(const terminator_options& options, std::optional<listener> from, reserved_descriptors& kept,
              poll_set polled, std::shared_ptr<const context> first);
   bool ask(const request& what) noexcept;
 
@@ -118,12 +118,12 @@ class terminator final : relay_outlet {
   // The rest is used by its own thread alone, between open() and the destructor.
   std::optional<listener> listener_;
   poll_set polled_;
-  kept_descriptors& kept_;
+  reserved_descriptors& kept_;
   certificates certificates_;
   relays relays_;
   rt::time_point now_{};
   rt::time_point look_at_{};
-  bool pause_is_told_ = false;
+  bool pause_reported_ = false;
 };
 
 } // namespace rowe::net::tls

@@ -86,7 +86,7 @@ class epoll_transport final : public socket_transport {
   template <class Read>
   void serve(Read&& read) noexcept;
   void take_news(transport_sink& sink) noexcept;
-  void tell_pause(transport_sink& sink) noexcept;
+  void report_pause(transport_sink& sink) noexcept;
   void serve_connections(std::span<const socket_event> events, transport_sink& sink) noexcept;
   void serve_others(std::span<const socket_event> events, transport_sink& sink) noexcept;
   void accept_some(transport_sink& sink) noexcept;
@@ -101,7 +101,7 @@ class epoll_transport final : public socket_transport {
   bool alone_ = false; // one connection at most is readable in this turn
   descriptor waker_;
   std::unique_ptr<lws_host> lws_;
-  kept_descriptors kept_;                       // a server's, in both threads
+  reserved_descriptors kept_;                   // a server's, in both threads
   std::unique_ptr<tls::terminator> terminator_; // under TLS. It outlives the connections
   established connections_;
   rt::time_point now_{};
@@ -110,7 +110,7 @@ class epoll_transport final : public socket_transport {
   // A server has these,
   std::uint16_t port_ = 0;
   std::optional<listener> listener_; // without TLS; else the terminator has it
-  bool pause_is_told_ = false;
+  bool pause_reported_ = false;
   std::unique_ptr<policy_owner> policy_;
   std::unique_ptr<handshakes> handshakes_;
   // a client that.
@@ -154,7 +154,7 @@ result<std::unique_ptr<socket_transport>> epoll_transport::open(const listen_opt
                                                  one.connections_, one.kept_, one.counters_,
                                                  std::span<std::byte>{one.buffer_});
   const bool in_plain = options.tls.certificate.empty();
-  one.kept_.keep(kept_of_descriptors(options.limits, !in_plain));
+  one.kept_.keep(descriptors_reserved(options.limits, !in_plain));
   if (in_plain) {
     one.listener_ = std::move(*bound);
     if (!one.listener_->join(one.polled_)) return errc::no_memory;
@@ -272,16 +272,16 @@ void epoll_transport::accept_some(transport_sink& sink) noexcept {
     if (!accepted) break;
     ++counters_.accepted;
     const bool lent = accepted->lent;
-    if (!lent) pause_is_told_ = false;
+    if (!lent) pause_reported_ = false;
     handshakes_->begin(std::move(*accepted), sink);
-    if (lent && !std::exchange(pause_is_told_, true)) tell_pause(sink);
+    if (lent && !std::exchange(pause_reported_, true)) report_pause(sink);
   }
   if (!listener_->paused()) return;
   ++counters_.accept_pauses;
-  if (!std::exchange(pause_is_told_, true)) tell_pause(sink); // once, until somebody is accepted again
+  if (!std::exchange(pause_reported_, true)) report_pause(sink); // once, until somebody is accepted again
 }
 
-void epoll_transport::tell_pause(transport_sink& sink) noexcept {
+void epoll_transport::report_pause(transport_sink& sink) noexcept {
   sink.on_rejected({.http_status = 0,
                     .peer = {},
                     .what =
@@ -322,7 +322,7 @@ void epoll_transport::take_news(transport_sink& sink) noexcept {
     case tls::arrival::kind::warning:
       sink.on_warning(news->rejection.what(), news->rejection.remedy());
       break;
-    case tls::arrival::kind::paused: ++counters_.accept_pauses; tell_pause(sink);
+    case tls::arrival::kind::paused: ++counters_.accept_pauses; report_pause(sink);
     }
   }
 }

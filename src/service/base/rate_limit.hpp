@@ -48,7 +48,7 @@ class rate_limit {
 };
 
 // Whether somebody is told again: at most once a second. `told`: when it was told last; zero: never.
-inline bool may_tell_again(rt::time_point& told, rt::time_point now) noexcept {
+inline bool may_report_again(rt::time_point& told, rt::time_point now) noexcept {
   if (told != rt::time_point{} && now - told < undecodable_period) return false;
   told = now;
   return true;

@@ -48,8 +48,8 @@ inline constexpr std::uint32_t latched_before_max = 4;
 
 // Topics whose last values are kept for HTTP, and for how long after somebody asked for one.
 inline constexpr std::uint32_t asked_topics_max = 32;
-inline constexpr rt::duration asked_topic_kept_for = std::chrono::seconds{60};
-static_assert(page_wait_max < asked_topic_kept_for);
+inline constexpr rt::duration asked_topic_retained_for = std::chrono::seconds{60};
+static_assert(page_wait_max < asked_topic_retained_for);
 // The memory for them, in the longest messages that there may be.
 inline constexpr std::uint32_t last_values_messages = 2;
 // Long values that are sent as pages at once.
@@ -214,7 +214,7 @@ inline constexpr std::size_t parameter_json_bytes_max =
 inline constexpr unsigned parameter_tells_per_cycle = 4;
 // What a message says of a parameter besides its name and its value, at most; and around all of them, besides
 // the id.
-inline constexpr std::size_t told_parameter_bytes = 48;
+inline constexpr std::size_t parameter_update_bytes = 48;
 inline constexpr std::size_t parameters_envelope_bytes = 64;
 // The work of finding a parameter by its name.
 inline constexpr std::size_t parameter_work_bytes = 256;

@@ -72,14 +72,14 @@ inline constexpr std::size_t tellers = 4;
 class slot_pool {
  public:
   static constexpr std::size_t headroom_bytes = wire::frame_headroom_bytes;
-  static constexpr std::uint32_t kept_for_stop = 1; // of each class, but of chunked ones
+  static constexpr std::uint32_t reserved_for_stop = 1; // of each class, but of chunked ones
 
   // Slots are numbered from 0, small ones first, and chunked ones last.
   static std::uint32_t first_large(const limits& bounds) noexcept {
-    return bounds.small_slots + kept_for_stop;
+    return bounds.small_slots + reserved_for_stop;
   }
   static std::uint32_t first_chunked(const limits& bounds) noexcept {
-    return first_large(bounds) + bounds.large_slots + kept_for_stop;
+    return first_large(bounds) + bounds.large_slots + reserved_for_stop;
   }
   static std::size_t count(const limits& bounds) noexcept {
     return std::size_t{first_chunked(bounds)} + (chunk_store::in_use(bounds) ? bounds.long_slots : 0);
@@ -252,7 +252,9 @@ class slot_pool {
 
   using free_slots = indexed_pool<slot_id, slot, &slot::next_free>;
 
-  static std::uint32_t left_by(slot_use what) noexcept { return what == slot_use::stop ? 0 : kept_for_stop; }
+  static std::uint32_t left_by(slot_use what) noexcept {
+    return what == slot_use::stop ? 0 : reserved_for_stop;
+  }
   bool small(slot_id index) const noexcept { return index.value < small_count_; }
   char* base(slot_id index) const noexcept {
     return reinterpret_cast<char*>(memory_.data()) + slots_[index].line * rt::line_bytes + headroom_bytes;
@@ -282,7 +284,7 @@ class slot_pool {
   std::span<std::byte> memory_;
   chunk_store& chunks_;
   by_class<std::size_t> bytes_; // a chunked one has an envelope
-  by_class<std::uint32_t> kept_{kept_for_stop, kept_for_stop, 0};
+  by_class<std::uint32_t> kept_{reserved_for_stop, reserved_for_stop, 0};
   std::uint32_t small_count_;
   std::uint32_t first_chunked_;
   by_class<free_slots> free_;

@@ -36,7 +36,7 @@ struct connection_id {
 inline constexpr std::string_view stop_path = "/rowe/stop";
 // Such a peer keeps its place for so long, which is enough for a stop and its answer. The transport counts
 // from when its source came, the core from the stop of a robot that could move.
-inline constexpr rt::duration stop_place_kept_for = std::chrono::seconds{1};
+inline constexpr rt::duration stop_place_protected_for = std::chrono::seconds{1};
 
 // Within this time a transport ends a connection that it is to close, even if the peer does not read.
 inline constexpr rt::duration close_time_max = std::chrono::seconds{1};

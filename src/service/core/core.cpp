@@ -68,7 +68,7 @@ inline void core::notify_room() noexcept {
   expire();
   stop_state_feed_.show();
   parameters_feed_.show();
-  listings_.tell_changes();
+  listings_.announce_changes();
   if (state_.peers.wants_close()) close_marked();
   sender_.flush_all();
   sender_.partial().cut_stalled([this](peer_index peer) {

@@ -54,18 +54,18 @@ void connection_graph::show() noexcept {
   const rt::time_point now = state_.cycle.now;
   work_.left = graph_work_per_cycle;
   messages_left_ = graph_messages_per_cycle;
-  tell_again_if_rights_changed();
+  announce_again_if_rights_changed();
   compare();
   rt::time_point next = now;
   if (record_.is_whole()) {
-    next = tell_some();
+    next = announce_some();
     next = std::min(next, record_.is_old() ? record_.next_at() : now + graph_period);
   }
   if (count_ != 0) state_.due.arm(timer::graph, std::max(next, now + rt::timer_wheel::tick));
 }
 
 // Peers that are still there may see more than before.
-void connection_graph::tell_again_if_rights_changed() noexcept {
+void connection_graph::announce_again_if_rights_changed() noexcept {
   const auto version = state_.rights.policy().version();
   if (std::exchange(policy_version_, version) == version) return;
   for (subscriber& one : subscribers_) {
@@ -84,7 +84,7 @@ void connection_graph::compare() noexcept {
     if (now < record_.next_at() || !record_.is_old()) return;
     const bool known = std::any_of(subscribers_.begin(), subscribers_.end(),
                                    [](const subscriber& one) { return one.knows_some(); });
-    if (record_.begin(known, least_told())) held_up_since_ = rt::never;
+    if (record_.begin(known, least_announced())) held_up_since_ = rt::never;
   }
   record_.go_on(work_);
   if (!record_.is_whole()) return;
@@ -92,19 +92,19 @@ void connection_graph::compare() noexcept {
   if (record_.held_up() && now - held_up_since_ >= graph_behind_max) leave_behind();
 }
 
-std::uint32_t connection_graph::least_told() const noexcept {
+std::uint32_t connection_graph::least_announced() const noexcept {
   std::uint32_t least = record_.version();
   for (const subscriber& one : subscribers_) {
-    if (one.knows_some()) least = std::min(least, one.told_at);
+    if (one.knows_some()) least = std::min(least, one.announced_at);
   }
   return least;
 }
 
 // Ends the subscriptions of those who have been told least.
 void connection_graph::leave_behind() noexcept {
-  const std::uint32_t least = least_told();
+  const std::uint32_t least = least_announced();
   for (const peer_index peer : subscribers_.ids()) {
-    if (!subscribers_[peer].knows_some() || subscribers_[peer].told_at != least) continue;
+    if (!subscribers_[peer].knows_some() || subscribers_[peer].announced_at != least) continue;
     unsubscribe(peer);
     refusals_.warn(state_.peers[peer], {},
                    "subscribeConnectionGraph: this client reads too slowly what has changed, so it is told "
@@ -116,7 +116,7 @@ void connection_graph::leave_behind() noexcept {
 // ---- telling
 
 // When that is to go on.
-rt::time_point connection_graph::tell_some() noexcept {
+rt::time_point connection_graph::announce_some() noexcept {
   const rt::time_point now = state_.cycle.now;
   rt::time_point next = rt::never;
   for (std::uint32_t looked = 0; looked < state_.peers.size(); ++looked) {
@@ -134,7 +134,7 @@ rt::time_point connection_graph::due(peer_index peer) const noexcept {
   const subscriber& of = subscribers_[peer];
   if (!of.subscribed || !state_.peers[peer].open()) return rt::never;
   if (of.telling == 0) {
-    if (of.told_at == record_.version() && !of.anew) return rt::never;
+    if (of.announced_at == record_.version() && !of.anew) return rt::never;
     if (state_.cycle.now < of.earliest) return of.earliest;
   }
   const peer_queues& its = outbox_.of(peer);
@@ -156,7 +156,7 @@ rt::time_point connection_graph::tell(peer_index peer) noexcept {
   to.ends = next.to == record_.size();
   to.then = next.to;
   to.then_gone = next.to_gone;
-  if (next.count != 0 || (to.ends && to.told_at == 0 && !to.said)) {
+  if (next.count != 0 || (to.ends && to.announced_at == 0 && !to.said)) {
     const auto write = [&](json::writer& into) { return message_.write(into, c.protocol->topics, next); };
     if (!outbox_.reply(peer, write, rt::never, teller::connection_graph))
       return state_.cycle.now + graph_retry;
@@ -172,7 +172,7 @@ rt::time_point connection_graph::tell(peer_index peer) noexcept {
 void connection_graph::settle(peer_index peer) noexcept {
   subscriber& to = subscribers_[peer];
   const auto now = to.message.take_fate(outbox_.of(peer), teller::connection_graph);
-  if (now != told_message::fate::written) return;
+  if (now != announcement::fate::written) return;
   to.said = true;
   go_on(to);
 }
@@ -182,7 +182,7 @@ void connection_graph::go_on(subscriber& to) noexcept {
   to.from = to.then;
   to.from_gone = to.then_gone;
   if (!to.ends) return;
-  to.told_at = to.telling;
+  to.announced_at = to.telling;
   to.telling = 0;
   to.anew = to.ends = false;
 }
@@ -204,7 +204,7 @@ bool connection_graph::add_gone(const connection& c, const subscriber& to, graph
   const gone_names& all = record_.gone();
   const std::uint32_t gone_at = all.gone_at(into.to_gone);
   const std::string_view name = all.name(into.to_gone);
-  if (to.told_at == 0 || gone_at <= to.told_at || gone_at > to.telling ||
+  if (to.announced_at == 0 || gone_at <= to.announced_at || gone_at > to.telling ||
       !sees(c, name, all.is_topic(into.to_gone)))
     return true;
   return into.add({.at = into.to_gone, .gone = true}, graph_entry_bytes + bytes_in_json(name));
@@ -216,11 +216,11 @@ bool connection_graph::add_row(const connection& c, const subscriber& to, graph_
   const std::uint32_t of = into.to;
   const bool topic = record_.is_topic(of);
   graph_part::entry one{.at = of,
-                        .published = to.anew || record_.published_at(of) > to.told_at,
-                        .subscribed = topic && (to.anew || record_.subscribed_at(of) > to.told_at)};
+                        .published = to.anew || record_.published_at(of) > to.announced_at,
+                        .subscribed = topic && (to.anew || record_.subscribed_at(of) > to.announced_at)};
   if (!one.published && !one.subscribed) return true;
   if (!record_.holds(of) || !sees(c, record_.name(of), topic)) return true;
-  const bool fresh = to.told_at == 0 && !to.anew;
+  const bool fresh = to.announced_at == 0 && !to.anew;
   std::size_t bytes = 0;
   const auto look_at = [&](bool& side, graph_list which) {
     if (!side) return;
@@ -257,7 +257,7 @@ bool connection_graph::check() const noexcept {
   for (const peer_index peer : subscribers_.ids()) {
     const subscriber& one = subscribers_[peer];
     if (one.subscribed && state_.peers[peer].state == connection::phase::free) return false;
-    if (one.told_at > record_.version() || one.telling > record_.version()) return false;
+    if (one.announced_at > record_.version() || one.telling > record_.version()) return false;
     subscribed += one.subscribed;
   }
   return subscribed == count_ && (count_ != 0) == state_.due.armed(timer::graph);

@@ -24,9 +24,9 @@
 #include "service/incoming/refusals.hpp"
 #include "service/outgoing/outbox.hpp"
 #include "service/state/advertisement_table.hpp"
+#include "service/state/announcement.hpp"
 #include "service/state/core_state.hpp"
 #include "service/state/service_directory.hpp"
-#include "service/state/told_message.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "wire/codec/request.hpp"
 
@@ -64,25 +64,25 @@ class connection_graph : connection_graph_needs {
   // A peer. Numbers of comparisons are never 0.
   struct subscriber {
     bool subscribed = false;
-    bool anew = false;           // it is told of all rows once more
-    bool said = false;           // something, since `telling`
-    bool ends = false;           // the round ends with the message that waits
-    std::uint32_t told_at = 0;   // all up to this comparison; 0: it knows nothing
-    std::uint32_t telling = 0;   // likewise, while it is told in several messages; 0: it is not
-    std::uint32_t from = 0;      // then: the next row,
-    std::uint32_t from_gone = 0; // and the next place of a name that is gone
-    rt::time_point earliest{};   // when the next round may begin
-    told_message message{};      // that waits to be written
-    std::uint32_t then = 0;      // `from` and `from_gone` when it was written
+    bool anew = false;              // it is told of all rows once more
+    bool said = false;              // something, since `telling`
+    bool ends = false;              // the round ends with the message that waits
+    std::uint32_t announced_at = 0; // all up to this comparison; 0: it knows nothing
+    std::uint32_t telling = 0;      // likewise, while it is told in several messages; 0: it is not
+    std::uint32_t from = 0;         // then: the next row,
+    std::uint32_t from_gone = 0;    // and the next place of a name that is gone
+    rt::time_point earliest{};      // when the next round may begin
+    announcement message{};         // that waits to be written
+    std::uint32_t then = 0;         // `from` and `from_gone` when it was written
     std::uint32_t then_gone = 0;
-    bool knows_some() const noexcept { return subscribed && (told_at != 0 || telling != 0); }
+    bool knows_some() const noexcept { return subscribed && (announced_at != 0 || telling != 0); }
   };
 
-  void tell_again_if_rights_changed() noexcept;
+  void announce_again_if_rights_changed() noexcept;
   void compare() noexcept;
-  std::uint32_t least_told() const noexcept;
+  std::uint32_t least_announced() const noexcept;
   void leave_behind() noexcept;
-  rt::time_point tell_some() noexcept;
+  rt::time_point announce_some() noexcept;
   rt::time_point due(peer_index peer) const noexcept;
   rt::time_point tell(peer_index peer) noexcept;
   void settle(peer_index peer) noexcept;

@@ -43,7 +43,7 @@ std::uint64_t graph_record::changes() const noexcept {
   return service_directory_.changes() + state_.topics.changes().holders + (stop_rules_.in_use() ? 1 : 0);
 }
 
-bool graph_record::begin(bool known, std::uint32_t told_at) noexcept {
+bool graph_record::begin(bool known, std::uint32_t announced_at) noexcept {
   if (std::exchange(stop_in_use_, stop_rules_.in_use()) != stop_rules_.in_use())
     state_.topics.changes().note_publishers(state_.topics.at(state_.topics.find(wire::stop_state_name)));
   next_at_ = state_.cycle.now + graph_period;
@@ -52,7 +52,7 @@ bool graph_record::begin(bool known, std::uint32_t told_at) noexcept {
   keeps_gone_ = known;
   held_up_ = false;
   row_ = 0;
-  return gone_.drop_until(known ? told_at : version_);
+  return gone_.drop_until(known ? announced_at : version_);
 }
 
 void graph_record::go_on(graph_work& work) noexcept {

@@ -69,9 +69,9 @@ class graph_record : graph_record_needs {
   bool is_old() const noexcept { return changes() != compared_ || held_up_ || version_ == 0; }
   // When the next comparison may begin.
   rt::time_point next_at() const noexcept { return next_at_; }
-  // Whoever knows something was told all up to `told_at`; `known`: somebody does. True: places for names that
-  // are gone came free.
-  bool begin(bool known, std::uint32_t told_at) noexcept;
+  // Whoever knows something was told all up to `announced_at`; `known`: somebody does. True: places for names
+  // that are gone came free.
+  bool begin(bool known, std::uint32_t announced_at) noexcept;
   void go_on(graph_work& work) noexcept;
   // In the last comparison, names that are gone found no place.
   bool held_up() const noexcept { return held_up_; }

@@ -14,10 +14,10 @@ namespace {
 
 using wire::listed;
 using wire::no_number;
-using mark = told_numbers::mark;
+using mark = announced_numbers::mark;
 
 // The peer was told nothing yet.
-constexpr std::uint64_t never_told = UINT64_MAX;
+constexpr std::uint64_t never_announced = UINT64_MAX;
 // Of one that was added. A schema that is too long for any message is not told.
 std::size_t bytes_of(listed& one, const wire::codec& codec, std::size_t bytes_max) noexcept {
   const std::size_t bytes = listed_bytes + bytes_in_json(one.name) + bytes_in_json(one.type);
@@ -91,7 +91,7 @@ void listings::forget(peer_index peer) noexcept {
   if (--readers_count_ == 0) due_ = rt::never;
 }
 
-void listings::tell_again(peer_index peer) noexcept {
+void listings::announce_again(peer_index peer) noexcept {
   reader& of = readers_[peer];
   if (!of.reads) return;
   for (std::uint32_t& number : told_.of(peer))
@@ -103,10 +103,10 @@ void listings::tell_again(peer_index peer) noexcept {
 bool listings::is_told(peer_index peer) const noexcept {
   const reader& of = readers_[peer];
   return !of.reads || !state_.peers[peer].open() ||
-         (of.told_at == listed_at_ && of.next == step::none && !of.message.is_begun());
+         (of.announced_at == listed_at_ && of.next == step::none && !of.message.is_begun());
 }
 
-void listings::tell_readers() noexcept {
+void listings::announce_to_readers() noexcept {
   due_ = rt::never;
   if (listed_at_ != numbered_.changes()) {
     if (tells_.take(state_.cycle.now)) {
@@ -144,7 +144,7 @@ rt::time_point listings::take_turn(connection& c) noexcept {
   if (its.backpressured() || its.replies.count >= listings_queued_max) return later;
   --turns_left_;
   while (!to.message.is_begun()) { // twice at most: a round may end without a message
-    if (to.next == step::none && to.told_at == listed_at_) return rt::never;
+    if (to.next == step::none && to.announced_at == listed_at_) return rt::never;
     if (to.next == step::none) begin_round(to);
     if (!tell(c)) return later;
   }
@@ -156,22 +156,22 @@ void listings::begin_round(reader& of) noexcept {
   of.from = 0;
   of.newest = numbered_.newest_topic();
   of.newest_of_services = numbered_.newest_service();
-  of.told_at = listed_at_;
+  of.announced_at = listed_at_;
 }
 
 // It is to be told all that differs.
 void listings::end_round(reader& of) noexcept {
   of.next = step::none;
-  of.told_at = never_told;
+  of.announced_at = never_announced;
 }
 
 // What became of its last message. False: it waits to be written.
 bool listings::settle(peer_index peer) noexcept {
   reader& of = readers_[peer];
   const auto now = of.message.take_fate(outbox_.of(peer), teller::listings);
-  if (now == told_message::fate::none) return true;
-  if (now == told_message::fate::waits) return false;
-  const bool lost = now == told_message::fate::lost && !ROWE_MUTANT(list_lost);
+  if (now == announcement::fate::none) return true;
+  if (now == announcement::fate::waits) return false;
+  const bool lost = now == announcement::fate::lost && !ROWE_MUTANT(list_lost);
   if (of.told == step::hello) {
     if (lost) of.next = step::hello;
     return true;

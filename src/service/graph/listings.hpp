@@ -13,13 +13,13 @@
 
 #include "service/base/rate_limit.hpp"
 #include "service/base/service_limits.hpp"
+#include "service/graph/announced_numbers.hpp"
 #include "service/graph/numbered.hpp"
-#include "service/graph/told_numbers.hpp"
 #include "service/outgoing/outbox.hpp"
 #include "service/state/advertisement_table.hpp"
+#include "service/state/announcement.hpp"
 #include "service/state/core_state.hpp"
 #include "service/state/service_directory.hpp"
-#include "service/state/told_message.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "wire/codec/codec.hpp"
 #include "wire/codec/request.hpp"
@@ -44,7 +44,7 @@ struct listings_needs {
 class listings : listings_needs {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
-    return told_numbers::footprint_bytes(bounds) + rt::arena::bytes_for<reader>(bounds.connections_max);
+    return announced_numbers::footprint_bytes(bounds) + rt::arena::bytes_for<reader>(bounds.connections_max);
   }
   listings(rt::arena& memory, const listings_needs& parts) noexcept;
 
@@ -52,14 +52,14 @@ class listings : listings_needs {
   void greet(connection& c) noexcept;
   void forget(peer_index peer) noexcept;
   // The peer may see more than before.
-  void tell_again(peer_index peer) noexcept;
+  void announce_again(peer_index peer) noexcept;
   // Once a cycle: tells some peers what is gone and what is new. Nothing is queued for a peer that does not
   // read; later it is told what differs then. If changes never pause, all peers are told at most every
   // listings_period.
-  void tell_changes() noexcept {
-    if (readers_count_ != 0) tell_readers();
+  void announce_changes() noexcept {
+    if (readers_count_ != 0) announce_to_readers();
   }
-  // When tell_changes() is needed at the latest.
+  // When announce_changes() is needed at the latest.
   rt::time_point due() const noexcept { return due_; }
   // Replaces the numbers in a request by names, unless one is unknown.
   unknown_number put_names(const connection& c, wire::request& asked) const noexcept;
@@ -73,11 +73,11 @@ class listings : listings_needs {
     bool reads = false;
     step next = step::none;   // of this round; none: it has ended
     step told = step::none;   // of the message that waits to be written
-    told_message message{};   // that
+    announcement message{};   // that
     std::uint32_t from = 0;   // the next row of this step
     std::uint32_t newest = 0; // the newest number of a topic when the round began,
     std::uint32_t newest_of_services = 0;
-    std::uint64_t told_at = 0; // after how many changes the round began
+    std::uint64_t announced_at = 0; // after how many changes the round began
   };
   struct part;
   static constexpr bool is_of_topics(step of) noexcept {
@@ -86,7 +86,7 @@ class listings : listings_needs {
   static constexpr bool is_of_new(step of) noexcept {
     return of == step::topics_new || of == step::services_new;
   }
-  void tell_readers() noexcept;
+  void announce_to_readers() noexcept;
   bool is_told(peer_index peer) const noexcept;
   rt::time_point take_turn(connection& c) noexcept;
   void begin_round(reader& of) noexcept;
@@ -100,7 +100,7 @@ class listings : listings_needs {
   const numbered numbered_;
   rows<peer_index, reader> readers_;
   std::uint32_t readers_count_ = 0;
-  told_numbers told_;
+  announced_numbers told_;
   std::uint64_t listed_at_ = 0; // after how many changes peers are told
   rate_limit tells_{listings_period, listings_burst};
   bool all_told_ = true;

@@ -160,7 +160,7 @@ void long_publications::publish() noexcept {
 void long_publications::drop_too_long(std::size_t bytes) noexcept {
   state_.counts.add(counter::too_big);
   const topic_id index = state_.pair_rows[pair_].topic;
-  if (!may_tell_again(state_.topics.at(index).loss_told, state_.cycle.now)) return;
+  if (!may_report_again(state_.topics.at(index).loss_reported_at, state_.cycle.now)) return;
   wire::text_of<event_text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
   text.add(": a value of ").add(bytes).add(" bytes or more is not sent; the limit is ");

@@ -40,7 +40,7 @@ class liveness : liveness_needs {
     if (!c.open()) return;
     check_later(peer);
     refusals_.report_missed(c);
-    if (c.protocol->can.losses) tell_losses(c);
+    if (c.protocol->can.losses) report_losses(c);
     if (c.unheard) ++state_.cycle.places_freed; // a receiver may have become absent meanwhile
     const rt::time_point began = ingress_.unfinished_since(peer);
     if (began != rt::never && state_.cycle.waited_since(began) > state_.options.message_time_max) {
@@ -68,10 +68,10 @@ class liveness : liveness_needs {
 
   // Always in the same words, because its programs keep a list of what they are told, by the words. Not while
   // it has other answers to read.
-  void tell_losses(connection& c) noexcept {
+  void report_losses(connection& c) noexcept {
     const peer_queues& its = outbox_.of({c.id.index});
-    if (its.dropped == c.losses_told || !its.replies.empty() || state_.cycle.now < c.losses_next) return;
-    c.losses_told = its.dropped;
+    if (its.dropped == c.losses_reported || !its.replies.empty() || state_.cycle.now < c.losses_next) return;
+    c.losses_reported = its.dropped;
     c.losses_next = state_.cycle.now + losses_period;
     refusals_.send_status(c, {}, losses_diagnostic, wire::severity::warning);
   }

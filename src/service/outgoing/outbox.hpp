@@ -48,7 +48,7 @@ class outbox {
   slot_id compose_message(topic_id topic, rt::time_point published, rt::time_point expires,
                           WriteBody&& write_body) noexcept;
   // Queues an answer to one peer. It is never thinned out, and expires only if it has a time to live. Returns
-  // its slot; none: it was lost, counted, or the peer is closing. `by`: see told_message.hpp.
+  // its slot; none: it was lost, counted, or the peer is closing. `by`: see announcement.hpp.
   template <class WriteText>
   slot_id reply(peer_index to, WriteText&& write_text, rt::time_point expires = rt::never,
                 teller by = teller::none) noexcept {

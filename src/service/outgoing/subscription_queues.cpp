@@ -144,7 +144,7 @@ void subscription_queues::merge_codecs(subscription& s) noexcept {
 
 void subscription_queues::schedule_latched(subscription_id index) noexcept {
   subscription& s = subscription_rows_[index];
-  s.latched_told = {};
+  s.latched_delivered = {};
   s.latched_until = state_.latches.newest();
   s.latched_pending = true;
   ++outbox_.of(s.peer).latched_pending;
@@ -173,9 +173,9 @@ inline void subscription_queues::put_on_ready_list(subscription_id index, subscr
 // to many topics at once, or to one with many publishers, does not take a slot for each value.
 void subscription_queues::place_latched(subscription& s) noexcept {
   latched_list& all = state_.topics.at(s.topic).latched;
-  if (s.latched_told.number == 0) state_.latches.drop_expired(all, state_.cycle.now);
+  if (s.latched_delivered.number == 0) state_.latches.drop_expired(all, state_.cycle.now);
   const latch_id which = next_latched(s, all);
-  if (which) s.latched_told = {which, state_.latches.at(which).number};
+  if (which) s.latched_delivered = {which, state_.latches.at(which).number};
   if (!which || !next_latched(s, all)) {
     s.latched_pending = false;
     --outbox_.of(s.peer).latched_pending;
@@ -197,10 +197,10 @@ void subscription_queues::place_latched(subscription& s) noexcept {
 
 // The next value that it is to be told, and that has not expired.
 latch_id subscription_queues::next_latched(subscription& s, const latched_list& all) noexcept {
-  latch_id which = state_.latches.next(all, s.latched_told, s.latched_until);
+  latch_id which = state_.latches.next(all, s.latched_delivered, s.latched_until);
   while (which && state_.latches.at(which).value.expires <= state_.cycle.now) {
-    s.latched_told = {which, state_.latches.at(which).number};
-    which = state_.latches.next(all, s.latched_told, s.latched_until);
+    s.latched_delivered = {which, state_.latches.at(which).number};
+    which = state_.latches.next(all, s.latched_delivered, s.latched_until);
   }
   return which;
 }
@@ -212,7 +212,7 @@ bool subscription_queues::joins_latched(subscription& s, bool kept) noexcept {
   const latched_list& all = state_.topics.at(s.topic).latched;
   const std::uint32_t most = std::min(s.depth - 1, latched_before_max);
   std::uint32_t pending = 0;
-  for (latched_place at = s.latched_told; pending <= most || !kept; ++pending) {
+  for (latched_place at = s.latched_delivered; pending <= most || !kept; ++pending) {
     const latch_id next = state_.latches.next(all, at, s.latched_until);
     if (!next) break;
     at = {next, state_.latches.at(next).number};
@@ -222,8 +222,8 @@ bool subscription_queues::joins_latched(subscription& s, bool kept) noexcept {
     return true;
   }
   for (; pending > most; --pending) {
-    const latch_id oldest = state_.latches.next(all, s.latched_told, s.latched_until);
-    s.latched_told = {oldest, state_.latches.at(oldest).number};
+    const latch_id oldest = state_.latches.next(all, s.latched_delivered, s.latched_until);
+    s.latched_delivered = {oldest, state_.latches.at(oldest).number};
     add(counter::replaced);
   }
   while (s.latched_pending) place_latched(s);

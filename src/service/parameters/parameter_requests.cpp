@@ -56,7 +56,7 @@ std::size_t parameter_requests::bytes_of(parameter_id which) const noexcept {
   std::array<char, parameter_json_bytes_max> buffer;
   json::writer value{buffer};
   if (parameters_.in_use(which)) parameters_.write_value(which, value);
-  return bytes_in_json(parameters_.name(which, name)) + value.bytes() + told_parameter_bytes;
+  return bytes_in_json(parameters_.name(which, name)) + value.bytes() + parameter_update_bytes;
 }
 
 // What there is not has no value; so its name is told as it was asked for. An empty list is all.
@@ -159,7 +159,7 @@ void parameter_requests::subscribe(connection& c, const wire::request& asked) no
   subscriber& of = subscribers_[{c.id.index}];
   if (!of.any()) {
     of = {};
-    of.told_at = parameters_.changes();
+    of.announced_at = parameters_.changes();
   }
   bool named = false;
   for_each(asked.body_raw, [&](const json::value& one) {
@@ -210,9 +210,9 @@ void parameter_requests::unsubscribe(connection& c, const wire::request& asked) 
         "that for all, by an empty list");
 }
 
-bool parameter_requests::is_to_be_told(peer_index peer, parameter_id which) const noexcept {
+bool parameter_requests::needs_update(peer_index peer, parameter_id which) const noexcept {
   const subscriber& of = subscribers_[peer];
-  if (parameters_.changed_at(which) <= of.told_at) return false;
+  if (parameters_.changed_at(which) <= of.announced_at) return false;
   name_buffer buffer;
   const std::string_view name = parameters_.name(which, buffer);
   // Opened again it may have another place. That it is gone from here must not be the last that is told.
@@ -224,14 +224,14 @@ bool parameter_requests::is_to_be_told(peer_index peer, parameter_id which) cons
 bool parameter_requests::settle(peer_index peer) noexcept {
   subscriber& of = subscribers_[peer];
   const auto now = of.message.take_fate(outbox_.of(peer), teller::parameters);
-  if (now == told_message::fate::written) go_on(of);
-  return now != told_message::fate::waits;
+  if (now == announcement::fate::written) go_on(of);
+  return now != announcement::fate::waits;
 }
 
 // What the last message said is known.
 void parameter_requests::go_on(subscriber& of) noexcept {
   of.from = of.then;
-  if (of.from == 0) of.told_at = of.telling;
+  if (of.from == 0) of.announced_at = of.telling;
 }
 
 // One message. The rest, or all, is told later if there is too much of it, or the peer does not read.
@@ -244,7 +244,7 @@ void parameter_requests::tell(connection& c) noexcept {
   std::size_t bytes = 0;
   std::uint32_t to = of.from;
   for (; to < parameters_.count() && !parameters_.is_read_only({to}); ++to) {
-    if (!is_to_be_told(peer, {to})) continue;
+    if (!needs_update(peer, {to})) continue;
     const std::size_t more = bytes_of({to});
     if (more > bytes_max) {
       state_.counts.add(counter::too_big);
@@ -257,7 +257,7 @@ void parameter_requests::tell(connection& c) noexcept {
   const auto write = [&](json::writer& into) {
     codec.begin_parameters(into, {});
     for (std::uint32_t i = of.from; i < to; ++i) {
-      if (is_to_be_told(peer, {i}) && bytes_of({i}) <= bytes_max) write_value(into, codec, {i});
+      if (needs_update(peer, {i}) && bytes_of({i}) <= bytes_max) write_value(into, codec, {i});
     }
     return codec.end_parameters(into);
   };
@@ -267,20 +267,20 @@ void parameter_requests::tell(connection& c) noexcept {
   if (outbox_.reply(peer, write, rt::never, teller::parameters)) of.message.begin(outbox_.of(peer));
 }
 
-auto parameter_requests::tell_changes() noexcept -> round {
-  const auto must_be_told = [this](peer_index peer) {
+auto parameter_requests::announce_changes() noexcept -> round {
+  const auto must_update = [this](peer_index peer) {
     const subscriber& of = subscribers_[peer];
-    return state_.peers[peer].open() && of.any() && of.told_at != parameters_.changes();
+    return state_.peers[peer].open() && of.any() && of.announced_at != parameters_.changes();
   };
   for (unsigned left = parameter_tells_per_cycle; turn_.value < state_.peers.size(); ++turn_.value) {
-    if (!settle(turn_) || !must_be_told(turn_)) continue;
+    if (!settle(turn_) || !must_update(turn_)) continue;
     if (left == 0) return round::more_next;
     --left;
     tell(state_.peers[turn_]);
   }
   turn_ = {0};
   for (const peer_index peer : state_.peers.ids()) {
-    if (must_be_told(peer)) return round::some_later;
+    if (must_update(peer)) return round::some_later;
   }
   return round::all_know;
 }

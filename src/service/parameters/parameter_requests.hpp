@@ -18,8 +18,8 @@
 #include "service/incoming/refusals.hpp"
 #include "service/outgoing/outbox.hpp"
 #include "service/parameters/parameters.hpp"
+#include "service/state/announcement.hpp"
 #include "service/state/core_state.hpp"
-#include "service/state/told_message.hpp"
 #include "wire/codec/request.hpp"
 #include "json/reading/reader.hpp"
 #include "json/writing/writer.hpp"
@@ -57,18 +57,18 @@ class parameter_requests : parameter_requests_needs {
     more_next,  // others have their turn in the next cycle
     some_later, // some did not read, or something has changed since
   };
-  round tell_changes() noexcept;
+  round announce_changes() noexcept;
 
  private:
   // A peer. It may name parameters that there are not yet.
   struct subscriber {
     bool to_all = false;
-    std::uint32_t named = 0;   // names that it has in named_
-    std::uint64_t told_at = 0; // parameters::changes() before it was told last
-    std::uint64_t telling = 0; // likewise, while it is told in several messages
-    told_message message{};    // that waits to be written
-    std::uint32_t from = 0;    // where the next one begins
-    std::uint32_t then = 0;    // `from` when it is written; 0: it ends the round
+    std::uint32_t named = 0;        // names that it has in named_
+    std::uint64_t announced_at = 0; // parameters::changes() before it was told last
+    std::uint64_t telling = 0;      // likewise, while it is told in several messages
+    announcement message{};         // that waits to be written
+    std::uint32_t from = 0;         // where the next one begins
+    std::uint32_t then = 0;         // `from` when it is written; 0: it ends the round
     bool any() const noexcept { return to_all || named != 0; }
   };
 
@@ -88,7 +88,7 @@ class parameter_requests : parameter_requests_needs {
   bool settle(peer_index peer) noexcept;
   static void go_on(subscriber& of) noexcept;
   void tell(connection& c) noexcept;
-  bool is_to_be_told(peer_index peer, parameter_id which) const noexcept;
+  bool needs_update(peer_index peer, parameter_id which) const noexcept;
 
   rows<peer_index, subscriber> subscribers_;
   std::span<std::uint64_t> named_;

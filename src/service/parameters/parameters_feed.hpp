@@ -45,16 +45,16 @@ class parameters_feed : parameters_feed_needs {
   void show_if_due() noexcept {
     using round = parameter_requests::round;
     const std::uint64_t changes = parameters_.changes();
-    if (told_so_far_ != round::more_next) {
+    if (announced_so_far_ != round::more_next) {
       next_ = earliest_;
       if (state_.cycle.now < earliest_) return;
       earliest_ = state_.cycle.now + parameters_period;
       if (published_ != changes) publish();
       published_ = changes;
     }
-    told_so_far_ = parameter_requests_.tell_changes();
-    next_ = told_so_far_ == round::more_next ? state_.cycle.now : earliest_;
-    if (told_so_far_ != round::all_know || published_ != changes) return;
+    announced_so_far_ = parameter_requests_.announce_changes();
+    next_ = announced_so_far_ == round::more_next ? state_.cycle.now : earliest_;
+    if (announced_so_far_ != round::all_know || published_ != changes) return;
     told_ = changes;
     next_ = rt::never;
   }
@@ -89,12 +89,13 @@ class parameters_feed : parameters_feed_needs {
   }
 
   topic_id topic_{};
-  parameter_requests::round told_so_far_ = parameter_requests::round::all_know; // in the last cycle that told
-  bool warned_ = false;                                                         // that the topic has no place
-  rt::time_point earliest_{};                                                   // of the next time
-  rt::time_point next_ = rt::never; // while something is to be told
-  std::uint64_t published_ = 0;     // changes()
-  std::uint64_t told_ = 0;          // likewise, when everyone was told
+  parameter_requests::round announced_so_far_ =
+      parameter_requests::round::all_know; // in the last cycle that told
+  bool warned_ = false;                    // that the topic has no place
+  rt::time_point earliest_{};              // of the next time
+  rt::time_point next_ = rt::never;        // while something is to be told
+  std::uint64_t published_ = 0;            // changes()
+  std::uint64_t told_ = 0;                 // likewise, when everyone was told
 };
 
 } // namespace rowe::service

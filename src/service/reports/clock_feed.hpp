@@ -32,8 +32,8 @@ class clock_feed : clock_feed_needs {
   // Its timer is due. Without such peers it is armed again by the next one that comes.
   void show() noexcept {
     const std::int64_t wall_ns = rt::nanoseconds_of(state_.cycle.now) + state_.options.wall_offset_ns;
-    const bool all = state_.cycle.now - all_told_at_ >= idle_clock_period;
-    if (all) all_told_at_ = state_.cycle.now;
+    const bool all = state_.cycle.now - sent_to_all_at_ >= idle_clock_period;
+    if (all) sent_to_all_at_ = state_.cycle.now;
     rt::duration next = rt::for_ever;
     for (const connection& c : state_.peers) {
       if (!c.open() || !has_clock(c)) continue;
@@ -53,7 +53,7 @@ class clock_feed : clock_feed_needs {
     return c.ours == side::server && c.protocol->can.clock && !c.stop_only;
   }
 
-  rt::time_point all_told_at_{};
+  rt::time_point sent_to_all_at_{};
 };
 
 } // namespace rowe::service

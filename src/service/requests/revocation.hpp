@@ -32,7 +32,7 @@ class revocation : revocation_needs {
       using enum access::successor::fate;
       switch (next.what) {
       case kept: break;
-      case grown: listings_.tell_again({c.id.index}); break;
+      case grown: listings_.announce_again({c.id.index}); break;
       case changed: close(c, "role changed"); break;
       case revoked: close(c, "token revoked"); break;
       }

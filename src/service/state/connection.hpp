@@ -61,10 +61,10 @@ struct connection {
 
   rt::time_point opened_at{};
   rt::time_point heard_at{};
-  rt::time_point unheard_until{}; // when we last did not read it
-  rt::time_point losses_next{};   // when it may be told again that messages for it were dropped,
-  std::uint32_t losses_told = 0;  // and of how many it was told: peer_queues::dropped
-  std::uint16_t closes_as = 0;    // close code; to_close
+  rt::time_point unheard_until{};    // when we last did not read it
+  rt::time_point losses_next{};      // when it may be told again that messages for it were dropped,
+  std::uint32_t losses_reported = 0; // and of how many it was told: peer_queues::dropped
+  std::uint16_t closes_as = 0;       // close code; to_close
   std::uint16_t address_bytes = 0;
   std::string_view close_reason; // or empty; the text outlives the peer
 
@@ -72,22 +72,23 @@ struct connection {
 
   // A topic on which it published a message that no handle could decode, and when it was told, in ms since it
   // connected.
-  struct told_topic {
+  struct reported_topic {
     topic_id topic{};
     std::uint32_t told_ms = 0;
   };
-  std::array<told_topic, 2> told_topics;
+  std::array<reported_topic, 2> reported_topics;
   // Whether it may be told now: once a second for each topic, and for as many topics as there are places.
-  bool may_be_told(topic_id topic, rt::time_point now) noexcept {
+  bool may_report(topic_id topic, rt::time_point now) noexcept {
     // The milliseconds wrap around after 49 days.
     const auto ms = static_cast<std::uint32_t>((now - opened_at) / std::chrono::milliseconds{1});
-    const auto long_ago = [ms](const told_topic& one) {
+    const auto long_ago = [ms](const reported_topic& one) {
       return !one.topic || ms - one.told_ms >= undecodable_period / std::chrono::milliseconds{1};
     };
-    auto place = std::find_if(told_topics.begin(), told_topics.end(),
-                              [&](const told_topic& one) { return one.topic == topic; });
-    if (place == told_topics.end()) place = std::find_if(told_topics.begin(), told_topics.end(), long_ago);
-    if (place == told_topics.end() || !long_ago(*place)) return false;
+    auto place = std::find_if(reported_topics.begin(), reported_topics.end(),
+                              [&](const reported_topic& one) { return one.topic == topic; });
+    if (place == reported_topics.end())
+      place = std::find_if(reported_topics.begin(), reported_topics.end(), long_ago);
+    if (place == reported_topics.end() || !long_ago(*place)) return false;
     *place = {topic, ms};
     return true;
   }

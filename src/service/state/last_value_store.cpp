@@ -54,7 +54,7 @@ topic_id last_value_store::replaceable(rt::time_point now) const noexcept {
 
 topic_id last_value_store::unasked(rt::time_point now) const noexcept {
   const auto found = std::find_if(rows_.begin(), rows_.end(), [now](const row& one) {
-    return one.topic && now - one.asked_at >= asked_topic_kept_for;
+    return one.topic && now - one.asked_at >= asked_topic_retained_for;
   });
   return found != rows_.end() ? found->topic : topic_id{};
 }

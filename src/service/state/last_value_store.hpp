@@ -33,7 +33,7 @@ class last_value_store {
   // A topic whose row is given to another one: that which was asked for longest ago, of those for whose value
   // nobody waits if there are any; else of all. Who waits asks again, and so is among the last. Linear.
   topic_id replaceable(rt::time_point now) const noexcept;
-  // A topic that nobody has asked for in asked_topic_kept_for; none: there is none. Linear.
+  // A topic that nobody has asked for in asked_topic_retained_for; none: there is none. Linear.
   topic_id unasked(rt::time_point now) const noexcept;
   void remove(last_value_id which) noexcept; // nothing, if it is none
 

@@ -27,11 +27,11 @@ struct pair_row {
   pair_slot parked_last{};       // newest; each slot names the next
   std::uint64_t order = 0;       // the generic receiver is the one that was attached first
   rt::time_point
-      undecodable_at{};         // when an event last reported a message that it could not decode; zero: never
-  latched_place latched_told{}; // the last latched value that it was given when it subscribed,
-  std::uint64_t latched_until = 0; // and the number of the last one that it is to be given
-  std::uint32_t room_asked = 0;    // the handle's queue_pair::room_asked when this thread last looked
-  bool released_slots = false;     // slots were released in this cycle
+      undecodable_at{}; // when an event last reported a message that it could not decode; zero: never
+  latched_place latched_delivered{}; // the last latched value that it was given when it subscribed,
+  std::uint64_t latched_until = 0;   // and the number of the last one that it is to be given
+  std::uint32_t room_asked = 0;      // the handle's queue_pair::room_asked when this thread last looked
+  bool released_slots = false;       // slots were released in this cycle
 };
 
 } // namespace rowe::service

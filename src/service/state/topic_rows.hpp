@@ -28,8 +28,8 @@ struct subscribe_request {
   wire::codec_id codec{};         // of the messages
 };
 
-// The id of a request as it was written: where it is (kept_ids.hpp).
-struct kept_id {
+// The id of a request as it was written: where it is (stored_ids.hpp).
+struct stored_id {
   id_block_id first{}; // none: there is none, or it was not kept
   std::uint16_t bytes = 0;
 };
@@ -66,9 +66,9 @@ struct subscription {
   std::int64_t deadline_ns = wire::unlimited; // the most time between two messages, watched
   rt::time_point watched_at{};                // since when; or, behind a miss, when that was
   std::array<subscribe_request, subscribe_requests_max> requests;
-  latched_place latched_told{};    // the last latched value that was queued,
-  std::uint64_t latched_until = 0; // and the number of the last one that is to be
-  kept_id deadline_of;             // of the newest request that asked for a deadline
+  latched_place latched_delivered{}; // the last latched value that was queued,
+  std::uint64_t latched_until = 0;   // and the number of the last one that is to be
+  stored_id deadline_of;             // of the newest request that asked for a deadline
 };
 
 struct topic {
@@ -97,9 +97,10 @@ struct topic {
   // wrote it.
   bool asked_unslashed = false;
   bool offered_unslashed = false;
-  latched_list latched;       // for late subscribers
-  rt::time_point loss_told{}; // when this process was told that a value of its own is too long, or not kept
-  last_value_id asked{};      // for who asks over HTTP, where somebody did lately
+  latched_list latched; // for late subscribers
+  rt::time_point
+      loss_reported_at{}; // when this process was told that a value of its own is too long, or not kept
+  last_value_id asked{};  // for who asks over HTTP, where somebody did lately
 
   bool has_audience() const noexcept { return !subscriptions.empty() || !inboxes.empty() || asked; }
 

@@ -83,7 +83,7 @@ class stop_service : stop_service_needs {
   // move keeps its place for a second, so it gets the answer and sees the state. Stopping a robot that has
   // stopped already keeps no place, however often it is done.
   bool may_displace(const connection& c) const noexcept {
-    return state_.cycle.now - rows_[{c.id.index}].stopped_at >= stop_place_kept_for;
+    return state_.cycle.now - rows_[{c.id.index}].stopped_at >= stop_place_protected_for;
   }
 
   // Each waiter has an asker, and is counted with its peer.

@@ -57,7 +57,7 @@ bool advertisements::advertise(connection& c, const wire::request& asked) noexce
   };
   if (!state_.topics.set_type(topic, asked.type))
     return lets_go(refuse(c, asked, "the topic exists with the type ", state_.topics.type(topic)));
-  if (!typed) subscriptions_.tell_other_types(topic);
+  if (!typed) subscriptions_.report_other_types(topic);
   const bool renumbers = std::any_of(mine.begin(), mine.end(), [&](const advertisement& a) {
     return asked.tag != wire::no_number && (a.topic == topic) != (a.tag == asked.tag);
   });

@@ -38,16 +38,17 @@ bool broker::keep_latched(topic_id index, slot_id slot, latch_owner owner, const
   if (state_.latches.keep(state_.topics.at(index).latched, {body.data(), body.size()}, owner,
                           message_store_.slots().published(slot), over))
     return true;
-  tell_not_kept(index, body.size(), who);
+  report_not_latched(index, body.size(), who);
   return false;
 }
 
 // Tells who published that a late subscriber will not get the value: a peer, or this process by an event.
-void broker::tell_not_kept(topic_id index, std::size_t bytes, const published_by& who) noexcept {
+void broker::report_not_latched(topic_id index, std::size_t bytes, const published_by& who) noexcept {
   state_.counts.add(counter::not_latched);
   connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
-  const bool tells = c != nullptr ? c->open() && c->may_be_told(index, state_.cycle.now)
-                                  : may_tell_again(state_.topics.at(index).loss_told, state_.cycle.now);
+  const bool tells = c != nullptr
+                         ? c->open() && c->may_report(index, state_.cycle.now)
+                         : may_report_again(state_.topics.at(index).loss_reported_at, state_.cycle.now);
   if (!tells) return;
   wire::text_of<wire::refusal::text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
@@ -96,7 +97,7 @@ void broker::publish_long(topic_id index, rt::time_point published, rt::time_poi
   if (keeps) {
     const auto lifetime = message_lifetime::of_topic(expires, state_.cycle.now);
     kept = state_.latches.keep_long(on.latched, value, latches, published, lifetime.ttl_over());
-    if (!kept) tell_not_kept(index, on.bytes, who);
+    if (!kept) report_not_latched(index, on.bytes, who);
   }
   if (on.subscriptions.head) {
     if (const slot_id slot = long_outbox_.compose(index, published, expires, value)) {
@@ -120,7 +121,7 @@ bool broker::deliver_long_to(pair_index pair, text_id value, rt::time_point over
                                               .peer = who.peer},
                                              value);
   if (!done && done.code() == errc::full) state_.counts.add(counter::inbox_full);
-  if (!done && done.code() != errc::full) tell_too_big(pair, done.error(), who);
+  if (!done && done.code() != errc::full) report_too_big(pair, done.error(), who);
   return static_cast<bool>(done);
 }
 
@@ -173,8 +174,8 @@ void broker::deliver_long_values() noexcept {
 void broker::go_on_with_latched(pair_index pair) noexcept {
   pair_row& row = state_.pair_rows[pair];
   const latched_list& all = state_.topics.at(row.topic).latched;
-  while (const latch_id i = state_.latches.next(all, row.latched_told, row.latched_until)) {
-    row.latched_told = {i, state_.latches.at(i).number};
+  while (const latch_id i = state_.latches.next(all, row.latched_delivered, row.latched_until)) {
+    row.latched_delivered = {i, state_.latches.at(i).number};
     const latched_value& kept = state_.latches.at(i).value;
     if (long_outbox_.is_long(kept)) {
       if (deliver_long_to(pair, kept.chunks, kept.expires, {})) return;
@@ -199,30 +200,30 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_po
   if (done) return;
   if (done.code() == errc::full) return state_.counts.add(counter::inbox_full);
   std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
-  if (done.code() == errc::too_big) return tell_too_big(pair, done.error(), who);
+  if (done.code() == errc::too_big) return report_too_big(pair, done.error(), who);
   state_.counts.add(counter::undecodable);
-  tell_undecodable(pair, who, why.text(buffer));
+  report_undecodable(pair, who, why.text(buffer));
 }
 
-void broker::tell_too_big(pair_index pair, const error& why, const published_by& who) noexcept {
+void broker::report_too_big(pair_index pair, const error& why, const published_by& who) noexcept {
   state_.counts.add(counter::too_big);
   wire::text_of<json::decoder::diagnosis::text_bytes_max> text;
   text.add("the message has ").add(why.value).add(" bytes, its subscriber takes ").add(why.limit);
   if (state_.pairs[pair].decoder == nullptr) text.add(": raise the option `text_bytes_max`");
-  tell_undecodable(pair, who, text.text());
+  report_undecodable(pair, who, text.text());
 }
 
 // A handle that subscribed cannot decode a message: two programs disagree about the type. A status tells the
 // sender, and an event tells this process. Each is told at most once a second for a topic, because usually
 // every message fails.
-void broker::tell_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept {
+void broker::report_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept {
   const topic_id topic = state_.pair_rows[pair].topic;
-  rt::time_point& told_at = state_.pair_rows[state_.topics.at(topic).inboxes.head]
-                                .undecodable_at; // one place for all handles on the topic
+  rt::time_point& reported_at = state_.pair_rows[state_.topics.at(topic).inboxes.head]
+                                    .undecodable_at; // one place for all handles on the topic
   connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
-  const bool first = may_tell_again(told_at, state_.cycle.now);
+  const bool first = may_report_again(reported_at, state_.cycle.now);
   const bool tells =
-      c != nullptr && c->open() && c->ours == side::server && c->may_be_told(topic, state_.cycle.now);
+      c != nullptr && c->open() && c->ours == side::server && c->may_report(topic, state_.cycle.now);
   if (!first && !tells) return;
   wire::text_of<wire::refusal::text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(topic), event_topic_bytes_shown);

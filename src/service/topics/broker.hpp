@@ -81,13 +81,13 @@ class broker : broker_needs {
   void publish_whole(topic_id topic, const whole_source& of, latch_owner latches, const wire::body& text,
                      const published_by& who) noexcept;
   bool keep_latched(topic_id index, slot_id slot, latch_owner owner, const published_by& who) noexcept;
-  void tell_not_kept(topic_id index, std::size_t bytes, const published_by& who) noexcept;
+  void report_not_latched(topic_id index, std::size_t bytes, const published_by& who) noexcept;
   void deliver_to(pair_index pair, std::span<const char> body, rt::time_point over,
                   const published_by& who) noexcept;
   void go_on_with_latched(pair_index pair) noexcept;
   bool deliver_long_to(pair_index pair, text_id value, rt::time_point over, const published_by& who) noexcept;
-  void tell_too_big(pair_index pair, const error& why, const published_by& who) noexcept;
-  void tell_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept;
+  void report_too_big(pair_index pair, const error& why, const published_by& who) noexcept;
+  void report_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept;
 };
 
 // ---- inline definitions

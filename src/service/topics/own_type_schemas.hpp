@@ -16,34 +16,36 @@ using members_behind = fields<Members...>;
 
 namespace rowe {
 
-namespace told = service::told;
+namespace reports = service::told;
 
 template <>
-inline constexpr auto names<told::motion> = enumerators<told::motion::running, told::motion::stopped>{};
+inline constexpr auto names<reports::motion> =
+    enumerators<reports::motion::running, reports::motion::stopped>{};
 template <>
-inline constexpr auto names<told::cause> =
-    enumerators<told::cause::start, told::cause::request, told::cause::guard, told::cause::loop,
-                told::cause::service>{};
+inline constexpr auto names<reports::cause> =
+    enumerators<reports::cause::start, reports::cause::request, reports::cause::guard, reports::cause::loop,
+                reports::cause::service>{};
 
 template <>
-inline constexpr auto schema<told::anything> = fields<>{};
+inline constexpr auto schema<reports::anything> = fields<>{};
 template <detail::name_literal Name>
-inline constexpr auto schema<told::one_text<Name>> = fields<field<&told::one_text<Name>::text, Name>>{};
+inline constexpr auto schema<reports::one_text<Name>> = fields<field<&reports::one_text<Name>::text, Name>>{};
 template <detail::name_literal Name>
-inline constexpr auto schema<told::one_list<Name>> = fields<field<&told::one_list<Name>::texts, Name>>{};
+inline constexpr auto schema<reports::one_list<Name>> =
+    fields<field<&reports::one_list<Name>::texts, Name>>{};
 
-#define ROWE_MEMBER(name, group, meaning) , &told::counts::name
+#define ROWE_MEMBER(name, group, meaning) , &reports::counts::name
 template <>
-inline constexpr auto schema<told::counts> = told::members_behind<0 ROWE_COUNTERS(ROWE_MEMBER)>{};
+inline constexpr auto schema<reports::counts> = reports::members_behind<0 ROWE_COUNTERS(ROWE_MEMBER)>{};
 #undef ROWE_MEMBER
-#define ROWE_IF_loss(name) , &told::counts::name
-#define ROWE_IF_chosen(name) , &told::counts::name
+#define ROWE_IF_loss(name) , &reports::counts::name
+#define ROWE_IF_chosen(name) , &reports::counts::name
 #define ROWE_IF_flow(name)
 #define ROWE_IF_refusal(name)
 #define ROWE_IF_own(name)
 #define ROWE_MEMBER(name, group, meaning) ROWE_IF_##group(name)
 template <>
-inline constexpr auto schema<told::losses> = told::members_behind<0 ROWE_COUNTERS(ROWE_MEMBER)>{};
+inline constexpr auto schema<reports::losses> = reports::members_behind<0 ROWE_COUNTERS(ROWE_MEMBER)>{};
 #undef ROWE_MEMBER
 #undef ROWE_IF_loss
 #undef ROWE_IF_chosen
@@ -52,7 +54,7 @@ inline constexpr auto schema<told::losses> = told::members_behind<0 ROWE_COUNTER
 #undef ROWE_IF_own
 
 template <>
-inline constexpr auto schema<told::bounds> =
+inline constexpr auto schema<reports::bounds> =
     fields<&limits::connections_max, &limits::connections_per_address_max, &limits::handshakes_max,
            &limits::handshake_bytes, &limits::message_bytes_max, &limits::fragments_max, &limits::depth_max,
            &limits::messages_per_second_max, &limits::refusals_per_second_max,
@@ -65,129 +67,134 @@ inline constexpr auto schema<told::bounds> =
            &limits::lane_bytes, &limits::events_max>{};
 
 template <>
-inline constexpr auto schema<told::granted> =
-    fields<&told::granted::fifo, &told::granted::pinned, &told::granted::locked>{};
+inline constexpr auto schema<reports::granted> =
+    fields<&reports::granted::fifo, &reports::granted::pinned, &reports::granted::locked>{};
 template <>
-inline constexpr auto schema<told::topic_row> =
-    fields<&told::topic_row::topic, &told::topic_row::type, &told::topic_row::messages,
-           &told::topic_row::rate_hz, &told::topic_row::bytes, &told::topic_row::gap_ms_max,
-           &told::topic_row::subscribers>{};
+inline constexpr auto schema<reports::topic_row> =
+    fields<&reports::topic_row::topic, &reports::topic_row::type, &reports::topic_row::messages,
+           &reports::topic_row::rate_hz, &reports::topic_row::bytes, &reports::topic_row::gap_ms_max,
+           &reports::topic_row::subscribers>{};
 template <>
-inline constexpr auto schema<told::stats> =
-    fields<&told::stats::name, &told::stats::epoch, &told::stats::uptime_s, &told::stats::peers,
-           &told::stats::real_time, &told::stats::rates_over_s, &told::stats::topics,
-           &told::stats::topics_left_out, &told::stats::losses, &told::stats::cycle_us_max>{}
+inline constexpr auto schema<reports::stats> =
+    fields<&reports::stats::name, &reports::stats::epoch, &reports::stats::uptime_s, &reports::stats::peers,
+           &reports::stats::real_time, &reports::stats::rates_over_s, &reports::stats::topics,
+           &reports::stats::topics_left_out, &reports::stats::losses, &reports::stats::cycle_us_max>{}
         .type("rowe/Stats");
 template <>
-inline constexpr auto schema<told::connection_row> =
-    fields<&told::connection_row::address, &told::connection_row::identity,
-           &told::connection_row::identity_role, &told::connection_row::role,
-           field<&told::connection_row::format, "dialect">,
-           field<&told::connection_row::takes_messages, "plain">, &told::connection_row::since_s,
-           &told::connection_row::silent_s, &told::connection_row::messages_in,
-           &told::connection_row::messages_out, &told::connection_row::queued, &told::connection_row::blocked,
-           &told::connection_row::subscriptions, &told::connection_row::calls>{};
+inline constexpr auto schema<reports::connection_row> =
+    fields<&reports::connection_row::address, &reports::connection_row::identity,
+           &reports::connection_row::identity_role, &reports::connection_row::role,
+           field<&reports::connection_row::format, "dialect">,
+           field<&reports::connection_row::takes_messages, "plain">, &reports::connection_row::since_s,
+           &reports::connection_row::silent_s, &reports::connection_row::messages_in,
+           &reports::connection_row::messages_out, &reports::connection_row::queued,
+           &reports::connection_row::blocked, &reports::connection_row::subscriptions,
+           &reports::connection_row::calls>{};
 template <>
-inline constexpr auto schema<told::all_stats> =
-    fields<&told::stats::name, &told::stats::epoch, &told::stats::uptime_s, &told::stats::peers,
-           &told::stats::real_time, &told::stats::rates_over_s, &told::stats::topics,
-           &told::stats::topics_left_out, &told::stats::losses, &told::stats::cycle_us_max,
-           &told::all_stats::connections, &told::all_stats::connections_left_out, &told::all_stats::counters,
-           &told::all_stats::limits>{};
+inline constexpr auto schema<reports::all_stats> =
+    fields<&reports::stats::name, &reports::stats::epoch, &reports::stats::uptime_s, &reports::stats::peers,
+           &reports::stats::real_time, &reports::stats::rates_over_s, &reports::stats::topics,
+           &reports::stats::topics_left_out, &reports::stats::losses, &reports::stats::cycle_us_max,
+           &reports::all_stats::connections, &reports::all_stats::connections_left_out,
+           &reports::all_stats::counters, &reports::all_stats::limits>{};
 
 template <>
-inline constexpr auto schema<told::stop_request> =
-    fields<&told::stop_request::source, &told::stop_request::reason>{};
+inline constexpr auto schema<reports::stop_request> =
+    fields<&reports::stop_request::source, &reports::stop_request::reason>{};
 template <>
-inline constexpr auto schema<told::stop_answer> =
-    fields<field<&told::stop_answer::state>.by_name(), &told::stop_answer::number,
-           field<&told::stop_answer::cause>.by_name(), &told::stop_answer::source,
-           field<&told::stop_answer::accepted_ns>.as_string(),
-           field<&told::stop_answer::observed_ns>.as_string()>{};
+inline constexpr auto schema<reports::stop_answer> =
+    fields<field<&reports::stop_answer::state>.by_name(), &reports::stop_answer::number,
+           field<&reports::stop_answer::cause>.by_name(), &reports::stop_answer::source,
+           field<&reports::stop_answer::accepted_ns>.as_string(),
+           field<&reports::stop_answer::observed_ns>.as_string()>{};
 template <>
-inline constexpr auto schema<told::reset_request> =
-    fields<&told::reset_request::number, &told::reset_request::tick>{};
+inline constexpr auto schema<reports::reset_request> =
+    fields<&reports::reset_request::number, &reports::reset_request::tick>{};
 template <>
-inline constexpr auto schema<told::reset_answer> =
-    fields<field<&told::reset_answer::state>.by_name(), &told::reset_answer::number,
-           &told::reset_answer::refused, &told::reset_answer::right>{};
+inline constexpr auto schema<reports::reset_answer> =
+    fields<field<&reports::reset_answer::state>.by_name(), &reports::reset_answer::number,
+           &reports::reset_answer::refused, &reports::reset_answer::right>{};
 template <>
-inline constexpr auto schema<told::heartbeat> =
-    fields<&told::heartbeat::guard, &told::heartbeat::tick, &told::heartbeat::resign>{};
+inline constexpr auto schema<reports::heartbeat> =
+    fields<&reports::heartbeat::guard, &reports::heartbeat::tick, &reports::heartbeat::resign>{};
 template <>
-inline constexpr auto schema<told::heartbeat_answer> =
-    fields<field<&told::heartbeat_answer::state>.by_name(), &told::heartbeat_answer::number,
-           &told::heartbeat_answer::timeout_ms, &told::heartbeat_answer::tick,
-           &told::heartbeat_answer::refused, &told::heartbeat_answer::right>{};
+inline constexpr auto schema<reports::heartbeat_answer> =
+    fields<field<&reports::heartbeat_answer::state>.by_name(), &reports::heartbeat_answer::number,
+           &reports::heartbeat_answer::timeout_ms, &reports::heartbeat_answer::tick,
+           &reports::heartbeat_answer::refused, &reports::heartbeat_answer::right>{};
 template <>
-inline constexpr auto schema<told::guard_row> =
-    fields<&told::guard_row::name, &told::guard_row::age_ms, &told::guard_row::fresh>{};
+inline constexpr auto schema<reports::guard_row> =
+    fields<&reports::guard_row::name, &reports::guard_row::age_ms, &reports::guard_row::fresh>{};
 template <>
-inline constexpr auto schema<told::loop_row> =
-    fields<&told::loop_row::name, &told::loop_row::age_ms, &told::loop_row::acknowledged>{};
+inline constexpr auto schema<reports::loop_row> =
+    fields<&reports::loop_row::name, &reports::loop_row::age_ms, &reports::loop_row::acknowledged>{};
 template <>
-inline constexpr auto schema<told::stop_state> =
-    fields<field<&told::stop_state::state>.by_name(), &told::stop_state::number,
-           field<&told::stop_state::cause>.by_name(), &told::stop_state::source, &told::stop_state::since_ms,
-           &told::stop_state::tick, &told::stop_state::unguarded, &told::stop_state::guards,
-           &told::stop_state::loops>{}
+inline constexpr auto schema<reports::stop_state> =
+    fields<field<&reports::stop_state::state>.by_name(), &reports::stop_state::number,
+           field<&reports::stop_state::cause>.by_name(), &reports::stop_state::source,
+           &reports::stop_state::since_ms, &reports::stop_state::tick, &reports::stop_state::unguarded,
+           &reports::stop_state::guards, &reports::stop_state::loops>{}
         .type("rowe/StopState");
 
 template <>
 inline constexpr auto
-    schema<told::parameter_values> = fields<&told::parameter_values::values>{}.type("rowe/Parameters");
+    schema<reports::parameter_values> = fields<&reports::parameter_values::values>{}.type("rowe/Parameters");
 template <>
-inline constexpr auto schema<told::types_request> = fields<&told::types_request::from>{};
+inline constexpr auto schema<reports::types_request> = fields<&reports::types_request::from>{};
 template <>
-inline constexpr auto schema<told::type_row> =
-    fields<&told::type_row::topic, &told::type_row::service, &told::type_row::type, &told::type_row::message,
-           &told::type_row::request, &told::type_row::answer>{};
+inline constexpr auto schema<reports::type_row> =
+    fields<&reports::type_row::topic, &reports::type_row::service, &reports::type_row::type,
+           &reports::type_row::message, &reports::type_row::request, &reports::type_row::answer>{};
 template <>
-inline constexpr auto schema<told::types_answer> =
-    fields<&told::types_answer::types, &told::types_answer::next>{};
+inline constexpr auto schema<reports::types_answer> =
+    fields<&reports::types_answer::types, &reports::types_answer::next>{};
 
 template <>
-inline constexpr auto schema<told::ros_version> =
-    fields<&told::ros_version::version, &told::ros_version::distro>{};
+inline constexpr auto schema<reports::ros_version> =
+    fields<&reports::ros_version::version, &reports::ros_version::distro>{};
 template <>
-inline constexpr auto schema<told::services> = fields<&told::services::services, &told::services::left_out>{};
+inline constexpr auto schema<reports::services> =
+    fields<&reports::services::services, &reports::services::left_out>{};
 template <>
-inline constexpr auto schema<told::topics_and_types> =
-    fields<&told::topics_and_types::topics, &told::topics_and_types::types,
-           &told::topics_and_types::left_out>{};
+inline constexpr auto schema<reports::topics_and_types> =
+    fields<&reports::topics_and_types::topics, &reports::topics_and_types::types,
+           &reports::topics_and_types::left_out>{};
 template <>
-inline constexpr auto schema<told::topics_and_raw_types> =
-    fields<&told::topics_and_raw_types::topics, &told::topics_and_raw_types::types,
-           &told::topics_and_raw_types::typedefs_full_text>{};
+inline constexpr auto schema<reports::topics_and_raw_types> =
+    fields<&reports::topics_and_raw_types::topics, &reports::topics_and_raw_types::types,
+           &reports::topics_and_raw_types::typedefs_full_text>{};
 template <>
-inline constexpr auto schema<told::node_details> =
-    fields<&told::node_details::subscribing, &told::node_details::publishing,
-           &told::node_details::services>{};
+inline constexpr auto schema<reports::node_details> =
+    fields<&reports::node_details::subscribing, &reports::node_details::publishing,
+           &reports::node_details::services>{};
 template <>
-inline constexpr auto schema<told::time_now> =
-    fields<&told::time_now::secs, &told::time_now::nsecs, &told::time_now::sec, &told::time_now::nanosec>{};
+inline constexpr auto schema<reports::time_now> =
+    fields<&reports::time_now::secs, &reports::time_now::nsecs, &reports::time_now::sec,
+           &reports::time_now::nanosec>{};
 template <>
-inline constexpr auto schema<told::get_time> = fields<&told::get_time::time>{};
+inline constexpr auto schema<reports::get_time> = fields<&reports::get_time::time>{};
 template <>
-inline constexpr auto schema<told::type_definition> =
-    fields<&told::type_definition::type, &told::type_definition::fieldnames,
-           &told::type_definition::fieldtypes, &told::type_definition::fieldarraylen,
-           &told::type_definition::examples, &told::type_definition::constnames,
-           &told::type_definition::constvalues>{}
+inline constexpr auto schema<reports::type_definition> =
+    fields<&reports::type_definition::type, &reports::type_definition::fieldnames,
+           &reports::type_definition::fieldtypes, &reports::type_definition::fieldarraylen,
+           &reports::type_definition::examples, &reports::type_definition::constnames,
+           &reports::type_definition::constvalues>{}
         .type("rosapi/TypeDef");
 template <>
-inline constexpr auto schema<told::type_definitions> = fields<&told::type_definitions::typedefs>{};
+inline constexpr auto schema<reports::type_definitions> = fields<&reports::type_definitions::typedefs>{};
 template <>
-inline constexpr auto schema<told::get_param> =
-    fields<&told::get_param::name, field<&told::get_param::default_value, "default">>{};
+inline constexpr auto schema<reports::get_param> =
+    fields<&reports::get_param::name, field<&reports::get_param::default_value, "default">>{};
 template <>
-inline constexpr auto schema<told::param> =
-    fields<&told::param::value, &told::param::successful, &told::param::reason>{};
+inline constexpr auto schema<reports::param> =
+    fields<&reports::param::value, &reports::param::successful, &reports::param::reason>{};
 template <>
-inline constexpr auto schema<told::set_param> = fields<&told::set_param::name, &told::set_param::value>{};
+inline constexpr auto schema<reports::set_param> =
+    fields<&reports::set_param::name, &reports::set_param::value>{};
 template <>
-inline constexpr auto schema<told::is_done> = fields<&told::is_done::successful, &told::is_done::reason>{};
+inline constexpr auto schema<reports::is_done> =
+    fields<&reports::is_done::successful, &reports::is_done::reason>{};
 template <>
-inline constexpr auto schema<told::exists> = fields<&told::exists::exists>{};
+inline constexpr auto schema<reports::exists> = fields<&reports::exists::exists>{};
 
 } // namespace rowe

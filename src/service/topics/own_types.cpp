@@ -4,15 +4,14 @@
 #include <algorithm>
 #include <array>
 
-#include "service/base/names.hpp"
 #include "service/topics/own_type_schemas.hpp"
 #include "wire/codec/own_names.hpp"
 
 namespace rowe::service {
 namespace {
 
-static_assert(describe<told::counts>().members.size() == counter_descriptions.size());
-static_assert(describe<told::bounds>().members.size() == limit_table.size());
+static_assert(describe<reports::counts>().members.size() == counter_descriptions.size());
+static_assert(describe<reports::bounds>().members.size() == limit_table.size());
 
 template <class Request, class Answer, class Listed = Answer>
 consteval own_service_type typed(std::string_view name, std::string_view type) noexcept {
@@ -25,52 +24,55 @@ consteval own_service_type typed(std::string_view name, std::string_view type) n
 }
 
 constexpr std::array topic_types{
-    own_topic_type{wire::stats_name, "rowe/Stats", &describe<told::stats>()},
-    own_topic_type{wire::stop_state_name, "rowe/StopState", &describe<told::stop_state>()},
-    own_topic_type{wire::parameters_name, "rowe/Parameters", &describe<told::parameter_values>()},
+    own_topic_type{wire::stats_name, "rowe/Stats", &describe<reports::stats>()},
+    own_topic_type{wire::stop_state_name, "rowe/StopState", &describe<reports::stop_state>()},
+    own_topic_type{wire::parameters_name, "rowe/Parameters", &describe<reports::parameter_values>()},
 };
 
 // Those that have numbers come first.
 constexpr std::array service_types{
-    typed<told::stop_request, told::stop_answer>(wire::stop_name, "rowe/Stop"),
-    typed<told::reset_request, told::reset_answer>(wire::stop_reset_name, "rowe/ResetStop"),
-    typed<told::heartbeat, told::heartbeat_answer>(wire::stop_guard_name, "rowe/GuardStop"),
-    typed<told::anything, told::stop_state>(wire::stop_state_name, "rowe/GetStopState"),
-    typed<told::anything, told::all_stats, told::stats>(wire::stats_name, "rowe/GetStats"),
-    typed<told::anything, told::topics_and_types>(wire::list_topics_name, "rosapi/Topics"),
-    typed<told::anything, told::services>(wire::list_services_name, "rosapi/Services"),
-    typed<told::of_topic, told::of_type>(wire::topic_type_name, "rosapi/TopicType"),
-    typed<told::of_topic, told::publishers>(wire::publishers_name, "rosapi/Publishers"),
-    typed<told::of_service, told::of_type>(wire::service_type_name, "rosapi/ServiceType"),
-    typed<told::types_request, told::types_answer>(wire::types_name, "rowe/GetTypes"),
-    typed<told::anything, told::nodes>(wire::nodes_name, "rosapi/Nodes"),
-    typed<told::of_node, told::node_details>(wire::node_details_name, "rosapi/NodeDetails"),
-    typed<told::of_type, told::topics>(wire::topics_for_type_name, "rosapi/TopicsForType"),
-    typed<told::of_type, told::services>(wire::services_for_type_name, "rosapi/ServicesForType"),
-    typed<told::of_topic, told::subscribers>(wire::subscribers_name, "rosapi/Subscribers"),
-    typed<told::of_service, told::providers>(wire::service_providers_name, "rosapi/ServiceProviders"),
-    typed<told::of_service, told::of_node>(wire::service_node_name, "rosapi/ServiceNode"),
-    typed<told::of_service, told::of_host>(wire::service_host_name, "rosapi/ServiceHost"),
-    typed<told::anything, told::interfaces>(wire::interfaces_name, "rosapi/Interfaces"),
-    typed<told::anything, told::ros_version>(wire::ros_version_name, "rosapi/GetROSVersion"),
-    typed<told::of_action, told::of_type>(wire::action_type_name, "rosapi/ActionType"),
-    typed<told::anything, told::action_servers>(wire::action_servers_name, "rosapi/GetActionServers"),
-    typed<told::anything, told::topics_and_raw_types>(wire::topics_and_raw_types_name,
-                                                      "rosapi/TopicsAndRawTypes"),
-    typed<told::anything, told::get_time>(wire::get_time_name, "rosapi/GetTime"),
-    typed<told::of_type, told::type_definitions>(wire::message_details_name, "rosapi/MessageDetails"),
-    typed<told::of_type, told::type_definitions>(wire::request_details_name, "rosapi/ServiceRequestDetails"),
-    typed<told::of_type, told::type_definitions>(wire::response_details_name,
-                                                 "rosapi/ServiceResponseDetails"),
-    typed<told::of_type, told::type_definitions>(wire::goal_details_name, "rosapi/ActionGoalDetails"),
-    typed<told::of_type, told::type_definitions>(wire::result_details_name, "rosapi/ActionResultDetails"),
-    typed<told::of_type, told::type_definitions>(wire::feedback_details_name, "rosapi/ActionFeedbackDetails"),
-    typed<told::anything, told::names_list>(wire::get_param_names_name, "rosapi/GetParamNames"),
-    typed<told::get_param, told::param>(wire::get_param_name, "rosapi/GetParam"),
-    typed<told::set_param, told::is_done>(wire::set_param_name, "rosapi/SetParam"),
-    typed<told::of_name, told::exists>(wire::has_param_name, "rosapi/HasParam"),
-    typed<told::of_name, told::found_name>(wire::search_param_name, "rosapi/SearchParam"),
-    typed<told::of_name, told::anything>(wire::delete_param_name, "rosapi/DeleteParam"),
+    typed<reports::stop_request, reports::stop_answer>(wire::stop_name, "rowe/Stop"),
+    typed<reports::reset_request, reports::reset_answer>(wire::stop_reset_name, "rowe/ResetStop"),
+    typed<reports::heartbeat, reports::heartbeat_answer>(wire::stop_guard_name, "rowe/GuardStop"),
+    typed<reports::anything, reports::stop_state>(wire::stop_state_name, "rowe/GetStopState"),
+    typed<reports::anything, reports::all_stats, reports::stats>(wire::stats_name, "rowe/GetStats"),
+    typed<reports::anything, reports::topics_and_types>(wire::list_topics_name, "rosapi/Topics"),
+    typed<reports::anything, reports::services>(wire::list_services_name, "rosapi/Services"),
+    typed<reports::of_topic, reports::of_type>(wire::topic_type_name, "rosapi/TopicType"),
+    typed<reports::of_topic, reports::publishers>(wire::publishers_name, "rosapi/Publishers"),
+    typed<reports::of_service, reports::of_type>(wire::service_type_name, "rosapi/ServiceType"),
+    typed<reports::types_request, reports::types_answer>(wire::types_name, "rowe/GetTypes"),
+    typed<reports::anything, reports::nodes>(wire::nodes_name, "rosapi/Nodes"),
+    typed<reports::of_node, reports::node_details>(wire::node_details_name, "rosapi/NodeDetails"),
+    typed<reports::of_type, reports::topics>(wire::topics_for_type_name, "rosapi/TopicsForType"),
+    typed<reports::of_type, reports::services>(wire::services_for_type_name, "rosapi/ServicesForType"),
+    typed<reports::of_topic, reports::subscribers>(wire::subscribers_name, "rosapi/Subscribers"),
+    typed<reports::of_service, reports::providers>(wire::service_providers_name, "rosapi/ServiceProviders"),
+    typed<reports::of_service, reports::of_node>(wire::service_node_name, "rosapi/ServiceNode"),
+    typed<reports::of_service, reports::of_host>(wire::service_host_name, "rosapi/ServiceHost"),
+    typed<reports::anything, reports::interfaces>(wire::interfaces_name, "rosapi/Interfaces"),
+    typed<reports::anything, reports::ros_version>(wire::ros_version_name, "rosapi/GetROSVersion"),
+    typed<reports::of_action, reports::of_type>(wire::action_type_name, "rosapi/ActionType"),
+    typed<reports::anything, reports::action_servers>(wire::action_servers_name, "rosapi/GetActionServers"),
+    typed<reports::anything, reports::topics_and_raw_types>(wire::topics_and_raw_types_name,
+                                                            "rosapi/TopicsAndRawTypes"),
+    typed<reports::anything, reports::get_time>(wire::get_time_name, "rosapi/GetTime"),
+    typed<reports::of_type, reports::type_definitions>(wire::message_details_name, "rosapi/MessageDetails"),
+    typed<reports::of_type, reports::type_definitions>(wire::request_details_name,
+                                                       "rosapi/ServiceRequestDetails"),
+    typed<reports::of_type, reports::type_definitions>(wire::response_details_name,
+                                                       "rosapi/ServiceResponseDetails"),
+    typed<reports::of_type, reports::type_definitions>(wire::goal_details_name, "rosapi/ActionGoalDetails"),
+    typed<reports::of_type, reports::type_definitions>(wire::result_details_name,
+                                                       "rosapi/ActionResultDetails"),
+    typed<reports::of_type, reports::type_definitions>(wire::feedback_details_name,
+                                                       "rosapi/ActionFeedbackDetails"),
+    typed<reports::anything, reports::names_list>(wire::get_param_names_name, "rosapi/GetParamNames"),
+    typed<reports::get_param, reports::param>(wire::get_param_name, "rosapi/GetParam"),
+    typed<reports::set_param, reports::is_done>(wire::set_param_name, "rosapi/SetParam"),
+    typed<reports::of_name, reports::exists>(wire::has_param_name, "rosapi/HasParam"),
+    typed<reports::of_name, reports::found_name>(wire::search_param_name, "rosapi/SearchParam"),
+    typed<reports::of_name, reports::anything>(wire::delete_param_name, "rosapi/DeleteParam"),
 };
 
 static_assert(service_types.size() >= numbered_own_services);

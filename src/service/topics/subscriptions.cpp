@@ -72,7 +72,7 @@ void subscriptions::subscribe(connection& c, const wire::request& asked) noexcep
   if (fresh && !state_.topics.at(topic).latched.empty()) subscription_queues_.schedule_latched(index);
   const std::string_view type = state_.topics.type(topic);
   if (!type.empty() && !asked.type.empty() && !same_type(asked.type, type))
-    tell_other_type(c, asked.id_raw, topic, asked.type);
+    report_other_type(c, asked.id_raw, topic, asked.type);
 }
 
 // The codec of the messages that the peer is sent. If the topic's type becomes another one, the topic gets
@@ -114,7 +114,7 @@ void subscriptions::check_deadline(subscription_id index) noexcept {
   s.watched_at = state_.cycle.now;
   state_.due.arm(deadline_id{index.value}, rt::deadline_after(s.watched_at, period));
   connection& c = state_.peers[s.peer];
-  if (std::exchange(s.missed, true) || !c.open() || !c.may_be_told(s.topic, state_.cycle.now)) return;
+  if (std::exchange(s.missed, true) || !c.open() || !c.may_report(s.topic, state_.cycle.now)) return;
   wire::text_of<wire::refusal::text_bytes_max> why;
   why.add("subscribe ").add_name(state_.topics.name(s.topic), topic_bytes_shown);
   why.add(": no message came within its deadline of ");
@@ -232,8 +232,8 @@ void subscriptions::unsubscribe_server(connection& c, topic_id topic) noexcept {
 }
 
 // The peer gets the topic's messages nevertheless, and decides whether it can use them.
-void subscriptions::tell_other_type(connection& c, std::string_view id_raw, topic_id topic,
-                                    std::string_view asked) noexcept {
+void subscriptions::report_other_type(connection& c, std::string_view id_raw, topic_id topic,
+                                      std::string_view asked) noexcept {
   wire::text_of<wire::refusal::text_bytes_max> why;
   why.add("subscribe ").add_name(state_.topics.name(topic), topic_bytes_shown);
   why.add(": the topic has the type ");
@@ -246,13 +246,13 @@ void subscriptions::tell_other_type(connection& c, std::string_view id_raw, topi
   refusals_.warn(c, id_raw, why.text());
 }
 
-void subscriptions::tell_other_types(topic_id topic) noexcept {
+void subscriptions::report_other_types(topic_id topic) noexcept {
   const std::uint32_t type = hash_of_type(state_.topics.type(topic));
   if (type == 0) return;
   for (subscription_id i = state_.topics.at(topic).subscriptions.head; i;
        i = state_.subscriptions.at(i).next_on_topic) {
     const subscription& s = state_.subscriptions.at(i);
-    if (s.type_hash != 0 && s.type_hash != type) tell_other_type(state_.peers[s.peer], {}, topic, {});
+    if (s.type_hash != 0 && s.type_hash != type) report_other_type(state_.peers[s.peer], {}, topic, {});
   }
 }
 

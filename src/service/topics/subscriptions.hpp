@@ -13,7 +13,7 @@
 #include "service/state/audiences.hpp"
 #include "service/state/core_state.hpp"
 #include "service/state/topic_rates.hpp"
-#include "service/topics/kept_ids.hpp"
+#include "service/topics/stored_ids.hpp"
 #include "service/topics/topic_places.hpp"
 #include "wire/codec/request.hpp"
 
@@ -31,7 +31,7 @@ struct subscriptions_needs {
 class subscriptions : subscriptions_needs {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
-    return kept_ids::footprint_bytes(bounds);
+    return stored_ids::footprint_bytes(bounds);
   }
   subscriptions(rt::arena& memory, const subscriptions_needs& parts) noexcept;
 
@@ -52,7 +52,7 @@ class subscriptions : subscriptions_needs {
   // Ends all subscriptions of the peer to the topic. Returns whether there was one.
   bool end(peer_index peer, topic_id topic) noexcept;
   // The topic now has a type: subscribers that expect another one are told.
-  void tell_other_types(topic_id topic) noexcept;
+  void report_other_types(topic_id topic) noexcept;
 
   // Peers are charged for the subscriptions that they have.
   bool check() const noexcept;
@@ -63,11 +63,11 @@ class subscriptions : subscriptions_needs {
   void watch_deadline(subscription_id subscription, const wire::request& asked) noexcept;
   void warn_without_type(connection& c, std::string_view id_raw, const subscription& s) noexcept;
   void remove(peer_index peer, subscription_id index) noexcept;
-  void tell_other_type(connection& c, std::string_view id_raw, topic_id topic,
-                       std::string_view asked) noexcept;
+  void report_other_type(connection& c, std::string_view id_raw, topic_id topic,
+                         std::string_view asked) noexcept;
 
   claims claims_;
-  kept_ids ids_; // of requests for deadlines
+  stored_ids ids_; // of requests for deadlines
 };
 
 } // namespace rowe::service

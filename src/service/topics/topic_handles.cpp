@@ -28,7 +28,7 @@ status topic_handles::attach(pair_index pair) noexcept {
     advertisements_.replace_type(topic_index, queues.type());
     typed = false;
   }
-  if (!typed) subscriptions_.tell_other_types(topic_index);
+  if (!typed) subscriptions_.report_other_types(topic_index);
   topic& on = state_.topics.at(topic_index);
   const bool reads = detail::subscribes(queues.kind);
   if (!has_other(topic_index, reads))

@@ -213,7 +213,7 @@ struct greeting {
 };
 
 // A parameter with its value.
-struct told_parameter {
+struct parameter_update {
   std::string_view name;
   std::string_view json; // empty: there is no such parameter, or not any more
   bool is_real = false;  // its type is a double or a float
@@ -338,7 +338,7 @@ class codec {
   // The values of parameters, where its protocol has requests for them: a head with the id of the request
   // that is answered (empty: none), then one after the other, and an end.
   virtual void begin_parameters(json::writer&, std::string_view) const noexcept {}
-  virtual void add_parameter(json::writer&, const told_parameter&) const noexcept {}
+  virtual void add_parameter(json::writer&, const parameter_update&) const noexcept {}
   virtual message_kind end_parameters(json::writer&) const noexcept { return message_kind::none; }
   // What has changed of the connection graph, where its protocol has requests for that: all lists in their
   // order. Of what is there, `holders` is a list of names; of what is gone, only its name is written.

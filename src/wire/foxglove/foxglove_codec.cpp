@@ -207,7 +207,7 @@ void foxglove_codec::begin_parameters(json::writer& out, std::string_view id_raw
   out.begin_array("parameters");
 }
 
-void foxglove_codec::add_parameter(json::writer& out, const told_parameter& one) const noexcept {
+void foxglove_codec::add_parameter(json::writer& out, const parameter_update& one) const noexcept {
   out.begin_object();
   out.member("name", one.name);
   if (!one.json.empty()) out.member_raw("value", one.json);

@@ -30,7 +30,7 @@ class foxglove_codec : public codec {
   message_kind write_services(json::writer& out, std::span<const listed> which,
                               bool added) const noexcept override;
   void begin_parameters(json::writer& out, std::string_view id_raw) const noexcept override;
-  void add_parameter(json::writer& out, const told_parameter& one) const noexcept override;
+  void add_parameter(json::writer& out, const parameter_update& one) const noexcept override;
   message_kind end_parameters(json::writer& out) const noexcept override;
   void begin_graph(json::writer& out) const noexcept override;
   void begin_graph_list(json::writer& out, graph_list which) const noexcept override;

@@ -7,7 +7,7 @@
 #include "wire/http/http_fields.hpp"
 #include "wire/http/http_login.hpp"
 #include "wire/http/http_names.hpp"
-#include "wire/http/http_shown.hpp"
+#include "wire/http/http_redaction.hpp"
 #include "wire/http/http_token.hpp"
 #include "wire/text/text_out.hpp"
 

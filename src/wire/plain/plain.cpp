@@ -5,7 +5,9 @@
 #include <array>
 
 #include "wire/codec/members.hpp"
+#include "wire/codec/object_form.hpp"
 #include "wire/codec/time_to_live.hpp"
+#include "json/writing/splice.hpp"
 
 namespace rowe::wire::plain {
 namespace {
@@ -57,6 +59,14 @@ std::optional<refusal> refuse_twice(const found_members& found, std::span<const 
     if (found.repeats(r)) return refusal{.what = refusal::kind::twice, .member = names[r]};
   }
   return std::nullopt;
+}
+
+// Ends a body. Its members stand among those of the envelope, unless one `is_taken` there.
+template <class IsTaken>
+void end(const json::writer& out, json::splice& body, std::string_view name, IsTaken is_taken) noexcept {
+  const std::string_view value = out.overflowed() ? std::string_view{} : body.value();
+  const bool apart = value == long_object || (!value.empty() && is_taken(json::root(value).raw));
+  apart ? body.end_apart(name) : body.end(name);
 }
 
 } // namespace
@@ -113,22 +123,6 @@ bool names_id(std::string_view text) noexcept {
 
 // Writing.
 
-void detail::write_in_reply_to(json::writer& out, std::string_view in_reply_to_raw) noexcept {
-  out.member_raw("in_reply_to", in_reply_to_raw);
-}
-
-void detail::end_args(const json::writer& out, json::splice& body) noexcept {
-  const std::string_view value = out.overflowed() ? std::string_view{} : body.value();
-  const bool apart = value == long_object || (!value.empty() && has_names_of_calls(json::root(value).raw));
-  apart ? body.end_apart("args") : body.end("args");
-}
-
-void detail::end_result(const json::writer& out, json::splice& body) noexcept {
-  const std::string_view value = out.overflowed() ? std::string_view{} : body.value();
-  const bool apart = value == long_object || (!value.empty() && find_reserved(json::root(value).raw));
-  apart ? body.end_apart("result") : body.end("result");
-}
-
 void write_invocation(json::writer& out, std::string_view object_text, std::string_view id) noexcept {
   out.begin_object();
   write_members(out, object_text, "args");
@@ -136,8 +130,24 @@ void write_invocation(json::writer& out, std::string_view object_text, std::stri
   out.end_object();
 }
 
-void write_reply(json::writer& out, std::string_view in_reply_to_raw, std::string_view value_text) noexcept {
-  write_reply(out, in_reply_to_raw, [value_text](json::writer& body) { body.raw(value_text); });
+void write_call(json::writer& out, std::string_view service, std::string_view id,
+                const call_args& args) noexcept {
+  out.begin_object();
+  write_service_member(out, service);
+  json::splice into{out};
+  write_args(out, args);
+  end(out, into, "args", has_names_of_calls);
+  write_id_member(out, id);
+  out.end_object();
+}
+
+void write_reply(json::writer& out, std::string_view in_reply_to_raw, const body& value) noexcept {
+  out.begin_object();
+  json::splice into{out};
+  value.write(out);
+  end(out, into, "result", [](std::string_view object) { return find_reserved(object).has_value(); });
+  out.member_raw("in_reply_to", in_reply_to_raw);
+  out.end_object();
 }
 
 void write_error(json::writer& out, std::string_view in_reply_to_raw, std::string_view code,
@@ -147,7 +157,7 @@ void write_error(json::writer& out, std::string_view in_reply_to_raw, std::strin
   out.member("code", code);
   out.member("text", text);
   out.end_object();
-  if (!in_reply_to_raw.empty()) detail::write_in_reply_to(out, in_reply_to_raw);
+  if (!in_reply_to_raw.empty()) out.member_raw("in_reply_to", in_reply_to_raw);
   out.end_object();
 }
 

@@ -16,14 +16,11 @@
 #include <optional>
 #include <span>
 #include <string_view>
-#include <type_traits>
-#include <utility>
 
-#include "wire/codec/object_form.hpp"
+#include "wire/codec/codec.hpp"
 #include "wire/codec/refusal.hpp"
 #include "wire/codec/request.hpp"
 #include "json/reading/reader.hpp"
-#include "json/writing/splice.hpp"
 #include "json/writing/writer.hpp"
 
 namespace rowe::wire::plain {
@@ -62,47 +59,20 @@ bool names_id(std::string_view text) noexcept;
 // ---- Writing ----
 //
 // Each function writes one value into a json::writer, whose overflowed() says that it did not fit. An
-// `object_text` is validated JSON of a user or a peer; it may contain white space. A `write_body` is called
-// once, with the writer, and writes one value, which should be an object; what it captures must not throw.
-// Bodies and texts are written in place, without another copy.
-
-namespace detail {
-void write_in_reply_to(json::writer& out, std::string_view in_reply_to_raw) noexcept;
-void end_args(const json::writer& out, json::splice& body) noexcept;
-void end_result(const json::writer& out, json::splice& body) noexcept;
-} // namespace detail
+// `object_text` is validated JSON of a user or a peer; it may contain white space. Bodies and texts are
+// written in place, without another copy.
 
 // The object and a last member, "message_id":"id". A text that is no object goes under "args".
 void write_invocation(json::writer& out, std::string_view object_text, std::string_view id) noexcept;
 
-// {"service":"service", members of the body, "message_id":"id"}. A body that is no object goes under "args",
-// and so does one that has a member service, op, message_id or in_reply_to itself.
-template <class WriteBody>
+// {"service":"service", members of the arguments, "message_id":"id"}. Arguments that are no object go under
+// "args", and so do those that have a member service, op, message_id or in_reply_to themselves.
 void write_call(json::writer& out, std::string_view service, std::string_view id,
-                WriteBody&& write_body) noexcept {
-  out.begin_object();
-  write_service_member(out, service);
-  json::splice body{out};
-  std::forward<WriteBody>(write_body)(out);
-  detail::end_args(out, body);
-  write_id_member(out, id);
-  out.end_object();
-}
+                const call_args& args) noexcept;
 
 // {members of the body, "in_reply_to":ID}; ID is the invocation's message_id as it was written. A body that
 // is no object goes under "result", and so does one that has a member op, message_id or in_reply_to itself.
-template <class WriteBody>
-requires(!std::is_convertible_v<WriteBody, std::string_view>) void write_reply(
-    json::writer& out, std::string_view in_reply_to_raw, WriteBody&& write_body) noexcept {
-  out.begin_object();
-  json::splice body{out};
-  std::forward<WriteBody>(write_body)(out);
-  detail::end_result(out, body);
-  detail::write_in_reply_to(out, in_reply_to_raw);
-  out.end_object();
-}
-// The same for a text, which may be any value.
-void write_reply(json::writer& out, std::string_view in_reply_to_raw, std::string_view value_text) noexcept;
+void write_reply(json::writer& out, std::string_view in_reply_to_raw, const body& value) noexcept;
 
 // {"error":{"code":"code","text":"text"},"in_reply_to":ID}; without in_reply_to where that is empty.
 void write_error(json::writer& out, std::string_view in_reply_to_raw, std::string_view code,

@@ -21,14 +21,14 @@ message_kind plain_codec::write_call(json::writer& out, std::string_view service
   if (args.is == call_args::form::object) {
     plain::write_invocation(out, args.text, id);
   } else {
-    plain::write_call(out, service, id, [&](json::writer& body) { write_args(body, args); });
+    plain::write_call(out, service, id, args);
   }
   return message_kind::text;
 }
 
 message_kind plain_codec::write_reply(json::writer& out, const call_origin& call,
                                       const body& value) const noexcept {
-  plain::write_reply(out, call.id_raw, [&](json::writer& body) { value.write(body); });
+  plain::write_reply(out, call.id_raw, value);
   return message_kind::text;
 }
 

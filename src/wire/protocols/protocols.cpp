@@ -62,7 +62,7 @@ class json_decoder final : public message_decoder {
 decoded json_decoder::decode(const json::document& text, const decode_buffers& buffers, request& into,
                              diagnostic& why) const noexcept {
   // Clients of rosbridge put `op` first. So most of their members are not looked at twice.
-  const json::member* const first = text.noted.empty() ? nullptr : text.noted.data();
+  const json::member* const first = text.indexed.empty() ? nullptr : text.indexed.data();
   if (first != nullptr && json::name_is(*first, "op") && first->what.type == json::kind::string)
     return decode_rosbridge(text, buffers, into, why);
   return decode_other(text, buffers, into, why);
@@ -78,7 +78,7 @@ inline decoded json_decoder::decode_other(const json::document& text, const deco
     why = diagnose(*wrong, buffers);
     return decoded::refused;
   }
-  if (text.noted.empty() && !json::is_object(text.text)) {
+  if (text.indexed.empty() && !json::is_object(text.text)) {
     why = diagnose({.what = refusal::kind::not_an_object}, buffers);
     return decoded::malformed;
   }
@@ -246,11 +246,11 @@ bool protocol_set::any(bool capabilities::*what) const noexcept {
                      [what](const protocol& one) { return one.can.*what; });
 }
 
-const protocol_set& protocols_of(peer_profile profile) noexcept {
+const protocol_set& protocols_of(websocket_profile profile) noexcept {
   switch (profile) {
-  case peer_profile::hop: return hop_set;
-  case peer_profile::hop_2014: return hop_2014_set;
-  case peer_profile::standard: break;
+  case websocket_profile::hop: return hop_set;
+  case websocket_profile::hop_2014: return hop_2014_set;
+  case websocket_profile::standard: break;
   }
   return standard_set;
 }

@@ -54,6 +54,6 @@ struct protocol_set {
   bool any(bool capabilities::*what) const noexcept;
 };
 
-const protocol_set& protocols_of(peer_profile profile) noexcept;
+const protocol_set& protocols_of(websocket_profile profile) noexcept;
 
 } // namespace rowe::wire

@@ -11,7 +11,6 @@
 // Every function here: one thread, never waits, never allocates; time is linear in the text.
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -88,30 +87,15 @@ constexpr std::size_t publish_head_bytes_max(std::size_t topic_bytes) noexcept {
 // {"op":"status","level":"error","id":…,"msg":"…"}; without the id where id_raw is empty.
 void write_status(json::writer& out, severity how, std::string_view id_raw, std::string_view text) noexcept;
 
-// What we send as a client, with ids such as "subscribe:/odom:1". `number` distinguishes several
-// subscriptions of one topic, and an unsubscribe has the id of the subscribe that it ends. Nothing is written
-// for topics of more than 980 bytes.
-struct subscription {
-  std::string_view topic;
-  std::string_view type{}; // empty: left out
-  std::uint64_t number = 1;
-  std::int64_t throttle_ms = 0;
-  std::int64_t queue_length = 0;
-};
-void write_subscribe(json::writer& out, const subscription& what) noexcept;
-void write_unsubscribe(json::writer& out, std::string_view topic, std::uint64_t number) noexcept;
+// What we send as a client, with ids such as "subscribe:/odom:1": what ends another request has the id of
+// that. Nothing is written for topics of more than 980 bytes. A type that is empty is left out; rosbridge
+// servers want one of whoever advertises.
+void write_subscribe(json::writer& out, std::string_view topic, std::string_view type) noexcept;
+void write_unsubscribe(json::writer& out, std::string_view topic) noexcept;
+void write_advertise(json::writer& out, std::string_view topic, std::string_view type, bool latch) noexcept;
+void write_unadvertise(json::writer& out, std::string_view topic) noexcept;
 
-struct advertisement {
-  std::string_view topic;
-  std::string_view type{}; // rosbridge servers want one
-  std::uint64_t number = 1;
-  bool latch = false;
-  std::int64_t queue_size = 100;
-};
-void write_advertise(json::writer& out, const advertisement& what) noexcept;
-void write_unadvertise(json::writer& out, std::string_view topic, std::uint64_t number) noexcept;
-
-// rosbridge servers want a type. Neither has an id, because roslib's have none.
+// Neither has an id, because roslib's have none.
 void write_advertise_service(json::writer& out, std::string_view service, std::string_view type) noexcept;
 void write_unadvertise_service(json::writer& out, std::string_view service) noexcept;
 
@@ -120,29 +104,26 @@ constexpr std::size_t request_bytes_max(const name_limits& limits) noexcept {
   return 192 + 18 * limits.name_bytes_max; // topic twice (in the id, too) and type, six bytes a byte at worst
 }
 
-// A call is head, arguments, tail: between the two the caller writes one value into the same writer, an
-// object or an array ({} where there are no arguments). `timeout_ns` is left out unless it is more than 0.
-//   {"op":"call_service","id":"ID","service":"/add","timeout":0.5,"args":  ...  }
-void write_call_service_head(json::writer& out, std::string_view service, std::string_view id,
-                             std::int64_t timeout_ns = unlimited) noexcept;
-void write_call_service_tail(json::writer& out) noexcept;
+// A call is head, arguments, and the end of the object: after the head the caller writes one value into the
+// same writer, an object or an array ({} where there are no arguments).
+//   {"op":"call_service","id":"ID","service":"/add","args":  ...  }
+void write_call_service_head(json::writer& out, std::string_view service, std::string_view id) noexcept;
 
-// Its answer, likewise: between head and tail one value, which is a string (why) when `result` is false.
+// Its answer, likewise: after the head one value, which is a string (why) when `result` is false.
 // `id_raw` is the call's, as it stood there; without the id where it is empty.
 //   {"op":"service_response","id":ID,"service":"/add","result":true,"values":  ...  }
 void write_service_response_head(json::writer& out, std::string_view service, std::string_view id_raw,
                                  bool result) noexcept;
-void write_service_response_tail(json::writer& out) noexcept;
 
-// An action's goal for its provider, as a call: head, arguments, tail of a call. `id` is ours.
+// An action's goal for its provider, as a call. `id` is ours.
 //   {"op":"send_action_goal","id":"ID","action":"/dock","action_type":"a/Dock","feedback":true,"args":  ... }
 void write_goal_head(json::writer& out, std::string_view action, std::string_view type, std::string_view id,
                      bool feedback) noexcept;
 void write_cancel_goal(json::writer& out, std::string_view action, std::string_view id) noexcept;
 // {"op":"fragment","id":"ID","data":"...","num":0,"total":3}
 void write_fragment(json::writer& out, const text_fragment& what) noexcept;
-// What the provider answers, for who sent the goal: head, one value, tail of a service_response. `id_raw` as
-// above. A result that failed has a string, unless its provider said something else.
+// What the provider answers, for who sent the goal: head, and one value. `id_raw` as above. A result that
+// failed has a string, unless its provider said something else.
 void write_feedback_head(json::writer& out, std::string_view action, std::string_view id_raw) noexcept;
 void write_action_result_head(json::writer& out, std::string_view action, std::string_view id_raw,
                               int goal_status, bool result) noexcept;

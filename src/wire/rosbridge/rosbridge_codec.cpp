@@ -58,7 +58,7 @@ message_kind rosbridge_codec::write_call(json::writer& out, std::string_view ser
                                          const call_args& args) const noexcept {
   rosbridge::write_call_service_head(out, service, id);
   write_args(out, args);
-  rosbridge::write_call_service_tail(out);
+  out.end_object();
   return message_kind::text;
 }
 
@@ -66,7 +66,7 @@ message_kind rosbridge_codec::write_reply(json::writer& out, const call_origin& 
                                           const body& value) const noexcept {
   write_answer_head(out, call, true);
   value.write(out);
-  rosbridge::write_service_response_tail(out);
+  out.end_object();
   return message_kind::text;
 }
 
@@ -74,7 +74,7 @@ message_kind rosbridge_codec::write_failure(json::writer& out, const call_origin
                                             const diagnostic& why) const noexcept {
   write_answer_head(out, call, false);
   out.string(why.text);
-  rosbridge::write_service_response_tail(out);
+  out.end_object();
   return message_kind::text;
 }
 
@@ -86,7 +86,7 @@ bool rosbridge_codec::means_no_service(const request&, std::string_view diagnost
 message_kind rosbridge_codec::write_goal(json::writer& out, const goal_order& what) const noexcept {
   rosbridge::write_goal_head(out, what.action, what.type, what.id, what.feedback);
   write_args(out, what.args);
-  rosbridge::write_call_service_tail(out);
+  out.end_object();
   return message_kind::text;
 }
 
@@ -100,7 +100,7 @@ message_kind rosbridge_codec::write_feedback(json::writer& out, const call_origi
                                              const body& value) const noexcept {
   rosbridge::write_feedback_head(out, call.service, call.id_raw);
   value.write(out);
-  rosbridge::write_service_response_tail(out);
+  out.end_object();
   return message_kind::text;
 }
 
@@ -112,15 +112,15 @@ message_kind rosbridge_codec::write_error(json::writer& out, const error_context
 }
 
 message_kind rosbridge_codec::write_subscription(json::writer& out, const announcement& what) const noexcept {
-  what.begins ? rosbridge::write_subscribe(out, {.topic = what.name, .type = what.type})
-              : rosbridge::write_unsubscribe(out, what.name, 1);
+  what.begins ? rosbridge::write_subscribe(out, what.name, what.type)
+              : rosbridge::write_unsubscribe(out, what.name);
   return message_kind::text;
 }
 
 message_kind rosbridge_codec::write_advertisement(json::writer& out,
                                                   const announcement& what) const noexcept {
-  what.begins ? rosbridge::write_advertise(out, {.topic = what.name, .type = what.type, .latch = what.latch})
-              : rosbridge::write_unadvertise(out, what.name, 1);
+  what.begins ? rosbridge::write_advertise(out, what.name, what.type, what.latch)
+              : rosbridge::write_unadvertise(out, what.name);
   return message_kind::text;
 }
 

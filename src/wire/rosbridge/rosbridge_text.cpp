@@ -17,9 +17,9 @@ void begin_text(json::writer& into, std::string_view op_text) noexcept {
 // `{"op":"subscribe","id":"subscribe:/odom:1"`, the object left open. False when the id is too long to be
 // made.
 bool begin_request(json::writer& into, std::string_view op_text, std::string_view id_verb,
-                   std::string_view topic, std::uint64_t number) noexcept {
+                   std::string_view topic) noexcept {
   text_of<1024> id;
-  id.add(id_verb).add(":").add(topic).add(":").add(number);
+  id.add(id_verb).add(":").add(topic).add(":1");
   if (id.cut()) return false;
   begin_text(into, op_text);
   into.member("id", id.text());
@@ -37,8 +37,8 @@ void begin_answer(json::writer& into, std::string_view op_text, std::string_view
 
 // A request that names a topic and no more.
 void write_topic_request(json::writer& out, std::string_view op_text, std::string_view id_verb,
-                         std::string_view topic, std::uint64_t number) noexcept {
-  if (!begin_request(out, op_text, id_verb, topic, number)) return;
+                         std::string_view topic) noexcept {
+  if (!begin_request(out, op_text, id_verb, topic)) return;
   out.member("topic", topic);
   out.end_object();
 }
@@ -69,31 +69,31 @@ void write_status(json::writer& out, severity how, std::string_view id_raw, std:
   out.end_object();
 }
 
-void write_subscribe(json::writer& out, const subscription& what) noexcept {
-  if (!begin_request(out, "subscribe", "subscribe", what.topic, what.number)) return;
-  if (!what.type.empty()) out.member("type", what.type);
-  out.member("topic", what.topic);
+void write_subscribe(json::writer& out, std::string_view topic, std::string_view type) noexcept {
+  if (!begin_request(out, "subscribe", "subscribe", topic)) return;
+  if (!type.empty()) out.member("type", type);
+  out.member("topic", topic);
   out.member("compression", "none");
-  out.member("throttle_rate", what.throttle_ms);
-  out.member("queue_length", what.queue_length);
+  out.member("throttle_rate", 0);
+  out.member("queue_length", 0);
   out.end_object();
 }
 
-void write_unsubscribe(json::writer& out, std::string_view topic, std::uint64_t number) noexcept {
-  write_topic_request(out, "unsubscribe", "subscribe", topic, number);
+void write_unsubscribe(json::writer& out, std::string_view topic) noexcept {
+  write_topic_request(out, "unsubscribe", "subscribe", topic);
 }
 
-void write_advertise(json::writer& out, const advertisement& what) noexcept {
-  if (!begin_request(out, "advertise", "advertise", what.topic, what.number)) return;
-  if (!what.type.empty()) out.member("type", what.type);
-  out.member("topic", what.topic);
-  out.member("latch", what.latch);
-  out.member("queue_size", what.queue_size);
+void write_advertise(json::writer& out, std::string_view topic, std::string_view type, bool latch) noexcept {
+  if (!begin_request(out, "advertise", "advertise", topic)) return;
+  if (!type.empty()) out.member("type", type);
+  out.member("topic", topic);
+  out.member("latch", latch);
+  out.member("queue_size", 100);
   out.end_object();
 }
 
-void write_unadvertise(json::writer& out, std::string_view topic, std::uint64_t number) noexcept {
-  write_topic_request(out, "unadvertise", "advertise", topic, number);
+void write_unadvertise(json::writer& out, std::string_view topic) noexcept {
+  write_topic_request(out, "unadvertise", "advertise", topic);
 }
 
 // Services.
@@ -111,16 +111,12 @@ void write_unadvertise_service(json::writer& out, std::string_view service) noex
   out.end_object();
 }
 
-void write_call_service_head(json::writer& out, std::string_view service, std::string_view id,
-                             std::int64_t timeout_ns) noexcept {
+void write_call_service_head(json::writer& out, std::string_view service, std::string_view id) noexcept {
   begin_text(out, "call_service");
   out.member("id", id);
   out.member("service", service);
-  if (timeout_ns > 0) out.member("timeout", static_cast<double>(timeout_ns) / 1e9);
   out.key("args");
 }
-
-void write_call_service_tail(json::writer& out) noexcept { out.end_object(); }
 
 void write_service_response_head(json::writer& out, std::string_view service, std::string_view id_raw,
                                  bool result) noexcept {
@@ -128,8 +124,6 @@ void write_service_response_head(json::writer& out, std::string_view service, st
   out.member("result", result);
   out.key("values");
 }
-
-void write_service_response_tail(json::writer& out) noexcept { out.end_object(); }
 
 // Actions.
 

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "wire/codec/members.hpp"
-#include "wire/rosbridge/rosbridge.hpp"
 #include "wire/rosbridge/rosbridge_operations.hpp"
 #include "wire/text/ascii.hpp"
 

@@ -44,7 +44,7 @@ struct core_credit : core_test {
 struct core_credit_hop : core_credit {
   static rowe::endpoint_options hop() {
     auto options = roomy();
-    options.profile = rowe::peer_profile::hop;
+    options.profile = rowe::websocket_profile::hop;
     return options;
   }
   core_credit_hop() : core_credit{hop()} {}

@@ -594,7 +594,7 @@ TEST_F(plain_messages_client, sends_to_its_server_without_being_asked) {
 
 TEST(plain_messages_hop, sends_nothing_but_text_frames_of_a_size_that_hop_can_read) {
   auto options = small_options();
-  options.profile = rowe::peer_profile::hop_2014;
+  options.profile = rowe::websocket_profile::hop_2014;
   options.limits.message_bytes_max = 128 * 1024;
   options.limits.door_slot_bytes = 100 * 1024;
   core_harness on{options, rowe::service::side::client};

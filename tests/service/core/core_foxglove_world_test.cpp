@@ -23,7 +23,7 @@ using rowe::service::side;
 using rowe::wire::opcode;
 
 // One list of numbers that were told, and are never told again.
-struct told_list {
+struct announced_list {
   std::map<std::uint32_t, std::string> now;
   std::set<std::uint32_t> ever;
 
@@ -157,20 +157,20 @@ class client {
     for (json::value one; walk.next(one); ++count) take(one);
     EXPECT_TRUE(count > 0 || list == "parameters");
   }
-  static void add(told_list& to, const json::value& one, std::string_view name) {
+  static void add(announced_list& to, const json::value& one, std::string_view name) {
     std::array<char, 256> buffer;
     to.add(static_cast<std::uint32_t>(json::to_unsigned(*json::find(one.raw, "id")).value()),
            std::string{json::to_string(*json::find(one.raw, name), buffer).value()});
   }
-  static void remove(told_list& from, const json::value& one) {
+  static void remove(announced_list& from, const json::value& one) {
     from.remove(static_cast<std::uint32_t>(json::to_unsigned(one).value()));
   }
 
   std::mt19937& random_;
   std::set<std::string>& seen_;
   peer peer_;
-  told_list topics_{};
-  told_list services_{};
+  announced_list topics_{};
+  announced_list services_{};
   std::set<std::string> calls_{}; // that are not answered
   std::uint32_t next_call_ = 0;
   bool greeted_ = false;

@@ -698,7 +698,7 @@ TEST(receiver_shares_alone, keeps_what_was_read_at_once) {
 
 TEST(receiver_shares_hop, reads_no_further_either) {
   auto options = roomy();
-  options.profile = rowe::peer_profile::hop;
+  options.profile = rowe::websocket_profile::hop;
   options.answers_any = true;
   core_harness on{options};
   peer one{on};

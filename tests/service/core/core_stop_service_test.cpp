@@ -654,7 +654,7 @@ TEST(stopping_client, is_shown_and_answered_to_a_server_with_masked_frames) {
 
 TEST(stopping_hop, is_shown_to_programs_that_know_no_topics) {
   rowe::endpoint_options options = with_stop();
-  options.profile = rowe::peer_profile::hop;
+  options.profile = rowe::websocket_profile::hop;
   core_harness on{options};
   (void)on.offer(rowe::detail::latch_request({}));
   peer hop{on};

@@ -294,7 +294,7 @@ struct hop_peers : core_test {
   hop_peers()
       : core_test{[] {
           auto chosen = small_options();
-          chosen.profile = rowe::peer_profile::hop;
+          chosen.profile = rowe::websocket_profile::hop;
           return chosen;
         }()} {}
 };

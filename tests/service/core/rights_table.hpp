@@ -105,9 +105,9 @@ inline std::string_view subprotocol_of(codec in) {
   if (in == codec::foxglove) return "foxglove.websocket.v1";
   return in == codec::rowe_v1 ? std::string_view{"rowe.v1"} : std::string_view{};
 }
-inline rowe::peer_profile profile_of(codec in) {
-  if (in == codec::hop) return rowe::peer_profile::hop;
-  return in == codec::hop_2014 ? rowe::peer_profile::hop_2014 : rowe::peer_profile::standard;
+inline rowe::websocket_profile profile_of(codec in) {
+  if (in == codec::hop) return rowe::websocket_profile::hop;
+  return in == codec::hop_2014 ? rowe::websocket_profile::hop_2014 : rowe::websocket_profile::standard;
 }
 
 struct frame {

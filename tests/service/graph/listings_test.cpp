@@ -83,7 +83,7 @@ struct listings_test : peer_parts::peer_parts {
     std::vector<std::string> all;
     for (auto some = read(by); !some.empty(); some = read(by)) {
       all.insert(all.end(), some.begin(), some.end());
-      listed.tell_changes();
+      listed.announce_changes();
     }
     return all;
   }
@@ -101,7 +101,7 @@ struct listings_test : peer_parts::peer_parts {
 TEST_F(listings_test, tell_nothing_twice) {
   add_topic("/odom");
   connection& peer = greeted();
-  for (int i = 0; i < 10; ++i, rest()) listed.tell_changes();
+  for (int i = 0; i < 10; ++i, rest()) listed.announce_changes();
   EXPECT_TRUE(heard(peer).empty());
   EXPECT_EQ(listed.due(), rowe::rt::never);
 }
@@ -112,13 +112,13 @@ TEST_F(listings_test, tell_changes_at_once_and_then_at_their_pace) {
   std::uint32_t told_at_once = 0;
   for (int i = 0; i < 20; ++i) {
     add_topic("/t" + std::to_string(i));
-    listed.tell_changes();
+    listed.announce_changes();
     told_at_once += !heard(peer).empty();
   }
   EXPECT_EQ(told_at_once, rowe::service::listings_burst);
   EXPECT_EQ(listed.due(), cycle.now + listings_period);
   cycle.now = listed.due();
-  listed.tell_changes();
+  listed.announce_changes();
   EXPECT_EQ(list_of(heard(peer), 'T').size(), 20 - rowe::service::listings_burst)
       << "all the others together";
   EXPECT_EQ(listed.due(), rowe::rt::never);
@@ -129,15 +129,15 @@ TEST_F(listings_test, say_nothing_of_what_came_and_went_in_between) {
   rest();
   for (std::uint32_t i = 0; i < rowe::service::listings_burst; ++i) {
     add_topic("/t" + std::to_string(i));
-    listed.tell_changes();
+    listed.announce_changes();
   }
   (void)heard(peer);
   add_topic("/short");
-  listed.tell_changes();
+  listed.announce_changes();
   remove_topic("/short");
-  listed.tell_changes();
+  listed.announce_changes();
   cycle.now += listings_period;
-  listed.tell_changes();
+  listed.announce_changes();
   EXPECT_TRUE(heard(peer).empty());
 }
 
@@ -147,7 +147,7 @@ TEST_F(listings_test, wait_for_a_peer_that_does_not_read_and_for_no_other) {
   (void)heard(quick);
   for (int i = 0; i < 8; ++i) {
     add_topic("/t" + std::to_string(i));
-    listed.tell_changes();
+    listed.announce_changes();
     EXPECT_EQ(list_of(heard(quick), 'T').size(), 1U) << i;
     rest();
   }
@@ -159,16 +159,16 @@ TEST_F(listings_test, wait_for_a_peer_that_does_not_read_and_for_no_other) {
 
 TEST_F(listings_test, look_again_after_a_pause_that_is_longer_for_who_does_not_read) {
   connection& slow = greet(0);
-  listed.tell_changes();
+  listed.announce_changes();
   EXPECT_EQ(listed.due(), cycle.now) << "it is written in this cycle";
   ASSERT_EQ(out.take_scheduled(), peer_index{slow.id.index});
-  listed.tell_changes();
+  listed.announce_changes();
   EXPECT_EQ(listed.due(), cycle.now + rowe::service::listings_retry);
   out.of({slow.id.index}).blocked = true;
-  listed.tell_changes();
+  listed.announce_changes();
   EXPECT_EQ(listed.due(), cycle.now + rowe::service::listings_retry_backpressured);
   (void)read(slow);
-  listed.tell_changes();
+  listed.announce_changes();
   EXPECT_TRUE(read(slow).empty()) << "nothing is queued for it";
 }
 
@@ -176,24 +176,24 @@ TEST_F(listings_test, tell_again_what_was_evicted_as_it_is_then) {
   add_topic("/odom");
   connection& peer = greet(0);
   ASSERT_TRUE(evict());
-  listed.tell_changes();
+  listed.announce_changes();
   EXPECT_EQ(read(peer), std::vector<std::string>{"hrobot"});
-  listed.tell_changes();
+  listed.announce_changes();
   ASSERT_EQ(list_of(told(peer), 'T').count("/odom"), 1U);
   ASSERT_TRUE(evict());
   add_topic("/pose");
-  listed.tell_changes();
+  listed.announce_changes();
   EXPECT_EQ(list_of(heard(peer), 'T'),
             (numbers::numbered{{"/odom", channel("/odom")}, {"/pose", channel("/pose")}}));
   const auto was = channel("/odom");
   remove_topic("/odom");
   rest();
-  listed.tell_changes();
+  listed.announce_changes();
   ASSERT_EQ(gone_of(told(peer), 't'), std::vector{was});
   ASSERT_TRUE(evict());
   add_topic("/odom");
   rest();
-  listed.tell_changes();
+  listed.announce_changes();
   const auto changed = heard(peer);
   EXPECT_EQ(gone_of(changed, 't'), std::vector{was});
   EXPECT_EQ(list_of(changed, 'T'), (numbers::numbered{{"/odom", channel("/odom")}}));
@@ -209,7 +209,7 @@ TEST_F(listings_test, end_a_round_while_topics_come_and_go) {
   for (int i = 0; i < 1000; ++i) {
     if (i % 2 == 0) add_topic("/t");
     if (i % 2 != 0) remove_topic("/t");
-    listed.tell_changes();
+    listed.announce_changes();
     messages += read(peer).size();
   }
   EXPECT_LE(messages, 2 * rowe::service::listings_burst);
@@ -221,7 +221,7 @@ TEST_F(listings_test, go_on_where_they_ended_however_much_there_is) {
   connection& peer = greet(0);
   numbers::numbered all;
   std::size_t parts = 0;
-  for (auto some = heard(peer); !some.empty(); listed.tell_changes(), some = heard(peer)) {
+  for (auto some = heard(peer); !some.empty(); listed.announce_changes(), some = heard(peer)) {
     all.merge(list_of(some, 'T'));
     for (const std::string& one : some) EXPECT_LE(one.size(), bounds.message_bytes_max);
     parts += some.size();
@@ -235,7 +235,7 @@ TEST_F(listings_test, tell_the_next_peer_at_the_same_place_everything) {
   connection& gone = greeted();
   for (std::uint32_t i = 0; i <= rowe::service::listings_burst; ++i) {
     add_topic("/t" + std::to_string(i));
-    listed.tell_changes();
+    listed.announce_changes();
   }
   ASSERT_NE(listed.due(), rowe::rt::never);
   forget(gone);
@@ -258,7 +258,7 @@ TEST_F(listings_test, name_the_stop_where_there_is_one) {
   connection& peer = greet(0);
   const auto before = list_of(heard(peer), 'S');
   (void)rules.add_loop("loop", 1s, loop, cycle.now);
-  listed.tell_changes();
+  listed.announce_changes();
   const auto changed = heard(peer);
   EXPECT_TRUE(list_of(changed, 'T').contains(std::string{rowe::wire::stop_state_name}));
   const auto added = list_of(changed, 'S');

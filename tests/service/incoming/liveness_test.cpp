@@ -183,7 +183,7 @@ TEST_F(liveness_test, gives_each_message_its_own_time) {
 }
 
 TEST_F(liveness_test, asks_nothing_of_peers_that_know_no_pings) {
-  const auto& hop = rowe::wire::protocols_of(rowe::peer_profile::hop);
+  const auto& hop = rowe::wire::protocols_of(rowe::websocket_profile::hop);
   ASSERT_FALSE(hop.find({}).can.control_frames);
   peer.protocol = &hop.find({});
   sending.open({peer.id.index});

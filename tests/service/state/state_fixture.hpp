@@ -33,7 +33,7 @@ inline rowe::endpoint_options with(const rowe::limits& bounds, bool relay = fals
 struct outside_fixture : testing::Test {
   explicit outside_fixture(
       const rowe::endpoint_options& chosen, rowe::service::side side = rowe::service::side::server,
-      const rowe::wire::protocol_set& spoken = rowe::wire::protocols_of(rowe::peer_profile::standard))
+      const rowe::wire::protocol_set& spoken = rowe::wire::protocols_of(rowe::websocket_profile::standard))
       : options{chosen}, ours{side}, protocols{spoken} {}
 
   const rowe::endpoint_options options;

@@ -15,7 +15,7 @@ struct subscription_table_test : testing::Test {
   rowe::limits bounds{.topics_max = 4, .subscriptions_max = 6};
   rowe::rt::arena memory{topic_table::footprint_bytes(bounds) + subscription_table::footprint_bytes(bounds),
                          rowe::rt::page_lock::none};
-  topic_table topics{memory, bounds, rowe::wire::protocols_of(rowe::peer_profile::standard).envelope};
+  topic_table topics{memory, bounds, rowe::wire::protocols_of(rowe::websocket_profile::standard).envelope};
   subscription_table table{memory, bounds, topics};
 };
 

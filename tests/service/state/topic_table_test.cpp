@@ -15,7 +15,7 @@ using rowe::service::topic_table;
 struct topic_table_test : testing::Test {
   rowe::limits bounds{.topics_max = 4};
   rowe::rt::arena memory{topic_table::footprint_bytes(bounds), rowe::rt::page_lock::none};
-  topic_table routes{memory, bounds, rowe::wire::protocols_of(rowe::peer_profile::standard).envelope};
+  topic_table routes{memory, bounds, rowe::wire::protocols_of(rowe::websocket_profile::standard).envelope};
 };
 
 TEST_F(topic_table_test, takes_no_more_memory_than_it_says) {

@@ -2,27 +2,18 @@
 // roslib 2.1.0's Action, unmodified, in Chromium: one page provides an action, and another, in a browser
 // context of its own, sends it goals. Each test has connections of its own.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { start_browser } from "../support/browser.js";
-import { robot } from "../support/robot.js";
+import { before, test } from "node:test";
+import { browser, server } from "../support/demo.js";
 import { roslib_page } from "../support/roslib_page.js";
 import { until } from "../support/watchdog.js";
 
 const limit = { timeout: 120000 };
 const actionType = "example_interfaces/action/Fibonacci";
-let browser;
-let server;
 let provider;
 let asker;
 
 before(async () => {
-  browser = await start_browser();
-  server = await robot.start();
   [provider, asker] = [await roslib_page(browser, server.origin), await roslib_page(browser, server.origin)];
-});
-after(async () => {
-  await browser?.close();
-  await server?.kill();
 });
 
 const connect = (page) => page.evaluate((url) => new Promise((done, failed) => {

@@ -9,7 +9,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { chromium } from "playwright-core";
 import { artefact, flags, phone, whole } from "../support/browser.js";
-import { start_robot } from "../support/robot_on_network.js";
+import { set_up_robot } from "../support/set_up.js";
 import { watchdog_ms } from "../support/watchdog.js";
 
 const limit = { timeout: 180000 };
@@ -18,7 +18,8 @@ const with_root = { ...limit, skip: no_certutil && "certutil is not installed (l
 let robot, homes;
 
 before(async () => {
-  robot = await start_robot();
+  robot = await set_up_robot.start();
+  await robot.serve();
   homes = mkdtempSync(join(tmpdir(), "rowe-home-"));
 });
 after(() => {

@@ -2,27 +2,16 @@
 // roslib 2.1.0, unmodified, in Chromium, with the `compression` that its topics can ask for: it decodes CBOR
 // by cbor2, PNG by fast-png; and the browser itself draws the PNG, as roslib 1 reads it.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { start_browser } from "../support/browser.js";
-import { robot } from "../support/robot.js";
+import { before, test } from "node:test";
+import { browser, server } from "../support/demo.js";
 import { rosbridge_client } from "../support/rosbridge.js";
 import { roslib_page } from "../support/roslib_page.js";
 import { until } from "../support/watchdog.js";
 
 const limit = { timeout: 120000 };
-let browser;
-let server;
 let page;
 
-before(async () => {
-  browser = await start_browser();
-  server = await robot.start();
-  page = await roslib_page(browser, server.origin);
-});
-after(async () => {
-  await browser?.close();
-  await server?.kill();
-});
+before(async () => (page = await roslib_page(browser, server.origin)));
 
 // What a topic's subscriber gets, said as JSON; typed arrays by their names. Each has its own connection:
 // roslib gives what is still on its way when one unsubscribes to the topic's next subscriber.

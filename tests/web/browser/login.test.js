@@ -2,8 +2,8 @@
 // Clients that can show no token, in Chromium: roslib as npm has it, and a WebSocket as other libraries open
 // it. The robot's log-in gives the browser a cookie, and a token may be allowed in the URL.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { artefact, phone, start_browser } from "../support/browser.js";
+import { after, afterEach, before, test } from "node:test";
+import { artefact, close_pages, phone, start_browser } from "../support/browser.js";
 import { load_roslib } from "../support/roslib_page.js";
 import { set_up_robot } from "../support/set_up.js";
 import { until, watchdog_ms } from "../support/watchdog.js";
@@ -14,6 +14,7 @@ let browser, robot, url_token;
 before(async () => {
   browser = await start_browser();
   robot = await set_up_robot.start();
+  robot.ask_for_certificates();
   url_token = robot.token("screen", "observer", "--in-url");
   await robot.serve();
 });
@@ -21,6 +22,7 @@ after(async () => {
   await browser?.close();
   robot?.end();
 });
+afterEach(() => close_pages(browser));
 
 async function new_page() {
   const context = await browser.newContext({
@@ -62,7 +64,8 @@ test("after the log-in, roslib connects as it is", limit, async () => {
   const page = await new_page();
   await load_roslib(page, robot.origin);
   assert.equal(await odometry_of(page, robot.url), "error");
-  await until("that is why", () => robot.said.includes("this endpoint wants to know who you are"));
+  await until("that is why",
+    () => robot.server.stderr.includes("this endpoint wants to know who you are"));
   await log_in(page, robot.tokens.driver);
   await page.waitForURL(`${robot.origin}/`);
   await load_roslib(page, robot.origin);
@@ -73,7 +76,6 @@ test("after the log-in, roslib connects as it is", limit, async () => {
   const { httpOnly, secure, sameSite, path } = cookie;
   assert.deepEqual([httpOnly, secure, sameSite, path], [true, true, "Strict", "/"]);
   assert.deepEqual(page.faults, []);
-  await page.context().close();
 });
 
 test("after the log-in, the robot's own page asks for no token", limit, async () => {
@@ -81,7 +83,6 @@ test("after the log-in, the robot's own page asks for no token", limit, async ()
   await log_in(page, robot.tokens.driver);
   await page.waitForFunction(() => document.body.dataset.state === "live");
   assert.equal(await page.evaluate(() => document.getElementById("who").hidden), true);
-  await page.context().close();
 });
 
 test("after the log-in, a library's WebSocket opens, with a subprotocol or without", limit, async () => {
@@ -99,7 +100,6 @@ test("after the log-in, a library's WebSocket opens, with a subprotocol or witho
   await until("the cookie is gone", async () => (await page.context().cookies()).length === 0);
   await page.goto(`${robot.origin}/healthz`);
   assert.equal(await opens(page, robot.url), false);
-  await page.context().close();
 });
 
 test("a wrong token gives no cookie, and is said", limit, async () => {
@@ -110,7 +110,6 @@ test("a wrong token gives no cookie, and is said", limit, async () => {
   await page.screenshot({ path: artefact("login_wrong.png") });
   await page.click("a");
   await page.waitForSelector("input[name=token]");
-  await page.context().close();
 });
 
 test("a page from elsewhere has nothing of the cookie", limit, async () => {
@@ -127,7 +126,6 @@ test("a page from elsewhere has nothing of the cookie", limit, async () => {
   await page.click("button");
   await page.waitForFunction(() => document.body.textContent.includes("is not allowed here"));
   assert.equal((await page.context().cookies(robot.origin)).length, 1, "nobody else logs one out");
-  await page.context().close();
 });
 
 test("a cookie ends with its token, and so do its connections", limit, async () => {
@@ -142,7 +140,6 @@ test("a cookie ends with its token, and so do its connections", limit, async () 
   await until("the connection ends", () => page.evaluate(() => window.ended));
   assert.equal(await page.evaluate(() => window.ended), "1008 token revoked");
   assert.equal(await opens(page, robot.url), false);
-  await page.context().close();
 });
 
 test("roslib connects by a token that may stand in the URL, and by no other", limit, async () => {
@@ -150,5 +147,4 @@ test("roslib connects by a token that may stand in the URL, and by no other", li
   await load_roslib(page, robot.origin);
   assert.equal(await odometry_of(page, `${robot.url}?token=${url_token}`), "number");
   assert.equal(await odometry_of(page, `${robot.url}?token=${robot.tokens.driver}`), "error");
-  await page.context().close();
 });

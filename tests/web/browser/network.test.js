@@ -3,34 +3,29 @@
 // the page that asks for one, and a token that is taken back. Chromium is told to take the certificate here;
 // certificate.test.js has what a person sees who is asked.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { artefact, phone, start_browser } from "../support/browser.js";
-import { rowe, start_robot } from "../support/robot_on_network.js";
-import { until, watchdog_ms } from "../support/watchdog.js";
+import { after, afterEach, before, test } from "node:test";
+import { artefact, close_pages, new_page, start_browser } from "../support/browser.js";
+import { set_up_robot } from "../support/set_up.js";
+import { until } from "../support/watchdog.js";
 
 const limit = { timeout: 180000 };
-let browser, robot, origin, folder, tokens;
+let browser, robot, tokens;
 
 before(async () => {
   browser = await start_browser();
-  robot = await start_robot();
-  ({ origin, folder, tokens } = robot);
+  robot = await set_up_robot.start();
+  ({ tokens } = robot);
+  await robot.serve();
 });
 after(async () => {
   await browser?.close();
   robot?.end();
 });
+afterEach(() => close_pages(browser));
 
 async function opened(fragment = "") {
-  const context = await browser.newContext({
-    viewport: phone, isMobile: true, hasTouch: true, deviceScaleFactor: 2, ignoreHTTPSErrors: true,
-  });
-  context.setDefaultTimeout(watchdog_ms);
-  const page = await context.newPage();
-  page.asked = [];
-  page.on("request", (request) => page.asked.push(request.url()));
-  page.on("websocket", (socket) => page.asked.push(socket.url()));
-  await page.goto(`${origin}/${fragment}`);
+  const page = await new_page(browser, { trusting: true });
+  await page.goto(`${robot.origin}/${fragment}`);
   return page;
 }
 const state_is = (page, name) =>
@@ -45,7 +40,6 @@ test("the link of the set-up makes the page live, and its token is in no request
   await page.screenshot({ path: artefact("network_live.png") });
   await page.reload(); // the tab still knows it
   await state_is(page, "live");
-  await page.context().close();
 });
 
 test("without a token the page asks for one, and says when it is wrong", limit, async () => {
@@ -62,7 +56,6 @@ test("without a token the page asks for one, and says when it is wrong", limit, 
   await page.click("#who button");
   await state_is(page, "live");
   await form.waitFor({ state: "hidden" });
-  await page.context().close();
 });
 
 test("a driver stops the robot, but does not reset it; a supervisor does", limit, async () => {
@@ -85,12 +78,10 @@ test("a driver stops the robot, but does not reset it; a supervisor does", limit
     await hold(supervisor);
     return supervisor.evaluate(() => document.body.dataset.stop === "running");
   });
-  await driver.context().close();
-  await supervisor.context().close();
 });
 
 test("a token that is taken back ends the page's connection, and the page asks again", limit, async () => {
-  const token = /\S{40,}/.exec(rowe("token", "add", "guest", "observer", "--dir", folder))[0];
+  const token = robot.token("guest", "observer");
   const page = await opened();
   await page.locator("#who").waitFor({ state: "visible" });
   await until("the token holds", async () => {
@@ -99,8 +90,7 @@ test("a token that is taken back ends the page's connection, and the page asks a
     await page.waitForTimeout(1000);
     return page.evaluate(() => document.body.dataset.state === "live");
   });
-  rowe("token", "remove", "guest", "--dir", folder);
+  robot.remove("guest");
   await page.locator("#who").waitFor({ state: "visible" });
   assert.match(await page.textContent("#who_says"), /does not know this token, or no longer knows it/);
-  await page.context().close();
 });

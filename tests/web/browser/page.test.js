@@ -2,24 +2,13 @@
 // The page in Chromium, served by the program itself and fed by its demo robot.
 import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
-import { after, before, test } from "node:test";
-import { artefact, desk, new_page, phone, start_browser } from "../support/browser.js";
-import { robot } from "../support/robot.js";
+import { afterEach, test } from "node:test";
+import { artefact, close_pages, desk, new_page, phone } from "../support/browser.js";
+import { browser, limit, server } from "../support/demo.js";
 import { rosbridge_client } from "../support/rosbridge.js";
 import { until } from "../support/watchdog.js";
 
-const limit = { timeout: 180000 };
-let browser;
-let server;
-
-before(async () => {
-  browser = await start_browser();
-  server = await robot.start();
-});
-after(async () => {
-  await browser?.close();
-  await server?.kill();
-});
+afterEach(() => close_pages(browser));
 
 const state_is = (page, name) =>
   page.waitForFunction((wanted) => document.body.dataset.state === wanted, name);
@@ -64,7 +53,6 @@ test("the page becomes live and shows a pose that moves", limit, async () => {
   await page.waitForFunction((then) => document.getElementById("x").textContent !== then, before);
   for (const id of ["y", "heading", "speed"]) assert.match(await words(page, id), /^\u2212?\d+\.\d+$/, id);
   await says(page, "state", /^live, \d+ ms old$/);
-  await page.context().close();
 });
 
 test("the title says live, with a mark and the robot's name", limit, async () => {
@@ -76,7 +64,6 @@ test("the title says live, with a mark and the robot's name", limit, async () =>
     await server.let_run();
     return (await page.title()) === `\u25cf ${name} live`;
   });
-  await page.context().close();
 });
 
 test("the rate shown is the robot's", limit, async () => {
@@ -96,7 +83,6 @@ test("the rate shown is the robot's", limit, async () => {
     return counted > 0 && Math.abs((await shown_rate()) - counted) < 0.1 * counted;
   });
   client.close();
-  await page.context().close();
 });
 
 test("losses are listed in words, none as zero", limit, async () => {
@@ -105,14 +91,12 @@ test("losses are listed in words, none as zero", limit, async () => {
   await until("losses", async () => (await zeros.count()) > 4);
   const said = await page.locator(".losses").textContent();
   assert.match(said, /too old to be sent.*thinned on purpose.*slower rate asked for/s);
-  await page.context().close();
 });
 
 test("the page's own slower rate counts as thinning on purpose", limit, async () => {
   const { page } = await live_page();
   const total = page.locator("#thinned tr", { hasText: "slower rate asked for" }).locator("td").first();
   await until("a count", async () => Number((await total.textContent()).replaceAll("\u202f", "")) > 0);
-  await page.context().close();
 });
 
 test("a live page has no console error and asks nobody but the robot", limit, async () => {
@@ -123,7 +107,6 @@ test("a live page has no console error and asks nobody but the robot", limit, as
   for (const address of page.asked) {
     assert.ok(address.startsWith(`${server.origin}/`) || address === server.url, address);
   }
-  await page.context().close();
 });
 
 test("the page comes with a content policy that allows only itself", limit, async () => {
@@ -137,7 +120,6 @@ test("the page comes with a content policy that allows only itself", limit, asyn
   assert.ok(!policy.includes("unsafe"));
   assert.equal(headers["x-content-type-options"], "nosniff");
   assert.equal(headers["cache-control"], "no-cache");
-  await page.context().close();
 });
 
 test("a file that has not changed is not sent again, compressed or not", limit, async () => {
@@ -171,7 +153,6 @@ test("a robot that stands still makes the page say STALE, and live when it goes 
     server.resume();
   }
   await state_is(page, "live");
-  await page.context().close();
 });
 
 test("a robot that died makes the page say disconnected, and live when it is back", limit, async () => {
@@ -192,7 +173,6 @@ test("a robot that died makes the page say disconnected, and live when it is bac
   const of_the_dead = /WebSocket connection to .* failed|net::ERR_CONNECTION_REFUSED/;
   const others = page.faults.filter((fault) => !of_the_dead.test(fault));
   assert.deepEqual(others, []);
-  await page.context().close();
 });
 
 const sights = [["phone", phone, "light"], ["phone-dark", phone, "dark"], ["desk", desk, "light"]];
@@ -208,7 +188,6 @@ for (const [name, size, scheme] of sights) {
     writeFileSync(artefact(`live-${name}.png`), picture);
     const { colours, share } = await colours_of(picture);
     assert.ok(colours > 50 && share < 0.95, `${colours} colours, one on ${share} of the picture`);
-    await page.context().close();
   });
 }
 
@@ -221,7 +200,6 @@ test("the path is drawn where the robot has been", limit, async () => {
     for (let at = 0; at < data.length; at += 4) blue += data[at + 2] > data[at] + 60 && data[at + 3] > 100;
     return blue > 50;
   }));
-  await page.context().close();
 });
 
 test("nothing jumps while the page fills", limit, async () => {
@@ -237,7 +215,6 @@ test("nothing jumps while the page fills", limit, async () => {
   await page.waitForFunction(() => document.querySelectorAll("#rates tr").length > 0);
   const jumped = await page.evaluate(() => new Promise((done) => setTimeout(() => done(window.jumped), 500)));
   assert.ok(jumped < 0.02, `layout shift ${jumped}`);
-  await page.context().close();
 });
 
 test("the keyboard reaches the follow button and works it", limit, async () => {
@@ -248,7 +225,6 @@ test("the keyboard reaches the follow button and works it", limit, async () => {
   }
   await page.keyboard.press("Space");
   assert.equal(await page.getAttribute("#follow", "aria-pressed"), "true");
-  await page.context().close();
 });
 
 test("the address chooses the topic shown", limit, async () => {
@@ -258,5 +234,4 @@ test("the address chooses the topic shown", limit, async () => {
   assert.match(await words(page, "state"), /waiting for \/nothing\/here$/);
   await page.evaluate(() => (location.hash = "/odom"));
   await state_is(page, "live");
-  await page.context().close();
 });

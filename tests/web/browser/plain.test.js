@@ -4,12 +4,11 @@
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
-import { after, before, test } from "node:test";
+import { after, afterEach, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
-import { new_page, start_browser } from "../support/browser.js";
+import { close_pages, desk, new_page, start_browser } from "../support/browser.js";
 import { robot } from "../support/robot.js";
-import { start_robot } from "../support/robot_on_network.js";
-import { watchdog_ms } from "../support/watchdog.js";
+import { set_up_robot } from "../support/set_up.js";
 
 const limit = { timeout: 180000 };
 const examples = fileURLToPath(new URL("../../../docs/examples", import.meta.url));
@@ -18,13 +17,15 @@ let browser, open, guarded;
 before(async () => {
   browser = await start_browser();
   open = await robot.start("--demo", "--web", examples);
-  guarded = await start_robot("--web", examples);
+  guarded = await set_up_robot.start();
+  await guarded.serve("--web", examples);
 });
 after(async () => {
   await browser?.close();
   await open?.kill();
   guarded?.end();
 });
+afterEach(() => close_pages(browser));
 
 const curl = (...words) => execFileSync("curl", ["--silent", "--show-error", ...words], { encoding: "utf8" });
 const state_is = (page, pattern) => page.waitForFunction(
@@ -48,7 +49,6 @@ test("it shows the values of a topic as they come", limit, async () => {
   await page.waitForFunction((was) => document.getElementById("value").textContent !== was, before);
   assert.deepEqual(page.faults, []);
   assert.ok(page.asked.every((url) => new URL(url).host === new URL(open.origin).host), page.asked);
-  await page.context().close();
 });
 
 test("its button stops the robot, and says so where it cannot", limit, async () => {
@@ -66,23 +66,17 @@ test("its button stops the robot, and says so where it cannot", limit, async () 
   assert.match(await page.textContent("#state"), /NOT STOPPED/);
   await open.restart();
   await state_is(page, /^connected$/);
-  await page.context().close();
 });
 
 test("with a token in its address it is let in, and shows what its role may see", limit, async () => {
-  const context = await browser.newContext({ ignoreHTTPSErrors: true });
-  context.setDefaultTimeout(watchdog_ms);
-  const page = await context.newPage();
-  const asked = [];
-  page.on("request", (request) => asked.push(request.url()));
+  const page = await new_page(browser, { size: desk, trusting: true });
   await page.goto(`${guarded.origin}/plain.html#topic=/odom&token=${guarded.tokens.observer}`);
   await state_is(page, /^connected$/);
   assert.equal(typeof (await value_of(page)).pose, "object");
-  assert.ok(asked.every((url) => !url.includes(guarded.tokens.observer)), "an address has the token");
+  assert.ok(page.asked.every((url) => !url.includes(guarded.tokens.observer)), "an address has the token");
   await page.goto("about:blank");
   await page.goto(`${guarded.origin}/plain.html#topic=/odom`);
   await state_is(page, /^not connected/);
-  await context.close();
 });
 
 test("curl gets the newest value at once", limit, () => {

@@ -2,21 +2,15 @@
 // roslib 2.1.0, unmodified, in Chromium: what a robot's web page does today must work when only its URL is
 // changed.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { start_browser } from "../support/browser.js";
-import { robot } from "../support/robot.js";
+import { before, test } from "node:test";
+import { browser, limit, server } from "../support/demo.js";
 import { rosbridge_client } from "../support/rosbridge.js";
 import { roslib_page } from "../support/roslib_page.js";
 import { until } from "../support/watchdog.js";
 
-const limit = { timeout: 180000 };
-let browser;
-let server;
 let page;
 
 before(async () => {
-  browser = await start_browser();
-  server = await robot.start();
   page = await roslib_page(browser, server.origin);
   // Connections and topics by name, in the page.
   await page.evaluate((url) => {
@@ -32,10 +26,6 @@ before(async () => {
     };
     window.listen = (name) => window[name].subscribe((message) => window[`${name}_got`].push(message));
   }, server.url);
-});
-after(async () => {
-  await browser?.close();
-  await server?.kill();
 });
 
 const open = (name) => page.evaluate((of) => window.open_ros(of), name);

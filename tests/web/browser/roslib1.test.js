@@ -2,20 +2,15 @@
 // roslib 1.4.1, unmodified, in Chromium, as a script of the page: what most robots' pages are made with.
 import assert from "node:assert/strict";
 import { fileURLToPath } from "node:url";
-import { after, before, test } from "node:test";
-import { new_page, start_browser } from "../support/browser.js";
-import { robot } from "../support/robot.js";
+import { before, test } from "node:test";
+import { new_page } from "../support/browser.js";
+import { browser, limit, server } from "../support/demo.js";
 import { until } from "../support/watchdog.js";
 
-const limit = { timeout: 180000 };
 const script = fileURLToPath(new URL("../node_modules/roslib1/build/roslib.min.js", import.meta.url));
-let browser;
-let server;
 let page;
 
 before(async () => {
-  browser = await start_browser();
-  server = await robot.start();
   page = await new_page(browser);
   const body = "<!doctype html><title>roslib 1</title>";
   await page.route(`${server.origin}/page`, (route) => route.fulfill({ contentType: "text/html", body }));
@@ -27,10 +22,6 @@ before(async () => {
     window.ros.on("connection", () => done());
     window.ros.on("error", () => failed(new Error("roslib cannot connect")));
   }), server.url);
-});
-after(async () => {
-  await browser?.close();
-  await server?.kill();
 });
 
 test("a page shows odometry, and says where to go", limit, async () => {

@@ -1,27 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the page makes of messages that the demo robot does not send.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { start_browser } from "../support/browser.js";
-import { robot } from "../support/robot.js";
+import { afterEach, test } from "node:test";
+import { browser, limit, server } from "../support/demo.js";
 import { scripted_page, stats_of } from "../support/scripted.js";
 import { until } from "../support/watchdog.js";
 
-const limit = { timeout: 180000 };
 const flat = { stamp: 1, x: 1.25, y: -2.5, heading: Math.PI / 2, speed: 0.5 };
-let browser;
-let server;
+let opened = [];
 
-before(async () => {
-  browser = await start_browser();
-  server = await robot.start();
-});
-after(async () => {
-  await browser?.close();
-  await server?.kill();
+afterEach(async () => {
+  for (const shown of opened) await shown.close();
+  opened = [];
 });
 
-const open = (messages, options) => scripted_page.open(browser, server.origin, messages, options);
+async function open(messages, options) {
+  const shown = await scripted_page.open(browser, server.origin, messages, options);
+  opened.push(shown);
+  return shown;
+}
 const topics_of = (shown) => shown.page.locator("#topic option").allTextContents();
 
 test("a flat struct is shown, with dashes for what it does not hold", limit, async () => {
@@ -30,7 +27,6 @@ test("a flat struct is shown, with dashes for what it does not hold", limit, asy
   assert.equal(await shown.text("y"), "\u22122.500");
   assert.equal(await shown.text("heading"), "90.0");
   for (const id of ["z", "turn"]) assert.equal(await shown.text(id), "\u2013", id);
-  await shown.close();
 });
 
 test("a pose in space shows its height", limit, async () => {
@@ -39,7 +35,6 @@ test("a pose in space shows its height", limit, async () => {
   const shown = await open({ "/tum": { pose }, "/rowe/stats": stats_of(topics) });
   await shown.says("z", "3.500");
   assert.equal(await shown.text("heading"), "0.0");
-  await shown.close();
 });
 
 test("numbers that are null are shown as dashes, and the page stays live", limit, async () => {
@@ -47,7 +42,6 @@ test("numbers that are null are shown as dashes, and the page stays live", limit
   await shown.page.waitForFunction(() => document.body.dataset.state === "live");
   assert.equal(await shown.text("x"), "\u2013");
   assert.deepEqual(shown.page.faults, []);
-  await shown.close();
 });
 
 test("a loop that died behind an endpoint that answers is STALE, and said to be silent", limit, async () => {
@@ -57,7 +51,6 @@ test("a loop that died behind an endpoint that answers is STALE, and said to be 
   await shown.says("about", "/odom is silent, the endpoint still answers");
   assert.match(await shown.text("state"), /^STALE /);
   await shown.page.waitForFunction(() => document.body.dataset.stats === "live");
-  await shown.close();
 });
 
 test("several topics with poses make a choice, and the choice makes the address", limit, async () => {
@@ -70,7 +63,6 @@ test("several topics with poses make a choice, and the choice makes the address"
   assert.equal(new URL(shown.page.url()).hash, "#/gps");
   const gone = shown.asked.find(({ op, topic }) => op === "unsubscribe" && topic === "/odom");
   assert.equal(gone.id, "pose");
-  await shown.close();
 });
 
 test("a topic of unknown type is looked at once, and offered if it holds poses", limit, async () => {
@@ -83,7 +75,6 @@ test("a topic of unknown type is looked at once, and offered if it holds poses",
   await until("all looked at", () => looked("unsubscribe").includes("/sound"));
   assert.deepEqual(looked("subscribe").sort(), ["/mine", "/sound"]);
   assert.deepEqual(await topics_of(shown), ["/mine", "/odom"]);
-  await shown.close();
 });
 
 test("a robot without /odom shows the topic it has", limit, async () => {
@@ -91,7 +82,6 @@ test("a robot without /odom shows the topic it has", limit, async () => {
   const shown = await open({ "/base/odom": flat, "/rowe/stats": stats });
   await shown.says("x", "1.250");
   assert.equal(await shown.page.locator("#topic").inputValue(), "/base/odom");
-  await shown.close();
 });
 
 test("own topics stand last, and a gap before anybody listened is not shown", limit, async () => {
@@ -103,7 +93,6 @@ test("own topics stand last, and a gap before anybody listened is not shown", li
   assert.equal(await rows.first().locator("td").nth(1).textContent(), "\u2013");
   shown.messages["/rowe/stats"] = { ...stats, uptime_s: 2 };
   await until("a gap", async () => (await rows.first().locator("td").nth(1).textContent()) === "100");
-  await shown.close();
 });
 
 test("a counter that the page does not know is shown by its name", limit, async () => {
@@ -112,7 +101,6 @@ test("a counter that the page does not know is shown by its name", limit, async 
   await shown.page.locator("#losses tr", { hasText: "meteor strikes" }).waitFor();
   assert.match(await shown.page.locator("#losses").textContent(), /meteor strikes2/);
   assert.match(await shown.page.locator("#thinned").textContent(), /slower rate asked for1\u202f234/);
-  await shown.close();
 });
 
 test("statistics without a single member do no harm", limit, async () => {
@@ -122,7 +110,6 @@ test("statistics without a single member do no harm", limit, async () => {
     await until("statistics sent", () => shown.wanted.has("stats"));
     assert.equal(await shown.text("name"), "127.0.0.1");
     assert.deepEqual(shown.page.faults, []);
-    await shown.close();
   }
 });
 
@@ -133,5 +120,4 @@ test("an error that the endpoint answers is shown in its words", limit, async ()
   await shown.say({ op: "status", level: "error", msg: "topics_max is 64" });
   await shown.says("note", "The endpoint says: topics_max is 64");
   assert.ok(await shown.page.locator("#note").isVisible());
-  await shown.close();
 });

@@ -2,26 +2,15 @@
 // Services and roslib 2.1.0, unmodified, in Chromium: a page that asks, a page that answers, what a page can
 // learn about the robot, and what is left of it all when the robot has been away.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { start_browser } from "../support/browser.js";
+import { afterEach, test } from "node:test";
+import { close_pages } from "../support/browser.js";
+import { browser, limit, server } from "../support/demo.js";
 import { rowe, until_connected } from "../support/program.js";
-import { robot } from "../support/robot.js";
 import { rosbridge_client } from "../support/rosbridge.js";
 import { roslib_page } from "../support/roslib_page.js";
 import { until } from "../support/watchdog.js";
 
-const limit = { timeout: 180000 };
-let browser;
-let server;
-
-before(async () => {
-  browser = await start_browser();
-  server = await robot.start();
-});
-after(async () => {
-  await browser?.close();
-  await server?.kill();
-});
+afterEach(() => close_pages(browser));
 
 // A page connected to the robot, with `frames`: all that went over its sockets, {sent} or {received}.
 async function connected_page() {
@@ -77,7 +66,6 @@ test("a page calls the robot's service", limit, async () => {
   assert.deepEqual(await call(page, "/nobody/home", {}),
     { failure: "Service /nobody/home does not exist" });
   assert.deepEqual(page.faults, []);
-  await page.context().close();
 });
 
 test("many calls at once find their own answers", limit, async () => {
@@ -86,7 +74,6 @@ test("many calls at once find their own answers", limit, async () => {
   const answers = await page.evaluate(
     (all) => Promise.all(all.map((speed) => window.call("/robot/set_speed", { speed }))), speeds);
   assert.deepEqual(answers, speeds.map((speed) => ({ values: { speed } })));
-  await page.context().close();
 });
 
 test("a page learns which topics and services there are", limit, async () => {
@@ -102,7 +89,6 @@ test("a page learns which topics and services there are", limit, async () => {
   await until("the service is listed", async () => (await ask(page, "getServices")).includes("/page/types"));
   assert.equal(await ask(page, "getServiceType", "/page/types"), "demo/Add");
   assert.deepEqual(page.faults, []);
-  await page.context().close();
 });
 
 test("what one page provides is called by a program, another page and a plain client", limit, async () => {
@@ -136,8 +122,6 @@ test("what one page provides is called by a program, another page and a plain cl
   assert.deepEqual([...new Set(asked.map(({ service }) => service))], ["/page/add"]);
   assert.deepEqual([...page.faults, ...other.faults], []);
   plain.close();
-  await page.context().close();
-  await other.context().close();
 });
 
 test("a service goes with its page, and ends the calls that wait for it", limit, async () => {
@@ -151,7 +135,6 @@ test("a service goes with its page, and ends the calls that wait for it", limit,
   assert.match((await waits).failure, /went away/);
   assert.deepEqual(await call(other, "/page/brief", {}),
     { failure: "Service /page/brief does not exist" });
-  await other.context().close();
 });
 
 test("a service that a page takes back is there no more", limit, async () => {
@@ -164,7 +147,6 @@ test("a service that a page takes back is there no more", limit, async () => {
   const { code, stderr } = await rowe("call", server.url, "/page/once");
   assert.equal(code, 1);
   assert.match(stderr, /nobody provides it/);
-  await page.context().close();
 });
 
 // roslib does not connect again by itself: pages do, and it then sends what its topics had asked for, and
@@ -225,5 +207,4 @@ test("everything works again when the robot was away, and nothing is answered tw
   assert.deepEqual([0.125, 0.375].map((speed) => times("received", answered(speed))), [0, 1]);
   const subscribed = page.frames.filter(({ sent }) => sent?.op === "subscribe").length;
   assert.equal(subscribed, 2);
-  await page.context().close();
 });

@@ -2,14 +2,14 @@
 // The stop on the page, in Chromium, of the demo robot: pressing it, seeing it, guarding and resetting.
 import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
-import { after, afterEach, before, beforeEach, test } from "node:test";
-import { artefact, desk, new_page, phone, start_browser } from "../support/browser.js";
+import { after, afterEach, before, test } from "node:test";
+import { artefact, close_pages, desk, new_page, phone, start_browser } from "../support/browser.js";
 import { robot } from "../support/robot.js";
 import { rosbridge_client } from "../support/rosbridge.js";
 import { until } from "../support/watchdog.js";
 
 const limit = { timeout: 180000 };
-let browser, server, guarded, open;
+let browser, server, guarded;
 
 before(async () => {
   browser = await start_browser();
@@ -21,10 +21,7 @@ after(async () => {
   await server?.kill();
   await guarded?.kill();
 });
-beforeEach(() => (open = []));
-afterEach(async () => {
-  for (const page of open) await page.context().close();
-});
+afterEach(() => close_pages(browser));
 
 const shown = (page, id, pattern) =>
   page.waitForFunction(([of, wanted]) => new RegExp(wanted).test(document.getElementById(of).innerText),
@@ -34,7 +31,6 @@ const stop_is = (page, name) =>
 
 async function page_of(of = server, options) {
   const page = await new_page(browser, options);
-  open.push(page);
   await page.goto(`${of.origin}/`);
   await page.waitForFunction(() => document.body.dataset.state === "live");
   return page;
@@ -236,7 +232,6 @@ test("STOP says why it cannot be used while the robot is not reached", limit, as
 test("a robot without a stop has no STOP, and the page says so", limit, async () => {
   const hub = await robot.start("--name", "none");
   const page = await new_page(browser);
-  open.push(page);
   await page.goto(`${hub.origin}/`);
   await stop_is(page, "none");
   assert.ok(await page.locator("#stop").isHidden());
@@ -268,7 +263,6 @@ test("a guarded robot does not move until a page guards it, and stops when that 
   const page = await guarding_page(watching);
   await until("it drives", async () => (await runs(page)) && (await speed_of(guarded)) > 0.1);
   await page.context().close();
-  open = open.filter((each) => each !== page);
   await stop_is(watching, "stopped");
   await shown(watching, "stop_says", /^its guard page-\w+ fell silent or went away$/);
   await until("it stands", async () => (await speed_of(guarded)) === 0);
@@ -315,7 +309,6 @@ test("STOP works though the robot takes no further connection, and only that", l
       await full.let_run();
       others.push(await rosbridge_client.connect(full.url));
       page = await new_page(browser);
-      open.push(page);
       await page.goto(`${full.origin}/`);
       await page.waitForFunction(() => /^(stopped|running)$/.test(document.body.dataset.stop));
       return (await page.getAttribute("body", "data-stop")) === "running";

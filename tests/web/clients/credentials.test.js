@@ -12,6 +12,7 @@ let robot, own;
 
 before(async () => {
   robot = await set_up_robot.start();
+  robot.ask_for_certificates();
   own = robot.certificate("arm-1", "driver");
   await robot.serve();
 });

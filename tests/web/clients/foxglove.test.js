@@ -1,28 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // @foxglove/ws-protocol, unmodified, as Foxglove and Lichtblick use it, against the demo robot.
 import assert from "node:assert/strict";
-import { once } from "node:events";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import foxglove from "@foxglove/ws-protocol";
-import { robot } from "../support/robot.js";
+import { another, asked, limit, listening, ros, server } from "../support/roslib.js";
 import { until } from "../support/watchdog.js";
-import { Ros, Service, Topic } from "roslib";
+import { Service, Topic } from "roslib";
 import WebSocket from "ws";
 
-const limit = { timeout: 60000 };
 const { FoxgloveClient } = foxglove;
 const encode = (value) => new TextEncoder().encode(JSON.stringify(value));
 const decode = (view) => JSON.parse(new TextDecoder().decode(view));
 const capabilities = [
   "clientPublish", "services", "parameters", "parametersSubscribe", "connectionGraph", "time",
 ];
-let server;
-
-before(async () => {
-  server = await robot.start();
-});
-after(() => server?.kill());
-
 // What the client was told, by name.
 class viewer {
   channels = new Map();
@@ -165,10 +156,7 @@ test("a service answers, and a call that fails is told so", limit, () => with_vi
 }));
 
 test("what it publishes reaches a page that uses roslib", limit, () => with_viewer(async (one) => {
-  const ros = new Ros({ url: server.url });
-  await once(ros, "connection");
-  const heard = [];
-  new Topic({ ros, name: "/from/foxglove", messageType: "a/B" }).subscribe((message) => heard.push(message));
+  const { got: heard } = listening(new Topic({ ros, name: "/from/foxglove", messageType: "a/B" }));
   const channel = one.client.advertise({ topic: "/from/foxglove", encoding: "json", schemaName: "a/B" });
   await until("it arrives", () => {
     one.client.sendMessage(channel, encode({ text: "here" }));
@@ -179,7 +167,6 @@ test("what it publishes reaches a page that uses roslib", limit, () => with_view
   one.client.sendMessage(channel, encode({ text: "late" }));
   await until("a status says that the channel is gone", () => one.statuses.length > 0);
   assert.equal(one.statuses[0].level, 2);
-  ros.close();
 }));
 
 test("parameters are got, set, and heard of", limit, () => with_viewer((one) => with_viewer(async (other) => {
@@ -217,12 +204,11 @@ test("the connection graph is told whole, and as it changes", limit, () => with_
   const [robot_node] = publishers.get("/odom");
   assert.deepEqual(publishers.get("/rowe/stats"), [robot_node]);
 
-  const ros = new Ros({ url: server.url });
-  await once(ros, "connection");
-  const nodes = () => new Promise((resolve, reject) => ros.getNodes(resolve, reject));
+  const watching = await another();
+  const nodes = () => asked((...callbacks) => watching.getNodes(...callbacks));
   assert.ok((await nodes()).includes(robot_node));
   const began = Date.now();
-  const topic = new Topic({ ros, name: "/of/a/page", messageType: "a/B" });
+  const topic = new Topic({ ros: watching, name: "/of/a/page", messageType: "a/B" });
   topic.advertise();
   await until("a publisher has come", () => publishers.get("/of/a/page")?.length === 1);
   assert.ok(Date.now() - began < 1500, "within a second or so");
@@ -231,7 +217,7 @@ test("the connection graph is told whole, and as it changes", limit, () => with_
   assert.ok((await nodes()).includes(page));
   topic.subscribe(() => {});
   await until("a subscriber has come", () => subscribers.get("/of/a/page")?.includes(page));
-  const service = new Service({ ros, name: "/ask/a/page", serviceType: "a/Ask" });
+  const service = new Service({ ros: watching, name: "/ask/a/page", serviceType: "a/Ask" });
   service.advertise(() => true);
   await until("a service has come", () => providers.get("/ask/a/page")?.includes(page));
   topic.unadvertise();
@@ -239,14 +225,13 @@ test("the connection graph is told whole, and as it changes", limit, () => with_
   assert.deepEqual(subscribers.get("/of/a/page"), [page]);
   service.unadvertise();
   await until("the service has gone", () => !providers.has("/ask/a/page"));
-  ros.close();
+  watching.close();
   await until("the topic has gone", () => !publishers.has("/of/a/page") && !subscribers.has("/of/a/page"));
 
   one.client.unsubscribeConnectionGraph();
   await one.call("/rosapi/topics", {}, 1); // so that was read
   const { updates } = one.graph;
-  const other = new Ros({ url: server.url });
-  await once(other, "connection");
+  const other = await another();
   new Topic({ ros: other, name: "/of/another", messageType: "a/B" }).subscribe(() => {});
   await new Promise((resolve) => setTimeout(resolve, 600));
   assert.equal(one.graph.updates, updates);

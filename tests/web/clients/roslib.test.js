@@ -1,42 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // roslib in Node: it listens for the exact name that it subscribed by, and writes types as either ROS does.
 import assert from "node:assert/strict";
-import { once } from "node:events";
-import { after, before, test } from "node:test";
-import { robot } from "../support/robot.js";
+import { test } from "node:test";
+import { another, limit, listening, with_statuses } from "../support/roslib.js";
 import { until } from "../support/watchdog.js";
-import { Ros, Topic } from "roslib";
+import { Topic } from "roslib";
 
-const limit = { timeout: 60000 };
-let server;
-
-before(async () => (server = await robot.start()));
-after(() => server?.kill());
-
-async function connected() {
-  const ros = new Ros({ url: server.url });
-  ros.statuses = [];
-  const emit = ros.emit.bind(ros); // the events' names have the requests' ids
-  ros.emit = (name, ...rest) => {
-    if (String(name).startsWith("status")) ros.statuses.push(rest[0]);
-    return emit(name, ...rest);
-  };
-  await once(ros, "connection");
-  return ros;
-}
-function listening(ros, name, messageType) {
-  const topic = new Topic({ ros, name, messageType });
-  topic.got = [];
-  topic.subscribe((message) => topic.got.push(message));
-  return topic;
-}
+const connected = async () => with_statuses(await another());
+const listening_to = (ros, name, messageType) => listening(new Topic({ ros, name, messageType }));
 
 test("topics are one by either name, and each is heard by its own", limit, async () => {
   const [one, other, speaker] = [await connected(), await connected(), await connected()];
-  const topics = [listening(one, "/spelt", "std_msgs/String"),
-    listening(other, "spelt", "std_msgs/msg/String")];
+  const topics = [listening_to(one, "/spelt", "std_msgs/String"),
+    listening_to(other, "spelt", "std_msgs/msg/String")];
   // One page that uses both names has a callback for each.
-  for (const name of ["/spelt", "spelt"]) topics.push(listening(speaker, name, "std_msgs/String"));
+  for (const name of ["/spelt", "spelt"]) topics.push(listening_to(speaker, name, "std_msgs/String"));
   const said = [new Topic({ ros: speaker, name: "/spelt", messageType: "std_msgs/msg/String" }),
     new Topic({ ros: speaker, name: "spelt", messageType: "std_msgs/String" })];
   for (const [i, topic] of said.entries()) {
@@ -63,8 +41,8 @@ test("topics are one by either name, and each is heard by its own", limit, async
 
 test("a page that expects another type is told", limit, async () => {
   const ros = await connected();
-  listening(ros, "/odom", "nav_msgs/msg/Odometry");
-  const wrong = listening(ros, "odom", "std_msgs/String");
+  listening_to(ros, "/odom", "nav_msgs/msg/Odometry");
+  const wrong = listening_to(ros, "odom", "std_msgs/String");
   await until("it is told", () => ros.statuses.length > 0);
   assert.equal(ros.statuses.length, 1);
   assert.equal(ros.statuses[0].msg,

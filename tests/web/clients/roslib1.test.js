@@ -3,32 +3,21 @@
 // and its tf are topics; their servers are other clients, as with rosbridge.
 import assert from "node:assert/strict";
 import { once } from "node:events";
-import { after, before, test } from "node:test";
+import { after, test } from "node:test";
 import { robot } from "../support/robot.js";
+import { asked, limit, listening, server, with_statuses } from "../support/roslib.js";
 import { until } from "../support/watchdog.js";
 import ROSLIB from "roslib1";
 
-const limit = { timeout: 60000 };
 // Its action servers say their status for ever, and would keep this process alive.
 const set_interval = globalThis.setInterval;
 globalThis.setInterval = (...how) => set_interval(...how).unref();
-let server;
 const open = [];
 
-before(async () => (server = await robot.start()));
-after(async () => {
-  for (const ros of open) ros.close();
-  await server?.kill();
-});
+after(() => open.forEach((ros) => ros.close()));
 
-async function connected(url = server.url) {
-  const ros = new ROSLIB.Ros({ url });
-  ros.statuses = [];
-  const emit = ros.emit.bind(ros); // the events' names have the requests' ids
-  ros.emit = (name, ...rest) => {
-    if (String(name).startsWith("status")) ros.statuses.push(rest[0]);
-    return emit(name, ...rest);
-  };
+async function connected() {
+  const ros = with_statuses(new ROSLIB.Ros({ url: server.url }));
   await new Promise((done, failed) => {
     ros.on("connection", done);
     ros.on("error", failed);
@@ -36,14 +25,8 @@ async function connected(url = server.url) {
   open.push(ros);
   return ros;
 }
-function listening(ros, name, messageType, more = {}) {
-  const topic = new ROSLIB.Topic({ ros, name, messageType, ...more });
-  topic.got = [];
-  topic.subscribe((message) => topic.got.push(message));
-  return topic;
-}
-// Of a function that takes two callbacks.
-const asked = (ask) => new Promise((done, failed) => ask(done, (why) => failed(new Error(String(why)))));
+const listening_to = (ros, name, messageType, more) =>
+  listening(new ROSLIB.Topic({ ros, name, messageType, ...more }));
 
 test("topics and services are listed, with their types", limit, async () => {
   const ros = await connected();
@@ -75,9 +58,9 @@ test("parameters are listed, read and set", limit, async () => {
 
 test("odometry comes, throttled as asked", limit, async () => {
   const ros = await connected();
-  const every = listening(ros, "/odom", "nav_msgs/Odometry");
+  const every = listening_to(ros, "/odom", "nav_msgs/Odometry");
   const other = await connected();
-  const rare = listening(other, "/odom", "nav_msgs/Odometry", { throttle_rate: 100, queue_length: 1 });
+  const rare = listening_to(other, "/odom", "nav_msgs/Odometry", { throttle_rate: 100, queue_length: 1 });
   await until("much odometry", () => every.got.length > 200 && rare.got.length > 1);
   assert.ok(rare.got.length * 3 < every.got.length, `${rare.got.length} of ${every.got.length}`);
   assert.equal(rare.got[0].child_frame_id, "base_link");
@@ -115,7 +98,7 @@ test("an action's goal has feedback and a result, and can be cancelled", limit, 
   action.on("cancel", () => action.setPreempted());
   const client = new ROSLIB.ActionClient({ ros: at_client, serverName: "/fibonacci", actionName });
   // Its status topic says that the server is there.
-  const heard = listening(at_client, "/fibonacci/status", "actionlib_msgs/GoalStatusArray");
+  const heard = listening_to(at_client, "/fibonacci/status", "actionlib_msgs/GoalStatusArray");
   await until("the server's status", () => heard.got.length > 0);
 
   const goal = new ROSLIB.Goal({ actionClient: client, goalMessage: { order: 5 } });
@@ -158,7 +141,7 @@ test("a tf client hears transforms of a republisher that is a peer", limit, asyn
     });
   });
   republisher.on("cancel", () => republisher.setPreempted());
-  const ready = listening(at_client, "/tf2_web_republisher/status", "actionlib_msgs/GoalStatusArray");
+  const ready = listening_to(at_client, "/tf2_web_republisher/status", "actionlib_msgs/GoalStatusArray");
   await until("the republisher's status", () => ready.got.length > 0);
   const tf = new ROSLIB.TFClient({ ros: at_client, fixedFrame: "/map", rate: 10, angularThres: 0.01 });
   const got = [];
@@ -176,7 +159,7 @@ test("a page that connects again has its subscriptions and advertisements again"
   open.push(ros);
   ros.on("error", () => {});
   ros.on("close", () => setTimeout(() => ros.connect(mine.url), 50)); // as pages do
-  const topic = listening(ros, "/odom", "nav_msgs/Odometry");
+  const topic = listening_to(ros, "/odom", "nav_msgs/Odometry");
   const said = new ROSLIB.Topic({ ros, name: "/said", messageType: "std_msgs/String" });
   said.advertise();
   await until("odometry", () => topic.got.length > 10);

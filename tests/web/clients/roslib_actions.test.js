@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // roslib's Action in both roles: one page provides an action, another sends goals.
 import assert from "node:assert/strict";
-import { once } from "node:events";
 import { test } from "node:test";
-import { limit, ros, server } from "../support/roslib.js";
+import { another, asked, limit, ros } from "../support/roslib.js";
 import { until } from "../support/watchdog.js";
-import { Action, Ros } from "roslib";
+import { Action } from "roslib";
 
 const actionType = "example_interfaces/action/Fibonacci";
 
-async function another() {
-  const made = new Ros({ url: server.url });
-  await once(made, "connection");
-  return made;
-}
 // Provides the action, and keeps the goals that came and those that were taken back.
 function provided(by, name, execute) {
   const action = new Action({ ros: by, name, actionType });
@@ -44,7 +38,7 @@ function sent(by, name, args) {
   return goal;
 }
 const is_there = (by, name) => until("the action is there", async () =>
-  (await new Promise((done, failed) => by.getActionServers(done, failed))).includes(name));
+  (await asked((...callbacks) => by.getActionServers(...callbacks))).includes(name));
 
 test("a goal has feedback and a result", limit, async () => {
   const provider = await another();

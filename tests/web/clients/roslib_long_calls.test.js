@@ -2,10 +2,9 @@
 // Calls between roslib 2 clients whose arguments and answers are far longer than message_bytes_max, as a map
 // server's are, and what others notice of them.
 import assert from "node:assert/strict";
-import { once } from "node:events";
 import { test } from "node:test";
-import { Ros, Service, Topic } from "roslib";
-import { limit, ros, server } from "../support/roslib.js";
+import { Service, Topic } from "roslib";
+import { another, asked, limit, listening, ros } from "../support/roslib.js";
 import { until } from "../support/watchdog.js";
 
 const map = (bytes) => ({
@@ -13,51 +12,44 @@ const map = (bytes) => ({
   data: Array.from({ length: bytes / 4 }, (_, i) => (i * 7) % 101),
 });
 
-async function another() {
-  const made = new Ros({ url: server.url });
-  await once(made, "connection");
-  return made;
-}
-const called = (by, name, request) => new Promise((resolve, reject) =>
-  new Service({ ros: by, name, serviceType: "nav_msgs/GetMap" }).callService(request, resolve, reject));
+const called = (by, name, request) => asked((...callbacks) =>
+  new Service({ ros: by, name, serviceType: "nav_msgs/GetMap" }).callService(request, ...callbacks));
 
 async function provided(name, answer) {
   const by = await another();
-  const asked = [];
+  const requests = [];
   const service = new Service({ ros: by, name, serviceType: "nav_msgs/GetMap" });
   service.advertise((request, response) => {
-    asked.push(request);
+    requests.push(request);
     Object.assign(response, answer(request));
     return true;
   });
   await until("the service is there", async () =>
-    (await new Promise((resolve, reject) => ros.getServices(resolve, reject))).includes(name));
-  return { by, asked };
+    (await asked((...callbacks) => ros.getServices(...callbacks))).includes(name));
+  return { by, requests };
 }
 
 test("a map of 900 kB is asked for and comes", limit, async () => {
   const whole = map(900_000);
-  const { by, asked } = await provided("/long/static_map", () => ({ map: whole }));
+  const { by, requests } = await provided("/long/static_map", () => ({ map: whole }));
   assert.deepEqual(await called(ros, "/long/static_map", {}), { map: whole });
   // roslib 2 answers as many as are asked at once, each once.
   const many = await Promise.all([1, 2, 3].map((n) => called(ros, "/long/static_map", { n })));
   for (const one of many) assert.deepEqual(one, { map: whole });
-  assert.equal(asked.length, 4);
+  assert.equal(requests.length, 4);
   by.close();
 });
 
 test("arguments of 700 kB are given, and what is short goes on meanwhile", limit, async () => {
-  const { by, asked } = await provided("/long/set_map", ({ map: { data } }) => ({ cells: data.length }));
-  const heard = [];
-  const topic = new Topic({ ros, name: "/odom", messageType: "nav_msgs/Odometry" });
-  topic.subscribe((message) => heard.push(message));
-  await until("odometry comes", () => heard.length > 0);
+  const { by, requests } = await provided("/long/set_map", ({ map: { data } }) => ({ cells: data.length }));
+  const topic = listening(new Topic({ ros, name: "/odom", messageType: "nav_msgs/Odometry" }));
+  await until("odometry comes", () => topic.got.length > 0);
   const whole = map(700_000);
   for (let i = 0; i !== 5; ++i) {
-    const before = heard.length;
+    const before = topic.got.length;
     assert.deepEqual(await called(ros, "/long/set_map", { map: whole }), { cells: whole.data.length });
-    assert.deepEqual(asked[i], { map: whole });
-    await until("odometry goes on", () => heard.length > before);
+    assert.deepEqual(requests[i], { map: whole });
+    await until("odometry goes on", () => topic.got.length > before);
   }
   topic.unsubscribe();
   by.close();

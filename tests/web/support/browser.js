@@ -22,11 +22,11 @@ export const start_browser = () =>
   chromium.launch({ executablePath: program, headless: true, args: flags });
 
 // A new page with `faults` (console errors and exceptions) and `asked` (every address asked for, sockets
-// included).
-export async function new_page(browser, { size = phone, scheme = "light" } = {}) {
+// included). One that is `trusting` takes whatever certificate it is shown.
+export async function new_page(browser, { size = phone, scheme = "light", trusting = false } = {}) {
   const context = await browser.newContext({
     viewport: size, colorScheme: scheme, isMobile: size === phone, hasTouch: size === phone,
-    deviceScaleFactor: size === phone ? 2 : 1,
+    deviceScaleFactor: size === phone ? 2 : 1, ignoreHTTPSErrors: trusting,
     permissions: ["local-network-access"],  // for pages that the tests answer themselves
   });
   context.setDefaultTimeout(watchdog_ms);
@@ -38,6 +38,11 @@ export async function new_page(browser, { size = phone, scheme = "light" } = {})
   page.on("request", (request) => page.asked.push(request.url()));
   page.on("websocket", (socket) => page.asked.push(socket.url()));
   return page;
+}
+
+// For afterEach() of who has no page that stays.
+export async function close_pages(browser) {
+  for (const context of browser.contexts()) await context.close();
 }
 
 export const artefact = (name) => {

@@ -2,15 +2,10 @@
 // The program under test, `rowe serve`, with its demo robot or as a test asks for it, on a port of its own;
 // and how to hurt it.
 
-import { spawn } from "node:child_process";
-import { once } from "node:events";
 import { readdirSync, readFileSync } from "node:fs";
 import { free_port } from "./port.js";
-import { rowe } from "./program.js";
+import { program, rowe } from "./program.js";
 import { until } from "./watchdog.js";
-
-const alive = new Set();
-process.on("exit", () => alive.forEach((child) => child.kill("SIGKILL")));
 
 export class robot {
   // Starts the program and resolves when it answers.
@@ -25,25 +20,21 @@ export class robot {
   }
 
   async restart() {
-    const child = spawn(process.env.ROWE_BIN, ["serve", ...this.how, "--port", String(this.port)], {
-      stdio: ["ignore", "pipe", "pipe"],
-    });
-    this.child = child;
-    alive.add(child);
-    this.said = "";
-    for (const stream of [child.stdout, child.stderr]) {
-      stream.on("data", (words) => (this.said = (this.said + words).slice(-4000)));
-    }
-    child.on("error", (error) => (this.said += error));
-    child.on("exit", () => alive.delete(child));
+    const running = program.rowe("serve", ...this.how, "--port", String(this.port));
+    this.running = running;
     await until("the robot answers", async () => {
-      if (child.exitCode !== null) throw new Error(`the robot ended with ${child.exitCode}: ${this.said}`);
+      const { exitCode } = running.child;
+      if (exitCode !== null) throw new Error(`the robot ended with ${exitCode}: ${running.stderr}`);
       try {
         return (await fetch(`${this.origin}/healthz`)).ok;
       } catch {
         return false;
       }
     });
+  }
+
+  get child() {
+    return this.running.child;
   }
 
   // Lets it drive again where it stopped by itself, as a busy machine makes it.
@@ -66,11 +57,7 @@ export class robot {
   }
 
   // Dies without a word.
-  async kill() {
-    const { child } = this;
-    if (child.exitCode !== null || child.signalCode !== null) return;
-    const gone = once(child, "exit");
-    child.kill("SIGKILL");
-    await gone;
+  kill() {
+    return this.running.end("SIGKILL");
   }
 }

@@ -12,10 +12,37 @@ export let ros;
 
 before(async () => {
   server = await robot.start();
-  ros = new Ros({ url: server.url });
-  await once(ros, "connection");
+  ros = await another();
 });
 after(() => {
   ros?.close();
   server?.kill();
 });
+
+export async function another() {
+  const made = new Ros({ url: server.url });
+  await once(made, "connection");
+  return made;
+}
+
+// Of a function that takes two callbacks.
+export const asked = (ask) =>
+  new Promise((done, failed) => ask(done, (why) => failed(new Error(String(why)))));
+
+// What a server reports: the events' names have the requests' ids.
+export function with_statuses(made) {
+  made.statuses = [];
+  const emit = made.emit.bind(made);
+  made.emit = (name, ...rest) => {
+    if (String(name).startsWith("status")) made.statuses.push(rest[0]);
+    return emit(name, ...rest);
+  };
+  return made;
+}
+
+// Subscribes; `got` has what came.
+export function listening(topic) {
+  topic.got = [];
+  topic.subscribe((message) => topic.got.push(message));
+  return topic;
+}

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // A robot as `rowe setup` makes it, served with TLS on this machine: its folder, tokens, and certificates for
 // clients.
-import { execFileSync, spawn } from "node:child_process";
+import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { free_port } from "./port.js";
-import { until } from "./watchdog.js";
+import { program } from "./program.js";
 
 const rowe = (...words) =>
   execFileSync(process.env.ROWE_BIN, words, { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
@@ -19,27 +19,24 @@ export class set_up_robot {
     const said = rowe("setup", "--name", "bot", "--keep-ca", "--dir", made.folder);
     const lines = [...said.matchAll(/^(observer|driver|supervisor|peer) +(\S+)$/gm)];
     made.tokens = Object.fromEntries(lines.map(([, role, token]) => [role, token]));
-    const settings = join(made.folder, "rowe.toml");
-    const asks = readFileSync(settings, "utf8").replace("[tls]\n", '[tls]\nclient_ca = "ca.pem"\n');
-    writeFileSync(settings, asks);
     made.port = await free_port();
     made.origin = `https://127.0.0.1:${made.port}`;
     made.url = `wss://127.0.0.1:${made.port}/`;
     return made;
   }
 
-  async serve() {
-    this.said = "";
-    const how = ["--demo", "--config", join(this.folder, "rowe.toml"), "--address", "127.0.0.1",
-      "--port", String(this.port)];
-    this.server = spawn(process.env.ROWE_BIN, ["serve", ...how], { stdio: ["ignore", "pipe", "pipe"] });
-    for (const stream of [this.server.stdout, this.server.stderr]) {
-      stream.on("data", (words) => (this.said += words));
-    }
-    await until("the robot serves", async () => {
-      if (this.server.exitCode !== null) throw new Error(this.said);
-      return this.said.includes("rowe serves https://");
-    });
+  // From now on clients are asked for a certificate, which they need not have.
+  ask_for_certificates() {
+    const settings = join(this.folder, "rowe.toml");
+    const asks = readFileSync(settings, "utf8").replace("[tls]\n", '[tls]\nclient_ca = "ca.pem"\n');
+    writeFileSync(settings, asks);
+  }
+
+  // `more` are further options of `rowe serve`.
+  async serve(...more) {
+    this.server = program.rowe("serve", "--demo", "--config", join(this.folder, "rowe.toml"),
+      "--address", "127.0.0.1", "--port", String(this.port), ...more);
+    await this.server.line(/rowe serves https:/);
   }
 
   // A new token; `how` as of `rowe token add`.
@@ -56,7 +53,7 @@ export class set_up_robot {
   remove(name) { rowe("token", "remove", name, "--dir", this.folder); }
 
   end() {
-    this.server?.kill("SIGKILL");
+    this.server?.child.kill("SIGKILL");
     rmSync(this.top, { recursive: true, force: true });
   }
 }

@@ -11,6 +11,7 @@
 #include "wire/codec/own_names.hpp"
 #include "wire/numbers_codec.hpp"
 #include "wire/protocols/protocols.hpp"
+#include "wire/received.hpp"
 #include "json/reading/reader.hpp"
 
 namespace codec_test {
@@ -18,11 +19,13 @@ namespace {
 
 using namespace rowe::wire;
 namespace json = rowe::json;
-using rowe::peer_profile;
+using rowe::websocket_profile;
+using test::received;
+using test::received_binary;
 
 constexpr name_limits limits{};
 
-const protocol_set& standard() { return protocols_of(peer_profile::standard); }
+const protocol_set& standard() { return protocols_of(websocket_profile::standard); }
 
 struct named_set {
   const char* name;
@@ -31,30 +34,10 @@ struct named_set {
 // Those of every profile, and the one that only tests have.
 std::vector<named_set> all_sets() {
   return {{"standard", standard()},
-          {"hop", protocols_of(peer_profile::hop)},
-          {"hop_2014", protocols_of(peer_profile::hop_2014)},
+          {"hop", protocols_of(websocket_profile::hop)},
+          {"hop_2014", protocols_of(websocket_profile::hop_2014)},
           {"numbers", numbers::protocols()}};
 }
-
-// A text as the other end reads it.
-struct received {
-  received(const protocol& by, std::string_view said) : text{said} {
-    text.append(json::reader::tailroom_bytes, '\xff');
-    auto reader = json::reader::create(64 * 1024);
-    const std::string_view whole{text.data(), said.size()};
-    EXPECT_TRUE(reader->validate(whole)) << said;
-    is = by.reads.decode(reader->last(), {.scratch = scratch, .diagnostic = buffer, .limits = limits},
-                         request, why);
-  }
-  received(const received&) = delete;
-
-  std::string text;
-  std::vector<char> scratch = std::vector<char>(decode_scratch_bytes(limits));
-  std::array<char, refusal::text_bytes_max> buffer{};
-  rowe::wire::request request;
-  diagnostic why;
-  decoded is = decoded::refused;
-};
 
 // What `write(writer)` writes.
 template <class Write>
@@ -110,10 +93,10 @@ TEST(codec, of_a_connection_is_chosen_by_its_subprotocol) {
   EXPECT_FALSE(standard().find("").can.takes_messages);
   EXPECT_FALSE(standard().find("another.v1").can.takes_messages);
   EXPECT_TRUE(standard().find("rowe.v1").can.takes_messages);
-  EXPECT_TRUE(protocols_of(peer_profile::hop).find("").can.takes_messages);
+  EXPECT_TRUE(protocols_of(websocket_profile::hop).find("").can.takes_messages);
   EXPECT_TRUE(numbers::protocols().find(numbers::subprotocol).can.listing);
   EXPECT_FALSE(numbers::protocols().find("").can.binary);
-  EXPECT_TRUE(protocols_of(peer_profile::hop).offers.empty());
+  EXPECT_TRUE(protocols_of(websocket_profile::hop).offers.empty());
 }
 
 TEST(codec, writes_calls_that_the_other_end_reads) {
@@ -406,24 +389,9 @@ TEST(json_decoder, knows_no_binary_messages) {
 const protocol& by_number() { return numbers::protocols().find(numbers::subprotocol); }
 const codec& numbered() { return numbers::protocols().of(numbers::id); }
 
-struct received_binary {
-  explicit received_binary(std::string bytes) : message{std::move(bytes)} {
-    is = by_number().reads.decode_binary(std::as_bytes(std::span{message}),
-                                         {.scratch = {}, .diagnostic = buffer, .limits = limits}, request,
-                                         why);
-  }
-  received_binary(const received_binary&) = delete;
-
-  std::string message;
-  std::array<char, refusal::text_bytes_max> buffer{};
-  rowe::wire::request request;
-  diagnostic why;
-  decoded is;
-};
-
 TEST(numbers_codec, reads_what_its_clients_write) {
   const std::string id{"\0\xff\"\\", 4};
-  const received_binary call{"c" + numbers::four(70) + id + R"({"a":1})"};
+  const received_binary call{by_number(), "c" + numbers::four(70) + id + R"({"a":1})"};
   EXPECT_EQ(call.is, decoded::request);
   EXPECT_EQ(call.request.what, verb::call);
   EXPECT_EQ(call.request.codec, numbers::id);
@@ -432,7 +400,7 @@ TEST(numbers_codec, reads_what_its_clients_write) {
   EXPECT_EQ(call.request.id_raw, id);
   EXPECT_EQ(call.request.body_raw, R"({"a":1})");
 
-  const received_binary published{"p" + numbers::four(5) + "{}"};
+  const received_binary published{by_number(), "p" + numbers::four(5) + "{}"};
   EXPECT_EQ(published.request.what, verb::publish);
   EXPECT_EQ(published.request.channel, 5U);
   EXPECT_TRUE(published.request.channel_is_peers);
@@ -455,7 +423,7 @@ TEST(numbers_codec, reads_what_its_clients_write) {
 
 TEST(numbers_codec, refuses_what_nobody_understands) {
   for (const char* bytes : {"", "q", "p1234", "c1234567", "x"}) {
-    const received_binary message{bytes};
+    const received_binary message{by_number(), bytes};
     EXPECT_EQ(message.is, decoded::malformed) << bytes;
     EXPECT_EQ(message.request.codec, numbers::id);
     EXPECT_FALSE(message.why.text.empty());

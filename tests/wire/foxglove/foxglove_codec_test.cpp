@@ -12,6 +12,7 @@
 
 #include "wire/foxglove/foxglove_schema.hpp"
 #include "wire/protocols/protocols.hpp"
+#include "wire/received.hpp"
 #include "json/reading/reader.hpp"
 
 struct foxglove_point {
@@ -42,41 +43,17 @@ using namespace std::string_literals;
 
 constexpr name_limits limits{.name_bytes_max = 32};
 
-const protocol& spoken() { return protocols_of(rowe::peer_profile::standard).find("foxglove.websocket.v1"); }
+const protocol& spoken() {
+  return protocols_of(rowe::websocket_profile::standard).find("foxglove.websocket.v1");
+}
 const codec& speaks() { return spoken().topics; }
 
-struct received {
-  explicit received(std::string said, list_place from = {}) : text{std::move(said)} {
-    const std::size_t bytes = text.size();
-    text.append(json::reader::tailroom_bytes, '\xff');
-    auto reader = json::reader::create(64 * 1024);
-    EXPECT_TRUE(reader->validate({text.data(), bytes})) << text;
-    is = spoken().reads.decode(reader->last(),
-                               {.scratch = scratch, .diagnostic = buffer, .limits = limits, .from = from},
-                               request, why);
-  }
-  received(const received&) = delete;
-
-  std::string text;
-  std::vector<char> scratch = std::vector<char>(decode_scratch_bytes(limits));
-  std::array<char, refusal::text_bytes_max> buffer{};
-  rowe::wire::request request;
-  diagnostic why;
-  decoded is = decoded::refused;
+struct received : test::received {
+  explicit received(std::string said, list_place from = {})
+      : test::received{spoken(), std::move(said), limits, from} {}
 };
-
-struct received_binary {
-  explicit received_binary(std::string bytes) : message{std::move(bytes)} {
-    is = spoken().reads.decode_binary(std::as_bytes(std::span{message}),
-                                      {.scratch = {}, .diagnostic = buffer, .limits = limits}, request, why);
-  }
-  received_binary(const received_binary&) = delete;
-
-  std::string message;
-  std::array<char, refusal::text_bytes_max> buffer{};
-  rowe::wire::request request;
-  diagnostic why;
-  decoded is = decoded::refused;
+struct received_binary : test::received_binary {
+  explicit received_binary(std::string bytes) : test::received_binary{spoken(), std::move(bytes), limits} {}
 };
 
 template <class Write>
@@ -95,7 +72,7 @@ std::string written(message_kind kind, Write&& write) {
 }
 
 TEST(foxglove_codec, has_both_of_its_subprotocols) {
-  const protocol_set& all = protocols_of(rowe::peer_profile::standard);
+  const protocol_set& all = protocols_of(rowe::websocket_profile::standard);
   for (const std::string_view name : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
     EXPECT_EQ(all.find(name).subprotocol, name);
     EXPECT_TRUE(all.find(name).can.listing && all.find(name).can.binary);

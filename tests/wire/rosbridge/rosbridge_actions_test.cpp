@@ -55,10 +55,6 @@ TEST(rosbridge_actions, reads_roslib_as_a_provider) {
 }
 
 TEST(rosbridge_actions, refuses_with_a_diagnostic_that_names_member_value_and_limit) {
-  struct wrong {
-    const char* text;
-    const char* diagnostic;
-  };
   constexpr wrong table[] = {
       {R"({"op":"advertise_action"})", R"(advertise_action: the member "action" is missing)"},
       {R"({"op":"unadvertise_action","action":""})",
@@ -79,7 +75,7 @@ TEST(rosbridge_actions, refuses_with_a_diagnostic_that_names_member_value_and_li
       {R"({"op":"action_result","action":"/a","id":"g","action":"/b"})",
        R"(action_result: the member "action" stands there twice)"},
   };
-  for (const wrong& row : table) EXPECT_EQ(diagnostic_for(row.text), row.diagnostic) << row.text;
+  expect_refused(table);
 }
 
 TEST(rosbridge_actions, writes_what_it_reads) {
@@ -87,7 +83,7 @@ TEST(rosbridge_actions, writes_what_it_reads) {
   json::writer goal{buffer};
   write_goal_head(goal, "/fib", "a/Fib", "1.a", true);
   goal.raw("{}");
-  write_call_service_tail(goal);
+  goal.end_object();
   EXPECT_EQ(goal.text(), R"({"op":"send_action_goal","id":"1.a","action":"/fib","action_type":"a/Fib",)"
                          R"("feedback":true,"args":{}})");
   json::writer cancel{buffer};
@@ -96,12 +92,12 @@ TEST(rosbridge_actions, writes_what_it_reads) {
   json::writer feedback{buffer};
   write_feedback_head(feedback, "/fib", R"("g")");
   feedback.raw("{}");
-  write_service_response_tail(feedback);
+  feedback.end_object();
   EXPECT_EQ(feedback.text(), R"({"op":"action_feedback","id":"g","action":"/fib","values":{}})");
   json::writer result{buffer};
   write_action_result_head(result, "/fib", "", 5, true);
   result.raw("null");
-  write_service_response_tail(result);
+  result.end_object();
   EXPECT_EQ(result.text(),
             R"({"op":"action_result","action":"/fib","status":5,"result":true,"values":null})");
 }

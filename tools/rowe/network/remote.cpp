@@ -15,8 +15,8 @@ namespace {
 constexpr rt::duration unremarkable = std::chrono::milliseconds{200};
 
 constexpr std::array<std::string_view, 3> profile_names{"standard", "hop", "hop_2014"};
-static_assert(static_cast<std::size_t>(peer_profile::hop) == 1 &&
-              static_cast<std::size_t>(peer_profile::hop_2014) == 2);
+static_assert(static_cast<std::size_t>(websocket_profile::hop) == 1 &&
+              static_cast<std::size_t>(websocket_profile::hop_2014) == 2);
 
 // Where endpoints listen unless they are told otherwise. ws:// alone means 80, as for every WebSocket.
 constexpr std::string_view usual_port = ":8080";
@@ -141,7 +141,7 @@ option profile_option(std::size_t& into) noexcept {
           choice{&into, profile_names}};
 }
 
-peer_profile profile_of(std::size_t index) noexcept { return static_cast<peer_profile>(index); }
+websocket_profile profile_of(std::size_t index) noexcept { return static_cast<websocket_profile>(index); }
 
 std::optional<exit_code> remote::wait(std::optional<rt::duration> timeout) {
   const auto begin = rt::monotonic_clock::now();
@@ -164,7 +164,7 @@ std::optional<exit_code> remote::wait(std::optional<rt::duration> timeout) {
 
 exit_code remote::give_up(rt::duration timeout) {
   to_.error("could not connect to ", url_, in_vain_ ? "" : joined(" within ", seconds_text(timeout)),
-            failure_told_ ? "" : joined(": ", failure_.empty() ? "no answer" : failure_));
+            failure_reported_ ? "" : joined(": ", failure_.empty() ? "no answer" : failure_));
   return exit_code::no_connection;
 }
 
@@ -178,15 +178,15 @@ void remote::report() {
       if (text == failure_) break;
       failure_ = text;
       // Who waits for the first connection is told of this at the end.
-      failure_told_ = !to_.quiet() && (connected_before_ || !in_vain_);
-      if (failure_told_) to_.note(text);
+      failure_reported_ = !to_.quiet() && (connected_before_ || !in_vain_);
+      if (failure_reported_) to_.note(text);
       break;
     case event::kind::peer_joined:
       if (connected_before_) to_.note("connected again to ", url_);
       connected_before_ = true;
       failure_.clear();
-      reason_told_.clear();
-      failure_told_ = in_vain_ = false;
+      reason_reported_.clear();
+      failure_reported_ = in_vain_ = false;
       break;
     case event::kind::status_from_peer: report_error(happened->what, text); break;
     default: to_.note(text); break;
@@ -206,8 +206,8 @@ void remote::report_error(std::string_view said, const std::string& sentence) {
   if (operation == "publish") publish_refused_ = true;
   ++errors_reported_;
   error_reported_ = said;
-  if (reason == reason_told_) return;
-  reason_told_ = reason;
+  if (reason == reason_reported_) return;
+  reason_reported_ = reason;
   to_.error(sentence);
 }
 

@@ -51,10 +51,10 @@ std::string typed_again(const remote_place& at);
 std::optional<exit_code> use(const remote_place& at, endpoint_options& options, const console& to);
 
 // The entries that the verbs' tables share: the URL, or $ROWE_URL; and the kind of peer that is there, as an
-// index of peer_profile.
+// index of websocket_profile.
 operand url_operand(std::string& into) noexcept;
 option profile_option(std::size_t& into) noexcept;
-peer_profile profile_of(std::size_t index) noexcept;
+websocket_profile profile_of(std::size_t index) noexcept;
 
 // An endpoint that connects, and the person waiting for it. One thread.
 class remote {
@@ -81,7 +81,7 @@ class remote {
   bool in_vain() const noexcept { return in_vain_; }
 
   // Whether report() has printed that.
-  bool failure_told() const noexcept { return failure_told_; }
+  bool failure_reported() const noexcept { return failure_reported_; }
 
   // How often the other side has said that something of ours was wrong, as far as report() has read it.
   std::uint64_t errors_reported() const noexcept { return errors_reported_; }
@@ -97,11 +97,11 @@ class remote {
   std::string url_;
   const console& to_;
   std::string failure_;
-  bool failure_told_ = false;
+  bool failure_reported_ = false;
   bool in_vain_ = false;
   std::uint64_t errors_reported_ = 0;
   std::string error_reported_;
-  std::string reason_told_; // of it, or of one before
+  std::string reason_reported_; // of it, or of one before
   bool advertise_refused_ = false;
   bool publish_refused_ = false;
   bool connected_before_ = false;

@@ -222,7 +222,8 @@ class missing_publishers {
  public:
   missing_publishers(endpoint& hub, const remote& at, const echo_options& o, const console& to)
       : at_{at}, to_{to} {
-    if (o.plain || profile_of(o.profile) != peer_profile::standard) return; // Hop's programs know no topics
+    if (o.plain || profile_of(o.profile) != websocket_profile::standard)
+      return; // Hop's programs know no topics
     auto opened = hub.client<json_text, json_text>("/rosapi/publishers",
                                                    {.depth = static_cast<std::uint32_t>(o.topics.size())});
     if (!opened) return;

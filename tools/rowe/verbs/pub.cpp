@@ -156,7 +156,7 @@ std::string contradiction(const pub_options& o, std::string_view named) {
   if (o.plain && o.latch) return "--latch is for topics, not for plain messages";
   if (o.plain && !o.type.empty()) return "--type is for topics, not for plain messages";
   if (o.plain && o.wait) return "--wait is for topics, not for plain messages";
-  if (o.wait && profile_of(o.profile) != peer_profile::standard)
+  if (o.wait && profile_of(o.profile) != websocket_profile::standard)
     return "--wait is for the profile standard: Hop programs have no subscribers";
   if (o.plain && o.ttl && o.timeout) {
     return "--timeout and --ttl exclude each other: the time to live of a plain message includes waiting for "
@@ -261,7 +261,7 @@ class sender {
   // What the other side says behind all that was sent: as has_subscribers(). Nothing: it was not asked.
   std::optional<result<bool>> handled(endpoint& via) {
     if constexpr (is_topic) {
-      if (profile_of(chosen_.profile) == peer_profile::standard && via.peers() != 0)
+      if (profile_of(chosen_.profile) == websocket_profile::standard && via.peers() != 0)
         return target_.handled(via, chosen_, longest_sent_, waits_);
     }
     return std::nullopt;
@@ -271,7 +271,8 @@ class sender {
   // where nobody knows when the end will come. Nothing: go on. Otherwise the verb ends so. Who subscribes to
   // one message is gone behind it, so it is asked here whether there is somebody.
   std::optional<exit_code> meet(endpoint& via, bool endless) {
-    if (!is_topic || !(chosen_.wait || !to_.quiet()) || profile_of(chosen_.profile) != peer_profile::standard)
+    if (!is_topic || !(chosen_.wait || !to_.quiet()) ||
+        profile_of(chosen_.profile) != websocket_profile::standard)
       return std::nullopt;
     const auto begin = rt::monotonic_clock::now();
     const auto end = rt::deadline_after(begin, chosen_.timeout.value_or(rt::for_ever));

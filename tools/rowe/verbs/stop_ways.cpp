@@ -106,9 +106,10 @@ std::optional<exit_code> stop_ways::connect(rt::duration timeout) {
       kept_->connection.report();
       if (kept_->hub.peers() != 0) {
         chosen_ = kept_.get();
-        const bool told_why = ordinary_->connection.failure_told();
-        to_.note("no ordinary connection", told_why ? "" : joined(" (", why.empty() ? "no answer" : why, ")"),
-                 "; asking on ", kept_->connection.url(), ", where places are reserved for a stop");
+        const bool reason_reported = ordinary_->connection.failure_reported();
+        to_.note("no ordinary connection",
+                 reason_reported ? "" : joined(" (", why.empty() ? "no answer" : why, ")"), "; asking on ",
+                 kept_->connection.url(), ", where places are reserved for a stop");
         return std::nullopt;
       }
     }

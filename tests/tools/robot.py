@@ -7,6 +7,7 @@
 All that is sent is numbered, so that a test can say of each message what became of it."""
 import contextlib
 import os
+import pathlib
 import re
 import ssl
 import tempfile
@@ -20,6 +21,20 @@ topic = "/numbers"
 drops = ("expired", "outbox_full", "evicted", "no_slot", "over_rate", "lost_with_peer")
 
 
+roles = ("observer", "driver", "supervisor", "peer")
+
+
+def tokens_of(ended):
+    """The tokens that a run of `rowe setup` printed, by role."""
+    found = (re.match(rf"({'|'.join(roles)}) +([\w-]{{43}})$", line) for line in ended.stdout)
+    return {one[1]: one[2] for one in found if one}
+
+
+def content_of(folder):
+    """What each of its files holds."""
+    return {path.name: path.read_bytes() for path in pathlib.Path(folder).iterdir()}
+
+
 class robot:
     """Its folder is deleted with it."""
 
@@ -27,10 +42,8 @@ class robot:
         self.top = tempfile.TemporaryDirectory()
         self.folder = os.path.join(self.top.name, "bot")
         self.file, self.ca = os.path.join(self.folder, "rowe.toml"), os.path.join(self.folder, "ca.pem")
-        ended = program.run("setup", "--name", "bot", "--dir", self.folder, "--keep-ca", *options)
-        assert ended.code == 0, ended.stderr
-        said = "\n".join(ended.stdout)
-        self.tokens = dict(re.findall(r"(?m)^(observer|driver|supervisor|peer) +(\S+)$", said))
+        self.tokens = tokens_of(program.run("setup", "--name", "bot", "--dir", self.folder, "--keep-ca",
+                                            *options, code=0))
 
     def __enter__(self):
         return self
@@ -41,6 +54,14 @@ class robot:
     def at(self, name):
         return os.path.join(self.folder, name)
 
+    def text(self, name):
+        return pathlib.Path(self.at(name)).read_text(encoding="ascii").strip()
+
+    def renew(self, *options, **more):
+        """Its certificate; returns the new one, as PEM."""
+        program.run("setup", "--renew", "--dir", self.folder, *options, code=0, **more)
+        return self.text("certificate.pem")
+
     def serving(self, *options, address="127.0.0.1", **more):
         return program.hub("--config", self.file, "--address", address, *options, **more)
 
@@ -49,8 +70,8 @@ class robot:
         return ssl.create_default_context(cafile=self.ca)
 
     def who(self, role):
-        """The environment of a program that is to connect as that."""
-        return {"ROWE_CA": self.ca, "ROWE_TOKEN": self.tokens[role]}
+        """The environment of a program that is to connect as that, or with a token that nobody has."""
+        return {"ROWE_CA": self.ca, "ROWE_TOKEN": self.tokens.get(role, role)}
 
     def peer(self, serving, role, path="/"):
         return websocket.peer(serving.port, serving.host, path, secure=self.trust(),
@@ -63,15 +84,13 @@ class robot:
 
     def subscriber(self, serving, role="observer"):
         p = self.peer(serving, role)
-        p.send({"op": "subscribe", "topic": topic})
-        websocket.settle(p)
+        p.subscribe(topic)
         return p
 
     def stop(self, serving, role="observer"):
         """Stops it, on the path that is kept for that; returns when it has said that it stands."""
         with self.peer(serving, role, "/rowe/stop") as p:
-            p.send({"op": "call_service", "service": "/rowe/stop", "id": "now"})
-            answer = p.receive_until(lambda m: m["op"] == "service_response")
+            answer = p.call("/rowe/stop")
         assert (answer["id"], answer["result"]) == ("now", True), answer
         return answer["values"]
 

@@ -9,14 +9,14 @@
 #include "json/reading/reader.hpp"
 
 namespace rowe::json {
-namespace members_noted_test {
+namespace member_index_test {
 namespace {
 
 using tests::padded;
 using names = std::vector<std::string>;
 
 // What the reader has noted of a text that it accepted, and what a walk through the same text finds.
-class members_noted : public ::testing::Test {
+class member_index : public ::testing::Test {
  protected:
   // The names of the members that were noted, when they are where the walk finds them.
   names noted(std::string_view text) {
@@ -36,36 +36,36 @@ class members_noted : public ::testing::Test {
     }
     EXPECT_FALSE(by_note.next(b)) << text;
     names all;
-    for (const member& m : last.noted) all.emplace_back(m.name_raw);
+    for (const member& m : last.indexed) all.emplace_back(m.name_raw);
     return all;
   }
 
   reader reader_ = reader::create(64 * 1024).value();
 };
 
-TEST_F(members_noted, are_those_of_the_outermost_object) {
+TEST_F(member_index, are_those_of_the_outermost_object) {
   EXPECT_EQ(noted(R"({"op":"publish","msg":{"x":1,"y":[{"z":2}]},"latch":false})"),
             (names{"op", "msg", "latch"}));
   EXPECT_EQ(noted(R"({"a":{"b":{}},"c":[],"d":[[],[]],"e":null})"), (names{"a", "c", "d", "e"}));
   EXPECT_EQ(noted(R"({"a":1,"a":2})"), (names{"a", "a"}));
 }
 
-TEST_F(members_noted, end_where_white_space_begins) {
+TEST_F(member_index, end_where_white_space_begins) {
   EXPECT_EQ(noted(" { \"a\" : 1 , \"b\"\t:\n[ 2 ] ,\"c\":\"d e \" }\r\n"), (names{"a", "b", "c"}));
 }
 
-TEST_F(members_noted, keep_their_escapes) {
+TEST_F(member_index, keep_their_escapes) {
   EXPECT_EQ(noted(R"({"\u006fp":"a\"b","\"":"\\"})"), (names{R"(\u006fp)", R"(\")"}));
 }
 
-TEST_F(members_noted, are_none_where_there_is_no_object) {
+TEST_F(member_index, are_none_where_there_is_no_object) {
   for (const std::string_view text :
        {"{}", " { } ", "[]", R"([{"a":1}])", R"("a")", "1", "true", "[[1],{}]"}) {
     EXPECT_EQ(noted(text), names{}) << text;
   }
 }
 
-TEST_F(members_noted, are_the_first_of_many) {
+TEST_F(member_index, are_the_first_of_many) {
   std::string text = "{";
   for (int i = 0; i < 100; ++i) text += "\"" + std::to_string(i) + "\": [" + std::to_string(i) + "] ,";
   text.back() = '}';
@@ -75,16 +75,16 @@ TEST_F(members_noted, are_the_first_of_many) {
 }
 
 // Its own scan accepts this; the check of tokens leaves it alone.
-TEST_F(members_noted, are_none_where_the_scan_decided) { EXPECT_EQ(noted(R"({"a":1e-400})"), names{}); }
+TEST_F(member_index, are_none_where_the_scan_decided) { EXPECT_EQ(noted(R"({"a":1e-400})"), names{}); }
 
-TEST_F(members_noted, of_a_text_that_is_refused_are_none) {
+TEST_F(member_index, of_a_text_that_is_refused_are_none) {
   noted(R"({"a":1})");
   const padded p{R"({"a":1,"b":})"};
   EXPECT_FALSE(reader_.validate(p.text()));
-  EXPECT_TRUE(reader_.last().noted.empty());
+  EXPECT_TRUE(reader_.last().indexed.empty());
   EXPECT_TRUE(reader_.last().text.empty());
 }
 
 } // namespace
-} // namespace members_noted_test
+} // namespace member_index_test
 } // namespace rowe::json

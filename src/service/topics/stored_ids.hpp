@@ -23,21 +23,21 @@
 
 namespace rowe::service {
 
-class kept_ids {
+class stored_ids {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<block>(block_count(bounds)) +
            rt::arena::bytes_for<std::uint32_t>(bounds.connections_max);
   }
   // `claimants`: how many peers there may be.
-  kept_ids(rt::arena& memory, const limits& bounds, std::uint32_t claimants) noexcept
+  stored_ids(rt::arena& memory, const limits& bounds, std::uint32_t claimants) noexcept
       : blocks_{memory.carve<block>(block_count(bounds))},
         free_{blocks_},
         held_{memory.carve<std::uint32_t>(bounds.connections_max)},
         claims_{block_count(bounds), claimants} {}
 
   // Replaces what is in `into`.
-  void keep(kept_id& into, peer_index of, std::string_view raw) noexcept {
+  void keep(stored_id& into, peer_index of, std::string_view raw) noexcept {
     drop(into, of);
     const auto needed =
         static_cast<std::uint32_t>((raw.size() + id_block_bytes_max - 1) / id_block_bytes_max);
@@ -50,7 +50,7 @@ class kept_ids {
     }
     into.bytes = static_cast<std::uint16_t>(raw.size());
   }
-  void drop(kept_id& what, peer_index of) noexcept {
+  void drop(stored_id& what, peer_index of) noexcept {
     for (id_block_id i = what.first; i;) {
       const id_block_id next = blocks_[i].next;
       free_.give_back(i);
@@ -60,7 +60,7 @@ class kept_ids {
     what = {};
   }
   // Empty: it was not kept.
-  std::string_view read(const kept_id& what, std::span<char, call_id_bytes_max> buffer) const noexcept {
+  std::string_view read(const stored_id& what, std::span<char, call_id_bytes_max> buffer) const noexcept {
     std::size_t at = 0;
     for (id_block_id i = what.first; i; i = blocks_[i].next) {
       const std::size_t here = std::min(what.bytes - at, id_block_bytes_max);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What endpoint::listen() refuses before it opens a port; also how a configuration is judged.
+// What endpoint::listen() and connect() refuse before they open anything; also how a configuration is judged.
 #pragma once
+#include <string>
 #include <vector>
 
 #include <rowe/options.hpp>
@@ -26,5 +27,9 @@ std::vector<error> listen_faults(const endpoint_options& options);
 // Errors: bad_argument, bad_access, bad_address (EINVAL: not numeric), not_loopback, bad_certificate. Set-up:
 // allocates, and reads the files of TLS.
 status check_listen(const endpoint_options& options);
+
+// The token that connect() shows: `token`, or what `token_file` holds; empty: none. Error: bad_access, where
+// `why`, if given, is assigned what is wrong. Reads the file. Set-up.
+result<std::string> token_to_show(const endpoint_options& options, std::string* why = nullptr);
 
 } // namespace rowe::detail

@@ -8,7 +8,7 @@
 
 namespace rowe::service {
 
-class told_message {
+class announcement {
  public:
   enum class fate : std::uint8_t { none, waits, written, lost };
 

@@ -16,7 +16,7 @@
 
 namespace rowe::service {
 
-class told_numbers {
+class announced_numbers {
  public:
   // Two bits for each number.
   enum class mark : std::uint8_t {
@@ -28,7 +28,7 @@ class told_numbers {
     return rt::arena::bytes_for<std::uint32_t>(count(bounds)) +
            2 * rt::arena::bytes_for<std::uint32_t>(words_for(count(bounds)));
   }
-  told_numbers(rt::arena& memory, const limits& bounds) noexcept
+  announced_numbers(rt::arena& memory, const limits& bounds) noexcept
       : topics_max_{bounds.topics_max},
         of_peer_{of_peer(bounds)},
         numbers_{memory.carve<std::uint32_t>(count(bounds))},

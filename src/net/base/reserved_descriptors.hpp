@@ -15,12 +15,12 @@
 
 namespace rowe::net {
 
-class kept_descriptors {
+class reserved_descriptors {
  public:
-  kept_descriptors() = default;
-  ~kept_descriptors() { (void)give(all_.size()); }
-  kept_descriptors(const kept_descriptors&) = delete;
-  kept_descriptors& operator=(const kept_descriptors&) = delete;
+  reserved_descriptors() = default;
+  ~reserved_descriptors() { (void)give(all_.size()); }
+  reserved_descriptors(const reserved_descriptors&) = delete;
+  reserved_descriptors& operator=(const reserved_descriptors&) = delete;
 
   // Set-up: allocates, and takes as many as there are.
   void keep(std::size_t count) {
