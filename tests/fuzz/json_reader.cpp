@@ -2,9 +2,9 @@
 // The JSON reader under arbitrary bytes. The input is the text. What is required: the walkers stay inside any
 // text, validated or not; the reader's result is that of its own scan, and of simdjson's two parsers
 // wherever these can decide; the byte that it reports lies in the text; in a valid text the walkers find,
-// value by value, what those parsers find, and the reader has noted the same members; the scanner, which gets
-// the text in pieces, says the same as the reader, wherever the pieces end; and a string or number of it,
-// written by the writer, reads back the same.
+// value by value, what those parsers find, and the reader has indexed the same members; the scanner, which
+// gets the text in pieces, says the same as the reader, wherever the pieces end; and a string or number of
+// it, written by the writer, reads back the same.
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -62,14 +62,14 @@ void walk_unvalidated(std::string_view text) {
   (void)find(copy, "op");
 }
 
-void compare_noted(const document& last, std::string_view text) {
-  require(last.text.data() == text.data() && last.text.size() == text.size(), "the reader noted this text");
+void compare_indexed(const document& last, std::string_view text) {
+  require(last.text.data() == text.data() && last.text.size() == text.size(), "the reader indexed this text");
   object_walk indexed{last}, walked{text};
   member a, b;
   bool more = true;
   while (more) {
     more = walked.next(a);
-    require(noted.next(b) == more, "as many members are noted as are there");
+    require(indexed.next(b) == more, "as many members are indexed as are there");
     require(!more || (a.name_raw.data() == b.name_raw.data() && a.name_raw.size() == b.name_raw.size()),
             "their names are where they are");
     require(!more || (a.what.type == b.what.type && a.what.raw.data() == b.what.raw.data() &&
@@ -143,7 +143,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(found.at <= text.size(), "the fault lies in the text");
   compare_scanned(text, found);
   if (status) {
-    compare_noted(r.last(), text);
+    compare_indexed(r.last(), text);
   } else {
     require(status.code() ==
                 (found.what == fault_kind::too_deep ? rowe::errc::too_deep : rowe::errc::malformed),

@@ -15,11 +15,11 @@ namespace {
 using tests::padded;
 using names = std::vector<std::string>;
 
-// What the reader has noted of a text that it accepted, and what a walk through the same text finds.
+// What the reader has indexed of a text that it accepted, and what a walk through the same text finds.
 class member_index : public ::testing::Test {
  protected:
-  // The names of the members that were noted, when they are where the walk finds them.
-  names noted(std::string_view text) {
+  // The names of the members that were indexed, when they are where the walk finds them.
+  names indexed(std::string_view text) {
     const padded p{text};
     EXPECT_TRUE(reader_.validate(p.text())) << text;
     const document& last = reader_.last();
@@ -44,24 +44,24 @@ class member_index : public ::testing::Test {
 };
 
 TEST_F(member_index, are_those_of_the_outermost_object) {
-  EXPECT_EQ(noted(R"({"op":"publish","msg":{"x":1,"y":[{"z":2}]},"latch":false})"),
+  EXPECT_EQ(indexed(R"({"op":"publish","msg":{"x":1,"y":[{"z":2}]},"latch":false})"),
             (names{"op", "msg", "latch"}));
-  EXPECT_EQ(noted(R"({"a":{"b":{}},"c":[],"d":[[],[]],"e":null})"), (names{"a", "c", "d", "e"}));
-  EXPECT_EQ(noted(R"({"a":1,"a":2})"), (names{"a", "a"}));
+  EXPECT_EQ(indexed(R"({"a":{"b":{}},"c":[],"d":[[],[]],"e":null})"), (names{"a", "c", "d", "e"}));
+  EXPECT_EQ(indexed(R"({"a":1,"a":2})"), (names{"a", "a"}));
 }
 
 TEST_F(member_index, end_where_white_space_begins) {
-  EXPECT_EQ(noted(" { \"a\" : 1 , \"b\"\t:\n[ 2 ] ,\"c\":\"d e \" }\r\n"), (names{"a", "b", "c"}));
+  EXPECT_EQ(indexed(" { \"a\" : 1 , \"b\"\t:\n[ 2 ] ,\"c\":\"d e \" }\r\n"), (names{"a", "b", "c"}));
 }
 
 TEST_F(member_index, keep_their_escapes) {
-  EXPECT_EQ(noted(R"({"\u006fp":"a\"b","\"":"\\"})"), (names{R"(\u006fp)", R"(\")"}));
+  EXPECT_EQ(indexed(R"({"\u006fp":"a\"b","\"":"\\"})"), (names{R"(\u006fp)", R"(\")"}));
 }
 
 TEST_F(member_index, are_none_where_there_is_no_object) {
   for (const std::string_view text :
        {"{}", " { } ", "[]", R"([{"a":1}])", R"("a")", "1", "true", "[[1],{}]"}) {
-    EXPECT_EQ(noted(text), names{}) << text;
+    EXPECT_EQ(indexed(text), names{}) << text;
   }
 }
 
@@ -69,16 +69,16 @@ TEST_F(member_index, are_the_first_of_many) {
   std::string text = "{";
   for (int i = 0; i < 100; ++i) text += "\"" + std::to_string(i) + "\": [" + std::to_string(i) + "] ,";
   text.back() = '}';
-  const names first = noted(text);
+  const names first = indexed(text);
   EXPECT_GE(first.size(), 8U);
   EXPECT_LT(first.size(), 100U);
 }
 
 // Its own scan accepts this; the check of tokens leaves it alone.
-TEST_F(member_index, are_none_where_the_scan_decided) { EXPECT_EQ(noted(R"({"a":1e-400})"), names{}); }
+TEST_F(member_index, are_none_where_the_scan_decided) { EXPECT_EQ(indexed(R"({"a":1e-400})"), names{}); }
 
 TEST_F(member_index, of_a_text_that_is_refused_are_none) {
-  noted(R"({"a":1})");
+  indexed(R"({"a":1})");
   const padded p{R"({"a":1,"b":})"};
   EXPECT_FALSE(reader_.validate(p.text()));
   EXPECT_TRUE(reader_.last().indexed.empty());

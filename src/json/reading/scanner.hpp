@@ -39,7 +39,7 @@ struct placed_member {
 // One thread at a time. Nothing waits or allocates.
 class scanner {
  public:
-  static constexpr std::size_t members_max = 16; // that are noted
+  static constexpr std::size_t members_max = 16; // that are indexed
 
   // `depth_max`: how many objects and arrays may be open at once, 1 to fault_depth_limit.
   explicit scanner(std::size_t depth_max = reader::depth_max_default) noexcept;

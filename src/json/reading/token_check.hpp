@@ -21,8 +21,8 @@ struct member_index {
   bool all = false;             // the object has no others
 };
 
-// `tokens`: the index of each token, ascending. If the whole text is an object, its first members are noted
-// in `noted`. 32 bytes behind the text must be readable. `depth_max` is at most fault_depth_limit.
+// `tokens`: the index of each token, ascending. If the whole text is an object, its first members are indexed
+// in `indexed`. 32 bytes behind the text must be readable. `depth_max` is at most fault_depth_limit.
 bool tokens_are_valid(std::string_view text, std::span<const std::uint32_t> tokens, std::size_t depth_max,
                       std::span<member> indexed, member_index& found) noexcept;
 

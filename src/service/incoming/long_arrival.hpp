@@ -27,7 +27,7 @@ struct long_arrival {
     no_room,     // there was no place for it, or it lost its place to another peer
     malformed,   // `wrong` says why
     no_object,   // it has no member that could be long
-    far_behind,  // its long member stands behind more others than are noted
+    far_behind,  // its long member stands behind more others than are indexed
     other_long,  // all but one of its members are too long together: `bytes`
     unsupported, // binary, and of no kind that may be long
   };

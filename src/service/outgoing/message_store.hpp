@@ -5,7 +5,7 @@
 // cycle. The wheel only frees slots that nobody looks at.
 //
 // The store does not know who waits for the outcome of a message. A slot may be tracked: then its outcomes
-// are noted, and whoever tracks it takes them later.
+// are recorded, and whoever tracks it takes them later.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -138,8 +138,9 @@ class message_store {
 
   // ---- tracking
 
-  // Outcomes of the slot are noted from now on. With `pins`, the caller's reference stays until the message
-  // was sent once. It is no delivery: when all deliveries have ended, the message can be queued again.
+  // Outcomes of the slot are recorded from now on. With `pins`, the caller's reference stays until the
+  // message was sent once. It is no delivery: when all deliveries have ended, the message can be queued
+  // again.
   void track(slot_id slot, bool pins) noexcept;
   // Ends the tracking. Frees the slot unless a frame of it is partly written; returns whether it did.
   bool cancel(slot_ref which) noexcept;
@@ -168,7 +169,7 @@ class message_store {
   bool check() const noexcept;
 
  private:
-  // What was noted of a slot.
+  // What was recorded of a slot.
   struct tracking {
     slot_id next{};
     bool listed = false;

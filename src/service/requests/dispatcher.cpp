@@ -79,7 +79,7 @@ inline void dispatcher::read_text(connection& c, std::span<std::byte> payload) n
   if (!c.list) [[likely]] { // else it was validated in an earlier turn
     if (const status valid = validate(text); !valid)
       return read_long(c, long_ingress_.malformed(text, valid.error()), payload);
-    known = state_.seams.validator.last(); // its members are noted until the next validation
+    known = state_.seams.validator.last(); // its members are indexed until the next validation
   }
   for (std::uint32_t left = listed_requests_per_turn;;) {
     // Of a list only the first request is looked at for a stop: that reads all of the text.
@@ -99,7 +99,7 @@ inline void dispatcher::read_text(connection& c, std::span<std::byte> payload) n
     c.list = one.asked.next;
     state_.cycle.work_bytes += read_work_bytes; // as much as a message of its own
     if (--left == 0) return ingress_.go_on({c.id.index});
-    known = json::document{text}; // what was noted may be gone
+    known = json::document{text}; // what was indexed may be gone
   }
 }
 

@@ -6,46 +6,49 @@
 
 #include "service/topics/own_type_structs.hpp"
 
-namespace rowe::service::told {
+namespace rowe::service::own_structs {
 
 // The first is left out, so that each that follows can stand behind a comma.
 template <auto Nothing, auto... Members>
 using members_behind = fields<Members...>;
 
-} // namespace rowe::service::told
+} // namespace rowe::service::own_structs
 
 namespace rowe {
 
-namespace reports = service::told;
+namespace own_structs = service::own_structs;
 
 template <>
-inline constexpr auto names<reports::motion> =
-    enumerators<reports::motion::running, reports::motion::stopped>{};
+inline constexpr auto names<own_structs::motion> =
+    enumerators<own_structs::motion::running, own_structs::motion::stopped>{};
 template <>
-inline constexpr auto names<reports::cause> =
-    enumerators<reports::cause::start, reports::cause::request, reports::cause::guard, reports::cause::loop,
-                reports::cause::service>{};
+inline constexpr auto names<own_structs::cause> =
+    enumerators<own_structs::cause::start, own_structs::cause::request, own_structs::cause::guard,
+                own_structs::cause::loop, own_structs::cause::service>{};
 
 template <>
-inline constexpr auto schema<reports::anything> = fields<>{};
+inline constexpr auto schema<own_structs::anything> = fields<>{};
 template <detail::name_literal Name>
-inline constexpr auto schema<reports::one_text<Name>> = fields<field<&reports::one_text<Name>::text, Name>>{};
+inline constexpr auto schema<own_structs::one_text<Name>> =
+    fields<field<&own_structs::one_text<Name>::text, Name>>{};
 template <detail::name_literal Name>
-inline constexpr auto schema<reports::one_list<Name>> =
-    fields<field<&reports::one_list<Name>::texts, Name>>{};
+inline constexpr auto schema<own_structs::one_list<Name>> =
+    fields<field<&own_structs::one_list<Name>::texts, Name>>{};
 
-#define ROWE_MEMBER(name, group, meaning) , &reports::counts::name
+#define ROWE_MEMBER(name, group, meaning) , &own_structs::counts::name
 template <>
-inline constexpr auto schema<reports::counts> = reports::members_behind<0 ROWE_COUNTERS(ROWE_MEMBER)>{};
+inline constexpr auto schema<own_structs::counts> =
+    own_structs::members_behind<0 ROWE_COUNTERS(ROWE_MEMBER)>{};
 #undef ROWE_MEMBER
-#define ROWE_IF_loss(name) , &reports::counts::name
-#define ROWE_IF_chosen(name) , &reports::counts::name
+#define ROWE_IF_loss(name) , &own_structs::counts::name
+#define ROWE_IF_chosen(name) , &own_structs::counts::name
 #define ROWE_IF_flow(name)
 #define ROWE_IF_refusal(name)
 #define ROWE_IF_own(name)
 #define ROWE_MEMBER(name, group, meaning) ROWE_IF_##group(name)
 template <>
-inline constexpr auto schema<reports::losses> = reports::members_behind<0 ROWE_COUNTERS(ROWE_MEMBER)>{};
+inline constexpr auto schema<own_structs::losses> =
+    own_structs::members_behind<0 ROWE_COUNTERS(ROWE_MEMBER)>{};
 #undef ROWE_MEMBER
 #undef ROWE_IF_loss
 #undef ROWE_IF_chosen
@@ -54,7 +57,7 @@ inline constexpr auto schema<reports::losses> = reports::members_behind<0 ROWE_C
 #undef ROWE_IF_own
 
 template <>
-inline constexpr auto schema<reports::bounds> =
+inline constexpr auto schema<own_structs::bounds> =
     fields<&limits::connections_max, &limits::connections_per_address_max, &limits::handshakes_max,
            &limits::handshake_bytes, &limits::message_bytes_max, &limits::fragments_max, &limits::depth_max,
            &limits::messages_per_second_max, &limits::refusals_per_second_max,
@@ -67,134 +70,140 @@ inline constexpr auto schema<reports::bounds> =
            &limits::lane_bytes, &limits::events_max>{};
 
 template <>
-inline constexpr auto schema<reports::granted> =
-    fields<&reports::granted::fifo, &reports::granted::pinned, &reports::granted::locked>{};
+inline constexpr auto schema<own_structs::granted> =
+    fields<&own_structs::granted::fifo, &own_structs::granted::pinned, &own_structs::granted::locked>{};
 template <>
-inline constexpr auto schema<reports::topic_row> =
-    fields<&reports::topic_row::topic, &reports::topic_row::type, &reports::topic_row::messages,
-           &reports::topic_row::rate_hz, &reports::topic_row::bytes, &reports::topic_row::gap_ms_max,
-           &reports::topic_row::subscribers>{};
+inline constexpr auto schema<own_structs::topic_row> =
+    fields<&own_structs::topic_row::topic, &own_structs::topic_row::type, &own_structs::topic_row::messages,
+           &own_structs::topic_row::rate_hz, &own_structs::topic_row::bytes,
+           &own_structs::topic_row::gap_ms_max, &own_structs::topic_row::subscribers>{};
 template <>
-inline constexpr auto schema<reports::stats> =
-    fields<&reports::stats::name, &reports::stats::epoch, &reports::stats::uptime_s, &reports::stats::peers,
-           &reports::stats::real_time, &reports::stats::rates_over_s, &reports::stats::topics,
-           &reports::stats::topics_left_out, &reports::stats::losses, &reports::stats::cycle_us_max>{}
+inline constexpr auto schema<own_structs::stats> =
+    fields<&own_structs::stats::name, &own_structs::stats::epoch, &own_structs::stats::uptime_s,
+           &own_structs::stats::peers, &own_structs::stats::real_time, &own_structs::stats::rates_over_s,
+           &own_structs::stats::topics, &own_structs::stats::topics_left_out, &own_structs::stats::losses,
+           &own_structs::stats::cycle_us_max>{}
         .type("rowe/Stats");
 template <>
-inline constexpr auto schema<reports::connection_row> =
-    fields<&reports::connection_row::address, &reports::connection_row::identity,
-           &reports::connection_row::identity_role, &reports::connection_row::role,
-           field<&reports::connection_row::format, "dialect">,
-           field<&reports::connection_row::takes_messages, "plain">, &reports::connection_row::since_s,
-           &reports::connection_row::silent_s, &reports::connection_row::messages_in,
-           &reports::connection_row::messages_out, &reports::connection_row::queued,
-           &reports::connection_row::blocked, &reports::connection_row::subscriptions,
-           &reports::connection_row::calls>{};
+inline constexpr auto schema<own_structs::connection_row> =
+    fields<&own_structs::connection_row::address, &own_structs::connection_row::identity,
+           &own_structs::connection_row::identity_role, &own_structs::connection_row::role,
+           field<&own_structs::connection_row::format, "dialect">,
+           field<&own_structs::connection_row::takes_messages, "plain">,
+           &own_structs::connection_row::since_s, &own_structs::connection_row::silent_s,
+           &own_structs::connection_row::messages_in, &own_structs::connection_row::messages_out,
+           &own_structs::connection_row::queued, &own_structs::connection_row::blocked,
+           &own_structs::connection_row::subscriptions, &own_structs::connection_row::calls>{};
 template <>
-inline constexpr auto schema<reports::all_stats> =
-    fields<&reports::stats::name, &reports::stats::epoch, &reports::stats::uptime_s, &reports::stats::peers,
-           &reports::stats::real_time, &reports::stats::rates_over_s, &reports::stats::topics,
-           &reports::stats::topics_left_out, &reports::stats::losses, &reports::stats::cycle_us_max,
-           &reports::all_stats::connections, &reports::all_stats::connections_left_out,
-           &reports::all_stats::counters, &reports::all_stats::limits>{};
+inline constexpr auto schema<own_structs::all_stats> =
+    fields<&own_structs::stats::name, &own_structs::stats::epoch, &own_structs::stats::uptime_s,
+           &own_structs::stats::peers, &own_structs::stats::real_time, &own_structs::stats::rates_over_s,
+           &own_structs::stats::topics, &own_structs::stats::topics_left_out, &own_structs::stats::losses,
+           &own_structs::stats::cycle_us_max, &own_structs::all_stats::connections,
+           &own_structs::all_stats::connections_left_out, &own_structs::all_stats::counters,
+           &own_structs::all_stats::limits>{};
 
 template <>
-inline constexpr auto schema<reports::stop_request> =
-    fields<&reports::stop_request::source, &reports::stop_request::reason>{};
+inline constexpr auto schema<own_structs::stop_request> =
+    fields<&own_structs::stop_request::source, &own_structs::stop_request::reason>{};
 template <>
-inline constexpr auto schema<reports::stop_answer> =
-    fields<field<&reports::stop_answer::state>.by_name(), &reports::stop_answer::number,
-           field<&reports::stop_answer::cause>.by_name(), &reports::stop_answer::source,
-           field<&reports::stop_answer::accepted_ns>.as_string(),
-           field<&reports::stop_answer::observed_ns>.as_string()>{};
+inline constexpr auto schema<own_structs::stop_answer> =
+    fields<field<&own_structs::stop_answer::state>.by_name(), &own_structs::stop_answer::number,
+           field<&own_structs::stop_answer::cause>.by_name(), &own_structs::stop_answer::source,
+           field<&own_structs::stop_answer::accepted_ns>.as_string(),
+           field<&own_structs::stop_answer::observed_ns>.as_string()>{};
 template <>
-inline constexpr auto schema<reports::reset_request> =
-    fields<&reports::reset_request::number, &reports::reset_request::tick>{};
+inline constexpr auto schema<own_structs::reset_request> =
+    fields<&own_structs::reset_request::number, &own_structs::reset_request::tick>{};
 template <>
-inline constexpr auto schema<reports::reset_answer> =
-    fields<field<&reports::reset_answer::state>.by_name(), &reports::reset_answer::number,
-           &reports::reset_answer::refused, &reports::reset_answer::right>{};
+inline constexpr auto schema<own_structs::reset_answer> =
+    fields<field<&own_structs::reset_answer::state>.by_name(), &own_structs::reset_answer::number,
+           &own_structs::reset_answer::refused, &own_structs::reset_answer::right>{};
 template <>
-inline constexpr auto schema<reports::heartbeat> =
-    fields<&reports::heartbeat::guard, &reports::heartbeat::tick, &reports::heartbeat::resign>{};
+inline constexpr auto schema<own_structs::heartbeat> =
+    fields<&own_structs::heartbeat::guard, &own_structs::heartbeat::tick, &own_structs::heartbeat::resign>{};
 template <>
-inline constexpr auto schema<reports::heartbeat_answer> =
-    fields<field<&reports::heartbeat_answer::state>.by_name(), &reports::heartbeat_answer::number,
-           &reports::heartbeat_answer::timeout_ms, &reports::heartbeat_answer::tick,
-           &reports::heartbeat_answer::refused, &reports::heartbeat_answer::right>{};
+inline constexpr auto schema<own_structs::heartbeat_answer> =
+    fields<field<&own_structs::heartbeat_answer::state>.by_name(), &own_structs::heartbeat_answer::number,
+           &own_structs::heartbeat_answer::timeout_ms, &own_structs::heartbeat_answer::tick,
+           &own_structs::heartbeat_answer::refused, &own_structs::heartbeat_answer::right>{};
 template <>
-inline constexpr auto schema<reports::guard_row> =
-    fields<&reports::guard_row::name, &reports::guard_row::age_ms, &reports::guard_row::fresh>{};
+inline constexpr auto schema<own_structs::guard_row> =
+    fields<&own_structs::guard_row::name, &own_structs::guard_row::age_ms, &own_structs::guard_row::fresh>{};
 template <>
-inline constexpr auto schema<reports::loop_row> =
-    fields<&reports::loop_row::name, &reports::loop_row::age_ms, &reports::loop_row::acknowledged>{};
+inline constexpr auto schema<own_structs::loop_row> =
+    fields<&own_structs::loop_row::name, &own_structs::loop_row::age_ms,
+           &own_structs::loop_row::acknowledged>{};
 template <>
-inline constexpr auto schema<reports::stop_state> =
-    fields<field<&reports::stop_state::state>.by_name(), &reports::stop_state::number,
-           field<&reports::stop_state::cause>.by_name(), &reports::stop_state::source,
-           &reports::stop_state::since_ms, &reports::stop_state::tick, &reports::stop_state::unguarded,
-           &reports::stop_state::guards, &reports::stop_state::loops>{}
+inline constexpr auto schema<own_structs::stop_state> =
+    fields<field<&own_structs::stop_state::state>.by_name(), &own_structs::stop_state::number,
+           field<&own_structs::stop_state::cause>.by_name(), &own_structs::stop_state::source,
+           &own_structs::stop_state::since_ms, &own_structs::stop_state::tick,
+           &own_structs::stop_state::unguarded, &own_structs::stop_state::guards,
+           &own_structs::stop_state::loops>{}
         .type("rowe/StopState");
 
 template <>
-inline constexpr auto
-    schema<reports::parameter_values> = fields<&reports::parameter_values::values>{}.type("rowe/Parameters");
+inline constexpr auto schema<own_structs::parameter_values> =
+    fields<&own_structs::parameter_values::values>{}.type("rowe/Parameters");
 template <>
-inline constexpr auto schema<reports::types_request> = fields<&reports::types_request::from>{};
+inline constexpr auto schema<own_structs::types_request> = fields<&own_structs::types_request::from>{};
 template <>
-inline constexpr auto schema<reports::type_row> =
-    fields<&reports::type_row::topic, &reports::type_row::service, &reports::type_row::type,
-           &reports::type_row::message, &reports::type_row::request, &reports::type_row::answer>{};
+inline constexpr auto schema<own_structs::type_row> =
+    fields<&own_structs::type_row::topic, &own_structs::type_row::service, &own_structs::type_row::type,
+           &own_structs::type_row::message, &own_structs::type_row::request,
+           &own_structs::type_row::answer>{};
 template <>
-inline constexpr auto schema<reports::types_answer> =
-    fields<&reports::types_answer::types, &reports::types_answer::next>{};
+inline constexpr auto schema<own_structs::types_answer> =
+    fields<&own_structs::types_answer::types, &own_structs::types_answer::next>{};
 
 template <>
-inline constexpr auto schema<reports::ros_version> =
-    fields<&reports::ros_version::version, &reports::ros_version::distro>{};
+inline constexpr auto schema<own_structs::ros_version> =
+    fields<&own_structs::ros_version::version, &own_structs::ros_version::distro>{};
 template <>
-inline constexpr auto schema<reports::services> =
-    fields<&reports::services::services, &reports::services::left_out>{};
+inline constexpr auto schema<own_structs::services> =
+    fields<&own_structs::services::services, &own_structs::services::left_out>{};
 template <>
-inline constexpr auto schema<reports::topics_and_types> =
-    fields<&reports::topics_and_types::topics, &reports::topics_and_types::types,
-           &reports::topics_and_types::left_out>{};
+inline constexpr auto schema<own_structs::topics_and_types> =
+    fields<&own_structs::topics_and_types::topics, &own_structs::topics_and_types::types,
+           &own_structs::topics_and_types::left_out>{};
 template <>
-inline constexpr auto schema<reports::topics_and_raw_types> =
-    fields<&reports::topics_and_raw_types::topics, &reports::topics_and_raw_types::types,
-           &reports::topics_and_raw_types::typedefs_full_text>{};
+inline constexpr auto schema<own_structs::topics_and_raw_types> =
+    fields<&own_structs::topics_and_raw_types::topics, &own_structs::topics_and_raw_types::types,
+           &own_structs::topics_and_raw_types::typedefs_full_text>{};
 template <>
-inline constexpr auto schema<reports::node_details> =
-    fields<&reports::node_details::subscribing, &reports::node_details::publishing,
-           &reports::node_details::services>{};
+inline constexpr auto schema<own_structs::node_details> =
+    fields<&own_structs::node_details::subscribing, &own_structs::node_details::publishing,
+           &own_structs::node_details::services>{};
 template <>
-inline constexpr auto schema<reports::time_now> =
-    fields<&reports::time_now::secs, &reports::time_now::nsecs, &reports::time_now::sec,
-           &reports::time_now::nanosec>{};
+inline constexpr auto schema<own_structs::time_now> =
+    fields<&own_structs::time_now::secs, &own_structs::time_now::nsecs, &own_structs::time_now::sec,
+           &own_structs::time_now::nanosec>{};
 template <>
-inline constexpr auto schema<reports::get_time> = fields<&reports::get_time::time>{};
+inline constexpr auto schema<own_structs::get_time> = fields<&own_structs::get_time::time>{};
 template <>
-inline constexpr auto schema<reports::type_definition> =
-    fields<&reports::type_definition::type, &reports::type_definition::fieldnames,
-           &reports::type_definition::fieldtypes, &reports::type_definition::fieldarraylen,
-           &reports::type_definition::examples, &reports::type_definition::constnames,
-           &reports::type_definition::constvalues>{}
+inline constexpr auto schema<own_structs::type_definition> =
+    fields<&own_structs::type_definition::type, &own_structs::type_definition::fieldnames,
+           &own_structs::type_definition::fieldtypes, &own_structs::type_definition::fieldarraylen,
+           &own_structs::type_definition::examples, &own_structs::type_definition::constnames,
+           &own_structs::type_definition::constvalues>{}
         .type("rosapi/TypeDef");
 template <>
-inline constexpr auto schema<reports::type_definitions> = fields<&reports::type_definitions::typedefs>{};
+inline constexpr auto schema<own_structs::type_definitions> =
+    fields<&own_structs::type_definitions::typedefs>{};
 template <>
-inline constexpr auto schema<reports::get_param> =
-    fields<&reports::get_param::name, field<&reports::get_param::default_value, "default">>{};
+inline constexpr auto schema<own_structs::get_param> =
+    fields<&own_structs::get_param::name, field<&own_structs::get_param::default_value, "default">>{};
 template <>
-inline constexpr auto schema<reports::param> =
-    fields<&reports::param::value, &reports::param::successful, &reports::param::reason>{};
+inline constexpr auto schema<own_structs::param> =
+    fields<&own_structs::param::value, &own_structs::param::successful, &own_structs::param::reason>{};
 template <>
-inline constexpr auto schema<reports::set_param> =
-    fields<&reports::set_param::name, &reports::set_param::value>{};
+inline constexpr auto schema<own_structs::set_param> =
+    fields<&own_structs::set_param::name, &own_structs::set_param::value>{};
 template <>
-inline constexpr auto schema<reports::is_done> =
-    fields<&reports::is_done::successful, &reports::is_done::reason>{};
+inline constexpr auto schema<own_structs::is_done> =
+    fields<&own_structs::is_done::successful, &own_structs::is_done::reason>{};
 template <>
-inline constexpr auto schema<reports::exists> = fields<&reports::exists::exists>{};
+inline constexpr auto schema<own_structs::exists> = fields<&own_structs::exists::exists>{};
 
 } // namespace rowe

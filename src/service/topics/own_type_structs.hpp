@@ -13,7 +13,7 @@
 #include "service/base/counters.hpp"
 #include "service/base/limit_table.hpp"
 
-namespace rowe::service::told {
+namespace rowe::service::own_structs {
 
 using name_text = fixed_string<256>;
 using reason_text = fixed_string<1024>;
@@ -64,7 +64,7 @@ struct stats {
   double rates_over_s = 0;
   list<topic_row> topics;
   std::uint32_t topics_left_out = 0;
-  reports::losses losses;
+  own_structs::losses losses;
   double cycle_us_max = 0;
 };
 struct connection_row {
@@ -81,7 +81,7 @@ struct all_stats : stats {
   list<connection_row> connections;
   std::uint32_t connections_left_out = 0;
   counts counters;
-  reports::bounds limits;
+  own_structs::bounds limits;
 };
 
 // ---- the stop
@@ -95,7 +95,7 @@ struct stop_request {
 struct stop_answer {
   motion state{};
   std::uint64_t number = 0;
-  null_while_none<reports::cause> cause;
+  null_while_none<own_structs::cause> cause;
   null_while_none<name_text> source;
   std::int64_t accepted_ns = 0;
   null_while_none<std::int64_t> observed_ns;
@@ -135,7 +135,7 @@ struct loop_row {
 struct stop_state {
   motion state{};
   std::uint64_t number = 0;
-  null_while_none<reports::cause> cause;
+  null_while_none<own_structs::cause> cause;
   null_while_none<name_text> source;
   double since_ms = 0;
   std::uint64_t tick = 0;
@@ -234,4 +234,4 @@ struct exists {
 };
 using found_name = one_text<"global_name">;
 
-} // namespace rowe::service::told
+} // namespace rowe::service::own_structs

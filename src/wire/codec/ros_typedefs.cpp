@@ -54,7 +54,7 @@ class typedefs {
     std::string_view member{}; // and where it is
   };
 
-  // Where a type inside was noted; count_: it was not.
+  // Where a type inside is listed; count_: it is not.
   std::size_t find(const schema_description& type) const noexcept {
     std::size_t i = 1;
     for (; i < count_; ++i) {
