@@ -276,13 +276,20 @@ void basic_timer_wheel<TickBits>::move_down(unsigned list) noexcept {
 template <unsigned TickBits>
 const char* basic_timer_wheel<TickBits>::check() const noexcept {
   std::uint32_t counted = 0;
-  for (unsigned list = 0; list <= due_list; ++list) {
-    if (const char* const broken = check_list(list, counted)) return broken;
-  }
-  for (unsigned level = 0; level < levels; ++level) {
+  const char* broken = check_list(due_list, counted);
+  for (unsigned level = 0; level < levels && broken == nullptr; ++level) {
+    std::uint64_t holding = 0;
+    for (unsigned slot = 0; slot < slot_count; ++slot) {
+      holding |= std::uint64_t{first_[level * slot_count + slot] != none} << slot;
+    }
+    if (holding != occupied_[level]) return "a slot is marked when its list holds anything";
     const bool marked = (occupied_levels_ >> level & 1) != 0;
-    if (marked != (occupied_[level] != 0)) return "a level is marked when its bitmap holds anything";
+    if (marked != (holding != 0)) return "a level is marked when its bitmap holds anything";
+    for (; holding != 0 && broken == nullptr; holding &= holding - 1) {
+      broken = check_list(level * slot_count + static_cast<unsigned>(std::countr_zero(holding)), counted);
+    }
   }
+  if (broken != nullptr) return broken;
   if (counted != size_) return "the lists together hold size() entries";
   std::uint32_t inserted = 0;
   for (const timer_node& node : nodes_) inserted += node.expiry != never;
@@ -292,9 +299,6 @@ const char* basic_timer_wheel<TickBits>::check() const noexcept {
 template <unsigned TickBits>
 const char* basic_timer_wheel<TickBits>::check_list(unsigned list, std::uint32_t& counted) const noexcept {
   const std::uint32_t first = first_[list];
-  if (list != due_list && (occupied_[list / slot_count] >> (list % slot_count) & 1) != (first != none)) {
-    return "a slot is marked when its list holds anything";
-  }
   if (first == none) return nullptr;
   std::uint32_t node = first;
   do {
