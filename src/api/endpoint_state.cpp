@@ -148,7 +148,7 @@ status endpoint_state::start(service::side ours) {
 // On the service thread, the only producer of events.
 void endpoint_state::report_refused(const rt::grants& granted) noexcept {
   if (!granted.pinned.refused() && !granted.fifo.refused()) return;
-  constexpr std::string_view begin = "the service thread is not as asked: ";
+  constexpr std::string_view begin = "the service thread was not granted all options: ";
   std::array<char, service::event_text_bytes_max> buffer;
   const std::size_t begin_bytes = begin.copy(buffer.data(), buffer.size());
   const std::size_t rest_bytes = granted.text(std::span{buffer}.subspan(begin_bytes)).size();

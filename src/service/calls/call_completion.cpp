@@ -76,7 +76,7 @@ status call_completion::answer(const call_endpoint& callee, detail::call_ref whi
   } else {
     if (const status fine = check_object_text(state_.seams.validator, with.text); !fine) {
       add(counter::malformed);
-      fail(*index, {errc::refused}, "the provider's reply was no proper JSON object");
+      fail(*index, {errc::refused}, "the provider's reply was not a JSON object");
       return fine;
     }
     slot = finish_with(*index, with.text, with.expires);

@@ -72,7 +72,7 @@ inline void core::notify_room() noexcept {
   if (state_.peers.wants_close()) close_marked();
   sender_.flush_all();
   sender_.partial().cut_stalled([this](peer_index peer) {
-    cut(state_.peers[peer], "it reads a message too slowly, and others wait for its slot");
+    cut(state_.peers[peer], "this peer reads a message too slowly, and others wait for its slot");
   });
   direct_messages_.take_outcomes();
   arm_what_stays();
@@ -381,7 +381,7 @@ void core::displace(connection_id id) noexcept {
   connection* const c = find(id);
   if (c == nullptr) return;
   state_.counts.add(counter::stop_peers_displaced);
-  close(*c, wire::close_code::try_again_later, "the next one needs this place for the stop");
+  close(*c, wire::close_code::try_again_later, "another peer needs this place to stop the robot");
 }
 
 } // namespace rowe::service

@@ -28,7 +28,7 @@ connection_graph::connection_graph(rt::arena& memory, const connection_graph_nee
 void connection_graph::subscribe(connection& c, const wire::request& asked) noexcept {
   if (state_.bounds().message_bytes_max < graph_envelope_bytes)
     return refusals_.refuse(c, asked.id_raw,
-                            "subscribeConnectionGraph: it takes messages of 160 bytes, and the limit "
+                            "subscribeConnectionGraph: it needs messages of 160 bytes, and the limit "
                             "message_bytes_max is lower here");
   static_assert(graph_envelope_bytes == 160, "the text above says so");
   subscriber& of = subscribers_[{c.id.index}];
@@ -107,8 +107,8 @@ void connection_graph::leave_behind() noexcept {
     if (!subscribers_[peer].knows_some() || subscribers_[peer].announced_at != least) continue;
     unsubscribe(peer);
     refusals_.warn(state_.peers[peer], {},
-                   "subscribeConnectionGraph: this client reads too slowly what has changed, so it is told "
-                   "no more; it may subscribe again",
+                   "subscribeConnectionGraph: this client reads changes too slowly, so its "
+                   "subscription has ended; subscribe again",
                    wire::severity::warning);
   }
 }

@@ -102,14 +102,14 @@ bool fragment_ingress::belongs(connection& c, const wire::request& asked) noexce
   wire::text_out why{buffer};
   if (of.is == phase::open && !same) {
     why.add("another message in fragments is under way, of which number ").add(of.next).add(" of ");
-    why.add(of.count).add(" is due: send one after the other");
+    why.add(of.count).add(" is expected: send one message after the other");
     refusals_.refuse(c, asked.id_raw, why.text());
     return false;
   }
   if (of.is != phase::open) { // nothing is under way
     why.add("num is ").add(number).add(", but no message in fragments is under way: the first num is 0");
   } else if (number != of.next && !ROWE_MUTANT(fragments_order)) {
-    why.add("num is ").add(number).add(", but ").add(of.next).add(" is due");
+    why.add("num is ").add(number).add(", but ").add(of.next).add(" is expected");
   } else if (asked.fragment_count != of.count) {
     why.add("total is ").add(asked.fragment_count).add(", but was ").add(of.count);
   } else {

@@ -97,7 +97,8 @@ bool call_router::take_call(connection& c, const wire::request& asked, const lon
     case admission::later: return false;
     case admission::never:
       add(counter::inbox_full);
-      return refuse(cause::busy, "refused", "nobody takes calls fast enough: the inbox is full");
+      return refuse(cause::busy, "refused",
+                    "calls come faster than the program takes them: the inbox is full");
     }
   }
   const call_index index = call_completion_.open(call_endpoint::of(c.id, asked.codec), asked.id_raw,

@@ -20,7 +20,7 @@ namespace rowe::service {
 
 // The answer to a peer on stop_path when it asks for anything but the stop.
 inline constexpr std::string_view stop_only_diagnostic =
-    "a connection on /rowe/stop may only stop the robot (/rowe/stop) and see that (/rowe/stop/state)";
+    "a connection on /rowe/stop may only stop the robot (/rowe/stop) and read its state (/rowe/stop/state)";
 
 inline constexpr std::string_view no_binary_diagnostic = "binary messages have no meaning here";
 

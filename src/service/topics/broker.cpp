@@ -53,9 +53,8 @@ void broker::report_not_latched(topic_id index, std::size_t bytes, const publish
   wire::text_of<wire::refusal::text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
   text.add(": its last value, of ").add(bytes);
-  text.add(
-      " bytes, is not kept for late subscribers: there is no room for it, or its publisher has its share of "
-      "latched_bytes and of the room for long messages");
+  text.add(" bytes, is not retained for late subscribers: there is no room for it, or its publisher has its "
+           "share of latched_bytes and of the room for long messages");
   if (c != nullptr) return refusals_.send_status(*c, who.id_raw, text.text(), wire::severity::warning);
   state_.events.report(event::kind::warning, {}, json::utf8_prefix(text.text(), event_text_bytes_max),
                        "raise the limit latched_bytes", {});

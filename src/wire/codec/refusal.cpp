@@ -30,7 +30,7 @@ std::string_view refusal::text(std::span<char> buffer) const noexcept {
     the_member().add("is missing");
     if (!expected.empty()) out.add("; ").add(expected);
     break;
-  case kind::twice: the_member().add("stands there twice"); break;
+  case kind::twice: the_member().add("is there twice"); break;
   case kind::wrong_type:
     the_member().add("must be ").add(expected);
     it_is();

@@ -126,7 +126,7 @@ bool judge::read(std::string_view header) noexcept {
 
 bool judge::take_once(field_value& member, const http_field& field) noexcept {
   if (member.given)
-    return reject(400, "the header % stands there twice", "send it once", shown::word(field.name));
+    return reject(400, "the header % is there twice", "send it once", shown::word(field.name));
   member = {.text = field.value, .given = true};
   return true;
 }
