@@ -4,7 +4,7 @@
 // allocation. So malformed text never leaves the service thread, and members that nobody reads cost nothing.
 //
 // Validation has two parts. simdjson's first stage finds the tokens, the strings and wrong UTF-8. Then a
-// check of the tokens (token_check.hpp) also notes where the members of the whole object are. If the two do
+// check of the tokens (token_check.hpp) also makes an index of the members of the whole object. If the two do
 // not accept a text, the scan of fault.hpp decides by the grammar alone, and says where the text is wrong.
 //
 // What is accepted is RFC 8259 with these decisions: UTF-8 only, no byte order mark, no unpaired surrogate in

@@ -7,7 +7,7 @@
 namespace rowe::wire {
 namespace {
 
-constexpr std::size_t value_bytes_max = 64; // of a value shown in a diagnostic
+constexpr std::size_t value_bytes_max = 64; // of a value quoted in a diagnostic
 
 constexpr std::string_view no_service_begins = "Service ";
 constexpr std::string_view no_service_ends = " does not exist";

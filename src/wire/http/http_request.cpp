@@ -28,7 +28,7 @@ struct fields {
   cookie_reader cookies;
   bool connection_upgrade = false; // Connection says Upgrade
   bool offers = false;             // a subprotocol was offered
-  std::string_view offered;        // the first that may be shown, for the diagnostic
+  std::string_view offered;        // the first that a diagnostic may quote
   std::string_view offered_token;
   unsigned if_none_match_count = 0;
 };
@@ -322,7 +322,7 @@ bool judge::take_token() noexcept {
     out_.token = *in_query;
     out_.token_in_url = !out_.token.empty();
   }
-  // Last: a browser shows it unasked.
+  // Last: a browser sends it unasked.
   if (out_.token.empty()) out_.token = seen_.cookies.token();
   return true;
 }
