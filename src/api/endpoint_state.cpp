@@ -76,7 +76,7 @@ endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<
 // All handles are gone, and so is the service thread. If views are left, by mistake, the memory stays mapped,
 // so they stay valid.
 endpoint_state::~endpoint_state() {
-  (void)close(duration::zero()); // nobody is left to tell
+  (void)close(duration::zero()); // no caller is left that could get the error
   const bool looked_at = std::any_of(pairs_.begin(), pairs_.end(), [](queue_pair& one) {
     return !one.lifecycle.is_free() && !service::all_slots_released(one);
   });
