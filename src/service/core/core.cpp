@@ -24,7 +24,7 @@ inline void core::arm_what_stays() noexcept {
   call_completion_.arm_open();
 }
 
-// Tells submitters that wait for room that there may be some.
+// Wakes submitters that wait for room: there may be some.
 inline void core::notify_room() noexcept {
   const bool came = thread_submissions_.notify_room(direct_messages_.parking().renew_room());
   handle_submissions_.notify_room(came);
@@ -369,7 +369,7 @@ void core::reconnect_later() noexcept {
 // ---- peers on stop_path
 //
 // The transport reserves places for them, so the robot can be stopped even when all other peers are refused.
-// Such a peer may stop, and see the state of the stop; nothing else. It keeps its place only until another
+// Such a peer may stop, and see the state of the stop; nothing else. It holds its place only until another
 // peer on stop_path needs it.
 
 bool core::may_displace(connection_id id) const noexcept {
