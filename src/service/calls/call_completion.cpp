@@ -13,7 +13,8 @@
 namespace rowe::service {
 namespace {
 
-// The text of a JSON string, for people. A text that does not fit, or is no string, is shown as it was sent.
+// The text of a JSON string, for people. A text that does not fit, or is no string, is returned as it was
+// sent.
 std::string_view diagnostic_of(std::string_view raw, std::span<char> scratch) noexcept {
   if (raw.empty()) return {};
   const json::value v = json::root(raw);
