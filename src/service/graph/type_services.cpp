@@ -112,7 +112,7 @@ struct type_services::pages {
     json::writer behind = into;
     behind.append(page_end);
     if (first_name.empty() && is_own_name(name) && behind.overflowed() && longest) {
-      into = before; // no message here is long enough for it; what the program has is told all the same
+      into = before; // no message here is long enough for it; the program's own types follow all the same
     } else if (first_name.empty()) {
       first_name = name;
     } else if (behind.overflowed()) {
