@@ -82,7 +82,7 @@ fragment_ingress::due fragment_ingress::go_on(connection& c, std::span<const std
 }
 
 // A count is known exactly, or only about: then the message is complete when its JSON is. If that is not
-// kept, nobody looks at it.
+// stored, nobody looks at it.
 bool fragment_ingress::is_complete(peer_index peer) const noexcept {
   const row& of = rows_[peer];
   if (of.exact) return of.next == of.count;
