@@ -33,7 +33,7 @@ void call_router::refuse(connection& c, const wire::request& asked, cause by, st
   refusals_.fail_call(c, asked.codec, wire::origin_of(asked), {.code = code, .text = why});
 }
 
-// Whether the peer may not call now, or not with this id; then it was told why.
+// Whether the peer may not call now, or not with this id; then it has got the reason.
 inline bool call_router::refuses_more(connection& c, const wire::request& asked) noexcept {
   if (!state_.calls.admits({c.id.index})) {
     std::array<char, busy_text_bytes_max> why;
