@@ -38,7 +38,7 @@ struct session_bio {
     return got;
   }
 
-  // BIO_CTRL_EOF is how OpenSSL 3 tells an end from an error.
+  // By BIO_CTRL_EOF OpenSSL 3 distinguishes an end from an error.
   static long control(BIO* bio, int what, long, void*) noexcept {
     if (what == BIO_CTRL_EOF) return of(bio).end_seen_ ? 1 : 0;
     return what == BIO_CTRL_FLUSH ? 1 : 0;

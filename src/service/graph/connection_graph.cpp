@@ -113,7 +113,7 @@ void connection_graph::leave_behind() noexcept {
   }
 }
 
-// ---- telling
+// ---- announcing
 
 // When that is to go on.
 rt::time_point connection_graph::announce_some() noexcept {
