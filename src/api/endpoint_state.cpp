@@ -189,7 +189,6 @@ std::span<std::byte> endpoint_state::find_pair_memory(std::size_t bytes) const n
   }
 }
 
-// A free queue pair with `bytes` of memory.
 result<queue_pair*> endpoint_state::find_pair(std::size_t bytes) noexcept {
   const auto free = std::find_if(pairs_.begin(), pairs_.end(),
                                  [](const queue_pair& one) { return one.lifecycle.is_free(); });

@@ -33,7 +33,6 @@ namespace rowe::detail {
 
 // ---- the table of calls
 
-// Frees a row.
 inline void release_row(queue_pair& on, std::uint32_t index) noexcept {
   on.user.calls[index].next_free = on.user.free_call;
   on.user.free_call = index;

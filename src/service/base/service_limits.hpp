@@ -249,7 +249,6 @@ inline constexpr std::size_t graph_envelope_bytes = 160;
 // Handles store no longer diagnostic of a failed call than a peer is sent.
 static_assert(wire::refusal::text_bytes_max >= detail::diagnostic_bytes_max);
 
-// The text of an event.
 inline constexpr std::size_t event_text_bytes_max = 224;
 static_assert(std::is_same_v<decltype(event::what), event::text<event_text_bytes_max>>);
 // Events about peers that come and go: one in this period, after a first burst.

@@ -63,7 +63,6 @@ struct credentials {
   bool typed_in = false;
 };
 
-// The answer to it.
 struct admit_answer {
   access::subject who{};
   std::uint16_t status = 0; // of HTTP, if the peer is rejected; 0: it is admitted

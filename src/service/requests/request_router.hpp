@@ -28,7 +28,6 @@
 
 namespace rowe::service {
 
-// A request as it was read.
 struct read_request {
   const json::document& known;    // the part of its message that is JSON
   std::span<std::byte> message{}; // all of it; it may be written to
