@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder calls: the life of a call, and direct messages. Who is called is decided in requests. Ends calls, by
-// an answer of this process, an answer of a peer, or an error, and reports to the caller. A reply that finds
-// no room is an error of the callee, which may try again; everything else closes the call. Only the service
-// thread decides what comes first: reply, refusal, time-out or loss. It never waits or allocates.
+// Folder calls: the life of a call, and direct messages. Who is called is decided in requests.
+// Ends calls, by an answer of this process, an answer of a peer, or an error, and reports to the caller. A
+// reply that finds no room is an error of the callee, which may try again; everything else closes the call.
+// Only the service thread decides what comes first: reply, refusal, time-out or loss. It never waits or
+// allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>

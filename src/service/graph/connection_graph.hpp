@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder graph: what a peer may learn of others: lists, types, connections. It changes nothing. Announces to
-// peers who publishes on each topic, subscribes to it, and provides each service, and then the changes. Names
-// are those of graph_services. A peer learns only of what its role may see or call.
+// Folder graph: what a peer may learn of others: lists, types, connections. It changes nothing.
+// Announces to peers who publishes on each topic, subscribes to it, and provides each service, and then the
+// changes. Names are those of graph_services. A peer learns only of what its role may see or call.
 //
-// Once in each period, while somebody has subscribed, all there is is compared with what was found before
+// Once in each period, while somebody has subscribed, the present state is compared with the last one
 // (graph_record.hpp). So a holder that comes and goes all the time costs each peer one message in a period.
 // Comparisons have numbers. A change has the number of the one that found it; a peer has that of the newest
 // one of which it knows all. So a peer that does not read costs nothing, and learns later what is so then.
@@ -50,8 +50,8 @@ class connection_graph : connection_graph_needs {
   }
   connection_graph(rt::arena& memory, const connection_graph_needs& parts) noexcept;
 
-  // Requests of peers. Who subscribes gets all at once; who does so again and again, as often as others get
-  // changes.
+  // Requests of peers. A new subscriber gets all at once; one that subscribes again and again, as often as
+  // others get changes.
   void subscribe(connection& c, const wire::request& asked) noexcept;
   void unsubscribe(peer_index peer) noexcept;
   void forget(peer_index peer) noexcept;

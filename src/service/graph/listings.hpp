@@ -64,7 +64,7 @@ class listings : listings_needs {
   unknown_number put_names(const connection& c, wire::request& asked) const noexcept;
 
  private:
-  // In which order is announced. What is gone comes first, for a name may have got another number.
+  // The steps of a round, in order. What is gone comes first, for a name may have got another number.
   enum class step : std::uint8_t { hello, topics_gone, topics_new, services_gone, services_new, none };
   // A peer that gets lists, in rounds. A round announces what is so when it begins, and takes as many
   // messages as that needs, one after the other. What comes later is for the next round, so that each ends.
