@@ -114,6 +114,6 @@ int main(int count, char** words) {
     (void)states.publish(wheels.measure(*now), *now); // losing one is fine, and counted
   }
 
-  (void)robot->close(200ms); // what was published last is sent; the peers are told that we go
+  (void)robot->close(200ms); // what was published last is sent; the peers learn that we go
   std::puts("stopped");
 }

@@ -27,12 +27,12 @@ struct role {
   bool guard = false;                    // be a guard of the stop; to end the guard of others takes `reset`
 };
 
-// Someone who proves by a token, or by a certificate (tls_options::client_ca), who that is. Who shows both is
-// whoever the token belongs to.
+// Someone who proves by a token, or by a certificate (tls_options::client_ca), who that is. Of both, the
+// token counts.
 struct identity {
   std::string name;              // 1 to 64 bytes: letters, digits and . _ - @
   std::string role;              // the name of one
-  std::string token_sha256 = {}; // the token's hash, as 64 hexadecimal digits; the token itself is kept
+  std::string token_sha256 = {}; // the token's hash, as 64 hexadecimal digits; the token itself is stored
                                  // nowhere. Empty: this identity has a certificate alone
   bool token_in_url = false;     // the token may also come as `?token=`, where logs of proxies may see it
   // The common name (CN) in the subject of the client's certificate, exactly: 1 to 64 bytes of printable

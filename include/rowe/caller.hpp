@@ -82,9 +82,9 @@ class caller {
   }
 
   // Gives the call up: try_finish() will not return it. It counts as in flight until it has ended, and
-  // cancel(), try_finish() or a call that waits has dropped its completion. The service is not told. Does
-  // nothing for a call that has ended. Never waits, never allocates; at most as many steps as calls may be in
-  // flight.
+  // cancel(), try_finish() or a call that waits has dropped its completion. The service does not learn of it.
+  // Does nothing for a call that has ended. Never waits, never allocates; at most as many steps as calls may
+  // be in flight.
   ROWE_RT void cancel(call_id call) noexcept {
     if (pair_) detail::cancel(*pair_, {call.index, call.generation});
   }

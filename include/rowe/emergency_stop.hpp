@@ -12,7 +12,7 @@ namespace rowe {
 
 // Texts are UTF-8. A text that is too long is cut between two characters, and never prevents a stop.
 struct emergency_stop_request {
-  std::string_view source = {}; // who stops, shown to everyone; at most 63 bytes; empty: "this process"
+  std::string_view source = {}; // who stops, reported to everyone; at most 63 bytes; empty: "this process"
   std::string_view reason = {}; // why, for the event (event::kind::stop); at most 192 bytes
 };
 
@@ -28,7 +28,7 @@ struct emergency_stop_reset_request {
 };
 
 struct emergency_stop_reset_result {
-  std::uint64_t number = 0; // what peers are shown while the loops may move
+  std::uint64_t number = 0; // reported to peers while the loops may move
 };
 
 } // namespace rowe

@@ -134,8 +134,9 @@ class endpoint {
 
   // Sends a message to `to`, or to every peer that takes plain messages, and waits until it was handed to the
   // kernel, for one peer at least. `ttl`: how long it may wait for a peer and behind others; 0 is now or
-  // never, negative for ever. The peer is told what is left of it: the message gains a member `ttl_ms`, of up
-  // to 27 bytes, and must have none. Errors: expired, peer_lost, malformed, not_an_object, reserved_member.
+  // never, negative for ever. The peer learns what is left of it from a member `ttl_ms` of up to 27 bytes,
+  // which the message must not have yet. Errors: expired, peer_lost, malformed, not_an_object,
+  // reserved_member.
   status send(body object, duration ttl, connection to = everyone);
   // Queues it and returns at once; what becomes of it is counted. Errors: peer_lost where it is known
   // already.

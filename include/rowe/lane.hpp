@@ -40,11 +40,11 @@ class lane {
   // ---- sending
 
   // Queues a message to `to`, or to every peer that takes plain messages. While there is no such peer, the
-  // message waits until `ttl` is over: 0 is now or never, negative for ever. The peer is told what is left of
-  // it: the message gains a member `ttl_ms`, of up to 27 bytes, and must have none. Counters say whether it
-  // was sent or expired; nobody is told. Errors: full (all slots of the option `depth` are taken; or `to`
-  // does not read, and its share of them is used up, see docs/limits.md), too_big (`text_bytes_max`, or a
-  // message that overflowed), peer_lost (`to` is gone). Never waits, never allocates, no system call.
+  // message waits until `ttl` is over: 0 is now or never, negative for ever. The peer learns what is left of
+  // it from a member `ttl_ms` of up to 27 bytes, which the message must not have yet. Only counters report
+  // whether it was sent or expired. Errors: full (all slots of the option `depth` are taken; or `to` does not
+  // read, and its share of them is used up, see docs/limits.md), too_big (`text_bytes_max`, or a message that
+  // overflowed), peer_lost (`to` is gone). Never waits, never allocates, no system call.
   ROWE_RT status try_send(body object, duration ttl, time_point now, connection to = everyone) noexcept {
     if (!pair_) return errc::misuse;
     return detail::post_to(*pair_, to, object,
@@ -115,9 +115,9 @@ class lane {
   }
 
   // Gives the call up: try_finish() will not return it. It counts as in flight until it has ended, and
-  // cancel(), try_finish() or a call that waits has dropped its completion. The peer is not told. Does
-  // nothing for a call that has ended. Never waits, never allocates; at most as many steps as calls may be in
-  // flight.
+  // cancel(), try_finish() or a call that waits has dropped its completion. The peer does not learn of it.
+  // Does nothing for a call that has ended. Never waits, never allocates; at most as many steps as calls may
+  // be in flight.
   ROWE_RT void cancel(call_id call) noexcept {
     if (pair_) detail::cancel(*pair_, {call.index, call.generation});
   }

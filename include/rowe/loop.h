@@ -68,7 +68,7 @@ struct rowe_lane* rowe_lane_open(const struct rowe_endpoint* endpoint,
 void rowe_lane_free(struct rowe_lane* lane); // NULL is fine
 
 // Queues a message for every peer, or for one. Without a peer it waits for one until `ttl_ms` is over; 0 is
-// now or never, negative for ever. The peer is told what is left in a member `ttl_ms`, which the text must
+// now or never, negative for ever. The peer learns the rest from a member `ttl_ms`, which the text must
 // not have. Errors: full, too_big; peer_lost (`peer` is gone).
 ROWE_RT int rowe_lane_try_send(struct rowe_lane* lane, const char* text, size_t bytes, long ttl_ms,
                                int64_t now_ns);
@@ -175,7 +175,7 @@ struct rowe_stop_latch;
 // Zeroes are the defaults; `bytes` as in rowe_options.
 struct rowe_latch_options {
   size_t bytes;         // sizeof(struct rowe_latch_options)
-  const char* name;     // shown; letters, digits and . _ : / -, at most 31; NULL: "loop"
+  const char* name;     // reported; letters, digits and . _ : / -, at most 31; NULL: "loop"
   long loop_timeout_ms; // a loop that does not look for so long stops all loops, 1 to 10 000; 0: 100 if the
                         // thread that opens the latch has a real-time priority, else 500
 };
@@ -197,7 +197,7 @@ ROWE_RT void rowe_stop_acknowledge(struct rowe_stop_latch* latch, int64_t now_ns
 // characters.
 struct rowe_emergency_stop_request {
   size_t bytes;       // sizeof(struct rowe_emergency_stop_request)
-  const char* source; // shown to everyone; at most 63 bytes; NULL: "this process"
+  const char* source; // reported to everyone; at most 63 bytes; NULL: "this process"
   const char* reason; // for the event; at most 192 bytes; NULL: none
 };
 
@@ -220,11 +220,11 @@ int rowe_emergency_stop(const struct rowe_endpoint* endpoint,
 // Which stop is to end; `bytes` as in rowe_options.
 struct rowe_emergency_stop_reset_request {
   size_t bytes;    // sizeof(struct rowe_emergency_stop_reset_request)
-  uint64_t number; // of rowe_emergency_stop_result, or as peers are shown it; 0: whichever there is
+  uint64_t number; // of rowe_emergency_stop_result, or as peers get it; 0: whichever there is
 };
 
 struct rowe_emergency_stop_reset_result {
-  uint64_t number; // what peers are shown while the loops may move
+  uint64_t number; // reported to peers while the loops may move
 };
 
 // Lets the loops go again, as a person at the robot would. Returns at once if they may move already, else

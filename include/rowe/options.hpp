@@ -58,7 +58,7 @@ struct stop_options {
   duration service_timeout = {};
   duration observe_timeout = std::chrono::milliseconds{50}; // who asks for a stop is answered within it, even
                                                             // if no loop acknowledged; 1 ms to 10 s
-  bool unguarded = false; // the robot may move without any guard; shown to everyone
+  bool unguarded = false; // the robot may move without any guard; reported to everyone
 };
 
 // What an endpoint is opened with.
@@ -70,7 +70,7 @@ struct endpoint_options {
   int service_priority = 0;                              // its SCHED_FIFO priority; 0: an ordinary thread
 
   // Peers.
-  std::string name = {}; // shown to them; empty: the host's name
+  std::string name = {}; // reported to them; empty: the host's name
   bool relay = false;    // a hub: what one peer publishes reaches every peer that subscribed
   duration ping_period = std::chrono::seconds{3};         // one that is silent this long is pinged
   duration silence_max = std::chrono::seconds{8};         // and disconnected when it is silent this long
@@ -124,7 +124,7 @@ struct endpoint_options {
 // Reads all of it. Set-up; waits for the disk; allocates.
 std::string check_web(const std::string& folder);
 
-// Which values are kept that were published and not yet taken.
+// Which of the values that were published and not yet taken are retained.
 enum class keep : std::uint8_t {
   all,    // every one, up to `depth`; one more is refused with errc::full
   newest, // only the newest; publishing never fails for want of room
@@ -193,7 +193,7 @@ struct lane_options {
 
 // endpoint::stop_latch.
 struct latch_options {
-  std::string_view name = "loop"; // shown; 1 to 31 bytes: letters, digits and . _ : / -
+  std::string_view name = "loop"; // reported; 1 to 31 bytes: letters, digits and . _ : / -
   // A loop that does not look for so long stops all loops; 1 ms to 10 s. 0: 100 ms if the thread that opens
   // the latch has a real-time priority, else 500 ms. So open it on the loop's thread, when that has its
   // priority: an rt::periodic gives it. Elsewhere say the time.

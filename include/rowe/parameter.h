@@ -4,7 +4,7 @@
 #endif
 // Parameters in C: values that a loop reads in each cycle, and that its program and its peers can change
 // while it runs. Peers read and write them by the services of ROS (`/rosapi/get_param`, `/rosapi/set_param`);
-// to write one takes the right `set` of a role. Each change is told on the topic `/rowe/parameters`.
+// to write one takes the right `set` of a role. Each change is published on the topic `/rowe/parameters`.
 //
 // A parameter is for one thread at a time. It outlives its endpoint safely.
 #pragma once

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parameters: values that a loop reads in each cycle, and that its program and its peers can change while it
-// runs: a gain, a limit, a mode. From endpoint::parameter(). Peers read and write them by the services of
-// ROS (`/rosapi/get_param`, `/rosapi/set_param`); to write one takes the right `set` of a role. Each change
-// is told on the topic `/rowe/parameters`.
+// runs: a gain, a limit, a mode. From endpoint::parameter(). Peers read and write them by the services of ROS
+// (`/rosapi/get_param`, `/rosapi/set_param`); to write one takes the right `set` of a role. Each change is
+// published on the topic `/rowe/parameters`.
 #pragma once
 #include <concepts>
 #include <cstdint>

@@ -12,7 +12,7 @@
 
 namespace rowe {
 
-// A message, call or reply that endpoint::receive() or endpoint::invoke() returned. Move-only; keeps one of
+// A message, call or reply that endpoint::receive() or endpoint::invoke() returned. Move-only; holds one of
 // the endpoint's `door_slots` until it is destroyed, on any thread; may outlive its endpoint. One thread at a
 // time. Its destructor does not refuse an unanswered call; call endpoint::refuse() for that.
 //

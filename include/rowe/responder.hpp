@@ -32,7 +32,7 @@ class request
 
  public:
   // The request: a struct; for json_text a view of the text, one JSON object. The view is valid until the
-  // request is answered or destroyed, and keeps its slot until then.
+  // request is answered or destroyed, and holds its slot until then.
   ROWE_RT const taken& value() const noexcept { return value_; }
   ROWE_RT const taken& operator*() const noexcept { return value_; }
   ROWE_RT const taken* operator->() const noexcept { return &value_; }

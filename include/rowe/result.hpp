@@ -210,7 +210,7 @@ namespace detail {
 #if defined(__cpp_exceptions)
   throw bad_result{reason};
 #else
-  (void)reason; // without exceptions there is nobody to tell
+  (void)reason; // without exceptions nothing can report it
   std::abort();
 #endif
 }

@@ -119,10 +119,10 @@ enum rowe_idle {
 };
 
 // Zeroes are the defaults, so set `bytes` and what differs: {.bytes = sizeof(struct rowe_options), .name =
-// "ang-01"}. Members are only ever added at the end; `bytes` tells the library which ones the program knows.
+// "ang-01"}. Members are only ever added at the end; `bytes` says which ones the program knows.
 struct rowe_options {
   size_t bytes;               // sizeof(struct rowe_options)
-  const char* name;           // shown to peers; NULL: the host's name
+  const char* name;           // reported to peers; NULL: the host's name
   int profile;                // enum rowe_profile: what kind of WebSocket peers speak
   const char* address;        // to listen on, numeric; NULL: 127.0.0.1. Beyond loopback only with `insecure`
   bool insecure;              // whoever reaches the address may send, publish and call
@@ -140,7 +140,7 @@ struct rowe_options {
   uint32_t door_slot_bytes;   // the longest message of this program, as text; 0: 4096
   size_t lane_bytes;          // memory of the handles of rowe/loop.h; 0: 8 MiB
   // Of the stop (rowe/loop.h):
-  bool stop_unguarded;          // the robot may move without any guard; shown to everyone
+  bool stop_unguarded;          // the robot may move without any guard; reported to everyone
   long stop_guard_timeout_ms;           // a guard that is silent for so long stops; 0: 500
   long stop_tick_ms;            // how often guards get the state; 0: 20
   long stop_service_timeout_ms; // loops stop when the service thread is silent for so long; 0: 50 if it was
@@ -193,9 +193,8 @@ void rowe_endpoint_free(struct rowe_endpoint* endpoint);
 
 // Sends `object`, a JSON object, to every peer, and waits until it was sent or discarded. If there is no
 // peer, it waits `ttl_ms` for one; with 0 it is sent now or never, with a negative number it waits for ever.
-// The peer is told what is left in a member `ttl_ms`, which the object must not have; Hop's programs are not
-// told. Errors: expired (it was discarded),
-// closed, full, too_big, not_an_object, reserved_member.
+// The peer learns what is left from a member `ttl_ms`, which the object must not have; Hop's programs get
+// none. Errors: expired (it was discarded), closed, full, too_big, not_an_object, reserved_member.
 int rowe_send(const struct rowe_endpoint* endpoint, const struct rowe_object* object, long ttl_ms);
 
 // The same without waiting: counters (rowe_stats) say what became of the message. Errors: closed, full,
@@ -239,7 +238,7 @@ struct rowe_object* rowe_invoke(const struct rowe_endpoint* endpoint, struct row
 // freed; until either, it takes one of the options' `door_slots`. Errors: misuse (no invocation of this
 // endpoint, or answered already), full, too_big: it can still be answered; peer_lost (the caller is gone),
 // expired (the caller does not wait any more, or `ttl_ms` is over), closed, not_an_object, reserved_member:
-// it cannot, and the caller was told so.
+// it cannot, and the caller got this error.
 int rowe_reply(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
                const struct rowe_object* object, long ttl_ms);
 
@@ -356,7 +355,7 @@ int rowe_object_as_int64(const struct rowe_object* value, int64_t* into);
 int rowe_object_as_double(const struct rowe_object* value, double* into);
 int rowe_object_as_boolean(const struct rowe_object* value, bool* into);
 // Bytes: of a string in base64 with padding, or of an array of numbers from 0 to 255. Copies them to `into`,
-// where there is room for `size`, and tells how many there are in `count` (which may be NULL). Errors:
+// where there is room for `size`, and writes their number to `count` (which may be NULL). Errors:
 // wrong_type; too_long; `into` may then have some of them.
 int rowe_object_as_bytes(const struct rowe_object* value, void* into, size_t size, size_t* count);
 

@@ -46,7 +46,7 @@ class stop_latch {
   // The same; reads the time itself: one clock read more.
   ROWE_RT bool engaged() noexcept { return engaged(rt::monotonic_clock::now()); }
 
-  // Says that the brake was commanded; the peers that asked for the stop are told the time. rowe cannot know
+  // Reports that the brake was commanded. The peers that asked for the stop get the time. rowe cannot know
   // whether the robot stands still. Call it in each cycle that is engaged; all calls but the first do
   // nothing. Bounded as engaged().
   ROWE_RT void acknowledge(time_point now) noexcept {

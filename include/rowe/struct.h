@@ -95,7 +95,7 @@ struct rowe_member {
   const struct rowe_struct* inside; // of rowe_member_struct: its table
   const char* other_name;           // by which messages may have it as well; NULL: none
   const struct rowe_name* names;    // of an integer: those of its values; NULL: none. Peers that ask for the
-                                    // type are told of them, whatever the form
+                                    // type get them, whatever the form
   size_t name_count;
 };
 

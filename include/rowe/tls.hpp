@@ -11,15 +11,15 @@ namespace rowe {
 // looks each second whether the files have changed, and takes the new ones for new connections. If those are
 // wrong, it keeps what it has, and an event says why.
 struct tls_options {
-  // Our certificate. endpoint::connect shows it to servers that ask for one.
+  // Our certificate. endpoint::connect presents it to servers that ask for one.
   std::string certificate = {}; // a file: the certificate, then those that lead to the root; empty: a server
-                                // speaks no TLS, a client shows none
+                                // speaks no TLS, a client presents none
   std::string key = {}; // a file: the certificate's key, not encrypted, that only its owner can read. Below
                         // $CREDENTIALS_DIRECTORY others may read it, too
   // endpoint::listen.
   std::string client_ca = {}; // a file: the roots that vouch for clients. Clients are asked for a certificate
-                              // then. Who shows none may show a token; one that these roots do not vouch for,
-                              // or that has expired, ends the handshake. Whose a good one is, says
+                              // then. Who has none may send a token. A certificate that has expired, or for
+                              // which these roots do not vouch, ends the handshake. Whose one it is, says
                               // identity::certificate. Empty: nobody is asked
   // endpoint::connect to `wss`.
   std::string ca = {};  // a file: the roots to trust; empty: those that the system trusts

@@ -208,7 +208,7 @@ void* thread::enter(void* shared) noexcept {
 
 grants thread::prepared(start_block& block) noexcept {
   const rt::grants given = block.given;
-  // Told under the lock: once it is free again, the starting thread may return and take the block with it.
+  // Set under the lock: once it is free again, the starting thread may return, and the block is gone.
   const std::lock_guard lock{block.mutex};
   block.prepared = true;
   block.changed.notify_one();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The heap's functions, defined in the executable and so in front of the C library's for everything in the
-// process. Each notes that it was called and passes on to glibc's own by the names that glibc keeps for this
-// purpose.
+// process. Each records that it was called, then calls glibc's own function by the name that glibc has for
+// this purpose.
 #include "state.hpp"
 
 #include <atomic>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The functions that take a lock or wait, defined in the executable like those of the heap. An uncontended
-// mutex makes no system call, so that the filter for those does not see it. Unlocking is not noted: where it
-// is called, a lock was taken.
+// mutex makes no system call, so the filter for those does not see it. Unlocking is not recorded: where it is
+// called, a lock was taken.
 #include "state.hpp"
 
 #include <dlfcn.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // System calls of one thread, seen by the kernel itself: a seccomp filter, loaded in that thread only, traps
 // every call but those that come from one instruction of ours, the gate. A trapped call arrives as SIGSYS in
-// the thread that made it; the handler notes its number, makes the call through the gate and puts the result
-// where the caller expects it. So a call is seen whoever makes it, the C library's inline ones and the vDSO's
-// fall-backs too, and the program goes on as if nothing had been: faking a failure instead would crash
+// the thread that made it; the handler records its number, makes the call through the gate and puts the
+// result where the caller expects it. So a call is seen whoever makes it, the C library's inline ones and the
+// vDSO's fall-backs too, and the program goes on as if nothing had been: faking a failure instead would crash
 // malloc.
 //
 // A filter stays for the rest of a thread's life; armed or not is decided in the handler.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is wrong with the access options, and where: check_access() for those who show the place. Set-up:
+// What is wrong with the access options, and where: check_access() for those who report the place. Set-up:
 // allocates.
 #pragma once
 #include <cstddef>

@@ -17,7 +17,6 @@ bool is_credential(const std::string& path);
 // Changes when the file is replaced or written to. 0 if it cannot be looked at.
 std::uint64_t version_of(const std::string& path) noexcept;
 
-// A file that is read.
 class open_file {
  public:
   // Does not wait for who writes a pipe.

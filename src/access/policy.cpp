@@ -71,7 +71,7 @@ successor policy::succeed(const subject& before) const noexcept {
   return before.role != nobody ? of_local_ : of_anonymous_;
 }
 
-// Whether whoever showed the proofs of `before` can still show those of `now`.
+// Whether whoever has the proofs of `before` has those of `now`, too.
 bool policy::keeps_proofs(const identity_entry& before, const identity_entry& now) noexcept {
   const bool same_token = !before.hash || (now.hash && equal(*before.hash, *now.hash));
   return same_token && (before.certificate.empty() || before.certificate == now.certificate);

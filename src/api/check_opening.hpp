@@ -14,7 +14,7 @@ namespace rowe::detail {
 // What of the options a server reads.
 tls_options server_part(const tls_options& of);
 
-// What is wrong between who may connect and how they could show who they are; empty: nothing.
+// What is wrong between who may connect and how they could prove who they are; empty: nothing.
 std::vector<access::fault> check_proofs(const endpoint_options& options);
 
 // Whether an endpoint may listen beyond loopback: what is sent can be read by those alone whom it is meant
@@ -28,7 +28,7 @@ std::vector<error> listen_faults(const endpoint_options& options);
 // allocates, and reads the files of TLS.
 status check_listen(const endpoint_options& options);
 
-// The token that connect() shows: `token`, or what `token_file` holds; empty: none. Error: bad_access, where
+// The token that connect() sends: `token`, or what `token_file` holds; empty: none. Error: bad_access, where
 // `why`, if given, is assigned what is wrong. Reads the file. Set-up.
 result<std::string> token_to_show(const endpoint_options& options, std::string* why = nullptr);
 

@@ -76,7 +76,7 @@ endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<
 // All handles are gone, and so is the service thread. If views are left, by mistake, the memory stays mapped,
 // so they stay valid.
 endpoint_state::~endpoint_state() {
-  (void)close(duration::zero()); // nobody is left to tell
+  (void)close(duration::zero()); // no caller is left that could get the error
   const bool looked_at = std::any_of(pairs_.begin(), pairs_.end(), [](queue_pair& one) {
     return !one.lifecycle.is_free() && !service::all_slots_released(one);
   });
@@ -148,7 +148,7 @@ status endpoint_state::start(service::side ours) {
 // On the service thread, the only producer of events.
 void endpoint_state::report_refused(const rt::grants& granted) noexcept {
   if (!granted.pinned.refused() && !granted.fifo.refused()) return;
-  constexpr std::string_view begin = "the service thread is not as asked: ";
+  constexpr std::string_view begin = "the service thread was not granted all options: ";
   std::array<char, service::event_text_bytes_max> buffer;
   const std::size_t begin_bytes = begin.copy(buffer.data(), buffer.size());
   const std::size_t rest_bytes = granted.text(std::span{buffer}.subspan(begin_bytes)).size();
@@ -189,7 +189,6 @@ std::span<std::byte> endpoint_state::find_pair_memory(std::size_t bytes) const n
   }
 }
 
-// A free queue pair with `bytes` of memory.
 result<queue_pair*> endpoint_state::find_pair(std::size_t bytes) noexcept {
   const auto free = std::find_if(pairs_.begin(), pairs_.end(),
                                  [](const queue_pair& one) { return one.lifecycle.is_free(); });

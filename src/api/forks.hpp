@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // fork() copies a process that has one thread then, but has every socket, and the endpoints' memory is shared
 // with the parent (rt/arena.hpp says why). A child that called a handle, or just returned from main(), would
-// write where the parent's service thread reads. So each endpoint of a child is told before fork() returns
-// there.
+// write where the parent's service thread reads. So each endpoint of a child refuses all calls (errc::forked)
+// before fork() returns there.
 //
 // Only fork() of the C library is seen. vfork() and posix_spawn() need none of this, as their child may do
 // nothing before exec(). Whoever calls clone() by itself must call exec() or _exit().

@@ -35,7 +35,7 @@ bool local_stops::wait_answer(time_point deadline, answered& into, Is&& is) noex
   bool came = false;
   // Its result is not needed: it is also true when the service thread has ended.
   (void)queue_.wait_room(deadline, [&] {
-    const bool over = ended(); // before looking: what was told before it ended is still there
+    const bool over = ended(); // before looking: what was answered before it ended is still there
     const std::lock_guard lock{answers_mutex_};
     shared_.read_answers(answered_);
     came = is(answered_);
@@ -85,7 +85,7 @@ local_stops::answered local_stops::reset_alone(std::uint64_t number, time_point 
 }
 
 // The service thread carries the reset out before `deadline` or not at all, and always says which. So nobody
-// is told `timed_out` while the loops move.
+// gets `timed_out` while the loops move.
 result<emergency_stop_reset_result> local_stops::reset(const emergency_stop_reset_request& what,
                                                        duration timeout) {
   if (queue_.is_closed()) return errc::closed;

@@ -120,7 +120,7 @@ std::uint8_t copy_text(std::string_view from, std::array<char, queue_pair::name_
 
 std::size_t pair_bytes(const pair_request& asked) noexcept {
   constexpr std::size_t least =
-      rt::line_bytes; // of a latch, too, which has no queue: queue pairs are told apart by theirs
+      rt::line_bytes; // of a latch, too, which has no queue: its address identifies a queue pair
   return least + queue_bytes_of(asked, asked.out_depth, asked.out_bytes) +
          queue_bytes_of(asked, asked.in_depth, asked.in_bytes) +
          queue_bytes_of(asked, asked.completions_depth, asked.completions_bytes) +

@@ -157,7 +157,7 @@ std::string settings::subject(std::size_t at) const {
   return of.source == setting_source::fallback ? name : of.place;
 }
 
-// Also where the role or identity stands that is wrong. `with_proofs`: and whether each can show who it is.
+// Also where the role or identity stands that is wrong. `with_proofs`: and whether each can prove who it is.
 void settings::find_access_faults(setting_faults& to, bool with_proofs) const {
   using place = access::fault::place;
   std::vector<access::fault> found = access::faults_of(values_.endpoint.access);
@@ -175,7 +175,7 @@ void settings::find_access_faults(setting_faults& to, bool with_proofs) const {
   }
 }
 
-// What is wrong with a file, or with the pin, names it first. The key that has it is told, too.
+// Adds the key to what is wrong with a file, or with the pin; the text begins with their name.
 config::fault settings::explain_file(const std::string& fault) const {
   if (fault.starts_with("pin ")) {
     const std::size_t at = config::find("client", "pin");

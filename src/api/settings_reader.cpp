@@ -11,7 +11,7 @@ using config::item;
 using config::kind;
 using config::value;
 
-// A name as it may be shown: not every key of TOML is made of ASCII signs.
+// A name as diagnostics quote it: not every key of TOML is made of ASCII signs.
 std::string shown(std::string_view name) {
   const bool bare = !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads what a file says into settings. Goes on after a mistake, so all of them are told at once.
+// Reads what a file says into settings. Goes on after a mistake, so all of them are reported at once.
 #pragma once
 #include <string>
 #include <string_view>

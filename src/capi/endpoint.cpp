@@ -96,7 +96,7 @@ rowe_endpoint* shown(result<endpoint>&& opened) {
   return new rowe_endpoint{std::make_unique<struct_descriptions>(), std::move(inside)};
 }
 
-// What has arrived as an object. A call keeps its slot of the shared inbox, a message gives it back here.
+// What has arrived as an object. A call holds its slot of the shared inbox, a message releases it here.
 rowe_object* object_of(received&& arrived) {
   auto object = std::make_unique<rowe_object>(tree_of(arrived.value()));
   object->from.reset(new origin{arrived.from(), std::nullopt});
@@ -106,7 +106,7 @@ rowe_object* object_of(received&& arrived) {
 
 connection connection_of(rowe_peer peer) noexcept { return {peer.index, peer.generation}; }
 
-// What the service thread would refuse as well, but could tell only those who wait.
+// What the service thread would refuse as well, but could report only to those who wait.
 status check_message(const rowe_object& object, std::string_view text) noexcept {
   if (object.type != json::kind::object) return errc::not_an_object;
   const auto at = wire::find_reserved(text);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // JSON values of C programs: trees on the heap, built by the program or from text that was validated. Numbers
-// are kept as they are written, so that nothing is lost on the way through. One thread at a time, or many
-// that read.
+// are stored as they are written, so that no digit is lost. One thread at a time, or many that read.
 #pragma once
 #include <cstddef>
 #include <memory>

@@ -20,8 +20,8 @@ namespace detail = rowe::detail;
 
 namespace {
 
-// A call that a C program holds. Its text's slot is kept until it is answered; that of a struct is free once
-// the struct was copied.
+// A call that a C program holds. Its text's slot is held until it is answered; that of a struct is released
+// once the struct was copied.
 class held_call : public detail::open_request {
  public:
   held_call(detail::queue_pair& on, detail::request_slots both, bool holds_text) noexcept

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every key of a configuration, in one table: how it is called in a file, in the environment and on the
-// command line, where its value is kept, what it may be, and what it means. Files, variables, options,
+// command line, where its value is stored, what it may be, and what it means. Files, variables, options,
 // `rowe config show`, docs/config.md and the checks of endpoint_options are made from it.
 #pragma once
 #include <cstdint>

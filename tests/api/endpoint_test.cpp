@@ -405,8 +405,8 @@ TEST(endpoint_events, tell_what_the_service_thread_was_not_granted_and_why) {
   if (told && std::string_view{told->what}.starts_with("reading the clock"))
     told = wait_event(robot, rowe::event::kind::warning); // of some machines
   ASSERT_TRUE(told);
-  EXPECT_EQ(std::string_view{told->what},
-            "the service thread is not as asked: " + std::string{robot.service_grants().text(buffer)});
+  EXPECT_EQ(std::string_view{told->what}, "the service thread was not granted all options: " +
+                                              std::string{robot.service_grants().text(buffer)});
   EXPECT_NE(std::string_view{told->what}.find("cpu 1023 does not exist or is not allowed to this process"),
             std::string_view::npos);
   EXPECT_FALSE(std::string_view{told->remedy}.empty());

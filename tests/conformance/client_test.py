@@ -356,7 +356,7 @@ class handshakes(unittest.TestCase):
                 self.assertEqual(len(base64.b64decode(fields["sec-websocket-key"], validate=True)), 16)
                 self.assertNotIn("sec-websocket-extensions", fields)
                 self.assertNotIn("sec-websocket-protocol", fields)
-                self.assertEqual(len(fields), len(request) - 1, "a field stands there twice")
+                self.assertEqual(len(fields), len(request) - 1, "a field is there twice")
                 keys.add(fields["sec-websocket-key"])
         self.assertEqual(len(keys), 3)
 

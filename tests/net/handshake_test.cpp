@@ -74,7 +74,7 @@ TEST_F(handshake, asks_whether_a_peer_with_this_token_may_come_and_says_who_it_i
     asked += std::string{shown.address.substr(0, 10)} + " " + std::string{shown.path} + " " +
              std::string{shown.token} + (shown.in_url ? " in the URL" : "") + "\n";
     if (shown.token == "right") return {.who = {.role = 3, .identity = 7}};
-    return {.status = 401, .what = "nobody here has this token", .remedy = "ask for one"};
+    return {.status = 401, .what = "this token is not known here", .remedy = "ask for one"};
   };
   raw_socket wrong{transport->port()};
   ASSERT_TRUE(wrong.send(upgrade_request(transport->port(), {}, "/robot?token=wrong")));

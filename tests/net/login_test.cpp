@@ -22,7 +22,7 @@ void know(recording_sink& sink, std::vector<std::string>& asked) {
     if (!shown.typed_in) return {};
     asked.emplace_back(shown.token);
     if (shown.token == good && !shown.in_url) return {};
-    return {.status = 401, .what = "nobody here has this token", .remedy = "ask"};
+    return {.status = 401, .what = "this token is not known here", .remedy = "ask"};
   };
 }
 

@@ -88,7 +88,7 @@ struct tries : testing::Test {
   tries() {
     drive.sink().when_asked = [](const service::credentials& shown) -> service::admit_answer {
       if (shown.token == "right") return {};
-      return {.status = 401, .what = "nobody here has this token", .remedy = "ask for one"};
+      return {.status = 401, .what = "this token is not known here", .remedy = "ask for one"};
     };
     for (std::uint32_t i = 0; i < token_tries::wrong_max; ++i) {
       try_of_token one{*transport, "wrong"};

@@ -113,7 +113,7 @@ class long_hostile {
     case mischief::two_long: return "only one member";
     case mischief::call: return "does not exist";
     case mischief::no_object: return "must be a JSON object";
-    case mischief::gap: return "is due";
+    case mischief::gap: return "is expected";
     case mischief::nested: return "must not hold another";
     case mischief::interleaved: return "is under way";
     case mischief::envelope: return in_front ? "must be one of its first 16" : "";

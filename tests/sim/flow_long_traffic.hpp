@@ -146,7 +146,7 @@ class long_traffic : public world {
   }
   void hear(sender& by) {
     for (const std::string& text : by.link->hear(SIZE_MAX, seen_)) {
-      const bool not_kept = text.find("is not kept for late subscribers") != std::string::npos;
+      const bool not_kept = text.find("is not retained for late subscribers") != std::string::npos;
       if (not_kept && on_.count(counter::not_latched) != 0) {
         seen_.add(flow_event::not_kept_told);
         continue;

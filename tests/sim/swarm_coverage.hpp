@@ -171,7 +171,7 @@ enum class flow_event : std::uint8_t {
   long_ping_between,  // fragments that are written
   long_pong_between,  // likewise
   long_close_between, // likewise: the message never ends
-  not_kept_told,      // a sender, that its value is not kept for late subscribers
+  not_kept_told,      // a sender, that its value is not retained for late subscribers
   long_latched_read,  // by who subscribes later
   long_to_handle,
   long_request,

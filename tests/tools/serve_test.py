@@ -308,7 +308,7 @@ class the_demo(unittest.TestCase):
             line = serving.line(r"not granted as asked: (.*)")[1]
             self.assertIn("SCHED_FIFO 80 not permitted (rtprio limit 0)", line)
             self.assertIn("ulimit -r", line)
-            service = serving.line(r"the service thread is not as asked: (.*)")[1]
+            service = serving.line(r"the service thread was not granted all options: (.*)")[1]
             self.assertIn("SCHED_FIFO 70 not permitted (rtprio limit 0): raise `ulimit -r`", service)
             if not self.sanitized():  # sanitizers answer mlock() themselves, and say yes
                 self.assertIn("ulimit -l", line)

@@ -7,10 +7,10 @@
 // The row's generation is odd while the call is open; taking the completion makes it even.
 //
 // A user that gives up earlier marks the row, and the completion is dropped when it arrives. The service
-// thread is not told: the call ends at its deadline at the latest. Each function that takes, awaits or gives
-// up a call drops such completions; so do calls that wait and find no row. So the row becomes free whatever
-// its handle does next. Starting a call does not look at completions: each start would take half as long
-// again.
+// thread does not learn of it: the call ends at its deadline at the latest. Each function that takes, awaits
+// or gives up a call drops such completions; so do calls that wait and find no row. So the row becomes free
+// whatever its handle does next. Starting a call does not look at completions: each start would take half as
+// long again.
 //
 // All of it is for the handle's one thread. No function waits, allocates or enters the kernel, but for the
 // wake-up under idle::wake, and each takes steps bounded by the pair's depths. The exercises of the handles
@@ -33,7 +33,6 @@ namespace rowe::detail {
 
 // ---- the table of calls
 
-// Frees a row.
 inline void release_row(queue_pair& on, std::uint32_t index) noexcept {
   on.user.calls[index].next_free = on.user.free_call;
   on.user.free_call = index;
@@ -243,7 +242,7 @@ constexpr bool has_diagnostic(errc code) noexcept {
   }
 }
 
-// The error of a call that failed. Keeps its diagnostic and releases the slot.
+// The error of a call that failed. Stores its diagnostic and releases the slot.
 inline error fail_with(queue_pair& on, std::uint32_t slot, diagnostic& refusal) noexcept {
   const value_header& completion = *on.user.completions.memory.header(slot);
   const error why = error_of(completion);

@@ -61,7 +61,7 @@ struct json_access {
   static json_value value_of(std::string_view validated) noexcept;
 
   static json_place follow(std::string_view value, std::string_view path) noexcept;
-  // Each reads the value of a place that is there, or notes why it cannot.
+  // Each reads the value of a place that is there, or records why it cannot.
   static bool read(json_place& at, bool& into) noexcept;
   static bool read(json_place& at, float& into) noexcept;
   static bool read(json_place& at, double& into) noexcept;

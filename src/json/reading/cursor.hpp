@@ -57,8 +57,8 @@ inline const char* skip_string(const char* at, const char* end) noexcept {
   return quote == end ? end : quote + 1;
 }
 
-// Finds the bracket that closes the first one, 32 bytes a step. Counting quotes tells which bytes are inside
-// strings. A stretch with a backslash, which may escape quotes, is looked at byte by byte.
+// Finds the bracket that closes the first one, 32 bytes a step. It counts quotes to find which bytes are
+// inside strings. A stretch with a backslash, which may escape quotes, is looked at byte by byte.
 class container_end {
  public:
   container_end(const char* begin, const char* end) noexcept : at_{begin}, end_{end} {}

@@ -37,8 +37,8 @@ static_assert(double_limit[0] == 1 && double_limit[1] == 7 && double_limit[308] 
 
 } // namespace detail
 
-// Is told of the digits of one number, in their order: those of the integer part, those of the fraction,
-// those of the exponent.
+// Takes the digits of one number, in their order: those of the integer part, those of the fraction, those of
+// the exponent.
 class double_range {
  public:
   void integer_digit(char c) noexcept {

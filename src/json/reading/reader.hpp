@@ -4,7 +4,7 @@
 // allocation. So malformed text never leaves the service thread, and members that nobody reads cost nothing.
 //
 // Validation has two parts. simdjson's first stage finds the tokens, the strings and wrong UTF-8. Then a
-// check of the tokens (token_check.hpp) also notes where the members of the whole object are. If the two do
+// check of the tokens (token_check.hpp) also makes an index of the members of the whole object. If the two do
 // not accept a text, the scan of fault.hpp decides by the grammar alone, and says where the text is wrong.
 //
 // What is accepted is RFC 8259 with these decisions: UTF-8 only, no byte order mark, no unpaired surrogate in
@@ -32,7 +32,6 @@ struct value {
   std::string_view raw; // as written: quotes included for strings, brackets for objects and arrays
 };
 
-// A member of an object.
 struct member {
   std::string_view name_raw; // without quotes, still escaped: compare with name_is()
   value what;
@@ -101,7 +100,6 @@ class reader {
 // The value of `validated`, without the white space around it.
 ROWE_RT value root(std::string_view validated) noexcept;
 
-// Whether that is an object.
 ROWE_RT inline bool is_object(std::string_view validated) noexcept {
   const std::size_t begin = validated.find_first_not_of(" \t\n\r");
   return begin != std::string_view::npos && validated[begin] == '{';
@@ -128,7 +126,6 @@ class object_walk {
   const char* end_;
 };
 
-// Walks the elements of an array.
 class array_walk {
  public:
   // Of anything but an array there are no elements.

@@ -6,7 +6,7 @@
 // how long each call takes: at most 55 instructions a byte; for numbers 12 to 18, for long strings 1.2
 // (tests/counts/instructions.py).
 //
-// It also notes where the first members of the outermost object are, by their places in the text.
+// It also makes an index of the first members of the outermost object, by their places in the text.
 #pragma once
 #include <array>
 #include <bitset>
@@ -92,8 +92,8 @@ class scanner {
 
   static constexpr state last_between = state::behind_value;
 
-  // One step each: from `at` on, in the present state; they return how far they came. A step that fails notes
-  // the fault and returns nullptr.
+  // One step each: from `at` on, in the present state; they return how far they came. A step that fails
+  // records the fault and returns nullptr.
   const char* step(const char* at, const char* end) noexcept;
   const char* between(const char* at, const char* end) noexcept; // tokens
   const char* begin_value(const char* at, const char* end) noexcept;

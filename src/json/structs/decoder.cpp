@@ -58,8 +58,8 @@ class decoder::run {
     return fail(code, static_cast<std::size_t>(at - begin_));
   }
 
-  // Notes whose value failed, on the way out, for the diagnosis. Returns null, so callers can return its
-  // result.
+  // Records whose value failed, on the way out, for the diagnosis. Returns null, which callers return in
+  // turn.
   [[gnu::cold]] const char* failed_in(const member* named, std::size_t element, const step& value) noexcept {
     if (why_ == nullptr) return nullptr;
     if (why_->parts_ == 0) why_->wanted_ = &value;

@@ -11,8 +11,8 @@
 //                         exact to the last digit; with as_string also its decimal digits in quotes; by_name
 //                         a name of the enum, or the number of one
 //   durations, times      as_seconds a number, rounded to the unit (half a unit away from 0); else as
-//   integers double, float         any number, rounded once; -0 keeps its sign; null is NaN. A number beyond
-//   the
+//                         integers
+//   double, float         any number, rounded once; -0 keeps its sign; null is NaN. A number beyond the
 //                         largest float does not fit one
 //   fixed_string          a string
 //   struct                an object. Its members may come in any order; those that the schema does not know

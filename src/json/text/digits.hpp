@@ -7,8 +7,7 @@
 //   -0.0                   keeps its sign, which -0 would lose in readers that take it for an integer
 //   0.000001  12.75        plain down to 1e-6
 //   1e-7  1.5e300  1e16    otherwise with an exponent; so no integer text is longer than 16 digits, and none
-//   is
-//                          beyond 64 bits, which some parsers refuse
+//                          is beyond 64 bits, which some parsers refuse
 //
 // Every function takes the address to write to and returns the address behind the text. It may overwrite
 // `number_buffer_bytes` there, because stores of fixed size make it fast. Nothing waits or allocates.

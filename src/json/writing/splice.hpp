@@ -15,9 +15,9 @@ namespace rowe::json {
 // is still open then, and more members may follow. In between, the writer must not be reset and nothing else
 // may be written.
 //
-// The span must have space for the value as it is written, with brackets and white space, even if less is
-// kept. Belongs to the thread of its writer; never waits, never allocates. Time is linear in the value only
-// where it is not an object and must move.
+// The span must have space for the value as it is written, with brackets and white space, even if less
+// remains. Belongs to the thread of its writer; never waits, never allocates. Time is linear in the value
+// only where it is not an object and must move.
 class splice {
  public:
   ROWE_RT explicit splice(writer& into) noexcept;

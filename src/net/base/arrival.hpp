@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the terminator's thread and the service thread tell each other.
+// The messages between the terminator's thread and the service thread.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -25,7 +25,7 @@ struct place_id {
 // The name in a client's certificate, which is verified.
 struct client_certificate {
   std::array<char, access::common_name_bytes_max> text{};
-  std::uint8_t bytes = 0; // 0: it has shown none, or one that names nobody
+  std::uint8_t bytes = 0; // 0: it presented none, or one that names nobody
   std::string_view name() const noexcept { return {text.data(), bytes}; }
 };
 
@@ -43,7 +43,7 @@ struct arrival {
   int socket = -1;                     // newcomer: what to read and write in plain; the receiver's to close
   socket_address peer{};               // newcomer, rejected
   client_certificate shown{};          // newcomer of a server
-  bool lent = false;                   // likewise: on descriptors that are kept for who comes to stop
+  bool lent = false;                   // likewise: on descriptors that are reserved for the stop
   service::connection_id connection{}; // session
   session* taken = nullptr;            // session
   wire::http_rejection rejection{};    // rejected; status 0: it was answered in no words. warning: its words

@@ -3,10 +3,10 @@
 // set: they form a queue, and only its front is looked at. All deadlines of the transport are of this kind.
 // So it needs no wheel, and a turn costs the same with one socket or a thousand.
 //
-// A deadline that is found long after its time tells that this process did not run: a debugger, SIGSTOP, a
-// suspended machine. Then nobody is judged by that time. All deadlines move, so that the first of them is as
-// far away as it may be found late. Not twice in a row: where a thread gets so little of its core that each
-// deadline is found late, they end all the same.
+// A deadline that is found long after its time shows that this process did not run: a debugger, SIGSTOP, a
+// suspended machine. That time does not count against peers: all deadlines move, so that the first of them is
+// as far away as it may be found late. Not twice in a row: where a thread gets so little of its core that
+// each deadline is found late, they end all the same.
 #pragma once
 #include <algorithm>
 #include <chrono>

@@ -21,7 +21,7 @@ struct accepted_socket {
   socket_address peer;
   tls::place_id place{}; // under TLS: where its session is; the socket is local then, and plain
   tls::client_certificate shown{};
-  bool lent = false; // a descriptor that is kept for who comes to stop
+  bool lent = false; // a descriptor that is reserved for the stop
 };
 
 class listener {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Descriptors that are kept from the beginning for who comes to stop, for when the process has no other left.
-// One that is needed is closed, so that the next call finds its number free. It is taken back before anything
+// Descriptors that are reserved from the beginning for the stop, for when the process has no other left. One
+// that is needed is closed, so that the next call finds its number free. It is taken back before anything
 // else here takes a descriptor. Other threads of the process may be faster; then there is one less meanwhile.
 //
 // Any thread, after keep(). A slot is a number, which whoever exchanges it for `none` owns.
@@ -37,7 +37,7 @@ class reserved_descriptors {
       if (one.number.compare_exchange_strong(expected, taken.get())) (void)taken.release();
     }
   }
-  // The next `count` calls that need one succeed. False: so many are not kept.
+  // The next `count` calls that need one succeed. False: so many are not reserved.
   bool give(std::size_t count = 1) noexcept {
     for (slot& one : all_) {
       if (count == 0) return true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a transport is told at set-up, and what it counts: all folders of src/net read these.
+// What a transport gets at set-up, and what it counts: all folders of src/net read these.
 #pragma once
 #include <cstdint>
 #include <span>

@@ -12,7 +12,8 @@
 
 namespace rowe::net {
 
-// How many of so many places are kept for peers on service::stop_path: the last two, never more than half.
+// How many of so many places are reserved for peers on service::stop_path: the last two, never more than
+// half.
 constexpr std::uint32_t reserved_for_stop(std::uint32_t places) noexcept {
   return places < 4 ? places / 2 : 2;
 }
@@ -62,8 +63,8 @@ struct socket_limits {
 // Whether each is in its range; else bad_argument with what was given, and the bound it broke.
 status check(const socket_limits& limits) noexcept;
 
-// How many descriptors a server keeps: for one who is accepted, and for a duplicate; for who comes to stop,
-// under TLS each with a pair; and for who has come for that.
+// How many descriptors a server reserves: for one peer that is accepted, and for a duplicate; for peers that
+// come to stop, under TLS each with a pair; and for those that have come.
 std::size_t descriptors_reserved(const socket_limits& limits, bool tls) noexcept;
 
 } // namespace rowe::net

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The established connections: upgraded sockets, which libwebsockets has released. Reads, writes, closes, and
-// keeps the write deadline. Service thread; allocates only in its constructor.
+// enforces the write deadline. Service thread; allocates only in its constructor.
 //
 // The epoll is level triggered here. Unread bytes are reported again, in rotation, so read quanta are fair
 // and nothing is forgotten. EPOLLOUT is asked for only while a write is refused, so an ordinary message costs
@@ -107,11 +107,11 @@ class established {
     std::uint32_t generation = 0;
     phase now = phase::free;
     purpose why = purpose::any;
-    bool lent = false; // its descriptor is one that is kept for who comes to stop
+    bool lent = false; // its descriptor is reserved for the stop
     bool reading = true;
     bool refused = false;
     bool held = false;              // it is in `held_`
-    bool gone = false;              // on_gone() was told
+    bool gone = false;              // on_gone() was called
     bool broken = false;            // a write failed for `cause`; there may still be something to read
     int unacknowledged = 0;         // bytes, when it was
     std::size_t segment_bytes = 0;  // of one call, at most

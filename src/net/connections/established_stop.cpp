@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The places that are kept for peers on service::stop_path.
+// The places that are reserved for peers on service::stop_path.
 #include "net/connections/established.hpp"
 
 #include <algorithm>
@@ -20,8 +20,8 @@ using service::transport_sink;
 // of another source is displaced only when that source has had its place for stop_place_protected_for. The
 // time is counted for the source, so closing and coming back does not begin it anew.
 //
-// Where the process has no descriptor left, so many may come as such places are kept. Beyond them it is the
-// same among those.
+// Where the process has no descriptor left, as many may come as such places are reserved. Beyond that, the
+// same holds among those.
 bool established::make_room_for_stop(const socket_address& peer, bool lent, transport_sink& sink) noexcept {
   const auto of_its_own = [&](const connection& one) { return same_source(one.peer, peer); };
   const auto held_long = [&](const connection& one) {

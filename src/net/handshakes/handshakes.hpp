@@ -72,7 +72,7 @@ class handshakes {
   enum class phase : std::uint8_t {
     free,
     header,
-    waiting, // a page, for what it shows (waiting_pages.cpp)
+    waiting, // a page, for its value (waiting_pages.cpp)
     page,
     body, // a page whose body is long (long_pages.cpp)
     closing,
@@ -98,7 +98,7 @@ class handshakes {
     bool looked_at = false;        // its header was looked at, and was not whole
     std::uint32_t before = 0;      // handshakes_begun() of its source, when it came
     bool welcome = false;          // its answer is not that of an error
-    bool lent = false;             // its descriptor is one that is kept for who comes to stop
+    bool lent = false;             // its descriptor is reserved for the stop
     bool crowded = false;          // its source has all it may have, so it may only stop
   };
 

@@ -75,7 +75,7 @@ void handshakes::end_body(handshake& one) noexcept {
   one.body = {};
 }
 
-// The reset tells the reader that the body is not whole.
+// From the reset the reader learns that the body is not whole.
 void handshakes::cut_body(handshake& one) noexcept {
   ++counters_.pages_cut;
   reset_on_close(one.socket.get());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pages that wait for what they show, such as the next value of a topic. Each keeps its place for
+// Pages that wait for a value, such as the next one of a topic. Each holds its place for
 // service::page_wait_max at most; nothing of it is with libwebsockets meanwhile. One is answered a turn, and
 // none in a turn in which another page was driven, so they take no more of a turn than other pages do. They
 // take half of the places of pages at most, so whoever asks for something that is there finds a place, even

@@ -20,8 +20,8 @@ inline constexpr std::string_view content_security_policy =
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-// The same for a page with a form. A browser that may tell no referrer sends a form with the Origin `null`.
-// So it may tell us.
+// The same for a page with a form. A browser that may send no referrer sends a form with the Origin `null`.
+// So it may send one to us.
 inline constexpr std::string_view form_security_policy =
     "default-src 'none'; style-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'self'; "
     "frame-ancestors 'none'";

@@ -51,7 +51,7 @@ fixed_heap::fixed_heap(std::span<std::byte> region) noexcept {
   link(all);
 }
 
-// The list in which a block of so many bytes is kept.
+// The list for free blocks of so many bytes.
 std::size_t fixed_heap::list_of(std::size_t bytes) noexcept {
   const auto power = static_cast<unsigned>(std::bit_width(bytes) - 1);
   const std::size_t part = (bytes >> (power - parts_power)) & ((1U << parts_power) - 1);

@@ -2,7 +2,7 @@
 // The memory that libwebsockets allocates from: one heap of a fixed size for each of our contexts, mapped,
 // present and locked when the context is made.
 //
-// libwebsockets has one allocator for the whole process, and does not tell it the context. So our allocator
+// libwebsockets has one allocator for the whole process, and does not pass it the context. So our allocator
 // uses the heap that was lent to the calling thread: a caller of libwebsockets lends the thread the heap of
 // its context during the call (`lws_memory::lending`). A context is made on one thread and used on another,
 // but never by two at once. So its heap needs no lock, and gets back all that was taken from it. All other

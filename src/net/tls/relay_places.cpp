@@ -55,7 +55,7 @@ relays::relay* relays::oldest_closing(bool lent) noexcept {
   return nullptr;
 }
 
-// Whether there are fewer than such places are kept for who comes to stop.
+// Whether fewer of them are lent than there are places reserved for the stop.
 bool relays::may_lend() const noexcept {
   return std::count_if(relays_.begin(), relays_.end(), [](const relay& one) {
            return one.now != phase::free && one.lent;

@@ -90,7 +90,7 @@ bool relays::speaks_tls(relay& one) {
   if (std::exchange(one.looked_at, true) || !remote_.empty()) return true;
   char first = 0;
   if (::recv(one.secure->descriptor_number(), &first, 1, MSG_PEEK | MSG_DONTWAIT) != 1)
-    return true; // it will tell
+    return true; // its handshake will find out
   if (first == answer::tls_handshake) return true;
   const auto rejection = answer::speaks_no_tls();
   send_answer(one.secure->descriptor_number(), rejection);
@@ -119,7 +119,7 @@ void relays::shake(relay& one) {
   case session::progress::wants_read: one.of_socket = EPOLLIN; break;
   case session::progress::wants_write: one.of_socket = EPOLLOUT; break;
   case session::progress::failed:
-    fail(one, one.secure->failed_by()); // counted before it is told of
+    fail(one, one.secure->failed_by()); // counted before it is reported
     (void)report_rejected(one, failure_of(*one.secure));
     return begin_close(one); // the peer is to see the alert
   case session::progress::done:
@@ -275,7 +275,7 @@ void relays::answer(relay& one, const wire::http_rejection& rejection) {
   begin_draining(one);
 }
 
-// False: there is no room, and more of them were told than anybody reads.
+// False: there is no room, and more of them were reported than anybody reads.
 bool relays::report_rejected(const relay& one, const wire::http_rejection& rejection) {
   return outlet_.tell(
       {.what = arrival::kind::rejected, .place = id_of(one), .peer = one.peer, .rejection = rejection});

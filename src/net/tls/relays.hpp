@@ -11,7 +11,7 @@
 // Sockets that do not end their handshake keep nobody out: if no place is left, one of them is evicted. A
 // source that has begun few handshakes lately comes before one that has begun many, for places and for the
 // work of a handshake. One that was let in, or got its page, does not count. One source has only so many
-// places, and beyond them evicts its own. An answer that is late on purpose keeps its place from nobody.
+// places, and beyond them evicts its own. The place of an answer that is late on purpose is free for others.
 //
 // Terminator's thread; allocates.
 #pragma once
@@ -39,7 +39,7 @@ namespace rowe::net::tls {
 // Where a relay says what has happened.
 class relay_outlet {
  public:
-  // False: there is no room, and nothing was told.
+  // False: there is no room, and nothing was reported.
   virtual bool tell(const arrival& news) noexcept = 0;
   // Somebody has lost, or not got, a place.
   virtual void note_eviction() noexcept = 0;
@@ -87,7 +87,7 @@ class relays {
     relaying, // the service thread has the other end of the pair
     draining, // the answer is written, but not sent whole
     closing,  // our end is shut, the peer's is awaited; what arrives is thrown away
-    rejected, // client: the service thread was told that the server refuses us. It drops the place
+    rejected, // client: it is reported that the server refuses us. The service thread drops the place
   };
   struct relay : deadline_node {
     std::unique_ptr<session> secure;
@@ -95,7 +95,7 @@ class relays {
     socket_address peer;
     std::uint32_t generation = 0;
     phase now = phase::free;
-    bool lent = false;           // on descriptors that are kept for who comes to stop
+    bool lent = false;           // on descriptors that are reserved for the stop
     bool looked_at = false;      // the first byte was
     bool waits = false;          // its handshake can go on: shake_next()
     std::uint32_t before = 0;    // handshakes_begun() of its source, when it came

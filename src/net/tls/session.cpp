@@ -19,7 +19,7 @@
 
 namespace rowe::net::tls {
 
-// How OpenSSL reaches the socket. Its own way would raise SIGPIPE, and keeps no tail.
+// How OpenSSL reaches the socket. Its own way would raise SIGPIPE, and stores no tail.
 struct session_bio {
   static session& of(BIO* bio) noexcept { return *static_cast<session*>(BIO_get_data(bio)); }
 
@@ -38,7 +38,7 @@ struct session_bio {
     return got;
   }
 
-  // BIO_CTRL_EOF is how OpenSSL 3 tells an end from an error.
+  // By BIO_CTRL_EOF OpenSSL 3 distinguishes an end from an error.
   static long control(BIO* bio, int what, long, void*) noexcept {
     if (what == BIO_CTRL_EOF) return of(bio).end_seen_ ? 1 : 0;
     return what == BIO_CTRL_FLUSH ? 1 : 0;
@@ -249,7 +249,7 @@ ssize_t session::receive(std::span<std::byte> to, bool keep, rt::time_point now)
     }
     const int what = SSL_get_error(ssl_, outcome);
     if (what != SSL_ERROR_WANT_READ) {
-      end_pending_ = got != 0; // the next read() tells
+      end_pending_ = got != 0; // the next read() reports it
       return end_pending_ ? static_cast<ssize_t>(got) : cannot_read(what);
     }
     if (budget == 0 || !kernel_has_more) break;
@@ -272,7 +272,7 @@ ssize_t session::cannot_read(int what) noexcept {
               : lost           ? service::counter::tls_cuts
                                : service::counter::tls_alerts;
     reason_ = asks_too_often() ? "it changed its keys too often" : newest_reason();
-    remedy_ = remedy_of_client(); // only clients are told of it
+    remedy_ = remedy_of_client(); // only clients report it
   }
   if (unreadable_ == 0) unreadable_ = end_seen_ ? ECONNRESET : EPROTO;
   ERR_clear_error();

@@ -68,9 +68,9 @@ class session {
   enum class progress : std::uint8_t { done, wants_read, wants_write, failed };
   // A few hundred microseconds; allocates.
   progress shake() noexcept;
-  // Server, once it is done: the common name of the client's certificate, written into `out`. Empty: it has
-  // shown none, or one whose subject has no common name, or several, or one that is not of so many bytes of
-  // printable ASCII.
+  // Server, once it is done: the common name of the client's certificate, written into `out`. Empty: it
+  // presented none, or one whose subject has no common name, or several, or one that is not of so many bytes
+  // of printable ASCII.
   std::string_view client_name(std::span<char> out) const noexcept;
   // Why it failed, or why reading did: words of OpenSSL's, or of ours. Static.
   const char* reason() const noexcept { return reason_; }
@@ -119,7 +119,7 @@ class session {
   void allow_new_keys(rt::time_point now) noexcept;
   bool asks_too_often() const noexcept { return steps_ > steps_of_new_keys * new_keys_max; }
 
-  // OpenSSL tells of three steps when it takes new keys.
+  // OpenSSL reports three steps when it takes new keys.
   static constexpr std::uint32_t steps_of_new_keys = 3;
   static constexpr std::size_t tail_bytes =
       record_bytes_max + 1024; // one record, and what OpenSSL says itself

@@ -12,7 +12,7 @@
 // disposition is saved and restored around the creation of its context, so no other thread should change it
 // meanwhile. The limit of open files is left alone: libwebsockets' tables are sized by `handshakes_max`, not
 // by that limit. Needed are connections_max + 2 × handshakes_max + 10 descriptors; under TLS, two for each
-// handshake and 5 more. And 6 (11 under TLS) are kept for who comes to stop when there is no other.
+// handshake and 5 more. And 6 (11 under TLS) are reserved for the stop, for when there is no other.
 #pragma once
 #include <cstdint>
 #include <memory>

@@ -69,9 +69,9 @@ namespace rowe::service {
   X(silent_peers, refusal, "connections closed because nothing was heard from them")                         \
   X(unfinished_messages, refusal, "connections closed because a message was not finished in time")           \
   X(stalled_peers, refusal, "connections closed because they did not read")                                  \
-  X(events_lost, own, "events nobody asked for in time, and those that peers bring about beyond their rate") \
+  X(events_lost, own, "events that the program did not take in time, or peers caused beyond their rate")     \
   X(cycles, own, "cycles of the service thread")                                                             \
-  X(pauses, own, "times when this process did not run for three seconds or more, by which nobody is judged") \
+  X(pauses, own, "times of 3 s or more when this process did not run; they do not count against peers")      \
   X(cycle_ns_max, own, "its longest cycle, in nanoseconds")                                                  \
   X(queued_max, own, "messages waiting at one time, at most")                                                \
   X(phase_hits, own, "idle::phase: values that came while it was awake for them")                            \

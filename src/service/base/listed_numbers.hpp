@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The numbers of topics and services, for codecs that have those. Each that is listed gets the next one, so a
-// number that a peer still knows means what it was told, or nothing. When all were given they begin anew, and
-// those that are in use are passed over. Service thread only; nothing waits or allocates.
+// number that a peer still knows means what was announced, or nothing. When all were given they begin anew,
+// and those that are in use are passed over. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
 

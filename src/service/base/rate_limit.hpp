@@ -47,7 +47,7 @@ class rate_limit {
   rt::time_point over_since_ = rt::never;
 };
 
-// Whether somebody is told again: at most once a second. `told`: when it was told last; zero: never.
+// Whether somebody gets a report again: at most once a second. `told`: when the last one was; zero: never.
 inline bool may_report_again(rt::time_point& told, rt::time_point now) noexcept {
   if (told != rt::time_point{} && now - told < undecodable_period) return false;
   told = now;

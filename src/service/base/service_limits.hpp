@@ -28,10 +28,10 @@ namespace rowe::service {
 
 // ---- pools
 
-// One piece in so many of a pool is kept for what would otherwise find none.
+// One piece in so many of a pool is reserved for what would otherwise find none.
 inline constexpr std::uint32_t reserve_one_in = 4;
 static_assert(reserve_one_in > 2); // direct messages leave two such reserves (shares.hpp)
-// One slot in so many of the receiver is kept for claims.
+// One slot in so many of the receiver is reserved for claims.
 inline constexpr std::uint32_t receiver_claims_one_in = 4;
 // Topics of the endpoint itself: the statistics, and the stop's state.
 inline constexpr std::uint32_t endpoint_topics = 2;
@@ -46,7 +46,7 @@ inline constexpr std::uint32_t latched_before_max = 4;
 
 // ---- pages
 
-// Topics whose last values are kept for HTTP, and for how long after somebody asked for one.
+// Topics whose last values are retained for HTTP, and for how long after somebody asked for one.
 inline constexpr std::uint32_t asked_topics_max = 32;
 inline constexpr rt::duration asked_topic_retained_for = std::chrono::seconds{60};
 static_assert(page_wait_max < asked_topic_retained_for);
@@ -83,7 +83,7 @@ inline constexpr std::size_t long_encode_bytes = 8 * 1024;
 // Bytes that are copied into the inboxes of handles in one cycle, of long messages.
 inline constexpr std::size_t long_copy_bytes = 64 * 1024;
 
-// What a JSON parser may read behind a text, and what is kept free for that behind each text.
+// What a JSON parser may read behind a text, and what is reserved for that behind each text.
 static_assert(tailroom_bytes >= json::reader::tailroom_bytes &&
               rt::tailroom_bytes >= json::reader::tailroom_bytes);
 
@@ -101,12 +101,12 @@ static_assert(subscribe_requests_max <= UINT8_MAX);
 
 // ---- TLS
 
-// Bytes of the heap, all told, with what malloc adds. tests/counts/tls_memory_test.cpp measures them.
-// A connection: its session, and OpenSSL's part with a buffer for a record in each direction.
+// Bytes of the heap in all, with what malloc adds. tests/counts/tls_memory_test.cpp measures them. A
+// connection: its session, and OpenSSL's part with a buffer for a record in each direction.
 inline constexpr std::size_t tls_connection_bytes = std::size_t{88} << 10;
 // A handshake that is under way, at most: OpenSSL takes a hello of 128 KiB, into a buffer a third larger.
 inline constexpr std::size_t tls_handshake_bytes = std::size_t{264} << 10;
-// A place for one, from the start: a header, and what the two threads tell each other about it.
+// A place for one, from the start: a header, and the messages of the two threads about it.
 inline constexpr std::size_t tls_place_bytes = std::size_t{8} << 10;
 // What an endpoint has once: the certificates, and how often each source has come.
 inline constexpr std::size_t tls_bytes = std::size_t{112} << 10;
@@ -171,13 +171,13 @@ inline constexpr rt::duration slow_reader_time_min = std::chrono::seconds{2};
 // time: that of a poor radio link.
 inline constexpr rt::duration partial_time_min = std::chrono::milliseconds{500};
 inline constexpr std::int64_t partial_bytes_per_second = 64 * 1024;
-// Peers that get lists of topics and services are told of changes once in this period at most, after a first
-// burst of so many.
+// Changes are announced to peers that get lists of topics and services once in this period at most, after a
+// first burst of so many.
 inline constexpr rt::duration listings_period = std::chrono::milliseconds{250};
 inline constexpr std::uint32_t listings_burst = 4;
-// How many peers are told in one cycle, each in one message at most. There may be a thousand of them.
+// To how many peers changes are announced in one cycle, by one message each. There may be a thousand peers.
 inline constexpr unsigned listings_per_cycle = 8;
-// A peer with so many replies is told no more until it has read some.
+// Nothing is announced to a peer with so many replies until it has read some.
 inline constexpr std::uint32_t listings_queued_max = 4;
 static_assert(listings_queued_max < replies_max_backpressured);
 // This is looked at again after a pause, which is longer where the peer does not read.
@@ -210,7 +210,7 @@ inline constexpr rt::duration parameters_period = std::chrono::milliseconds{20};
 // The text of a value, with its quotes and escapes, is not longer than this.
 inline constexpr std::size_t parameter_json_bytes_max =
     escaped_bytes_max * detail::parameter_text_bytes_max + 2;
-// Peers that are told in one cycle what has changed, each by a message of its own.
+// How many peers get the changes of parameters in one cycle, each by a message of its own.
 inline constexpr unsigned parameter_tells_per_cycle = 4;
 // What a message says of a parameter besides its name and its value, at most; and around all of them, besides
 // the id.
@@ -221,21 +221,21 @@ inline constexpr std::size_t parameter_work_bytes = 256;
 
 // ---- the connection graph
 
-// How often changes are looked for, while somebody wants to be told of them; and how often one peer is told.
-// How often peers with a clock are told the time, so that what they show moves smoothly, or has a time.
+// How often peers with a clock get the time, so that what they show moves smoothly, or has a time.
 inline constexpr rt::duration clock_period = std::chrono::milliseconds{12}; // with the wheel's ticks, 60 Hz
 inline constexpr rt::duration idle_clock_period = std::chrono::milliseconds{250};
+// How often changes are looked for, while somebody wants them, and how often they are announced to one peer.
 inline constexpr rt::duration graph_period = std::chrono::milliseconds{250};
 // Messages about it in one cycle, each to another peer; and the work: looks at a row, a holder, or a peer.
 inline constexpr unsigned graph_messages_per_cycle = 4;
 inline constexpr std::uint32_t graph_work_per_cycle = 4096;
-// A peer is told no more while anything waits to be written to it. This is looked at again after a pause,
-// which is longer where the peer does not read.
+// Nothing is announced to a peer while anything waits to be written to it. This is looked at again after a
+// pause, which is longer where the peer does not read.
 inline constexpr rt::duration graph_retry = std::chrono::milliseconds{1};
 inline constexpr rt::duration graph_retry_backpressured = std::chrono::milliseconds{20};
 static_assert(graph_retry < graph_retry_backpressured && graph_retry_backpressured < graph_period);
-// If names that are gone find no place for so long, because some peers were not told of earlier ones, these
-// peers are told no more.
+// If names that are gone find no place for so long, because some peers do not know of earlier ones yet, the
+// subscriptions of these peers end.
 inline constexpr rt::duration graph_behind_max = std::chrono::seconds{5};
 static_assert(graph_period < graph_behind_max);
 // What a message says of a topic or a service besides its name and who holds it, and of a holder besides its
@@ -246,10 +246,9 @@ inline constexpr std::size_t graph_envelope_bytes = 160;
 
 // ---- diagnostics and events, in bytes
 
-// Handles keep no longer diagnostic of a failed call than a peer is sent.
+// Handles store no longer diagnostic of a failed call than a peer is sent.
 static_assert(wire::refusal::text_bytes_max >= detail::diagnostic_bytes_max);
 
-// The text of an event.
 inline constexpr std::size_t event_text_bytes_max = 224;
 static_assert(std::is_same_v<decltype(event::what), event::text<event_text_bytes_max>>);
 // Events about peers that come and go: one in this period, after a first burst.
@@ -312,14 +311,14 @@ static_assert(stop_answer_bytes_max + wire::frame_header_bytes_max <= stop_buffe
 inline constexpr int stops_awaited_per_peer = 2;
 // Places for the stops of this process, besides one for each connection.
 inline constexpr std::size_t stops_awaited_of_process = 8;
-// How often the state is shown to peers that are no guards, in ticks.
+// How often peers that are no guards get the state, in ticks.
 inline constexpr int stop_ticks_for_others = 10;
 
 // ---- receiver
 
 // After this time without a take, a receiver is absent: messages that find no room are dropped.
 inline constexpr rt::duration receiver_absent_after = std::chrono::seconds{8};
-// How often a peer is told at most that messages for it were dropped.
+// How often a peer gets a report, at most, that messages for it were dropped.
 inline constexpr rt::duration losses_period = std::chrono::seconds{10};
 // How often an event reports messages of a topic that handles cannot decode.
 inline constexpr rt::duration undecodable_period = std::chrono::seconds{1};

@@ -4,7 +4,7 @@
 // third for what belongs to this process.
 //
 // Each possible connection has a claim to an equal share of one half of the pool. The part that it has not
-// taken is kept for it. So the peer that comes last still finds its claim.
+// taken is reserved for it. So the peer that comes last still finds its claim.
 //
 // Of the rest, a peer may take no more than it leaves. This is the dynamic threshold with a factor of one
 // (Choudhury and Hahne, "Dynamic queue length thresholds for shared-memory packet switches", IEEE/ACM
@@ -25,9 +25,9 @@
 
 namespace rowe::service {
 
-// The claims to a pool of `pool` pieces. One piece in `one_in` is kept for claims: 2 keeps a half. Each
-// holder has a count of what it holds; all counts begin with 0. If the pool has less than one piece for each
-// holder, those that come first get one.
+// The claims to a pool of `pool` pieces. One piece in `one_in` is reserved for claims: 2 reserves a half.
+// Each holder has a count of what it holds; all counts begin with 0. If the pool has less than one piece for
+// each holder, those that come first get one.
 class claims {
  public:
   claims(std::uint32_t pool, std::uint32_t connections, std::uint32_t one_in = 2) noexcept
@@ -51,7 +51,7 @@ class claims {
     if (count > left) return false;
     return held + count <= claim_ || held + count + kept() <= left - count + 1;
   }
-  // How many pieces are kept for holders that have less than their claim.
+  // How many pieces are reserved for holders that have less than their claim.
   std::uint32_t kept() const noexcept { return std::min(unclaimed_, kept_max_); }
   std::uint32_t claim() const noexcept { return claim_; }
   // How much of their claims all holders have not taken: the sum of kept_for(held).
@@ -66,7 +66,7 @@ class claims {
   std::uint32_t unclaimed_; // what all are still to take of their claims
 };
 
-// The part of a pool that is kept for what would otherwise find nothing there.
+// The part of a pool that is reserved for what would otherwise find nothing there.
 constexpr std::uint32_t reserve_of(std::uint32_t count) noexcept { return count / reserve_one_in; }
 
 // How many of `count` pieces all peers together may have, if this process wants `own` of them. It gets at
@@ -96,7 +96,7 @@ constexpr std::uint32_t equal_share(std::uint32_t count, std::uint32_t peers) no
 }
 
 // How many slots of a size class may be partial at once: a quarter at most. A partial frame cannot be taken
-// back, so each of `connections` may keep one by not reading.
+// back, so each of `connections` may hold one by not reading.
 constexpr std::uint32_t partial_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
   const std::uint32_t quarter = reserve_of(slots);
   return quarter == 0 ? 1 : quarter < connections ? quarter : connections;
@@ -109,7 +109,7 @@ constexpr bool is_slow_reader(std::size_t bytes, rt::duration in) noexcept {
   return in > slow_reader_time_min && in > enough;
 }
 
-// How many slots of a size class direct messages may have; they keep a slot until they are sent. A quarter is
+// How many slots of a size class direct messages may have; they hold a slot until they are sent. A quarter is
 // for other messages, besides the slots that may be partial.
 constexpr std::uint32_t message_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
   const std::uint32_t others = reserve_of(slots) + partial_slots_max(slots, connections);

@@ -37,7 +37,7 @@ struct slot_ref {
   friend bool operator==(const slot_ref&, const slot_ref&) = default;
 };
 
-// When a message expires, and whether peers are told what is left of its time to live.
+// When a message expires, and whether peers get the rest of its time to live.
 struct message_lifetime {
   rt::time_point expires = rt::never;
   bool carries_ttl = false;
@@ -65,7 +65,7 @@ inline constexpr std::size_t index_of(slot_class of) noexcept { return static_ca
 template <class T>
 using by_class = std::array<T, slot_classes>;
 enum class slot_use : std::uint8_t { ordinary, stop };
-// The part that tells a peer again what was in a message that the peer lost.
+// The part that announces again what was in a message that the peer lost.
 enum class teller : std::uint8_t { none, listings, connection_graph, parameters };
 inline constexpr std::size_t tellers = 4;
 
@@ -98,8 +98,7 @@ class slot_pool {
     free_slots& free = free_[index_of(of)];
     return free.free() <= left_by(what) ? slot_id{} : begin_use(free.take());
   }
-  // Takes a slot for a message whose body is this text, which it keeps a reference to. None: all are
-  // taken.
+  // Takes a slot for a message whose body is this text, to which it holds a reference. None: all are taken.
   slot_id take_chunked(text_id body) noexcept {
     free_slots& free = free_[index_of(slot_class::chunked)];
     if (free.empty()) return {};
@@ -172,7 +171,8 @@ class slot_pool {
   // Whether the message is sent in a binary frame, and when the value in its body was published.
   bool binary(slot_id index) const noexcept { return slots_[index].binary; }
   rt::time_point published(slot_id index) const noexcept { return slots_[index].published; }
-  // What the message says must reach its peer. Whoever evicts it notes that, and this part tells it again.
+  // What the message says must reach its peer. Whoever evicts it records that, and this part announces it
+  // again.
   void set_teller(slot_id index, teller by) noexcept { slots_[index].by = by; }
   teller teller_of(slot_id index) const noexcept { return slots_[index].by; }
   std::span<char> text(slot_id index) noexcept { return {base(index), slots_[index].bytes}; }

@@ -34,7 +34,7 @@ struct connection_id {
 // The path for peers that only want to stop, and to see the stop's state. Places are reserved for them
 // (docs/stop.md).
 inline constexpr std::string_view stop_path = "/rowe/stop";
-// Such a peer keeps its place for so long, which is enough for a stop and its answer. The transport counts
+// Such a peer holds its place for so long, which is enough for a stop and its answer. The transport counts
 // from when its source came, the core from the stop of a robot that could move.
 inline constexpr rt::duration stop_place_protected_for = std::chrono::seconds{1};
 
@@ -52,7 +52,7 @@ struct peer_info {
   access::subject who{};        // as transport_sink::admit() said
 };
 
-// What a peer shows before it is connected. The texts are valid during the call.
+// What a peer presents before it is connected. The texts are valid during the call.
 struct credentials {
   std::string_view address;       // numeric, with port
   std::string_view path;          // of the request, query removed
@@ -63,7 +63,6 @@ struct credentials {
   bool typed_in = false;
 };
 
-// The answer to it.
 struct admit_answer {
   access::subject who{};
   std::uint16_t status = 0; // of HTTP, if the peer is rejected; 0: it is admitted
@@ -97,7 +96,7 @@ struct rejection {
   bool lasting = false; // client: another attempt will end the same way until somebody changes something
 };
 
-// A page that waits for what it shows. What the numbers mean is the core's; `who` is as in the request.
+// A page that waits for its value. What the numbers mean is the core's; `who` is as in the request.
 struct awaited_page {
   std::uint32_t topic = 0;
   std::uint32_t channel = 0;
@@ -182,7 +181,7 @@ inline constexpr std::size_t tailroom_bytes = 64;
 // What a transport reports. Implemented by the core; called only inside transport::poll().
 class transport_sink {
  public:
-  // Whether a peer that shows this may become a connection. Asked before anything is done for it.
+  // Whether a peer that presents this may become a connection. Asked before anything is done for it.
   virtual admit_answer admit(const credentials& shown) const noexcept = 0;
   // The same for the page of a path. Asked before on_http().
   virtual admit_answer may_read(const credentials&) noexcept { return {}; }
@@ -194,7 +193,7 @@ class transport_sink {
   // again, and wait() may return at once.
   virtual std::size_t wanted_bytes(connection_id) const noexcept { return SIZE_MAX; }
   // Nobody is there any more who could read what is written. What arrived before is still read, then comes
-  // on_close(). Told at most once, and only where there may be something to read.
+  // on_close(). Called at most once, and only where there may be something to read.
   virtual void on_gone(connection_id) noexcept {}
   // An earlier write() took less than it was given. Now there is room again.
   virtual void on_writable(connection_id connection) noexcept = 0;
@@ -304,8 +303,8 @@ class transport {
   // on_close follows in a later poll().
   virtual void close(connection_id connection, close_how how) noexcept = 0;
 
-  // How large the transport should keep its own send buffer, in bytes; 0, as until this is called: as it
-  // finds right. The core says it where the round trip is short, and then it bounds what is in flight.
+  // Limits the transport's own send buffer, in bytes; 0, as until this is called: as the transport finds
+  // right. The core calls it where the round trip is short, to bound what is in flight.
   virtual void limit_send_buffer(connection_id connection, std::size_t bytes) noexcept = 0;
 
   // Stops (false) or resumes reading from a connection.

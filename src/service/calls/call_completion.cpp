@@ -13,7 +13,8 @@
 namespace rowe::service {
 namespace {
 
-// The text of a JSON string, for people. A text that does not fit, or is no string, is shown as it was sent.
+// The text of a JSON string, for people. A text that does not fit, or is no string, is returned as it was
+// sent.
 std::string_view diagnostic_of(std::string_view raw, std::span<char> scratch) noexcept {
   if (raw.empty()) return {};
   const json::value v = json::root(raw);
@@ -76,7 +77,7 @@ status call_completion::answer(const call_endpoint& callee, detail::call_ref whi
   } else {
     if (const status fine = check_object_text(state_.seams.validator, with.text); !fine) {
       add(counter::malformed);
-      fail(*index, {errc::refused}, "the provider's reply was no proper JSON object");
+      fail(*index, {errc::refused}, "the provider's reply was not a JSON object");
       return fine;
     }
     slot = finish_with(*index, with.text, with.expires);

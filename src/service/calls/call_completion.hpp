@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Folder calls: the life of a call, and direct messages. Who is called is decided in requests.
-// Ends calls, by an answer of this process, an answer of a peer, or an error, and tells the caller. A reply
-// that finds no room is an error of the callee, which may try again; everything else closes the call. Only
-// the service thread decides what comes first: reply, refusal, time-out or loss. It never waits or allocates.
+// Ends calls, by an answer of this process, an answer of a peer, or an error, and reports to the caller. A
+// reply that finds no room is an error of the callee, which may try again; everything else closes the call.
+// Only the service thread decides what comes first: reply, refusal, time-out or loss. It never waits or
+// allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -32,7 +33,7 @@ struct local_reply {
   const json::encoder* encoder = nullptr; // of the value
   const std::byte* value = nullptr;
   rt::time_point expires = rt::never;
-  call_endpoint waits{}; // told when the answer is written; or nobody
+  call_endpoint waits{}; // gets a completion when the answer is written; or nobody
   detail::call_ref own{};
 };
 
@@ -52,7 +53,7 @@ class call_completion : call_completion_needs {
   }
   call_completion(rt::arena& memory, const call_completion_needs& parts) noexcept;
 
-  // Begins a call, as call_table::open(). The caller is told if nobody answers before the deadline.
+  // Begins a call, as call_table::open(). If nobody answers before the deadline, the caller gets an error.
   call_index open(const call_endpoint& caller, std::string_view id_raw, std::string_view service,
                   rt::time_point until) noexcept;
   // Most calls are answered in the cycle that begins them, and never need the wheel. At the end of a cycle
@@ -66,10 +67,10 @@ class call_completion : call_completion_needs {
 
   // ---- replies
 
-  // A handle or a thread answers a call that was given to it and has not ended. `waits` is told when the
-  // answer is written. Errors: there is nobody to answer; the text is no JSON; the answer has expired; there
-  // is no room. After an error `waits` is not told by this function, and after the last one the callee may
-  // try again.
+  // A handle or a thread answers a call that was given to it and has not ended. `waits` gets a completion
+  // when the answer is written. Errors: there is nobody to answer; the text is no JSON; the answer has
+  // expired; there is no room. After an error `waits` gets none, and after the last one the callee may try
+  // again.
   status answer(const call_endpoint& callee, detail::call_ref which, const local_reply& with) noexcept;
   status refuse(const call_endpoint& callee, detail::call_ref which, std::string_view why) noexcept;
   // A peer answers a call or a goal.
@@ -86,10 +87,10 @@ class call_completion : call_completion_needs {
 
   // ---- failures
 
-  // The call fails; the caller is told the code and the diagnostic.
+  // The call fails; the caller gets the code and the diagnostic.
   void fail(call_index call, const error& why, std::string_view diagnostic = {}) noexcept;
   void fail_for_room(call_index call) noexcept; // for its request, or its reply
-  void close(call_index call) noexcept;         // nobody is told
+  void close(call_index call) noexcept;         // nobody gets a report
   // A peer's call fails because its role has no right to what it asks for.
   void deny(call_index call, std::string_view diagnostic) noexcept;
   void time_out(call_index call) noexcept;

@@ -71,7 +71,7 @@ class call_goals : call_goals_needs {
     state_.due.disarm(index);
     state_.due.arm(index, until);
   }
-  // Tells the provider, once, that nobody waits for the goal any more. Does nothing for other calls.
+  // Reports to the provider, once, that nobody waits for the goal any more. Does nothing for other calls.
   void abandon(call_index index) noexcept {
     call& goal = state_.calls.at(index);
     if (!state_.calls.is_goal(index) || goal.cancelled || ROWE_MUTANT(goal_abandoned)) return;
@@ -81,7 +81,7 @@ class call_goals : call_goals_needs {
     std::array<char, call_table::our_id_bytes_max> buffer;
     const std::string_view id = state_.calls.write_id(buffer, index, goal.goal_epoch);
     const wire::codec& codec = state_.seams.protocols.of(goal.callee.speaks);
-    // A provider that is not told may still end the goal, or its time does.
+    // A provider that does not get it may still end the goal, or its time does.
     (void)outbox_.reply({provider->id.index}, [&](json::writer& into) {
       return codec.write_cancel(into, state_.calls.service(index), id);
     });

@@ -58,7 +58,7 @@ inline bool direct_messages::has_room_for(const direct_message& m, slot_class of
   return !any && pending() < slots_.count() - reserve_of(slots_.count());
 }
 
-// False: it must be parked. Else its sender is told the outcome, at once or later.
+// False: it must be parked. Else its sender gets the outcome, at once or later.
 inline bool direct_messages::send(const direct_message& m) noexcept {
   const auto fails = [&](const status& why, counter as) {
     add(as);
@@ -116,7 +116,7 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
   return true;
 }
 
-// Tracks it from now on. A message to everyone keeps its slot until it was sent.
+// Tracks it from now on. A message to everyone holds its slot until it was sent.
 inline void direct_messages::begin(slot_id slot, const tracker& as) noexcept {
   take_outcomes(); // of the slot's former message
   assert(!trackers_.under_way(slot));
@@ -142,7 +142,7 @@ inline void direct_messages::end_queueing(slot_id slot) noexcept {
 
 status direct_messages::send_request(slot_id slot, peer_index to, detail::call_ref call,
                                      bool stops) noexcept {
-  // One that is pending until a peer comes may keep its slot for long: as messages, such requests leave some.
+  // One that is pending until a peer comes may hold its slot for long: as messages, such requests leave some.
   const slot_class of = slots_.class_of(slot);
   const bool has_slot = to || stops || trackers_.slots_left(of) != 0;
   begin(slot, {.everyone = !to, .request_of = call});

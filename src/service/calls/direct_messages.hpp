@@ -28,7 +28,7 @@ namespace rowe::service {
 
 struct direct_message {
   std::string_view text;
-  call_endpoint sender{}; // who is told its outcome; or nobody
+  call_endpoint sender{}; // who gets its outcome; or nobody
   detail::call_ref own{}; // the handle's own name for it
   detail::peer_ref to{};  // generation 0: everyone
   bool only_now = false;  // not to be queued beyond this cycle
@@ -67,7 +67,7 @@ class direct_messages : direct_messages_needs {
   // Sends the composed request of a call. `to` none: to the first peer that has room. Errors: full; then the
   // caller of this function ends the call.
   status send_request(slot_id slot, peer_index to, detail::call_ref call, bool stops) noexcept;
-  // Tells whoever answered a call when the reply has been written; and the call `of`, if it is its long part.
+  // Reports that a reply has been written: to whoever answered, and to the call `of`, if it is its long part.
   void track_reply(slot_id slot, const call_endpoint& sender, detail::call_ref own,
                    detail::call_ref of = {}) noexcept;
   // The call has ended: its request is not sent any more, unless a socket is in the middle of it.
@@ -86,7 +86,7 @@ class direct_messages : direct_messages_needs {
   void close() noexcept;
   std::uint32_t pending() const noexcept { return trackers_.pending(); }
 
-  // Takes the outcomes since the last look, and tells the senders.
+  // Takes the outcomes since the last look, and reports them to the senders.
   void take_outcomes() noexcept {
     if (message_store_.has_outcomes()) complete_outcomes();
   }

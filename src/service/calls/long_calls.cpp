@@ -57,9 +57,12 @@ void long_calls::fail(call_index index, const long_value& value, const error& wh
         .add(state_.bounds().long_slots)
         .add(")");
   } else if (why.value > why.limit) {
-    text.add("all but the long value has ").add(why.value).add(" bytes, and may have ").add(why.limit);
+    text.add("the call without its long value has ")
+        .add(why.value)
+        .add(" bytes, and may have ")
+        .add(why.limit);
   } else {
-    text.add("what is sent on must not say ").add(long_mark).add(" itself");
+    text.add("a relayed message must not contain ").add(long_mark);
   }
   call_completion_.fail(index, why, text.text());
 }

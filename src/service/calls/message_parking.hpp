@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shares of senders' slots that parked direct messages may keep. A message that finds no room is parked:
-// it keeps a slot of its sender, and is posted again in the sender's next turn. Parked messages may have
+// The shares of senders' slots that parked direct messages may hold. A message that finds no room is parked:
+// it holds a slot of its sender, and is posted again in the sender's next turn. Parked messages may have
 // three quarters of a sender's slots, and one peer as many of those as are left: half of them, if it is
 // alone. So messages to other peers find a slot. The receiver may park in all of its slots: it limits what it
 // takes from a peer, so each answer finds one.
 //
-// When a peer's share is used up, senders to it are told `full` before they take a slot, until nothing is
-// parked for it. What they submitted before ends with `full`. A message to everyone is always parked, but its
-// senders are told `full` just as early.
+// When a peer's share is used up, senders to it get `full` before they take a slot, until nothing is parked
+// for it. What they submitted before ends with `full`. A message to everyone is always parked, but its
+// senders get `full` just as early.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -73,14 +73,14 @@ class message_parking {
     }
     return true;
   }
-  // Too many messages to everyone are parked: the sender of this turn is told `full` before it takes a slot.
+  // Too many messages to everyone are parked: the sender of this turn gets `full` before it takes a slot.
   bool refuses_to_everyone() const noexcept {
     return now_.for_everyone != 0 && now_.for_everyone + now_.parked >= now_.slots;
   }
 
   void begin_cycle() noexcept { cycle_turn_ = turn_; }
-  // At the end of a cycle: shows senders which peers have room again. True if there is such a peer, or a peer
-  // has left.
+  // At the end of a cycle: publishes to senders which peers have room again. True if there is such a peer, or
+  // a peer has left.
   bool renew_room() noexcept {
     if (marked_full_ != 0) show_room();
     return std::exchange(room_came_, false);

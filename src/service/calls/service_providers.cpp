@@ -88,8 +88,8 @@ void service_providers::remove(service_index service) noexcept {
 
 // ---- checks
 
-// Peers are charged for what they provide, and the rest of their claims is kept. What the endpoint answers
-// itself none of them provides.
+// Peers are charged for what they provide, and the rest of their claims is reserved. None of them provides
+// what the endpoint answers itself.
 bool service_providers::check() const noexcept {
   for (const auto i : service_directory_.ids()) {
     const bool of_peer = service_directory_.in_use(i) && !service_directory_.at(i).pair;

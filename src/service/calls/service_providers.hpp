@@ -30,10 +30,10 @@ class service_providers : service_providers_needs {
   }
   service_providers(rt::arena& memory, const service_providers_needs& parts) noexcept;
 
-  // A request of a peer, about a service or an action; a refused peer is told why.
+  // A request of a peer, about a service or an action. A refusal says why.
   void advertise(connection& c, const wire::request& asked) noexcept;
   void unadvertise(connection& c, const wire::request& asked) noexcept;
-  // From now on a handle provides the service of a peer, which is told. The peer's open calls go on.
+  // From now on a handle provides the service of a peer, which gets a report. The peer's open calls go on.
   void take_from_peer(service_index service) noexcept;
   // A peer has left.
   void forget(connection_id peer) noexcept;

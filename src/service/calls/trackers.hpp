@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trackers of direct messages and of requests of calls. A direct message lies in a wire slot, like everything
-// that is written, and its tracker is found by the slot's number. A tracked message keeps its slot while it
-// is under way, so its sender can be told the outcome: `sent` when the whole message was written to one peer,
+// that is written, and its tracker is found by the slot's number. A tracked message holds its slot while it
+// is under way, so its sender can get the outcome: `sent` when the whole message was written to one peer,
 // otherwise why it was not. A message that finds no peer, or whose peers all left before it was written, is
 // pending until a peer comes or it expires. Pending trackers form a doubly linked list, so taking one out of
 // the middle costs the same in a long list. Service thread only.
@@ -29,9 +29,9 @@ struct tracker {
   bool everyone = false; // else to one peer; if that leaves, the message is lost
   bool sent = false;
   bool counted = false;          // trackers::begin() counted it
-  bool is_long = false;          // the call is told what becomes of it
+  bool is_long = false;          // the call gets its outcome
   peer_index charged{};          // the peer whose share of the slots it is
-  call_endpoint sender{};        // who is told the outcome; or nobody
+  call_endpoint sender{};        // who gets the outcome; or nobody
   detail::call_ref own{};        // if that is a handle: its own name for it
   detail::call_ref request_of{}; // the call whose request this is, or whose long answer
   slot_id previous{};            // in the list of pending ones
@@ -62,7 +62,7 @@ class trackers {
     ++tracked_[slot.value >= first_large_];
   }
   // How many more slots of a class may be tracked. Some slots are never for tracked messages, since these
-  // keep theirs until they are sent.
+  // hold theirs until they are sent.
   std::uint32_t slots_left(slot_class of) const noexcept {
     const auto which = static_cast<std::size_t>(of);
     return left_of(slots_max_[which], tracked_[which]);
@@ -73,10 +73,10 @@ class trackers {
     const auto which = static_cast<std::size_t>(of);
     const std::uint32_t held = held_[which][peer];
     if (!backpressured || held < claims_[which].claim()) return claims_[which].may_take(held, slots_left(of));
-    return held + 1 + slots_max_[which] / 2 <= slots_left(of); // that half includes what is kept for claims
+    return held + 1 + slots_max_[which] / 2 <= slots_left(of); // the half includes what claims reserve
   }
-  // Whether backpressured peers may have one more message to everyone. Each keeps its slot until the slowest
-  // peer has it, and peers that came one after the other keep different ones. So all backpressured peers
+  // Whether backpressured peers may have one more message to everyone. Each holds its slot until the slowest
+  // peer has it, and peers that came one after the other hold different ones. So all backpressured peers
   // together leave one half of the slots to the others. `own`: how many slots the message has already.
   bool may_share(slot_class of, std::uint32_t own) const noexcept {
     return slots_left(of) + own > slots_max_[static_cast<std::size_t>(of)] / 2;
@@ -123,7 +123,7 @@ class trackers {
   }
 
  private:
-  // Each peer is charged for the slots that it holds; the rest of the claims is kept.
+  // Each peer is charged for the slots that it holds; the rest of the claims is reserved.
   bool check_shares() const noexcept {
     for (std::size_t which = 0; which != claims_.size(); ++which) {
       std::uint32_t charged = 0;

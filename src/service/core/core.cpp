@@ -24,7 +24,7 @@ inline void core::arm_what_stays() noexcept {
   call_completion_.arm_open();
 }
 
-// Tells submitters that wait for room that there may be some.
+// Wakes submitters that wait for room: there may be some.
 inline void core::notify_room() noexcept {
   const bool came = thread_submissions_.notify_room(direct_messages_.parking().renew_room());
   handle_submissions_.notify_room(came);
@@ -72,7 +72,7 @@ inline void core::notify_room() noexcept {
   if (state_.peers.wants_close()) close_marked();
   sender_.flush_all();
   sender_.partial().cut_stalled([this](peer_index peer) {
-    cut(state_.peers[peer], "it reads a message too slowly, and others wait for its slot");
+    cut(state_.peers[peer], "this peer reads a message too slowly, and others wait for its slot");
   });
   direct_messages_.take_outcomes();
   arm_what_stays();
@@ -369,7 +369,7 @@ void core::reconnect_later() noexcept {
 // ---- peers on stop_path
 //
 // The transport reserves places for them, so the robot can be stopped even when all other peers are refused.
-// Such a peer may stop, and see the state of the stop; nothing else. It keeps its place only until another
+// Such a peer may stop, and see the state of the stop; nothing else. It holds its place only until another
 // peer on stop_path needs it.
 
 bool core::may_displace(connection_id id) const noexcept {
@@ -381,7 +381,7 @@ void core::displace(connection_id id) noexcept {
   connection* const c = find(id);
   if (c == nullptr) return;
   state_.counts.add(counter::stop_peers_displaced);
-  close(*c, wire::close_code::try_again_later, "the next one needs this place for the stop");
+  close(*c, wire::close_code::try_again_later, "another peer needs this place to stop the robot");
 }
 
 } // namespace rowe::service

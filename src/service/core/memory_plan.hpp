@@ -11,7 +11,7 @@ namespace rowe::service {
 
 struct memory_plan {
   std::size_t core;        // the core's tables and buffers, and the core itself
-  std::size_t shared;      // what it shows to other threads
+  std::size_t shared;      // what it publishes to other threads
   std::size_t threads;     // the submission queue and the shared inbox
   std::size_t waker;       // with which handles wake the service thread
   std::size_t pairs;       // the queue pairs' shared words

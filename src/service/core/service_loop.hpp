@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The service thread: it runs cycles of the core, and waits between them. Only it reads the clock; the core
-// is told the time. One loop runs on one thread; stop() is for other threads.
+// The service thread: it runs cycles of the core, and waits between them. Only it reads the clock, and passes
+// the time to the core. One loop runs on one thread; stop() is for other threads.
 #pragma once
 #include <algorithm>
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which numbers of topics and services each peer was told: those of topics by row, then those of services.
+// Which numbers of topics and services were announced to each peer: of topics by row, then of services.
 // Service thread only.
 #pragma once
 #include <algorithm>
@@ -20,7 +20,7 @@ class announced_numbers {
  public:
   // Two bits for each number.
   enum class mark : std::uint8_t {
-    unseen, // the peer may not see what has it, and was not told; its role's patterns are compared once
+    unseen, // not announced: the peer may not see what has it. The role's patterns are compared once
     waits   // it is in the message that waits to be written to the peer
   };
 

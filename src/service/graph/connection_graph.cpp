@@ -28,7 +28,7 @@ connection_graph::connection_graph(rt::arena& memory, const connection_graph_nee
 void connection_graph::subscribe(connection& c, const wire::request& asked) noexcept {
   if (state_.bounds().message_bytes_max < graph_envelope_bytes)
     return refusals_.refuse(c, asked.id_raw,
-                            "subscribeConnectionGraph: it takes messages of 160 bytes, and the limit "
+                            "subscribeConnectionGraph: it needs messages of 160 bytes, and the limit "
                             "message_bytes_max is lower here");
   static_assert(graph_envelope_bytes == 160, "the text above says so");
   subscriber& of = subscribers_[{c.id.index}];
@@ -100,20 +100,20 @@ std::uint32_t connection_graph::least_announced() const noexcept {
   return least;
 }
 
-// Ends the subscriptions of those who have been told least.
+// Ends the subscriptions of the peers that are furthest behind.
 void connection_graph::leave_behind() noexcept {
   const std::uint32_t least = least_announced();
   for (const peer_index peer : subscribers_.ids()) {
     if (!subscribers_[peer].knows_some() || subscribers_[peer].announced_at != least) continue;
     unsubscribe(peer);
     refusals_.warn(state_.peers[peer], {},
-                   "subscribeConnectionGraph: this client reads too slowly what has changed, so it is told "
-                   "no more; it may subscribe again",
+                   "subscribeConnectionGraph: this client reads changes too slowly, so its "
+                   "subscription has ended; subscribe again",
                    wire::severity::warning);
   }
 }
 
-// ---- telling
+// ---- announcing
 
 // When that is to go on.
 rt::time_point connection_graph::announce_some() noexcept {
@@ -142,7 +142,7 @@ rt::time_point connection_graph::due(peer_index peer) const noexcept {
   return state_.cycle.now + (its.backpressured() ? graph_retry_backpressured : graph_retry);
 }
 
-// One message at most. The rest, or all, is told later if there is too much of it. Returns when.
+// Announces by one message at most. The rest, or all, comes later if there is too much of it. Returns when.
 rt::time_point connection_graph::tell(peer_index peer) noexcept {
   connection& c = state_.peers[peer];
   subscriber& to = subscribers_[peer];
@@ -168,7 +168,7 @@ rt::time_point connection_graph::tell(peer_index peer) noexcept {
   return due(peer);
 }
 
-// What became of its last message. One that is lost is told again, as it is then.
+// What became of its last message. What a lost one said is announced again, as it is then.
 void connection_graph::settle(peer_index peer) noexcept {
   subscriber& to = subscribers_[peer];
   const auto now = to.message.take_fate(outbox_.of(peer), teller::connection_graph);
@@ -198,7 +198,7 @@ graph_part connection_graph::gather(const connection& c, const subscriber& to) n
   return next;
 }
 
-// False: the message is full. What has gone since this round began is told in the next one.
+// False: the message is full. What has gone since this round began is announced in the next one.
 bool connection_graph::add_gone(const connection& c, const subscriber& to, graph_part& into) noexcept {
   work_.use(1);
   const gone_names& all = record_.gone();
@@ -210,7 +210,7 @@ bool connection_graph::add_gone(const connection& c, const subscriber& to, graph
   return into.add({.at = into.to_gone, .gone = true}, graph_entry_bytes + bytes_in_json(name));
 }
 
-// Likewise. Who knows nothing is told nothing of a side that has nobody.
+// Likewise. To a peer that knows nothing, a side that has nobody is not announced.
 bool connection_graph::add_row(const connection& c, const subscriber& to, graph_part& into) noexcept {
   work_.use(1);
   const std::uint32_t of = into.to;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Folder graph: what a peer may learn of others: lists, types, connections. It changes nothing.
-// Tells peers who publishes on each topic, subscribes to it, and provides each service, and what of that has
-// changed since. Names are those of graph_services. A peer is told only of what its role may see or call.
+// Announces to peers who publishes on each topic, subscribes to it, and provides each service, and then the
+// changes. Names are those of graph_services. A peer learns only of what its role may see or call.
 //
-// What there is is compared with what was found before (graph_record.hpp) once in each period, while somebody
-// has subscribed. So a holder that comes and goes all the time costs each peer one message in a period. A
-// change has the number of the comparison that found it, and a peer that of the newest one of which it was
-// told all. So a peer that does not read costs nothing, and is told later what is so then.
+// Once in each period, while somebody has subscribed, the present state is compared with the last one
+// (graph_record.hpp). So a holder that comes and goes all the time costs each peer one message in a period.
+// Comparisons have numbers. A change has the number of the one that found it; a peer has that of the newest
+// one of which it knows all. So a peer that does not read costs nothing, and learns later what is so then.
 //
 // Each message has some of the changes, and replaces what its peer knows of these topics and services. A
 // cycle does a bounded amount of this. Service thread only; nothing waits or allocates.
@@ -50,12 +50,12 @@ class connection_graph : connection_graph_needs {
   }
   connection_graph(rt::arena& memory, const connection_graph_needs& parts) noexcept;
 
-  // Requests of peers. Who subscribes is told all at once; who does so again and again, as often as others
-  // are told changes.
+  // Requests of peers. A new subscriber gets all at once; one that subscribes again and again, as often as
+  // others get changes.
   void subscribe(connection& c, const wire::request& asked) noexcept;
   void unsubscribe(peer_index peer) noexcept;
   void forget(peer_index peer) noexcept;
-  // When the timer is due: compares, and tells some peers. Arms it again.
+  // When the timer is due: compares, and announces changes to some peers. Arms it again.
   void show() noexcept;
 
   bool check() const noexcept;
@@ -64,11 +64,11 @@ class connection_graph : connection_graph_needs {
   // A peer. Numbers of comparisons are never 0.
   struct subscriber {
     bool subscribed = false;
-    bool anew = false;              // it is told of all rows once more
+    bool anew = false;              // all rows are announced once more
     bool said = false;              // something, since `telling`
     bool ends = false;              // the round ends with the message that waits
     std::uint32_t announced_at = 0; // all up to this comparison; 0: it knows nothing
-    std::uint32_t telling = 0;      // likewise, while it is told in several messages; 0: it is not
+    std::uint32_t telling = 0;      // likewise, of the round that goes on, in several messages; 0: none
     std::uint32_t from = 0;         // then: the next row,
     std::uint32_t from_gone = 0;    // and the next place of a name that is gone
     rt::time_point earliest{};      // when the next round may begin
@@ -99,7 +99,7 @@ class connection_graph : connection_graph_needs {
   std::uint32_t count_ = 0;      // of subscribers
   std::uint32_t policy_version_; // when it was looked at last
   rt::time_point held_up_since_ = rt::never;
-  peer_index turn_{0}; // who is told next
+  peer_index turn_{0}; // whose turn is next
   graph_work work_;
   unsigned messages_left_ = 0; // in this cycle
 };

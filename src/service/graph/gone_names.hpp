@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names of topics and services that are gone, while somebody has yet to be told. Few, so each is looked
-// for from the first on. Service thread only; nothing waits or allocates.
+// The names of topics and services that are gone, until all peers know it. Few, so each is looked for from
+// the first on. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cassert>
 #include <cstddef>
@@ -38,7 +38,7 @@ class gone_names {
   std::string_view name(std::uint32_t place) const noexcept {
     return {names_.data() + place * name_bytes_max_, rows_[place].name_bytes};
   }
-  // False: all places are taken. If it was gone before, only the newer time is kept.
+  // False: all places are taken. If it was gone before, only the newer time stays.
   bool add(std::string_view name, bool is_topic, std::uint32_t gone_at) noexcept {
     assert(gone_at != 0 && name.size() <= name_bytes_max_);
     std::uint32_t place = find(name, is_topic);

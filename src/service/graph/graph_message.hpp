@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The messages of connection_graph: who holds what a message tells of, how long it is, and its text. Service
+// The messages of connection_graph: who holds what a message announces, how long it is, and its text. Service
 // thread only; nothing waits or allocates.
 #pragma once
 #include <array>
@@ -21,13 +21,13 @@
 
 namespace rowe::service {
 
-// What one message tells.
+// What one message announces.
 struct graph_part {
   // A row of the record, or the place of a name that is gone.
   struct entry {
     std::uint32_t at = 0;
     bool gone = false;
-    bool published = false; // of a row: whether this is told, and this
+    bool published = false; // of a row: whether this is announced, and this
     bool subscribed = false;
   };
   std::uint32_t to = 0; // the first row, and the first place, for a later message

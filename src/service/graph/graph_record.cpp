@@ -102,7 +102,7 @@ void graph_record::compare_own_service(std::uint32_t of, graph_work& work) noexc
 }
 
 // The row has another name from now on; empty: none. False: the name before finds no place yet, and so the
-// row stays as it is. What comes again, in this row or another one, is not told to be gone.
+// row stays as it is. What comes again, in this row or another one, is not announced as gone.
 bool graph_record::replace(std::uint32_t of, std::string_view now, graph_work& work) noexcept {
   const std::string_view before = name(of);
   if (before != now) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What was found of each topic and service, for connection_graph: its name, and who holds it, as a count of
 // changes. It is compared with what there is once in each period. A change has the number of the comparison
-// that found it. Names that are gone are kept until everyone was told who knows them. Service thread only;
+// that found it. Names that are gone stay until all peers that know them have learnt it. Service thread only;
 // nothing waits or allocates.
 #pragma once
 #include <algorithm>
@@ -69,7 +69,7 @@ class graph_record : graph_record_needs {
   bool is_old() const noexcept { return changes() != compared_ || held_up_ || version_ == 0; }
   // When the next comparison may begin.
   rt::time_point next_at() const noexcept { return next_at_; }
-  // Whoever knows something was told all up to `announced_at`; `known`: somebody does. True: places for names
+  // Whoever knows something knows all up to `announced_at`; `known`: somebody does. True: places for names
   // that are gone came free.
   bool begin(bool known, std::uint32_t announced_at) noexcept;
   void go_on(graph_work& work) noexcept;

@@ -134,7 +134,7 @@ void graph_services::write_details(json::writer& into, const connection* c,
   });
 }
 
-// What the types are made of nobody has told us.
+// Nobody has announced what the types are made of.
 void graph_services::write_raw_types(json::writer& into, const connection* c) const noexcept {
   const listed_topics held{state_.topics, stop_rules_};
   const auto list = [&](std::string_view key, const auto& text_of) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What ROS's clients ask their server about nodes: who publishes, subscribes and provides what, and what has
 // which type. A node is this endpoint, by its name, or a peer, by its address. A peer whose role does not see
-// everything is told of other peers only who publishes, subscribes or provides what it may see or call.
+// everything learns of other peers only who publishes, subscribes or provides what it may see or call.
 // Service thread only; nothing waits or allocates.
 #pragma once
 #include <string_view>

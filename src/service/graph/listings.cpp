@@ -16,9 +16,9 @@ using wire::listed;
 using wire::no_number;
 using mark = announced_numbers::mark;
 
-// The peer was told nothing yet.
+// Nothing was announced to the peer yet.
 constexpr std::uint64_t never_announced = UINT64_MAX;
-// Of one that was added. A schema that is too long for any message is not told.
+// Of one that was added. A schema that is too long for any message is left out.
 std::size_t bytes_of(listed& one, const wire::codec& codec, std::size_t bytes_max) noexcept {
   const std::size_t bytes = listed_bytes + bytes_in_json(one.name) + bytes_in_json(one.type);
   const std::size_t with_schemas = bytes + codec.schema_bytes(one);
@@ -43,7 +43,7 @@ unknown_number listings::put_names(const connection& c, wire::request& asked) co
   };
   if (asked.service_number != no_number) {
     asked.service = numbered_.service(asked.service_number);
-    const bool may = state_.rights.calls(c, asked.service); // else it is not told even the name
+    const bool may = state_.rights.calls(c, asked.service); // else it does not even get the name
     return may && !asked.service.empty() ? unknown_number{} : unknown(asked.service_number);
   }
   topic_id topic{};
@@ -132,7 +132,7 @@ void listings::announce_to_readers() noexcept {
   turns_left_ = listings_per_cycle;
 }
 
-// Tells the peer one message at most. Returns when to look at it again.
+// Announces to the peer by one message at most. Returns when to look at it again.
 rt::time_point listings::take_turn(connection& c) noexcept {
   const peer_index peer{c.id.index};
   reader& to = readers_[peer];
@@ -159,7 +159,7 @@ void listings::begin_round(reader& of) noexcept {
   of.announced_at = listed_at_;
 }
 
-// It is to be told all that differs.
+// All that differs is to be announced to it.
 void listings::end_round(reader& of) noexcept {
   of.next = step::none;
   of.announced_at = never_announced;
@@ -218,8 +218,8 @@ bool listings::say_hello(connection& c) noexcept {
   return true;
 }
 
-// What the peer was not told yet, from its row on, as much as one message takes. There are few large slots,
-// so only what is alone in its message may need one.
+// What was not announced to the peer yet, from its row on, as much as one message takes. There are few large
+// slots, so only what is alone in its message may need one.
 void listings::gather(const connection& c, reader& to, part& into) noexcept {
   const peer_index peer{c.id.index};
   const bool topics = is_of_topics(to.next);
@@ -231,7 +231,7 @@ void listings::gather(const connection& c, reader& to, part& into) noexcept {
     const listed now = topics ? numbered_.topic_in({to.from}) : numbered_.service_in(to.from);
     std::uint32_t& number = its[to.from];
     if (number == now.number) continue;
-    if (told_.is(mark::unseen, number)) told_.forget(number); // the peer was not told that it came
+    if (told_.is(mark::unseen, number)) told_.forget(number); // it was not announced
     const bool is_new = now.number != no_number && number == no_number;
     const bool counts = topics || now.number >= first_service_number; // the endpoint's own do not
     if (is_new && counts && listed_numbers::is_newer(now.number, newest)) continue; // of the next round

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers in place of names, and the peers that are told them. If its protocol has lists, a client learns at
-// once who we are, and which topics and services there are. Later it learns what has changed. Of what
-// its role may not subscribe to or call it is told nothing.
-// Service thread only; nothing waits or allocates.
+// Numbers in place of names, and the peers that get them. If its protocol has lists, a client learns at once
+// who we are, and which topics and services there are; later it learns what has changed. It learns nothing of
+// what its role may not subscribe to or call. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -48,14 +47,14 @@ class listings : listings_needs {
   }
   listings(rt::arena& memory, const listings_needs& parts) noexcept;
 
-  // A peer that wants lists has connected: it is told who we are, and what there is.
+  // A peer that wants lists has connected: it gets who we are, and what there is.
   void greet(connection& c) noexcept;
   void forget(peer_index peer) noexcept;
   // The peer may see more than before.
   void announce_again(peer_index peer) noexcept;
-  // Once a cycle: tells some peers what is gone and what is new. Nothing is queued for a peer that does not
-  // read; later it is told what differs then. If changes never pause, all peers are told at most every
-  // listings_period.
+  // Once a cycle: announces to some peers what is gone and what is new. Nothing is queued for a peer that
+  // does not read; later it gets what differs then. If changes never pause, each peer gets them once in a
+  // listings_period at most.
   void announce_changes() noexcept {
     if (readers_count_ != 0) announce_to_readers();
   }
@@ -65,10 +64,10 @@ class listings : listings_needs {
   unknown_number put_names(const connection& c, wire::request& asked) const noexcept;
 
  private:
-  // In which order a peer is told. What is gone comes first, for a name may have got another number.
+  // The steps of a round, in order. What is gone comes first, for a name may have got another number.
   enum class step : std::uint8_t { hello, topics_gone, topics_new, services_gone, services_new, none };
-  // A peer that is told, in rounds. A round tells what is so when it begins, and takes as many messages as
-  // that needs, one after the other. What comes later is for the next round, so that each ends.
+  // A peer that gets lists, in rounds. A round announces what is so when it begins, and takes as many
+  // messages as that needs, one after the other. What comes later is for the next round, so that each ends.
   struct reader {
     bool reads = false;
     step next = step::none;   // of this round; none: it has ended
@@ -101,10 +100,10 @@ class listings : listings_needs {
   rows<peer_index, reader> readers_;
   std::uint32_t readers_count_ = 0;
   announced_numbers told_;
-  std::uint64_t listed_at_ = 0; // after how many changes peers are told
+  std::uint64_t listed_at_ = 0; // after how many changes peers get them
   rate_limit tells_{listings_period, listings_burst};
   bool all_told_ = true;
-  peer_index turn_{0};                       // who is told next
+  peer_index turn_{0};                       // whose turn is next
   unsigned turns_left_ = listings_per_cycle; // in this cycle
   rt::time_point due_ = rt::never;
 };

@@ -35,7 +35,7 @@ class numbered {
   core_state& state_;
   const service_directory& service_directory_;
   const stop_rules& stop_rules_;
-  const topic_id stop_topic_; // shown only where there is a stop
+  const topic_id stop_topic_; // listed only where there is a stop
 };
 
 } // namespace rowe::service

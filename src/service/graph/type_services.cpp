@@ -87,7 +87,7 @@ void type_services::complete(call_index call, slot_id slot, bool too_large, std:
   if (slot) return call_completion_.complete(call, slot);
   if (!too_large) return call_completion_.fail_for_room(call);
   wire::text_of<wire::refusal::text_bytes_max> why;
-  why.add("what there is to say of ").add_name(what, topic_bytes_shown);
+  why.add("the description of ").add_name(what, topic_bytes_shown);
   why.add(" is longer than a message may be: raise message_bytes_max");
   call_completion_.fail(call, errc::refused, why.text());
 }
@@ -112,7 +112,7 @@ struct type_services::pages {
     json::writer behind = into;
     behind.append(page_end);
     if (first_name.empty() && is_own_name(name) && behind.overflowed() && longest) {
-      into = before; // no message here is long enough for it; what the program has is told all the same
+      into = before; // no message here is long enough for it; the program's own types follow all the same
     } else if (first_name.empty()) {
       first_name = name;
     } else if (behind.overflowed()) {

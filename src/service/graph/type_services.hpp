@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The services that say what types look like, of the topics and services for which a handle of this process
 // has a schema, and of the endpoint's own: /rowe/types for programs that make declarations of them, and
-// rosapi's for ROS's clients. A peer is told of nothing that its role may not subscribe to or call.
-// Service thread only; nothing waits or allocates.
+// rosapi's for ROS's clients. A peer learns nothing of what its role may not subscribe to or call. Service
+// thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
 #include <string_view>

@@ -44,7 +44,7 @@ class handle_registry : handle_registry_needs {
 
   // Once a cycle: attaches and detaches handles, and takes what the others submit.
   void scan() noexcept;
-  // In a client: tells the server of all handles.
+  // In a client: announces all handles to the server.
   void announce_all(connection& c) noexcept;
   // How many handles belong to no topic: callers, responders and lanes. A peer may wait for what they submit.
   std::uint32_t talking() const noexcept { return talking_; }

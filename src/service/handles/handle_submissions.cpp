@@ -41,7 +41,7 @@ inline void handle_submissions::take_newest(pair_index pair) noexcept {
 }
 
 // A server must get every value. A value that finds no room in the queue to the server stays with the handle,
-// and when its slots run out the publisher is told `full`.
+// and when its slots run out the publisher gets `full`.
 inline void handle_submissions::take_values(pair_index pair) noexcept {
   const detail::consumer_end& end = state_.pairs[pair].service.out;
   const std::size_t budget = std::min<std::size_t>(values_per_cycle, topic_handles_.room_to_server(pair));

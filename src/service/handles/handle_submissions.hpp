@@ -57,8 +57,8 @@ class handle_submissions : handle_submissions_needs {
   // Whether something that a closing handle submitted is still to be taken, or to be written to a server.
   // What other handles publish on the same topic meanwhile does not count.
   bool has_unsent(pair_index pair) noexcept;
-  // At the end of a cycle: tells handles that wait for room that there may be some. `anywhere`: there is new
-  // room at a peer, or elsewhere outside the handle.
+  // At the end of a cycle: wakes handles that wait for room: there may be some. `anywhere`: there is new room
+  // at a peer, or elsewhere outside the handle.
   void notify_room(bool anywhere) noexcept {
     if (std::exchange(some_ask_room_, false)) notify_those_who_wait(anywhere);
   }

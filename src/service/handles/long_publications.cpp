@@ -156,7 +156,7 @@ void long_publications::publish() noexcept {
                   {.value = {queues.service.out.memory.value(slot_.value), queues.other_encoders}});
 }
 
-// Nobody else could tell the program: publish() has succeeded. `bytes`: of it, at least.
+// An event, since publish() has succeeded already. `bytes`: of it, at least.
 void long_publications::drop_too_long(std::size_t bytes) noexcept {
   state_.counts.add(counter::too_big);
   const topic_id index = state_.pair_rows[pair_].topic;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Takes what handles publish that may publish long texts, or structs whose text may be long: copies a long
-// text into chunks and checks it, or encodes the struct into chunks, some of it in a cycle. Its handle keeps
+// text into chunks and checks it, or encodes the struct into chunks, some of it in a cycle. Its handle holds
 // the slot meanwhile, and nothing behind it is taken, so its values stay in their order. One long text is
 // taken at a time; other such handles wait for their turn.
 //

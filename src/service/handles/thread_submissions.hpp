@@ -62,8 +62,8 @@ class thread_submissions : thread_submissions_needs {
     state_.cycle.places_freed += parked_count_ - kept;
     parked_count_ = kept;
   }
-  // At the end of a cycle: tells threads that wait for room that there may be some. `at_peers`: a peer has
-  // new room. Returns whether there is new room anywhere.
+  // At the end of a cycle: wakes threads that wait for room: there may be some. `at_peers`: a peer has new
+  // room. Returns whether there is new room anywhere.
   bool notify_room(bool at_peers) noexcept {
     const bool came = std::exchange(room_came_, false) || at_peers;
     if (came) state_.submissions.notify_room();

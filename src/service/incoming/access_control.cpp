@@ -51,7 +51,7 @@ std::optional<needed> needed_for(const wire::request& asked) noexcept {
 }
 
 admit_answer unknown_token(std::string_view remedy) noexcept {
-  return {.status = 401, .what = "nobody here has this token", .remedy = remedy};
+  return {.status = 401, .what = "this token is not known here", .remedy = remedy};
 }
 
 } // namespace
@@ -66,7 +66,7 @@ admit_answer access_control::admit(const credentials& shown) const noexcept {
     // A button whose token was taken away still stops.
     if (for_stop) return {.who = policy.anonymous()};
     return unknown_token(shown.in_url ? "send it in the header Authorization; in a URL only tokens with "
-                                        "`token_in_url` are taken"
+                                        "`token_in_url` are accepted"
                                       : "ask whoever runs this endpoint for one");
   }
   if (const auto who = policy.find_certificate(shown.certificate)) return {.who = *who};
@@ -74,7 +74,7 @@ admit_answer access_control::admit(const credentials& shown) const noexcept {
   if (is_loopback(shown.address) && by_address) return {.who = policy.local()};
   if (for_stop) return {.who = policy.anonymous()};
   return {.status = 401,
-          .what = "this endpoint wants to know who you are",
+          .what = "this endpoint needs a token",
           .remedy = "send `Authorization: Bearer TOKEN`, or offer the subprotocol `rowe.token.TOKEN` beside "
                     "another one"};
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who a peer is, and whether it may do what it asks for. A peer shows a token before it is connected, and has
-// the role of whoever the token belongs to until it is gone. A request that its role does not allow changes
-// nothing: it is refused, counted and reported with the name of who asked. Stops are not asked about here:
-// everyone who is connected may stop. Service thread only; nothing waits, and only admit(), may_log_in(),
-// may_call() and may_subscribe() allocate, for the hash of a token.
+// Who a peer is, and whether it may do what it asks for. A peer presents a token before it is connected, and
+// has the role of whoever the token belongs to until it is gone. A request that its role does not allow
+// changes nothing: it is refused, counted and reported with the name of who asked. Stops are not asked about
+// here: everyone who is connected may stop. Service thread only; nothing waits, and only admit(),
+// may_log_in(), may_call() and may_subscribe() allocate, for the hash of a token.
 #pragma once
 #include <array>
 #include <string_view>
@@ -27,13 +27,13 @@ class access_control : access_control_needs {
  public:
   explicit access_control(const access_control_needs& parts) noexcept : access_control_needs{parts} {}
 
-  // Whether somebody who shows this may connect, and who it is.
+  // Whether somebody who presents this may connect, and who it is.
   admit_answer admit(const credentials& shown) const noexcept;
 
-  // Whether the token that somebody shows is known.
+  // Whether the token that somebody presents is known.
   admit_answer may_log_in(const credentials& shown) const noexcept;
 
-  // Whether somebody who shows this may have over HTTP what the service of this name answers.
+  // Whether somebody who presents this may have over HTTP what the service of this name answers.
   admit_answer may_call(const credentials& shown, std::string_view service) noexcept;
   // The same for the values of a topic. The answer is the same whether or not there is such a topic.
   admit_answer may_subscribe(const credentials& shown, std::string_view topic) noexcept;
@@ -49,7 +49,7 @@ class access_control : access_control_needs {
     return state_.rights.policy().allows(c.who.role, what) ||
            (what == access::right::reset && ROWE_MUTANT(role_reset));
   }
-  // Whether the peer may set the parameter; if not, `why` is told who has no right to what.
+  // Whether the peer may set the parameter; if not, `why` says who has no right to what.
   bool may_set(const connection& c, std::string_view parameter, wire::text_out& why) const noexcept;
   // The stop has refused the peer for want of that right: counted and reported as a denial.
   void report_denial(connection& c, access::right what) noexcept;

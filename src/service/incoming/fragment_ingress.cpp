@@ -82,7 +82,7 @@ fragment_ingress::due fragment_ingress::go_on(connection& c, std::span<const std
 }
 
 // A count is known exactly, or only about: then the message is complete when its JSON is. If that is not
-// kept, nobody looks at it.
+// stored, nobody looks at it.
 bool fragment_ingress::is_complete(peer_index peer) const noexcept {
   const row& of = rows_[peer];
   if (of.exact) return of.next == of.count;
@@ -102,14 +102,14 @@ bool fragment_ingress::belongs(connection& c, const wire::request& asked) noexce
   wire::text_out why{buffer};
   if (of.is == phase::open && !same) {
     why.add("another message in fragments is under way, of which number ").add(of.next).add(" of ");
-    why.add(of.count).add(" is due: send one after the other");
+    why.add(of.count).add(" is expected: send one message after the other");
     refusals_.refuse(c, asked.id_raw, why.text());
     return false;
   }
   if (of.is != phase::open) { // nothing is under way
     why.add("num is ").add(number).add(", but no message in fragments is under way: the first num is 0");
   } else if (number != of.next && !ROWE_MUTANT(fragments_order)) {
-    why.add("num is ").add(number).add(", but ").add(of.next).add(" is due");
+    why.add("num is ").add(number).add(", but ").add(of.next).add(" is expected");
   } else if (asked.fragment_count != of.count) {
     why.add("total is ").add(asked.fragment_count).add(", but was ").add(of.count);
   } else {

@@ -4,8 +4,8 @@
 // hold is unescaped, and goes into chunks as any long message does (long_ingress.hpp). So a fragment takes no
 // long step either: what is left of it is taken in its peer's next turn.
 //
-// A message of which one fragment is wrong is lost, and what still comes of it is ignored: its sender was
-// told once. So is one of which nothing comes for too long.
+// A message of which one fragment is wrong is lost, and what still comes of it is ignored: its sender gets
+// one report. So is one of which nothing comes for too long.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once

@@ -100,7 +100,7 @@ void ingress::read_alone(peer_index peer, std::span<std::byte> bytes) noexcept {
   take_turn(peer);
 }
 
-// Keeps what is left of a read into the transport's own memory, from the parked message on. If that exceeds
+// Stores what is left of a read into the transport's own memory, from the parked message on. If that exceeds
 // the peer's staging buffer, it goes to the end of the assembly buffer. Messages that are assembled meanwhile
 // do not reach that far before it is read (wanted_bytes()).
 void ingress::keep_backlog(input& of) noexcept {

@@ -6,7 +6,7 @@
 // stop does not even wait for that: it is carried out as it is read, before what its own peer sent before it.
 //
 // A message for which the receiver has no room is parked. Its peer is not read until there is room. One that
-// takes several steps is kept in the same way, and comes again in its peer's next turn.
+// takes several steps is parked in the same way, and comes again in its peer's next turn.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether peers are alive and read. A silent peer is pinged. A peer is closed if it stays silent, does not
 // answer pings, or does not finish a message that it began. Each peer is checked every half a second, and
-// told then if messages for it were dropped. Service thread only; nothing waits or allocates.
+// gets a report then if messages for it were dropped. Service thread only; nothing waits or allocates.
 #pragma once
 #include <algorithm>
 
@@ -52,8 +52,8 @@ class liveness : liveness_needs {
     c.unheard ? check_unread(c) : check_silent(c);
   }
   // Once a second. Peers are looked at twice a second, so where some are connected a cycle that came much
-  // later than the one before tells that this process did not run: a debugger, SIGSTOP, a suspended machine.
-  // Nobody is judged by that time.
+  // later than the one before shows that this process did not run: a debugger, SIGSTOP, a suspended machine.
+  // That time does not count against peers.
   void note_gap(rt::duration since_last_cycle) noexcept {
     if (since_last_cycle <= pause_min || state_.peers.count() == 0 || ROWE_MUTANT(pause)) return;
     state_.cycle.awake_since = state_.cycle.now;
@@ -66,7 +66,7 @@ class liveness : liveness_needs {
     state_.due.arm(peer, rt::time_point{when / liveness_step * liveness_step});
   }
 
-  // Always in the same words, because its programs keep a list of what they are told, by the words. Not while
+  // Always in the same words, because its programs keep a list of what is reported, by the words. Not while
   // it has other answers to read.
   void report_losses(connection& c) noexcept {
     const peer_queues& its = outbox_.of({c.id.index});

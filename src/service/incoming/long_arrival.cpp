@@ -60,7 +60,7 @@ void long_arrival::explain(const limits& bounds, wire::text_out& into) const noe
   case verdict::unsupported: break;
   }
   into.add("a message of ").add(number(bytes)).add(" bytes exceeds the limit message_bytes_max of ");
-  into.add(bounds.message_bytes_max).add(": only what is published or called may be longer");
+  into.add(bounds.message_bytes_max).add(": only messages of topics, and calls, may be longer");
 }
 
 } // namespace rowe::service

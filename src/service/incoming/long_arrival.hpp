@@ -43,8 +43,8 @@ struct long_arrival {
   long_value body{};                // and what it stands for; the caller releases its text
   std::array<char, 8> wrong_text{}; // malformed: what stands where it is wrong
 
-  // How a sender is told what is not fine: what it asked for, as far as that is known, and why it is refused.
-  // The text lies in the buffer.
+  // The report to the sender: what it asked for, as far as that is known, and why it is refused. The text
+  // lies in the buffer.
   wire::diagnostic refusal(const limits& bounds, const wire::request& asked,
                            std::span<char> buffer) const noexcept;
 

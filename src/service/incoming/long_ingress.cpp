@@ -95,7 +95,7 @@ auto long_ingress::begin(peer_index peer, way by, std::size_t bytes, bool binary
   return &begun;
 }
 
-// Keeps what stands in front of the body of a binary message. Returns the rest.
+// Stores what stands in front of the body of a binary message. Returns the rest.
 std::span<const std::byte> long_ingress::take_head(receipt& of, std::span<const std::byte> payload) noexcept {
   if (of.head_have == 0 && !payload.empty()) {
     const std::size_t bytes = state_.peers[of.peer].protocol->reads.body_begins(payload.front());
@@ -168,7 +168,7 @@ bool long_ingress::make_room(peer_index newcomer, std::uint32_t chunks, bool nee
   return true;
 }
 
-// A message is not kept any further.
+// A message is dropped; what still comes of it is ignored.
 void long_ingress::drop(receipt_id which) noexcept {
   const receipt& of = receipts_[which];
   in(of.peer, of.by).dropped = true;
@@ -272,7 +272,7 @@ long_arrival long_ingress::malformed(std::string_view text, const error& why) no
   return made;
 }
 
-// The same of how a text begins, of which nothing was kept else.
+// The same of how a text begins, of which nothing else was stored.
 std::span<const std::byte> long_ingress::list_front(std::span<const std::byte> front) noexcept {
   json::scanner members{state_.bounds().depth_max};
   // What is wrong is behind what is complete.

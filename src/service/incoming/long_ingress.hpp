@@ -6,11 +6,11 @@
 //
 // All peers together may fill a quarter of the chunks with messages that are not complete. A peer has at most
 // one such message, and one whose text comes in messages of their own (fragment_ingress.hpp). If there is no
-// room for another one, the peer that has used most room lately loses its
-// own, if it has used more than twice as much as the newcomer, and for half a second what it has now. Use is
-// chunks times time; half of it is forgotten every 8 s, and it stays with the peer's place when the peer
-// leaves. So whoever sends slowly, or comes again and again, keeps out only those that have used as much. Who
-// loses a message, or cannot begin one, is told when it is over.
+// room for another one, the peer that has used most room lately loses its own, if it has used more than twice
+// as much as the newcomer, and for half a second what it has now. Use is chunks times time; half of it is
+// forgotten every 8 s, and it stays with the peer's place when the peer leaves. So whoever sends slowly, or
+// comes again and again, keeps out only those that have used as much. Who loses a message, or cannot begin
+// one, gets a report when it is over.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -44,13 +44,13 @@ class long_ingress {
   void take(peer_index peer, const wire::frame_step& step) noexcept;
   // Takes the next of a text that comes in messages.
   void take(peer_index peer, std::string_view text) noexcept;
-  // Its last piece was taken. `front`: how it begins, as far as that was kept elsewhere. The envelope is
+  // Its last piece was taken. `front`: how it begins, as far as that was stored elsewhere. The envelope is
   // valid until the next call, or as long as the front is.
   long_arrival end(peer_index peer, way by, bool binary, std::span<const std::byte> front) noexcept;
   // The same for a text that is no JSON, though it is not long: what stands in front of its fault.
   long_arrival malformed(std::string_view text, const error& why) noexcept;
-  // Of the text that comes in messages: its bytes so far, whether these are whole JSON, and whether they are
-  // not kept, because others needed the room.
+  // Of the text that comes in messages: its bytes so far, whether these are whole JSON, and whether they were
+  // dropped, because others needed the room.
   struct so_far {
     std::size_t bytes = 0;
     bool closed = false;
@@ -74,7 +74,7 @@ class long_ingress {
   struct incoming {
     receipt_id receipt{};
     std::uint32_t bytes = 0; // as far as it is known
-    bool dropped = false;    // what comes of it is not kept
+    bool dropped = false;    // what still comes of it is ignored
   };
   // Of a peer.
   struct sender_row {

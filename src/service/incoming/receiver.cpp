@@ -172,7 +172,7 @@ status receiver::deliver(const detail::value_header& header, std::string_view te
 
 // ---- checks
 
-// The totals are the sums over peers. The kept claims are the parts that peers have not taken.
+// The totals are the sums over peers. The reserved claims are the parts that peers have not taken.
 bool receiver::check() const noexcept {
   held sum;
   std::uint32_t unclaimed = claims_.connections() * claims_.claim();

@@ -2,10 +2,10 @@
 // The receiver of what no other handle takes: plain messages, and calls of services that nobody provides.
 // Among the handles that receive it is the one that was attached first; if there is none, the shared inbox.
 //
-// The receiver has a number of slots, and each peer has a share of them (shares.hpp). A quarter is kept for
-// claims; that is enough, since a receiver releases slots all the time. A peer is charged for its messages
-// until the receiver releases them, and for answers that are parked on the way to it. So a receiver that
-// answers each message with one message finds room for the answer.
+// The receiver has a number of slots, and each peer has a share of them (shares.hpp). A quarter is reserved
+// for claims; that is enough, since a receiver releases slots all the time. A peer is charged for its
+// messages until the receiver releases them, and for answers that are parked on the way to it. So a receiver
+// that answers each message with one message finds room for the answer.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -63,7 +63,7 @@ class receiver : receiver_needs {
   // until the submissions before the release were taken. Then it is charged for the answer, if this is
   // parked.
   //
-  // mark_released() notes which slots are released. Then the receiver's submissions are taken. Then
+  // mark_released() records which slots are released. Then the receiver's submissions are taken. Then
   // count_released() counts the slots up to the mark; `taken`: how many submissions those were.
   void mark_released() noexcept;
   void count_released(std::size_t taken) noexcept;

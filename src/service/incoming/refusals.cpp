@@ -32,7 +32,7 @@ refusals::refusals(rt::arena& memory, const refusals_needs& parts) noexcept
       too_many_messages_{flood_reason("messages", state_.bounds().messages_per_second_max, "send fewer",
                                       "messages_per_second_max")},
       too_many_refusals_{flood_reason("refused requests", state_.bounds().refusals_per_second_max,
-                                      "heed the refusals", "refusals_per_second_max")} {}
+                                      "act on the refusals", "refusals_per_second_max")} {}
 
 void refusals::open(peer_index peer) noexcept {
   rows_[peer] = {.refused = rate_limit{state_.bounds().refusals_per_second_max},
@@ -82,10 +82,10 @@ void refusals::refuse_share(connection& c, const wire::request& asked, const tak
   wire::text_of<share_text_bytes_max> why;
   why.add_name(asked.verb_text, verb_bytes_shown).add(" ");
   why.add_name(asked.topic.empty() ? asked.service : asked.topic, topic_bytes_shown);
-  why.add(": one peer may hold no more ").add(of.what).add(" than it leaves: it holds ").add(of.held);
+  why.add(": one peer may hold no more ").add(of.what).add(" than it leaves free: it holds ").add(of.held);
   why.add(", ").add(of.left).add(" of ").add(of.for_peers).add(" are left");
   const std::uint32_t kept = std::min(of.kept, of.left);
-  if (kept != 0) why.add(", ").add(kept).add(" of them kept for peers that hold fewer");
+  if (kept != 0) why.add(", ").add(kept).add(" of them reserved for peers that hold fewer");
   refuse_for(c, asked.id_raw, why, of.option);
 }
 

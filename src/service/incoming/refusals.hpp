@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What peers are told about refused requests, and how often. Each refusal names the value and the limit. A
-// peer that is refused all the time is not answered each time, cannot fill the ring of events, and is closed
-// in the end. Service thread only; nothing waits or allocates.
+// What is reported to peers about refused requests, and how often. Each refusal names the value and the
+// limit. A peer that is refused all the time is not answered each time, cannot fill the ring of events, and
+// is closed in the end. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -29,7 +29,7 @@ struct taken_share {
   std::uint32_t held; // pieces that the peer holds
   std::uint32_t left; // free pieces of those for peers
   std::uint32_t for_peers;
-  std::uint32_t kept; // free pieces that are kept for claims
+  std::uint32_t kept; // free pieces that are reserved for claims
   std::string_view option;
 };
 
@@ -47,8 +47,8 @@ class refusals : refusals_needs {
 
   void open(peer_index peer) noexcept;
 
-  // Refuses a request. The peer is told why in the codec of its request, and an event reports it, unless
-  // either happens too often.
+  // Refuses a request. A status says why, in the codec of the request, and an event reports it, unless either
+  // happens too often.
   void refuse(connection& c, wire::codec_id in, std::string_view id_raw,
               const wire::diagnostic& why) noexcept;
   // The same. A call or a goal with a number to answer to is answered as one, even if it was not decoded, and
@@ -66,7 +66,7 @@ class refusals : refusals_needs {
   // The same for a topic that a publisher of this process does not share.
   void refuse_own_topic(connection& c, std::string_view id_raw, std::string_view verb,
                         std::string_view topic) noexcept;
-  // `what` is used up. The peer is told which limit that is, and an event says how to raise it.
+  // `what` is used up. A status names the limit, and an event says how to raise it.
   void refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
                     std::string_view option) noexcept;
   void refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept;
@@ -103,7 +103,7 @@ class refusals : refusals_needs {
     rate_limit refused;                             // limits its refusals,
     rate_limit reports;                             // and the events about them
     std::uint32_t unreported = 0;                   // since the last event
-    wire::severity level = wire::severity::warning; // what it wants to be told
+    wire::severity level = wire::severity::warning; // what it wants to get
   };
 
   void add(counter which) noexcept { state_.counts.add(which); }

@@ -34,7 +34,7 @@ struct batch_piece {
   origin is = origin::message;
   bool own_head = false; // message, partial: it is sent with a head of its own, not the slot's shared text
   std::uint16_t fragment = 0; // message, partial: bytes of the payload in this frame of a long message
-  std::int64_t ttl_ns = wire::unlimited; // message: what is left of its time to live, if the peer is told
+  std::int64_t ttl_ns = wire::unlimited; // message: what is left of its time to live, if the peer gets it
 };
 
 struct batch {

@@ -5,7 +5,7 @@
 // ms in place of 20 ms, and is at least 8 KiB and at most 256 KiB: a peer that suddenly becomes slow has no
 // more than that to read first.
 //
-// Pings tell how fast the peer reads, and how long a round trip takes. Each carries how many bytes were
+// Pings measure how fast the peer reads, and how long a round trip takes. Each carries how many bytes were
 // written up to its own end. A peer answers in the order in which it reads, so its pong says that all these
 // bytes have been read.
 //

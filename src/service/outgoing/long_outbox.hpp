@@ -24,7 +24,7 @@ class long_outbox : long_outbox_needs {
  public:
   explicit long_outbox(const long_outbox_needs& parts) noexcept : long_outbox_needs{parts} {}
 
-  // Whether so many chunks are free, besides those for what is received. For them it gives up what is kept
+  // Whether so many chunks are free, besides those for what is received. For them it gives up what is stored
   // for pages, then evicts long messages, then ends pages.
   bool make_room(std::uint32_t chunks) noexcept {
     for (unsigned left = evictions_max; state_.chunks.left() < std::int64_t{chunks}; --left) {

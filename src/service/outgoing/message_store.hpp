@@ -144,7 +144,7 @@ class message_store {
   void track(slot_id slot, bool pins) noexcept;
   // Ends the tracking. Frees the slot unless a frame of it is partly written; returns whether it did.
   bool cancel(slot_ref which) noexcept;
-  // Releases the reference that was kept for a message which was never sent: the message ends.
+  // Releases the reference that was held for a message which was never sent: the message ends.
   void drop_pinned(slot_id slot) noexcept;
   // The whole message was written to one peer: this delivery is over, and its reference is released.
   void delivered(slot_id slot) noexcept {

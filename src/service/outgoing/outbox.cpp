@@ -137,7 +137,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
     topic = its_topic;
     before = *found;
   };
-  // Of replies only the front: who tells lists counts how many have left (announcement.hpp).
+  // Of replies only the front: an announcement counts how many have left (announcement.hpp).
   if (!its.replies.empty() && (!of || slots_.class_of(entries_.front(its.replies).index) == *of))
     longest = &its.replies;
   look_at(its.long_replies, {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Partial frames: messages of which a socket has taken only the first bytes. Such a frame keeps its slot
+// Partial frames: messages of which a socket has taken only the first bytes. Such a frame holds its slot
 // until its last byte is written, and a peer that does not read never takes that byte. So only some slots of
 // each size may be partial at once. A peer that has to wait begins when one of those frames is done, or is
 // cut because it takes too long while a peer waits.
@@ -105,8 +105,8 @@ class partial_frames : partial_frames_needs {
   bool advance(peer_index peer, std::size_t bytes, bool ends_frame) noexcept;
   // The last byte is written, or the peer has left.
   void end(peer_index peer) noexcept;
-  // Whether the transport should keep the rest of the frame itself. That costs system calls. It is worth them
-  // for a large slot if two large frames are partial, or no more may be.
+  // Whether the transport should store the rest of the frame itself. That costs system calls. It is worth
+  // them for a large slot if two large frames are partial, or no more may be.
   bool is_worth_handing_over(peer_index peer) const noexcept;
 
   // The timer: peers that wait to begin a frame check whether they may.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // How long a round trip to a peer takes when nothing of ours is queued there: the shortest one seen.
 //
-// It may become longer. But while messages are held back, every round trip includes the queue that we keep at
-// the peer, and a bound that follows those round trips grows with its own queue. So if no round trip was as
-// short as the shortest for ten seconds of this, nothing is written until all is read. Then a lone ping
-// measures the round trip without a queue. If its answer is a little late for a low round-trip time, up to
-// two more are asked, because other load delays single answers. They are asked too if the round trip was
-// short before, however late the answer is.
+// It may become longer. But while messages are held back, every round trip includes our own queue at the
+// peer, and a bound that follows those round trips grows with its own queue. So if no round trip was as short
+// as the shortest for ten seconds of this, nothing is written until all is read. Then a lone ping measures
+// the round trip without a queue. If its answer is a little late for a low round-trip time, up to two more
+// are asked, because other load delays single answers. They are asked too if the round trip was short before,
+// however late the answer is.
 //
 // Pure: no clock, no socket. For credit, which asks before it writes.
 #pragma once

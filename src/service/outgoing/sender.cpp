@@ -205,7 +205,7 @@ void sender::count_message_out(connection& peer) noexcept {
   ++peer.messages_out;
 }
 
-// The transport keeps the rest of the frame itself, if it can; of a message in texts that waits, all. Only
+// The transport stores the rest of the frame itself, if it can; of a message in texts that waits, all. Only
 // what was refused may be handed over, so what lacks credit is written first.
 void sender::hand_over_rest(const recipient& to) noexcept {
   while (partial_.of(to.index) && partial_.is_worth_handing_over(to.index)) {

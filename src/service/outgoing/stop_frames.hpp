@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The buffer of the stop for one connection. It has complete frames, which are written after control frames
 // and before messages. A full endpoint cannot fill it; only a peer that does not read can. If several states
-// wait, only the newest is kept. Service thread only.
+// wait, only the newest stays. Service thread only.
 #pragma once
 #include <array>
 #include <cstddef>

@@ -45,8 +45,8 @@ void subscription_queues::fan_out(topic_id topic_index, slot_id slot, bool kept,
   }
 }
 
-// The codec of a peer that asked for this writes a message of its own. It is not told times to live: what a
-// socket has not taken when it is over is dropped, as any other.
+// The codec of a peer that asked for this writes a message of its own. It gets no times to live. What a
+// socket has not taken when its time is over is dropped, as any other message.
 slot_id subscription_queues::compose_whole(const subscription& to, slot_id text,
                                            const whole_source& of) noexcept {
   const wire::codec& codec = state_.seams.protocols.of(to.codec);
@@ -195,7 +195,7 @@ void subscription_queues::place_latched(subscription& s) noexcept {
   message_store_.release(slot);
 }
 
-// The next value that it is to be told, and that has not expired.
+// The next value that it is to get, and that has not expired.
 latch_id subscription_queues::next_latched(subscription& s, const latched_list& all) noexcept {
   latch_id which = state_.latches.next(all, s.latched_delivered, s.latched_until);
   while (which && state_.latches.at(which).value.expires <= state_.cycle.now) {
@@ -206,8 +206,8 @@ latch_id subscription_queues::next_latched(subscription& s, const latched_list& 
 }
 
 // A newer message comes, and latched values are pending, which go before it. If they are few, they are queued
-// here. If not, the message itself waits among them (true), where it was kept as one of them. One that was
-// not takes the place of the oldest, as it does in a queue that is full.
+// here. If not, the message itself waits among them (true), if it was latched (`kept`). If not, it takes the
+// place of the oldest, as in a queue that is full.
 bool subscription_queues::joins_latched(subscription& s, bool kept) noexcept {
   const latched_list& all = state_.topics.at(s.topic).latched;
   const std::uint32_t most = std::min(s.depth - 1, latched_before_max);

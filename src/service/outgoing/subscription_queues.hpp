@@ -35,14 +35,14 @@ class subscription_queues : subscription_queues_needs {
   explicit subscription_queues(const subscription_queues_needs& parts) noexcept
       : subscription_queues_needs{parts}, subscription_rows_{state_.subscriptions.all()} {}
 
-  // Queues a message for everyone who subscribes to the topic. The caller keeps its reference. `kept`: it is
-  // the newest of the topic's latched values.
+  // Queues a message for everyone who subscribes to the topic. The caller still holds its reference. `kept`:
+  // it is the newest of the topic's latched values.
   void fan_out(topic_id topic, slot_id slot, bool kept) noexcept;
   // The same where some subscribers' codecs write whole messages: each such message is composed once, for the
   // first who takes it. `slot` may be none where no other codec needs it.
   void fan_out(topic_id topic, slot_id slot, bool kept, const whole_source& of) noexcept;
   // A message for everyone who subscribes to the topic found no room. Who still waits for latched values gets
-  // it as one, if it was kept.
+  // it as one, if it was latched.
   void note_unsent(topic_id topic) noexcept;
   // The topic of a new subscription has latched values: the subscription must get them.
   void schedule_latched(subscription_id subscription) noexcept;

@@ -76,7 +76,7 @@ class urgent_frames : urgent_frames_needs {
   bool goes_first(peer_index peer) const noexcept {
     return any(peer) || outputs_[peer].credit.wants_ping(state_.cycle.now);
   }
-  // Whether one more frame may be begun; if not, the batch notes what it waits for.
+  // Whether one more frame may be begun; if not, the batch records what it waits for.
   bool may_go_on(peer_index peer, batch& into) noexcept;
 
   // ---- liveness
@@ -102,7 +102,7 @@ class urgent_frames : urgent_frames_needs {
   // What goes to one peer.
   struct output {
     class credit credit;
-    std::size_t send_buffer = 0; // as the transport was told
+    std::size_t send_buffer = 0; // as limit_send_buffer() set it
     bool unresponsive = false;   // it answers no pings, and that was counted
     control_frames control;
     stop_frames stop;

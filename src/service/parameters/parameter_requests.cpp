@@ -59,7 +59,7 @@ std::size_t parameter_requests::bytes_of(parameter_id which) const noexcept {
   return bytes_in_json(parameters_.name(which, name)) + value.bytes() + parameter_update_bytes;
 }
 
-// What there is not has no value; so its name is told as it was asked for. An empty list is all.
+// What there is not has no value; so its name is written as it was asked for. An empty list is all.
 void parameter_requests::write_named(json::writer& into, const wire::codec& codec,
                                      std::string_view list) const noexcept {
   bool any = false;
@@ -115,7 +115,7 @@ void parameter_requests::get(connection& c, const wire::request& asked) noexcept
   if (!names_too_many(c, asked, parameters_.count())) answer(c, asked);
 }
 
-// Who asks for an answer, by an id, and may get the values, is told those that hold now.
+// Who asks for an answer, by an id, and may get the values, gets those that hold now.
 void parameter_requests::set(connection& c, const wire::request& asked) noexcept {
   parameters_.take();
   if (names_too_many(c, asked, std::max(state_.bounds().parameters_max, 1U))) return;
@@ -215,12 +215,13 @@ bool parameter_requests::needs_update(peer_index peer, parameter_id which) const
   if (parameters_.changed_at(which) <= of.announced_at) return false;
   name_buffer buffer;
   const std::string_view name = parameters_.name(which, buffer);
-  // Opened again it may have another place. That it is gone from here must not be the last that is told.
+  // Opened again it may have another place. That it is gone from here must not be the last that is announced.
   if (!parameters_.in_use(which) && parameters_.find(name)) return false;
   return of.to_all || is_named(peer, name);
 }
 
-// What became of its last message. One that was evicted is told again, as it is then. False: it waits.
+// What became of its last message. What an evicted one said is announced again, as it is then. False: it
+// waits.
 bool parameter_requests::settle(peer_index peer) noexcept {
   subscriber& of = subscribers_[peer];
   const auto now = of.message.take_fate(outbox_.of(peer), teller::parameters);
@@ -234,7 +235,7 @@ void parameter_requests::go_on(subscriber& of) noexcept {
   if (of.from == 0) of.announced_at = of.telling;
 }
 
-// One message. The rest, or all, is told later if there is too much of it, or the peer does not read.
+// Writes one message. The rest, or all, comes later if there is too much of it, or the peer does not read.
 void parameter_requests::tell(connection& c) noexcept {
   const peer_index peer{c.id.index};
   subscriber& of = subscribers_[peer];

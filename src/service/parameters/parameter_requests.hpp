@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What peers whose protocol has requests for parameters ask about them, without a call: they get values, set
-// them, and are told of changes. Who may call `/rosapi/get_param` may get all, and subscribe to them; to set
-// one takes the right `set` for its name. Of the endpoint's own ones nobody is told changes: counters change
-// all the time. A peer that does not read is told later, each parameter once, with the value that it has
-// then; so is one whose message was evicted. If another parameter takes the place of one that is gone before
-// that, the peer is not told that this is gone. Service thread only; nothing waits or allocates.
+// them, and subscribe to changes. Who may call `/rosapi/get_param` may get all, and subscribe to them; to set
+// one takes the right `set` for its name. Changes of the endpoint's own ones are not announced: counters
+// change all the time. A peer that does not read gets each parameter later, once, with the value that it has
+// then; so does one whose message was evicted. If another parameter takes the place of one that is gone
+// before that, the peer does not learn that this is gone. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -42,16 +42,16 @@ class parameter_requests : parameter_requests_needs {
   }
   parameter_requests(rt::arena& memory, const parameter_requests_needs& parts) noexcept;
 
-  // Requests of peers; a peer is told what is refused. Each names so many parameters at most as there are
+  // Requests of peers; a status says what is refused. Each names so many parameters at most as there are
   // numbers of them; to set, as handles may open.
   void get(connection& c, const wire::request& asked) noexcept;
   void set(connection& c, const wire::request& asked) noexcept;
-  // The peer is told the values at once, so none is missed between a request for values and this.
+  // The peer gets the values at once, so none is missed between a request for values and this.
   void subscribe(connection& c, const wire::request& asked) noexcept;
   void unsubscribe(connection& c, const wire::request& asked) noexcept;
 
   void forget(peer_index peer) noexcept { subscribers_[peer] = {}; }
-  // Tells subscribers what has changed: a few of them in a cycle, because each is written its own message.
+  // Announces changes to subscribers: to a few of them in a cycle, because each gets its own message.
   enum class round : std::uint8_t {
     all_know,
     more_next,  // others have their turn in the next cycle
@@ -64,8 +64,8 @@ class parameter_requests : parameter_requests_needs {
   struct subscriber {
     bool to_all = false;
     std::uint32_t named = 0;        // names that it has in named_
-    std::uint64_t announced_at = 0; // parameters::changes() before it was told last
-    std::uint64_t telling = 0;      // likewise, while it is told in several messages
+    std::uint64_t announced_at = 0; // parameters::changes() before its last message
+    std::uint64_t telling = 0;      // likewise, of a round of several messages
     announcement message{};         // that waits to be written
     std::uint32_t from = 0;         // where the next one begins
     std::uint32_t then = 0;         // `from` when it is written; 0: it ends the round

@@ -100,9 +100,10 @@ void add_wanted(wire::text_out& into, const parameter_description& what) noexcep
     into.add("a text of at most ").add(what.text_bytes_max).add(" bytes is wanted");
     return;
   case parameter_kind::choice:
-    into.add("wanted is one of ");
+    into.add("one of ");
     for (std::size_t i = 0; i < what.names.size(); ++i)
       into.add(i == 0 ? "" : ", ").add_shortened(what.names[i].name, parameter_name_bytes_shown);
+    into.add(" is wanted");
     return;
   case parameter_kind::integer:
   case parameter_kind::natural:

@@ -94,7 +94,7 @@ void parameters::write_value(parameter_id which, json::writer& into) const noexc
 
 bool parameters::set(parameter_id which, std::string_view json, wire::text_out& why) noexcept {
   if (!is_of_handle(which)) {
-    why.add("it is the endpoint's own, which are read only");
+    why.add("it is one of the endpoint's own, which are read-only");
     return false;
   }
   detail::parameter_value value;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder parameters: the values of parameters, who may set them, who is told. No other settings.
+// Folder parameters: the values of parameters, who may set them, who gets them. No other settings.
 // Parameters, for services and codecs: those of handles of this process, and, read only, the endpoint's own
 // limits and counters below /rowe/. Knows no protocol: values go in and out as JSON. Service thread only;
 // nothing waits or allocates.
@@ -66,7 +66,7 @@ class parameters : parameters_needs {
   bool set(parameter_id which, std::string_view json, wire::text_out& why) noexcept;
 
   // How often a parameter of a handle came, went or changed; and what this count was when this one last did
-  // (0: it is the endpoint's own, whose changes nobody is told).
+  // (0: it is the endpoint's own, whose changes are not announced).
   std::uint64_t changes() const noexcept { return changes_; }
   std::uint64_t changed_at(parameter_id which) const noexcept {
     return is_of_handle(which) ? rows_[which].changed_at : 0;

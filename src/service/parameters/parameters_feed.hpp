@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tells of parameters that have changed, but not oftener than each parameters_period: on the topic
-// /rowe/parameters, with the values of all parameters of handles, and peers that asked for it. The topic is
-// latched, and exists from the first parameter on. Service thread only; nothing waits or allocates.
+// Announces parameters that have changed, once in a parameters_period at most: on the topic /rowe/parameters,
+// with the values of all parameters of handles, and to peers that asked for it. The topic is latched, and
+// exists from the first parameter on. Service thread only; nothing waits or allocates.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -31,7 +31,7 @@ class parameters_feed : parameters_feed_needs {
  public:
   explicit parameters_feed(const parameters_feed_needs& parts) noexcept : parameters_feed_needs{parts} {}
 
-  // Once a cycle: takes what handles did, and tells what has changed.
+  // Once a cycle: takes what handles did, and announces what has changed.
   void show() noexcept {
     parameters_.take();
     if (parameters_.changes() != told_) [[unlikely]]
@@ -90,12 +90,12 @@ class parameters_feed : parameters_feed_needs {
 
   topic_id topic_{};
   parameter_requests::round announced_so_far_ =
-      parameter_requests::round::all_know; // in the last cycle that told
+      parameter_requests::round::all_know; // in the last cycle that announced
   bool warned_ = false;                    // that the topic has no place
   rt::time_point earliest_{};              // of the next time
-  rt::time_point next_ = rt::never;        // while something is to be told
+  rt::time_point next_ = rt::never;        // while something is to be announced
   std::uint64_t published_ = 0;            // changes()
-  std::uint64_t told_ = 0;                 // likewise, when everyone was told
+  std::uint64_t told_ = 0;                 // likewise, when everyone had all
 };
 
 } // namespace rowe::service

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tells the wall clock's time to peers whose protocol shows everything at their server's time, so that a
+// Sends the wall clock's time to peers whose protocol shows everything at their server's time, so that a
 // robot's data lies right on a laptop with another clock. It is the clock by which their messages are
-// stamped. A peer that does not read what it was told is told nothing more, since only the newest time means
-// something. Service thread only; nothing waits or allocates.
+// stamped. A peer that has not read the last time gets no other, since only the newest time means something.
+// Service thread only; nothing waits or allocates.
 #pragma once
 #include <algorithm>
 #include <cstdint>

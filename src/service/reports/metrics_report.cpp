@@ -138,7 +138,7 @@ constexpr void write_figures(Out& to, const figures& now) noexcept {
   add_gauge("uptime_seconds", "since the endpoint was opened", now.uptime_ns, unit::nanoseconds);
   add_gauge("peers", "connections now", now.peers);
   add_gauge("topics", "topics now", now.topics);
-  add_gauge("stop_in_use", "1: a loop of this process heeds the stop", now.stop_in_use);
+  add_gauge("stop_in_use", "1: a loop of this process obeys the stop", now.stop_in_use);
   add_gauge("stopped", "1: loops may not move", now.stopped);
   constexpr std::array<std::string_view, 5> groups{"loss: ", "chosen: ", "flow: ", "refusal: ", "own: "};
   std::string_view last;

@@ -31,7 +31,6 @@ class metrics_report : metrics_report_needs {
   explicit metrics_report(const metrics_report_needs& parts) noexcept
       : metrics_report_needs{parts}, opened_at_{state_.cycle.now} {}
 
-  // The report, written into `buffer`.
   std::string_view write(std::span<char, bytes_max> buffer) const noexcept;
 
  private:

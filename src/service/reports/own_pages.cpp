@@ -10,7 +10,7 @@
 namespace rowe::service {
 namespace {
 
-// They change with each request, so nobody may keep them.
+// They change with each request, so nobody may store them.
 http_answer fresh(std::uint16_t status, std::string_view text) noexcept {
   http_answer answer;
   answer.status = status;

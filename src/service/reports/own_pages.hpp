@@ -47,7 +47,7 @@ class own_pages : own_pages_needs {
     gap_ended_ = now;
   }
 
-  // Whether somebody who shows this may have the page of that path.
+  // Whether somebody who presents this may have the page of that path.
   admit_answer may_read(const credentials& shown) noexcept;
   // The body is valid until the next call.
   http_answer answer(const http_request& request) noexcept;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder reports: what the endpoint tells about itself. It changes nothing.
-// What the endpoint reports about itself, for the page and for tools: the topic /rowe/stats, and the service
-// of that name. docs/concepts.md describes the members. Service thread only; nothing waits or allocates.
+// Folder reports: what the endpoint reports about itself. It changes nothing.
+// The statistics, for the page and for tools: the topic /rowe/stats, and the service of that name.
+// docs/concepts.md describes the members. Service thread only; nothing waits or allocates.
 #pragma once
 #include <array>
 #include <cstddef>

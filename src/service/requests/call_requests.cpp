@@ -116,7 +116,7 @@ void call_requests::hand_to_receiver(call_index index, const call_request& asked
     return;
   }
   std::array<char, detail::diagnostic_bytes_max> why;
-  refuse(index, done.code() == errc::full ? "nobody takes calls fast enough: the inbox is full"
+  refuse(index, done.code() == errc::full ? "calls come faster than the program takes them: the inbox is full"
                                           : done.error().message(why));
 }
 

@@ -33,7 +33,7 @@ void call_router::refuse(connection& c, const wire::request& asked, cause by, st
   refusals_.fail_call(c, asked.codec, wire::origin_of(asked), {.code = code, .text = why});
 }
 
-// Whether the peer may not call now, or not with this id; then it was told why.
+// Whether the peer may not call now, or not with this id; then it has got the reason.
 inline bool call_router::refuses_more(connection& c, const wire::request& asked) noexcept {
   if (!state_.calls.admits({c.id.index})) {
     std::array<char, busy_text_bytes_max> why;
@@ -97,7 +97,8 @@ bool call_router::take_call(connection& c, const wire::request& asked, const lon
     case admission::later: return false;
     case admission::never:
       add(counter::inbox_full);
-      return refuse(cause::busy, "refused", "nobody takes calls fast enough: the inbox is full");
+      return refuse(cause::busy, "refused",
+                    "calls come faster than the program takes them: the inbox is full");
     }
   }
   const call_index index = call_completion_.open(call_endpoint::of(c.id, asked.codec), asked.id_raw,

@@ -22,7 +22,7 @@ struct listed_name {
   std::string_view type{};
 };
 
-// Writes the names of all rows that are shown, and their types if these have a key. The answer says how many
+// Writes the names of all rows that are listed, and their types if these have a key. The answer says how many
 // found no room.
 template <class Ids, class RowOf>
 std::uint32_t list(json::writer& into, fitting_names fits, std::string_view key,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests that outlast their message: what a peer subscribes to, advertises, provides, and wants to be told.
-// Each goes to the part that keeps it, and all of a peer's end when it leaves. Service thread only; nothing
-// waits or allocates.
+// Requests that outlast their message: what a peer subscribes to, advertises and provides, and which reports
+// it wants. Each goes to the part that stores it, and all of a peer's end when it leaves. Service thread
+// only; nothing waits or allocates.
 #pragma once
 #include <cassert>
 
@@ -60,7 +60,8 @@ class registrations : registrations_needs {
     }
     assert(false); // the dispatcher carries these out
   }
-  // What a peer publishes with a type, or latched, it advertises by that. False: it may not, and was told.
+  // What a peer publishes with a type, or latched, it advertises by that. False: it may not, and a status
+  // said so.
   bool registers(connection& c, const wire::request& asked) noexcept {
     return (!asked.latch && asked.type.empty()) || advertisements_.advertise_published(c, asked);
   }

@@ -233,7 +233,7 @@ bool request_router::takes_long(connection& c, wire::request& asked, const long_
   }
 }
 
-// Who waits for the answer to a call is told at once.
+// Who waits for the answer to a call gets the error at once.
 void request_router::refuse_long(connection& c, wire::request& asked, const long_arrival& message) noexcept {
   using wire::verb;
   std::array<char, wire::refusal::text_bytes_max> buffer;

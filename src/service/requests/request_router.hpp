@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder requests: what a request asks for, and which part carries it out. It keeps nothing.
+// Folder requests: what a request asks for, and which part carries it out. It stores nothing.
 // Gives each request of a peer to the part that carries it out, once dispatcher.hpp has read it. A stop comes
 // before all else, even in a message that is refused or exceeds its peer's rate. Every refusal is counted,
 // and answered with a status that names the value and the limit. Service thread; never waits or allocates.
@@ -28,7 +28,6 @@
 
 namespace rowe::service {
 
-// A request as it was read.
 struct read_request {
   const json::document& known;    // the part of its message that is JSON
   std::span<std::byte> message{}; // all of it; it may be written to
@@ -79,8 +78,8 @@ class request_router : request_router_needs {
     if (excess_) state_.counts.add(counter::over_rate);
     return excess_;
   }
-  // The same for one that was read: who asks with a number is told. If its peer has gone, it is dropped where
-  // nobody else would see what comes of it.
+  // The same for one that was read: who asks with a number gets an error. If its peer has gone, it is dropped
+  // where nobody else would see what comes of it.
   bool drops(connection& c, const wire::request& asked) noexcept {
     if (!c.gone || !wire::is_for_who_asks(asked.what)) {
       if (excess_) refusals_.fail_excess(c, asked);

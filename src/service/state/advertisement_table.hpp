@@ -19,7 +19,7 @@ namespace rowe::service {
 struct advertisement {
   topic_id topic{};
   std::int64_t lifespan_ns = wire::unlimited; // of each message
-  bool latched = false;                       // what this peer publishes there is kept for late subscribers
+  bool latched = false;                       // what this peer publishes there is retained
   std::uint32_t tag = wire::no_number;        // the peer's number for it
 };
 

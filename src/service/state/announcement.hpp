@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tells a peer by one message at a time: what it says is known when it is written. If it is evicted, it
-// is told again, as it is then. Service thread only.
+// For those that announce to a peer by one message at a time: what it says is known when it is written. If it
+// is evicted, all is announced again, as it is then. Service thread only.
 #pragma once
 #include <cstdint>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tells publishers of this process whether anybody listens. Service thread only; nothing waits or allocates.
+// Publishes to the publishers of this process whether anybody listens. Service thread only; nothing waits or
+// allocates.
 #pragma once
 #include <cstdint>
 

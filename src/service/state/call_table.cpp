@@ -160,7 +160,7 @@ bool call_table::check() const noexcept {
     if (calls_[i].open && has_bucket(i) && find_asked(calls_[i].caller.connection(), id_raw(i)) != i)
       return false;
   }
-  // The part of the claims that is kept for peers is the part that they have not taken.
+  // The part of the claims that is reserved for peers is the part that they have not taken.
   std::uint32_t asked = 0;
   std::uint32_t unclaimed = claims_.connections() * claims_.claim();
   for (const std::uint32_t held : open_calls_) {

@@ -67,7 +67,7 @@ struct call {
   bool long_written = false;
   std::uint16_t id_bytes = 0;
   std::uint16_t service_bytes = 0;
-  std::uint32_t goal_epoch = 0; // with which its provider was told its id
+  std::uint32_t goal_epoch = 0; // with which its provider got its id
   call_endpoint caller{};
   call_endpoint callee{};
   detail::call_ref own{}; // if the caller is a handle: the place in its own table

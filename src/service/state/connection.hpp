@@ -20,12 +20,12 @@ namespace rowe::service {
 
 // The answer to a peer on stop_path when it asks for anything but the stop.
 inline constexpr std::string_view stop_only_diagnostic =
-    "a connection on /rowe/stop may only stop the robot (/rowe/stop) and see that (/rowe/stop/state)";
+    "a connection on /rowe/stop may only stop the robot (/rowe/stop) and read its state (/rowe/stop/state)";
 
 inline constexpr std::string_view no_binary_diagnostic = "binary messages have no meaning here";
 
-// What a peer is told for which messages were dropped. Lists of problems are kept by their words, so no
-// number is in it that changes.
+// The report to a peer for which messages were dropped. Programs list problems by their words, so it has no
+// number that changes.
 inline constexpr std::string_view losses_diagnostic =
     "messages for this client were dropped, because it reads more slowly than they come: subscribe to less, "
     "or "
@@ -51,9 +51,9 @@ struct connection {
   bool stop_only = false;      // it came on stop_path: see core.cpp
   bool local = false;          // on this machine
   access::subject who{};       // its role, if there are roles
-  identity_name identity;      // as whom it came in; kept when rights change
+  identity_name identity;      // as whom it came in; the same when rights change
   bool takes_messages = false; // plain messages may be sent to it
-  wire::codec_id spoke_last{}; // the codec to answer in, if a message does not tell
+  wire::codec_id spoke_last{}; // the codec to answer in, if a message does not say
   rate_limit messages;         // limits what it says
   rt::time_point said_at{};    // when it was read last; all that was read then may wait, or be parked
   std::uint64_t messages_in = 0;
@@ -62,22 +62,23 @@ struct connection {
   rt::time_point opened_at{};
   rt::time_point heard_at{};
   rt::time_point unheard_until{};    // when we last did not read it
-  rt::time_point losses_next{};      // when it may be told again that messages for it were dropped,
-  std::uint32_t losses_reported = 0; // and of how many it was told: peer_queues::dropped
+  rt::time_point losses_next{};      // when the next report may say that messages for it were dropped,
+  std::uint32_t losses_reported = 0; // and how many were reported: peer_queues::dropped
   std::uint16_t closes_as = 0;       // close code; to_close
   std::uint16_t address_bytes = 0;
   std::string_view close_reason; // or empty; the text outlives the peer
 
   std::array<char, 64> address{};
 
-  // A topic on which it published a message that no handle could decode, and when it was told, in ms since it
-  // connected.
+  // A topic on which it published a message that no handle could decode, and when that was reported, in ms
+  // since it connected.
   struct reported_topic {
     topic_id topic{};
     std::uint32_t told_ms = 0;
   };
   std::array<reported_topic, 2> reported_topics;
-  // Whether it may be told now: once a second for each topic, and for as many topics as there are places.
+  // Whether it may get a report now: once a second for each topic, and for as many topics as there are
+  // places.
   bool may_report(topic_id topic, rt::time_point now) noexcept {
     // The milliseconds wrap around after 49 days.
     const auto ms = static_cast<std::uint32_t>((now - opened_at) / std::chrono::milliseconds{1});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder state: the tables and their rows. They keep and find; they write to no peer and call no part.
+// Folder state: the tables and their rows. They store and find; they write to no peer and call no part.
 // What the parts of the core share: the time, the counters, the tables of peers, topics, calls and handles,
 // and what lies outside the core. It decides nothing and calls no part. Service thread only, except the queue
 // pairs and the members that are references.
@@ -62,7 +62,7 @@ struct core_state {
   }
 
   const core_options options;
-  // Another one each time an endpoint is opened, so that peers can tell a restart from a reconnect.
+  // Another one each time an endpoint is opened, so that peers can distinguish a restart from a reconnect.
   std::uint64_t epoch = 0;
   cycle_state cycle;
   shared_state& shared;

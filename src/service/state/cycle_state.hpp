@@ -22,8 +22,8 @@ struct cycle_state {
   std::uint64_t places_freed = 0; // how often room came elsewhere than in queues and slots
   bool closing = false;           // the endpoint is closing: nothing new is taken
 
-  // How long somebody else has kept us waiting, since then: what passed while this process did not run is not
-  // held against others.
+  // How long we have waited for somebody else since then. Time in which this process did not run does not
+  // count.
   rt::duration waited_since(rt::time_point then) const noexcept { return now - std::max(then, awake_since); }
 
   // When a submission of this process expires. One that expires when it was stamped lives until the cycle

@@ -28,7 +28,7 @@ class last_value_store {
   // `chunks`: where long values are.
   last_value_store(rt::arena& memory, chunk_store& chunks, const limits& bounds) noexcept;
 
-  // Begins to keep the values of a topic. None: asked_topics_max are taken.
+  // Begins to retain the values of a topic. None: asked_topics_max are taken.
   last_value_id add(topic_id topic, rt::time_point now) noexcept;
   // A topic whose row is given to another one: that which was asked for longest ago, of those for whose value
   // nobody waits if there are any; else of all. Who waits asks again, and so is among the last. Linear.
@@ -40,12 +40,12 @@ class last_value_store {
   // The topic has a new value.
   void keep(last_value_id which, std::string_view body, rt::time_point published,
             rt::time_point expires) noexcept;
-  // The topic has a new value, which is long. If it finds no room, only its length is kept.
+  // The topic has a new value, which is long. If it finds no room, only its length is recorded.
   void keep_long(last_value_id which, text_id value, rt::time_point published,
                  rt::time_point expires) noexcept;
   // Others need chunks: gives up the long value that was asked for longest ago. False: there is none.
   bool give_up_long() noexcept;
-  // How long the last value was, if it was not kept for that; else 0.
+  // How long the last value was, if it found no room for that; else 0.
   std::size_t long_bytes(last_value_id which) const noexcept { return rows_[which].long_bytes; }
   // Somebody asks for the value, and, if there is none that has not expired, waits for the next one or not.
   const latched_value& ask(last_value_id which, rt::time_point now, bool waits) noexcept;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last values of latched topics, for late subscribers. Only the body of the message is kept, in blocks of
-// a pool of its own. So values that are kept for hours take no slot from messages on their way. A long value
-// stays in its chunks: peers may have a quarter of all chunks with such values, and this process another one.
-// Service thread only; nothing here waits or allocates.
+// The last values of latched topics, for late subscribers. Only the body of the message is retained, in
+// blocks of a pool of its own. So values that stay for hours take no slot from messages on their way. A long
+// value stays in its chunks: peers may have a quarter of all chunks with such values, and this process
+// another one. Service thread only; nothing here waits or allocates.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -59,7 +59,7 @@ class latch_store {
   // Replaces the value in `into` by `body`. False if there is no room, or if the owner may not hold so much.
   // Then `into` is empty. shares.hpp says how much a peer may hold; half of the pool belongs to this process.
   bool store(latched_value& into, std::string_view body, latch_owner owner, rt::time_point expires) noexcept;
-  // The same for a long value, of which `into` keeps a reference.
+  // The same for a long value, to which `into` holds a reference.
   bool store_long(latched_value& into, text_id value, latch_owner owner, rt::time_point expires) noexcept;
   void clear(latched_value& what) noexcept;
   void write(const latched_value& what, json::writer& into) const noexcept;

@@ -23,7 +23,7 @@ namespace rowe::service {
 
 struct latched_row {
   latch_id next{};
-  std::uint64_t number = 0; // values that were kept later have higher ones; 0: the row has none
+  std::uint64_t number = 0; // values that came later have higher ones; 0: the row has none
   latched_value value;
 };
 // Where a reader of a topic's values is: behind the value that has this number, in this row. Number 0: in
@@ -39,12 +39,12 @@ class latched_values {
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   latched_values(rt::arena& memory, chunk_store& chunks, const limits& bounds) noexcept;
 
-  // Keeps a value in place of what its owner had on this topic. False: there is no room, or the owner may
+  // Retains a value in place of what its owner had on this topic. False: there is no room, or the owner may
   // not hold so much; then it has none. A short value that finds no room among the short ones goes where the
   // long ones are.
   bool keep(latched_list& of, std::string_view body, latch_owner owner, rt::time_point published,
             rt::time_point expires) noexcept;
-  // The same for a long value, to which a reference is kept.
+  // The same for a long value, to which a reference is held.
   bool keep_long(latched_list& of, text_id value, latch_owner owner, rt::time_point published,
                  rt::time_point expires) noexcept;
   void forget(latched_list& of, latch_owner owner) noexcept;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The long texts that are being sent as pages. Each keeps its text until its page has ended, so a reader gets
+// The long texts that are being sent as pages. Each holds its text until its page has ended, so a reader gets
 // the value that it has begun to read, though the topic has a newer one. Few are sent at a time, and two of
-// them have a quarter of all chunks at most. Where others need the chunks, and only a page keeps a text, the
+// them have a quarter of all chunks at most. Where others need the chunks, and only a page holds a text, the
 // page ends where it is; so does the page of a slow reader whose place others need. Service thread only;
 // nothing waits or allocates.
 #pragma once
@@ -64,7 +64,7 @@ class page_texts {
     if (pages_[which].text) chunks_.release(pages_[which].text);
     pages_[which] = {};
   }
-  // Others need chunks: gives up a text that only a page keeps. False: there is none.
+  // Others need chunks: gives up a text that only a page holds. False: there is none.
   bool give_up() noexcept {
     for (page& each : pages_) {
       if (!each.text || chunks_.references(each.text) != 1) continue;

@@ -27,7 +27,7 @@ class lost_messages {
 };
 
 struct peer_queues {
-  queue replies;               // what it alone is told: answers, refusals, announcements, lists
+  queue replies;               // what only it gets: answers, refusals, announcements, lists
   queue long_replies;          // long answers and requests: one that is evicted takes no other one with it
   std::array<queue, 3> direct; // messages to it, by priority
   std::array<ready_list, 3> ready;
@@ -39,7 +39,7 @@ struct peer_queues {
   bool scheduled = false;      // it has something to write, and is in the ring of such peers
   bool blocked = false;        // the transport has no room; on_writable() comes
   bool out_of_credit = false;  // its credit is used up, but for urgent frames; a pong comes
-  bool marked_full = false;    // senders are told `full`: its share is used up by what is parked
+  bool marked_full = false;    // senders get `full`: its share is used up by what is parked
   bool waits_to_begin = false; // it may not begin a frame: others hold too many partial frames
   lost_messages lost;          // of tellers
 

@@ -45,7 +45,7 @@ class peer_rights {
   bool apply_to(const connection& c) const noexcept { return in_use_ && c.ours == side::server; }
   const access::policy& policy() const noexcept { return *policy_; }
 
-  // Whether the peer has the right for this topic or service. The stop's state is shown to everyone. What
+  // Whether the peer has the right for this topic or service. Everyone may see the stop's state. What
   // /rowe/stats says is about all topics, so it takes the right to all of them, or to be named.
   bool allow(const connection& c, access::right what, std::string_view name) const noexcept {
     return !apply_to(c) || allow(c.who, what, name);

@@ -17,7 +17,6 @@
 
 namespace rowe::service {
 
-// The kind of a timer.
 enum class timer : std::uint8_t {
   slot,
   subscription,

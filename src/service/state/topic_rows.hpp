@@ -30,7 +30,7 @@ struct subscribe_request {
 
 // The id of a request as it was written: where it is (stored_ids.hpp).
 struct stored_id {
-  id_block_id first{}; // none: there is none, or it was not kept
+  id_block_id first{}; // none: there is none, or it was not stored
   std::uint16_t bytes = 0;
 };
 
@@ -55,7 +55,7 @@ struct subscription {
   bool discards = false;        // a value within the throttle period is dropped, not queued
   bool whole = false;           // its codec writes whole messages;
   bool of_types = false;        // and needs no JSON of structs
-  bool missed = false;          // its deadline, and the peer was told
+  bool missed = false;          // its deadline, and that was reported
   wire::codec_id codec{};
   std::uint8_t request_count = 0;
   std::uint32_t tag = wire::no_number; // the peer's number for the subscription
@@ -99,7 +99,7 @@ struct topic {
   bool offered_unslashed = false;
   latched_list latched; // for late subscribers
   rt::time_point
-      loss_reported_at{}; // when this process was told that a value of its own is too long, or not kept
+      loss_reported_at{}; // when it was reported here that a value of ours is too long, or not retained
   last_value_id asked{};  // for who asks over HTTP, where somebody did lately
 
   bool has_audience() const noexcept { return !subscriptions.empty() || !inboxes.empty() || asked; }

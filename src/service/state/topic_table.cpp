@@ -112,12 +112,12 @@ void topic_table::replace_type(topic_id index, std::string_view wanted) noexcept
   assert(wanted.size() <= name_bytes_max_);
   std::memcpy(names(index) + name_bytes_max_, wanted.data(), wanted.size());
   topics_[index].type_bytes = static_cast<std::uint16_t>(wanted.size());
-  if (topics_[index].holders == 0) return; // nobody was told of it
+  if (topics_[index].holders == 0) return; // it was not announced
   topics_[index].channel = next_channel(); // a peer that knows it by number also knows its type
   ++changes_.listed;
 }
 
-// Nobody was told of a topic that its first holder is about to describe.
+// A topic that its first holder is about to describe was not announced yet.
 void topic_table::set_schema(topic_id index, const schema_description* schema) noexcept {
   topic& its = topics_[index];
   if (its.schema == schema) return;

@@ -38,8 +38,8 @@ class topic_table {
   // Finds a topic by its number; none: there is none. A number is never used for another topic or type.
   topic_id find_channel(std::uint32_t channel) const noexcept;
   std::string_view type(topic_id index) const noexcept;
-  // A topic keeps the type that it is given first, in that spelling. False: it has another type already, or
-  // the name is too long.
+  // A topic has the type that it is given first, in that spelling. False: it has another type already, or the
+  // name is too long.
   bool set_type(topic_id index, std::string_view type) noexcept;
   // For a handle of this process: its type replaces another one.
   void replace_type(topic_id index, std::string_view type) noexcept;

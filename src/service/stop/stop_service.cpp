@@ -87,8 +87,8 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
     return text.value_or(std::string_view{});
   };
   if (!args.empty()) args = json::root(args).raw;
-  // Before this raises the number, waiters are told what the loops have done. Otherwise nobody would get an
-  // answer if a peer stops more often than a loop looks.
+  // Before this raises the number, waiters get what the loops have done. Otherwise nobody would get an answer
+  // if a peer stops more often than a loop looks.
   switch_.update();
   answer_acknowledged();
   auto refused = stop_rules::refusal::none;

@@ -80,8 +80,8 @@ class stop_service : stop_service_needs {
   rt::time_point next_update() const noexcept;
 
   // Whether a peer on stop_path may lose its place to the next one. A peer that stopped a robot that could
-  // move keeps its place for a second, so it gets the answer and sees the state. Stopping a robot that has
-  // stopped already keeps no place, however often it is done.
+  // move holds its place for a second, so it gets the answer and sees the state. Stopping a robot that has
+  // stopped already protects no place, however often it is done.
   bool may_displace(const connection& c) const noexcept {
     return state_.cycle.now - rows_[{c.id.index}].stopped_at >= stop_place_protected_for;
   }

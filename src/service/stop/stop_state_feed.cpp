@@ -17,7 +17,7 @@ stop_state_feed::stop_state_feed(rt::arena& memory, const stop_state_feed_needs&
 void stop_state_feed::show_if_due() noexcept {
   const topic& on = state_.topics.at(topic_);
   const bool changed = version_shown_ != stop_rules_.version();
-  // New subscribers are shown it. So are new peers, which may be shown it without a subscription.
+  // New subscribers get it. So do new peers, which may take it without a subscription.
   const bool came = audience_seen_ != on.audience_changes || opened_seen_ != state_.peers.opened();
   if (!changed && !came && state_.cycle.now < due_) return;
   version_shown_ = stop_rules_.version();
@@ -36,7 +36,7 @@ void stop_state_feed::show_if_due() noexcept {
 void stop_state_feed::show_subscribers(message& state, bool changed) noexcept {
   const rt::duration slow = stop_ticks_for_others * state_.options.stop.tick;
   const rt::duration early =
-      state_.options.stop.tick / 2; // those that are due soon are shown it together with one that is due
+      state_.options.stop.tick / 2; // those that are due soon get it together with one that is due
   for (subscription_id i = state_.topics.at(topic_).subscriptions.head; i;
        i = state_.subscriptions.at(i).next_on_topic) {
     const subscription& to = state_.subscriptions.at(i);
@@ -99,8 +99,8 @@ void stop_state_feed::send(const subscription& to, const message& state) noexcep
   sender_.add_stop_state(to.peer, std::span<const char>{buffer}.first(head.size + rest.size()), head.as);
 }
 
-// Peers whose protocol has no topics are sent the state as a message. Where it has no pings either, the
-// message also shows them that the robot is there.
+// Peers whose protocol has no topics are sent the state as a message. Where it has no pings either, they
+// learn from it that the robot is there.
 void stop_state_feed::show_takers_of_messages(bool changed) noexcept {
   const rt::duration period = stop_ticks_for_others * state_.options.stop.tick;
   for (const connection& c : state_.peers) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shows the state of the stop to peers and handles that subscribe to its topic, and to peers that take it as
-// a message. They are shown it at once when it changes, and otherwise periodically: guards at every tick,
-// others at every tenth. It needs no slot and no queue. Service thread only; nothing waits or allocates.
+// Sends the state of the stop to peers and handles that subscribe to its topic, and to peers that take it as
+// a message. They get it at once when it changes, and otherwise periodically: guards at every tick, others at
+// every tenth. It needs no slot and no queue. Service thread only; nothing waits or allocates.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -38,7 +38,7 @@ class stop_state_feed : stop_state_feed_needs {
 
   void open(peer_index peer) noexcept { shown_at_[peer] = {}; }
 
-  // At the end of each cycle: shows the state to those who are due.
+  // At the end of each cycle: sends the state to those who are due.
   void show() noexcept {
     if (stop_rules_.in_use()) show_if_due();
   }

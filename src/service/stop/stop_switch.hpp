@@ -50,14 +50,15 @@ class stop_switch {
   }
   // How often a stop was asked for, repeats included.
   std::uint64_t requests() const noexcept { return requests_; }
-  // Shows what the rules say now: to the loops, and to the log if it has changed.
-  // `by` is who asked for a stop or a reset.
+  // Publishes what the rules say now to the loops, and reports it to the log if it has changed. `by` is who
+  // asked for a stop or a reset.
   void show() noexcept { show({}, {}); }
   void show(std::string_view reason, const asker& by) noexcept {
     stop_rules_.write_permit(state_.shared.permit);
     if (stop_rules_.running() != reported_running_) report(reason, by);
   }
-  // Shows it to the loops only: a loop or a peer has come or gone, and the next show() tells the log.
+  // Publishes it to the loops only: a loop or a peer has come or gone, and the next show() reports to the
+  // log.
   void write_permit() noexcept { stop_rules_.write_permit(state_.shared.permit); }
   void count_refusal() noexcept { state_.counts.add(counter::stop_refusals); }
 

@@ -32,7 +32,7 @@ class thread_stops : thread_stops_needs {
   // Call answer_acknowledged() before either: it raises the stop's number, and the loops acknowledge numbers.
   void carry_out_stop() noexcept;
   void carry_out_reset() noexcept;
-  // Tells threads that wait for the loops when all loops have acknowledged. A thread that waited in vain
+  // Answers threads that wait for the loops, when all loops have acknowledged. A thread that waited in vain
   // needs no answer: its own deadline has come.
   void answer_acknowledged() noexcept {
     if (waited_for_until_ != rt::time_point{}) answer_if_acknowledged();

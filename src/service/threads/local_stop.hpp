@@ -4,8 +4,8 @@
 // source and the reason go beside it through a window, and the answers come back through another. So neither
 // side ever waits for the other.
 //
-// Requests are numbered. Only the newest source and reason are kept. An answer holds for all requests up to
-// its number. A reset carries the count of stops at its time; a higher count later means a newer stop.
+// Requests are numbered. Only the newest source and reason stay. An answer holds for all requests up to its
+// number. A reset carries the count of stops at its time; a higher count later means a newer stop.
 //
 // The threads use their ends of the windows one at a time (api/local_stops.hpp); any of them may raise the
 // count.
@@ -40,7 +40,7 @@ struct local_stop_answered {
   std::uint64_t stop_number = 0; // the number by which peers know it
   rt::time_point acknowledged{}; // when
   std::uint64_t resets = 0;
-  std::uint64_t reset_number = 0; // shown to peers while the loops may move
+  std::uint64_t reset_number = 0; // reported to peers while the loops may move
   status reset_outcome;           // good, refused or timed_out
 };
 

@@ -31,7 +31,7 @@ parameter_table::cell* parameter_table::open(const detail::parameter_request& as
 }
 
 // The cell that had this name last, or else the next free one in turn: as long as its name stands there,
-// peers that read slowly can be told that the parameter is gone.
+// peers that read slowly can learn that the parameter is gone.
 parameter_table::cell* parameter_table::find_free(std::string_view name) noexcept {
   cell* longest = nullptr;
   for (std::size_t i = 0; i < cells_.size(); ++i) {

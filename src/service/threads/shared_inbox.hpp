@@ -113,7 +113,7 @@ class shared_inbox {
     mark();
     return collect_marked(released);
   }
-  // The same in two steps: mark() notes which slots are released, collect_marked() reports them.
+  // The same in two steps: mark() records which slots are released, collect_marked() reports them.
   void mark() noexcept {
     if (marked_count_ == free_.size()) return; // all slots are free
     marked_count_ += static_cast<std::uint32_t>(released_.take_all(free_.subspan(marked_count_)));
@@ -156,7 +156,7 @@ class shared_inbox {
  private:
   struct slot_state {
     inbound_header header;
-    bool counted = false; // collect() is to tell when it is released; the service thread's own
+    bool counted = false; // collect() is to report its release; the service thread's own
   };
   using number = rt::std_atomics::variable<std::uint32_t>;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Folder threads: what other threads share with the service thread. It knows no table of peers or topics.
-// What the service thread shows to the other threads of the process: counters, the connected peers, and
+// What the service thread publishes to the other threads of the process: counters, the connected peers, and
 // events.
 //
 // Each place for a connection has a generation, 0 while nobody is there, and the peer's address. The service

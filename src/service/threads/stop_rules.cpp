@@ -207,7 +207,7 @@ void stop_rules::stop(stop_cause cause, std::string_view source, rt::time_point 
   asker_count_ = 0;
   until_ = {};
   outdate_ticks(now);
-  raise_number(now); // what was shown while running names no stop
+  raise_number(now); // the number while running names no stop
 }
 
 // Whether a loop's words still have this latch number from an earlier use. Such words would be taken for the

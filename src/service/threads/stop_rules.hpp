@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rules of the stop, as a function of time and of what peers and loops say: who stops, who may reset, and
 // what the permit is. No I/O, no clock, no connections: a peer is a name and a number that is never used
-// again. The core tells it what arrives and asks it what to publish. docs/stop.md has the rules in words.
+// again. The core passes in what arrives, and asks what to publish. docs/stop.md has the rules in words.
 // Service thread only.
 //
-// A tick is a number of milliseconds since the endpoint was opened, plus a seed chosen then. So a tick tells
+// A tick is a number of milliseconds since the endpoint was opened, plus a seed chosen then. So a tick says
 // when it was issued, and a tick of an earlier run is invalid.
 //
 // A stop has two numbers. `number` is its name for peers: every stop by a new source, and every reset, has
@@ -83,7 +83,7 @@ class stop_rules {
   std::string_view source() const noexcept { return {source_.data(), source_bytes_}; }
   stop_cause cause() const noexcept { return cause_; }
   std::string_view cause_name() const noexcept; // empty when running
-  // Raised whenever something that peers are shown changes, except ticks and ages.
+  // Raised whenever something that peers get changes, except ticks and ages.
   std::uint64_t version() const noexcept { return version_; }
   std::uint64_t tick(rt::time_point now) const noexcept;
   // When the last loop acknowledged this stop, as of the last update(); never, while one has not, or if there

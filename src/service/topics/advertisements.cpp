@@ -95,7 +95,7 @@ void advertisements::unadvertise(connection& c, const wire::request& asked) noex
       state_.rights.policy().patterns(c.who.role, access::right::advertise) * pattern_work_bytes;
   if (state_.rights.allow(c, access::right::advertise, asked.topic))
     return refusals_.refuse(c, asked.id_raw, "unadvertise: this peer does not advertise the topic");
-  // It was told that it may not advertise. Counted all the same, and too many may close it.
+  // A status said that it may not advertise. Counted all the same, and too many may close it.
   state_.counts.add(counter::refused_requests);
   (void)refusals_.within_rate(c);
 }
@@ -138,8 +138,9 @@ void advertisements::replace_type(topic_id topic, std::string_view type) noexcep
 }
 
 // Frees a place for a topic of this process. Only topics without a handle of this process count. The peer
-// that holds most of them loses one, and all holders of that topic are told. Peers can have more than their
-// share, because a handle may leave a topic to the peers that subscribed. False if there is no such topic.
+// that holds most of them loses one, and all holders of that topic get a report. Peers can have more than
+// their share, because a handle may leave a topic to the peers that subscribed. False if there is no such
+// topic.
 bool advertisements::take_back_topic() noexcept {
   peer_index most{};
   std::uint32_t held_by_most = 0;

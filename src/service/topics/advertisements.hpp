@@ -27,20 +27,20 @@ class advertisements : advertisements_needs {
   // A peer has left. Its latched values go with it.
   void forget(peer_index peer) noexcept;
 
-  // Requests of peers; a refused peer is told why.
+  // Requests of peers. A refusal says why.
   bool advertise(connection& c, const wire::request& asked) noexcept; // false: refused
   void unadvertise(connection& c, const wire::request& asked) noexcept;
   // For a message that says of its topic what an advertisement does. A peer that may publish there and not
   // advertise does only the first. False: refused.
   bool advertise_published(connection& c, const wire::request& asked) noexcept;
 
-  // The type of a handle replaces the type that peers gave the topic before. The peers are told.
+  // The type of a handle replaces the type that peers gave the topic before. The peers get a report.
   void replace_type(topic_id topic, std::string_view type) noexcept;
   // From now on the topic belongs to a publisher of this process, which does not share it. Peers that may not
-  // publish there any more do not advertise it any more, and are told.
+  // publish there any more do not advertise it any more, and get a report.
   void withdraw_others(topic_id topic) noexcept;
   // Frees a place for a topic of this process. Among the topics that only peers hold, the peer that holds
-  // most loses one, and all holders of that topic are told. False if there is no such topic.
+  // most loses one, and all holders of that topic get a report. False if there is no such topic.
   bool take_back_topic() noexcept;
 
   // No peer advertises a topic that a publisher of this process does not share, unless its role spells it.

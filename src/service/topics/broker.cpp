@@ -42,7 +42,8 @@ bool broker::keep_latched(topic_id index, slot_id slot, latch_owner owner, const
   return false;
 }
 
-// Tells who published that a late subscriber will not get the value: a peer, or this process by an event.
+// Reports to the publisher that a late subscriber will not get the value: to a peer, or to this process by an
+// event.
 void broker::report_not_latched(topic_id index, std::size_t bytes, const published_by& who) noexcept {
   state_.counts.add(counter::not_latched);
   connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
@@ -53,9 +54,8 @@ void broker::report_not_latched(topic_id index, std::size_t bytes, const publish
   wire::text_of<wire::refusal::text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
   text.add(": its last value, of ").add(bytes);
-  text.add(
-      " bytes, is not kept for late subscribers: there is no room for it, or its publisher has its share of "
-      "latched_bytes and of the room for long messages");
+  text.add(" bytes, is not retained for late subscribers: there is no room for it, or its publisher has its "
+           "share of latched_bytes and of the room for long messages");
   if (c != nullptr) return refusals_.send_status(*c, who.id_raw, text.text(), wire::severity::warning);
   state_.events.report(event::kind::warning, {}, json::utf8_prefix(text.text(), event_text_bytes_max),
                        "raise the limit latched_bytes", {});
@@ -213,9 +213,9 @@ void broker::report_too_big(pair_index pair, const error& why, const published_b
   report_undecodable(pair, who, text.text());
 }
 
-// A handle that subscribed cannot decode a message: two programs disagree about the type. A status tells the
-// sender, and an event tells this process. Each is told at most once a second for a topic, because usually
-// every message fails.
+// A handle that subscribed cannot decode a message: two programs disagree about the type. A status reports it
+// to the sender, an event to this process; each at most once a second for a topic, because usually every
+// message fails.
 void broker::report_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept {
   const topic_id topic = state_.pair_rows[pair].topic;
   rt::time_point& reported_at = state_.pair_rows[state_.topics.at(topic).inboxes.head]

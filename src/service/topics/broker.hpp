@@ -47,8 +47,8 @@ class broker : broker_needs {
   explicit broker(const broker_needs& parts) noexcept : broker_needs{parts} {}
 
   // Sends a value to everyone who wants it now. It was published at `published` and expires at `expires`. If
-  // `latches` names an owner, the value is kept for late subscribers. `write_body(json::writer&)` writes the
-  // value directly into the slot: by the encoder of a struct, or by copying text that is JSON already.
+  // `latches` names an owner, the value is retained for late subscribers. `write_body(json::writer&)` writes
+  // the value directly into the slot: by the encoder of a struct, or by copying text that is JSON already.
   template <class WriteBody>
   void publish(topic_id topic, rt::time_point published, rt::time_point expires, latch_owner latches,
                WriteBody&& write_body, const published_by& who = {}) noexcept;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which topics are shown to whoever asks for a list. Service thread only.
+// Which topics are listed for whoever asks. Service thread only.
 #pragma once
 #include <cstdint>
 
@@ -21,7 +21,7 @@ class listed_topics {
 
  private:
   const topic_table& topics_;
-  // The topic of the stop's state where there is no stop: shown only if somebody subscribes.
+  // The topic of the stop's state where there is no stop: listed only if somebody subscribes.
   const topic_id unused_;
 };
 

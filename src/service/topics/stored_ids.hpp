@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The ids of requests, as they were written, for what is told of them later. A short one is kept in its row.
+// The ids of requests, as they were written, for later reports about them. A short one is stored in its row.
 // A longer one takes blocks of a pool, of which each peer has its share (shares.hpp); where that is used up,
-// it is not kept. Service thread only; nothing waits or allocates.
+// it is not stored. Service thread only; nothing waits or allocates.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -59,7 +59,7 @@ class stored_ids {
     }
     what = {};
   }
-  // Empty: it was not kept.
+  // Empty: it was not stored.
   std::string_view read(const stored_id& what, std::span<char, call_id_bytes_max> buffer) const noexcept {
     std::size_t at = 0;
     for (id_block_id i = what.first; i; i = blocks_[i].next) {

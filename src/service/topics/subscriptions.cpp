@@ -98,7 +98,7 @@ void subscriptions::watch_deadline(subscription_id index, const wire::request& a
   state_.due.arm(deadline_id{index.value}, rt::deadline_after(s.watched_at, rt::duration{s.deadline_ns}));
 }
 
-// Each period without a message is counted. The peer is told of the first one, and of the next one after a
+// Each period without a message is counted. The first one is reported to the peer, and the next one after a
 // message has come.
 void subscriptions::check_deadline(subscription_id index) noexcept {
   subscription& s = state_.subscriptions.at(index);
@@ -139,7 +139,7 @@ void subscriptions::warn_without_type(connection& c, std::string_view id_raw,
   refusals_.warn(c, id_raw, why.text(), wire::severity::warning);
 }
 
-// Adds a subscription. None: the peer may not have one more, and is told so.
+// Adds a subscription. None: the peer may not have one more, and a status said so.
 subscription_id subscriptions::add(connection& c, const wire::request& asked, topic_id topic) noexcept {
   const peer_index peer{c.id.index};
   std::uint32_t held = state_.subscriptions.count_of(peer);
@@ -221,7 +221,7 @@ void subscriptions::subscribe_server(connection& c, topic_id topic, bool unslash
   }
   subscription_queues_.merge_requests(index);
   audiences_.update(topic);
-  // A server keeps nothing of a connection that is gone.
+  // A server retains nothing of a connection that is gone.
   if (fresh && !state_.topics.at(topic).latched.empty()) subscription_queues_.schedule_latched(index);
 }
 

@@ -38,20 +38,20 @@ class subscriptions : subscriptions_needs {
   // A peer leaves.
   void forget(peer_index peer) noexcept;
 
-  // Requests of peers; a peer is told what is refused.
+  // Requests of peers. A refusal says why.
   void subscribe(connection& c, const wire::request& asked) noexcept;
   // The timer of a subscription's deadline is due.
   void check_deadline(subscription_id subscription) noexcept;
   void unsubscribe(connection& c, const wire::request& asked) noexcept;
 
-  // In a client: a handle begins to publish, or ends. A server is told the latched value when it begins.
+  // In a client: a handle begins to publish, or ends. A server gets the latched value when it begins.
   void subscribe_server(connection& c, topic_id topic, bool unslashed) noexcept;
   void unsubscribe_server(connection& c, topic_id topic) noexcept;
   // A handle of this process has set the topic's `keep`.
   void merge_requests(topic_id topic) noexcept;
   // Ends all subscriptions of the peer to the topic. Returns whether there was one.
   bool end(peer_index peer, topic_id topic) noexcept;
-  // The topic now has a type: subscribers that expect another one are told.
+  // The topic now has a type: subscribers that expect another one get a report.
   void report_other_types(topic_id topic) noexcept;
 
   // Peers are charged for the subscriptions that they have.

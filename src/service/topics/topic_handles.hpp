@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Handles of this process that publish or subscribe: attaches them to their topic and detaches them and, in a
-// client, tells the server of them. Service thread only; nothing waits or allocates. A user thread that
+// Handles of this process that publish or subscribe: attaches them to their topic, detaches them and, in a
+// client, announces them to the server. Service thread only; nothing waits or allocates. A user thread that
 // sleeps is woken, which enters the kernel.
 #pragma once
 #include <algorithm>
@@ -44,7 +44,7 @@ class topic_handles : topic_handles_needs {
   // Errors: too_many_topics; type_conflict, and then an event names the types.
   status attach(pair_index pair) noexcept;
   void detach(pair_index pair) noexcept;
-  // In a client: tells the server of a handle that was attached or is being detached.
+  // In a client: announces to the server a handle that was attached or is being detached.
   void announce(connection& c, pair_index pair, bool begins) noexcept;
   // The queue to the server for the values of this handle; null: there is none.
   queue* queue_to_server(pair_index pair) noexcept;

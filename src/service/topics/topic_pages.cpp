@@ -68,7 +68,7 @@ http_answer topic_pages::answer(const awaited_page& page, bool last, std::span<c
   const topic_id index{page.topic};
   topic& on = state_.topics.at(index);
   if (on.holders == 0 || on.channel != page.channel)
-    return fresh(404, "the topic went, or has another type now\nask again\n");
+    return fresh(404, "the topic is gone, or has another type now\nask again\n");
   state_.latches.drop_expired(on.latched, state_.cycle.now);
   if (!on.latched.empty()) return value_of(state_.latches.at(on.latched.tail).value, page.who, out, true);
   if (!on.asked && !last) begin(index);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pages of topics, for scripts: the last value of each. A latched value is kept anyway. Another topic's
-// values are kept from when somebody has asked for one, and until nobody has for a while: then its publishers
-// are heard, as by a subscriber. The first who asks waits for the next value. A long value is read out of its
-// chunks while it is sent. Service thread only; nothing waits or allocates.
+// The pages of topics, for scripts: the last value of each. A latched value is retained anyway. Another
+// topic's last value is retained from the first request for it until there was none for a while. In that time
+// its publishers are heard, as by a subscriber. The first who asks waits for the next value. A long value is
+// read out of its chunks while it is sent. Service thread only; nothing waits or allocates.
 #pragma once
 #include <array>
 #include <cstddef>

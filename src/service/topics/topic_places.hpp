@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How many topics a peer may hold. Each peer takes at most its share of the places (shares.hpp). A topic that
-// a handle of this process holds costs a peer nothing. When the last holder leaves, what is kept of its
+// a handle of this process holds costs a peer nothing. When the last holder leaves, what is retained of its
 // values is cleared. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
@@ -24,7 +24,8 @@ class topic_places : topic_places_needs {
  public:
   topic_places(const topic_places_needs& parts) noexcept : topic_places_needs{parts} {}
 
-  // Finds or adds the topic that a peer wants to hold. None: the peer may not have one more, and is told so.
+  // Finds or adds the topic that a peer wants to hold. None: the peer may not have one more, and a status
+  // said so.
   topic_id topic_for(connection& c, const wire::request& asked) noexcept;
   // How many topics a peer holds that no handle of this process has. A topic counts once for each
   // subscription and once for its advertisement.

@@ -152,7 +152,7 @@ struct error_context {
   std::string_view id_raw{};        // of the request; empty: none
 };
 
-// What a client tells a server.
+// What a client announces to a server.
 struct announcement {
   std::string_view name;
   std::string_view type; // empty: none
@@ -305,11 +305,11 @@ class codec {
   // A fragment of a text.
   virtual void write_fragment(json::writer&, const text_fragment&) const noexcept {}
 
-  // Writes an error, or nothing if this peer does not want to be told.
+  // Writes an error, or nothing if this peer does not want one.
   virtual message_kind write_error(json::writer& out, const error_context& to,
                                    const diagnostic& why) const noexcept = 0;
 
-  // As a client: what a server must be told.
+  // As a client: what it announces to a server.
   virtual message_kind write_subscription(json::writer&, const announcement&) const noexcept {
     return message_kind::none;
   }
@@ -320,9 +320,9 @@ class codec {
     return message_kind::none;
   }
 
-  // As a server: what a client is told without a request, if its protocol has listings. First it is told who
-  // we are, then which topics and services were added, and the numbers of those that were removed. A topic
-  // that gets a type is removed, and added under another number.
+  // As a server: what it announces to a client without a request, if its protocol has listings. First, who we
+  // are. Then, which topics and services were added, and the numbers of those that were removed. A topic that
+  // gets a type is removed, and added under another number.
   virtual message_kind write_time(json::writer&, std::int64_t) const noexcept { // nanoseconds since 1970
     return message_kind::none;
   }

@@ -7,7 +7,7 @@
 namespace rowe::wire {
 namespace {
 
-constexpr std::size_t value_bytes_max = 64; // of a value shown in a diagnostic
+constexpr std::size_t value_bytes_max = 64; // of a value quoted in a diagnostic
 
 constexpr std::string_view no_service_begins = "Service ";
 constexpr std::string_view no_service_ends = " does not exist";
@@ -30,7 +30,7 @@ std::string_view refusal::text(std::span<char> buffer) const noexcept {
     the_member().add("is missing");
     if (!expected.empty()) out.add("; ").add(expected);
     break;
-  case kind::twice: the_member().add("stands there twice"); break;
+  case kind::twice: the_member().add("is there twice"); break;
   case kind::wrong_type:
     the_member().add("must be ").add(expected);
     it_is();

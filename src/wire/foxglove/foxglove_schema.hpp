@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The JSON Schema of a type as Foxglove's programs read it, inside of a JSON string. They know less of JSON
-// Schema than validators do: one `type` for each value, no alternatives, no arrays of arrays. So an optional
-// value is said to be there, and an array inside of an array is an object of which nothing is known; panels
-// show what comes all the same. Nothing waits or allocates.
+// Schema than validators do: one `type` for each value, no alternatives, no arrays of arrays. So the schema
+// says that an optional value is there, and that an array inside of an array is an object of unknown members.
+// Panels still show what comes. Nothing waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Logging in by a form, for clients that can show a token in no other way (a WebSocket of a browser that
-// some library opens). The form is POSTed to login_path, and the answer sets a cookie, which the browser then
-// shows with each upgrade. The cookie is the token itself, so it ends when the token does.
+// Logging in by a form, for clients that can send a token in no other way (a WebSocket of a browser that some
+// library opens). The form is POSTed to login_path, and the answer sets a cookie, which the browser then
+// sends with each upgrade. The cookie is the token itself, so it ends when the token does.
 //
 // A cookie belongs to a host, not to a port. So its name has the port, and two robots on one machine keep
 // theirs apart; but every other server on that host sees it. Under TLS the name begins with `__Host-`:
@@ -41,7 +41,7 @@ std::string_view token_of_form(std::span<char> out, std::string_view form) noexc
 class cookie_reader {
  public:
   void take(std::string_view list, const handshake_policy& policy) noexcept;
-  // Of our cookie. Empty if there is none, or if there are two of one name, which cannot be told apart.
+  // Of our cookie. Empty if there is none, or if there are two of one name.
   std::string_view token() const noexcept {
     const cookie& shown = secure_.count > 0 ? secure_ : plain_;
     return shown.count == 1 ? shown.value : std::string_view{};

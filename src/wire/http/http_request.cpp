@@ -28,7 +28,7 @@ struct fields {
   cookie_reader cookies;
   bool connection_upgrade = false; // Connection says Upgrade
   bool offers = false;             // a subprotocol was offered
-  std::string_view offered;        // the first that may be shown, for the diagnostic
+  std::string_view offered;        // the first that a diagnostic may quote
   std::string_view offered_token;
   unsigned if_none_match_count = 0;
 };
@@ -126,7 +126,7 @@ bool judge::read(std::string_view header) noexcept {
 
 bool judge::take_once(field_value& member, const http_field& field) noexcept {
   if (member.given)
-    return reject(400, "the header % stands there twice", "send it once", shown::word(field.name));
+    return reject(400, "the header % is there twice", "send it once", shown::word(field.name));
   member = {.text = field.value, .given = true};
   return true;
 }
@@ -322,7 +322,7 @@ bool judge::take_token() noexcept {
     out_.token = *in_query;
     out_.token_in_url = !out_.token.empty();
   }
-  // Last: a browser shows it unasked.
+  // Last: a browser sends it unasked.
   if (out_.token.empty()) out_.token = seen_.cookies.token();
   return true;
 }

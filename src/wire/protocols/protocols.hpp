@@ -12,18 +12,18 @@
 
 namespace rowe::wire {
 
-// What the peer of a connection can take, and must be told.
+// What the peer of a connection can take, and what must be announced to it.
 struct capabilities {
   bool control_frames = true; // pings, pongs and close frames
   bool masks = true;          // frames of a client
   bool unmasked_accepted = false;
-  bool topics = true;          // a server is told which topics and services this process wants and offers
+  bool topics = true;          // we announce to a server which topics and services we want and offer
   bool takes_messages = false; // plain messages, before it said one itself
   bool binary = false;         // binary messages have a meaning
-  bool losses = false;         // it is told that messages for it were dropped
-  bool listing = false;        // a client is told at once who we are, and which topics and services there are
-  bool clock = false;          // a client is told the time all along, and shows what it gets at that time
-  bool ttl_in_messages = true; // plain messages tell it what is left of their time to live;
+  bool losses = false;         // a report to it says that messages for it were dropped
+  bool listing = false;        // we announce to a client who we are, and which topics and services there are
+  bool clock = false;          // a client gets the time all along, and shows what it gets at that time
+  bool ttl_in_messages = true; // plain messages say what is left of their time to live;
   bool ttl_in_topics = false;  // so do those of topics, which rosbridge has not
   bool state_as_message = false; // it knows no topics: the stop's state is a plain message, unasked
 };
@@ -33,7 +33,7 @@ struct protocol {
   std::string_view subprotocol; // WebSocket's; empty: none
   const message_decoder& reads;
   const codec& first;  // answers a text that is no JSON, before the peer has used a codec
-  const codec& topics; // tells a peer about its topics and services
+  const codec& topics; // speaks with a peer about its topics and services
   capabilities can;
 };
 

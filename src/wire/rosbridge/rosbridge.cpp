@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decoding. One walk over the object notes the value of each known member. Then the operation says which of
+// Decoding. One walk over the object records the value of each known member. Then the operation says which of
 // them matter. So the order of members does not matter, and a name that occurs twice is found before anything
 // is used.
 #include "wire/rosbridge/rosbridge.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How short a token may be: what is shown of a request before its client was let in is shorter.
+// How short a token may be. What diagnostics quote of a request, before its client was let in, is shorter.
 #pragma once
 #include <cstddef>
 

@@ -70,7 +70,7 @@ class frame_parser {
   static constexpr std::size_t frames_in_step_max = 32;
   // No piece of a long message is longer.
   static constexpr std::size_t piece_bytes_max = 4096;
-  // So much of its beginning is kept until it ends, or message_bytes_max where that is less.
+  // So much of its beginning is stored until it ends, or message_bytes_max where that is less.
   static constexpr std::size_t front_bytes_max = 4096;
 
   // Consumes bytes from the front of `bytes`, which may be written to, until one event, until all are

@@ -25,10 +25,10 @@ enum class opcode : std::uint8_t { continuation = 0, text = 1, binary = 2, close
 inline constexpr std::size_t control_bytes_max = 125;      // RFC 6455 5.5
 inline constexpr std::size_t close_reason_bytes_max = 123; // what a close code leaves of it
 inline constexpr std::size_t frame_header_bytes_max = 14;  // 2, eight of length, four of key
-inline constexpr std::size_t frame_headroom_bytes = 16;    // what a slot keeps free in front of a payload
+inline constexpr std::size_t frame_headroom_bytes = 16;    // what a slot reserves in front of a payload
 static_assert(frame_headroom_bytes >= frame_header_bytes_max);
 
-// Codes of RFC 6455 7.4.1 that rowe sends or tells apart.
+// Codes of RFC 6455 7.4.1 that rowe sends or treats differently.
 namespace close_code {
 inline constexpr std::uint16_t normal = 1000;
 inline constexpr std::uint16_t going_away = 1001;

@@ -296,7 +296,7 @@ TEST_F(foxglove_graph, is_told_no_more_to_who_keeps_names_that_are_gone_for_too_
   on.net.link_of(slow.id()).capacity_bytes = 1U << 20U;
   on.cycles(4, graph_period);
   const std::string told = slow.hear_as_one();
-  EXPECT_TRUE(has(told, "subscribeConnectionGraph: this client reads too slowly"));
+  EXPECT_TRUE(has(told, "subscribeConnectionGraph: this client reads changes too slowly"));
   (void)say(slow, unsubscribe);
   EXPECT_TRUE(has(say(slow, subscribe), "/rowe/stats"));
 }

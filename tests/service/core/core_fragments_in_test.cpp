@@ -109,8 +109,8 @@ TEST_F(fragments_in_test, stop) {
 
 TEST_F(fragments_in_test, that_are_out_of_order_are_refused_once) {
   const texts all = cut(published("/map", map_of(1000)), 100);
-  EXPECT_TRUE(has(refusal_of({all[0], all[2], all[3], all[4]}), "num is 2, but 1 is due"));
-  EXPECT_TRUE(has(refusal_of({all[0], all[1], all[1], all[2]}), "num is 1, but 2 is due"));
+  EXPECT_TRUE(has(refusal_of({all[0], all[2], all[3], all[4]}), "num is 2, but 1 is expected"));
+  EXPECT_TRUE(has(refusal_of({all[0], all[1], all[1], all[2]}), "num is 1, but 2 is expected"));
   const texts other = cut(published("/map", map_of(1000)), 100, "7");
   EXPECT_TRUE(has(refusal_of({other[3], other[4]}), "num is 3, but no message"));
   EXPECT_TRUE(works());

@@ -137,7 +137,8 @@ TEST(values_not_kept, are_told_to_who_published_them) {
   for (int i = 0; i < 3; ++i) a.say(R"({"op":"publish","topic":"/map","id":"7","msg":)" + body + "}");
   const texts told = a.hear_after(6);
   ASSERT_EQ(told.size(), 1U) << "once a second";
-  EXPECT_TRUE(has(told[0], "publish /map: its last value, of 5008 bytes, is not kept for late subscribers"));
+  EXPECT_TRUE(
+      has(told[0], "publish /map: its last value, of 5008 bytes, is not retained for late subscribers"));
   EXPECT_TRUE(has(told[0], R"("id":"7")"));
   EXPECT_EQ(on.count(counter::not_latched), 3U);
   ASSERT_TRUE(publish_text(on, own, body));

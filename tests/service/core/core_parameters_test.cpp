@@ -103,10 +103,10 @@ TEST_F(parameters, out_of_range_are_refused_with_the_value_and_the_limits) {
   refused("/size", "18446744073709551616", "a whole number");
   refused("/on", "1", "it is 1; true or false is wanted");
   refused("/frame", "\"base\"", "a text of at most 3 bytes is wanted");
-  refused("/mode", "\"flying\"", "wanted is one of off, mapping, localizing");
-  refused("/mode", "3", "wanted is one of");
+  refused("/mode", "\"flying\"", "one of off, mapping, localizing is wanted");
+  refused("/mode", "3", "one of off, mapping, localizing is wanted");
   refused("/nothing", "3", "there is no such parameter");
-  refused("/rowe/limits/topics_max", "3", "read only");
+  refused("/rowe/limits/topics_max", "3", "read-only");
   EXPECT_FALSE(gain.refresh() && gain.get() != 0.5);
   EXPECT_EQ(gain.get(), 0.5);
   EXPECT_EQ(count.get(), 0);

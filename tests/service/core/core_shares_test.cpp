@@ -607,7 +607,7 @@ TEST(core_shares, lets_no_peer_make_up_more_topics_than_it_leaves) {
   for (int i = 0; i < 8; ++i) greedy.say(subscribe("/g" + std::to_string(i)));
   const texts said = greedy.hear_after(1);
   ASSERT_EQ(said.size(), 5U);
-  EXPECT_TRUE(has(said[0], "holds 3, 9 of 12 are left, 6 of them kept for peers that hold fewer "
+  EXPECT_TRUE(has(said[0], "holds 3, 9 of 12 are left, 6 of them reserved for peers that hold fewer "
                            "(limit topics_max)"));
   EXPECT_EQ(other.ask(subscribe("/mine")).size(), 0U);
   greedy.say(subscribe("/mine")); // no more than it leaves, whoever made it

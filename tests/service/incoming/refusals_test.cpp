@@ -57,8 +57,9 @@ TEST_F(refusals_test, say_what_a_peer_holds_and_what_is_kept_for_others) {
   refused.refuse_share(
       peer, asked,
       {.what = "topics", .held = 9, .left = 5, .for_peers = 32, .kept = 8, .option = "topics_max"});
-  EXPECT_TRUE(was_told(peer, "subscribe /odom: one peer may hold no more topics than it leaves: it holds 9, "
-                             "5 of 32 are left, 5 of them kept"))
+  EXPECT_TRUE(was_told(peer,
+                       "subscribe /odom: one peer may hold no more topics than it leaves free: it holds 9, "
+                       "5 of 32 are left, 5 of them reserved"))
       << "no more can be kept than are left";
   refused.refuse_share(
       peer, asked,

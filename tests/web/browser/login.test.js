@@ -65,7 +65,7 @@ test("after the log-in, roslib connects as it is", limit, async () => {
   await load_roslib(page, robot.origin);
   assert.equal(await odometry_of(page, robot.url), "error");
   await until("that is why",
-    () => robot.server.stderr.includes("this endpoint wants to know who you are"));
+    () => robot.server.stderr.includes("this endpoint needs a token"));
   await log_in(page, robot.tokens.driver);
   await page.waitForURL(`${robot.origin}/`);
   await load_roslib(page, robot.origin);
@@ -105,7 +105,7 @@ test("after the log-in, a library's WebSocket opens, with a subprotocol or witho
 test("a wrong token gives no cookie, and is said", limit, async () => {
   const page = await new_page();
   await log_in(page, "x".repeat(43));
-  await page.waitForFunction(() => document.body.textContent.includes("nobody here has this token"));
+  await page.waitForFunction(() => document.body.textContent.includes("this token is not known here"));
   assert.deepEqual(await page.context().cookies(), []);
   await page.screenshot({ path: artefact("login_wrong.png") });
   await page.click("a");

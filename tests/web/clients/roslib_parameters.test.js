@@ -33,7 +33,7 @@ test("what is refused calls the callback for failures, with the reason", limit, 
     String(why).includes('it is "fast"'));
   await rejects(set("/nobodys", 7), "there is no such parameter");
   await rejects(get("/nobodys"), "there is no such parameter");
-  await rejects(set("/rowe/limits/topics_max", 7), "read only");
+  await rejects(set("/rowe/limits/topics_max", 7), "read-only");
   await rejects(asked((...callbacks) => param("/robot/speed_max").delete(...callbacks)),
     "nobody can delete it");
   assert.ok((await get("/rowe/limits/connections_max")) > 0);

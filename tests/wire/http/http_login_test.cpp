@@ -100,7 +100,7 @@ TEST(judge_request, refuses_forms_that_are_not_right_in_every_point) {
   EXPECT_TRUE(refused(post({{"Upgrade", "Upgrade: websocket"}}), 405, "cannot be a POST request"));
   EXPECT_TRUE(refused(post({}, form, "/"), 405, "the method POST is not offered here"));
   EXPECT_TRUE(refused(post({}, form, "/rowe/login/"), 405, "the method POST"));
-  EXPECT_TRUE(refused(post({{"Two", "Content-Type: text/plain"}}), 400, "Content-Type stands there twice"));
+  EXPECT_TRUE(refused(post({{"Two", "Content-Type: text/plain"}}), 400, "Content-Type is there twice"));
 }
 
 TEST(judge_request, refuses_forms_of_other_pages) {

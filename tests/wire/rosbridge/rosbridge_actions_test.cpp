@@ -73,7 +73,7 @@ TEST(rosbridge_actions, refuses_with_a_diagnostic_that_names_member_value_and_li
       {R"({"op":"action_result","action":"/a","id":"g","status":-1})",
        R"(action_result: the member "status" must not be negative; it is -1)"},
       {R"({"op":"action_result","action":"/a","id":"g","action":"/b"})",
-       R"(action_result: the member "action" stands there twice)"},
+       R"(action_result: the member "action" is there twice)"},
   };
   expect_refused(table);
 }

@@ -223,7 +223,7 @@ TEST(rosbridge_decode, refuses_fragments_that_lack_something) {
       {R"({"op":"fragment","id":1,"data":"","num":0,"total":1e300})",
        R"(the member "total" must be at most 4294967295; it is 1e300)"},
       {R"({"op":"fragment","id":1,"data":"","data":"","num":0,"total":1})",
-       R"(the member "data" stands there twice)"},
+       R"(the member "data" is there twice)"},
   };
   for (const auto& [text, why] : rows) EXPECT_EQ(diagnostic_for(std::string{text}).substr(10), why) << text;
 }
@@ -362,7 +362,7 @@ TEST(rosbridge_decode, refuses_with_a_diagnostic_that_names_member_value_and_lim
       {R"({"op":"advertise","topic":"/t","qos":{"deadline":{"secs":1,"nsecs":-1}}})",
        R"(advertise: the member "qos.deadline" must not be negative; it is {"secs":1,"nsecs":-1})"},
       {R"({"op":"subscribe","topic":"/t","qos":{"depth":1,"depth":2}})",
-       R"(subscribe: the member "qos.depth" stands there twice)"},
+       R"(subscribe: the member "qos.depth" is there twice)"},
   };
   expect_refused(table);
 }
@@ -373,10 +373,9 @@ TEST(rosbridge_decode, refuses_every_known_member_that_stands_there_twice) {
                                  "values", "result", "compression", "timeout", "id"}) {
     const std::string twice = "\"" + name + "\":1,\"" + name + "\":1";
     EXPECT_EQ(diagnostic_for("{\"op\":\"publish\"," + twice + "}"),
-              "publish: the member \"" + name + "\" stands there twice");
+              "publish: the member \"" + name + "\" is there twice");
   }
-  EXPECT_EQ(diagnostic_for(R"({"op":"publish","\u006fp":"subscribe"})"),
-            R"(the member "op" stands there twice)");
+  EXPECT_EQ(diagnostic_for(R"({"op":"publish","\u006fp":"subscribe"})"), R"(the member "op" is there twice)");
 }
 
 TEST(rosbridge_decode, refuses_names_that_are_too_long) {

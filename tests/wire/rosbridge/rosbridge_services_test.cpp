@@ -171,7 +171,7 @@ TEST(rosbridge_services, refuses_with_a_diagnostic_that_names_member_value_and_l
       {R"({"op":"service_response","service":"/s","result":null})",
        R"(service_response: the member "result" must be true or false; it is null)"},
       {R"({"op":"service_response","service":"/s","result":true,"re\u0073ult":false})",
-       R"(service_response: the member "result" stands there twice)"},
+       R"(service_response: the member "result" is there twice)"},
   };
   expect_refused(table);
 }

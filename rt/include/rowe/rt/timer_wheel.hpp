@@ -7,16 +7,16 @@
 // 2^TickBits ns and a tick number into digits of 6 bits. An entry lies on the level of the highest digit in
 // which its tick differs from the current one, in the slot that this digit names; so a slot of level 0 holds
 // one tick, one of level 1 sixty-four ticks, and what lies on a lower level is always due before what lies on
-// a higher one. A bitmap a level tells which slots hold anything: the next one is found by counting zeros,
-// and time passes over empty slots at no cost. When time reaches a slot of a higher level, its entries move
-// down; an entry moves at most levels - 1 times in its life.
+// a higher one. A bitmap for each level says which slots hold anything: the next one is found by counting
+// zeros, and time passes over empty slots at no cost. When time reaches a slot of a higher level, its entries
+// move down; an entry moves at most levels - 1 times in its life.
 //
 // As no slot that holds anything has been reached, an entry's slot follows at any moment from its expiry and
 // the current tick: entries need not remember where they are, and cancelling takes as few steps as inserting.
 //
-// The wheel finds what may be dead, the clock decides. It never reports early; it reports late by less than
-// one tick (65.5 us by default), because ticks round up. So whoever must not use a thing a moment too long
-// compares its expiry with `now` at the point of use, and leaves it to the wheel that the thing is given
+// The wheel finds what may be expired, the clock decides. It never reports early; it reports late by less
+// than one tick (65.5 us by default), because ticks round up. So whoever must not use a thing a moment too
+// long compares its expiry with `now` at the point of use, and leaves it to the wheel that the thing is given
 // back.
 #pragma once
 #include <algorithm>

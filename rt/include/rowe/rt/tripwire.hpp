@@ -81,8 +81,8 @@ class [[nodiscard]] scope {
 
 inline scope arm(on_violation reaction = on_violation::count) noexcept { return scope{reaction}; }
 
-// Calls of the allocating functions in the whole process since it started: the difference of two tells
-// whether "0 allocations per message" holds in all threads. Any thread.
+// Calls of the allocating functions in the whole process since it started. The difference of two results
+// shows whether "0 allocations per message" holds in all threads. Any thread.
 std::uint64_t process_allocations() noexcept;
 
 } // namespace rowe::rt::tripwire

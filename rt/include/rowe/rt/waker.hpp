@@ -4,23 +4,23 @@
 // epoch, which is a count of its own. The sleeper has one word, `sleeping`.
 //
 //   producer                                sleeper
-//     (store what is given: release)          mark each epoch: note its count (acquire)
+//     (store what is given: release)          mark each epoch: read its count (acquire)
 //     its epoch: one more (seq_cst)           (look at all places; work)
 //     is `sleeping` set? (seq_cst)            sleeping := true (seq_cst)
-//       yes: raise the signal                 is each epoch still as noted? (seq_cst)
+//       yes: raise the signal                 is each epoch as marked? (seq_cst)
 //                                               yes: wait for the signal
 //                                             sleeping := false
 //
 // No wake-up is lost. The producer's two accesses and the sleeper's two are all seq_cst, so one of the two
 // stores is first. If it is the producer's epoch, the sleeper finds it raised and does not wait. If it is
 // `sleeping`, the producer finds it set. And the sleeper sees all that was given up to the epoch that it
-// noted: the acquire brings what was stored before the epoch was raised.
+// marked: the acquire brings what was stored before the epoch was raised.
 //
 // Why not notification.hpp: its notifier exchanges, in a word that all notifiers share; on ARMv8.0 that is a
 // loop, and its length depends on the others. Here a producer writes only its own word, by plain stores, so
 // wake() is wait-free: one store and one load, and where the sleeper sleeps one call of the kernel, which for
-// an eventfd never waits. The signal must be kept for the next wait, as an eventfd does: the sleeper may
-// still be on its way.
+// an eventfd never waits. The signal must last until the next wait, as that of an eventfd does: the sleeper
+// may still be on its way.
 #pragma once
 #include <cstdint>
 #include <utility>
