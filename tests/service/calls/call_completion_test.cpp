@@ -31,29 +31,6 @@ struct call_completion_test : call_parts::call_parts {
   call_completion_test() { state.pair_rows[{0}] = {.attached = true, .generation = 1}; }
 };
 
-TEST_F(call_completion_test, puts_no_call_on_the_wheel_that_ends_in_its_cycle) {
-  connection& caller = join(0);
-  completion.complete(ask(caller, handle, cycle.now + 1s), "{}");
-  completion.arm_open();
-  EXPECT_EQ(due.next_wake(), rowe::rt::never);
-}
-
-TEST_F(call_completion_test, puts_the_others_there_at_the_end_of_their_cycle) {
-  connection& caller = join(0);
-  const auto index = ask(caller, handle, cycle.now + 1s);
-  EXPECT_EQ(due.next_wake(), rowe::rt::never);
-  completion.arm_open();
-  cycle.now += 2s;
-  const auto late = due.take_due(cycle.now);
-  ASSERT_TRUE(late);
-  EXPECT_EQ(late->what, timer::call);
-  EXPECT_EQ(late->index, index.value);
-  completion.time_out(index);
-  EXPECT_EQ(counts.read(counter::calls_timed_out), 1U);
-  ASSERT_EQ(replies(caller).size(), 1U);
-  EXPECT_NE(replies(caller)[0].find("did not answer in time"), std::string::npos);
-}
-
 TEST_F(call_completion_test, lets_a_call_without_any_time_end_in_its_cycle) {
   ask(join(0), handle, cycle.now);
   const auto late = due.take_due(cycle.now + rowe::rt::timer_wheel::tick);
@@ -101,21 +78,6 @@ TEST_F(call_completion_test, fails_what_a_handle_was_to_answer_that_is_gone) {
   completion.forget_pair({0});
   ASSERT_EQ(replies(caller).size(), 1U);
   EXPECT_NE(replies(caller)[0].find("/add"), std::string::npos); // there is no such service
-}
-
-TEST_F(call_completion_test, lets_a_peer_ask_so_many_and_gives_the_share_back) {
-  connection& caller = join(0);
-  std::uint32_t asked = 0;
-  for (; calls.admits({0}); ++asked) ASSERT_TRUE(ask(caller, handle, rowe::rt::never, {}));
-  EXPECT_EQ(calls.open_calls_of({0}), asked);
-  EXPECT_LE(asked, bounds.calls_per_connection_max);
-  connection& late = join(1);
-  EXPECT_TRUE(calls.admits({1})); // its claim was kept
-  ask(late, handle);
-  completion.forget(caller.id);
-  EXPECT_EQ(calls.open_calls_of({0}), 0U);
-  EXPECT_EQ(calls.open_calls_of({1}), 1U);
-  EXPECT_TRUE(calls.admits({0}));
 }
 
 } // namespace

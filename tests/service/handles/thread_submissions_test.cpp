@@ -41,17 +41,6 @@ struct thread_submissions_test : all_parts::all_parts {
   }
 };
 
-TEST_F(thread_submissions_test, give_their_slots_back_when_they_are_taken) {
-  connection& peer = connect();
-  for (int i = 0; i < 20; ++i) {
-    ASSERT_TRUE(submit("{}", ref(peer)));
-    submitted.take();
-    (void)hear(peer);
-  }
-  EXPECT_TRUE(submissions.all_free());
-  EXPECT_TRUE(submitted.drained());
-}
-
 TEST_F(thread_submissions_test, keep_their_order_while_they_are_parked) {
   connection& slow = connect();
   block(slow);
@@ -71,12 +60,6 @@ TEST_F(thread_submissions_test, keep_their_order_while_they_are_parked) {
   EXPECT_LT(all.find("{\"n\":1}"), all.find("{\"n\":2}"));
   EXPECT_NE(all.find("{\"n\":2}"), all.npos);
   EXPECT_TRUE(submissions.all_free());
-}
-
-TEST_F(thread_submissions_test, tell_of_room_once_where_it_came) {
-  EXPECT_FALSE(submitted.notify_room(false));
-  EXPECT_TRUE(submitted.notify_room(true));
-  EXPECT_FALSE(submitted.notify_room(false));
 }
 
 } // namespace

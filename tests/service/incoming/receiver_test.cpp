@@ -69,35 +69,6 @@ struct receiver_test : state_fixture::state_fixture {
   void TearDown() override { EXPECT_TRUE(inbox.check()); }
 };
 
-TEST_F(receiver_test, is_the_shared_inbox_where_no_handle_receives) {
-  EXPECT_FALSE(inbox.pair());
-  EXPECT_FALSE(inbox.is_there()) << "until a thread has received";
-  EXPECT_FALSE(threads_inbox.try_receive(cycle.now));
-  EXPECT_TRUE(inbox.is_there());
-}
-
-TEST_F(receiver_test, is_the_handle_that_was_attached_first) {
-  attach(2, 1, false);
-  attach(1, 2);
-  attach(0, 3);
-  EXPECT_EQ(inbox.pair(), pair_index{1});
-  detach(1);
-  EXPECT_EQ(inbox.pair(), pair_index{0});
-  detach(0);
-  EXPECT_FALSE(inbox.pair());
-}
-
-TEST_F(receiver_test, has_room_again_for_a_peer_whose_message_was_released) {
-  (void)threads_inbox.try_receive(cycle.now);
-  join(0);
-  (void)deliver_all(0);
-  ASSERT_EQ(inbox.admit({0}), admission::later);
-  for (int i = 0; i < 3; ++i) take();
-  inbox.mark_released();
-  inbox.count_released(0);
-  EXPECT_EQ(inbox.admit({0}), admission::now);
-}
-
 // The answer may be among those.
 TEST_F(receiver_test, charges_a_peer_until_all_that_was_submitted_before_the_release_is_taken) {
   (void)threads_inbox.try_receive(cycle.now);
@@ -123,19 +94,6 @@ TEST_F(receiver_test, charges_a_peer_for_answers_that_are_parked_on_the_way_to_i
   EXPECT_EQ(inbox.admit({0}), admission::later);
   inbox.begin_answers();
   EXPECT_EQ(inbox.admit({0}), admission::now);
-}
-
-TEST_F(receiver_test, that_takes_nothing_for_long_is_absent) {
-  (void)threads_inbox.try_receive(cycle.now);
-  join(0);
-  (void)deliver_all(0);
-  cycle.now += rowe::service::receiver_absent_after;
-  EXPECT_EQ(inbox.admit({0}), admission::later);
-  cycle.now += 1ms;
-  EXPECT_EQ(inbox.admit({0}), admission::never);
-  take();
-  inbox.look();
-  EXPECT_NE(inbox.admit({0}), admission::never) << "it takes again";
 }
 
 } // namespace

@@ -124,43 +124,6 @@ struct outbox_test : state_fixture::state_fixture {
   }
 };
 
-TEST_F(outbox_test, takes_no_more_memory_than_it_says) {
-  EXPECT_EQ(memory.bytes_used() - used_before, rowe::service::message_store::footprint_bytes(bounds) +
-                                                   rowe::service::outbox::footprint_bytes(bounds));
-}
-
-TEST_F(outbox_test, frees_the_slot_when_the_last_peer_was_given_it) {
-  const auto odom = topic("/odom");
-  const auto first = subscribe(join(0), odom), second = subscribe(join(1), odom);
-  publish(odom, "{}");
-  write(first);
-  EXPECT_EQ(store.slots().in_use(), 1U);
-  write(second);
-  EXPECT_EQ(store.slots().in_use(), 0U);
-}
-
-TEST_F(outbox_test, takes_who_has_nothing_left_off_the_ready_list) {
-  const auto peer = join(0);
-  const auto a = subscribe(peer, topic("/a"));
-  publish(topics.find("/a"), "a");
-  write(a);
-  queues.rotate_ready(peer);
-  EXPECT_TRUE(ready(peer).empty());
-}
-
-TEST_F(outbox_test, takes_the_oldest_from_whoever_holds_most_where_all_slots_are_taken) {
-  const auto hoarder = join(0), modest = join(1);
-  const auto much = topic("/much"), little = topic("/little");
-  const auto of_hoarder = subscribe(hoarder, much), of_modest = subscribe(modest, little);
-  publish(little, "kept");
-  for (char i = 'a'; i < 'a' + 7; ++i) publish(much, std::string(1, i));
-  ASSERT_EQ(store.slots().free_for_all(rowe::service::slot_class::small), 0U);
-  publish(much, "new");
-  EXPECT_EQ(waiting(of_modest), std::vector<std::string>{"kept"});
-  EXPECT_EQ(waiting(of_hoarder).front(), "b");
-  EXPECT_EQ(counts.read(counter::evicted), 1U);
-}
-
 TEST_F(outbox_test, takes_nothing_from_who_comes_to_the_place_of_one_that_held_most) {
   auto place = join(0);
   const auto hoarder = join(1), other = join(2);
@@ -191,56 +154,6 @@ TEST_F(outbox_test, says_whose_reply_was_evicted_to_whoever_tracks_it) {
 struct outbox_with_many_slots : outbox_test {
   outbox_with_many_slots() : outbox_test{few(100)} {}
 };
-
-TEST_F(outbox_with_many_slots, has_fewer_places_for_replies_to_a_peer_that_does_not_read) {
-  const auto reader = join(0), other = join(1);
-  out.of(other).blocked = true;
-  std::uint32_t to_reader = 0, to_other = 0;
-  for (int i = 0; i < 80; ++i) {
-    to_reader += reply(reader, "x");
-    to_other += reply(other, "x");
-    write_replies(reader, 1);
-  }
-  EXPECT_EQ(to_reader, 80U);
-  EXPECT_EQ(to_other, rowe::service::replies_max_backpressured);
-  EXPECT_EQ(counts.read(counter::outbox_full), 80U - to_other);
-}
-
-TEST_F(outbox_test, owes_a_latched_value_until_it_can_be_written) {
-  const auto map = topic("/map");
-  ASSERT_TRUE(state.latches.keep(topics.at(map).latched, "{\"map\":1}",
-                                 {rowe::service::latch_owner::kind::handle, 0}, cycle.now, rowe::rt::never));
-  const auto peer = join(0);
-  const auto of = subscribe(peer, map);
-  queues.schedule_latched(of);
-  EXPECT_EQ(out.of(peer).latched_pending, 1U);
-  EXPECT_EQ(store.slots().in_use(), 0U); // no slot yet
-  queues.place_pending_latched(peer);
-  EXPECT_EQ(waiting(of), std::vector<std::string>{"{\"map\":1}"});
-  EXPECT_EQ(out.of(peer).latched_pending, 0U);
-}
-
-TEST_F(outbox_test, gives_everything_back_when_a_subscription_ends) {
-  const auto peer = join(0);
-  const auto of = subscribe(peer, topic("/a"), 100, 4);
-  for (int i = 0; i < 3; ++i) publish(topics.find("/a"), "a");
-  queues.drop(of);
-  EXPECT_EQ(store.slots().in_use(), 0U);
-  EXPECT_EQ(counts.read(counter::lost_with_peer), 3U);
-  subscriptions.remove(of);
-}
-
-TEST_F(outbox_test, gives_everything_back_when_a_peer_goes) {
-  const auto peer = join(0);
-  ASSERT_TRUE(reply(peer, "x"));
-  const auto slot =
-      out.compose(rowe::service::message_lifetime{}, [](rowe::json::writer& into) { into.append("y"); });
-  ASSERT_TRUE(out.push_direct(peer, priority::normal, slot));
-  store.release(slot);
-  out.forget(peer);
-  EXPECT_EQ(store.slots().in_use(), 0U);
-  EXPECT_EQ(counts.read(counter::lost_with_peer), 2U);
-}
 
 } // namespace
 } // namespace outbox_test

@@ -116,27 +116,6 @@ TEST_F(own_pages, have_gauges_of_peers_topics_the_stop_and_the_time) {
   EXPECT_EQ(after.at("rowe_uptime_seconds"), "10.001000000");
 }
 
-TEST_F(own_pages, say_whether_loops_may_move) {
-  auto& loop = on.offer_now(rowe::detail::latch_request({.name = "loop"}));
-  EXPECT_EQ(samples().at("rowe_stop_in_use"), "1");
-  EXPECT_EQ(samples().at("rowe_stopped"), "1"); // a robot starts stopped
-  rowe::stop_latch latch{core_harness::handle_of(loop)};
-  EXPECT_TRUE(latch.engaged());
-}
-
-TEST_F(own_pages, fit_into_their_buffer_with_the_largest_figures) {
-  for (std::size_t i = 0; i < counter_descriptions.size(); ++i)
-    on.shared.counts.set(static_cast<counter>(i), UINT64_MAX);
-  const http_answer answer = get("/metrics");
-  EXPECT_LE(answer.body.size(), metrics_report::bytes_max);
-  EXPECT_GT(answer.body.size(), metrics_report::bytes_max * 3 / 4) << "the buffer is larger than it need be";
-}
-
-TEST_F(own_pages, leave_other_paths_to_the_page) {
-  EXPECT_EQ(get("/").status, 404); // the harness has none
-  EXPECT_EQ(get("/metrics/").status, 404);
-}
-
 // ---- health
 
 TEST_F(own_pages, are_ok_while_cycles_advance) {
@@ -158,12 +137,6 @@ TEST_F(own_pages, say_for_a_while_that_no_cycle_began) {
   EXPECT_EQ(get("/healthz").status, 200);
 }
 
-TEST_F(own_pages, say_that_the_endpoint_is_closing) {
-  on.core.close_all(on.now);
-  EXPECT_EQ(get("/healthz").status, 503);
-  EXPECT_EQ(text("/healthz"), "the endpoint is closing\n");
-}
-
 // ---- rights
 
 rowe::endpoint_options with_roles() {
@@ -181,28 +154,6 @@ struct own_pages_with_roles : own_pages {
   }
 };
 
-TEST_F(own_pages_with_roles, need_the_right_to_call_for_the_statistics) {
-  EXPECT_EQ(asked_by("scraper-shows-this-token"), 0);
-  EXPECT_EQ(asked_by(""), 401);
-  EXPECT_EQ(asked_by("mallory-shows-this-token"), 401);
-  EXPECT_EQ(asked_by("scraper-shows-this-token", "/metrics", true), 401); // not a token for URLs
-  EXPECT_EQ(on.count(counter::denied), 0U);
-  EXPECT_EQ(asked_by("arm-shows-this-token"), 403);
-  EXPECT_EQ(on.count(counter::denied), 1U);
-}
-
-TEST_F(own_pages_with_roles, name_the_role_and_the_right_that_is_missing) {
-  const auto refused =
-      may_read({.address = "10.0.0.7:1", .path = "/metrics", .token = "arm-shows-this-token"});
-  EXPECT_EQ(refused.value, "arm, role arm, has no right to call /rowe/stats");
-  EXPECT_EQ(refused.what, "%");
-}
-
-TEST_F(own_pages_with_roles, keep_health_and_the_page_open) {
-  EXPECT_EQ(asked_by("", "/healthz"), 0);
-  EXPECT_EQ(asked_by("", "/"), 0);
-}
-
 TEST_F(own_pages_with_roles, let_those_log_in_whose_token_is_known) {
   const auto typed = [&](std::string_view token, std::string_view address = "10.0.0.7:1") {
     return may_read({.address = address, .path = "/rowe/login", .token = token, .typed_in = true}).status;
@@ -213,23 +164,6 @@ TEST_F(own_pages_with_roles, let_those_log_in_whose_token_is_known) {
   EXPECT_EQ(typed(""), 400);
   EXPECT_EQ(asked_by("", "/rowe/login"), 0) << "the form is for everybody";
   EXPECT_EQ(asked_by("mallory-shows-this-token", "/rowe/login"), 0);
-}
-
-TEST_F(own_pages_with_roles, take_no_other_proof_for_a_log_in) {
-  rowe::access_options with = with_roles().access;
-  with.local_role = "scraper";
-  with.anonymous_may_stop = true;
-  with.identities[0].certificate = "Scraper";
-  on.set_access(with);
-  EXPECT_EQ(may_read({.address = "127.0.0.1:1", .path = "/rowe/login", .token = {}, .typed_in = true}).status,
-            400);
-  EXPECT_EQ(may_read({.address = "127.0.0.1:1",
-                      .path = "/rowe/login",
-                      .token = "mallory-shows-this-token",
-                      .certificate = "Scraper",
-                      .typed_in = true})
-                .status,
-            401);
 }
 
 TEST_F(own_pages_with_roles, know_who_shows_a_certificate) {
@@ -249,17 +183,6 @@ TEST_F(own_pages_with_roles, know_who_shows_a_certificate) {
   with.identities[0].certificate = {};
   on.set_access(with);
   EXPECT_EQ(shown("Scraper"), 401);
-}
-
-TEST_F(own_pages, let_nobody_log_in_where_there_are_no_identities) {
-  const auto answer = may_read(
-      {.address = "10.0.0.7:1", .path = "/rowe/login", .token = "a-token-of-some-length", .typed_in = true});
-  EXPECT_EQ(answer.status, 409);
-  EXPECT_EQ(answer.what, "no identities are configured here");
-}
-
-TEST_F(own_pages, are_open_where_there_are_no_identities) {
-  EXPECT_EQ(may_read({.address = "10.0.0.7:1", .path = "/metrics", .token = {}}).status, 0);
 }
 
 } // namespace

@@ -59,75 +59,9 @@ struct calls_of_one_peer : call_table_test {
   }
 };
 
-TEST_F(call_table_test, takes_no_more_memory_than_it_says) {
-  EXPECT_EQ(memory.bytes_used(), call_table::footprint_bytes(bounds));
-}
-
-TEST_F(call_table_test, finds_no_call_that_has_ended_although_its_place_is_taken_again) {
-  const call_index first = calls.open(peer(0), "\"1\"", "/add");
-  const call_ref ref = calls.ref(first);
-  ASSERT_EQ(calls.find(ref), &calls.at(first));
-  calls.close(first);
-  EXPECT_EQ(calls.find(ref), nullptr);
-  const call_index next = calls.open(peer(0), "\"1\"", "/add");
-  ASSERT_EQ(next, first) << "the place that was used last is used again";
-  EXPECT_EQ(calls.find(ref), nullptr);
-  EXPECT_EQ(calls.find(calls.ref(next)), &calls.at(next));
-}
-
 TEST_F(call_table_test, finds_no_call_beyond_its_end) {
   EXPECT_EQ(calls.find({bounds.calls_max, 1}), nullptr);
   EXPECT_EQ(calls.find({UINT32_MAX, 1}), nullptr);
-}
-
-// 0 in a reference says that there is no call.
-TEST_F(call_table_test, leaves_out_the_generation_that_means_no_call) {
-  const call_index index = open_own();
-  calls.at(index).generation = UINT32_MAX;
-  calls.close(index);
-  const call_index again = open_own();
-  ASSERT_EQ(again, index);
-  EXPECT_EQ(calls.ref(again).generation, 1U);
-}
-
-TEST_F(call_table_test, tells_calls_with_the_same_id_apart_by_who_asks) {
-  const call_index of_first = calls.open(peer(0), "\"1\"", "/add");
-  const call_index of_second = calls.open(peer(1), "\"1\"", "/add");
-  EXPECT_EQ(calls.find_asked({0, 1}, "\"1\""), of_first);
-  EXPECT_EQ(calls.find_asked({1, 1}, "\"1\""), of_second);
-  EXPECT_FALSE(calls.find_asked({2, 1}, "\"1\""));
-  for (std::uint32_t later = 2; later < 200; ++later) // some of them find the same bucket
-    EXPECT_FALSE(calls.find_asked({0, later}, "\"1\"")) << "who connects there later asked for nothing";
-  EXPECT_FALSE(calls.find_asked({0, 1}, "1")) << "a number is no string";
-}
-
-// So many calls share some of the buckets.
-TEST_F(call_table_test, finds_the_others_whichever_call_ends) {
-  std::vector<std::pair<std::string, call_index>> open;
-  for (int i = 0; i < 18; ++i) {
-    const std::string id = std::to_string(i);
-    open.emplace_back(id, calls.open(peer(static_cast<std::uint32_t>(i % 2)), id, "/add"));
-  }
-  ASSERT_TRUE(calls.check());
-  const auto by = [](const std::string& id) {
-    return connection_id{static_cast<std::uint32_t>(std::stoi(id) % 2), 1};
-  };
-  while (!open.empty()) {
-    const auto ends = open.begin() + static_cast<std::ptrdiff_t>(open.size() * 2 / 3);
-    const std::string id = ends->first;
-    calls.close(ends->second);
-    open.erase(ends);
-    EXPECT_FALSE(calls.find_asked(by(id), id)) << id;
-    for (const auto& [other, index] : open) EXPECT_EQ(calls.find_asked(by(other), other), index) << other;
-    ASSERT_TRUE(calls.check());
-  }
-}
-
-TEST_F(call_table_test, finds_no_call_by_an_id_that_it_does_not_have) {
-  (void)calls.open(peer(0), {}, "/add");
-  EXPECT_FALSE(calls.find_asked({0, 1}, {})) << "there may be several without one";
-  (void)calls.open(peer(0), std::string(rowe::service::call_id_bytes_max + 1, 'x'), "/add");
-  EXPECT_FALSE(calls.find_asked({0, 1}, std::string(rowe::service::call_id_bytes_max + 1, 'x')));
 }
 
 TEST_F(call_table_test, keeps_texts_as_long_as_they_may_be_and_none_that_are_longer) {
@@ -138,61 +72,6 @@ TEST_F(call_table_test, keeps_texts_as_long_as_they_may_be_and_none_that_are_lon
   EXPECT_EQ(calls.service(longest), name);
   EXPECT_EQ(calls.id_raw(longer), "");
   EXPECT_EQ(calls.service(longer), "");
-}
-
-TEST_F(call_table_test, leaves_each_peer_its_claim) {
-  const int of_first = open_all(0);
-  EXPECT_GT(of_first, 3) << "what nobody claims is for who comes first";
-  for (std::uint32_t i = 1; i < 4; ++i) EXPECT_GE(open_all(i), 3) << i;
-}
-
-TEST_F(call_table_test, has_calls_for_this_process_whatever_peers_hold) {
-  for (std::uint32_t i = 0; i < 4; ++i) (void)open_all(i);
-  std::uint32_t own = 0;
-  while (open_own()) ++own;
-  EXPECT_GE(own, bounds.calls_max / 4);
-  EXPECT_EQ(calls.in_flight(), bounds.calls_max);
-}
-
-TEST_F(call_table_test, counts_no_call_of_this_process_for_a_peer) {
-  call_endpoint handle = call_endpoint::of(rowe::service::pair_index{0}, 1);
-  (void)calls.open(handle, {}, "/add");
-  EXPECT_EQ(calls.open_calls_of({0}), 0U);
-  EXPECT_EQ(calls.in_flight(), 1U);
-}
-
-TEST_F(calls_of_one_peer, are_so_many_at_most_until_one_ends) {
-  EXPECT_EQ(open_all(0), 5);
-  const call_index one = calls.find_asked({0, 1}, "\"2\"");
-  ASSERT_TRUE(one);
-  calls.close(one);
-  EXPECT_EQ(calls.open_calls_of({0}), 4U);
-  EXPECT_TRUE(calls.admits({0}));
-}
-
-TEST_F(call_table_test, gives_a_peer_back_its_share_when_its_calls_end) {
-  const int before = open_all(0);
-  for (const call_index i : calls.ids()) {
-    if (calls.at(i).open) calls.close(i);
-    ASSERT_TRUE(calls.check());
-  }
-  EXPECT_EQ(open_all(0), before);
-}
-
-TEST_F(call_table_test, reads_the_ids_that_it_wrote) {
-  (void)open_own();
-  const call_index index = open_own();
-  const auto meant = calls.read_id(id_of(index));
-  ASSERT_TRUE(meant);
-  EXPECT_EQ(calls.find(*meant), &calls.at(index));
-  EXPECT_NE(id_of(index, 3), id_of(index, 4)) << "of another connection";
-}
-
-// A peer may answer what an earlier run of this program asked.
-TEST_F(call_table_test, reads_no_id_of_another_run) {
-  const std::string id = id_of(open_own());
-  calls.begin(0xBEEF);
-  EXPECT_FALSE(calls.read_id(id));
 }
 
 TEST_F(call_table_test, reads_no_id_that_is_changed_in_any_way) {

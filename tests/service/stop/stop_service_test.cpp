@@ -115,75 +115,6 @@ TEST_F(stop_service_test, answers_in_vain_when_the_time_for_it_is_over) {
   EXPECT_EQ(arrived(peer), "") << "once";
 }
 
-TEST_F(stop_service_test, answers_at_once_when_the_loops_have_acknowledged_before) {
-  connection& peer = arrive();
-  start();
-  ask(peer, "\"1\"");
-  acknowledge();
-  (void)arrived(peer);
-  ask(peer, "\"2\"");
-  EXPECT_TRUE(observed(arrived(peer)));
-}
-
-TEST_F(stop_service_test, answers_in_the_order_of_the_stops_however_many_there_were) {
-  connection& first = arrive();
-  connection& second = arrive();
-  for (int round = 0; round < 20; ++round) { // more than there are places, so these are used again
-    start();
-    ask(first, "\"a\"");
-    ask(second, "\"x\"");
-    ask(first, "\"b\"");
-    EXPECT_TRUE(stop.check());
-    acknowledge();
-    const std::string answers = arrived(first);
-    EXPECT_LT(answers.find("\"a\""), answers.find("\"b\"")) << round;
-    EXPECT_EQ(count_of(answers, "\"observed_ns\":\""), 2);
-    EXPECT_EQ(count_of(arrived(second), "\"x\""), 1);
-  }
-}
-
-TEST_F(stop_service_test, lets_so_many_stops_of_one_peer_wait_and_answers_more_at_once) {
-  connection& peer = arrive();
-  connection& other = arrive();
-  for (int round = 0; round < 2; ++round) { // the share is given back
-    start();
-    for (int i = 0; i < rowe::service::stops_awaited_per_peer; ++i) ask(peer, "\"waits\"");
-    EXPECT_EQ(arrived(peer), "");
-    ask(peer, "\"more\"");
-    const std::string answer = arrived(peer);
-    EXPECT_NE(answer.find("\"more\""), answer.npos);
-    EXPECT_FALSE(observed(answer));
-    ask(other, "\"1\"");
-    EXPECT_EQ(arrived(other), "") << "it has a share of its own";
-    acknowledge();
-    EXPECT_EQ(count_of(arrived(peer), "\"waits\""), rowe::service::stops_awaited_per_peer);
-    EXPECT_TRUE(observed(arrived(other)));
-  }
-}
-
-TEST_F(stop_service_test, tells_nothing_to_the_next_peer_at_the_same_place) {
-  connection& gone = arrive();
-  start();
-  ask(gone, "\"1\"");
-  ask(gone, "\"2\"");
-  const connection_id before = gone.id;
-  transport.peer_closes(before);
-  (void)arrived(gone); // which the transport reports
-  leave(gone);
-  EXPECT_TRUE(stop.check());
-  connection& next = arrive();
-  ASSERT_EQ(next.id.index, before.index);
-  ASSERT_NE(next.id.generation, before.generation);
-  ask(next, "\"3\"");
-  ask(next, "\"4\"");
-  EXPECT_EQ(arrived(next), "") << "both wait: it has the whole share";
-  EXPECT_TRUE(stop.check());
-  acknowledge();
-  const std::string answers = arrived(next);
-  EXPECT_EQ(count_of(answers, "\"values\""), 2) << answers;
-  EXPECT_EQ(count_of(answers, "\"1\""), 0);
-}
-
 TEST_F(stop_service_test, lets_as_many_of_this_process_wait_as_there_are_places) {
   start();
   const auto places = bounds.connections_max + rowe::service::stops_awaited_of_process;
@@ -205,32 +136,6 @@ TEST_F(stop_service_test, answers_no_call_that_has_ended_while_it_waited) {
   acknowledge();
   EXPECT_EQ(calls.in_flight(), 1U);
   completion.complete(next, "{}");
-}
-
-TEST_F(stop_service_test, answers_nobody_who_wants_no_answer) {
-  connection& peer = arrive();
-  start();
-  peer.spoke_last = peer.protocol->topics.id();
-  stop.carry_out_unanswered(peer, R"({"source":"hand"})");
-  EXPECT_FALSE(look(false));
-  EXPECT_EQ(rules.source(), "hand");
-  acknowledge();
-  EXPECT_EQ(arrived(peer), "");
-}
-
-TEST_F(stop_service_test, answers_a_call_with_too_long_an_id_without_it) {
-  connection& peer = arrive();
-  start();
-  rowe::wire::request asked;
-  asked.codec = peer.protocol->topics.id();
-  const std::string id = '"' + std::string(rowe::service::call_id_bytes_max, 'x') + '"';
-  asked.id_raw = id;
-  stop.carry_out_call(peer, asked, stop_verb::stop);
-  EXPECT_FALSE(look(false)) << "it stops all the same";
-  acknowledge();
-  const std::string answer = arrived(peer);
-  EXPECT_TRUE(observed(answer));
-  EXPECT_EQ(answer.find("xxx"), answer.npos);
 }
 
 TEST_F(stop_service_test, looks_often_at_first_and_then_less_while_somebody_waits) {

@@ -47,29 +47,6 @@ struct broker_of_hub : broker_test {
   broker_of_hub() : broker_test{true} {}
 };
 
-TEST_F(broker_test, encodes_a_value_once_for_all_who_want_it) {
-  std::vector<connection*> all;
-  for (std::uint32_t i = 0; i < 3; ++i) subscribe(*all.emplace_back(&join(i)), "/odom");
-  publish(topics.find("/odom"), R"({"x":1})");
-  EXPECT_EQ(encoded, 1);
-  EXPECT_EQ(store.slots().in_use(), 1U) << "all queues hold the same slot";
-  for (const connection* one : all)
-    EXPECT_EQ(waiting(*one, topics.find("/odom")), std::vector<std::string>{R"({"x":1})"});
-}
-
-TEST_F(broker_test, encodes_nothing_that_nobody_wants) {
-  publish(hold_as_own("/odom"), "{}");
-  EXPECT_EQ(encoded, 0);
-  EXPECT_EQ(counts.read(counter::no_peer), 1U);
-}
-
-TEST_F(broker_test, encodes_nothing_that_is_out_of_date) {
-  subscribe(join(0), "/odom");
-  publish(topics.find("/odom"), "{}", {}, cycle.now - 1ms);
-  EXPECT_EQ(encoded, 0);
-  EXPECT_EQ(counts.read(counter::expired), 1U);
-}
-
 TEST_F(broker_test, encodes_nothing_that_all_who_listen_have_throttled) {
   connection& peer = join(0);
   request asked = of(peer, "/odom");
@@ -83,19 +60,6 @@ TEST_F(broker_test, encodes_nothing_that_all_who_listen_have_throttled) {
   cycle.now += 1ms;
   publish(topic, R"({"n":2})");
   EXPECT_EQ(waiting(peer, topic), std::vector<std::string>{R"({"n":2})"});
-}
-
-TEST_F(broker_of_hub, passes_it_back_to_who_published_it_if_that_one_subscribes) {
-  connection& peer = join(0);
-  subscribe(peer, "/chat");
-  relay(peer, "/chat", "{}");
-  EXPECT_EQ(waiting(peer, topics.find("/chat")).size(), 1U);
-}
-
-TEST_F(broker_of_hub, has_no_topic_for_what_nobody_asked_for) {
-  relay(join(0), "/chat", "{}");
-  EXPECT_EQ(topics.count(), 0U);
-  EXPECT_EQ(counts.read(counter::no_peer), 1U);
 }
 
 } // namespace

@@ -127,48 +127,5 @@ TEST_F(own_types, agree_with_what_services_answer) {
   }
 }
 
-TEST_F(own_types, agree_with_what_topics_say) {
-  stoppable_loop loop{on};
-  const auto speed = open_parameter<double>(on, "/speed", 0.5, {0.0, 1.0});
-  peer& boss = comes("supervisor");
-  for (const auto& own : rowe::service::own_topic_types()) {
-    boss.say(R"({"op":"subscribe","topic":")" + std::string{own.name} + "\"}");
-    std::string message;
-    for (int i = 0; i < 400 && message.empty(); ++i) {
-      on.cycle(std::chrono::milliseconds{5});
-      for (const std::string& one : boss.hear()) {
-        const auto topic = json::find(json::root(one).raw, "topic");
-        if (topic && json::text_is(*topic, own.name))
-          message = std::string{json::find(json::root(one).raw, "msg")->raw};
-      }
-    }
-    ASSERT_FALSE(message.empty()) << own.name;
-    EXPECT_EQ(object_fault(message, *own.message, ""), "") << own.name << ": " << message;
-  }
-}
-
-TEST_F(own_types, are_told_to_ros_clients) {
-  peer& boss = comes("supervisor");
-  EXPECT_EQ(values_of(call(boss, "/rosapi/topic_type", R"({"topic":"/rowe/stats"})")),
-            R"({"type":"rowe/Stats"})");
-  EXPECT_EQ(values_of(call(boss, "/rosapi/service_type", R"({"service":"rosapi/topics"})")),
-            R"({"type":"rosapi/Topics"})");
-  EXPECT_EQ(values_of(call(boss, "/rosapi/service_type", R"({"service":"/rowe/stop"})")), R"({"type":""})")
-      << "nothing here can be stopped";
-  EXPECT_EQ(values_of(call(boss, "/rosapi/service_response_details", R"({"type":"rosapi/Topics"})")),
-            R"({"typedefs":[{"type":"rosapi/Topics","fieldnames":["topics","types","left_out"],)"
-            R"("fieldtypes":["string","string","uint32"],"fieldarraylen":[0,0,-1],)"
-            R"("examples":["[]","[]","0"],"constnames":[],"constvalues":[]}]})");
-  EXPECT_EQ(values_of(call(comes("asker"), "/rosapi/service_type", R"({"service":"/rosapi/set_param"})")),
-            R"({"type":""})");
-}
-
-TEST_F(own_types, do_not_keep_handles_of_other_types_from_reading) {
-  auto& pair =
-      on.offer(rowe::detail::pair_kind::subscribe_text, "/rowe/stats", 4096, {}, nullptr, "my/Stats");
-  on.cycle();
-  EXPECT_EQ(pair.lifecycle.look(), rowe::detail::pair_phase::active);
-}
-
 } // namespace
 } // namespace own_types_test

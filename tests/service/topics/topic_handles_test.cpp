@@ -67,72 +67,6 @@ struct topic_handles_of_client : topic_handles_test {
   topic_handles_of_client() : topic_handles_test{side::client} {}
 };
 
-TEST_F(topic_handles_test, hold_their_topic_while_they_are_attached) {
-  const pair_index writer = attach(pair_kind::publish_text, "/odom");
-  const pair_index reader = attach(pair_kind::subscribe_text, "odom"); // the same
-  EXPECT_EQ(topics.count(), 1U);
-  detach(writer);
-  EXPECT_EQ(topics.count(), 1U);
-  detach(reader);
-  EXPECT_EQ(topics.count(), 0U);
-}
-
-TEST_F(topic_handles_test, take_a_place_back_from_a_peer_and_none_from_another_handle) {
-  connection& peer = join(0);
-  connection& other = join(1);
-  for (int i = 0; topics.count() < bounds.topics_max && i < 64; ++i) {
-    advertise(peer, "/p" + std::to_string(i));
-    advertise(other, "/q" + std::to_string(i));
-  }
-  for (int i = 0; topics.count() < bounds.topics_max; ++i) hold_as_own("/own" + std::to_string(i));
-  const pair_index late = offer_to(pair_kind::publish_text, "/late");
-  EXPECT_TRUE(handles.attach(late));
-  EXPECT_TRUE(topics.find("/late"));
-  EXPECT_EQ(topics.count(), bounds.topics_max);
-  for (int i = 0; i < 64; ++i) { // until only this process has topics
-    const topic_id more = topics.find_or_add("/more" + std::to_string(i));
-    if (more)
-      topics.hold_as_own(more);
-    else if (!writers.take_back_topic())
-      break;
-  }
-  const pair_index last = offer_to(pair_kind::publish_text, "/last");
-  const rowe::status done = handles.attach(last);
-  ASSERT_EQ(done.code(), errc::too_many_topics);
-  EXPECT_EQ(done.error().limit, bounds.topics_max);
-  EXPECT_FALSE(state.pair_rows[last].attached);
-}
-
-TEST_F(topic_handles_test, of_two_types_cannot_share_a_topic) {
-  const pair_index first = attach(pair_kind::publish_text, "/odom", "a/Type");
-  const pair_index second = offer_to(pair_kind::subscribe_text, "/odom", "b/Type");
-  EXPECT_EQ(handles.attach(second).code(), errc::type_conflict);
-  EXPECT_FALSE(state.pair_rows[second].attached);
-  const auto happened = events();
-  ASSERT_EQ(happened.size(), 1U);
-  const std::string_view what{happened[0].what};
-  EXPECT_NE(what.find("a/Type"), what.npos);
-  EXPECT_NE(what.find("b/Type"), what.npos);
-  EXPECT_EQ(topics.type(topics.find("/odom")), "a/Type");
-  detach(first);
-  EXPECT_EQ(topics.count(), 0U) << "the one that was refused holds nothing";
-}
-
-TEST_F(topic_handles_test, get_what_is_published_until_they_are_detached) {
-  const pair_index first = attach(pair_kind::subscribe_text, "/chat");
-  const pair_index second = attach(pair_kind::subscribe_text, "/chat");
-  publish("/chat", "{\"n\":1}");
-  EXPECT_EQ(next(first), "{\"n\":1}");
-  EXPECT_EQ(next(second), "{\"n\":1}");
-  detach(first); // which is not the first in the list
-  publish("/chat", "{\"n\":2}");
-  EXPECT_EQ(next(second), "{\"n\":2}");
-  const pair_index again = attach(pair_kind::subscribe_text, "/chat");
-  detach(again); // which is
-  publish("/chat", "{\"n\":3}");
-  EXPECT_EQ(next(second), "{\"n\":3}");
-}
-
 TEST_F(topic_handles_test, know_whether_anybody_listens) {
   const pair_index writer = attach(pair_kind::publish_text, "/odom");
   EXPECT_EQ(advice(writer), audience::nobody);
@@ -163,22 +97,6 @@ TEST_F(topic_handles_test, give_more_at_once_only_where_everybody_has_room) {
 }
 
 // ---- as a client
-
-TEST_F(topic_handles_of_client, are_announced_by_the_first_of_their_kind_and_ended_by_the_last) {
-  connection& server = join(0);
-  const pair_index first = attach(pair_kind::publish_text, "odom", "a/Type");
-  ASSERT_EQ(told(server).size(), 1U);
-  EXPECT_TRUE(was_told(server, R"("op":"advertise")"));
-  EXPECT_TRUE(was_told(server, R"("topic":"odom")")) << "as it calls the topic";
-  const pair_index second = attach(pair_kind::publish_text, "/odom", "a/Type");
-  EXPECT_EQ(told(server).size(), 1U);
-  detach(first);
-  EXPECT_EQ(told(server).size(), 1U);
-  detach(second);
-  ASSERT_EQ(told(server).size(), 2U);
-  EXPECT_NE(told(server)[1].find(R"("op":"unadvertise")"), std::string::npos);
-  EXPECT_NE(told(server)[1].find(R"("topic":"odom")"), std::string::npos) << "and still does";
-}
 
 } // namespace
 } // namespace topic_handles_test

@@ -67,37 +67,6 @@ struct long_pages : core_test {
   void TearDown() override { EXPECT_EQ(on.core.inconsistency(), ""); }
 };
 
-TEST_F(long_pages, have_all_of_a_latched_value) {
-  peer robot{on};
-  const std::string map = map_of(40'000);
-  advertise(robot);
-  publish(robot, map, "/map", true);
-  const http_answer answer = get();
-  EXPECT_EQ(answer.status, 200);
-  EXPECT_EQ(answer.content_type, "application/json");
-  EXPECT_EQ(answer.cache_control, "no-store");
-  EXPECT_GE(answer.age_ms, 0);
-  EXPECT_EQ(answer.in_pieces.bytes, map.size());
-  EXPECT_TRUE(rest_of(answer) == map);
-}
-
-TEST_F(long_pages, wait_for_the_next_value_of_a_topic_that_is_not_latched) {
-  peer robot{on};
-  advertise(robot);
-  const http_answer waits = get();
-  ASSERT_TRUE(waits.later);
-  const std::string map = map_of(40'000);
-  publish(robot, map);
-  EXPECT_TRUE(rest_of(again(waits)) == map);
-  EXPECT_TRUE(rest_of(get()) == map) << "it is kept";
-  const std::string newer = map_of(50'000, 2);
-  publish(robot, newer);
-  EXPECT_TRUE(rest_of(get()) == newer);
-  publish(robot, "{}");
-  EXPECT_EQ(text_of(get()), "{}\n");
-  EXPECT_EQ(on.core.chunks_in_use(), 0U);
-}
-
 TEST_F(long_pages, give_what_they_keep_back_when_nobody_has_asked_for_a_minute) {
   peer robot{on};
   advertise(robot);
@@ -105,23 +74,6 @@ TEST_F(long_pages, give_what_they_keep_back_when_nobody_has_asked_for_a_minute) 
   publish(robot, map_of(40'000));
   EXPECT_NE(on.core.chunks_in_use(), 0U);
   on.cycles(70, 1s);
-  EXPECT_EQ(on.core.chunks_in_use(), 0U);
-}
-
-TEST_F(long_pages, send_the_value_that_they_began_with_to_its_end) {
-  peer robot{on};
-  advertise(robot);
-  const std::string map = map_of(60'000);
-  publish(robot, map, "/map", true);
-  const http_answer answer = get();
-  const auto first = answer.in_pieces.from->read_body(answer.in_pieces.which, 0);
-  const std::size_t read = first.size();
-  ASSERT_LT(read, map.size());
-  publish(robot, map_of(50'000, 2), "/map", true);
-  robot.tell(R"({"op":"unadvertise","topic":"/map"})", 3);
-  EXPECT_TRUE(rest_of(answer, read) == map.substr(read));
-  robot.leave();
-  on.cycles(3);
   EXPECT_EQ(on.core.chunks_in_use(), 0U);
 }
 
@@ -140,16 +92,6 @@ TEST_F(long_pages, are_two_at_a_time) {
   EXPECT_TRUE(rest_of(first) == map);
   EXPECT_TRUE(rest_of(get()) == map);
   EXPECT_TRUE(rest_of(second) == map);
-}
-
-TEST_F(long_pages, end_when_the_endpoint_closes) {
-  peer robot{on};
-  advertise(robot);
-  publish(robot, map_of(40'000), "/map", true);
-  const http_answer answer = get();
-  EXPECT_FALSE(answer.in_pieces.from->read_body(answer.in_pieces.which, 0).empty());
-  on.core.close_all(on.now);
-  EXPECT_EQ(rest_of(answer), "...cut");
 }
 
 // Whoever publishes, or is sent, long messages finds the room that it would find without them.
@@ -176,24 +118,6 @@ struct few_long_pages : long_pages { // a quarter of the chunks is one value
   few_long_pages() : long_pages{with_long_ones(small_options(), 4)} {}
 };
 
-TEST_F(few_long_pages, of_two_values_have_a_quarter_of_the_room) {
-  peer robot{on};
-  advertise(robot);
-  advertise(robot, "/image");
-  ASSERT_TRUE(get().later);
-  const std::string map = map_of(60'000);
-  publish(robot, map);
-  const http_answer first = get();
-  ASSERT_TRUE(get("/api/v1/topics/image").later);
-  publish(robot, map_of(30'000), "/image");
-  const http_answer other = get("/api/v1/topics/image");
-  EXPECT_EQ(other.status, 503);
-  EXPECT_EQ(other.retry_after_s, 1);
-  EXPECT_TRUE(text_of(other).find("more than a quarter of the room for long ones") != std::string::npos);
-  EXPECT_TRUE(rest_of(first) == map);
-  EXPECT_TRUE(rest_of(get("/api/v1/topics/image")) == map_of(30'000));
-}
-
 struct fewest_long_pages : long_pages { // a quarter of the chunks is less than one value
   fewest_long_pages() : long_pages{with_long_ones(small_options(), 2)} {}
 };
@@ -217,26 +141,6 @@ TEST_F(fewest_long_pages, say_how_long_a_value_is_for_which_there_is_no_room) {
 struct long_pages_with_roles : long_pages {
   long_pages_with_roles() : long_pages{with_long_ones(access_fixture::with_roles(), 8)} {}
 };
-
-TEST_F(long_pages_with_roles, end_when_the_rights_change) {
-  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/arm/a", 64 * 1024);
-  const std::string token = access_fixture::token_of("arm");
-  const auto who =
-      static_cast<rowe::service::transport_sink&>(on.core)
-          .may_read({.address = access_fixture::far, .path = "/api/v1/topics/arm/a", .token = token})
-          .who;
-  const http_answer waits = on.net.get({"/api/v1/topics/arm/a", {}, false, who}, on.core);
-  ASSERT_TRUE(waits.later);
-  const std::string map = map_of(40'000);
-  ASSERT_TRUE(publish_text(on, pair, map));
-  on.cycles(60);
-  const http_answer answer = again(waits);
-  const auto first = answer.in_pieces.from->read_body(answer.in_pieces.which, 0);
-  ASSERT_FALSE(first.empty());
-  on.set_access(access_fixture::with_roles().access);
-  on.cycle();
-  EXPECT_EQ(rest_of(answer, first.size()), "...cut");
-}
 
 } // namespace
 } // namespace topic_pages_long_test
