@@ -53,6 +53,16 @@ std::string random_text(std::size_t bytes, unsigned seed) {
   return made;
 }
 
+TEST_F(chunk_store_test, keeps_a_text_as_it_was_added) {
+  for (const std::size_t bytes : {std::size_t{1}, chunk - 1, chunk, chunk + 1, 2 * chunk}) {
+    const std::string content = random_text(bytes, static_cast<unsigned>(bytes));
+    const text_id text = text_of(content);
+    EXPECT_EQ(all_of(text), content);
+    store.release(text);
+  }
+  EXPECT_EQ(store.free(), 8U);
+}
+
 TEST_F(chunk_store_test, cuts_a_text_and_gives_back_the_chunks_that_it_needs_no_more) {
   const std::string content = random_text(4 * chunk, 1);
   for (const auto& [at, bytes] : {std::pair{std::size_t{0}, std::size_t{1}},
@@ -68,6 +78,31 @@ TEST_F(chunk_store_test, cuts_a_text_and_gives_back_the_chunks_that_it_needs_no_
     EXPECT_EQ(store.free(), 8U - store.chunks_of(text));
     EXPECT_TRUE(store.check());
     store.release(text);
+  }
+}
+
+TEST_F(chunk_store_test, loses_no_chunk_in_random_use) {
+  std::mt19937 random{7};
+  std::vector<std::pair<text_id, std::string>> held;
+  for (int i = 0; i < 5000; ++i) {
+    if (!held.empty() && random() % 2 == 0) {
+      const std::size_t which = random() % held.size();
+      EXPECT_EQ(all_of(held[which].first), held[which].second);
+      store.release(held[which].first);
+      held.erase(held.begin() + static_cast<std::ptrdiff_t>(which));
+      continue;
+    }
+    std::string content = random_text(1 + random() % (3 * chunk), static_cast<unsigned>(random()));
+    const text_id text = text_of(content, 1 + random() % 9000);
+    if (!text) continue;
+    if (random() % 2 == 0) {
+      const std::size_t at = random() % content.size();
+      const std::size_t bytes = 1 + random() % (content.size() - at);
+      store.cut(text, at, bytes);
+      content = content.substr(at, bytes);
+    }
+    held.emplace_back(text, std::move(content));
+    ASSERT_TRUE(store.check());
   }
 }
 

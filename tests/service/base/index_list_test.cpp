@@ -55,6 +55,28 @@ TEST_F(index_queue, takes_a_row_out_wherever_it_stands) {
   EXPECT_EQ(in_order(waiting), (numbers{1, 5}));
 }
 
+TEST_F(index_list, does_what_a_deque_does) {
+  std::mt19937 roll{1};
+  list of;
+  std::deque<std::uint32_t> model;
+  for (int i = 0; i < 2000; ++i) {
+    const auto which = static_cast<std::uint32_t>(roll() % many);
+    const auto found = std::find(model.begin(), model.end(), which);
+    if (found != model.end()) {
+      of.erase(all, number{which});
+      model.erase(found);
+    } else if (roll() % 2 == 0) {
+      of.push_front(all, number{which});
+      model.push_front(which);
+    } else {
+      of.push_back(all, number{which});
+      model.push_back(which);
+    }
+    ASSERT_EQ(in_order(of), numbers(model.begin(), model.end())) << i;
+    ASSERT_TRUE(right(of)) << i;
+  }
+}
+
 TEST_F(index_list, sees_links_that_do_not_agree) {
   list of;
   for (std::uint32_t i = 0; i < 3; ++i) of.push_back(all, number{i});
@@ -66,6 +88,22 @@ TEST_F(index_list, sees_links_that_do_not_agree) {
   EXPECT_FALSE(right(of));
   of.count = 3;
   EXPECT_FALSE(of.check(all, [&](const row& one) { return &one != &all[number{1}]; }));
+}
+
+TEST(index_ring, gives_everybody_a_turn_before_anybody_has_a_second_one) {
+  std::array<number, 3> places;
+  rowe::service::index_ring<number> ring{places};
+  for (std::uint32_t i = 0; i < 3; ++i) ring.push(number{i});
+  numbers turns;
+  for (int i = 0; i < 7; ++i) {
+    const number next = ring.pop();
+    turns.push_back(next.value);
+    ring.push(next);
+  }
+  EXPECT_EQ(turns, (numbers{0, 1, 2, 0, 1, 2, 0}));
+  EXPECT_EQ(ring.count(), 3U);
+  while (!ring.empty()) (void)ring.pop();
+  EXPECT_EQ(ring.count(), 0U);
 }
 
 } // namespace

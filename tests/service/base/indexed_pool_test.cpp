@@ -25,6 +25,23 @@ struct indexed_pool : testing::Test {
   table all{memory};
 };
 
+TEST_F(indexed_pool, gives_the_lowest_rows_first) {
+  pool free{all};
+  for (std::uint32_t i = 0; i < 5; ++i) EXPECT_EQ(free.take(), number{i});
+  EXPECT_TRUE(free.empty());
+  EXPECT_EQ(free.take(), number{});
+}
+
+TEST_F(indexed_pool, then_gives_the_row_that_was_given_back_last) {
+  pool free{all};
+  for (int i = 0; i < 4; ++i) (void)free.take();
+  free.give_back(number{1});
+  free.give_back(number{3});
+  EXPECT_EQ(free.take(), number{3});
+  EXPECT_EQ(free.take(), number{1});
+  EXPECT_EQ(free.take(), number{4});
+}
+
 TEST_F(indexed_pool, sees_a_link_that_was_overwritten) {
   pool free{all};
   const number one = free.take();

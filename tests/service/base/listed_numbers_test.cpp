@@ -21,5 +21,11 @@ TEST(listed_numbers, begin_anew_behind_the_last_one_and_pass_over_those_in_use) 
   EXPECT_EQ(all.newest(), 68U);
 }
 
+TEST(listed_numbers, are_newer_also_behind_the_end) {
+  EXPECT_TRUE(listed_numbers::is_newer(66, UINT32_MAX - 1));
+  EXPECT_FALSE(listed_numbers::is_newer(UINT32_MAX - 1, 66));
+  EXPECT_FALSE(listed_numbers::is_newer(5, 5));
+}
+
 } // namespace
 } // namespace listed_numbers_test

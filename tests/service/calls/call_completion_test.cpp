@@ -31,6 +31,22 @@ struct call_completion_test : call_parts::call_parts {
   call_completion_test() { state.pair_rows[{0}] = {.attached = true, .generation = 1}; }
 };
 
+TEST_F(call_completion_test, puts_the_others_there_at_the_end_of_their_cycle) {
+  connection& caller = join(0);
+  const auto index = ask(caller, handle, cycle.now + 1s);
+  EXPECT_EQ(due.next_wake(), rowe::rt::never);
+  completion.arm_open();
+  cycle.now += 2s;
+  const auto late = due.take_due(cycle.now);
+  ASSERT_TRUE(late);
+  EXPECT_EQ(late->what, timer::call);
+  EXPECT_EQ(late->index, index.value);
+  completion.time_out(index);
+  EXPECT_EQ(counts.read(counter::calls_timed_out), 1U);
+  ASSERT_EQ(replies(caller).size(), 1U);
+  EXPECT_NE(replies(caller)[0].find("did not answer in time"), std::string::npos);
+}
+
 TEST_F(call_completion_test, lets_a_call_without_any_time_end_in_its_cycle) {
   ask(join(0), handle, cycle.now);
   const auto late = due.take_due(cycle.now + rowe::rt::timer_wheel::tick);

@@ -67,6 +67,18 @@ TEST_F(refusals_test, say_what_a_peer_holds_and_what_is_kept_for_others) {
   EXPECT_EQ(told(peer)[1].find("kept"), std::string::npos);
 }
 
+TEST_F(refusals_test, are_short_however_long_the_name_is_that_they_repeat) {
+  rowe::wire::request asked;
+  asked.verb_text = "subscribe";
+  const std::string name(128, 'x');
+  asked.topic = name;
+  refused.refuse_share(
+      peer, asked,
+      {.what = "topics", .held = 9, .left = 5, .for_peers = 32, .kept = 1, .option = "topics_max"});
+  EXPECT_TRUE(was_told(peer, std::string(96, 'x') + "...: one peer")) << "and what follows is whole";
+  EXPECT_TRUE(was_told(peer, "(limit topics_max)"));
+}
+
 TEST_F(refusals_test, close_a_peer_that_goes_on) {
   refuse_for_long(peer, 3);
   EXPECT_FALSE(peer.open());

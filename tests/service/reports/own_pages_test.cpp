@@ -116,6 +116,14 @@ TEST_F(own_pages, have_gauges_of_peers_topics_the_stop_and_the_time) {
   EXPECT_EQ(after.at("rowe_uptime_seconds"), "10.001000000");
 }
 
+TEST_F(own_pages, fit_into_their_buffer_with_the_largest_figures) {
+  for (std::size_t i = 0; i < counter_descriptions.size(); ++i)
+    on.shared.counts.set(static_cast<counter>(i), UINT64_MAX);
+  const http_answer answer = get("/metrics");
+  EXPECT_LE(answer.body.size(), metrics_report::bytes_max);
+  EXPECT_GT(answer.body.size(), metrics_report::bytes_max * 3 / 4) << "the buffer is larger than it need be";
+}
+
 // ---- health
 
 TEST_F(own_pages, are_ok_while_cycles_advance) {
@@ -135,6 +143,12 @@ TEST_F(own_pages, say_for_a_while_that_no_cycle_began) {
   EXPECT_TRUE(has(text("/healthz"), "10000 ms ago"));
   on.cycle();
   EXPECT_EQ(get("/healthz").status, 200);
+}
+
+TEST_F(own_pages, say_that_the_endpoint_is_closing) {
+  on.core.close_all(on.now);
+  EXPECT_EQ(get("/healthz").status, 503);
+  EXPECT_EQ(text("/healthz"), "the endpoint is closing\n");
 }
 
 // ---- rights
@@ -183,6 +197,13 @@ TEST_F(own_pages_with_roles, know_who_shows_a_certificate) {
   with.identities[0].certificate = {};
   on.set_access(with);
   EXPECT_EQ(shown("Scraper"), 401);
+}
+
+TEST_F(own_pages, let_nobody_log_in_where_there_are_no_identities) {
+  const auto answer = may_read(
+      {.address = "10.0.0.7:1", .path = "/rowe/login", .token = "a-token-of-some-length", .typed_in = true});
+  EXPECT_EQ(answer.status, 409);
+  EXPECT_EQ(answer.what, "no identities are configured here");
 }
 
 } // namespace

@@ -64,6 +64,38 @@ TEST_F(call_table_test, finds_no_call_beyond_its_end) {
   EXPECT_EQ(calls.find({UINT32_MAX, 1}), nullptr);
 }
 
+// 0 in a reference says that there is no call.
+TEST_F(call_table_test, leaves_out_the_generation_that_means_no_call) {
+  const call_index index = open_own();
+  calls.at(index).generation = UINT32_MAX;
+  calls.close(index);
+  const call_index again = open_own();
+  ASSERT_EQ(again, index);
+  EXPECT_EQ(calls.ref(again).generation, 1U);
+}
+
+// So many calls share some of the buckets.
+TEST_F(call_table_test, finds_the_others_whichever_call_ends) {
+  std::vector<std::pair<std::string, call_index>> open;
+  for (int i = 0; i < 18; ++i) {
+    const std::string id = std::to_string(i);
+    open.emplace_back(id, calls.open(peer(static_cast<std::uint32_t>(i % 2)), id, "/add"));
+  }
+  ASSERT_TRUE(calls.check());
+  const auto by = [](const std::string& id) {
+    return connection_id{static_cast<std::uint32_t>(std::stoi(id) % 2), 1};
+  };
+  while (!open.empty()) {
+    const auto ends = open.begin() + static_cast<std::ptrdiff_t>(open.size() * 2 / 3);
+    const std::string id = ends->first;
+    calls.close(ends->second);
+    open.erase(ends);
+    EXPECT_FALSE(calls.find_asked(by(id), id)) << id;
+    for (const auto& [other, index] : open) EXPECT_EQ(calls.find_asked(by(other), other), index) << other;
+    ASSERT_TRUE(calls.check());
+  }
+}
+
 TEST_F(call_table_test, keeps_texts_as_long_as_they_may_be_and_none_that_are_longer) {
   const std::string id(rowe::service::call_id_bytes_max, 'i'), name(bounds.topic_bytes_max, 's');
   const call_index longest = calls.open(peer(0), id, name);

@@ -31,6 +31,19 @@ struct service_directory_test : testing::Test {
   }
 };
 
+TEST_F(service_directory_test, gives_numbers_again_that_nothing_has_and_never_one_of_the_endpoints_own) {
+  rowe::rt::arena more{service_directory::footprint_bytes(bounds), rowe::rt::page_lock::none};
+  service_directory late{more, bounds, UINT32_MAX - 3};
+  const auto number = [&](std::string_view name) {
+    return late.at(late.add(name, {}, {}, connection_id{0, 1}).index).number;
+  };
+  EXPECT_EQ(number("/a"), UINT32_MAX - 2);
+  EXPECT_EQ(number("/b"), UINT32_MAX - 1) << "the last one that means something";
+  EXPECT_EQ(number("/c"), rowe::service::first_service_number);
+  late.remove(late.find("/b"));
+  EXPECT_EQ(number("/b"), rowe::service::first_service_number + 1);
+}
+
 TEST_F(service_directory_test, keeps_apart_names_and_types_that_are_as_long_as_they_may_be) {
   std::vector<service_index> all;
   for (const char first : {'a', 'b', 'c', 'd'})

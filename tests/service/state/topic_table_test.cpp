@@ -18,6 +18,16 @@ struct topic_table_test : testing::Test {
   topic_table routes{memory, bounds, rowe::wire::protocols_of(rowe::websocket_profile::standard).envelope};
 };
 
+TEST_F(topic_table_test, has_room_for_the_longest_head_and_refuses_a_name_that_needs_more) {
+  const auto longest = routes.find_or_add("/" + std::string(bounds.topic_bytes_max - 1, '"'));
+  ASSERT_TRUE(longest);
+  EXPECT_TRUE(routes.head(longest).ends_with(R"(","msg":)"));
+  routes.hold(longest);
+  EXPECT_FALSE(routes.find_or_add("/" + std::string(bounds.topic_bytes_max - 1, '\x01')));
+  EXPECT_EQ(routes.count(), 1U);
+  EXPECT_TRUE(routes.check());
+}
+
 TEST_F(topic_table_test, frees_a_topics_place_when_the_last_holder_lets_go) {
   for (int round = 0; round < 100; ++round) {
     const auto t = routes.find_or_add("/t" + std::to_string(round));

@@ -115,6 +115,16 @@ TEST_F(stop_service_test, answers_in_vain_when_the_time_for_it_is_over) {
   EXPECT_EQ(arrived(peer), "") << "once";
 }
 
+TEST_F(stop_service_test, answers_at_once_when_the_loops_have_acknowledged_before) {
+  connection& peer = arrive();
+  start();
+  ask(peer, "\"1\"");
+  acknowledge();
+  (void)arrived(peer);
+  ask(peer, "\"2\"");
+  EXPECT_TRUE(observed(arrived(peer)));
+}
+
 TEST_F(stop_service_test, lets_as_many_of_this_process_wait_as_there_are_places) {
   start();
   const auto places = bounds.connections_max + rowe::service::stops_awaited_of_process;
@@ -136,6 +146,21 @@ TEST_F(stop_service_test, answers_no_call_that_has_ended_while_it_waited) {
   acknowledge();
   EXPECT_EQ(calls.in_flight(), 1U);
   completion.complete(next, "{}");
+}
+
+TEST_F(stop_service_test, answers_a_call_with_too_long_an_id_without_it) {
+  connection& peer = arrive();
+  start();
+  rowe::wire::request asked;
+  asked.codec = peer.protocol->topics.id();
+  const std::string id = '"' + std::string(rowe::service::call_id_bytes_max, 'x') + '"';
+  asked.id_raw = id;
+  stop.carry_out_call(peer, asked, stop_verb::stop);
+  EXPECT_FALSE(look(false)) << "it stops all the same";
+  acknowledge();
+  const std::string answer = arrived(peer);
+  EXPECT_TRUE(observed(answer));
+  EXPECT_EQ(answer.find("xxx"), answer.npos);
 }
 
 TEST_F(stop_service_test, looks_often_at_first_and_then_less_while_somebody_waits) {

@@ -127,5 +127,25 @@ TEST_F(own_types, agree_with_what_services_answer) {
   }
 }
 
+TEST_F(own_types, agree_with_what_topics_say) {
+  stoppable_loop loop{on};
+  const auto speed = open_parameter<double>(on, "/speed", 0.5, {0.0, 1.0});
+  peer& boss = comes("supervisor");
+  for (const auto& own : rowe::service::own_topic_types()) {
+    boss.say(R"({"op":"subscribe","topic":")" + std::string{own.name} + "\"}");
+    std::string message;
+    for (int i = 0; i < 400 && message.empty(); ++i) {
+      on.cycle(std::chrono::milliseconds{5});
+      for (const std::string& one : boss.hear()) {
+        const auto topic = json::find(json::root(one).raw, "topic");
+        if (topic && json::text_is(*topic, own.name))
+          message = std::string{json::find(json::root(one).raw, "msg")->raw};
+      }
+    }
+    ASSERT_FALSE(message.empty()) << own.name;
+    EXPECT_EQ(object_fault(message, *own.message, ""), "") << own.name << ": " << message;
+  }
+}
+
 } // namespace
 } // namespace own_types_test

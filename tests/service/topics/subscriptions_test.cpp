@@ -20,6 +20,23 @@ struct subscriptions_test : topic_parts::topic_parts {
   }
 };
 
+TEST_F(subscriptions_test, have_four_requests_at_most) {
+  for (const char* id : {"1", "2", "3", "4"}) subscribe(peer, "/odom", id);
+  EXPECT_TRUE(told(peer).empty());
+  subscribe(peer, "/odom", "5");
+  EXPECT_TRUE(was_told(peer, "one peer may hold 4 subscriptions to a topic"));
+  EXPECT_EQ(only("/odom").request_count, 4);
+}
+
+TEST_F(subscriptions_test, that_are_not_there_cannot_end) {
+  unsubscribe(peer, "/odom");
+  EXPECT_TRUE(was_told(peer, "there is no such subscription"));
+  subscribe(peer, "/odom", "1");
+  unsubscribe(peer, "/odom", "2");
+  EXPECT_TRUE(was_told(peer, "there is no subscription with this id"));
+  EXPECT_TRUE(subscribed(peer, "/odom"));
+}
+
 TEST_F(subscriptions_test, learn_the_type_when_the_topic_gets_another_one) {
   request asked = of(peer, "/odom");
   asked.type = "std_msgs/String";

@@ -118,6 +118,24 @@ struct few_long_pages : long_pages { // a quarter of the chunks is one value
   few_long_pages() : long_pages{with_long_ones(small_options(), 4)} {}
 };
 
+TEST_F(few_long_pages, of_two_values_have_a_quarter_of_the_room) {
+  peer robot{on};
+  advertise(robot);
+  advertise(robot, "/image");
+  ASSERT_TRUE(get().later);
+  const std::string map = map_of(60'000);
+  publish(robot, map);
+  const http_answer first = get();
+  ASSERT_TRUE(get("/api/v1/topics/image").later);
+  publish(robot, map_of(30'000), "/image");
+  const http_answer other = get("/api/v1/topics/image");
+  EXPECT_EQ(other.status, 503);
+  EXPECT_EQ(other.retry_after_s, 1);
+  EXPECT_TRUE(text_of(other).find("more than a quarter of the room for long ones") != std::string::npos);
+  EXPECT_TRUE(rest_of(first) == map);
+  EXPECT_TRUE(rest_of(get("/api/v1/topics/image")) == map_of(30'000));
+}
+
 struct fewest_long_pages : long_pages { // a quarter of the chunks is less than one value
   fewest_long_pages() : long_pages{with_long_ones(small_options(), 2)} {}
 };

@@ -114,6 +114,16 @@ TEST_F(topic_pages, show_no_value_whose_time_to_live_is_over) {
   }
 }
 
+TEST_F(topic_pages, say_when_none_came_for_too_long) {
+  advertise_pose_now(on);
+  const http_answer waits = get(pose_path);
+  on.cycle(2s);
+  const http_answer answer = again(waits, true);
+  EXPECT_FALSE(answer.later);
+  EXPECT_EQ(answer.status, 404);
+  EXPECT_TRUE(has(text_of(answer), "no value of the topic came within 2 s"));
+}
+
 TEST_F(topic_pages, let_publishers_rest_when_nobody_has_asked_for_a_minute) {
   auto& pair = advertise_pose_now(on);
   ask_for(pose_path);
@@ -136,6 +146,14 @@ TEST_F(topic_pages, show_the_statistics_and_the_state_of_the_stop_as_topics) {
   ASSERT_TRUE(waits.later);
   on.cycles(12, 20ms);
   EXPECT_TRUE(text_of(again(waits)).starts_with(R"({"name":"robot")"));
+}
+
+TEST_F(topic_pages, say_that_the_endpoint_is_closing) {
+  advertise_pose_now(on);
+  const http_answer waits = get(pose_path);
+  on.core.close_all(on.now);
+  EXPECT_EQ(again(waits).status, 503);
+  EXPECT_EQ(text_of(again(waits)), "the endpoint is closing\n");
 }
 
 // ---- what whoever asks may take
@@ -231,6 +249,19 @@ TEST_F(topic_pages_with_roles, need_the_right_to_subscribe_to_the_topic) {
   EXPECT_EQ(may_read("guard", "/api/v1/topics/arm/a").status, 403);
   EXPECT_EQ(may_read("guard", "/api/v1/topics/rowe/stop/state").status, 0) << "everyone sees the stop";
   EXPECT_EQ(may_read("arm", "/api/v1/topics/rowe/stats").status, 403);
+}
+
+TEST_F(topic_pages_with_roles, show_nothing_to_who_waits_when_the_rights_change) {
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/arm/a", 64);
+  const http_answer waits = get_as("arm", "/api/v1/topics/arm/a");
+  ASSERT_TRUE(waits.later);
+  rowe::access_options with = access_fixture::with_roles().access;
+  with.roles[0].subscribe.clear();
+  on.set_access(with);
+  ASSERT_TRUE(publish_text_now(on, pair, "{}"));
+  const http_answer answer = again(waits);
+  EXPECT_EQ(answer.status, 503);
+  EXPECT_EQ(text_of(answer), "the rights have just changed\nask again\n");
 }
 
 } // namespace
