@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <set>
 
 namespace indexed_pool_test {
 namespace {
@@ -13,7 +12,6 @@ using number = rowe::service::id<struct row_tag>;
 
 struct row {
   number next;
-  int value = 0;
 };
 using table = rowe::service::rows<number, row>;
 using pool = rowe::service::indexed_pool<number, row, &row::next>;

@@ -11,7 +11,6 @@ namespace {
 
 using rowe::service::slot_class;
 using rowe::service::slot_pool;
-using rowe::service::slot_ref;
 
 struct slot_pool_test : testing::Test {
   rowe::limits bounds{.message_bytes_max = 4096,

@@ -15,13 +15,11 @@ using rowe::service::timer;
 
 struct call_completion_test : call_parts::call_parts {
   const rowe::tests::padded nothing{"{}"};
-  const rowe::tests::padded sum{"{\"sum\":3}"};
 
   // A call of `from`, which `by` is to answer.
   rowe::service::call_index ask(const connection& from, const call_endpoint& by,
-                                rowe::rt::time_point until = rowe::rt::never, std::string_view id = "\"1\"") {
-    const auto index =
-        completion.open(call_endpoint::of(from.id, from.protocol->first.id()), id, "/add", until);
+                                rowe::rt::time_point until = rowe::rt::never) {
+    const auto index = completion.open(of(from), "\"1\"", "/add", until);
     if (index) calls.at(index).callee = by;
     return index;
   }

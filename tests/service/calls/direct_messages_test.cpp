@@ -42,21 +42,8 @@ struct direct_messages_test : call_parts::call_parts {
     c.takes_messages = true;
     return c;
   }
-  void leave(connection& c) {
-    sending.forget({c.id.index});
-    out.forget({c.id.index});
-    messages.forget({c.id.index});
-    transport.close(c.id, rowe::service::close_how::aborted);
-    c.state = connection::phase::free;
-    peers.remove();
-    messages.take_outcomes();
-  }
-  // Its socket takes nothing more, or takes all again.
+  // Its socket takes nothing more.
   void block(const connection& c) { transport.link_of(c.id).capacity_bytes = 0; }
-  void unblock(const connection& c) {
-    transport.link_of(c.id).capacity_bytes = 1 << 20;
-    sending.writable({c.id.index});
-  }
   void write() {
     sending.flush_all();
     messages.take_outcomes();
@@ -124,8 +111,6 @@ TEST_F(direct_messages_test, end_when_they_found_no_peer_in_their_time) {
   EXPECT_EQ(ended(), (ends{{3, errc::expired}, {2, sent}}));
 }
 
-// ---- parked ones
-
 TEST_F(direct_messages_test, tell_senders_of_room_when_nothing_is_parked_any_more) {
   connection& slow = arrive();
   block(slow);
@@ -144,8 +129,6 @@ TEST_F(direct_messages_test, tell_senders_of_room_when_nothing_is_parked_any_mor
   EXPECT_FALSE(messages.parking().renew_room()) << "once";
 }
 
-// ---- of calls
-
 TEST_F(direct_messages_test, that_are_pending_requests_go_to_the_first_peer_that_comes) {
   const auto index = completion.open({}, {}, "/add", rowe::rt::never);
   const slot_id slot = out.compose(rowe::service::message_lifetime{},
@@ -162,8 +145,6 @@ TEST_F(direct_messages_test, that_are_pending_requests_go_to_the_first_peer_that
   EXPECT_EQ(heard(second), numbers{});
   completion.complete(index, "{}");
 }
-
-// ---- the end
 
 } // namespace
 } // namespace direct_messages_test

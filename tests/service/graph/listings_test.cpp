@@ -42,7 +42,6 @@ struct listings_test : peer_parts::peer_parts {
                                   .advertisement_table_ = advertised,
                                   .outbox_ = out,
                                   .endpoint_name_ = "robot"}};
-  rowe::detail::latch_words<> loop;
 
   connection& greet(std::uint32_t index, std::uint32_t generation = 1) {
     connection& c = join({index, generation}, numbers::subprotocol);
@@ -67,7 +66,6 @@ struct listings_test : peer_parts::peer_parts {
   }
   void remove_topic(std::string_view name) { topics.let_go(topics.find(name)); }
   std::uint32_t channel(std::string_view name) { return topics.at(topics.find(name)).channel; }
-  void add_service(std::string_view name) { (void)directory.add(name, {}, {}, connection_id{9, 1}); }
   // What waited to be written to a peer; it reads all of it.
   std::vector<std::string> read(const connection& by) {
     const auto all = told(by);
@@ -169,23 +167,6 @@ TEST_F(listings_test, tell_the_next_peer_at_the_same_place_everything) {
   EXPECT_EQ(listed.due(), rowe::rt::never) << "nobody reads";
   EXPECT_EQ(list_of(heard(greet(0, 2)), 'T').size(), 2 + rowe::service::listings_burst);
 }
-
-// ---- numbers in place of names
-
-struct names_of_numbers : listings_test {
-  connection& peer = greet(0);
-  // The name that a number stands for; empty: it is refused.
-  std::string_view service(std::uint32_t number) {
-    rowe::wire::request asked;
-    asked.service_number = number;
-    return listed.put_names(peer, asked).why.empty() ? asked.service : std::string_view{};
-  }
-  std::string_view topic(std::uint32_t number) {
-    rowe::wire::request asked;
-    asked.channel = number;
-    return listed.put_names(peer, asked).why.empty() ? asked.topic : std::string_view{};
-  }
-};
 
 } // namespace
 } // namespace listings_test

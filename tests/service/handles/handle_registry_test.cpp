@@ -6,7 +6,6 @@
 #include <string>
 
 #include "service/core/all_parts.hpp"
-#include "json/padded.hpp"
 
 namespace handle_registry_test {
 namespace {

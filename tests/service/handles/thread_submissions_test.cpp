@@ -11,7 +11,6 @@ namespace thread_submissions_test {
 namespace {
 
 using namespace all_parts;
-using rowe::errc;
 
 struct thread_submissions_test : all_parts::all_parts {
   thread_submissions_test()
@@ -22,13 +21,12 @@ struct thread_submissions_test : all_parts::all_parts {
 
   rowe::service::thread_submissions& submitted = parts.thread_submissions_;
 
-  rowe::result<std::uint32_t> submit(std::string_view text, rowe::detail::peer_ref to, bool waits = false) {
+  rowe::result<std::uint32_t> submit(std::string_view text, rowe::detail::peer_ref to) {
     rowe::service::submission_header asked;
     asked.what = rowe::detail::entry::message;
     asked.peer = to;
     asked.stamped = cycle.now;
     asked.expires = rowe::rt::never;
-    asked.wants_outcome = waits;
     return submissions.submit(asked, text);
   }
   // Until one message to the peer is parked.

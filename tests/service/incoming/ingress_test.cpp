@@ -13,7 +13,6 @@ namespace ingress_test {
 namespace {
 
 using namespace reading_parts;
-using rowe::service::transport_sink;
 using texts = std::vector<std::string>;
 
 constexpr std::string_view stop = R"({"op":"call_service","service":"/rowe/stop"})";

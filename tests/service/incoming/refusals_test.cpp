@@ -12,7 +12,6 @@ namespace {
 
 using namespace peer_parts;
 using rowe::event;
-using rowe::service::refusals;
 
 struct refusals_test : peer_parts::peer_parts {
   refusals_test()
@@ -26,16 +25,6 @@ struct refusals_test : peer_parts::peer_parts {
                                           .lanes_max = 1})} {}
 
   connection& peer = join(0);
-
-  void refuse(connection& c, int count = 1) {
-    while (count-- > 0) refused.refuse(c, {}, "no");
-  }
-  // Does so for longer than a flood may last, without a pause.
-  void refuse_for_long(connection& c, int per_step) {
-    for (const auto end = cycle.now + rowe::service::flood_time_max + 2s; cycle.now < end; cycle.now += 100ms)
-      refuse(c, per_step);
-  }
-  std::uint64_t unsaid() const { return counts.read(counter::refusals_unsaid); }
 };
 
 TEST_F(refusals_test, tell_the_peer_which_limit_it_is_and_the_user_to_raise_it) {
@@ -80,7 +69,9 @@ TEST_F(refusals_test, are_short_however_long_the_name_is_that_they_repeat) {
 }
 
 TEST_F(refusals_test, close_a_peer_that_goes_on) {
-  refuse_for_long(peer, 3);
+  // For longer than a flood may last, without a pause.
+  for (const auto end = cycle.now + rowe::service::flood_time_max + 2s; cycle.now < end; cycle.now += 100ms)
+    for (int i = 0; i < 3; ++i) refused.refuse(peer, {}, "no");
   EXPECT_FALSE(peer.open());
   EXPECT_TRUE(peers.wants_close()) << "when this part has returned";
   EXPECT_EQ(counts.read(counter::flooding_peers), 1U) << "and it counts once";

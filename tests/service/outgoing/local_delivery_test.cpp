@@ -9,7 +9,6 @@
 
 #include <rowe/schema.hpp>
 
-#include "service/handles/pair_release.hpp"
 #include "service/state/state_fixture.hpp"
 #include "json/padded.hpp"
 
@@ -51,23 +50,21 @@ struct local_delivery_test : state_fixture::state_fixture {
     ++state.pair_rows[at].generation;
     return at;
   }
-  pair_index subscribe(std::uint32_t depth, rowe::keep keep = rowe::keep::all) {
-    return attach(
-        {.kind = pair_kind::subscribe_text, .name = "/t", .keep = keep, .in_depth = depth, .in_bytes = 64});
+  pair_index subscribe() {
+    return attach({.kind = pair_kind::subscribe_text, .name = "/t", .in_depth = 1, .in_bytes = 64});
   }
-  pair_index subscribe_points(std::uint32_t depth, rowe::keep keep = rowe::keep::all) {
+  pair_index subscribe_points() {
     return attach({.kind = pair_kind::subscribe_value,
                    .name = "/t",
-                   .keep = keep,
-                   .in_depth = depth,
+                   .in_depth = 1,
                    .in_bytes = sizeof(point),
                    .decoded = &rowe::describe<point>()});
   }
-  pair_index call(std::uint32_t depth = 4) {
+  pair_index call() {
     return attach({.kind = pair_kind::call_text,
                    .name = "/add",
                    .out_depth = 4,
-                   .completions_depth = depth,
+                   .completions_depth = 4,
                    .out_bytes = 64,
                    .completions_bytes = 64});
   }
@@ -78,11 +75,10 @@ struct local_delivery_test : state_fixture::state_fixture {
   call_endpoint of(pair_index at) { return call_endpoint::of(at, state.pair_rows[at].generation); }
   queue_pair& pair(pair_index at) { return state.pairs[at]; }
   std::string next(pair_index at) { return taken(state.pairs[at].user.in); }
-  bool all_released(pair_index at) { return rowe::service::all_slots_released(state.pairs[at]); }
 };
 
 TEST_F(local_delivery_test, takes_no_slot_for_what_is_too_big) {
-  const pair_index to = subscribe(1);
+  const pair_index to = subscribe();
   const rowe::status done = deliver(to, std::string(65, 'x'));
   ASSERT_EQ(done.code(), errc::too_big);
   EXPECT_EQ(done.error().value, 65);
@@ -92,7 +88,7 @@ TEST_F(local_delivery_test, takes_no_slot_for_what_is_too_big) {
 }
 
 TEST_F(local_delivery_test, takes_no_slot_for_what_cannot_be_decoded) {
-  const pair_index to = subscribe_points(1);
+  const pair_index to = subscribe_points();
   for (int i = 0; i < 3; ++i) {
     EXPECT_FALSE(deliver(to, R"({"x":"text","y":2})"));
     std::array<char, rowe::json::decoder::diagnosis::text_bytes_max> buffer;
@@ -110,8 +106,6 @@ TEST_F(local_delivery_test, takes_no_slot_for_what_cannot_be_decoded) {
   EXPECT_TRUE(deliver(to, R"({"x":3,"y":4})"));
 }
 
-// ---- the ends of calls and of sends
-
 TEST_F(local_delivery_test, fails_a_call_whose_reply_is_too_long_for_its_handle) {
   const pair_index by = call();
   delivery.complete(of(by), {1, 1}, {}, std::string(65, 'x'));
@@ -124,19 +118,6 @@ TEST_F(local_delivery_test, fails_a_call_whose_reply_is_too_long_for_its_handle)
   EXPECT_EQ(ends.memory.header(*slot)->bytes, 0U);
   EXPECT_EQ(counts.read(counter::too_big), 1U);
 }
-
-// How many of its messages find a place when it sends `count` of them.
-struct shares : local_delivery_test {
-  std::size_t send(pair_index to, std::uint32_t peer, std::size_t count) {
-    std::size_t delivered = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      body.emplace("{}");
-      const rowe::detail::peer_ref from{peer, peer == 9 ? 0U : 1U};
-      delivered += delivery.may_deliver(to, from) && delivery.deliver(to, {.peer = from}, body->text(), why);
-    }
-    return delivered;
-  }
-};
 
 } // namespace
 } // namespace local_delivery_test

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <string_view>
 #include <vector>
 
@@ -43,12 +42,6 @@ struct message_store_test : state_fixture::state_fixture {
     std::vector<outcome> all;
     for (outcome one; store.take_outcome(one);) all.push_back(one);
     return all;
-  }
-  // The only one that there is.
-  outcome only_outcome() {
-    const auto all = outcomes();
-    EXPECT_EQ(all.size(), 1U);
-    return all.empty() ? outcome{} : all[0];
   }
   void pass(rowe::rt::duration time) {
     cycle.now += time;

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <string>
-#include <vector>
 
 #include "service/incoming/peer_parts.hpp"
 
@@ -16,14 +15,13 @@ using rowe::service::write_work_per_cycle;
 using rowe::wire::opcode;
 
 struct sender_test : peer_parts::peer_parts {
-  explicit sender_test(rowe::service::side of = rowe::service::side::server)
+  sender_test()
       : peer_parts{::state_fixture::with({.connections_max = 2 * write_work_per_cycle,
                                           .message_bytes_max = 1024,
                                           .small_slots = 512,
                                           .small_slot_bytes = 256,
                                           .large_slots = 4,
-                                          .lanes_max = 1}),
-                   of} {}
+                                          .lanes_max = 1})} {}
 
   void say(const connection& to, std::string_view text) {
     ASSERT_TRUE(out.reply({to.id.index}, [&](rowe::json::writer& into) { into.append(text); }));

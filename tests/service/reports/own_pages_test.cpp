@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// /metrics and /healthz: what they say, who may have them, and what they cost.
+// /metrics and /healthz: what they say, and who may have them.
 #include "service/core/core_fixtures.hpp"
 
 #include <rowe/access.hpp>
-#include <rowe/stop_latch.hpp>
 
 #include <algorithm>
 #include <map>
@@ -163,8 +162,8 @@ rowe::endpoint_options with_roles() {
 
 struct own_pages_with_roles : own_pages {
   own_pages_with_roles() : own_pages{with_roles()} {}
-  std::uint16_t asked_by(std::string_view token, std::string_view path = "/metrics", bool in_url = false) {
-    return may_read({.address = "10.0.0.7:1", .path = path, .token = token, .in_url = in_url}).status;
+  std::uint16_t asked_by(std::string_view token, std::string_view path) {
+    return may_read({.address = "10.0.0.7:1", .path = path, .token = token}).status;
   }
 };
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <string>
+#include <string_view>
 
 #include "service/core/all_parts.hpp"
 #include "json/padded.hpp"
@@ -13,31 +13,15 @@ namespace {
 
 using namespace all_parts;
 
-constexpr std::string_view stop = R"({"op":"call_service","id":"1","service":"/rowe/stop"})";
+struct dispatcher_of_client : all_parts::all_parts {
+  dispatcher_of_client()
+      : all_parts{::state_fixture::with({.connections_max = 3, .door_slots = 4, .lanes_max = 1}),
+                  rowe::service::side::client} {}
 
-struct dispatcher_test : all_parts::all_parts {
-  explicit dispatcher_test(rowe::service::side of = rowe::service::side::server)
-      : all_parts{::state_fixture::with({.connections_max = 3, .door_slots = 4, .lanes_max = 1}), of} {}
-
-  rowe::detail::latch_words<> words;
-
-  void add_loop() { (void)parts.stop_rules_.add_loop("loop", 1s, words, cycle.now); }
-  static std::span<std::byte> bytes(rowe::tests::padded& text) {
-    return std::as_writable_bytes(text.bytes());
-  }
-  void say(const connection& by, std::string_view text, bool again = false) {
+  void say(const connection& by, std::string_view text) {
     rowe::tests::padded said{text};
-    again ? parts.dispatcher_.dispatch_again({by.id.index}, bytes(said), false)
-          : parts.dispatcher_.dispatch({by.id.index}, bytes(said), false);
+    parts.dispatcher_.dispatch({by.id.index}, std::as_writable_bytes(said.bytes()), false);
   }
-  bool is_stop(const connection& by, std::string_view text) {
-    rowe::tests::padded said{text};
-    return parts.dispatcher_.is_stop({by.id.index}, bytes(said), false);
-  }
-  std::uint64_t stops() const { return counts.read(counter::stops); }
-};
-struct dispatcher_of_client : dispatcher_test {
-  dispatcher_of_client() : dispatcher_test{rowe::service::side::client} {}
 };
 
 // The two ends might refuse each other's refusals for ever.

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -11,52 +10,26 @@
 namespace call_table_test {
 namespace {
 
-using rowe::detail::call_ref;
 using rowe::service::call_endpoint;
 using rowe::service::call_index;
 using rowe::service::call_table;
 using rowe::service::connection_id;
 
-rowe::limits few() {
-  return {.connections_max = 4,
-          .calls_max = 32, // 24 of peers: a claim to three for each, and the other twelve for whoever comes
-          .calls_per_connection_max = 20};
-}
-
 struct call_table_test : testing::Test {
-  explicit call_table_test(const rowe::limits& of = few()) : bounds{of} { calls.begin(0xF00D); }
+  call_table_test() { calls.begin(0xF00D); }
 
-  const rowe::limits bounds;
+  const rowe::limits bounds{.connections_max = 4, .calls_max = 32, .calls_per_connection_max = 20};
   rowe::rt::arena memory{call_table::footprint_bytes(bounds), rowe::rt::page_lock::none};
   call_table calls{memory, bounds, bounds.connections_max};
 
-  static call_endpoint peer(std::uint32_t index, std::uint32_t generation = 1) {
-    return call_endpoint::of(connection_id{index, generation}, {});
-  }
+  static call_endpoint peer(std::uint32_t index) { return call_endpoint::of(connection_id{index, 1}, {}); }
   // Of this process.
   call_index open_own() { return calls.open({}, {}, "/add"); }
-  // Opens calls of a peer as long as it may have more; how many those were.
-  int open_all(std::uint32_t index) {
-    int count = 0;
-    for (; calls.admits({index}); ++count) {
-      if (!calls.open(peer(index), '"' + std::to_string(count) + '"', "/add")) return count;
-    }
-    return count;
-  }
-  std::string id_of(call_index index, std::uint32_t epoch = 3) {
+  std::string id_of(call_index index) {
     std::array<char, call_table::our_id_bytes_max> buffer{};
-    return '"' + std::string{calls.write_id(buffer, index, epoch)} + '"';
+    return '"' + std::string{calls.write_id(buffer, index, 3)} + '"';
   }
   void TearDown() override { EXPECT_TRUE(calls.check()); }
-};
-
-struct calls_of_one_peer : call_table_test {
-  calls_of_one_peer() : call_table_test{bounded()} {}
-  static rowe::limits bounded() {
-    rowe::limits bounds = few();
-    bounds.calls_per_connection_max = 5;
-    return bounds;
-  }
 };
 
 TEST_F(call_table_test, finds_no_call_beyond_its_end) {

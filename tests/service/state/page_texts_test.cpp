@@ -26,8 +26,8 @@ struct page_texts_test : testing::Test {
   page_texts pages{store};
   rowe::rt::time_point now{std::chrono::seconds{100}};
 
-  text_id text_of(std::size_t chunks, char filled = 'x') {
-    const std::string content(chunks * chunk_store::chunk_bytes, filled);
+  text_id text_of(std::size_t chunks) {
+    const std::string content(chunks * chunk_store::chunk_bytes, 'x');
     const text_id made = store.begin(content.size());
     store.append(made, std::as_bytes(std::span{content}));
     return made;

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <set>
 #include <string>
 #include <vector>
 
@@ -14,7 +13,6 @@ using rowe::service::connection_id;
 using rowe::service::pair_index;
 using rowe::service::service_directory;
 using rowe::service::service_index;
-using refusal = rowe::service::service_directory::refusal;
 
 struct service_directory_test : testing::Test {
   rowe::limits bounds{.topic_bytes_max = 16, .services_max = 4};
@@ -23,11 +21,6 @@ struct service_directory_test : testing::Test {
 
   service_directory::added add(std::string_view name, std::string_view type = {}) {
     return directory.add(name, type, {}, connection_id{0, 1});
-  }
-  // There is no place left.
-  void fill() {
-    for (std::uint32_t i = directory.count(); i < bounds.services_max; ++i)
-      ASSERT_EQ(add("/s" + std::to_string(i)).why, refusal::none);
   }
 };
 

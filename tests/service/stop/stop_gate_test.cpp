@@ -10,8 +10,6 @@ namespace {
 
 using rowe::service::stop_gate;
 using rowe::service::stop_verb;
-using rowe::wire::decoded;
-using rowe::wire::verb;
 
 TEST(stop_gate, knows_its_names_in_both_spellings_and_no_others) {
   const struct {

@@ -45,13 +45,6 @@ struct stop_service_test : call_parts::call_parts {
     stop.open({c.id.index});
     return c;
   }
-  void leave(connection& c) {
-    stop.leave(c);
-    sending.forget({c.id.index});
-    out.forget({c.id.index});
-    c.state = connection::phase::free;
-    peers.remove();
-  }
   // What the loop does in its period. Whether it may move.
   bool look(bool acknowledges = true) {
     const bool engaged = rowe::detail::latch_engaged(shared.permit, words, own, cycle.now);
@@ -87,11 +80,6 @@ struct stop_service_test : call_parts::call_parts {
     EXPECT_TRUE(index);
     stop.carry_out(stop_verb::stop, {.call = calls.ref(index)}, {});
     return index;
-  }
-  static int count_of(std::string_view in, std::string_view part) {
-    int count = 0;
-    for (auto at = in.find(part); at != in.npos; at = in.find(part, at + 1)) ++count;
-    return count;
   }
   static bool observed(std::string_view answer) { return answer.find("\"observed_ns\":\"") != answer.npos; }
   void TearDown() override {

@@ -15,7 +15,6 @@ using namespace topic_parts;
 struct advertisements_test : topic_parts::topic_parts {
   connection& peer = join(0);
 
-  void unadvertise(connection& c, std::string_view topic) { writers.unadvertise(c, of(c, topic)); }
   bool advertises(const connection& c, std::string_view topic) {
     const topic_id found = topics.find(topic);
     return found && advertised.find({c.id.index}, found) != nullptr;

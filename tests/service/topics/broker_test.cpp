@@ -14,13 +14,10 @@ namespace {
 using namespace topic_parts;
 
 struct broker_test : topic_parts::topic_parts {
-  explicit broker_test(bool relay = false) : topic_parts{relay} {}
-
   int encoded = 0; // how often a value was
 
-  void publish(topic_id topic, std::string_view body, latch_owner latches = {},
-               rowe::rt::time_point expires = rowe::rt::never) {
-    values.publish(topic, cycle.now, expires, latches, [&](rowe::json::writer& into) {
+  void publish(topic_id topic, std::string_view body) {
+    values.publish(topic, cycle.now, rowe::rt::never, {}, [&](rowe::json::writer& into) {
       ++encoded;
       into.append(body);
     });
@@ -35,16 +32,6 @@ struct broker_test : topic_parts::topic_parts {
     }
     return all;
   }
-  // By a peer.
-  void relay(connection& from, std::string_view topic, std::string_view body, bool latch = false) {
-    request asked = of(from, topic);
-    asked.body_raw = body;
-    asked.latch = latch;
-    values.relay(from, asked);
-  }
-};
-struct broker_of_hub : broker_test {
-  broker_of_hub() : broker_test{true} {}
 };
 
 TEST_F(broker_test, encodes_nothing_that_all_who_listen_have_throttled) {

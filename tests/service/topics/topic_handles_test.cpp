@@ -3,24 +3,20 @@
 
 #include <gtest/gtest.h>
 
-#include <string>
+#include <string_view>
 
 #include "service/topics/topic_parts.hpp"
-#include "json/padded.hpp"
 
 namespace topic_handles_test {
 namespace {
 
 using namespace topic_parts;
-using rowe::errc;
 using rowe::detail::audience;
 using rowe::detail::pair_kind;
 using rowe::service::pair_index;
-using rowe::service::side;
-using ::state_fixture::taken;
 
 struct topic_handles_test : topic_parts::topic_parts {
-  explicit topic_handles_test(side of = side::server) : topic_parts{true, of} {}
+  topic_handles_test() : topic_parts{true} {}
 
   rowe::service::topic_handles handles{{.state_ = state,
                                         .message_store_ = store,
@@ -33,19 +29,13 @@ struct topic_handles_test : topic_parts::topic_parts {
                                         .advertisements_ = writers,
                                         .broker_ = values}};
 
-  // A handle that set-up offers, for texts.
-  pair_index offer_to(pair_kind kind, std::string_view topic, std::string_view type = {},
-                      bool latched = false) {
-    rowe::detail::pair_request asked{.kind = kind, .name = topic, .type = type, .latched = latched};
+  // A handle for texts.
+  pair_index attach(pair_kind kind, std::string_view topic) {
+    rowe::detail::pair_request asked{.kind = kind, .name = topic};
     (rowe::detail::publishes(kind) ? asked.out_depth : asked.in_depth) = 4;
     (rowe::detail::publishes(kind) ? asked.out_bytes : asked.in_bytes) = 128;
     const pair_index at = offer(asked);
     state.pair_rows[at] = {.generation = state.pair_rows[at].generation + 1};
-    return at;
-  }
-  pair_index attach(pair_kind kind, std::string_view topic, std::string_view type = {},
-                    bool latched = false) {
-    const pair_index at = offer_to(kind, topic, type, latched);
     EXPECT_TRUE(handles.attach(at));
     state.pairs[at].lifecycle.accept(state.pairs[at].arrival);
     return at;
@@ -55,16 +45,11 @@ struct topic_handles_test : topic_parts::topic_parts {
     state.pairs[at].lifecycle.close();
     state.pairs[at].lifecycle.release(state.pairs[at].arrival);
   }
-  // As a handle that latches, or not.
-  void publish(std::string_view topic, std::string_view body, latch_owner latches = {}) {
-    values.publish(topics.find(topic), cycle.now, rowe::rt::never, latches,
+  void publish(std::string_view topic, std::string_view body) {
+    values.publish(topics.find(topic), cycle.now, rowe::rt::never, {},
                    [&](rowe::json::writer& into) { into.append(body); });
   }
-  std::string next(pair_index at) { return taken(state.pairs[at].user.in); }
   rowe::detail::audience advice(pair_index at) { return state.pairs[at].audience.advice(); }
-};
-struct topic_handles_of_client : topic_handles_test {
-  topic_handles_of_client() : topic_handles_test{side::client} {}
 };
 
 TEST_F(topic_handles_test, know_whether_anybody_listens) {
@@ -95,8 +80,6 @@ TEST_F(topic_handles_test, give_more_at_once_only_where_everybody_has_room) {
   (void)attach(pair_kind::subscribe_text, "/odom");
   EXPECT_EQ(handles.ample_budget(writer, 0), 0U) << "a handle has a place for few";
 }
-
-// ---- as a client
 
 } // namespace
 } // namespace topic_handles_test

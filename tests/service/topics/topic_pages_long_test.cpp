@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // /api/v1/topics: values that are longer than message_bytes_max. They are read out of their chunks, some of
 // them at a time, and take no room from messages.
-#include "service/core/access_fixture.hpp"
+#include "service/core/core_fixtures.hpp"
 
 #include <random>
 
@@ -36,23 +36,22 @@ struct long_pages : core_test {
   http_answer again(const http_answer& waits) {
     return on.net.get({.path = {}, .if_none_match = {}, .awaited = &waits.awaited}, on.core);
   }
-  // What is left of a body; `ends` when it has been read.
-  static std::string rest_of(const http_answer& answer, std::size_t from = 0, bool ends = true) {
+  // A body, which is read to its end.
+  static std::string body_of(const http_answer& answer) {
     std::string text;
     const auto& body = answer.in_pieces;
     if (body.from == nullptr) return "no long body";
-    while (from + text.size() < body.bytes) {
-      const auto piece = body.from->read_body(body.which, from + text.size());
+    while (text.size() < body.bytes) {
+      const auto piece = body.from->read_body(body.which, text.size());
       if (piece.empty()) {
         text += "...cut";
         break;
       }
       text.append(reinterpret_cast<const char*>(piece.data()), piece.size());
     }
-    if (ends) body.from->end_body(body.which);
+    body.from->end_body(body.which);
     return text;
   }
-  static void end(const http_answer& answer) { answer.in_pieces.from->end_body(answer.in_pieces.which); }
   static std::string text_of(const http_answer& answer) {
     return {reinterpret_cast<const char*>(answer.body.data()), answer.body.size()};
   }
@@ -89,9 +88,9 @@ TEST_F(long_pages, are_two_at_a_time) {
   EXPECT_EQ(third.retry_after_s, 1);
   EXPECT_EQ(text_of(third), "2 long values are being sent over HTTP, which is the limit\n"
                             "ask again in a second, or subscribe to the topic\n");
-  EXPECT_TRUE(rest_of(first) == map);
-  EXPECT_TRUE(rest_of(get()) == map);
-  EXPECT_TRUE(rest_of(second) == map);
+  EXPECT_TRUE(body_of(first) == map);
+  EXPECT_TRUE(body_of(get()) == map);
+  EXPECT_TRUE(body_of(second) == map);
 }
 
 // Whoever publishes, or is sent, long messages finds the room that it would find without them.
@@ -103,7 +102,7 @@ TEST_F(long_pages, make_way_for_messages) {
   publish(robot, map_of(60'000));
   const http_answer reading = get();
   publish(robot, map_of(60'000, 2));
-  ASSERT_EQ(rest_of(get()).size(), map_of(60'000, 2).size());
+  ASSERT_EQ(body_of(get()).size(), map_of(60'000, 2).size());
   const std::uint32_t kept = on.core.chunks_in_use();
   EXPECT_EQ(kept, 8U) << "what is being read, and what is kept";
   peer slow = subscriber(on, "/image");
@@ -111,7 +110,7 @@ TEST_F(long_pages, make_way_for_messages) {
   for (int i = 0; i < 12; ++i) publish(robot, map_of(60'000, i), "/image");
   EXPECT_TRUE(get().later) << "what was kept made way";
   EXPECT_EQ(on.count(counter::no_chunks), 0U);
-  EXPECT_TRUE(rest_of(reading) == map_of(60'000)) << "while evicting is enough";
+  EXPECT_TRUE(body_of(reading) == map_of(60'000)) << "while evicting is enough";
 }
 
 struct few_long_pages : long_pages { // a quarter of the chunks is one value
@@ -132,8 +131,8 @@ TEST_F(few_long_pages, of_two_values_have_a_quarter_of_the_room) {
   EXPECT_EQ(other.status, 503);
   EXPECT_EQ(other.retry_after_s, 1);
   EXPECT_TRUE(text_of(other).find("more than a quarter of the room for long ones") != std::string::npos);
-  EXPECT_TRUE(rest_of(first) == map);
-  EXPECT_TRUE(rest_of(get("/api/v1/topics/image")) == map_of(30'000));
+  EXPECT_TRUE(body_of(first) == map);
+  EXPECT_TRUE(body_of(get("/api/v1/topics/image")) == map_of(30'000));
 }
 
 struct fewest_long_pages : long_pages { // a quarter of the chunks is less than one value
@@ -153,12 +152,8 @@ TEST_F(fewest_long_pages, say_how_long_a_value_is_for_which_there_is_no_room) {
                                  "subscribe to the topic, as `rowe echo URL /map --json --once` does\n");
   ASSERT_TRUE(publish_text(on, pair, map_of(30'000)));
   on.cycles(60);
-  EXPECT_TRUE(rest_of(get()) == map_of(30'000));
+  EXPECT_TRUE(body_of(get()) == map_of(30'000));
 }
-
-struct long_pages_with_roles : long_pages {
-  long_pages_with_roles() : long_pages{with_long_ones(access_fixture::with_roles(), 8)} {}
-};
 
 } // namespace
 } // namespace topic_pages_long_test

@@ -9,7 +9,6 @@ namespace {
 
 using namespace harness;
 using rowe::service::http_answer;
-using rowe::service::http_request;
 
 std::string text_of(const http_answer& answer) {
   return {reinterpret_cast<const char*>(answer.body.data()), answer.body.size()};
