@@ -14,22 +14,19 @@ using rowe::service::connection;
 using rowe::service::peer_index;
 using rowe::service::slot_id;
 
-rowe::limits few() {
-  return {.connections_max = 4,
-          .message_bytes_max = 1024,
-          .topics_max = 8,
-          .subscriptions_max = 16,
-          .small_slots = 8,
-          .small_slot_bytes = 256,
-          .large_slots = 1,
-          .queue_depth_max = 8,
-          .queued_max = 64,
-          .calls_max = 4};
-}
-
 // An outbox, and peers that are connected.
 struct outbox_test : state_fixture::state_fixture {
-  outbox_test() : state_fixture{::state_fixture::with(few())} {}
+  outbox_test()
+      : state_fixture{::state_fixture::with({.connections_max = 4,
+                                             .message_bytes_max = 1024,
+                                             .topics_max = 8,
+                                             .subscriptions_max = 16,
+                                             .small_slots = 8,
+                                             .small_slot_bytes = 256,
+                                             .large_slots = 1,
+                                             .queue_depth_max = 8,
+                                             .queued_max = 64,
+                                             .calls_max = 4})} {}
 
   rowe::service::message_store store{memory, state};
   rowe::service::outbox out{memory, state, store};
