@@ -179,6 +179,23 @@ TEST_F(own_pages_with_roles, let_those_log_in_whose_token_is_known) {
   EXPECT_EQ(asked_by("mallory-shows-this-token", "/rowe/login"), 0);
 }
 
+TEST_F(own_pages_with_roles, take_no_other_proof_for_a_log_in) {
+  rowe::access_options with = with_roles().access;
+  with.local_role = "scraper";
+  with.anonymous_may_stop = true;
+  with.identities[0].certificate = "Scraper";
+  on.set_access(with);
+  EXPECT_EQ(may_read({.address = "127.0.0.1:1", .path = "/rowe/login", .token = {}, .typed_in = true}).status,
+            400);
+  EXPECT_EQ(may_read({.address = "127.0.0.1:1",
+                      .path = "/rowe/login",
+                      .token = "mallory-shows-this-token",
+                      .certificate = "Scraper",
+                      .typed_in = true})
+                .status,
+            401);
+}
+
 TEST_F(own_pages_with_roles, know_who_shows_a_certificate) {
   const auto shown = [&](std::string_view certificate, std::string_view token = {}) {
     return may_read({.address = "10.0.0.7:1", .path = "/metrics", .token = token, .certificate = certificate})

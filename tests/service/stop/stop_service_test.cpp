@@ -45,6 +45,13 @@ struct stop_service_test : call_parts::call_parts {
     stop.open({c.id.index});
     return c;
   }
+  void leave(connection& c) {
+    stop.leave(c);
+    sending.forget({c.id.index});
+    out.forget({c.id.index});
+    c.state = connection::phase::free;
+    peers.remove();
+  }
   // What the loop does in its period. Whether it may move.
   bool look(bool acknowledges = true) {
     const bool engaged = rowe::detail::latch_engaged(shared.permit, words, own, cycle.now);
@@ -81,6 +88,11 @@ struct stop_service_test : call_parts::call_parts {
     stop.carry_out(stop_verb::stop, {.call = calls.ref(index)}, {});
     return index;
   }
+  static int count_of(std::string_view in, std::string_view part) {
+    int count = 0;
+    for (auto at = in.find(part); at != in.npos; at = in.find(part, at + 1)) ++count;
+    return count;
+  }
   static bool observed(std::string_view answer) { return answer.find("\"observed_ns\":\"") != answer.npos; }
   void TearDown() override {
     EXPECT_TRUE(stop.check());
@@ -111,6 +123,29 @@ TEST_F(stop_service_test, answers_at_once_when_the_loops_have_acknowledged_befor
   (void)arrived(peer);
   ask(peer, "\"2\"");
   EXPECT_TRUE(observed(arrived(peer)));
+}
+
+TEST_F(stop_service_test, tells_nothing_to_the_next_peer_at_the_same_place) {
+  connection& gone = arrive();
+  start();
+  ask(gone, "\"1\"");
+  ask(gone, "\"2\"");
+  const connection_id before = gone.id;
+  transport.peer_closes(before);
+  (void)arrived(gone); // which the transport reports
+  leave(gone);
+  EXPECT_TRUE(stop.check());
+  connection& next = arrive();
+  ASSERT_EQ(next.id.index, before.index);
+  ASSERT_NE(next.id.generation, before.generation);
+  ask(next, "\"3\"");
+  ask(next, "\"4\"");
+  EXPECT_EQ(arrived(next), "") << "both wait: it has the whole share";
+  EXPECT_TRUE(stop.check());
+  acknowledge();
+  const std::string answers = arrived(next);
+  EXPECT_EQ(count_of(answers, "\"values\""), 2) << answers;
+  EXPECT_EQ(count_of(answers, "\"1\""), 0);
 }
 
 TEST_F(stop_service_test, lets_as_many_of_this_process_wait_as_there_are_places) {
