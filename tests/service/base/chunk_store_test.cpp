@@ -53,18 +53,6 @@ std::string random_text(std::size_t bytes, unsigned seed) {
   return made;
 }
 
-TEST_F(chunk_store_test, takes_no_more_memory_than_it_says) {
-  EXPECT_EQ(memory.bytes_used(), chunk_store::footprint_bytes(bounds));
-  EXPECT_EQ(store.chunks(), 8U);
-}
-
-TEST_F(chunk_store_test, has_no_chunks_without_a_pool) {
-  rowe::rt::arena other{chunk_store::footprint_bytes(bounds), rowe::rt::page_lock::none};
-  chunk_store none{other, {}, bounds};
-  EXPECT_EQ(none.chunks(), 0U);
-  EXPECT_FALSE(none.begin(1));
-}
-
 TEST_F(chunk_store_test, keeps_a_text_as_it_was_added) {
   for (const std::size_t bytes : {std::size_t{1}, chunk - 1, chunk, chunk + 1, 2 * chunk}) {
     const std::string content = random_text(bytes, static_cast<unsigned>(bytes));
@@ -91,19 +79,6 @@ TEST_F(chunk_store_test, cuts_a_text_and_gives_back_the_chunks_that_it_needs_no_
     EXPECT_TRUE(store.check());
     store.release(text);
   }
-}
-
-TEST_F(chunk_store_test, refuses_what_has_no_room_and_changes_nothing) {
-  const text_id first = text_of(random_text(5 * chunk, 1));
-  EXPECT_FALSE(store.begin(4 * chunk));
-  EXPECT_FALSE(store.grow(first, 9 * chunk));
-  EXPECT_TRUE(store.grow(first, 8 * chunk));
-  EXPECT_FALSE(store.begin(1));
-  store.retain(first);
-  store.release(first);
-  EXPECT_EQ(store.free(), 0U);
-  store.release(first);
-  EXPECT_EQ(store.free(), 8U);
 }
 
 TEST_F(chunk_store_test, loses_no_chunk_in_random_use) {

@@ -43,17 +43,6 @@ struct index_list : testing::Test {
 };
 using index_queue = index_list;
 
-TEST_F(index_queue, gives_rows_in_the_order_in_which_they_came) {
-  queue waiting;
-  EXPECT_TRUE(waiting.empty());
-  for (const std::uint32_t i : {3U, 1U, 4U}) waiting.push_back(all, number{i});
-  EXPECT_EQ(in_order(waiting), (numbers{3, 1, 4}));
-  EXPECT_EQ(waiting.pop_front(all), number{3});
-  EXPECT_EQ(waiting.pop_front(all), number{1});
-  EXPECT_EQ(waiting.pop_front(all), number{4});
-  EXPECT_TRUE(waiting.empty());
-}
-
 TEST_F(index_queue, takes_a_row_out_wherever_it_stands) {
   queue waiting;
   for (std::uint32_t i = 0; i < 4; ++i) waiting.push_back(all, number{i});
@@ -64,33 +53,6 @@ TEST_F(index_queue, takes_a_row_out_wherever_it_stands) {
   EXPECT_FALSE(waiting.erase(all, number{3}));
   waiting.push_back(all, number{5});
   EXPECT_EQ(in_order(waiting), (numbers{1, 5}));
-}
-
-TEST_F(index_queue, is_walked_while_rows_are_taken_out) {
-  queue waiting;
-  for (std::uint32_t i = 0; i < many; ++i) waiting.push_back(all, number{i});
-  number before{};
-  for (number i = waiting.head; i;) {
-    const number next = all[i].next;
-    if (i.value % 2 == 0) {
-      waiting.erase_behind(all, before);
-    } else {
-      before = i;
-    }
-    i = next;
-  }
-  EXPECT_EQ(in_order(waiting), (numbers{1, 3, 5}));
-  EXPECT_EQ(waiting.tail, number{5});
-}
-
-TEST_F(index_list, puts_rows_in_front_and_behind) {
-  list of;
-  of.push_back(all, number{0});
-  of.push_front(all, number{1});
-  of.push_back(all, number{2});
-  EXPECT_EQ(in_order(of), (numbers{1, 0, 2}));
-  EXPECT_EQ(of.count, 3U);
-  EXPECT_TRUE(right(of));
 }
 
 TEST_F(index_list, does_what_a_deque_does) {

@@ -11,7 +11,6 @@ namespace {
 
 using rowe::service::slot_class;
 using rowe::service::slot_pool;
-using rowe::service::slot_ref;
 
 struct slot_pool_test : testing::Test {
   rowe::limits bounds{.message_bytes_max = 4096,
@@ -23,44 +22,6 @@ struct slot_pool_test : testing::Test {
   rowe::service::chunk_store texts{memory, {}, bounds};
   slot_pool slots{memory, texts, bounds};
 };
-
-TEST_F(slot_pool_test, takes_no_more_memory_than_it_says) {
-  EXPECT_EQ(memory.bytes_used(), slot_pool::footprint_bytes(bounds));
-}
-
-TEST_F(slot_pool_test, gives_small_slots_to_small_messages_and_large_ones_to_others) {
-  EXPECT_GE(slots.buffer(slots.take(slots.class_for(256))).size(), 256U);
-  EXPECT_GE(slots.buffer(slots.take(slots.class_for(257))).size(), 4096U);
-  EXPECT_FALSE(slots.take(slot_class::large));
-  EXPECT_TRUE(slots.take(slot_class::small));
-}
-
-TEST_F(slot_pool_test, refuses_when_all_slots_of_a_size_are_taken) {
-  for (int i = 0; i < 3; ++i) ASSERT_TRUE(slots.take(slot_class::small));
-  EXPECT_FALSE(slots.take(slot_class::small));
-  EXPECT_EQ(slots.in_use(), 3U);
-}
-
-TEST_F(slot_pool_test, frees_a_slot_with_its_last_reference) {
-  const auto slot = slots.take(slot_class::small);
-  const slot_ref ref = slots.ref(slot);
-  slots.retain(slot);
-  EXPECT_FALSE(slots.release(slot));
-  EXPECT_TRUE(slots.alive(ref));
-  EXPECT_TRUE(slots.release(slot));
-  EXPECT_FALSE(slots.alive(ref));
-}
-
-TEST_F(slot_pool_test, makes_references_stale_when_a_slot_expires_and_counts_deliveries_only) {
-  const auto slot = slots.take(slot_class::small);
-  slots.retain(slot);
-  slots.retain(slot);
-  slots.track(slot, true);
-  const slot_ref ref = slots.ref(slot);
-  EXPECT_EQ(slots.expire(slot), 2U);
-  EXPECT_FALSE(slots.alive(ref));
-  EXPECT_EQ(slots.in_use(), 0U);
-}
 
 TEST_F(slot_pool_test, loses_and_doubles_no_slot_in_random_use) {
   constexpr std::uint64_t seed = 20;

@@ -15,13 +15,11 @@ using rowe::service::timer;
 
 struct call_completion_test : call_parts::call_parts {
   const rowe::tests::padded nothing{"{}"};
-  const rowe::tests::padded sum{"{\"sum\":3}"};
 
   // A call of `from`, which `by` is to answer.
   rowe::service::call_index ask(const connection& from, const call_endpoint& by,
-                                rowe::rt::time_point until = rowe::rt::never, std::string_view id = "\"1\"") {
-    const auto index =
-        completion.open(call_endpoint::of(from.id, from.protocol->first.id()), id, "/add", until);
+                                rowe::rt::time_point until = rowe::rt::never) {
+    const auto index = completion.open(of(from), "\"1\"", "/add", until);
     if (index) calls.at(index).callee = by;
     return index;
   }
@@ -30,13 +28,6 @@ struct call_completion_test : call_parts::call_parts {
 
   call_completion_test() { state.pair_rows[{0}] = {.attached = true, .generation = 1}; }
 };
-
-TEST_F(call_completion_test, puts_no_call_on_the_wheel_that_ends_in_its_cycle) {
-  connection& caller = join(0);
-  completion.complete(ask(caller, handle, cycle.now + 1s), "{}");
-  completion.arm_open();
-  EXPECT_EQ(due.next_wake(), rowe::rt::never);
-}
 
 TEST_F(call_completion_test, puts_the_others_there_at_the_end_of_their_cycle) {
   connection& caller = join(0);
@@ -101,21 +92,6 @@ TEST_F(call_completion_test, fails_what_a_handle_was_to_answer_that_is_gone) {
   completion.forget_pair({0});
   ASSERT_EQ(replies(caller).size(), 1U);
   EXPECT_NE(replies(caller)[0].find("/add"), std::string::npos); // there is no such service
-}
-
-TEST_F(call_completion_test, lets_a_peer_ask_so_many_and_gives_the_share_back) {
-  connection& caller = join(0);
-  std::uint32_t asked = 0;
-  for (; calls.admits({0}); ++asked) ASSERT_TRUE(ask(caller, handle, rowe::rt::never, {}));
-  EXPECT_EQ(calls.open_calls_of({0}), asked);
-  EXPECT_LE(asked, bounds.calls_per_connection_max);
-  connection& late = join(1);
-  EXPECT_TRUE(calls.admits({1})); // its claim was kept
-  ask(late, handle);
-  completion.forget(caller.id);
-  EXPECT_EQ(calls.open_calls_of({0}), 0U);
-  EXPECT_EQ(calls.open_calls_of({1}), 1U);
-  EXPECT_TRUE(calls.admits({0}));
 }
 
 } // namespace

@@ -42,21 +42,8 @@ struct direct_messages_test : call_parts::call_parts {
     c.takes_messages = true;
     return c;
   }
-  void leave(connection& c) {
-    sending.forget({c.id.index});
-    out.forget({c.id.index});
-    messages.forget({c.id.index});
-    transport.close(c.id, rowe::service::close_how::aborted);
-    c.state = connection::phase::free;
-    peers.remove();
-    messages.take_outcomes();
-  }
-  // Its socket takes nothing more, or takes all again.
+  // Its socket takes nothing more.
   void block(const connection& c) { transport.link_of(c.id).capacity_bytes = 0; }
-  void unblock(const connection& c) {
-    transport.link_of(c.id).capacity_bytes = 1 << 20;
-    sending.writable({c.id.index});
-  }
   void write() {
     sending.flush_all();
     messages.take_outcomes();
@@ -107,34 +94,6 @@ struct direct_messages_test : call_parts::call_parts {
   }
 };
 
-TEST_F(direct_messages_test, tell_the_sender_once_when_one_peer_has_it) {
-  connection& slow = arrive();
-  connection& quick = arrive();
-  block(slow);
-  EXPECT_TRUE(post(1));
-  EXPECT_EQ(ended(), ends{});
-  write();
-  EXPECT_EQ(heard(quick), numbers{1});
-  EXPECT_EQ(ended(), (ends{{1, sent}}));
-  unblock(slow);
-  write();
-  EXPECT_EQ(heard(slow), numbers{1});
-  EXPECT_EQ(ended(), ends{});
-  EXPECT_EQ(store.slots().in_use(), 0U);
-}
-
-TEST_F(direct_messages_test, go_to_no_other_peer_at_the_same_place) {
-  connection& gone = arrive();
-  const auto meant = to(gone);
-  leave(gone);
-  connection& next = arrive();
-  EXPECT_TRUE(post(1, {.text = {}, .to = meant}));
-  EXPECT_EQ(ended(), (ends{{1, errc::peer_lost}}));
-  EXPECT_EQ(counts.read(counter::lost_with_peer), 1U);
-  write();
-  EXPECT_EQ(heard(next), numbers{});
-}
-
 TEST_F(direct_messages_test, end_when_they_found_no_peer_in_their_time) {
   EXPECT_TRUE(post(1, {.text = {}, .expires = cycle.now + 5ms}));
   EXPECT_TRUE(post(2));
@@ -150,95 +109,6 @@ TEST_F(direct_messages_test, end_when_they_found_no_peer_in_their_time) {
   write();
   EXPECT_EQ(heard(late), numbers{2});
   EXPECT_EQ(ended(), (ends{{3, errc::expired}, {2, sent}}));
-}
-
-TEST_F(direct_messages_test, are_refused_where_they_can_never_be_sent) {
-  (void)arrive();
-  const rowe::tests::padded list{"[1]"}, broken{"{\"n\":}"};
-  const std::string long_text(bounds.message_bytes_max + 1, ' ');
-  EXPECT_TRUE(post(1, {.text = list.text()}));
-  EXPECT_TRUE(post(2, {.text = broken.text()}));
-  EXPECT_TRUE(post(3, {.text = long_text}));
-  EXPECT_TRUE(post(4, {.text = {}, .expires = cycle.now - 1ms}));
-  const auto all = ended();
-  ASSERT_EQ(all.size(), 4U);
-  EXPECT_NE(all[0].second, sent);
-  EXPECT_EQ(all[1].second, errc::malformed);
-  EXPECT_EQ(all[2].second, errc::too_big);
-  EXPECT_EQ(all[3].second, errc::expired);
-  EXPECT_EQ(store.slots().in_use(), 0U);
-}
-
-TEST_F(direct_messages_test, give_back_the_share_of_a_peer_that_left) {
-  connection& first = arrive();
-  block(first);
-  const std::uint32_t before = fill(first);
-  (void)ended();
-  messages.parking().begin_turn(4, false);
-  while (!post(1, first)) {
-  }
-  (void)ended();
-  ASSERT_TRUE(out.of({first.id.index}).marked_full);
-  leave(first);
-  const auto all = ended();
-  EXPECT_EQ(all.size(), before);
-  for (const auto& [number, how] : all) EXPECT_EQ(how, errc::peer_lost) << number;
-  EXPECT_TRUE(messages.check());
-  connection& next = arrive();
-  block(next);
-  messages.parking().begin_turn(1000, false);
-  EXPECT_EQ(fill(next), before);
-}
-
-// ---- parked ones
-
-TEST_F(direct_messages_test, overtake_no_parked_one_for_the_same_peer) {
-  connection& slow = arrive();
-  connection& other = arrive();
-  block(slow);
-  (void)fill(slow); // the last one is parked
-  unblock(slow);
-  write();
-  EXPECT_FALSE(post(1, slow)) << "there is room, but the parked one has its turn first";
-  EXPECT_TRUE(post(2, other));
-  messages.parking().begin_turn(1000, false);
-  EXPECT_TRUE(post(3, slow));
-}
-
-TEST_F(direct_messages_test, to_everyone_hold_back_all_later_ones_while_they_are_parked) {
-  connection& only = arrive();
-  block(only);
-  for (std::uint32_t i = 100; post(i); ++i) {
-  }
-  unblock(only);
-  write();
-  EXPECT_FALSE(post(2, only));
-  EXPECT_FALSE(post(3));
-  messages.parking().begin_turn(1000, false);
-  EXPECT_TRUE(post(1));
-  EXPECT_TRUE(post(2, only));
-}
-
-TEST_F(direct_messages_test, are_parked_up_to_the_share_of_their_peer_and_end_beyond_it) {
-  connection& slow = arrive();
-  connection& other = arrive();
-  block(slow);
-  (void)fill(slow);
-  (void)ended();
-  messages.parking().begin_turn(16, false); // twelve may be parked
-  std::uint32_t parked = 0;
-  while (!post(parked, slow)) ++parked;
-  EXPECT_EQ(parked, 6U) << "as many as it leaves";
-  EXPECT_EQ(ended(), (ends{{parked, errc::full}}));
-  EXPECT_TRUE(out.of({slow.id.index}).marked_full);
-  EXPECT_FALSE(out.of({other.id.index}).marked_full);
-  EXPECT_TRUE(messages.check());
-  messages.parking().begin_turn(16, false);
-  for (std::uint32_t i = 0; i < 12; ++i)
-    EXPECT_FALSE(post(i, {.text = {}, .to = to(slow), .parked = true})) << "what was parked stays so";
-  messages.parking().begin_turn(16, true); // the receiver may park in all of its slots
-  for (parked = 0; !post(parked, slow);) ++parked;
-  EXPECT_EQ(parked, 8U);
 }
 
 TEST_F(direct_messages_test, tell_senders_of_room_when_nothing_is_parked_any_more) {
@@ -259,24 +129,6 @@ TEST_F(direct_messages_test, tell_senders_of_room_when_nothing_is_parked_any_mor
   EXPECT_FALSE(messages.parking().renew_room()) << "once";
 }
 
-// ---- of calls
-
-TEST_F(direct_messages_test, that_are_requests_end_silently_when_their_call_has_ended) {
-  connection& peer = arrive();
-  block(peer);
-  const slot_id slot = out.compose(rowe::service::message_lifetime{},
-                                   [](rowe::json::writer& into) { into.append("{\"n\":7}"); });
-  const auto ref = store.slots().ref(slot);
-  EXPECT_TRUE(messages.send_request(slot, {peer.id.index}, {1, 1}, false));
-  messages.cancel(ref);
-  EXPECT_TRUE(messages.check());
-  messages.cancel(ref); // late, and once more
-  unblock(peer);
-  write();
-  EXPECT_EQ(heard(peer), numbers{});
-  EXPECT_EQ(ended(), ends{});
-}
-
 TEST_F(direct_messages_test, that_are_pending_requests_go_to_the_first_peer_that_comes) {
   const auto index = completion.open({}, {}, "/add", rowe::rt::never);
   const slot_id slot = out.compose(rowe::service::message_lifetime{},
@@ -292,19 +144,6 @@ TEST_F(direct_messages_test, that_are_pending_requests_go_to_the_first_peer_that
   EXPECT_EQ(heard(first), numbers{7});
   EXPECT_EQ(heard(second), numbers{});
   completion.complete(index, "{}");
-}
-
-// ---- the end
-
-TEST_F(direct_messages_test, wait_for_no_other_peer_when_the_endpoint_closes) {
-  connection& only = arrive();
-  block(only);
-  EXPECT_TRUE(post(1));
-  write();
-  cycle.closing = true;
-  leave(only);
-  EXPECT_EQ(ended(), (ends{{1, errc::closed}}));
-  EXPECT_EQ(messages.pending(), 0U);
 }
 
 } // namespace

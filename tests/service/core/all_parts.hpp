@@ -19,7 +19,6 @@ using rowe::service::pair_index;
 
 // With the parts that tests use.
 struct exposed : rowe::service::core_parts {
-  using core_parts::call_completion_;
   using core_parts::core_parts;
   using core_parts::direct_messages_;
   using core_parts::dispatcher_;
@@ -27,15 +26,12 @@ struct exposed : rowe::service::core_parts {
   using core_parts::handle_submissions_;
   using core_parts::inconsistency;
   using core_parts::ingress_;
-  using core_parts::message_store_;
   using core_parts::outbox_;
   using core_parts::receiver_;
   using core_parts::refusals_;
   using core_parts::sender_;
   using core_parts::service_directory_;
-  using core_parts::service_providers_;
   using core_parts::state_;
-  using core_parts::stop_rules_;
   using core_parts::stop_service_;
   using core_parts::thread_submissions_;
 };

@@ -205,6 +205,19 @@ TEST_F(core_test, frees_a_closing_lane_and_its_topic_after_sending_what_it_held)
   EXPECT_EQ(browser.hear(), texts{message(4)});
 }
 
+TEST_F(core_test, counts_once_what_a_lane_counted_that_a_view_holds) {
+  peer other{on};
+  auto& pair = on.offer_now(rowe::detail::pair_kind::subscribe_text, "/heard", 100, {.depth = 4});
+  other.tell(R"({"op":"publish","topic":"/heard","msg":{"n":1}})");
+  std::optional<rowe::subscriber<rowe::json_text>> handle{core_harness::handle_of(pair)};
+  const auto view = handle->try_take();
+  pair.refused_full.add(3);
+  handle.reset();
+  pair.lifecycle.close(); // as the handle's destructor does
+  on.cycle();
+  EXPECT_EQ(on.count(counter::full), 3U);
+}
+
 TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {
   core_harness hub{hub_options()};
   peer talker{hub};

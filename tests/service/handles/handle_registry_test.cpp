@@ -6,7 +6,6 @@
 #include <string>
 
 #include "service/core/all_parts.hpp"
-#include "json/padded.hpp"
 
 namespace handle_registry_test {
 namespace {
@@ -45,17 +44,6 @@ struct handle_registry_test : all_parts::all_parts {
   }
 };
 
-TEST_F(handle_registry_test, answers_each_handle_that_is_offered_once) {
-  const pair_index at = offer_lane();
-  EXPECT_EQ(phase(at), pair_phase::offered);
-  handles.scan();
-  EXPECT_EQ(phase(at), pair_phase::active);
-  const auto generation = state.pair_rows[at].generation;
-  handles.scan();
-  EXPECT_EQ(state.pair_rows[at].generation, generation);
-  EXPECT_EQ(handles.talking(), 1U);
-}
-
 TEST_F(handle_registry_test, tells_two_handles_on_one_queue_pair_apart) {
   const pair_index at = offer_lane();
   handles.scan();
@@ -83,15 +71,6 @@ TEST_F(handle_registry_test, lets_one_handle_provide_a_service) {
   EXPECT_EQ(handles.talking(), 0U);
 }
 
-TEST_F(handle_registry_test, refuses_a_service_for_which_there_is_no_place) {
-  for (int i = 0; i < 4; ++i) (void)provide("/s" + std::to_string(i));
-  const pair_index more = provide("/more");
-  handles.scan();
-  EXPECT_EQ(phase(more), pair_phase::refused);
-  EXPECT_EQ(pair(more).lifecycle.refusal().code, errc::too_many_services);
-  EXPECT_EQ(pair(more).lifecycle.refusal().limit, 4);
-}
-
 TEST_F(handle_registry_test, gives_the_first_receiver_what_came_before_it) {
   ASSERT_TRUE(deliver("{\"n\":1}"));
   ASSERT_TRUE(deliver("{\"n\":2}"));
@@ -108,47 +87,6 @@ TEST_F(handle_registry_test, gives_the_first_receiver_what_came_before_it) {
   close(first);
   ASSERT_TRUE(deliver("{\"n\":3}"));
   EXPECT_EQ(taken(pair(second).user.in), "{\"n\":3}") << "the next one receives";
-}
-
-TEST_F(handle_registry_test, leaves_what_came_to_a_thread_that_receives) {
-  ASSERT_TRUE(deliver("{\"n\":1}"));
-  ASSERT_TRUE(deliver("{\"n\":2}"));
-  const auto slot = threads_inbox.try_receive(cycle.now);
-  ASSERT_TRUE(slot);
-  const pair_index late = offer_lane();
-  handles.scan();
-  EXPECT_EQ(taken(pair(late).user.in), "");
-  (void)threads_inbox.release(*slot); // nobody waits
-}
-
-TEST_F(handle_registry_test, sends_what_a_handle_submitted_before_it_closed) {
-  connection& peer = connect();
-  const pair_index at = offer_lane();
-  handles.scan();
-  ASSERT_TRUE(submit(at, "{\"n\":1}", ref(peer)));
-  close(at);
-  EXPECT_EQ(phase(at), pair_phase::free);
-  EXPECT_NE(hear(peer).find("{\"n\":1}"), std::string::npos);
-}
-
-TEST_F(handle_registry_test, keeps_a_closed_handle_while_something_of_it_is_parked) {
-  connection& peer = connect();
-  const pair_index at = offer_lane(false);
-  handles.scan();
-  block(peer);
-  for (int i = 0; i < 1000 && !state.pair_rows[at].parked_first; ++i) {
-    ASSERT_TRUE(submit(at, "{}", ref(peer)));
-    handles.scan();
-    (void)hear(peer);
-  }
-  ASSERT_TRUE(state.pair_rows[at].parked_first);
-  close(at);
-  EXPECT_EQ(phase(at), pair_phase::closing);
-  EXPECT_TRUE(parts.handle_submissions_.waits());
-  unblock(peer);
-  (void)hear(peer);
-  handles.scan();
-  EXPECT_EQ(phase(at), pair_phase::free);
 }
 
 TEST_F(handle_registry_test, gives_a_queue_pair_back_when_its_last_slot_is_released) {

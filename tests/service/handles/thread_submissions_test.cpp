@@ -11,7 +11,6 @@ namespace thread_submissions_test {
 namespace {
 
 using namespace all_parts;
-using rowe::errc;
 
 struct thread_submissions_test : all_parts::all_parts {
   thread_submissions_test()
@@ -22,13 +21,12 @@ struct thread_submissions_test : all_parts::all_parts {
 
   rowe::service::thread_submissions& submitted = parts.thread_submissions_;
 
-  rowe::result<std::uint32_t> submit(std::string_view text, rowe::detail::peer_ref to, bool waits = false) {
+  rowe::result<std::uint32_t> submit(std::string_view text, rowe::detail::peer_ref to) {
     rowe::service::submission_header asked;
     asked.what = rowe::detail::entry::message;
     asked.peer = to;
     asked.stamped = cycle.now;
     asked.expires = rowe::rt::never;
-    asked.wants_outcome = waits;
     return submissions.submit(asked, text);
   }
   // Until one message to the peer is parked.
@@ -40,17 +38,6 @@ struct thread_submissions_test : all_parts::all_parts {
     ASSERT_TRUE(submitted.waits());
   }
 };
-
-TEST_F(thread_submissions_test, give_their_slots_back_when_they_are_taken) {
-  connection& peer = connect();
-  for (int i = 0; i < 20; ++i) {
-    ASSERT_TRUE(submit("{}", ref(peer)));
-    submitted.take();
-    (void)hear(peer);
-  }
-  EXPECT_TRUE(submissions.all_free());
-  EXPECT_TRUE(submitted.drained());
-}
 
 TEST_F(thread_submissions_test, keep_their_order_while_they_are_parked) {
   connection& slow = connect();
@@ -71,12 +58,6 @@ TEST_F(thread_submissions_test, keep_their_order_while_they_are_parked) {
   EXPECT_LT(all.find("{\"n\":1}"), all.find("{\"n\":2}"));
   EXPECT_NE(all.find("{\"n\":2}"), all.npos);
   EXPECT_TRUE(submissions.all_free());
-}
-
-TEST_F(thread_submissions_test, tell_of_room_once_where_it_came) {
-  EXPECT_FALSE(submitted.notify_room(false));
-  EXPECT_TRUE(submitted.notify_room(true));
-  EXPECT_FALSE(submitted.notify_room(false));
 }
 
 } // namespace

@@ -72,14 +72,6 @@ TEST(control_frames, are_whole_whatever_comes_and_however_it_is_written) {
   }
 }
 
-TEST(control_frames, do_not_outgrow_their_room_by_a_short_frame_among_long_ones) {
-  control_frames frames;
-  for (const std::size_t payload : {125U, 125U, 125U, 7U, 125U, 125U, 125U}) {
-    ASSERT_TRUE(place(frames, wire::opcode::pong, payload, 1));
-    ASSERT_LE(frames.size, frames.bytes.size() - control_frames::frame_bytes_max);
-  }
-}
-
 } // namespace
 } // namespace control_frames_test
 } // namespace rowe::service

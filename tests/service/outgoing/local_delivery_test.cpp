@@ -9,7 +9,6 @@
 
 #include <rowe/schema.hpp>
 
-#include "service/handles/pair_release.hpp"
 #include "service/state/state_fixture.hpp"
 #include "json/padded.hpp"
 
@@ -51,23 +50,21 @@ struct local_delivery_test : state_fixture::state_fixture {
     ++state.pair_rows[at].generation;
     return at;
   }
-  pair_index subscribe(std::uint32_t depth, rowe::keep keep = rowe::keep::all) {
-    return attach(
-        {.kind = pair_kind::subscribe_text, .name = "/t", .keep = keep, .in_depth = depth, .in_bytes = 64});
+  pair_index subscribe() {
+    return attach({.kind = pair_kind::subscribe_text, .name = "/t", .in_depth = 1, .in_bytes = 64});
   }
-  pair_index subscribe_points(std::uint32_t depth, rowe::keep keep = rowe::keep::all) {
+  pair_index subscribe_points() {
     return attach({.kind = pair_kind::subscribe_value,
                    .name = "/t",
-                   .keep = keep,
-                   .in_depth = depth,
+                   .in_depth = 1,
                    .in_bytes = sizeof(point),
                    .decoded = &rowe::describe<point>()});
   }
-  pair_index call(std::uint32_t depth = 4) {
+  pair_index call() {
     return attach({.kind = pair_kind::call_text,
                    .name = "/add",
                    .out_depth = 4,
-                   .completions_depth = depth,
+                   .completions_depth = 4,
                    .out_bytes = 64,
                    .completions_bytes = 64});
   }
@@ -78,37 +75,10 @@ struct local_delivery_test : state_fixture::state_fixture {
   call_endpoint of(pair_index at) { return call_endpoint::of(at, state.pair_rows[at].generation); }
   queue_pair& pair(pair_index at) { return state.pairs[at]; }
   std::string next(pair_index at) { return taken(state.pairs[at].user.in); }
-  bool all_released(pair_index at) { return rowe::service::all_slots_released(state.pairs[at]); }
 };
 
-TEST_F(local_delivery_test, keeps_the_order_and_what_came_with_each) {
-  const pair_index to = subscribe(4);
-  EXPECT_TRUE(deliver(to, "{\"n\":1}"));
-  EXPECT_TRUE(deliver(to, "{\"n\":2}"));
-  const auto slot = pair(to).user.in.ring->try_pop();
-  ASSERT_TRUE(slot);
-  EXPECT_EQ(pair(to).user.in.memory.header(*slot)->stamped_ns, 7);
-  EXPECT_EQ(pair(to).user.in.memory.header(*slot)->bytes, 7U);
-  pair(to).user.in.free_ring->release(*slot);
-  EXPECT_EQ(next(to), "{\"n\":2}");
-  EXPECT_TRUE(all_released(to));
-}
-
-TEST_F(local_delivery_test, is_full_until_the_handle_releases_a_slot) {
-  const pair_index to = subscribe(2);
-  EXPECT_TRUE(deliver(to, "1"));
-  EXPECT_TRUE(deliver(to, "2"));
-  EXPECT_EQ(deliver(to, "3").code(), errc::full);
-  const auto slot = pair(to).user.in.ring->try_pop(); // taken, and not released
-  EXPECT_EQ(deliver(to, "3").code(), errc::full);
-  pair(to).user.in.free_ring->release(*slot);
-  EXPECT_TRUE(deliver(to, "3"));
-  EXPECT_EQ(next(to), "2");
-  EXPECT_EQ(next(to), "3");
-}
-
 TEST_F(local_delivery_test, takes_no_slot_for_what_is_too_big) {
-  const pair_index to = subscribe(1);
+  const pair_index to = subscribe();
   const rowe::status done = deliver(to, std::string(65, 'x'));
   ASSERT_EQ(done.code(), errc::too_big);
   EXPECT_EQ(done.error().value, 65);
@@ -118,7 +88,7 @@ TEST_F(local_delivery_test, takes_no_slot_for_what_is_too_big) {
 }
 
 TEST_F(local_delivery_test, takes_no_slot_for_what_cannot_be_decoded) {
-  const pair_index to = subscribe_points(1);
+  const pair_index to = subscribe_points();
   for (int i = 0; i < 3; ++i) {
     EXPECT_FALSE(deliver(to, R"({"x":"text","y":2})"));
     std::array<char, rowe::json::decoder::diagnosis::text_bytes_max> buffer;
@@ -136,58 +106,6 @@ TEST_F(local_delivery_test, takes_no_slot_for_what_cannot_be_decoded) {
   EXPECT_TRUE(deliver(to, R"({"x":3,"y":4})"));
 }
 
-TEST_F(local_delivery_test, replaces_an_older_value_in_a_window) {
-  const pair_index to = subscribe_points(1, rowe::keep::newest);
-  for (int i = 1; i <= 5; ++i) EXPECT_TRUE(deliver(to, "{\"x\":" + std::to_string(i) + ",\"y\":0}"));
-  EXPECT_FALSE(deliver(to, R"({"x":"text","y":0})"));
-  const auto found = pair(to).user.in.newest->begin_read();
-  ASSERT_EQ(found.state, rowe::rt::freshness::fresh);
-  point got{};
-  std::memcpy(&got, pair(to).user.in.memory.value(found.slot), sizeof got);
-  EXPECT_EQ(got.x, 5) << "what cannot be decoded replaces nothing";
-}
-
-// ---- the ends of calls and of sends
-
-TEST_F(local_delivery_test, tells_a_handle_how_its_call_ended) {
-  const pair_index by = call();
-  delivery.complete(of(by), {3, 1}, {}, R"({"sum":3})");
-  delivery.complete(of(by), {4, 1}, rowe::error{errc::timed_out, 5, 6}, "too late");
-  auto& ends = pair(by).user.completions;
-  const auto first = ends.ring->try_pop();
-  ASSERT_TRUE(first);
-  EXPECT_FALSE(ends.memory.header(*first)->failed);
-  EXPECT_EQ(ends.memory.header(*first)->own, (rowe::detail::call_ref{3, 1}));
-  const auto second = ends.ring->try_pop();
-  ASSERT_TRUE(second);
-  const rowe::detail::value_header& failed = *ends.memory.header(*second);
-  EXPECT_TRUE(failed.failed);
-  EXPECT_EQ(failed.outcome, errc::timed_out);
-  EXPECT_EQ(failed.outcome_value, 5);
-  EXPECT_EQ(failed.outcome_limit, 6);
-  EXPECT_EQ((std::string_view{reinterpret_cast<const char*>(ends.memory.value(*second)), failed.bytes}),
-            "too late");
-}
-
-TEST_F(local_delivery_test, tells_nothing_to_the_next_handle_on_the_same_queue_pair) {
-  const pair_index by = call();
-  const call_endpoint before = of(by);
-  ++state.pair_rows[by].generation;
-  delivery.complete(before, {1, 1}, {}, "{}");
-  EXPECT_EQ(taken(pair(by).user.completions), "");
-  state.pair_rows[by].attached = false;
-  delivery.complete(of(by), {1, 1}, {}, "{}");
-  EXPECT_EQ(taken(pair(by).user.completions), "");
-  EXPECT_TRUE(all_released(by)) << "and no slot is lost by it";
-}
-
-TEST_F(local_delivery_test, tells_nobody_of_a_call_that_nobody_waits_for) {
-  const pair_index by = call();
-  delivery.complete(of(by), {}, {}, "{}");
-  delivery.complete({}, {1, 1}, {}, "{}");
-  EXPECT_EQ(taken(pair(by).user.completions), "");
-}
-
 TEST_F(local_delivery_test, fails_a_call_whose_reply_is_too_long_for_its_handle) {
   const pair_index by = call();
   delivery.complete(of(by), {1, 1}, {}, std::string(65, 'x'));
@@ -199,67 +117,6 @@ TEST_F(local_delivery_test, fails_a_call_whose_reply_is_too_long_for_its_handle)
   EXPECT_EQ(ends.memory.header(*slot)->outcome_limit, 64);
   EXPECT_EQ(ends.memory.header(*slot)->bytes, 0U);
   EXPECT_EQ(counts.read(counter::too_big), 1U);
-}
-
-TEST_F(local_delivery_test, cuts_a_diagnostic_between_characters) {
-  const pair_index by = call();
-  const std::string diagnostic = std::string(63, 'x') + "\u00e9 and more";
-  delivery.complete(of(by), {1, 1}, errc::refused, diagnostic);
-  EXPECT_EQ(taken(pair(by).user.completions), std::string(63, 'x'));
-}
-
-TEST_F(local_delivery_test, tells_a_thread_by_its_slot) {
-  const auto slot = submissions.submit({.wants_outcome = true}, "{}");
-  ASSERT_TRUE(slot);
-  (void)submissions.take([](std::uint32_t) {}, 1);
-  delivery.complete({.who = call_endpoint::kind::thread, .index = *slot}, {}, errc::peer_lost);
-  EXPECT_TRUE(submissions.wait(*slot, rowe::rt::never));
-  EXPECT_EQ(submissions.outcome(*slot).code(), errc::peer_lost);
-  submissions.release(*slot);
-  EXPECT_TRUE(submissions.all_free());
-}
-
-// How many of its messages find a place when it sends `count` of them.
-struct shares : local_delivery_test {
-  std::size_t send(pair_index to, std::uint32_t peer, std::size_t count) {
-    std::size_t delivered = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      body.emplace("{}");
-      const rowe::detail::peer_ref from{peer, peer == 9 ? 0U : 1U};
-      delivered += delivery.may_deliver(to, from) && delivery.deliver(to, {.peer = from}, body->text(), why);
-    }
-    return delivered;
-  }
-};
-
-TEST_F(shares, of_an_inbox_leave_room_for_other_peers) {
-  const pair_index inbox = subscribe(16), small = subscribe(4), two = subscribe(2), one = subscribe(1);
-  state.peers.add();
-  EXPECT_EQ(send(inbox, 0, 100), 16U) << "where it is alone, all is its";
-  while (state.pairs[inbox].user.in.ring->try_pop()) {
-  }
-  state.peers.add();
-  const pair_index again = subscribe(16);
-  EXPECT_EQ(send(again, 0, 100), 12U);
-  EXPECT_EQ(send(again, 1, 100), 3U);
-  EXPECT_EQ(send(again, 2, 100), 1U) << "each finds a place";
-  EXPECT_EQ(send(small, 0, 100), 3U);
-  EXPECT_EQ(send(small, 1, 100), 1U);
-  EXPECT_EQ(send(two, 0, 100), 1U);
-  EXPECT_EQ(send(two, 1, 100), 1U);
-  EXPECT_EQ(send(one, 0, 100), 1U);
-  const pair_index own = subscribe(16);
-  EXPECT_EQ(send(own, 9, 100), 16U) << "this process has no share";
-}
-
-TEST_F(shares, come_back_as_the_handle_takes) {
-  state.peers.add();
-  state.peers.add();
-  const pair_index inbox = subscribe(8);
-  EXPECT_EQ(send(inbox, 0, 100), 6U);
-  auto& in = state.pairs[inbox].user.in;
-  for (int i = 0; i < 3; ++i) in.free_ring->release(in.ring->try_pop().value());
-  EXPECT_EQ(send(inbox, 0, 100), 3U);
 }
 
 } // namespace

@@ -3,50 +3,33 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <string>
 #include <string_view>
-#include <vector>
 
-#include "service/outgoing/subscription_queues.hpp"
 #include "service/state/state_fixture.hpp"
 
 namespace outbox_test {
 namespace {
 
-using namespace std::chrono_literals;
-using rowe::priority;
 using rowe::service::connection;
-using rowe::service::counter;
 using rowe::service::peer_index;
-using rowe::service::queue;
 using rowe::service::slot_id;
-using rowe::service::subscription_id;
-using rowe::service::topic_id;
 
-rowe::limits few(std::uint32_t slots = 8) {
-  return {.connections_max = 4,
-          .message_bytes_max = 1024,
-          .topics_max = 8,
-          .subscriptions_max = 16,
-          .small_slots = slots,
-          .small_slot_bytes = 256,
-          .large_slots = 1,
-          .queue_depth_max = 8,
-          .queued_max = 64,
-          .calls_max = 4};
-}
-
-// An outbox with the tables it works on, and peers that are connected.
+// An outbox, and peers that are connected.
 struct outbox_test : state_fixture::state_fixture {
-  explicit outbox_test(const rowe::limits& of = few()) : state_fixture{::state_fixture::with(of)} {}
+  outbox_test()
+      : state_fixture{::state_fixture::with({.connections_max = 4,
+                                             .message_bytes_max = 1024,
+                                             .topics_max = 8,
+                                             .subscriptions_max = 16,
+                                             .small_slots = 8,
+                                             .small_slot_bytes = 256,
+                                             .large_slots = 1,
+                                             .queue_depth_max = 8,
+                                             .queued_max = 64,
+                                             .calls_max = 4})} {}
 
-  const std::size_t used_before = memory.bytes_used();
   rowe::service::message_store store{memory, state};
   rowe::service::outbox out{memory, state, store};
-  rowe::service::long_outbox long_out{{.state_ = state, .message_store_ = store, .outbox_ = out}};
-  rowe::service::subscription_queues queues{
-      {.state_ = state, .message_store_ = store, .outbox_ = out, .long_outbox_ = long_out}};
 
   peer_index join(std::uint32_t index) {
     connection& c = peers[{index}];
@@ -56,110 +39,14 @@ struct outbox_test : state_fixture::state_fixture {
     out.open({index});
     return {index};
   }
-  topic_id topic(std::string_view name) {
-    const auto index = topics.find_or_add(name);
-    topics.hold(index);
-    return index;
-  }
-  subscription_id subscribe(peer_index peer, topic_id topic, std::int64_t throttle_ms = 0,
-                            std::uint32_t queue_length = 0) {
-    const auto index = subscriptions.add(topic, peer);
-    auto& s = subscriptions.at(index);
-    s.request_count = 1;
-    s.requests[0] = {.throttle = std::chrono::milliseconds{throttle_ms}, .queue_length = queue_length};
-    queues.merge_requests(index);
-    return index;
-  }
-  void publish(topic_id topic, std::string_view body, rowe::rt::time_point expires = rowe::rt::never) {
-    const auto slot =
-        out.compose_message(topic, cycle.now, expires, [&](rowe::json::writer& into) { into.append(body); });
-    ASSERT_TRUE(slot);
-    queues.fan_out(topic, slot, false);
-    store.release(slot);
-  }
   bool reply(peer_index to, std::string_view text) {
     return out.reply(to, [&](rowe::json::writer& into) { into.append(text); }).value != slot_id::none;
-  }
-  // The bodies that wait in a queue, oldest first.
-  std::vector<std::string> waiting(const queue& of) {
-    std::vector<std::string> all;
-    for (auto at = of.entries.head; at; at = out.entries().after(at)) {
-      const auto slot = out.entries().at(at);
-      if (!store.is_due(slot)) continue;
-      const auto body = store.slots().body(slot.index);
-      all.emplace_back(body.begin(), body.end());
-    }
-    return all;
-  }
-  std::vector<std::string> waiting(subscription_id subscription) {
-    return waiting(subscriptions.at(subscription).pending);
-  }
-  // As the sender does: everything of one subscription that is ready is written.
-  void write(subscription_id subscription) {
-    queue& from = subscriptions.at(subscription).pending;
-    while (!from.empty()) {
-      const auto slot = out.entries().front(from).index;
-      out.take_front(from, slot);
-      queues.mark_served(subscription);
-      store.delivered(slot);
-    }
-  }
-  void write_replies(peer_index peer, int count) {
-    for (queue& from = out.of(peer).replies; count != 0 && !from.empty(); --count) {
-      const auto slot = out.entries().front(from).index;
-      out.take_front(from, slot);
-      store.delivered(slot);
-    }
-  }
-  std::vector<subscription_id> ready(peer_index peer, priority at = priority::normal) {
-    std::vector<subscription_id> all;
-    const auto& on = out.of(peer).ready[static_cast<std::size_t>(at)];
-    for (auto i = on.head; i; i = subscriptions.all()[i].next_ready) all.push_back(i);
-    return all;
   }
   void TearDown() override {
     EXPECT_TRUE(store.check());
     EXPECT_TRUE(out.check());
-    EXPECT_TRUE(queues.check());
   }
 };
-
-TEST_F(outbox_test, takes_no_more_memory_than_it_says) {
-  EXPECT_EQ(memory.bytes_used() - used_before, rowe::service::message_store::footprint_bytes(bounds) +
-                                                   rowe::service::outbox::footprint_bytes(bounds));
-}
-
-TEST_F(outbox_test, frees_the_slot_when_the_last_peer_was_given_it) {
-  const auto odom = topic("/odom");
-  const auto first = subscribe(join(0), odom), second = subscribe(join(1), odom);
-  publish(odom, "{}");
-  write(first);
-  EXPECT_EQ(store.slots().in_use(), 1U);
-  write(second);
-  EXPECT_EQ(store.slots().in_use(), 0U);
-}
-
-TEST_F(outbox_test, takes_who_has_nothing_left_off_the_ready_list) {
-  const auto peer = join(0);
-  const auto a = subscribe(peer, topic("/a"));
-  publish(topics.find("/a"), "a");
-  write(a);
-  queues.rotate_ready(peer);
-  EXPECT_TRUE(ready(peer).empty());
-}
-
-TEST_F(outbox_test, takes_the_oldest_from_whoever_holds_most_where_all_slots_are_taken) {
-  const auto hoarder = join(0), modest = join(1);
-  const auto much = topic("/much"), little = topic("/little");
-  const auto of_hoarder = subscribe(hoarder, much), of_modest = subscribe(modest, little);
-  publish(little, "kept");
-  for (char i = 'a'; i < 'a' + 7; ++i) publish(much, std::string(1, i));
-  ASSERT_EQ(store.slots().free_for_all(rowe::service::slot_class::small), 0U);
-  publish(much, "new");
-  EXPECT_EQ(waiting(of_modest), std::vector<std::string>{"kept"});
-  EXPECT_EQ(waiting(of_hoarder).front(), "b");
-  EXPECT_EQ(counts.read(counter::evicted), 1U);
-}
 
 TEST_F(outbox_test, takes_nothing_from_who_comes_to_the_place_of_one_that_held_most) {
   auto place = join(0);
@@ -186,60 +73,6 @@ TEST_F(outbox_test, says_whose_reply_was_evicted_to_whoever_tracks_it) {
   ASSERT_TRUE(store.take_outcome(told));
   EXPECT_EQ(told.slot, oldest);
   EXPECT_TRUE(told.ended && told.evicted);
-}
-
-struct outbox_with_many_slots : outbox_test {
-  outbox_with_many_slots() : outbox_test{few(100)} {}
-};
-
-TEST_F(outbox_with_many_slots, has_fewer_places_for_replies_to_a_peer_that_does_not_read) {
-  const auto reader = join(0), other = join(1);
-  out.of(other).blocked = true;
-  std::uint32_t to_reader = 0, to_other = 0;
-  for (int i = 0; i < 80; ++i) {
-    to_reader += reply(reader, "x");
-    to_other += reply(other, "x");
-    write_replies(reader, 1);
-  }
-  EXPECT_EQ(to_reader, 80U);
-  EXPECT_EQ(to_other, rowe::service::replies_max_backpressured);
-  EXPECT_EQ(counts.read(counter::outbox_full), 80U - to_other);
-}
-
-TEST_F(outbox_test, owes_a_latched_value_until_it_can_be_written) {
-  const auto map = topic("/map");
-  ASSERT_TRUE(state.latches.keep(topics.at(map).latched, "{\"map\":1}",
-                                 {rowe::service::latch_owner::kind::handle, 0}, cycle.now, rowe::rt::never));
-  const auto peer = join(0);
-  const auto of = subscribe(peer, map);
-  queues.schedule_latched(of);
-  EXPECT_EQ(out.of(peer).latched_pending, 1U);
-  EXPECT_EQ(store.slots().in_use(), 0U); // no slot yet
-  queues.place_pending_latched(peer);
-  EXPECT_EQ(waiting(of), std::vector<std::string>{"{\"map\":1}"});
-  EXPECT_EQ(out.of(peer).latched_pending, 0U);
-}
-
-TEST_F(outbox_test, gives_everything_back_when_a_subscription_ends) {
-  const auto peer = join(0);
-  const auto of = subscribe(peer, topic("/a"), 100, 4);
-  for (int i = 0; i < 3; ++i) publish(topics.find("/a"), "a");
-  queues.drop(of);
-  EXPECT_EQ(store.slots().in_use(), 0U);
-  EXPECT_EQ(counts.read(counter::lost_with_peer), 3U);
-  subscriptions.remove(of);
-}
-
-TEST_F(outbox_test, gives_everything_back_when_a_peer_goes) {
-  const auto peer = join(0);
-  ASSERT_TRUE(reply(peer, "x"));
-  const auto slot =
-      out.compose(rowe::service::message_lifetime{}, [](rowe::json::writer& into) { into.append("y"); });
-  ASSERT_TRUE(out.push_direct(peer, priority::normal, slot));
-  store.release(slot);
-  out.forget(peer);
-  EXPECT_EQ(store.slots().in_use(), 0U);
-  EXPECT_EQ(counts.read(counter::lost_with_peer), 2U);
 }
 
 } // namespace

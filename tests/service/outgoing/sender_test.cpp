@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <string>
-#include <vector>
 
 #include "service/incoming/peer_parts.hpp"
 
@@ -16,14 +15,13 @@ using rowe::service::write_work_per_cycle;
 using rowe::wire::opcode;
 
 struct sender_test : peer_parts::peer_parts {
-  explicit sender_test(rowe::service::side of = rowe::service::side::server)
+  sender_test()
       : peer_parts{::state_fixture::with({.connections_max = 2 * write_work_per_cycle,
                                           .message_bytes_max = 1024,
                                           .small_slots = 512,
                                           .small_slot_bytes = 256,
                                           .large_slots = 4,
-                                          .lanes_max = 1}),
-                   of} {}
+                                          .lanes_max = 1})} {}
 
   void say(const connection& to, std::string_view text) {
     ASSERT_TRUE(out.reply({to.id.index}, [&](rowe::json::writer& into) { into.append(text); }));
@@ -37,41 +35,6 @@ struct sender_test : peer_parts::peer_parts {
     peer_parts::TearDown();
   }
 };
-
-TEST_F(sender_test, writes_control_frames_and_the_stop_before_messages) {
-  connection& peer = connect();
-  capacity(peer) = 0;
-  say(peer, "{\"message\":1}");
-  sending.flush_all();
-  const std::string answer = "{\"stop\":1}", state_text = "{\"state\":1}";
-  sending.add_stop_state({peer.id.index}, state_text);
-  sending.add_stop_reply({peer.id.index}, answer);
-  sending.send_control({peer.id.index}, opcode::pong, bytes("pong"));
-  EXPECT_EQ(arrived(peer), "");
-  capacity(peer) = 1 << 20;
-  sending.writable({peer.id.index});
-  sending.flush_all();
-  const std::string all = arrived(peer);
-  EXPECT_LT(all.find("pong"), all.find("stop"));
-  EXPECT_LT(all.find("stop"), all.find("message"));
-  EXPECT_LT(all.find("state"), all.find("message"));
-  EXPECT_NE(all.find("message"), all.npos);
-}
-
-TEST_F(sender_test, counts_answers_to_a_stop_for_which_there_is_no_room) {
-  connection& peer = connect();
-  capacity(peer) = 0;
-  const std::string answer = "{\"stop\":\"" + std::string(1000, 'x') + "\"}";
-  for (int i = 0; i < 8; ++i) sending.add_stop_reply({peer.id.index}, answer);
-  EXPECT_GE(counts.read(counter::stop_answers_lost), 4U);
-  EXPECT_LT(counts.read(counter::stop_answers_lost), 8U);
-  capacity(peer) = 1 << 20;
-  sending.writable({peer.id.index});
-  sending.flush_all();
-  EXPECT_FALSE(arrived(peer).empty()) << "those before are whole";
-  sending.add_stop_reply({peer.id.index}, answer);
-  EXPECT_FALSE(arrived(peer).empty());
-}
 
 TEST_F(sender_test, begins_anew_with_the_next_peer_at_the_same_place) {
   connection& peer = connect();

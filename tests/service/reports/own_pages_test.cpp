@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// /metrics and /healthz: what they say, who may have them, and what they cost.
+// /metrics and /healthz: what they say, and who may have them.
 #include "service/core/core_fixtures.hpp"
 
 #include <rowe/access.hpp>
-#include <rowe/stop_latch.hpp>
 
 #include <algorithm>
 #include <map>
@@ -116,25 +115,12 @@ TEST_F(own_pages, have_gauges_of_peers_topics_the_stop_and_the_time) {
   EXPECT_EQ(after.at("rowe_uptime_seconds"), "10.001000000");
 }
 
-TEST_F(own_pages, say_whether_loops_may_move) {
-  auto& loop = on.offer_now(rowe::detail::latch_request({.name = "loop"}));
-  EXPECT_EQ(samples().at("rowe_stop_in_use"), "1");
-  EXPECT_EQ(samples().at("rowe_stopped"), "1"); // a robot starts stopped
-  rowe::stop_latch latch{core_harness::handle_of(loop)};
-  EXPECT_TRUE(latch.engaged());
-}
-
 TEST_F(own_pages, fit_into_their_buffer_with_the_largest_figures) {
   for (std::size_t i = 0; i < counter_descriptions.size(); ++i)
     on.shared.counts.set(static_cast<counter>(i), UINT64_MAX);
   const http_answer answer = get("/metrics");
   EXPECT_LE(answer.body.size(), metrics_report::bytes_max);
   EXPECT_GT(answer.body.size(), metrics_report::bytes_max * 3 / 4) << "the buffer is larger than it need be";
-}
-
-TEST_F(own_pages, leave_other_paths_to_the_page) {
-  EXPECT_EQ(get("/").status, 404); // the harness has none
-  EXPECT_EQ(get("/metrics/").status, 404);
 }
 
 // ---- health
@@ -176,32 +162,10 @@ rowe::endpoint_options with_roles() {
 
 struct own_pages_with_roles : own_pages {
   own_pages_with_roles() : own_pages{with_roles()} {}
-  std::uint16_t asked_by(std::string_view token, std::string_view path = "/metrics", bool in_url = false) {
-    return may_read({.address = "10.0.0.7:1", .path = path, .token = token, .in_url = in_url}).status;
+  std::uint16_t asked_by(std::string_view token, std::string_view path) {
+    return may_read({.address = "10.0.0.7:1", .path = path, .token = token}).status;
   }
 };
-
-TEST_F(own_pages_with_roles, need_the_right_to_call_for_the_statistics) {
-  EXPECT_EQ(asked_by("scraper-shows-this-token"), 0);
-  EXPECT_EQ(asked_by(""), 401);
-  EXPECT_EQ(asked_by("mallory-shows-this-token"), 401);
-  EXPECT_EQ(asked_by("scraper-shows-this-token", "/metrics", true), 401); // not a token for URLs
-  EXPECT_EQ(on.count(counter::denied), 0U);
-  EXPECT_EQ(asked_by("arm-shows-this-token"), 403);
-  EXPECT_EQ(on.count(counter::denied), 1U);
-}
-
-TEST_F(own_pages_with_roles, name_the_role_and_the_right_that_is_missing) {
-  const auto refused =
-      may_read({.address = "10.0.0.7:1", .path = "/metrics", .token = "arm-shows-this-token"});
-  EXPECT_EQ(refused.value, "arm, role arm, has no right to call /rowe/stats");
-  EXPECT_EQ(refused.what, "%");
-}
-
-TEST_F(own_pages_with_roles, keep_health_and_the_page_open) {
-  EXPECT_EQ(asked_by("", "/healthz"), 0);
-  EXPECT_EQ(asked_by("", "/"), 0);
-}
 
 TEST_F(own_pages_with_roles, let_those_log_in_whose_token_is_known) {
   const auto typed = [&](std::string_view token, std::string_view address = "10.0.0.7:1") {
@@ -256,10 +220,6 @@ TEST_F(own_pages, let_nobody_log_in_where_there_are_no_identities) {
       {.address = "10.0.0.7:1", .path = "/rowe/login", .token = "a-token-of-some-length", .typed_in = true});
   EXPECT_EQ(answer.status, 409);
   EXPECT_EQ(answer.what, "no identities are configured here");
-}
-
-TEST_F(own_pages, are_open_where_there_are_no_identities) {
-  EXPECT_EQ(may_read({.address = "10.0.0.7:1", .path = "/metrics", .token = {}}).status, 0);
 }
 
 } // namespace

@@ -108,14 +108,6 @@ TEST_F(hub_test, says_busy_and_which_limits_to_a_peer_that_has_its_share) {
   EXPECT_NE(replies(caller)[0].find("calls_per_connection_max"), std::string::npos);
 }
 
-TEST_F(call_router_test, hands_a_call_of_this_process_to_the_stop_with_its_arguments) {
-  add_loop();
-  start("rowe/stop", R"({"source":"test"})", cycle.now + 1s);
-  EXPECT_EQ(stops(), 1U);
-  EXPECT_EQ(rules.source(), "test");
-  EXPECT_EQ(calls.in_flight(), 1U); // answered when the loop has acknowledged, or in vain
-}
-
 TEST_F(call_router_test, stops_although_there_is_no_time_for_the_answer) {
   add_loop();
   start("/rowe/stop", "{}", cycle.now - 1s);
@@ -135,13 +127,6 @@ TEST_F(call_router_test, stops_although_there_is_no_place_for_the_answer) {
                 .began = cycle.now,
                 .deadline = cycle.now + 1s});
   EXPECT_EQ(stops(), 1U);
-}
-
-TEST_F(call_router_test, knows_no_stop_where_there_is_none) {
-  start("/rowe/stop", "{}", cycle.now - 1s);
-  start("/rowe/stop", "{}", cycle.now + 1s);
-  EXPECT_EQ(stops(), 0U);
-  EXPECT_EQ(calls.in_flight(), 0U);
 }
 
 } // namespace

@@ -36,8 +36,6 @@ std::vector<std::size_t> written(std::size_t room, std::size_t places, const std
 
 using numbers = std::vector<std::size_t>;
 
-TEST(fitting_names, are_all_if_they_fit) { EXPECT_EQ(written(100, 4, {{90}, {5}, {5}}), (numbers{0, 1, 2})); }
-
 TEST(fitting_names, are_those_that_take_no_more_than_their_share_whatever_others_take) {
   EXPECT_EQ(written(100, 4, {{80}, {80}, {25}, {25}}), (numbers{2, 3}));
   EXPECT_EQ(written(100, 4, {{50}, {80}, {25}, {25}}), (numbers{0, 2, 3}));
@@ -46,10 +44,6 @@ TEST(fitting_names, are_those_that_take_no_more_than_their_share_whatever_others
 TEST(fitting_names, are_long_ones_of_this_process_before_those_of_peers) {
   EXPECT_EQ(written(100, 10, {{60}, {60, true}, {30}}), (numbers{1, 2}));
   EXPECT_EQ(written(100, 10, {{60, true}, {60, true}, {40}}), (numbers{0}));
-}
-
-TEST(fitting_names, are_none_where_there_is_no_room) {
-  EXPECT_EQ(written(0, 4, {{1}, {1, true}}), numbers{});
 }
 
 } // namespace

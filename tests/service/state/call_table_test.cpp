@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -11,69 +10,27 @@
 namespace call_table_test {
 namespace {
 
-using rowe::detail::call_ref;
 using rowe::service::call_endpoint;
 using rowe::service::call_index;
 using rowe::service::call_table;
 using rowe::service::connection_id;
 
-rowe::limits few() {
-  return {.connections_max = 4,
-          .calls_max = 32, // 24 of peers: a claim to three for each, and the other twelve for whoever comes
-          .calls_per_connection_max = 20};
-}
-
 struct call_table_test : testing::Test {
-  explicit call_table_test(const rowe::limits& of = few()) : bounds{of} { calls.begin(0xF00D); }
+  call_table_test() { calls.begin(0xF00D); }
 
-  const rowe::limits bounds;
+  const rowe::limits bounds{.connections_max = 4, .calls_max = 32, .calls_per_connection_max = 20};
   rowe::rt::arena memory{call_table::footprint_bytes(bounds), rowe::rt::page_lock::none};
   call_table calls{memory, bounds, bounds.connections_max};
 
-  static call_endpoint peer(std::uint32_t index, std::uint32_t generation = 1) {
-    return call_endpoint::of(connection_id{index, generation}, {});
-  }
+  static call_endpoint peer(std::uint32_t index) { return call_endpoint::of(connection_id{index, 1}, {}); }
   // Of this process.
   call_index open_own() { return calls.open({}, {}, "/add"); }
-  // Opens calls of a peer as long as it may have more; how many those were.
-  int open_all(std::uint32_t index) {
-    int count = 0;
-    for (; calls.admits({index}); ++count) {
-      if (!calls.open(peer(index), '"' + std::to_string(count) + '"', "/add")) return count;
-    }
-    return count;
-  }
-  std::string id_of(call_index index, std::uint32_t epoch = 3) {
+  std::string id_of(call_index index) {
     std::array<char, call_table::our_id_bytes_max> buffer{};
-    return '"' + std::string{calls.write_id(buffer, index, epoch)} + '"';
+    return '"' + std::string{calls.write_id(buffer, index, 3)} + '"';
   }
   void TearDown() override { EXPECT_TRUE(calls.check()); }
 };
-
-struct calls_of_one_peer : call_table_test {
-  calls_of_one_peer() : call_table_test{bounded()} {}
-  static rowe::limits bounded() {
-    rowe::limits bounds = few();
-    bounds.calls_per_connection_max = 5;
-    return bounds;
-  }
-};
-
-TEST_F(call_table_test, takes_no_more_memory_than_it_says) {
-  EXPECT_EQ(memory.bytes_used(), call_table::footprint_bytes(bounds));
-}
-
-TEST_F(call_table_test, finds_no_call_that_has_ended_although_its_place_is_taken_again) {
-  const call_index first = calls.open(peer(0), "\"1\"", "/add");
-  const call_ref ref = calls.ref(first);
-  ASSERT_EQ(calls.find(ref), &calls.at(first));
-  calls.close(first);
-  EXPECT_EQ(calls.find(ref), nullptr);
-  const call_index next = calls.open(peer(0), "\"1\"", "/add");
-  ASSERT_EQ(next, first) << "the place that was used last is used again";
-  EXPECT_EQ(calls.find(ref), nullptr);
-  EXPECT_EQ(calls.find(calls.ref(next)), &calls.at(next));
-}
 
 TEST_F(call_table_test, finds_no_call_beyond_its_end) {
   EXPECT_EQ(calls.find({bounds.calls_max, 1}), nullptr);
@@ -88,17 +45,6 @@ TEST_F(call_table_test, leaves_out_the_generation_that_means_no_call) {
   const call_index again = open_own();
   ASSERT_EQ(again, index);
   EXPECT_EQ(calls.ref(again).generation, 1U);
-}
-
-TEST_F(call_table_test, tells_calls_with_the_same_id_apart_by_who_asks) {
-  const call_index of_first = calls.open(peer(0), "\"1\"", "/add");
-  const call_index of_second = calls.open(peer(1), "\"1\"", "/add");
-  EXPECT_EQ(calls.find_asked({0, 1}, "\"1\""), of_first);
-  EXPECT_EQ(calls.find_asked({1, 1}, "\"1\""), of_second);
-  EXPECT_FALSE(calls.find_asked({2, 1}, "\"1\""));
-  for (std::uint32_t later = 2; later < 200; ++later) // some of them find the same bucket
-    EXPECT_FALSE(calls.find_asked({0, later}, "\"1\"")) << "who connects there later asked for nothing";
-  EXPECT_FALSE(calls.find_asked({0, 1}, "1")) << "a number is no string";
 }
 
 // So many calls share some of the buckets.
@@ -123,13 +69,6 @@ TEST_F(call_table_test, finds_the_others_whichever_call_ends) {
   }
 }
 
-TEST_F(call_table_test, finds_no_call_by_an_id_that_it_does_not_have) {
-  (void)calls.open(peer(0), {}, "/add");
-  EXPECT_FALSE(calls.find_asked({0, 1}, {})) << "there may be several without one";
-  (void)calls.open(peer(0), std::string(rowe::service::call_id_bytes_max + 1, 'x'), "/add");
-  EXPECT_FALSE(calls.find_asked({0, 1}, std::string(rowe::service::call_id_bytes_max + 1, 'x')));
-}
-
 TEST_F(call_table_test, keeps_texts_as_long_as_they_may_be_and_none_that_are_longer) {
   const std::string id(rowe::service::call_id_bytes_max, 'i'), name(bounds.topic_bytes_max, 's');
   const call_index longest = calls.open(peer(0), id, name);
@@ -138,61 +77,6 @@ TEST_F(call_table_test, keeps_texts_as_long_as_they_may_be_and_none_that_are_lon
   EXPECT_EQ(calls.service(longest), name);
   EXPECT_EQ(calls.id_raw(longer), "");
   EXPECT_EQ(calls.service(longer), "");
-}
-
-TEST_F(call_table_test, leaves_each_peer_its_claim) {
-  const int of_first = open_all(0);
-  EXPECT_GT(of_first, 3) << "what nobody claims is for who comes first";
-  for (std::uint32_t i = 1; i < 4; ++i) EXPECT_GE(open_all(i), 3) << i;
-}
-
-TEST_F(call_table_test, has_calls_for_this_process_whatever_peers_hold) {
-  for (std::uint32_t i = 0; i < 4; ++i) (void)open_all(i);
-  std::uint32_t own = 0;
-  while (open_own()) ++own;
-  EXPECT_GE(own, bounds.calls_max / 4);
-  EXPECT_EQ(calls.in_flight(), bounds.calls_max);
-}
-
-TEST_F(call_table_test, counts_no_call_of_this_process_for_a_peer) {
-  call_endpoint handle = call_endpoint::of(rowe::service::pair_index{0}, 1);
-  (void)calls.open(handle, {}, "/add");
-  EXPECT_EQ(calls.open_calls_of({0}), 0U);
-  EXPECT_EQ(calls.in_flight(), 1U);
-}
-
-TEST_F(calls_of_one_peer, are_so_many_at_most_until_one_ends) {
-  EXPECT_EQ(open_all(0), 5);
-  const call_index one = calls.find_asked({0, 1}, "\"2\"");
-  ASSERT_TRUE(one);
-  calls.close(one);
-  EXPECT_EQ(calls.open_calls_of({0}), 4U);
-  EXPECT_TRUE(calls.admits({0}));
-}
-
-TEST_F(call_table_test, gives_a_peer_back_its_share_when_its_calls_end) {
-  const int before = open_all(0);
-  for (const call_index i : calls.ids()) {
-    if (calls.at(i).open) calls.close(i);
-    ASSERT_TRUE(calls.check());
-  }
-  EXPECT_EQ(open_all(0), before);
-}
-
-TEST_F(call_table_test, reads_the_ids_that_it_wrote) {
-  (void)open_own();
-  const call_index index = open_own();
-  const auto meant = calls.read_id(id_of(index));
-  ASSERT_TRUE(meant);
-  EXPECT_EQ(calls.find(*meant), &calls.at(index));
-  EXPECT_NE(id_of(index, 3), id_of(index, 4)) << "of another connection";
-}
-
-// A peer may answer what an earlier run of this program asked.
-TEST_F(call_table_test, reads_no_id_of_another_run) {
-  const std::string id = id_of(open_own());
-  calls.begin(0xBEEF);
-  EXPECT_FALSE(calls.read_id(id));
 }
 
 TEST_F(call_table_test, reads_no_id_that_is_changed_in_any_way) {

@@ -26,8 +26,8 @@ struct page_texts_test : testing::Test {
   page_texts pages{store};
   rowe::rt::time_point now{std::chrono::seconds{100}};
 
-  text_id text_of(std::size_t chunks, char filled = 'x') {
-    const std::string content(chunks * chunk_store::chunk_bytes, filled);
+  text_id text_of(std::size_t chunks) {
+    const std::string content(chunks * chunk_store::chunk_bytes, 'x');
     const text_id made = store.begin(content.size());
     store.append(made, std::as_bytes(std::span{content}));
     return made;
@@ -38,18 +38,6 @@ struct page_texts_test : testing::Test {
     EXPECT_TRUE(store.check());
   }
 };
-
-TEST_F(page_texts_test, of_two_texts_have_a_quarter_of_the_chunks) {
-  const text_id small = text_of(1), other = text_of(1), large = text_of(2);
-  EXPECT_TRUE(pages.has_room_for(large)) << "one may be as long as any";
-  const std::uint32_t which = pages.begin(small, now);
-  EXPECT_TRUE(pages.has_room_for(other));
-  EXPECT_FALSE(pages.has_room_for(large));
-  EXPECT_TRUE(pages.has_room_for(small)) << "one text is counted once";
-  pages.end(which);
-  EXPECT_TRUE(pages.has_room_for(large));
-  for (const text_id text : {small, other, large}) store.release(text);
-}
 
 TEST_F(page_texts_test, of_slow_readers_make_way_but_for_the_first) {
   const text_id text = text_of(2);

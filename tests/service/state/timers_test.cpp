@@ -27,10 +27,6 @@ struct timers_test : testing::Test {
   }
 };
 
-TEST_F(timers_test, takes_no_more_memory_than_it_says) {
-  EXPECT_EQ(memory.bytes_used(), timers::footprint_bytes(bounds));
-}
-
 TEST_F(timers_test, tells_whose_time_has_come_of_the_first_and_the_last_row_of_each_kind) {
   using rowe::service::call_index, rowe::service::peer_index, rowe::service::slot_id,
       rowe::service::subscription_id;
@@ -54,22 +50,6 @@ TEST_F(timers_test, tells_whose_time_has_come_of_the_first_and_the_last_row_of_e
       {timer::statistics, 0},    {timer::reconnect, 0},
       {timer::partial_frames, 0}};
   EXPECT_EQ(due(1s), wanted);
-}
-
-TEST_F(timers_test, forgets_what_is_disarmed) {
-  all.arm(timer::reconnect, start + 1ms);
-  EXPECT_TRUE(all.armed(timer::reconnect));
-  all.disarm(timer::reconnect);
-  EXPECT_FALSE(all.armed(timer::reconnect));
-  EXPECT_TRUE(due(1s).empty());
-  EXPECT_EQ(all.next_wake(), rowe::rt::never);
-}
-
-TEST_F(timers_test, moves_what_is_armed_again) {
-  all.arm(timer::statistics, start + 1ms);
-  all.arm(timer::statistics, start + 100ms);
-  EXPECT_TRUE(due(50ms).empty());
-  EXPECT_EQ(due(101ms).size(), 1U);
 }
 
 } // namespace

@@ -125,42 +125,6 @@ TEST_F(stop_service_test, answers_at_once_when_the_loops_have_acknowledged_befor
   EXPECT_TRUE(observed(arrived(peer)));
 }
 
-TEST_F(stop_service_test, answers_in_the_order_of_the_stops_however_many_there_were) {
-  connection& first = arrive();
-  connection& second = arrive();
-  for (int round = 0; round < 20; ++round) { // more than there are places, so these are used again
-    start();
-    ask(first, "\"a\"");
-    ask(second, "\"x\"");
-    ask(first, "\"b\"");
-    EXPECT_TRUE(stop.check());
-    acknowledge();
-    const std::string answers = arrived(first);
-    EXPECT_LT(answers.find("\"a\""), answers.find("\"b\"")) << round;
-    EXPECT_EQ(count_of(answers, "\"observed_ns\":\""), 2);
-    EXPECT_EQ(count_of(arrived(second), "\"x\""), 1);
-  }
-}
-
-TEST_F(stop_service_test, lets_so_many_stops_of_one_peer_wait_and_answers_more_at_once) {
-  connection& peer = arrive();
-  connection& other = arrive();
-  for (int round = 0; round < 2; ++round) { // the share is given back
-    start();
-    for (int i = 0; i < rowe::service::stops_awaited_per_peer; ++i) ask(peer, "\"waits\"");
-    EXPECT_EQ(arrived(peer), "");
-    ask(peer, "\"more\"");
-    const std::string answer = arrived(peer);
-    EXPECT_NE(answer.find("\"more\""), answer.npos);
-    EXPECT_FALSE(observed(answer));
-    ask(other, "\"1\"");
-    EXPECT_EQ(arrived(other), "") << "it has a share of its own";
-    acknowledge();
-    EXPECT_EQ(count_of(arrived(peer), "\"waits\""), rowe::service::stops_awaited_per_peer);
-    EXPECT_TRUE(observed(arrived(other)));
-  }
-}
-
 TEST_F(stop_service_test, tells_nothing_to_the_next_peer_at_the_same_place) {
   connection& gone = arrive();
   start();
@@ -205,17 +169,6 @@ TEST_F(stop_service_test, answers_no_call_that_has_ended_while_it_waited) {
   acknowledge();
   EXPECT_EQ(calls.in_flight(), 1U);
   completion.complete(next, "{}");
-}
-
-TEST_F(stop_service_test, answers_nobody_who_wants_no_answer) {
-  connection& peer = arrive();
-  start();
-  peer.spoke_last = peer.protocol->topics.id();
-  stop.carry_out_unanswered(peer, R"({"source":"hand"})");
-  EXPECT_FALSE(look(false));
-  EXPECT_EQ(rules.source(), "hand");
-  acknowledge();
-  EXPECT_EQ(arrived(peer), "");
 }
 
 TEST_F(stop_service_test, answers_a_call_with_too_long_an_id_without_it) {

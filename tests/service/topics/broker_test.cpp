@@ -14,13 +14,10 @@ namespace {
 using namespace topic_parts;
 
 struct broker_test : topic_parts::topic_parts {
-  explicit broker_test(bool relay = false) : topic_parts{relay} {}
-
   int encoded = 0; // how often a value was
 
-  void publish(topic_id topic, std::string_view body, latch_owner latches = {},
-               rowe::rt::time_point expires = rowe::rt::never) {
-    values.publish(topic, cycle.now, expires, latches, [&](rowe::json::writer& into) {
+  void publish(topic_id topic, std::string_view body) {
+    values.publish(topic, cycle.now, rowe::rt::never, {}, [&](rowe::json::writer& into) {
       ++encoded;
       into.append(body);
     });
@@ -35,40 +32,7 @@ struct broker_test : topic_parts::topic_parts {
     }
     return all;
   }
-  // By a peer.
-  void relay(connection& from, std::string_view topic, std::string_view body, bool latch = false) {
-    request asked = of(from, topic);
-    asked.body_raw = body;
-    asked.latch = latch;
-    values.relay(from, asked);
-  }
 };
-struct broker_of_hub : broker_test {
-  broker_of_hub() : broker_test{true} {}
-};
-
-TEST_F(broker_test, encodes_a_value_once_for_all_who_want_it) {
-  std::vector<connection*> all;
-  for (std::uint32_t i = 0; i < 3; ++i) subscribe(*all.emplace_back(&join(i)), "/odom");
-  publish(topics.find("/odom"), R"({"x":1})");
-  EXPECT_EQ(encoded, 1);
-  EXPECT_EQ(store.slots().in_use(), 1U) << "all queues hold the same slot";
-  for (const connection* one : all)
-    EXPECT_EQ(waiting(*one, topics.find("/odom")), std::vector<std::string>{R"({"x":1})"});
-}
-
-TEST_F(broker_test, encodes_nothing_that_nobody_wants) {
-  publish(hold_as_own("/odom"), "{}");
-  EXPECT_EQ(encoded, 0);
-  EXPECT_EQ(counts.read(counter::no_peer), 1U);
-}
-
-TEST_F(broker_test, encodes_nothing_that_is_out_of_date) {
-  subscribe(join(0), "/odom");
-  publish(topics.find("/odom"), "{}", {}, cycle.now - 1ms);
-  EXPECT_EQ(encoded, 0);
-  EXPECT_EQ(counts.read(counter::expired), 1U);
-}
 
 TEST_F(broker_test, encodes_nothing_that_all_who_listen_have_throttled) {
   connection& peer = join(0);
@@ -83,19 +47,6 @@ TEST_F(broker_test, encodes_nothing_that_all_who_listen_have_throttled) {
   cycle.now += 1ms;
   publish(topic, R"({"n":2})");
   EXPECT_EQ(waiting(peer, topic), std::vector<std::string>{R"({"n":2})"});
-}
-
-TEST_F(broker_of_hub, passes_it_back_to_who_published_it_if_that_one_subscribes) {
-  connection& peer = join(0);
-  subscribe(peer, "/chat");
-  relay(peer, "/chat", "{}");
-  EXPECT_EQ(waiting(peer, topics.find("/chat")).size(), 1U);
-}
-
-TEST_F(broker_of_hub, has_no_topic_for_what_nobody_asked_for) {
-  relay(join(0), "/chat", "{}");
-  EXPECT_EQ(topics.count(), 0U);
-  EXPECT_EQ(counts.read(counter::no_peer), 1U);
 }
 
 } // namespace

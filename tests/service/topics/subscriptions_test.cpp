@@ -20,22 +20,6 @@ struct subscriptions_test : topic_parts::topic_parts {
   }
 };
 
-TEST_F(subscriptions_test, hold_their_topic_until_they_end) {
-  subscribe(peer, "/odom");
-  ASSERT_TRUE(subscribed(peer, "/odom"));
-  EXPECT_EQ(topics.count(), 1U);
-  unsubscribe(peer, "/odom");
-  EXPECT_EQ(topics.count(), 0U);
-  EXPECT_TRUE(told(peer).empty());
-}
-
-TEST_F(subscriptions_test, end_all_at_once_where_no_id_is_given) {
-  subscribe(peer, "/odom", "\"a\"");
-  subscribe(peer, "/odom", "\"b\"");
-  unsubscribe(peer, "/odom");
-  EXPECT_FALSE(subscribed(peer, "/odom"));
-}
-
 TEST_F(subscriptions_test, have_four_requests_at_most) {
   for (const char* id : {"1", "2", "3", "4"}) subscribe(peer, "/odom", id);
   EXPECT_TRUE(told(peer).empty());
@@ -51,25 +35,6 @@ TEST_F(subscriptions_test, that_are_not_there_cannot_end) {
   unsubscribe(peer, "/odom", "2");
   EXPECT_TRUE(was_told(peer, "there is no subscription with this id"));
   EXPECT_TRUE(subscribed(peer, "/odom"));
-}
-
-TEST_F(subscriptions_test, of_one_peer_leave_each_other_one_its_claim) {
-  for (int i = 0; i < 32; ++i) (void)hold_as_own("/t" + std::to_string(i)); // which so cost a peer no topic
-  for (int i = 0; i < 32; ++i) subscribe(peer, "/t" + std::to_string(i));
-  EXPECT_TRUE(was_told(peer, "subscriptions_max"));
-  EXPECT_GT(subscriptions.count(), 4U) << "what nobody claims is for who comes first";
-  for (std::uint32_t other = 1; other < bounds.connections_max; ++other) {
-    connection& late = join(other);
-    for (int i = 0; i < 4; ++i) subscribe(late, "/t" + std::to_string(i));
-    EXPECT_EQ(subscriptions.count_of({other}), 4U) << "a half of 32, by four connections";
-  }
-}
-
-TEST_F(subscriptions_test, end_with_their_peer_and_give_their_places_back) {
-  for (int i = 0; i < 6; ++i) subscribe(peer, "/t" + std::to_string(i));
-  leave(peer);
-  EXPECT_EQ(subscriptions.count(), 0U);
-  EXPECT_EQ(topics.count(), 0U);
 }
 
 TEST_F(subscriptions_test, learn_the_type_when_the_topic_gets_another_one) {

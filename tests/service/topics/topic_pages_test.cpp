@@ -9,7 +9,6 @@ namespace {
 
 using namespace harness;
 using rowe::service::http_answer;
-using rowe::service::http_request;
 
 std::string text_of(const http_answer& answer) {
   return {reinterpret_cast<const char*>(answer.body.data()), answer.body.size()};
@@ -81,16 +80,6 @@ TEST_F(topic_pages, show_the_newest_value_at_once_to_who_asks_again_and_say_how_
   EXPECT_EQ(answer.age_ms, 21);
 }
 
-TEST_F(topic_pages, name_topics_with_slashes_and_in_percent_encoding) {
-  const std::string_view topic = "/robot/od\303\266m";
-  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, topic, 64);
-  ask_for("/api/v1/topics/robot/od%C3%B6m");
-  ASSERT_TRUE(publish_text_now(on, pair, R"({"a":1.50})"));
-  for (const std::string_view path : {"/api/v1/topics/robot/od%c3%b6m", "/api/v1/topics//robot/od%C3%B6m",
-                                      "/api/v1/topics/%2Frobot%2fod%c3%B6m"})
-    EXPECT_EQ(text_of(get(path)), "{\"a\":1.50}\n") << path;
-}
-
 TEST_F(topic_pages, are_not_there_for_what_is_no_topic) {
   advertise_pose_now(on);
   for (const std::string_view path :
@@ -103,13 +92,6 @@ TEST_F(topic_pages, are_not_there_for_what_is_no_topic) {
   const std::string longest = "/api/v1/topics/" + std::string(4000, 'a');
   EXPECT_EQ(get(longest).status, 404);
   EXPECT_LT(text_of(get(longest)).size(), 300U);
-}
-
-TEST_F(topic_pages, have_the_latched_value_from_the_first_request_on) {
-  auto& pair = advertise_pose_now(on, {.latched = true});
-  ASSERT_TRUE(publish_now(on, pair, {4, 0}));
-  EXPECT_EQ(text_of(get(pose_path)), "{\"x\":4,\"y\":0}\n");
-  EXPECT_EQ(get(pose_path).age_ms, 1);
 }
 
 TEST_F(topic_pages, show_no_value_whose_time_to_live_is_over) {
@@ -151,35 +133,6 @@ TEST_F(topic_pages, let_publishers_rest_when_nobody_has_asked_for_a_minute) {
   EXPECT_TRUE(publish(on, pair, {1, 0}));
   on.cycles(4, 1s);
   EXPECT_EQ(publish(on, pair, {1, 0}).code(), rowe::errc::no_peer);
-}
-
-TEST_F(topic_pages, send_late_subscribers_nothing_that_was_not_latched) {
-  auto& pair = advertise_pose_now(on);
-  ask_for(pose_path);
-  ASSERT_TRUE(publish_now(on, pair, {1, 0}));
-  peer late{on};
-  EXPECT_TRUE(late.ask(R"({"op":"subscribe","topic":"/pose"})", 3).empty());
-  EXPECT_EQ(on.core.slots_in_use(), 0U) << "what is kept takes no slot";
-}
-
-TEST_F(topic_pages, show_what_peers_publish_as_it_was_written) {
-  peer source = peer_saying(on, R"({"op":"advertise","topic":"/count","type":"a/B"})", 2);
-  ask_for("/api/v1/topics/count");
-  source.tell(R"({"op":"publish","topic":"/count","msg":{"n":9007199254740993,"x":1.0e-7}})", 2);
-  EXPECT_EQ(text_of(get("/api/v1/topics/count")), "{\"n\":9007199254740993,\"x\":1.0e-7}\n");
-}
-
-TEST_F(topic_pages, hold_no_topic_whose_last_holder_leaves) {
-  peer source = peer_saying(on, R"({"op":"advertise","topic":"/count","type":"a/B"})", 2);
-  const http_answer waits = get("/api/v1/topics/count");
-  ASSERT_TRUE(waits.later);
-  source.tell(R"({"op":"unadvertise","topic":"/count"})");
-  EXPECT_EQ(on.next_wake, on.now) << "the page hears of it at once";
-  EXPECT_EQ(again(waits).status, 404);
-  source.say(R"({"op":"advertise","topic":"/count","type":"a/B"})"); // in the same row, perhaps
-  on.cycles(2);
-  EXPECT_EQ(again(waits).status, 404) << "it is another topic";
-  EXPECT_TRUE(get("/api/v1/topics/count").later);
 }
 
 TEST_F(topic_pages, show_the_statistics_and_the_state_of_the_stop_as_topics) {
@@ -295,35 +248,6 @@ TEST_F(topic_pages_with_roles, need_the_right_to_subscribe_to_the_topic) {
   EXPECT_EQ(may_read("guard", "/api/v1/topics/arm/a").status, 403);
   EXPECT_EQ(may_read("guard", "/api/v1/topics/rowe/stop/state").status, 0) << "everyone sees the stop";
   EXPECT_EQ(may_read("arm", "/api/v1/topics/rowe/stats").status, 403);
-}
-
-TEST_F(topic_pages_with_roles, say_the_same_of_a_hidden_topic_and_of_none) {
-  advertise_pose_now(on);
-  const auto there = may_read("arm", "/api/v1/topics/pose");
-  const std::string what{there.what}, remedy{there.remedy};
-  const auto nowhere = may_read("arm", "/api/v1/topics/nothing");
-  EXPECT_EQ(there.status, nowhere.status);
-  EXPECT_EQ(what, nowhere.what);
-  EXPECT_EQ(remedy, nowhere.remedy);
-}
-
-TEST_F(topic_pages_with_roles, show_in_the_statistics_only_the_topics_that_a_role_may_see) {
-  advertise_pose(on);
-  on.offer(rowe::detail::pair_kind::publish_text, "/arm/a", 64);
-  peer other{on, rowe::service::side::server,       access_fixture::far, "/",
-             {}, access_fixture::token_of("driver")};
-  on.cycles(2);
-  EXPECT_EQ(may_read("guard", "/api/v1/stats").status, 403);
-  rowe::access_options with = access_fixture::with_roles().access;
-  with.roles[0].call = {"/rowe/stats"};
-  on.set_access(with);
-  const std::string all = text_of(get_as("observer", "/api/v1/stats"));
-  EXPECT_TRUE(has(all, "\"/pose\""));
-  EXPECT_TRUE(has(all, "\"driver\""));
-  const std::string some = text_of(get_as("arm", "/api/v1/stats"));
-  EXPECT_TRUE(has(some, "\"/arm/a\""));
-  EXPECT_FALSE(has(some, "\"/pose\""));
-  EXPECT_TRUE(has(some, "\"connections\":[]"));
 }
 
 TEST_F(topic_pages_with_roles, show_nothing_to_who_waits_when_the_rights_change) {

@@ -13,7 +13,6 @@
 namespace topic_parts {
 
 using namespace ::peer_parts;
-using rowe::service::latch_owner;
 using rowe::service::topic_id;
 using rowe::wire::request;
 
@@ -35,8 +34,7 @@ inline rowe::limits few() {
 }
 
 struct topic_parts : peer_parts::peer_parts {
-  explicit topic_parts(bool relay = false, rowe::service::side side = rowe::service::side::server)
-      : peer_parts{::state_fixture::with(few(), relay), side} {}
+  explicit topic_parts(bool relay = false) : peer_parts{::state_fixture::with(few(), relay)} {}
 
   rowe::service::publish_predictor phases{memory, bounds, counts};
   rowe::service::audiences audience{{.state_ = state, .publish_predictor_ = phases}};
