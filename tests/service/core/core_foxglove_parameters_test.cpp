@@ -169,7 +169,7 @@ TEST_F(foxglove_parameters, out_of_range_are_refused_with_the_value_and_the_limi
   EXPECT_TRUE(has(answer, "parameter /gain: it is 2.5; a number from 0 to 2 is wanted"));
   EXPECT_TRUE(has(answer, "parameter /no: there is no such parameter"));
   EXPECT_TRUE(has(answer, "parameter /size: the value is missing; nobody can delete it"));
-  EXPECT_TRUE(has(answer, "parameter /rowe/limits/topics_max: it is the endpoint's own"));
+  EXPECT_TRUE(has(answer, "parameter /rowe/limits/topics_max: it is one of the endpoint's own"));
   EXPECT_TRUE(has(answer, R"({"name":"/gain","value":0.5,"type":"float64"},{"name":"/size","value":7})"));
   EXPECT_EQ(size.refresh() ? size.get() : 0, 7);
   EXPECT_FALSE(gain.refresh() && gain.get() != 0.5);
