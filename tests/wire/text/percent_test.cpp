@@ -24,11 +24,6 @@ TEST(undo_percent, writes_what_stands_behind_each_percent_sign) {
   EXPECT_EQ(undone(""), "");
 }
 
-TEST(undo_percent, takes_a_plus_for_what_it_stands_for) {
-  EXPECT_EQ(undone("a+b"), "a+b");
-  EXPECT_EQ(undone("a+b%2B", ' '), "a b+");
-}
-
 TEST(undo_percent, refuses_a_percent_sign_without_two_digits) {
   for (const std::string_view text : {"%", "a%", "%4", "a%4", "%4g", "%g4", "%%41", "% 4"})
     EXPECT_EQ(undone(text), "nothing") << text;

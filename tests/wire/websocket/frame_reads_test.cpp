@@ -34,28 +34,6 @@ std::string long_dialogue(role ours) {
   return bytes_of(frames);
 }
 
-TEST(frame_parser, gives_the_same_events_for_every_cut_into_two_and_three_reads) {
-  for (const role ours : {role::server, role::client}) {
-    const std::string stream = long_dialogue(ours);
-    const auto expected = receiver{ours}.feed(stream);
-    ASSERT_EQ(expected.size(), 8U);
-    for (std::size_t first = 1; first < stream.size(); ++first) {
-      std::size_t turn = 0;
-      receiver two{ours};
-      ASSERT_EQ(two.feed_in_pieces(stream, [&](std::size_t left) { return turn++ == 0 ? first : left; }),
-                expected)
-          << first;
-      for (std::size_t second = 1; first + second < stream.size(); second += 7) {
-        turn = 0;
-        receiver three{ours};
-        const auto piece = [&](std::size_t left) { return turn++ == 0 ? first : turn == 2 ? second : left; };
-        ASSERT_EQ(three.feed_in_pieces(stream, piece), expected) << first << ' ' << second;
-        ASSERT_TRUE(three.consistent());
-      }
-    }
-  }
-}
-
 TEST(frame_parser, gives_the_same_events_for_random_streams_in_random_reads) {
   const std::uint32_t seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
