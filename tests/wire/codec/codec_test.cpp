@@ -2,13 +2,10 @@
 // Every codec that is registered: what one end writes, the other one reads; what is refused, and how.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "wire/codec/own_names.hpp"
 #include "wire/numbers_codec.hpp"
 #include "wire/protocols/protocols.hpp"
 #include "wire/received.hpp"
@@ -21,7 +18,6 @@ using namespace rowe::wire;
 namespace json = rowe::json;
 using rowe::websocket_profile;
 using test::received;
-using test::received_binary;
 
 constexpr name_limits limits{};
 
@@ -133,26 +129,26 @@ TEST(codec, announces_what_the_other_end_reads) {
   });
 }
 
-// ---- topics
-
-struct enveloped {
-  explicit enveloped(const protocol_set& of, std::string_view topic, std::string_view body) {
-    std::vector<char> buffer(topic_head_bytes_max(topic.size()));
-    json::writer head{buffer};
-    of.envelope.write_topic_head(head, topic);
-    EXPECT_FALSE(head.overflowed()) << topic.size();
-    text.append(head.text()).append(body).append(of.envelope.topic_tail());
-  }
-  std::string text;
-};
+TEST(codec, has_room_for_the_longest_error) {
+  const std::string worst(refusal::text_bytes_max, '\x01');
+  const std::string id(limits.id_bytes_max, '7');
+  for_each_server_codec([&](const codec& one) {
+    std::vector<char> buffer(error_bytes_max);
+    json::writer out{buffer};
+    (void)one.write_error(out, {.id_raw = id}, {.code = "a_code_of_some_length", .text = worst});
+    EXPECT_FALSE(out.overflowed());
+  });
+}
 
 // ---- texts of two codecs
 
 TEST(json_decoder, says_why_it_does_not_offer_an_operation) {
-  const received png{standard().find(""), R"({"op":"png","id":1})"};
-  EXPECT_EQ(png.is, decoded::request);
-  EXPECT_EQ(png.request.what, verb::unsupported);
-  EXPECT_TRUE(png.why.text.starts_with(R"(the operation "png" is not offered here)")) << png.why.text;
+  for (const std::string op : {"png", "action_status", "auth"}) {
+    const received one{standard().find(""), R"({"op":")" + op + R"(","id":1})"};
+    EXPECT_EQ(one.is, decoded::request);
+    EXPECT_EQ(one.request.what, verb::unsupported);
+    EXPECT_TRUE(one.why.text.starts_with("the operation \"" + op + "\" is not offered here")) << one.why.text;
+  }
   const received unknown{standard().find(""), R"({"op":"sing"})"};
   EXPECT_EQ(unknown.request.what, verb::unknown);
   EXPECT_TRUE(unknown.why.text.starts_with(R"(the operation "sing" is unknown)")) << unknown.why.text;
@@ -183,11 +179,6 @@ TEST(json_decoder, sees_what_may_be_a_stop_by_its_beginning) {
   }
   EXPECT_FALSE(reads.may_be_stop(opcode::binary, R"({"service":"/rowe/stop"})"));
 }
-
-// ---- a codec with numbers and binary messages
-
-const protocol& by_number() { return numbers::protocols().find(numbers::subprotocol); }
-const codec& numbered() { return numbers::protocols().of(numbers::id); }
 
 } // namespace
 } // namespace codec_test

@@ -267,6 +267,19 @@ TEST(foxglove_codec, answers_a_call_under_its_numbers) {
       << "a call that has no numbers";
 }
 
+TEST(foxglove_codec, relates_an_error_to_its_request_where_the_id_is_a_text) {
+  const auto told = [](std::string_view id) {
+    return written(message_kind::text, [&](json::writer& out) {
+      return speaks().write_error(out, {.id_raw = id}, {.code = "c", .text = "no"});
+    });
+  };
+  EXPECT_EQ(told(R"("q7")"), R"({"op":"status","level":2,"message":"no","id":"q7"})");
+  EXPECT_EQ(told(R"("sixsix")"), R"({"op":"status","level":2,"message":"no","id":"sixsix"})");
+  for (const std::string& id :
+       {"\x22\0\0\0\1\0\0\x22"s, "\x22\x22\x22\x22\x22\x22\x22\x22"s, "\1\0\0\0\1\0\0\0"s})
+    EXPECT_EQ(told(id), R"({"op":"status","level":2,"message":"no"})") << "that of a call";
+}
+
 TEST(foxglove_codec, says_how_bad_an_error_is) {
   for (const auto& [how, level] :
        {std::pair{severity::error, "2"}, std::pair{severity::warning, "1"}, std::pair{severity::info, "0"}}) {

@@ -40,6 +40,25 @@ TEST(write_rejection, says_what_the_status_demands) {
   EXPECT_TRUE(answer(header({"HEAD / HTTP/1.1", "Host: evil.example"})).ends_with("\r\n\r\n"));
 }
 
+TEST(write_rejection, fits_the_buffer_it_promises_whatever_the_peer_sent) {
+  std::array<char, http_rejection_bytes_max> buffer{};
+  std::string origin = "Origin: http://";
+  for (int i = 0; i < 1500; ++i) origin += "a.";
+  const http_judgement j = judge_request(upgrade({{"Origin", origin}}), policy_at(8080));
+  const std::string_view answer = write_rejection(buffer, j.rejection);
+  ASSERT_FALSE(answer.empty());
+  for (const char c : answer) EXPECT_TRUE(c == '\r' || c == '\n' || (c >= 0x20 && c < 0x7f));
+  EXPECT_NE(j.rejection.what().find("..."), std::string_view::npos);
+  EXPECT_TRUE(write_rejection(std::span{buffer}.first(100), j.rejection).empty());
+  http_rejection longest;
+  const std::string text(500, 'x');
+  longest.set(426, text, text);
+  EXPECT_FALSE(write_rejection(buffer, longest).empty());
+  longest.set(401, text, text);
+  longest.to_form = true;
+  EXPECT_FALSE(write_rejection(buffer, longest).empty());
+}
+
 TEST(write_rejection, leads_who_logs_in_back_to_the_form_and_takes_no_markup) {
   std::array<char, http_rejection_bytes_max> buffer{};
   http_rejection rejection;
@@ -51,6 +70,13 @@ TEST(write_rejection, leads_who_logs_in_back_to_the_form_and_takes_no_markup) {
   EXPECT_NE(answer.find("\r\nContent-Length: " + std::to_string(body.size()) + "\r\n"), std::string::npos);
   EXPECT_NE(body.find("<h1>no ?script> here</h1><p>?i>try?/i> ? again</p>"), std::string::npos) << body;
   EXPECT_NE(body.find("<a href=\"/rowe/login\">Log in</a>"), std::string::npos) << body;
+}
+
+TEST(http_rejection, shows_no_control_characters_of_the_peer) {
+  http_rejection rejection;
+  rejection.set(503, "peer % is one too many", "raise connections_max", "\x1b[2J%\n");
+  EXPECT_EQ(rejection.what(), "peer ?[2J%? is one too many");
+  EXPECT_EQ(rejection.remedy(), "raise connections_max");
 }
 
 TEST(write_clean_request, writes_a_handshake_that_means_the_same) {
@@ -76,6 +102,14 @@ TEST(write_clean_request, writes_a_page_request_that_means_the_same) {
   EXPECT_EQ(write_clean_request(buffer, judge_request(request, policy_at(8080))),
             "HEAD /a?b HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nAccept-Encoding: gzip\r\n"
             "If-None-Match: \"t\"\r\n\r\n");
+}
+
+TEST(write_clean_request, writes_nothing_for_what_was_refused_or_where_it_does_not_fit) {
+  std::array<char, http_clean_bytes_max> buffer{};
+  EXPECT_TRUE(write_clean_request(buffer, judge_request(upgrade({{"Key", ""}}), policy_at(8080))).empty());
+  const std::string request = upgrade();
+  EXPECT_TRUE(
+      write_clean_request(std::span{buffer}.first(80), judge_request(request, policy_at(8080))).empty());
 }
 
 } // namespace

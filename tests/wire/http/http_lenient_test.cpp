@@ -48,6 +48,13 @@ TEST(lenient_handshake, chooses_no_subprotocol_where_none_offered_is_spoken) {
   EXPECT_TRUE(refused(unknown, 400, "no subprotocol offered is spoken here"));
 }
 
+TEST(lenient_handshake, is_as_strict_in_everything_else) {
+  EXPECT_TRUE(refused(upgrade({{"Origin", "Origin: http://evil.example"}}), 403, "evil", {}, lenient));
+  EXPECT_TRUE(refused(upgrade({{"Host", "Host: evil.example"}}), 403, "evil", {}, lenient));
+  EXPECT_TRUE(refused(upgrade({{"Version", "Sec-WebSocket-Version: 8"}}), 426, "8", {}, lenient));
+  EXPECT_TRUE(refused(upgrade({{"Upgrade", "Upgrade: h2c"}}), 400, "h2c", {}, lenient));
+}
+
 } // namespace
 } // namespace http_lenient_test
 } // namespace rowe::wire::test

@@ -146,6 +146,41 @@ TEST(token_of_form, undoes_the_encoding) {
   EXPECT_EQ(token_of_form(out, "token=" + std::string(506, 'a')), std::string(506, 'a'));
 }
 
+TEST(cookie, is_a_token_of_this_port_alone) {
+  EXPECT_EQ(token_of("Cookie: rowe-8080=abc"), "abc");
+  EXPECT_EQ(token_of("Cookie: theme=dark; rowe-8080=abc; other=1"), "abc");
+  EXPECT_EQ(token_of("Cookie: rowe-8080=abc;other"), "abc");
+  EXPECT_EQ(token_of("Cookie: rowe-8443=abc; rowe-80800=d; xrowe-8080=e; rowe-8080x=f; rowe-08080=g"), "");
+  EXPECT_EQ(token_of("Cookie: ROWE-8080=abc"), "") << "names of cookies have a case";
+  EXPECT_EQ(token_of("Cookie: rowe-8080"), "");
+  EXPECT_EQ(token_of("Cookie: rowe-8080="), "");
+  EXPECT_EQ(token_of("Cookie: ;;;=;=;;rowe-8080=abc;"), "abc");
+  EXPECT_EQ(token_of("Cookie:"), "");
+  EXPECT_EQ(token_of("Cookie: a=1\r\nCookie: rowe-8080=abc\r\ncookie: b=2"), "abc");
+  EXPECT_EQ(token_of("Cookie: rowe-8080=\"abc\""), "\"abc\"") << "the quotes belong to the value";
+  EXPECT_EQ(token_of("Cookie: rowe-8080=a=b"), "a=b");
+}
+
+TEST(cookie, that_is_there_twice_is_none) {
+  EXPECT_EQ(token_of("Cookie: rowe-8080=abc; rowe-8080=def"), "");
+  EXPECT_EQ(token_of("Cookie: rowe-8080=abc; rowe-8080=abc"), "");
+  EXPECT_EQ(token_of("Cookie: rowe-8080=abc\r\nCookie: rowe-8080=def"), "");
+}
+
+TEST(cookie, under_tls_is_one_that_was_set_under_tls) {
+  EXPECT_EQ(token_of("Cookie: __Host-rowe-8080=abc", true), "abc");
+  EXPECT_EQ(token_of("Cookie: rowe-8080=abc", true), "");
+  EXPECT_EQ(token_of("Cookie: rowe-8080=evil; __Host-rowe-8080=abc", true), "abc");
+  EXPECT_EQ(token_of("Cookie: rowe-8080=evil; __Host-rowe-8080=abc"), "abc") << "a proxy has the TLS";
+  EXPECT_EQ(token_of("Cookie: __host-rowe-8080=abc", true), "");
+}
+
+TEST(cookie, comes_after_whatever_was_shown_on_purpose) {
+  EXPECT_EQ(token_of("Cookie: rowe-8080=abc\r\nAuthorization: Bearer def"), "def");
+  EXPECT_EQ(token_of("Cookie: rowe-8080=abc\r\nAuthorization: Basic def"), "abc");
+  EXPECT_EQ(token_of("Cookie: rowe-8080=abc\r\nSec-WebSocket-Protocol: rowe.v1, rowe.token.def"), "def");
+}
+
 TEST(cookie, may_fill_the_header_and_no_more) {
   const std::string request = upgrade({{"Cookie", "Cookie: rowe-8080=abc; a="}});
   std::string full = request;

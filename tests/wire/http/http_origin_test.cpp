@@ -37,6 +37,22 @@ TEST(judge_request, refuses_a_host_that_is_missing_or_malformed) {
   }
 }
 
+TEST(judge_request, takes_hosts_by_option) {
+  constexpr std::string_view hosts[] = {"robot.local", "localhost:9000", "[fe80::1]", "lab.local:9000"};
+  handshake_policy policy{.port = 8080, .hosts = hosts};
+  for (const std::string_view host :
+       {"robot.local", "Robot.Local:8080", "localhost:9000", "[fe80::1]:8080", "localhost"}) {
+    EXPECT_TRUE(accepted(upgrade({{"Host", "Host: " + std::string{host}}}), policy)) << host;
+  }
+  EXPECT_TRUE(refused(upgrade({{"Host", "Host: robot.local:9000"}}), 403, "robot.local:9000", "", policy));
+  EXPECT_TRUE(refused(upgrade({{"Host", "Host: localhost:9001"}}), 403, "localhost:9001", "", policy));
+  EXPECT_TRUE(refused(upgrade({{"Host", "Host: lab.local"}}), 403, "lab.local", "", policy));
+  EXPECT_TRUE(refused(upgrade({{"Host", "Host: lab.local:8080"}}), 403, "lab.local:8080", "", policy));
+  policy.any_host = true;
+  EXPECT_TRUE(accepted(upgrade({{"Host", "Host: anything.example:1"}}), policy));
+  EXPECT_TRUE(refused(upgrade({{"Host", "Host: a b"}}), 400, "malformed", "", policy));
+}
+
 // Origin
 
 TEST(judge_request, takes_its_own_origins) {
@@ -50,6 +66,22 @@ TEST(judge_request, takes_its_own_origins) {
   EXPECT_TRUE(at_default_port(80, "Origin: http://localhost"));
   EXPECT_TRUE(at_default_port(443, "Origin: https://localhost"));
   EXPECT_FALSE(at_default_port(80, "Origin: https://localhost"));
+}
+
+TEST(judge_request, takes_the_origin_by_whose_name_it_was_called) {
+  // A page served through a forwarded port or a proxy calls us by the name under which it was loaded.
+  constexpr std::string_view hosts[] = {"robot.local"};
+  const handshake_policy policy{.port = 8080, .hosts = hosts};
+  EXPECT_TRUE(
+      accepted(upgrade({{"Host", "Host: robot.local"}, {"Origin", "Origin: https://robot.local"}}), policy));
+  EXPECT_TRUE(
+      refused(upgrade({{"Host", "Host: robot.local"}, {"Origin", "Origin: https://robot.local:9999"}}), 403,
+              "9999", "", policy));
+  const handshake_policy any{.port = 8080, .any_host = true};
+  EXPECT_TRUE(
+      accepted(upgrade({{"Host", "Host: a.example:99"}, {"Origin", "Origin: http://a.example:99"}}), any));
+  EXPECT_TRUE(refused(upgrade({{"Host", "Host: a.example:99"}, {"Origin", "Origin: http://b.example:8080"}}),
+                      403, "b.example", "", any));
 }
 
 TEST(judge_request, refuses_foreign_origins_and_names_the_remedy) {
@@ -69,12 +101,13 @@ TEST(judge_request, refuses_foreign_origins_and_names_the_remedy) {
 }
 
 TEST(judge_request, takes_origins_by_option) {
-  constexpr std::string_view origins[] = {"http://lab.example:8000", "https://app.example/"};
+  constexpr std::string_view origins[] = {"http://lab.example:8000", "https://app.example/", "null"};
   const handshake_policy policy{.port = 8080, .origins = origins};
   EXPECT_TRUE(accepted(upgrade({{"Origin", "Origin: http://lab.example:8000"}}), policy));
   EXPECT_TRUE(accepted(upgrade({{"Origin", "Origin: https://app.example"}}), policy));
   EXPECT_TRUE(refused(upgrade({{"Origin", "Origin: http://lab.example"}}), 403, "lab.example", "", policy));
   EXPECT_TRUE(refused(upgrade({{"Origin", "Origin: http://app.example"}}), 403, "app.example", "", policy));
+  EXPECT_TRUE(refused(upgrade({{"Origin", "Origin: null"}}), 403, "Origin null", "http://", policy));
 }
 
 } // namespace

@@ -27,8 +27,11 @@ TEST(find_header_end, ends_a_header_of_bare_line_feeds_too) {
 }
 
 TEST(judge_request, takes_gzip_only_where_it_is_wanted) {
-  const auto gzip = [](std::string_view line) {
-    return judge_request(header({"GET / HTTP/1.1", "Host: localhost", line}), policy_at(8080)).accepts_gzip;
+  handshake_policy policy = policy_at(8080);
+  const auto gzip = [&policy](std::string_view line) {
+    const http_judgement j = judge_request(header({"GET / HTTP/1.1", "Host: localhost", line}), policy);
+    EXPECT_EQ(j.outcome, http_outcome::page);
+    return j.accepts_gzip;
   };
   EXPECT_TRUE(gzip("Accept-Encoding: gzip"));
   EXPECT_TRUE(gzip("Accept-Encoding: deflate , GZIP ; q=0.01"));
@@ -36,6 +39,16 @@ TEST(judge_request, takes_gzip_only_where_it_is_wanted) {
   EXPECT_FALSE(gzip("Accept-Encoding: gzip; q=0.000"));
   EXPECT_FALSE(gzip("Accept-Encoding: gzipped"));
   EXPECT_FALSE(gzip("Accept: gzip"));
+  policy.secure = true;
+  EXPECT_FALSE(gzip("Accept-Encoding: gzip")) << "under TLS nothing is compressed";
+}
+
+TEST(judge_request, ignores_entity_tags_that_come_in_two_fields) {
+  const http_judgement j = judge_request(
+      header({"GET / HTTP/1.1", "Host: localhost", "If-None-Match: \"a\"", "If-None-Match: \"b\""}),
+      policy_at(8080));
+  EXPECT_EQ(j.outcome, http_outcome::page);
+  EXPECT_EQ(j.if_none_match, "");
 }
 
 // The request line
@@ -88,6 +101,13 @@ TEST(judge_request, refuses_malformed_lines_and_numbers_them) {
   EXPECT_TRUE(refused(upgrade({{"X", "A: \x7f"}}), 400, "control"));
 }
 
+TEST(judge_request, refuses_headers_that_do_not_end_where_they_should) {
+  EXPECT_TRUE(refused(upgrade() + "x", 400, "does not end"));
+  EXPECT_TRUE(refused("GET / HTTP/1.1\r\nHost: localhost\r\n", 400, "does not end"));
+  EXPECT_TRUE(refused("GET / HTTP/1.1\nHost: localhost\n\n", 400, "CR LF"));
+  EXPECT_TRUE(refused("", 400, "does not end"));
+}
+
 TEST(judge_request, refuses_fields_that_decide_and_stand_there_twice) {
   for (const std::string_view line :
        {"Host: localhost:8080", "Upgrade: websocket", "Sec-WebSocket-Version: 13",
@@ -113,12 +133,13 @@ TEST(judge_request, refuses_upgrades_to_anything_but_websocket) {
                       400, "h2c"));
 }
 
-TEST(judge_request, refuses_a_handshake_without_upgrade_or_connection) {
+TEST(judge_request, refuses_a_handshake_without_upgrade_connection_or_key) {
   EXPECT_TRUE(
       refused(upgrade({{"Upgrade", ""}}), 426, "Upgrade header is missing", "send Upgrade: websocket"));
   EXPECT_TRUE(refused(upgrade({{"Connection", ""}}), 400, "Connection", "proxy"));
   EXPECT_TRUE(
       refused(upgrade({{"Connection", "Connection: keep-alive, upgraded"}}), 400, "Connection", "proxy"));
+  EXPECT_TRUE(refused(upgrade({{"Key", ""}}), 400, "Sec-WebSocket-Key is missing", "16 random bytes"));
 }
 
 TEST(judge_request, refuses_other_versions_of_websocket) {
@@ -184,6 +205,33 @@ TEST(judge_request, finds_a_token_in_the_header_in_a_subprotocol_and_in_the_url)
   }
 }
 
+TEST(judge_request, finds_the_token_of_who_asks_for_a_page) {
+  for (const auto& [text, in_url] :
+       {std::pair{"GET /metrics HTTP/1.1\r\nHost: localhost:8080\r\nAuthorization: Bearer abc\r\n\r\n",
+                  false},
+        {"HEAD /metrics?token=abc HTTP/1.1\r\nHost: localhost:8080\r\n\r\n", true}}) {
+    const http_judgement j = judge_request(text, policy_at(8080));
+    EXPECT_EQ(j.outcome, http_outcome::page) << j.rejection.what();
+    EXPECT_EQ(j.token, "abc");
+    EXPECT_EQ(j.token_in_url, in_url);
+    EXPECT_EQ(j.path, "/metrics");
+  }
+}
+
+TEST(judge_request, takes_the_header_before_the_subprotocol_before_the_url) {
+  const shown first =
+      token_of({{"A", "Authorization: Bearer one"}, {"P", "Sec-WebSocket-Protocol: rowe.token.two, rowe.v1"}},
+               "GET /x?token=three HTTP/1.1");
+  EXPECT_EQ(first.token, "one");
+  const shown second =
+      token_of({{"P", "Sec-WebSocket-Protocol: rowe.v1, rowe.token.two"}}, "GET /x?token=three HTTP/1.1");
+  EXPECT_EQ(second.token, "two");
+  EXPECT_FALSE(second.in_url);
+  EXPECT_EQ(token_of({{"A", "Authorization: Basic abc"}}).token, ""); // for a proxy
+  EXPECT_TRUE(
+      refused(upgrade({{"A", "Authorization: Bearer a"}, {"B", "Authorization: Bearer b"}}), 400, "twice"));
+}
+
 TEST(judge_request, refuses_two_tokens_of_one_kind) {
   EXPECT_TRUE(refused(upgrade({{"P", "Sec-WebSocket-Protocol: rowe.token.a, rowe.v1, rowe.token.b"}}), 400,
                       "two tokens are offered as subprotocols", "offer one"));
@@ -243,6 +291,7 @@ void repeats_nothing_of(const std::string& secret) {
     }
     both("GET / HTTP/1.1", {text});
     both("GET / HTTP/1.1", {text + ": x"});
+    both("GET / HTTP/1.1", {"Cookie : " + text});
     both("GET / HTTP/1.1", {text + ": x", text + ": x"});
   }
   int rejected = 0;

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "wire/codec/object_form.hpp"
-#include "json/encoded.hpp"
 #include "json/reading/reader.hpp"
 
 namespace rowe::wire::plain {
@@ -31,7 +30,8 @@ class decoded {
  public:
   explicit decoded(std::string text) : text_{std::move(text)} {
     EXPECT_TRUE(is_json(text_)) << text_;
-    wrong_ = decode(text_, scratch_, limits, request_, op_);
+    op_member op{};
+    wrong_ = decode(text_, scratch_, limits, request_, op);
   }
   decoded(const decoded&) = delete;
 
@@ -39,8 +39,6 @@ class decoded {
     EXPECT_FALSE(wrong_) << text_ << ": " << diagnostic();
     return &request_;
   }
-  const request& as_far_as_read() const { return request_; }
-  op_member op() const { return op_; }
   std::string diagnostic() const {
     std::array<char, refusal::text_bytes_max> buffer{};
     return wrong_ ? std::string{wrong_->text(buffer)} : "it is not refused";
@@ -50,7 +48,6 @@ class decoded {
   std::string text_;
   std::array<char, scratch_bytes(limits)> scratch_{};
   request request_;
-  op_member op_{};
   std::optional<refusal> wrong_;
 };
 
@@ -58,6 +55,13 @@ decoded read(std::string text) { return decoded{std::move(text)}; }
 std::string diagnostic_for(std::string text) { return read(std::move(text)).diagnostic(); }
 
 // Reading
+
+TEST(plain_decode, takes_an_object_with_both_ids_for_a_reply) {
+  const decoded d{R"({"message_id":2,"in_reply_to":1,"service":"/s"})"};
+  EXPECT_EQ(d->what, verb::reply);
+  EXPECT_EQ(d->id_raw, "1");
+  EXPECT_EQ(d->service, "");
+}
 
 TEST(plain_decode, takes_ids_of_either_kind_as_they_stand) {
   for (const std::string raw : {R"("a\/\u0062\"")", "0", "-5", "9223372036854775807", "18446744073709551615",
@@ -67,8 +71,48 @@ TEST(plain_decode, takes_ids_of_either_kind_as_they_stand) {
   }
 }
 
+TEST(plain_decode, leaves_a_service_that_is_no_string_to_the_users) {
+  EXPECT_EQ(read(R"({"message_id":1,"service":{"name":"x"}})")->service, "");
+  EXPECT_EQ(read(R"({"message_id":1,"service":7})")->service, "");
+}
+
+TEST(plain_decode, looks_at_a_service_only_in_an_invocation) {
+  for (const char* text : {R"({"service":"012345678901234567"})", R"({"service":"","service":1})",
+                           R"({"in_reply_to":1,"service":"a\nb"})"}) {
+    EXPECT_EQ(read(text)->service, "") << text;
+  }
+}
+
 std::int64_t ttl_of(const std::string& milliseconds) {
   return read("{\"ttl_ms\":" + milliseconds + "}")->ttl_ns;
+}
+
+TEST(plain_decode, takes_a_time_to_live_in_milliseconds) {
+  EXPECT_EQ(ttl_of("0"), 0);
+  EXPECT_EQ(ttl_of("-0.0"), 0);
+  EXPECT_EQ(ttl_of("250"), 250'000'000);
+  EXPECT_EQ(ttl_of("0.5"), 500'000);
+  EXPECT_EQ(ttl_of("1e-9"), 0);
+  EXPECT_EQ(ttl_of("9e12"), 9'000'000'000'000'000'000);
+}
+
+TEST(plain_decode, takes_a_time_to_live_that_no_clock_can_hold_for_none) {
+  EXPECT_EQ(ttl_of("9.3e12"), unlimited);
+  EXPECT_EQ(ttl_of("1e300"), unlimited);
+  EXPECT_EQ(ttl_of("99999999999999999999"), unlimited);
+}
+
+TEST(plain_decode, leaves_other_errors_to_the_users) {
+  const std::string long_code(code_bytes_max + 1, 'c');
+  for (const std::string& error : {std::string{"null"}, std::string{R"("code")"}, std::string{"{}"},
+                                   std::string{R"(["code"])"}, std::string{R"({"code":404,"text":"x"})"},
+                                   std::string{R"({"code":""})"}, R"({"code":")" + long_code + "\"}"}) {
+    const decoded d{"{\"in_reply_to\":1,\"error\":" + error + "}"};
+    EXPECT_EQ(d->what, verb::reply);
+    EXPECT_FALSE(d->failed) << error;
+  }
+  EXPECT_FALSE(read(R"({"error":{"code":"x","text":"y"}})")->failed);
+  EXPECT_FALSE(read(R"({"message_id":1,"error":{"code":"x"},"error":1})")->failed);
 }
 
 struct wrong {
@@ -153,6 +197,23 @@ TEST(plain_write, delivers_a_rosbridge_call_as_an_invocation) {
   EXPECT_EQ(delivered("{}"), R"({"service":"/add","message_id":"7"})");
   EXPECT_EQ(delivered(""), R"({"service":"/add","message_id":"7"})");
   EXPECT_EQ(delivered("[1,2]"), R"({"service":"/add","args":[1,2],"message_id":"7"})");
+}
+
+TEST(plain_write, keeps_arguments_apart_that_would_be_mistaken_for_the_envelope) {
+  for (const std::string name : {"service", "op", "message_id", "in_reply_to", "m\\u0065ssage_id"}) {
+    const std::string args = R"({"a":1,")" + name + R"(":2})";
+    EXPECT_EQ(delivered(args), R"({"service":"/add","args":)" + args + R"(,"message_id":"7"})");
+  }
+}
+
+TEST(plain_write, keeps_bodies_apart_that_have_its_own_members) {
+  for (const std::string name : {"service", "op", "message_id", "in_reply_to", "m\\u0065ssage_id"}) {
+    const std::string object = R"({"a":1,")" + name + R"(":2})";
+    EXPECT_EQ(call(object), R"({"service":"/a\"dd","args":)" + object + R"(,"message_id":"7.1"})");
+    const std::string replied = written([&](json::writer& w) { write_reply(w, "7", body{object}); });
+    EXPECT_EQ(replied, name == "service" ? R"({"a":1,"service":2,"in_reply_to":7})"
+                                         : R"({"result":)" + object + R"(,"in_reply_to":7})");
+  }
 }
 
 } // namespace

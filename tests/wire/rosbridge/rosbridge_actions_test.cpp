@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <string>
-#include <string_view>
 
 #include "wire/decoded.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
@@ -13,6 +11,30 @@
 namespace rowe::wire::rosbridge {
 namespace rosbridge_actions_test {
 namespace {
+
+TEST(rosbridge_actions, refuses_with_a_diagnostic_that_names_member_value_and_limit) {
+  constexpr wrong table[] = {
+      {R"({"op":"advertise_action"})", R"(advertise_action: the member "action" is missing)"},
+      {R"({"op":"unadvertise_action","action":""})",
+       R"(unadvertise_action: the member "action" must not be empty)"},
+      {R"({"op":"send_action_goal","action":7})",
+       R"(send_action_goal: the member "action" must be a string; it is 7)"},
+      {R"({"op":"send_action_goal","action":"/a","action_type":3})",
+       R"(send_action_goal: the member "action_type" must be a string; it is 3)"},
+      {R"({"op":"send_action_goal","action":"/a","feedback":1})",
+       R"(send_action_goal: the member "feedback" must be true or false; it is 1)"},
+      {R"({"op":"send_action_goal","action":"/a","args":"x"})",
+       R"(send_action_goal: the member "args" must be an object or an array; it is "x")"},
+      {R"({"op":"cancel_action_goal","action":"/a"})", R"(cancel_action_goal: the member "id" is missing)"},
+      {R"({"op":"action_feedback","action":"/a","id":"g"})",
+       R"(action_feedback: the member "values" is missing)"},
+      {R"({"op":"action_result","action":"/a","id":"g","status":-1})",
+       R"(action_result: the member "status" must not be negative; it is -1)"},
+      {R"({"op":"action_result","action":"/a","id":"g","action":"/b"})",
+       R"(action_result: the member "action" is there twice)"},
+  };
+  expect_refused(table);
+}
 
 TEST(rosbridge_actions, writes_what_it_reads) {
   std::array<char, 512> buffer{};

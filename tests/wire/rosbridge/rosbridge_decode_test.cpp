@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -30,7 +29,18 @@ TEST(rosbridge_decode, reads_roslibs_subscribe) {
   EXPECT_EQ(d->lifespan_ns, unlimited);
 }
 
-// What a rosbridge server sends
+TEST(rosbridge_decode, names_what_nobody_knows) {
+  const decoded d{R"({"id":7,"op":"subscribee","topic":"/x"})"};
+  EXPECT_EQ(d->what, verb::unknown);
+  EXPECT_EQ(d->verb_text, "subscribee");
+  EXPECT_EQ(d->id_raw, "7");
+  std::array<char, refusal::text_bytes_max> buffer{};
+  EXPECT_EQ(refuse_op(*d).text(buffer),
+            R"(the operation "subscribee" is unknown; offered are )"
+            "subscribe, unsubscribe, advertise, unadvertise, publish, call_service, service_response, "
+            "advertise_service, unadvertise_service, advertise_action, unadvertise_action, "
+            "send_action_goal, cancel_action_goal, action_feedback, action_result, fragment and set_level");
+}
 
 // Everything optional
 
@@ -39,6 +49,32 @@ TEST(rosbridge_decode, understands_escapes_in_names_and_values) {
   EXPECT_EQ(d->what, verb::publish);
   EXPECT_EQ(d->verb_text, "publish");
   EXPECT_EQ(d->topic, "/\xc3\xa9\xf0\x9f\x98\x80");
+}
+
+TEST(rosbridge_decode, takes_a_fragment_size_and_says_which_is_the_least) {
+  const auto with = [](std::string_view size) {
+    return R"({"op":"subscribe","topic":"/t","fragment_size":)" + std::string{size} + "}";
+  };
+  EXPECT_EQ(read(with("1000"))->fragment_size, 1000);
+  EXPECT_EQ(read(with("256"))->fragment_size, 256);
+  EXPECT_EQ(read(with("2147483647"))->fragment_size, 2147483647); // as some clients always say
+  EXPECT_EQ(read(R"({"op":"subscribe","topic":"/t"})")->fragment_size, 0);
+  for (const std::string_view small : {"255", "1", "0", "-1", "-0"}) {
+    EXPECT_EQ(diagnostic_for(with(small)),
+              R"(subscribe: the member "fragment_size" must be at least 256; it is )" + std::string{small});
+  }
+  EXPECT_EQ(diagnostic_for(with(R"("1000")")),
+            R"(subscribe: the member "fragment_size" must be an integer; it is "1000")");
+  EXPECT_EQ(diagnostic_for(with("1000.5")),
+            R"(subscribe: the member "fragment_size" must be an integer; it is 1000.5)");
+  EXPECT_EQ(read(with("null"))->fragment_size, 0);
+}
+
+TEST(rosbridge_decode, takes_a_throttle_rate_below_0_for_none) {
+  for (const std::string_view rate : {"-5", "-0.5", "-1e9", "0"}) {
+    const std::string text = R"({"op":"subscribe","topic":"/t","throttle_rate":)" + std::string{rate} + "}";
+    EXPECT_EQ(read(text)->throttle_ms, 0) << rate;
+  }
 }
 
 TEST(rosbridge_decode, takes_fragments) {
@@ -112,6 +148,8 @@ TEST(rosbridge_decode, takes_the_other_policies_as_far_as_rowe_has_them) {
   EXPECT_EQ(other.deadline_ns, unlimited);
   EXPECT_TRUE(with_qos(R"("durability":"transient_local")", "advertise").latch);
   EXPECT_FALSE(with_qos(R"("durability":"best_available")", "advertise").latch);
+  EXPECT_EQ(with_qos(R"("depth":3)", "subscribe", R"(,"queue_length":9)").queue_length, 3);
+  EXPECT_EQ(with_qos("", "subscribe", R"(,"queue_length":9)").queue_length, 9);
 }
 
 // Refusals
@@ -239,6 +277,32 @@ TEST(rosbridge_decode, counts_names_after_their_escapes_are_resolved) {
   EXPECT_EQ(d->verb_text, "subscribe");
   EXPECT_NE(diagnostic_for(R"({"op":"subscribe","topic":")" + topic + R"(\u0061"})").find("the limit is 32"),
             std::string::npos);
+}
+
+TEST(rosbridge_decode, shortens_long_values_between_characters) {
+  std::string value;
+  for (int i = 0; i < 40; ++i) value += "\xc3\xa9";
+  const std::string diagnostic =
+      diagnostic_for(R"({"op":"subscribe","topic":"/t","throttle_rate":")" + value + R"("})");
+  EXPECT_EQ(diagnostic, R"(subscribe: the member "throttle_rate" must be an integer; it is ")" +
+                            value.substr(0, 62) + "...");
+}
+
+TEST(rosbridge_decode, never_cuts_a_diagnostic_within_the_room_it_asks_for) {
+  const std::string long_text(200, 'v');
+  for (int kind = 0; kind <= static_cast<int>(refusal::kind::unknown_op); ++kind) {
+    const refusal worst{.what = static_cast<refusal::kind>(kind),
+                        .verb_text = long_text,
+                        .member = "qos.reliability",
+                        .value = long_text,
+                        .expected = R"("reliable", "best_effort" or "best_available")",
+                        .bytes = SIZE_MAX / 2,
+                        .limit = INT64_MAX};
+    std::array<char, refusal::text_bytes_max> buffer{};
+    std::array<char, 4096> plenty{};
+    EXPECT_EQ(worst.text(buffer), worst.text(plenty));
+    EXPECT_EQ(worst.text(std::span{buffer}.first(10)).size(), 10U);
+  }
 }
 
 } // namespace

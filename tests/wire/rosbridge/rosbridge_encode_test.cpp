@@ -19,6 +19,14 @@ class rosbridge_encode : public testing::Test {
   std::array<char, 2048> buffer_{};
 };
 
+TEST_F(rosbridge_encode, needs_no_more_for_a_publish_head_than_it_says) {
+  for (const std::size_t length : {0U, 1U, 128U}) {
+    const std::string worst(length, '"');
+    std::vector<char> exact(publish_head_bytes_max(length));
+    EXPECT_FALSE(written(exact, write_publish_head, worst).empty()) << length;
+  }
+}
+
 TEST_F(rosbridge_encode, writes_subscribe_and_unsubscribe_with_one_id) {
   EXPECT_EQ(written(buffer_, write_subscribe, "/odom", "nav_msgs/Odometry"),
             R"({"op":"subscribe","id":"subscribe:/odom:1","type":"nav_msgs/Odometry","topic":"/odom",)"
@@ -54,6 +62,18 @@ TEST_F(rosbridge_encode, writes_nothing_where_it_does_not_fit) {
   }
   std::vector<char> plenty(20'000);
   EXPECT_TRUE(written(plenty, write_subscribe, std::string(1100, 't'), "").empty());
+}
+
+TEST_F(rosbridge_encode, needs_no_more_for_requests_than_it_says) {
+  const name_limits limits{.name_bytes_max = 128, .id_bytes_max = 256};
+  const std::string worst(limits.name_bytes_max, '\x01');
+  std::vector<char> exact(request_bytes_max(limits));
+  EXPECT_FALSE(written(exact, write_subscribe, worst, worst).empty());
+  EXPECT_FALSE(written(exact, write_advertise, worst, worst, false).empty());
+  EXPECT_FALSE(written(exact, write_unsubscribe, worst).empty());
+  EXPECT_FALSE(written(exact, write_unadvertise, worst).empty());
+  EXPECT_FALSE(written(exact, write_advertise_service, worst, worst).empty());
+  EXPECT_FALSE(written(exact, write_unadvertise_service, worst).empty());
 }
 
 } // namespace

@@ -1,22 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Services in rosbridge's words: read, refused, written, and written to be read again.
+// Services in rosbridge's words: read and refused.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "wire/decoded.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
-#include "wire/written.hpp"
-#include "json/writing/writer.hpp"
 
 namespace rowe::wire::rosbridge {
 namespace rosbridge_services_test {
 namespace {
-
-// Reading
 
 std::int64_t timeout_of(const std::string& seconds) {
   return read(R"({"op":"call_service","service":"/s","timeout":)" + seconds + "}")->ttl_ns;
@@ -50,6 +43,10 @@ TEST(rosbridge_services, takes_the_id_that_old_clients_write_behind_the_name) {
             R"(call_service: the member "id" is 65 bytes long; the limit is 64)");
   EXPECT_EQ(diagnostic_for(R"({"op":"call_service","service":"#33"})"),
             R"(call_service: the member "service" must not be empty)");
+  // No old client puts one here.
+  EXPECT_EQ(read(R"({"op":"service_response","service":"/s#33"})")->service, "/s#33");
+  EXPECT_EQ(read(R"({"op":"advertise_service","service":"/s#33"})")->service, "/s#33");
+  EXPECT_EQ(read(R"({"op":"call_service","service":"/s\u002333"})")->service, "/s#33");
 }
 
 TEST(rosbridge_services, refuses_with_a_diagnostic_that_names_member_value_and_limit) {
@@ -93,30 +90,6 @@ TEST(rosbridge_services, refuses_with_a_diagnostic_that_names_member_value_and_l
   };
   expect_refused(table);
 }
-
-// Writing
-
-class rosbridge_services_written : public testing::Test {
- protected:
-  std::string call(std::string_view service, std::string_view id) {
-    json::writer text{buffer_};
-    write_call_service_head(text, service, id);
-    text.raw(R"({"a":[1,"}"]})");
-    text.end_object();
-    EXPECT_FALSE(text.overflowed());
-    return std::string{text.text()};
-  }
-  std::string response(std::string_view service, std::string_view id_raw, bool result) {
-    json::writer text{buffer_};
-    write_service_response_head(text, service, id_raw, result);
-    text.string("va\"lues");
-    text.end_object();
-    EXPECT_FALSE(text.overflowed());
-    return std::string{text.text()};
-  }
-
-  std::array<char, 2048> buffer_{};
-};
 
 } // namespace
 } // namespace rosbridge_services_test

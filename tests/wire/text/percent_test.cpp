@@ -21,6 +21,8 @@ TEST(undo_percent, writes_what_stands_behind_each_percent_sign) {
   EXPECT_EQ(undone("%C3%b6"), "\303\266");
   EXPECT_EQ(undone("%00"), (std::string{"\0", 1}));
   EXPECT_EQ(undone("%2541"), "%41") << "once";
+  EXPECT_EQ(undone("a+b"), "a+b");
+  EXPECT_EQ(undone("a+b%2B", ' '), "a b+") << "of a form";
   EXPECT_EQ(undone(""), "");
 }
 

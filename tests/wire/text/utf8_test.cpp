@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <random>
 #include <string>
 #include <string_view>
 
@@ -82,6 +81,31 @@ struct broken {
   std::string_view text;
   std::size_t good; // bytes before the one that proves it bad
 };
+
+TEST(utf8, says_no_at_the_first_byte_that_cannot_be_right) {
+  using namespace std::string_view_literals;
+  const broken table[] = {
+      {"a\x80"sv, 1},            // a continuation byte alone
+      {"\xc0\x80"sv, 0},         // overlong zero
+      {"\xc1\xbf"sv, 0},         // overlong U+7F
+      {"\xe0\x9f\xbf"sv, 1},     // overlong U+7FF
+      {"\xf0\x8f\xbf\xbf"sv, 1}, // overlong U+FFFF
+      {"\xed\xa0\x80"sv, 1},     // U+D800
+      {"\xed\xbf\xbf"sv, 1},     // U+DFFF
+      {"\xf4\x90\x80\x80"sv, 1}, // U+110000
+      {"\xf5\x80\x80\x80"sv, 0}, // beyond
+      {"\xfe"sv, 0},             // never in UTF-8
+      {"\xff"sv, 0},
+      {"\xc3("sv, 1}, // a character cut short by ASCII
+      {"\xe2\x82("sv, 2},
+      {"\xf0\x9f\x98("sv, 3},
+      {"12345678901234567890123456789012345678\xff"sv, 38}, // behind runs that are skipped by words
+  };
+  for (const broken& row : table) {
+    EXPECT_EQ(accepted_prefix(row.text), row.good) << testing::PrintToString(row.text);
+    EXPECT_FALSE(valid(row.text)) << testing::PrintToString(row.text);
+  }
+}
 
 } // namespace
 } // namespace utf8_test

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <string>
 #include <vector>
@@ -78,16 +79,27 @@ constexpr frame_limits lax{.message_bytes_max = 4096, .fragments_max = 16, .unma
 
 TEST(frame_parser, takes_unmasked_frames_as_a_server_where_asked) {
   receiver peer{role::server, lax};
-  const std::vector<frame> stream = {{.payload = "plain", .masked = false},
-                                     {.payload = "masked"},
-                                     {.opcode = ping_frame, .payload = "p", .masked = false},
-                                     {.payload = std::string(300, 'x'), .masked = false},
-                                     {.opcode = ping_frame, .payload = "q"}};
+  const std::vector<frame> stream = {
+      {.payload = "plain", .masked = false},
+      {.payload = "masked"},
+      {.opcode = ping_frame, .payload = "p", .masked = false},
+      {.payload = std::string(300, 'x'), .masked = false},
+      {.opcode = ping_frame, .payload = "q"},
+      {.payload = "ab", .final = false},
+      {.opcode = continuation, .payload = "cd", .final = false, .masked = false},
+      {.opcode = continuation, .payload = "ef"}};
   const std::vector<event> expected = {text("plain"), text("masked"), ping("p"), text(std::string(300, 'x')),
-                                       ping("q")};
+                                       ping("q"),     text("abcdef")};
   EXPECT_EQ(peer.feed(bytes_of(stream)), expected);
   receiver slow{role::server, lax};
   EXPECT_EQ(slow.feed_in_pieces(bytes_of(stream), [](std::size_t) { return 1; }), expected);
+}
+
+TEST(frame_parser, refuses_all_else_where_unmasked_frames_are_taken) {
+  receiver server{role::server, lax};
+  EXPECT_EQ(server.feed("\xc1\x01x")[0].what, frame_event::violation);
+  receiver client{role::client, lax};
+  EXPECT_EQ(client.feed(bytes_of(frame{.payload = "x"}))[0].what, frame_event::violation);
 }
 
 // 5.4 Fragmentation
@@ -120,8 +132,10 @@ TEST(frame_parser, refuses_control_frames_that_are_fragmented) {
 
 // 5.5.1 and 7.4 Close
 
-event closed(std::uint16_t code, std::string body, std::string reason) {
-  return {frame_event::close, std::move(body), code, std::move(reason)};
+TEST(frame_parser, reports_a_close_without_a_code_as_1005) {
+  receiver peer;
+  EXPECT_EQ(peer.feed(bytes_of(frame{.opcode = close_frame})),
+            (std::vector{event{frame_event::close, "", 1005, ""}}));
 }
 
 TEST(frame_parser, accepts_exactly_the_close_codes_that_may_be_sent) {
@@ -148,9 +162,50 @@ TEST(frame_parser, consumes_what_stands_behind_a_close_or_a_violation) {
   }
 }
 
+TEST(frame_parser, looks_at_a_message_in_many_pieces_in_many_steps) {
+  std::string stream = bytes_of({{.payload = "a", .final = false}});
+  for (int i = 0; i < 999; ++i) stream += bytes_of({{.opcode = 0, .payload = "b", .final = i == 998}});
+  std::vector<std::byte> assembly(2000);
+  frame_parser parser;
+  parser.reset(role::server, {.message_bytes_max = 1000, .fragments_max = 1000}, assembly);
+  std::span<std::byte> rest{reinterpret_cast<std::byte*>(stream.data()), stream.size()};
+  std::size_t frames = 0, messages = 0;
+  while (!rest.empty()) {
+    const frame_step step = parser.next(rest);
+    ASSERT_LE(step.frames, frame_parser::frames_in_step_max);
+    ASSERT_NE(step.consumed, 0U);
+    rest = rest.subspan(step.consumed);
+    frames += step.frames;
+    messages += step.event == frame_event::text;
+  }
+  EXPECT_EQ(frames, 1000U);
+  EXPECT_EQ(messages, 1U);
+}
+
 // 8.1 UTF-8
 
+TEST(frame_parser, refuses_bad_utf8_before_its_fragment_is_complete) {
+  const std::string stream = bytes_of(frame{.payload = "\xce\xba\xf4\x90" + std::string(1000, 'x')});
+  receiver peer;
+  EXPECT_EQ(peer.feed(stream.substr(0, 8 + 3)), std::vector<event>{}); // header, three bytes
+  const auto events = peer.feed(stream.substr(8 + 3, 1)); // f4 90: beyond U+10FFFF, whatever follows
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].code, 1007);
+}
+
 // 10.4 Limits
+
+TEST(frame_parser, refuses_a_message_larger_than_its_limit_at_the_header) {
+  receiver peer{role::server, {.message_bytes_max = 300, .fragments_max = 4}};
+  EXPECT_EQ(peer.feed(bytes_of(frame{.payload = std::string(300, 'x')})),
+            std::vector{text(std::string(300, 'x'))});
+  const auto events = peer.feed(header_of({}, 301));
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].what, frame_event::violation);
+  EXPECT_EQ(events[0].code, 1009);
+  EXPECT_EQ(events[0].reason, "a message of 301 bytes exceeds the limit message_bytes_max of 300: send less, "
+                              "or raise it");
+}
 
 TEST(frame_parser, adds_fragments_up_against_the_limit) {
   receiver peer{role::server, {.message_bytes_max = 10, .fragments_max = 4}};
@@ -173,6 +228,45 @@ TEST(frame_parser, is_mid_message_from_the_first_byte_to_the_last) {
   for (std::size_t i = 0; i < stream.size(); ++i) {
     (void)peer.feed(stream.substr(i, 1));
     EXPECT_EQ(peer.parser().mid_message(), i + 1 < stream.size()) << i;
+  }
+}
+
+// However a stream is cut into reads
+
+TEST(frame_parser, gives_the_same_events_for_random_streams_in_random_reads) {
+  const std::uint32_t seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random{seed};
+  const auto below = [&random](std::size_t bound) { return random() % bound; };
+  for (int round = 0; round < 3000; ++round) {
+    const role ours = below(2) == 0 ? role::server : role::client;
+    std::string stream;
+    bool open = false;
+    for (std::size_t i = 0; i < 1 + below(8); ++i) {
+      static constexpr unsigned control[] = {ping_frame, pong_frame, close_frame};
+      frame f{.masked = ours == role::server};
+      for (char& c : f.key) c = static_cast<char>(random() & 0xff);
+      if (below(4) == 0) {
+        f.opcode = below(10) == 0 ? control[2] : control[below(2)];
+        f.payload = std::string(below(126), 'c');
+      } else {
+        f.opcode = open ? continuation : below(2) == 0 ? text_frame : binary_frame;
+        f.final = below(2) == 0;
+        open = !f.final;
+        f.payload = std::string(below(3) == 0 ? below(3000) : below(20), 'd');
+        if (below(3) == 0) f.payload += "\xe2\x82\xac";
+      }
+      if (below(40) == 0) f.opcode = static_cast<unsigned>(below(16));
+      stream += bytes_of(f);
+    }
+    if (below(4) == 0) stream[below(stream.size())] ^= static_cast<char>(1U << below(8));
+    receiver whole{ours};
+    const auto expected = whole.feed(stream);
+    receiver cut{ours};
+    const std::size_t most = 1 + below(64);
+    ASSERT_EQ(cut.feed_in_pieces(stream, [&](std::size_t left) { return std::min(left, 1 + below(most)); }),
+              expected);
+    ASSERT_TRUE(whole.consistent() && cut.consistent());
   }
 }
 

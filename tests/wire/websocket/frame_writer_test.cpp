@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -31,6 +30,26 @@ TEST(frame_writer, writes_the_header_the_rfc_demands_at_every_boundary) {
                                       : write_frame_header(out.data(), opcode::text, length);
       EXPECT_EQ(view_of(std::span{out}.first(size)), expected) << length;
       EXPECT_EQ(frame_header_bytes(length, masked ? role::client : role::server), size) << length;
+    }
+  }
+}
+
+TEST(mask, is_the_rfcs_rule_for_every_length_offset_and_alignment) {
+  std::vector<std::byte> plain(100);
+  for (std::size_t i = 0; i < plain.size(); ++i) plain[i] = static_cast<std::byte>(i * 7 + 3);
+  for (std::size_t start = 0; start < 9; ++start) {
+    for (std::size_t length = 0; start + length <= plain.size(); ++length) {
+      for (std::size_t offset = 0; offset < 5; ++offset) {
+        std::vector<std::byte> expected = plain;
+        for (std::size_t i = 0; i < length; ++i) expected[start + i] ^= a_key[(i + offset) % 4];
+        std::vector<std::byte> masked = plain;
+        mask(std::span{masked}.subspan(start, length), a_key, offset);
+        ASSERT_EQ(masked, expected) << start << ' ' << length << ' ' << offset;
+        std::vector<std::byte> copy(length);
+        mask_copy(copy, std::span{plain}.subspan(start, length), a_key, offset);
+        ASSERT_EQ(view_of(copy), view_of(std::span{expected}.subspan(start, length)))
+            << length << ' ' << offset;
+      }
     }
   }
 }
