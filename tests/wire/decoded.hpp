@@ -31,7 +31,6 @@ class decoded {
     return request_;
   }
   const request* operator->() const { return &**this; }
-  const request& as_far_as_read() const { return request_; }
   std::string diagnostic() const {
     std::array<char, refusal::text_bytes_max> buffer{};
     return wrong_ ? std::string{wrong_->text(buffer)} : "it is not refused";

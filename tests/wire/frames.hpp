@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <ostream>
-#include <random>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,7 +29,6 @@ struct frame {
   unsigned opcode = 1;
   std::string payload = {};
   bool final = true;
-  unsigned reserved = 0; // RSV1 to RSV3 as a number from 0 to 7
   bool masked = true;
   std::string key = "\x12\x34\x56\x78";
   length_form form = length_form::shortest;
@@ -38,7 +36,7 @@ struct frame {
 
 inline std::string header_of(const frame& f, std::uint64_t length) {
   std::string out;
-  out += static_cast<char>((f.final ? 0x80U : 0U) | f.reserved << 4U | f.opcode);
+  out += static_cast<char>((f.final ? 0x80U : 0U) | f.opcode);
   const unsigned mask = f.masked ? 0x80U : 0U;
   std::size_t count = 0;
   if (f.form == length_form::eight_bytes || (f.form == length_form::shortest && length > 65535)) {
@@ -88,7 +86,6 @@ struct event {
 inline event text(std::string payload) { return {frame_event::text, std::move(payload), 0, {}}; }
 inline event binary(std::string payload) { return {frame_event::binary, std::move(payload), 0, {}}; }
 inline event ping(std::string payload) { return {frame_event::ping, std::move(payload), 0, {}}; }
-inline event pong(std::string payload) { return {frame_event::pong, std::move(payload), 0, {}}; }
 
 // A connection's end as a test sees it: a parser with memory of its own, exactly as much as the limits say.
 class receiver {

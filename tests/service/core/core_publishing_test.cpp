@@ -210,12 +210,17 @@ TEST_F(core_test, counts_once_what_a_lane_counted_that_a_view_holds) {
   auto& pair = on.offer_now(rowe::detail::pair_kind::subscribe_text, "/heard", 100, {.depth = 4});
   other.tell(R"({"op":"publish","topic":"/heard","msg":{"n":1}})");
   std::optional<rowe::subscriber<rowe::json_text>> handle{core_harness::handle_of(pair)};
-  const auto view = handle->try_take();
+  std::optional view{handle->try_take()};
   pair.refused_full.add(3);
   handle.reset();
   pair.lifecycle.close(); // as the handle's destructor does
-  on.cycle();
+  on.cycles(3);
+  ASSERT_EQ(pair.lifecycle.look(), rowe::detail::pair_phase::held);
   EXPECT_EQ(on.count(counter::full), 3U);
+  view.reset();
+  on.cycles(3);
+  ASSERT_EQ(pair.lifecycle.look(), rowe::detail::pair_phase::free);
+  EXPECT_EQ(on.count(counter::full), 3U) << "and not again";
 }
 
 TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {

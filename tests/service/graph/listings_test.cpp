@@ -42,6 +42,7 @@ struct listings_test : peer_parts::peer_parts {
                                   .advertisement_table_ = advertised,
                                   .outbox_ = out,
                                   .endpoint_name_ = "robot"}};
+  rowe::detail::latch_words<> loop;
 
   connection& greet(std::uint32_t index, std::uint32_t generation = 1) {
     connection& c = join({index, generation}, numbers::subprotocol);
@@ -166,6 +167,19 @@ TEST_F(listings_test, tell_the_next_peer_at_the_same_place_everything) {
   forget(gone);
   EXPECT_EQ(listed.due(), rowe::rt::never) << "nobody reads";
   EXPECT_EQ(list_of(heard(greet(0, 2)), 'T').size(), 2 + rowe::service::listings_burst);
+}
+
+TEST_F(listings_test, name_the_stop_where_there_is_one) {
+  connection& peer = greet(0);
+  const auto before = list_of(heard(peer), 'S');
+  (void)rules.add_loop("loop", 1s, loop, cycle.now);
+  listed.announce_changes();
+  const auto changed = heard(peer);
+  EXPECT_TRUE(list_of(changed, 'T').contains(std::string{rowe::wire::stop_state_name}));
+  const auto added = list_of(changed, 'S');
+  EXPECT_EQ(added.size(), 4U);
+  EXPECT_EQ(added.at(std::string{rowe::wire::stop_name}), 1U) << "its number never changes";
+  for (const auto& [name, number] : before) EXPECT_FALSE(added.contains(name)) << name;
 }
 
 } // namespace

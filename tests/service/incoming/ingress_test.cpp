@@ -86,6 +86,16 @@ TEST_F(working, who_orders_much_work_has_fewer_turns) {
   EXPECT_EQ(count("0:w"), 40U) << "the other one waits for nothing now";
 }
 
+TEST_F(ingress_test, wants_nothing_of_a_peer_before_what_it_said_is_carried_out) {
+  const std::size_t alone = state.bounds().message_bytes_max / 2;
+  EXPECT_EQ(in.wanted_bytes(index(first)), alone);
+  read(first, frame("a"));
+  EXPECT_EQ(in.wanted_bytes(index(first)), 0U);
+  EXPECT_NE(in.wanted_bytes(index(second)), 0U);
+  in.read_in_turn();
+  EXPECT_EQ(in.wanted_bytes(index(first)), alone);
+}
+
 // Each fragment counts, and so does each control frame between them.
 TEST_F(ingress_test, ends_a_turn_within_a_message_in_pieces) {
   for (const std::string& between : {frame("", opcode::pong), std::string{}}) {

@@ -119,5 +119,16 @@ TEST_F(local_delivery_test, fails_a_call_whose_reply_is_too_long_for_its_handle)
   EXPECT_EQ(counts.read(counter::too_big), 1U);
 }
 
+TEST_F(local_delivery_test, tells_a_thread_by_its_slot) {
+  const auto slot = submissions.submit({.wants_outcome = true}, "{}");
+  ASSERT_TRUE(slot);
+  (void)submissions.take([](std::uint32_t) {}, 1);
+  delivery.complete({.who = call_endpoint::kind::thread, .index = *slot}, {}, errc::peer_lost);
+  EXPECT_TRUE(submissions.wait(*slot, rowe::rt::never));
+  EXPECT_EQ(submissions.outcome(*slot).code(), errc::peer_lost);
+  submissions.release(*slot);
+  EXPECT_TRUE(submissions.all_free());
+}
+
 } // namespace
 } // namespace local_delivery_test

@@ -43,6 +43,12 @@ struct message_store_test : state_fixture::state_fixture {
     for (outcome one; store.take_outcome(one);) all.push_back(one);
     return all;
   }
+  // The only one that there is.
+  outcome only_outcome() {
+    const auto all = outcomes();
+    EXPECT_EQ(all.size(), 1U);
+    return all.empty() ? outcome{} : all[0];
+  }
   void pass(rowe::rt::duration time) {
     cycle.now += time;
     while (const auto one = due.take_due(cycle.now)) {
@@ -58,6 +64,15 @@ TEST_F(message_store_test, asks_for_room_where_all_slots_are_taken_and_counts_wh
   EXPECT_FALSE(compose("x"));
   EXPECT_GT(asked_for_room, 0);
   EXPECT_EQ(counts.read(counter::no_slot), 1U);
+}
+
+TEST_F(message_store_test, notes_that_the_time_of_a_message_was_over) {
+  const auto slot = compose("x", cycle.now + 1ms);
+  store.track(slot, false);
+  store.arm_unwritten();
+  pass(10ms);
+  const outcome told = only_outcome();
+  EXPECT_TRUE(told.expired && !told.ended);
 }
 
 TEST_F(message_store_test, cancels_what_is_queued) {

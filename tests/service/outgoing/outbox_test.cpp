@@ -11,17 +11,19 @@ namespace outbox_test {
 namespace {
 
 using rowe::service::connection;
+using rowe::service::counter;
 using rowe::service::peer_index;
+using rowe::service::queue;
 using rowe::service::slot_id;
 
 // An outbox, and peers that are connected.
 struct outbox_test : state_fixture::state_fixture {
-  outbox_test()
+  explicit outbox_test(std::uint32_t slots = 8)
       : state_fixture{::state_fixture::with({.connections_max = 4,
                                              .message_bytes_max = 1024,
                                              .topics_max = 8,
                                              .subscriptions_max = 16,
-                                             .small_slots = 8,
+                                             .small_slots = slots,
                                              .small_slot_bytes = 256,
                                              .large_slots = 1,
                                              .queue_depth_max = 8,
@@ -41,6 +43,13 @@ struct outbox_test : state_fixture::state_fixture {
   }
   bool reply(peer_index to, std::string_view text) {
     return out.reply(to, [&](rowe::json::writer& into) { into.append(text); }).value != slot_id::none;
+  }
+  void write_replies(peer_index peer, int count) {
+    for (queue& from = out.of(peer).replies; count != 0 && !from.empty(); --count) {
+      const auto slot = out.entries().front(from).index;
+      out.take_front(from, slot);
+      store.delivered(slot);
+    }
   }
   void TearDown() override {
     EXPECT_TRUE(store.check());
@@ -73,6 +82,24 @@ TEST_F(outbox_test, says_whose_reply_was_evicted_to_whoever_tracks_it) {
   ASSERT_TRUE(store.take_outcome(told));
   EXPECT_EQ(told.slot, oldest);
   EXPECT_TRUE(told.ended && told.evicted);
+}
+
+struct outbox_with_many_slots : outbox_test {
+  outbox_with_many_slots() : outbox_test{100} {}
+};
+
+TEST_F(outbox_with_many_slots, has_fewer_places_for_replies_to_a_peer_that_does_not_read) {
+  const auto reader = join(0), other = join(1);
+  out.of(other).blocked = true;
+  std::uint32_t to_reader = 0, to_other = 0;
+  for (int i = 0; i < 80; ++i) {
+    to_reader += reply(reader, "x");
+    to_other += reply(other, "x");
+    write_replies(reader, 1);
+  }
+  EXPECT_EQ(to_reader, 80U);
+  EXPECT_EQ(to_other, rowe::service::replies_max_backpressured);
+  EXPECT_EQ(counts.read(counter::outbox_full), 80U - to_other);
 }
 
 } // namespace

@@ -46,5 +46,9 @@ TEST(fitting_names, are_long_ones_of_this_process_before_those_of_peers) {
   EXPECT_EQ(written(100, 10, {{60, true}, {60, true}, {40}}), (numbers{0}));
 }
 
+TEST(fitting_names, are_none_where_there_is_no_room) {
+  EXPECT_EQ(written(0, 4, {{1}, {1, true}}), numbers{});
+}
+
 } // namespace
 } // namespace fitting_names_test

@@ -39,6 +39,18 @@ struct page_texts_test : testing::Test {
   }
 };
 
+TEST_F(page_texts_test, of_two_texts_have_a_quarter_of_the_chunks) {
+  const text_id small = text_of(1), other = text_of(1), large = text_of(2);
+  EXPECT_TRUE(pages.has_room_for(large)) << "one may be as long as any";
+  const std::uint32_t which = pages.begin(small, now);
+  EXPECT_TRUE(pages.has_room_for(other));
+  EXPECT_FALSE(pages.has_room_for(large));
+  EXPECT_TRUE(pages.has_room_for(small)) << "one text is counted once";
+  pages.end(which);
+  EXPECT_TRUE(pages.has_room_for(large));
+  for (const text_id text : {small, other, large}) store.release(text);
+}
+
 TEST_F(page_texts_test, of_slow_readers_make_way_but_for_the_first) {
   const text_id text = text_of(2);
   const std::uint32_t first = pages.begin(text, now);

@@ -36,6 +36,14 @@ TEST(stop_gate, knows_its_names_in_both_spellings_and_no_others) {
   for (const auto& row : table) EXPECT_EQ(stop_gate::service_named(row.name), row.expected) << row.name;
 }
 
+TEST(stop_gate, names_each_verb_with_the_slash) {
+  for (const stop_verb which : {stop_verb::stop, stop_verb::reset, stop_verb::guard, stop_verb::state}) {
+    const std::string_view name = stop_gate::name_of(which);
+    EXPECT_TRUE(name.starts_with("/rowe/stop")) << name;
+    EXPECT_EQ(stop_gate::service_named(name), which) << name;
+  }
+}
+
 TEST(stop_gate, finds_the_stop_in_texts_whatever_else_is_wrong_with_them) {
   const struct {
     std::string_view text;

@@ -147,5 +147,21 @@ TEST_F(own_types, agree_with_what_topics_say) {
   }
 }
 
+TEST_F(own_types, are_told_to_ros_clients) {
+  peer& boss = comes("supervisor");
+  EXPECT_EQ(values_of(call(boss, "/rosapi/topic_type", R"({"topic":"/rowe/stats"})")),
+            R"({"type":"rowe/Stats"})");
+  EXPECT_EQ(values_of(call(boss, "/rosapi/service_type", R"({"service":"rosapi/topics"})")),
+            R"({"type":"rosapi/Topics"})");
+  EXPECT_EQ(values_of(call(boss, "/rosapi/service_type", R"({"service":"/rowe/stop"})")), R"({"type":""})")
+      << "nothing here can be stopped";
+  EXPECT_EQ(values_of(call(boss, "/rosapi/service_response_details", R"({"type":"rosapi/Topics"})")),
+            R"({"typedefs":[{"type":"rosapi/Topics","fieldnames":["topics","types","left_out"],)"
+            R"("fieldtypes":["string","string","uint32"],"fieldarraylen":[0,0,-1],)"
+            R"("examples":["[]","[]","0"],"constnames":[],"constvalues":[]}]})");
+  EXPECT_EQ(values_of(call(comes("asker"), "/rosapi/service_type", R"({"service":"/rosapi/set_param"})")),
+            R"({"type":""})");
+}
+
 } // namespace
 } // namespace own_types_test

@@ -37,6 +37,18 @@ TEST_F(subscriptions_test, that_are_not_there_cannot_end) {
   EXPECT_TRUE(subscribed(peer, "/odom"));
 }
 
+TEST_F(subscriptions_test, of_one_peer_leave_each_other_one_its_claim) {
+  for (int i = 0; i < 32; ++i) (void)hold_as_own("/t" + std::to_string(i)); // which so cost a peer no topic
+  for (int i = 0; i < 32; ++i) subscribe(peer, "/t" + std::to_string(i));
+  EXPECT_TRUE(was_told(peer, "subscriptions_max"));
+  EXPECT_GT(subscriptions.count(), 4U) << "what nobody claims is for who comes first";
+  for (std::uint32_t other = 1; other < bounds.connections_max; ++other) {
+    connection& late = join(other);
+    for (int i = 0; i < 4; ++i) subscribe(late, "/t" + std::to_string(i));
+    EXPECT_EQ(subscriptions.count_of({other}), 4U) << "a half of 32, by four connections";
+  }
+}
+
 TEST_F(subscriptions_test, learn_the_type_when_the_topic_gets_another_one) {
   request asked = of(peer, "/odom");
   asked.type = "std_msgs/String";

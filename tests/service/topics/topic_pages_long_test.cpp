@@ -66,6 +66,20 @@ struct long_pages : core_test {
   void TearDown() override { EXPECT_EQ(on.core.inconsistency(), ""); }
 };
 
+TEST_F(long_pages, have_all_of_a_latched_value) {
+  peer robot{on};
+  const std::string map = map_of(40'000);
+  advertise(robot);
+  publish(robot, map, "/map", true);
+  const http_answer answer = get();
+  EXPECT_EQ(answer.status, 200);
+  EXPECT_EQ(answer.content_type, "application/json");
+  EXPECT_EQ(answer.cache_control, "no-store");
+  EXPECT_GE(answer.age_ms, 0);
+  EXPECT_EQ(answer.in_pieces.bytes, map.size());
+  EXPECT_TRUE(body_of(answer) == map);
+}
+
 TEST_F(long_pages, give_what_they_keep_back_when_nobody_has_asked_for_a_minute) {
   peer robot{on};
   advertise(robot);

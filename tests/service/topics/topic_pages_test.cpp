@@ -135,6 +135,19 @@ TEST_F(topic_pages, let_publishers_rest_when_nobody_has_asked_for_a_minute) {
   EXPECT_EQ(publish(on, pair, {1, 0}).code(), rowe::errc::no_peer);
 }
 
+TEST_F(topic_pages, hold_no_topic_whose_last_holder_leaves) {
+  peer source = peer_saying(on, R"({"op":"advertise","topic":"/count","type":"a/B"})", 2);
+  const http_answer waits = get("/api/v1/topics/count");
+  ASSERT_TRUE(waits.later);
+  source.tell(R"({"op":"unadvertise","topic":"/count"})");
+  EXPECT_EQ(on.next_wake, on.now) << "the page hears of it at once";
+  EXPECT_EQ(again(waits).status, 404);
+  source.say(R"({"op":"advertise","topic":"/count","type":"a/B"})"); // in the same row, perhaps
+  on.cycles(2);
+  EXPECT_EQ(again(waits).status, 404) << "it is another topic";
+  EXPECT_TRUE(get("/api/v1/topics/count").later);
+}
+
 TEST_F(topic_pages, show_the_statistics_and_the_state_of_the_stop_as_topics) {
   EXPECT_EQ(get("/api/v1/topics/rowe/stop/state").status, 404) << "nothing heeds it";
   access_fixture::stoppable_loop loop{on};

@@ -71,17 +71,6 @@ std::string written(message_kind kind, Write&& write) {
   return text;
 }
 
-TEST(foxglove_codec, has_both_of_its_subprotocols) {
-  const protocol_set& all = protocols_of(rowe::websocket_profile::standard);
-  for (const std::string_view name : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
-    EXPECT_EQ(all.find(name).subprotocol, name);
-    EXPECT_TRUE(all.find(name).can.listing && all.find(name).can.binary);
-    EXPECT_EQ(all.find(name).first.name(), "foxglove");
-    EXPECT_NE(std::find(all.accepts.begin(), all.accepts.end(), name), all.accepts.end());
-    EXPECT_EQ(std::find(all.offers.begin(), all.offers.end(), name), all.offers.end());
-  }
-}
-
 // ---- what clients say
 
 TEST(foxglove_codec, reads_subscriptions_one_after_the_other) {
@@ -104,68 +93,6 @@ TEST(foxglove_codec, reads_subscriptions_one_after_the_other) {
   EXPECT_EQ(ends.request.what, verb::unsubscribe);
   EXPECT_EQ(ends.request.tag, 3U);
   EXPECT_EQ(ends.request.channel, no_number);
-}
-
-TEST(foxglove_codec, reads_channels_of_a_client) {
-  const received comes{
-      R"({"op":"advertise","channels":[{"id":5,"topic":"/cmd","encoding":"json","schemaName":"a/B"}]})"};
-  ASSERT_EQ(comes.is, decoded::request);
-  EXPECT_EQ(comes.request.what, verb::advertise);
-  EXPECT_FALSE(comes.request.by_number);
-  EXPECT_EQ(comes.request.tag, 5U);
-  EXPECT_EQ(comes.request.topic, "/cmd");
-  EXPECT_EQ(comes.request.type, "a/B");
-  const received goes{R"({"op":"unadvertise","channelIds":[5]})"};
-  ASSERT_EQ(goes.is, decoded::request);
-  EXPECT_TRUE(goes.request.by_number && goes.request.channel_is_peers);
-  EXPECT_EQ(goes.request.channel, 5U);
-}
-
-TEST(foxglove_codec, reads_requests_for_parameters_whole) {
-  const received gets{R"({"op":"getParameters","parameterNames":["/a","b"],"id":"get \"1\""})"};
-  ASSERT_EQ(gets.is, decoded::request);
-  EXPECT_EQ(gets.request.what, verb::get_parameters);
-  EXPECT_EQ(gets.request.body_raw, R"(["/a","b"])");
-  EXPECT_EQ(gets.request.id_raw, R"("get \"1\"")");
-  EXPECT_FALSE(gets.request.next);
-  EXPECT_FALSE(gets.request.by_number);
-  const received sets{R"({"op":"setParameters","parameters":[{"name":"/a","value":1,"type":"float64"}]})"};
-  ASSERT_EQ(sets.is, decoded::request);
-  EXPECT_EQ(sets.request.what, verb::set_parameters);
-  EXPECT_EQ(sets.request.body_raw, R"([{"name":"/a","value":1,"type":"float64"}])");
-  EXPECT_EQ(sets.request.id_raw, "");
-  const received hears{R"({"op":"subscribeParameterUpdates","parameterNames":[]})"};
-  ASSERT_EQ(hears.is, decoded::request);
-  EXPECT_EQ(hears.request.what, verb::subscribe_parameters);
-  const received ends{R"({"op":"unsubscribeParameterUpdates","parameterNames":["/a"]})"};
-  ASSERT_EQ(ends.is, decoded::request);
-  EXPECT_EQ(ends.request.what, verb::unsubscribe_parameters);
-}
-
-TEST(foxglove_codec, reads_requests_for_the_graph) {
-  const received hears{R"({"op":"subscribeConnectionGraph"})"};
-  ASSERT_EQ(hears.is, decoded::request);
-  EXPECT_EQ(hears.request.what, verb::subscribe_graph);
-  EXPECT_FALSE(hears.request.by_number);
-  EXPECT_FALSE(hears.request.next);
-  const received ends{R"({"op":"unsubscribeConnectionGraph","more":1})"};
-  ASSERT_EQ(ends.is, decoded::request);
-  EXPECT_EQ(ends.request.what, verb::unsubscribe_graph);
-}
-
-TEST(foxglove_codec, reads_what_is_published_and_called) {
-  const received_binary published{"\x01\x05\x00\x01\x00{\"v\":1}"s};
-  ASSERT_EQ(published.is, decoded::request);
-  EXPECT_EQ(published.request.what, verb::publish);
-  EXPECT_TRUE(published.request.by_number && published.request.channel_is_peers);
-  EXPECT_EQ(published.request.channel, 65541U);
-  EXPECT_EQ(published.request.body_raw, R"({"v":1})");
-  const received_binary called{"\x02\x01\x00\x00\x00\x09\x00\x00\x00\x04\x00\x00\x00json{}"s};
-  ASSERT_EQ(called.is, decoded::request);
-  EXPECT_EQ(called.request.what, verb::call);
-  EXPECT_EQ(called.request.service_number, 1U);
-  EXPECT_EQ(called.request.id_raw, "\x01\x00\x00\x00\x09\x00\x00\x00"s);
-  EXPECT_EQ(called.request.body_raw, "{}");
 }
 
 TEST(foxglove_codec, refuses_with_a_diagnostic_what_is_not_as_it_should_be) {
@@ -252,40 +179,6 @@ TEST(foxglove_codec, says_who_it_is_and_what_it_is_capable_of) {
             R"("capabilities":["clientPublish","services","parameters","parametersSubscribe",)"
             R"("connectionGraph","time"],)"
             R"("supportedEncodings":["json"],"metadata":{},"sessionId":"18446744073709551615"})");
-}
-
-TEST(foxglove_codec, tells_values_of_parameters) {
-  EXPECT_EQ(written(message_kind::text,
-                    [](json::writer& out) {
-                      speaks().begin_parameters(out, R"("id")");
-                      speaks().add_parameter(out, {.name = "/a", .json = "2", .is_real = true});
-                      speaks().add_parameter(out, {.name = "/b\"", .json = R"("x")", .is_real = false});
-                      speaks().add_parameter(out, {.name = "/gone", .json = {}});
-                      return speaks().end_parameters(out);
-                    }),
-            R"({"op":"parameterValues","id":"id","parameters":[{"name":"/a","value":2,"type":"float64"},)"
-            R"({"name":"/b\"","value":"x"},{"name":"/gone"}]})");
-}
-
-TEST(foxglove_codec, tells_of_the_graph) {
-  const auto both = [](json::writer& out) { out.raw(R"(["robot","10.0.0.9:1"])"); };
-  EXPECT_EQ(written(message_kind::text,
-                    [&](json::writer& out) {
-                      speaks().begin_graph(out);
-                      for (std::size_t i = 0; i < graph_lists; ++i) {
-                        const auto list = static_cast<graph_list>(i);
-                        speaks().begin_graph_list(out, list);
-                        speaks().add_to_graph(out, list, "/a\"", body{both});
-                        if (i == 3) speaks().add_to_graph(out, list, "/b", body{std::string_view{}});
-                        speaks().end_graph_list(out);
-                      }
-                      return speaks().end_graph(out);
-                    }),
-            R"({"op":"connectionGraphUpdate",)"
-            R"("publishedTopics":[{"name":"/a\"","publisherIds":["robot","10.0.0.9:1"]}],)"
-            R"("subscribedTopics":[{"name":"/a\"","subscriberIds":["robot","10.0.0.9:1"]}],)"
-            R"("advertisedServices":[{"name":"/a\"","providerIds":["robot","10.0.0.9:1"]}],)"
-            R"("removedTopics":["/a\"","/b"],"removedServices":["/a\""]})");
 }
 
 TEST(foxglove_codec, lists_topics_with_the_schemas_that_are_known) {

@@ -55,20 +55,6 @@ TEST(lenient_handshake, is_as_strict_in_everything_else) {
   EXPECT_TRUE(refused(upgrade({{"Upgrade", "Upgrade: h2c"}}), 400, "h2c", {}, lenient));
 }
 
-// What Hop's own client says of itself: the server's address as origin, and names and values in small letters
-// in May 2014.
-TEST(lenient_handshake, takes_the_handshakes_of_hop) {
-  EXPECT_TRUE(accepted(header({"GET /hop/robot HTTP/1.1", "Host: localhost:8080", "user-agent: Hop 3.1.0",
-                               "Connection: Upgrade", "Upgrade: websocket", "Origin: http://localhost:8080",
-                               "Sec-WebSocket-Key: d3MxODA0Mjg5Mzgz", "Sec-WebSocket-Version: 13"}),
-                       lenient));
-  EXPECT_TRUE(
-      accepted(header({"GET /hop/robot HTTP/1.1", "Host: 127.0.0.1:8080", "upgrade: websocket",
-                       "connection: upgrade", "origin: http://127.0.0.1:8080", "sec-websocket-key: d3M3",
-                       "sec-websocket-version: 13", "user-agent: Hop 2.5.0"}),
-               lenient));
-}
-
 } // namespace
 } // namespace http_lenient_test
 } // namespace rowe::wire::test

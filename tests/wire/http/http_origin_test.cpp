@@ -13,13 +13,6 @@ namespace rowe::wire::test {
 namespace http_origin_test {
 namespace {
 
-TEST(judge_request, takes_our_own_names_with_our_port_or_none) {
-  for (const std::string_view host : {"localhost", "localhost:8080", "LocalHost:8080", "127.0.0.1",
-                                      "127.0.0.1:8080", "[::1]", "[::1]:8080"}) {
-    EXPECT_TRUE(accepted(upgrade({{"Host", "Host: " + std::string{host}}}))) << host;
-  }
-}
-
 TEST(judge_request, refuses_foreign_hosts) {
   EXPECT_TRUE(refused(upgrade({{"Host", "Host: evil.example"}}), 403,
                       "Host evil.example is not a name of this endpoint",
@@ -107,19 +100,14 @@ TEST(judge_request, refuses_foreign_origins_and_names_the_remedy) {
                       "evil.example"));
 }
 
-TEST(judge_request, refuses_the_null_origin_even_when_it_is_listed) {
-  constexpr std::string_view origins[] = {"null"};
-  EXPECT_TRUE(refused(upgrade({{"Origin", "Origin: null"}}), 403, "Origin null", "http://",
-                      {.port = 8080, .origins = origins}));
-}
-
 TEST(judge_request, takes_origins_by_option) {
-  constexpr std::string_view origins[] = {"http://lab.example:8000", "https://app.example/"};
+  constexpr std::string_view origins[] = {"http://lab.example:8000", "https://app.example/", "null"};
   const handshake_policy policy{.port = 8080, .origins = origins};
   EXPECT_TRUE(accepted(upgrade({{"Origin", "Origin: http://lab.example:8000"}}), policy));
   EXPECT_TRUE(accepted(upgrade({{"Origin", "Origin: https://app.example"}}), policy));
   EXPECT_TRUE(refused(upgrade({{"Origin", "Origin: http://lab.example"}}), 403, "lab.example", "", policy));
   EXPECT_TRUE(refused(upgrade({{"Origin", "Origin: http://app.example"}}), 403, "app.example", "", policy));
+  EXPECT_TRUE(refused(upgrade({{"Origin", "Origin: null"}}), 403, "Origin null", "http://", policy));
 }
 
 } // namespace

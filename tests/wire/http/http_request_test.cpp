@@ -14,18 +14,6 @@ namespace {
 
 using namespace std::string_view_literals;
 
-TEST(find_header_end, finds_the_end_wherever_the_reads_are_cut) {
-  const std::string request = upgrade();
-  const std::string bytes = request + "behind";
-  for (std::size_t first = 0; first <= bytes.size(); ++first) {
-    const std::size_t end = find_header_end(std::string_view{bytes}.substr(0, first));
-    ASSERT_EQ(end, first < request.size() ? 0 : request.size()) << first;
-    if (end == 0) {
-      ASSERT_EQ(find_header_end(bytes, first), request.size()) << first;
-    }
-  }
-}
-
 TEST(find_header_end, ends_a_header_of_bare_line_feeds_too) {
   for (const std::string_view bytes :
        {"GET / HTTP/1.1\n\n"sv, "GET / HTTP/1.1\n\r\n"sv, "GET / HTTP/1.1\r\n\n"sv}) {
@@ -38,54 +26,12 @@ TEST(find_header_end, ends_a_header_of_bare_line_feeds_too) {
   EXPECT_EQ(find_header_end(""), 0U);
 }
 
-TEST(judge_request, takes_a_right_handshake) {
-  const std::string request = upgrade();
-  const http_judgement j = judge_request(request, policy_at(8080));
-  ASSERT_EQ(j.outcome, http_outcome::upgrade) << j.rejection.what();
-  EXPECT_EQ(j.target, "/x?y=1");
-  EXPECT_EQ(j.path, "/x");
-  EXPECT_EQ(j.host, "localhost:8080");
-  EXPECT_EQ(j.origin, "");
-  EXPECT_EQ(j.key, "dGhlIHNhbXBsZSBub25jZQ==");
-  EXPECT_EQ(j.subprotocol, "");
-}
-
-TEST(judge_request, takes_what_real_clients_send) {
-  // Chromium
-  EXPECT_TRUE(accepted(header(
-      {"GET / HTTP/1.1", "Host: localhost:8080", "Connection: Upgrade", "Pragma: no-cache",
-       "Cache-Control: no-cache", "User-Agent: Mozilla/5.0 (X11; Linux x86_64)", "Upgrade: websocket",
-       "Origin: http://localhost:8080", "Sec-WebSocket-Version: 13", "Accept-Encoding: gzip, deflate, br",
-       "Accept-Language: en-GB", "Sec-WebSocket-Key: x3JJHMbDL1EzLkh9GBhXDw==",
-       "Sec-WebSocket-Extensions: permessage-deflate; client_max_window_bits"})));
-  // Firefox
-  EXPECT_TRUE(
-      accepted(header({"GET / HTTP/1.1", "Host: 127.0.0.1:8080", "Accept: */*", "Sec-WebSocket-Version: 13",
-                       "Origin: http://127.0.0.1:8080",
-                       "Sec-WebSocket-Key: +5vLUM9ErcSrmNYnVUVE/g==", "Connection: keep-alive, Upgrade",
-                       "Sec-Fetch-Mode: websocket", "Upgrade: websocket", "Cookie: a=\xc3\xa4"})));
-  // Python websockets; Hop spells the value its own way
-  EXPECT_TRUE(
-      accepted(header({"GET /hop/x HTTP/1.1", "host: [::1]:8080", "upgrade: WebSocket", "CONNECTION:Upgrade",
-                       "sec-websocket-key:\tx3JJHMbDL1EzLkh9GBhXDw== ", "sec-websocket-version: 13"})));
-}
-
-TEST(judge_request, takes_requests_for_pages) {
-  const std::string request =
-      header({"GET /app.js?v=2 HTTP/1.1", "Host: localhost:8080", "Connection: keep-alive",
-              "Accept-Encoding: br;q=1.0, gzip;q=0.8", "If-None-Match: \"abc\", W/\"d\""});
-  const http_judgement j = judge_request(request, policy_at(8080));
-  ASSERT_EQ(j.outcome, http_outcome::page) << j.rejection.what();
-  EXPECT_EQ(j.path, "/app.js");
-  EXPECT_FALSE(j.head);
-  EXPECT_TRUE(j.accepts_gzip);
-  EXPECT_EQ(j.if_none_match, "\"abc\", W/\"d\"");
-  EXPECT_TRUE(judge_request(header({"HEAD / HTTP/1.1", "Host: localhost"}), policy_at(8080)).head);
-}
-
 TEST(judge_request, takes_gzip_only_where_it_is_wanted) {
-  const auto gzip = [](std::string_view line) {
-    return judge_request(header({"GET / HTTP/1.1", "Host: localhost", line}), policy_at(8080)).accepts_gzip;
+  handshake_policy policy = policy_at(8080);
+  const auto gzip = [&policy](std::string_view line) {
+    const http_judgement j = judge_request(header({"GET / HTTP/1.1", "Host: localhost", line}), policy);
+    EXPECT_EQ(j.outcome, http_outcome::page);
+    return j.accepts_gzip;
   };
   EXPECT_TRUE(gzip("Accept-Encoding: gzip"));
   EXPECT_TRUE(gzip("Accept-Encoding: deflate , GZIP ; q=0.01"));
@@ -93,15 +39,8 @@ TEST(judge_request, takes_gzip_only_where_it_is_wanted) {
   EXPECT_FALSE(gzip("Accept-Encoding: gzip; q=0.000"));
   EXPECT_FALSE(gzip("Accept-Encoding: gzipped"));
   EXPECT_FALSE(gzip("Accept: gzip"));
-}
-
-TEST(judge_request, takes_no_gzip_under_tls) {
-  handshake_policy policy = policy_at(8080);
   policy.secure = true;
-  const http_judgement j =
-      judge_request(header({"GET / HTTP/1.1", "Host: localhost", "Accept-Encoding: gzip"}), policy);
-  EXPECT_EQ(j.outcome, http_outcome::page);
-  EXPECT_FALSE(j.accepts_gzip);
+  EXPECT_FALSE(gzip("Accept-Encoding: gzip")) << "under TLS nothing is compressed";
 }
 
 TEST(judge_request, ignores_entity_tags_that_come_in_two_fields) {
@@ -169,18 +108,6 @@ TEST(judge_request, refuses_headers_that_do_not_end_where_they_should) {
   EXPECT_TRUE(refused("", 400, "does not end"));
 }
 
-TEST(judge_request, refuses_headers_beyond_the_limit_whole_or_not) {
-  const auto padded = [](std::size_t size) {
-    const std::string bare = upgrade({{"X", "X: "}});
-    return upgrade({{"X", "X: " + std::string(size - bare.size(), 'x')}});
-  };
-  EXPECT_EQ(padded(http_header_bytes_max).size(), http_header_bytes_max);
-  EXPECT_TRUE(accepted(padded(http_header_bytes_max)));
-  EXPECT_TRUE(refused(padded(http_header_bytes_max + 1), 431, "4096", "cookies"));
-  EXPECT_TRUE(refused(std::string(http_header_bytes_max + 1, 'x'), 431, "4096"));
-  EXPECT_EQ(header_too_large().rejection.status, 431);
-}
-
 TEST(judge_request, refuses_fields_that_decide_and_stand_there_twice) {
   for (const std::string_view line :
        {"Host: localhost:8080", "Upgrade: websocket", "Sec-WebSocket-Version: 13",
@@ -206,16 +133,13 @@ TEST(judge_request, refuses_upgrades_to_anything_but_websocket) {
                       400, "h2c"));
 }
 
-TEST(judge_request, refuses_a_handshake_without_upgrade_or_connection) {
+TEST(judge_request, refuses_a_handshake_without_upgrade_connection_or_key) {
   EXPECT_TRUE(
       refused(upgrade({{"Upgrade", ""}}), 426, "Upgrade header is missing", "send Upgrade: websocket"));
   EXPECT_TRUE(refused(upgrade({{"Connection", ""}}), 400, "Connection", "proxy"));
   EXPECT_TRUE(
       refused(upgrade({{"Connection", "Connection: keep-alive, upgraded"}}), 400, "Connection", "proxy"));
-}
-
-TEST(judge_request, takes_a_connection_field_of_several_lines) {
-  EXPECT_TRUE(accepted(upgrade({{"Connection", "Connection: keep-alive"}, {"X", "Connection: ,, UPGRADE"}})));
+  EXPECT_TRUE(refused(upgrade({{"Key", ""}}), 400, "Sec-WebSocket-Key is missing", "16 random bytes"));
 }
 
 TEST(judge_request, refuses_other_versions_of_websocket) {
@@ -223,17 +147,6 @@ TEST(judge_request, refuses_other_versions_of_websocket) {
   for (const std::string_view version : {"8", "12", "99", "013", "13, 8", ""}) {
     EXPECT_TRUE(
         refused(upgrade({{"Version", "Sec-WebSocket-Version: " + std::string{version}}}), 426, "", "13"));
-  }
-}
-
-TEST(judge_request, refuses_keys_that_are_not_16_bytes) {
-  EXPECT_TRUE(refused(upgrade({{"Key", ""}}), 400, "Sec-WebSocket-Key is missing", "16 random bytes"));
-  for (const std::string_view key :
-       {"", "d3NhYmM=", "dGhlIHNhbXBsZSBub25jZQ=", "dGhlIHNhbXBsZSBub25jZQ===", "dGhlIHNhbXBsZSBub25jZTEy",
-        "dGhlIHNhbXBsZSBub25j!Q==", "dGhlIHNhbXBsZSBub25jZ==="}) {
-    EXPECT_TRUE(
-        refused(upgrade({{"Key", "Sec-WebSocket-Key: " + std::string{key}}}), 400, "Sec-WebSocket-Key"))
-        << key;
   }
 }
 
@@ -249,21 +162,6 @@ TEST(judge_request, refuses_bodies) {
 }
 
 // Subprotocols
-
-TEST(judge_request, chooses_the_first_subprotocol_offered_that_it_speaks) {
-  const auto chosen = [](std::initializer_list<change> offers) {
-    const std::string request = upgrade(offers);
-    const http_judgement j = judge_request(request, policy_at(8080));
-    EXPECT_EQ(j.outcome, http_outcome::upgrade) << j.rejection.what();
-    return j.subprotocol;
-  };
-  EXPECT_EQ(chosen({{"P", "Sec-WebSocket-Protocol: rowe.v1"}}), "rowe.v1");
-  EXPECT_EQ(chosen({{"P", "Sec-WebSocket-Protocol: chat, foxglove.sdk.v1, rowe.v1"}}), "foxglove.sdk.v1");
-  EXPECT_EQ(chosen({{"P", "Sec-WebSocket-Protocol: chat"}, {"Q", "Sec-WebSocket-Protocol: rowe.v1"}}),
-            "rowe.v1");
-  EXPECT_EQ(chosen({{"P", "Sec-WebSocket-Protocol:"}}), "");
-  EXPECT_EQ(chosen({}), "");
-}
 
 TEST(judge_request, refuses_subprotocols_none_of_which_it_speaks) {
   EXPECT_TRUE(
@@ -393,6 +291,7 @@ void repeats_nothing_of(const std::string& secret) {
     }
     both("GET / HTTP/1.1", {text});
     both("GET / HTTP/1.1", {text + ": x"});
+    both("GET / HTTP/1.1", {"Cookie : " + text});
     both("GET / HTTP/1.1", {text + ": x", text + ": x"});
   }
   int rejected = 0;

@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <string>
-#include <string_view>
 
 #include "wire/decoded.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
@@ -13,46 +11,6 @@
 namespace rowe::wire::rosbridge {
 namespace rosbridge_actions_test {
 namespace {
-
-TEST(rosbridge_actions, reads_roslib_as_a_client) {
-  const decoded goal{R"({"op":"send_action_goal","id":"send_action_goal:/fib:0c28","action":"/fib",)"
-                     R"("action_type":"a/Fib","args":{"order":5},"feedback":true})"};
-  EXPECT_EQ(goal->what, verb::send_goal);
-  EXPECT_EQ(goal->id_raw, R"("send_action_goal:/fib:0c28")");
-  EXPECT_EQ(goal->service, "/fib");
-  EXPECT_EQ(goal->type, "a/Fib");
-  EXPECT_EQ(goal->body_raw, R"({"order":5})");
-  EXPECT_TRUE(goal->feedback);
-  EXPECT_EQ(goal->ttl_ns, unlimited);
-  const decoded silent{R"({"op":"send_action_goal","action":"\/fib","timeout":2})"};
-  EXPECT_EQ(silent->service, "/fib");
-  EXPECT_FALSE(silent->feedback);
-  EXPECT_EQ(silent->ttl_ns, 2'000'000'000);
-  const decoded cancel{R"({"op":"cancel_action_goal","id":"g","action":"/fib"})"};
-  EXPECT_EQ(cancel->what, verb::cancel_goal);
-  EXPECT_EQ(cancel->service, "/fib");
-}
-
-TEST(rosbridge_actions, reads_roslib_as_a_provider) {
-  const decoded advertise{R"({"op":"advertise_action","type":"a/Fib","action":"/fib"})"};
-  EXPECT_EQ(advertise->what, verb::advertise_action);
-  EXPECT_EQ(advertise->service, "/fib");
-  EXPECT_EQ(advertise->type, "a/Fib");
-  const decoded unadvertise{R"({"op":"unadvertise_action","action":"/fib"})"};
-  EXPECT_EQ(unadvertise->what, verb::unadvertise_action);
-  const decoded feedback{R"({"op":"action_feedback","id":"g","action":"/fib","values":{"at":1}})"};
-  EXPECT_EQ(feedback->what, verb::goal_feedback);
-  EXPECT_EQ(feedback->body_raw, R"({"at":1})");
-  const decoded result{
-      R"({"op":"action_result","id":"g","action":"/fib","values":{"at":2},"status":4,"result":true})"};
-  EXPECT_EQ(result->what, verb::goal_result);
-  EXPECT_EQ(result->goal_status, 4);
-  EXPECT_FALSE(result->failed);
-  const decoded failed{R"({"op":"action_result","id":"g","action":"/fib","status":6,"result":false})"};
-  EXPECT_EQ(failed->goal_status, 6);
-  EXPECT_TRUE(failed->failed);
-  EXPECT_TRUE(failed->body_raw.empty());
-}
 
 TEST(rosbridge_actions, refuses_with_a_diagnostic_that_names_member_value_and_limit) {
   constexpr wrong table[] = {

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -30,51 +29,6 @@ TEST(rosbridge_decode, reads_roslibs_subscribe) {
   EXPECT_EQ(d->lifespan_ns, unlimited);
 }
 
-TEST(rosbridge_decode, reads_roslibs_advertise_and_publish) {
-  const decoded advertise{
-      R"({"op":"advertise","id":"advertise:/probe/chatter:690916a6","type":"std_msgs/msg/String",)"
-      R"("topic":"/probe/chatter","latch":true,"queue_size":10})"};
-  EXPECT_EQ(advertise->what, verb::advertise);
-  EXPECT_EQ(advertise->topic, "/probe/chatter");
-  EXPECT_TRUE(advertise->latch);
-  EXPECT_EQ(advertise->queue_size, 10);
-  const decoded publish{R"({"op":"publish","id":"publish:/probe/chatter:0c4b929d","topic":"/probe/chatter",)"
-                        R"("msg":{"data":"hello"}})"};
-  EXPECT_EQ(publish->what, verb::publish);
-  EXPECT_EQ(publish->topic, "/probe/chatter");
-  EXPECT_EQ(publish->body_raw, R"({"data":"hello"})");
-  EXPECT_EQ(publish->type, "");
-  const decoded registers{R"({"op":"publish","topic":"/t","type":"a/B","latch":true,"msg":{}})"};
-  EXPECT_EQ(registers->type, "a/B");
-  EXPECT_TRUE(registers->latch);
-}
-
-TEST(rosbridge_decode, reads_roslibs_unsubscribe_and_unadvertise) {
-  const decoded unsubscribe{
-      R"({"op":"unsubscribe","id":"subscribe:/probe/odom:abe2cd89","topic":"/probe/odom"})"};
-  EXPECT_EQ(unsubscribe->what, verb::unsubscribe);
-  EXPECT_EQ(unsubscribe->id_raw, R"("subscribe:/probe/odom:abe2cd89")");
-  EXPECT_EQ(unsubscribe->topic, "/probe/odom");
-  const decoded unadvertise{
-      R"({"op":"unadvertise","id":"advertise:/probe/chatter:690916a6","topic":"/probe/chatter"})"};
-  EXPECT_EQ(unadvertise->what, verb::unadvertise);
-  EXPECT_EQ(unadvertise->topic, "/probe/chatter");
-}
-
-TEST(rosbridge_decode, names_what_rosbridge_has_and_rowe_has_not) {
-  constexpr std::string_view texts[] = {
-      R"({"op":"action_status"})", R"({"op":"png","data":"x"})",
-      R"({"op":"auth","mac":"x","client":"c","dest":"d","rand":"r","t":0,"level":"l","end":0})"};
-  for (const std::string_view text : texts) {
-    const decoded d{std::string{text}};
-    EXPECT_EQ(d->what, verb::unsupported) << text;
-    std::array<char, refusal::text_bytes_max> buffer{};
-    const std::string_view why = refuse_op(*d).text(buffer);
-    EXPECT_TRUE(why.starts_with("the operation \"" + std::string{d->verb_text} + "\" is not offered here"))
-        << why;
-  }
-}
-
 TEST(rosbridge_decode, names_what_nobody_knows) {
   const decoded d{R"({"id":7,"op":"subscribee","topic":"/x"})"};
   EXPECT_EQ(d->what, verb::unknown);
@@ -88,78 +42,13 @@ TEST(rosbridge_decode, names_what_nobody_knows) {
             "send_action_goal, cancel_action_goal, action_feedback, action_result, fragment and set_level");
 }
 
-// What a rosbridge server sends
-
-TEST(rosbridge_decode, resolves_the_slashes_that_the_reference_server_escapes) {
-  const decoded d{R"({"topic": "\/odom", "msg": {"name": "\/base"}, "op": "publish"})"};
-  EXPECT_EQ(d->what, verb::publish);
-  EXPECT_EQ(d->topic, "/odom");
-  EXPECT_EQ(d->body_raw, R"({"name": "\/base"})");
-}
-
-TEST(rosbridge_decode, reads_a_status) {
-  const decoded d{R"({"op":"status","level":"warning","id":"a","msg":"too \"late\""})"};
-  EXPECT_EQ(d->what, verb::status);
-  EXPECT_EQ(d->level, severity::warning);
-  EXPECT_EQ(d->body_raw, R"("too \"late\"")");
-}
-
 // Everything optional
-
-TEST(rosbridge_decode, has_defaults_for_all_that_may_be_left_out) {
-  const decoded subscribe{R"({"op":"subscribe","topic":"/t"})"};
-  EXPECT_EQ(subscribe->id_raw, "");
-  EXPECT_EQ(subscribe->type, "");
-  EXPECT_EQ(subscribe->throttle_ms, 0);
-  EXPECT_EQ(subscribe->queue_length, 0);
-  EXPECT_FALSE(subscribe->has_queue_length);
-  EXPECT_FALSE(subscribe->keep_all);
-  const decoded advertise{R"({"op":"advertise","topic":"/t"})"};
-  EXPECT_EQ(advertise->type, "");
-  EXPECT_FALSE(advertise->latch);
-  EXPECT_EQ(advertise->queue_size, 100);
-}
-
-TEST(rosbridge_decode, takes_members_in_any_order_with_any_white_space) {
-  const decoded d{" {\n\"msg\" : { \"op\" : \"advertise\", \"topic\":\"/inner\" } ,\t\"topic\":\"/t\" , "
-                  "\"op\" :\"publish\" } "};
-  EXPECT_EQ(d->what, verb::publish);
-  EXPECT_EQ(d->topic, "/t");
-  EXPECT_EQ(d->body_raw, R"({ "op" : "advertise", "topic":"/inner" })");
-}
 
 TEST(rosbridge_decode, understands_escapes_in_names_and_values) {
   const decoded d{R"({"\u006fp":"pub\u006cish","\u0074opic":"\/\u00e9\ud83d\ude00","m\u0073g":{}})"};
   EXPECT_EQ(d->what, verb::publish);
   EXPECT_EQ(d->verb_text, "publish");
   EXPECT_EQ(d->topic, "/\xc3\xa9\xf0\x9f\x98\x80");
-}
-
-TEST(rosbridge_decode, ignores_members_that_it_does_not_know) {
-  const decoded d{
-      R"({"op":"subscribe","topic":"/t","message_intervall":1,"zzz":{"topic":"/u"},"x":[],"x":1})"};
-  EXPECT_EQ(d->topic, "/t");
-  const std::string long_name(100, 'n');
-  EXPECT_EQ(read(R"({"\u0061)" + long_name + R"(":1,"op":"subscribe","topic":"/t"})")->topic, "/t");
-}
-
-TEST(rosbridge_decode, takes_ids_of_either_kind_and_echoes_them_as_they_stand) {
-  const auto id = [](const std::string& raw) {
-    return std::string{read(R"({"op":"unsubscribe","topic":"/t","id":)" + raw + "}")->id_raw};
-  };
-  for (const char* raw :
-       {R"("a\/\u0062\"")", "0", "-5", "9223372036854775807", "18446744073709551615", R"("")"}) {
-    EXPECT_EQ(id(raw), raw);
-  }
-  EXPECT_EQ(id("null"), "");
-}
-
-TEST(rosbridge_decode, takes_set_level) {
-  for (const severity l : {severity::none, severity::error, severity::warning, severity::info}) {
-    const decoded d{R"({"op":"set_level","level":")" + std::string{name_of(l)} + R"("})"};
-    EXPECT_EQ(d->what, verb::set_level);
-    EXPECT_EQ(d->level, l);
-  }
 }
 
 TEST(rosbridge_decode, takes_a_fragment_size_and_says_which_is_the_least) {
@@ -237,15 +126,6 @@ request with_qos(const std::string& qos, std::string_view verb_text = "subscribe
   return *d; // its numbers only; the views end with the text
 }
 
-TEST(rosbridge_decode, takes_lifespan_as_a_time_to_live) {
-  EXPECT_EQ(with_qos(R"("lifespan":0.02)").lifespan_ns, 20'000'000);
-  EXPECT_EQ(with_qos(R"("lifespan":2)").lifespan_ns, 2'000'000'000);
-  EXPECT_EQ(with_qos(R"("lifespan":0)").lifespan_ns, 0);
-  EXPECT_EQ(with_qos(R"("lifespan":{"secs":1,"nsecs":500})").lifespan_ns, 1'000'000'500);
-  EXPECT_EQ(with_qos(R"("lifespan":"infinite")").lifespan_ns, unlimited);
-  EXPECT_EQ(with_qos(R"("lifespan":"Infinite")").lifespan_ns, unlimited);
-}
-
 TEST(rosbridge_decode, takes_durations_that_no_clock_can_hold_as_for_ever) {
   for (const char* lifespan : {"1e300", "9300000000", R"({"secs":9223372036854775807,"nsecs":0})",
                                R"({"secs":9223372036,"nsecs":854775808})"}) {
@@ -268,9 +148,6 @@ TEST(rosbridge_decode, takes_the_other_policies_as_far_as_rowe_has_them) {
   EXPECT_EQ(other.deadline_ns, unlimited);
   EXPECT_TRUE(with_qos(R"("durability":"transient_local")", "advertise").latch);
   EXPECT_FALSE(with_qos(R"("durability":"best_available")", "advertise").latch);
-}
-
-TEST(rosbridge_decode, lets_depth_win_over_queue_length) {
   EXPECT_EQ(with_qos(R"("depth":3)", "subscribe", R"(,"queue_length":9)").queue_length, 3);
   EXPECT_EQ(with_qos("", "subscribe", R"(,"queue_length":9)").queue_length, 9);
 }
@@ -400,15 +277,6 @@ TEST(rosbridge_decode, counts_names_after_their_escapes_are_resolved) {
   EXPECT_EQ(d->verb_text, "subscribe");
   EXPECT_NE(diagnostic_for(R"({"op":"subscribe","topic":")" + topic + R"(\u0061"})").find("the limit is 32"),
             std::string::npos);
-}
-
-TEST(rosbridge_decode, keeps_operation_and_id_for_the_answer_to_a_refusal) {
-  const decoded d{R"({"topic":7,"id":"s1","op":"subscribe"})"};
-  EXPECT_EQ(d.as_far_as_read().verb_text, "subscribe");
-  EXPECT_EQ(d.as_far_as_read().what, verb::subscribe);
-  EXPECT_EQ(d.as_far_as_read().id_raw, R"("s1")");
-  EXPECT_EQ(decoded{R"({"id":3,"topic":"/t"})"}.as_far_as_read().id_raw, "3");
-  EXPECT_EQ(decoded{R"({"id":3,"op":"publish","id":4})"}.as_far_as_read().id_raw, "");
 }
 
 TEST(rosbridge_decode, shortens_long_values_between_characters) {

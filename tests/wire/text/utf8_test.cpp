@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <random>
 #include <string>
 #include <string_view>
 
@@ -105,52 +104,6 @@ TEST(utf8, says_no_at_the_first_byte_that_cannot_be_right) {
   for (const broken& row : table) {
     EXPECT_EQ(accepted_prefix(row.text), row.good) << testing::PrintToString(row.text);
     EXPECT_FALSE(valid(row.text)) << testing::PrintToString(row.text);
-  }
-}
-
-TEST(utf8, is_incomplete_while_a_character_is_half_there) {
-  utf8_check check;
-  EXPECT_TRUE(check.complete());
-  for (const char* piece : {"\xf0", "\x9f", "\x98"}) {
-    EXPECT_TRUE(check.feed(bytes_of(piece)));
-    EXPECT_FALSE(check.complete());
-  }
-  EXPECT_TRUE(check.feed(bytes_of("\x80")));
-  EXPECT_TRUE(check.complete());
-}
-
-TEST(utf8, finds_a_bad_byte_at_every_position_of_a_long_text) {
-  for (std::size_t length = 1; length < 100; ++length) {
-    for (std::size_t at = 0; at < length; ++at) {
-      std::string text(length, 'x');
-      text[at] = '\xff';
-      ASSERT_FALSE(valid(text)) << length << ' ' << at;
-    }
-  }
-}
-
-TEST(utf8, decides_alike_however_the_text_is_cut) {
-  const std::uint32_t seed = std::random_device{}();
-  SCOPED_TRACE(testing::Message() << "seed " << seed);
-  std::mt19937 random{seed};
-  for (int round = 0; round < 2000; ++round) {
-    std::string text;
-    for (int i = 0; i < 20; ++i) {
-      const std::size_t kind = random() % 8;
-      const std::size_t c = kind < 5    ? random() % 0x80
-                            : kind == 5 ? random() % 0xd800
-                                        : 0xe000 + random() % 0x102000;
-      append_code_point(text, static_cast<std::uint32_t>(c));
-    }
-    if (random() % 2 == 0) text[random() % text.size()] = static_cast<char>(random() & 0xff);
-    utf8_check check;
-    bool ok = true;
-    for (std::size_t at = 0; at < text.size() && ok;) {
-      const std::size_t count = std::min<std::size_t>(text.size() - at, random() % 40);
-      ok = check.feed(bytes_of(text).subspan(at, count));
-      at += count;
-    }
-    ASSERT_EQ(ok && check.complete(), valid(text)) << testing::PrintToString(text);
   }
 }
 

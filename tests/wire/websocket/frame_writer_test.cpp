@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -31,47 +30,6 @@ TEST(frame_writer, writes_the_header_the_rfc_demands_at_every_boundary) {
                                       : write_frame_header(out.data(), opcode::text, length);
       EXPECT_EQ(view_of(std::span{out}.first(size)), expected) << length;
       EXPECT_EQ(frame_header_bytes(length, masked ? role::client : role::server), size) << length;
-    }
-  }
-}
-
-TEST(frame_writer, writes_every_opcode) {
-  for (const opcode what :
-       {opcode::continuation, opcode::text, opcode::binary, opcode::close, opcode::ping, opcode::pong}) {
-    std::array<std::byte, frame_header_bytes_max> out{};
-    EXPECT_EQ(write_frame_header(out.data(), what, 5), 2U);
-    EXPECT_EQ(std::to_integer<unsigned>(out[0]), 0x80U | static_cast<unsigned>(what));
-    EXPECT_EQ(std::to_integer<unsigned>(out[1]), 5U);
-  }
-}
-
-TEST(frame_writer, writes_a_header_in_front_of_a_payload_within_the_headroom) {
-  for (const std::size_t length : {5U, 126U, 65536U}) {
-    for (const bool masked : {false, true}) {
-      std::vector<std::byte> slot(frame_headroom_bytes + length, std::byte{'x'});
-      std::byte* const payload = slot.data() + frame_headroom_bytes;
-      const auto key = masked ? std::optional{a_key} : std::nullopt;
-      std::byte* const start = write_frame_header_before(payload, opcode::text, length, key);
-      ASSERT_GE(start, slot.data());
-      if (key) mask({payload, length}, *key);
-      const std::string expected = bytes_of(frame{.payload = std::string(length, 'x'), .masked = masked});
-      EXPECT_EQ(view_of({start, slot.data() + slot.size()}), expected) << length;
-    }
-  }
-}
-
-TEST(frame_writer, round_trips_through_the_parser_at_every_boundary) {
-  for (const std::size_t length : {0U, 125U, 126U, 65535U, 65536U}) {
-    for (const role theirs : {role::server, role::client}) {
-      std::vector<std::byte> slot(frame_headroom_bytes + length, std::byte{'y'});
-      std::byte* const payload = slot.data() + frame_headroom_bytes;
-      const auto key = theirs == role::client ? std::optional{a_key} : std::nullopt;
-      std::byte* const start = write_frame_header_before(payload, opcode::text, length, key);
-      if (key) mask({payload, length}, *key);
-      receiver ours{theirs == role::client ? role::server : role::client,
-                    {.message_bytes_max = 65536, .fragments_max = 1}};
-      EXPECT_EQ(ours.feed(view_of({start, slot.data() + slot.size()})),
-                std::vector{text(std::string(length, 'y'))});
     }
   }
 }
@@ -111,27 +69,6 @@ TEST(mask, tells_where_nothing_but_ascii_comes_out) {
   }
 }
 
-TEST(mask, undoes_itself_and_leaves_data_alone_with_a_key_of_zeros) {
-  std::vector<std::byte> data(33, std::byte{'z'});
-  const auto before = data;
-  mask(data, {});
-  EXPECT_EQ(data, before);
-  mask(data, a_key, 1);
-  EXPECT_NE(data, before);
-  mask(data, a_key, 1);
-  EXPECT_EQ(data, before);
-  std::vector<std::byte> copy(33);
-  mask_copy(copy, data, {});
-  EXPECT_EQ(copy, before);
-}
-
-TEST(close_payload, is_the_code_and_the_reason) {
-  std::array<std::byte, control_bytes_max> out{};
-  EXPECT_EQ(view_of(std::span{out}.first(close_payload(1001, "bye", out))), "\x03\xe9"
-                                                                            "bye");
-  EXPECT_EQ(close_payload(close_code::normal, "", out), 2U);
-}
-
 TEST(close_payload, is_empty_where_no_code_was_given) {
   std::array<std::byte, control_bytes_max> out{};
   EXPECT_EQ(close_payload(close_code::none_given, "ignored", out), 0U);
@@ -144,19 +81,6 @@ TEST(close_payload, is_cut_between_characters) {
   EXPECT_EQ(close_payload(1000, std::string(122, 'a') + "\xc3\xa9", out), 2U + 122U);
   EXPECT_EQ(close_payload(1000, std::string(121, 'a') + "\xc3\xa9", out), 2U + 123U);
   EXPECT_EQ(close_payload(1000, std::string(120, 'a') + "\xf0\x9f\x98\x80", out), 2U + 120U);
-}
-
-TEST(close_payload, is_taken_back_by_the_parser) {
-  std::array<std::byte, control_bytes_max> out{};
-  const std::size_t size = close_payload(1008, std::string(100, '\xc3'), out);
-  EXPECT_LE(size, control_bytes_max);
-  const std::string body{view_of(std::span{out}.first(close_payload(1011, "tired", out)))};
-  receiver peer{role::client};
-  const auto events = peer.feed(bytes_of(frame{.opcode = 8, .payload = body, .masked = false}));
-  ASSERT_EQ(events.size(), 1U);
-  EXPECT_EQ(events[0].what, frame_event::close);
-  EXPECT_EQ(events[0].code, 1011);
-  EXPECT_EQ(events[0].reason, "tired");
 }
 
 } // namespace
