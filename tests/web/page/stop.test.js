@@ -166,6 +166,15 @@ test("a guard that is refused for good does not guard", () => {
   assert.equal(made.refused, "guard_role");
 });
 
+test("a page whose guard the robot does not know says so, and does not guard", () => {
+  says();
+  made.guard();
+  answer(sent("/rowe/stop/guard")[0], "Service /rowe/stop/guard does not exist", false);
+  assert.ok(!made.guarding);
+  assert.equal(made.refused, "guard_service");
+  assert.ok(refusals[made.refused]);
+});
+
 test("to forget somebody else's guard takes another right than to guard", () => {
   says({ guards: [{ name: "desk", fresh: false }] });
   made.dismiss("desk");
@@ -197,7 +206,8 @@ test("every cause and every refusal of the robot has its words", async () => {
     [...rules.match(new RegExp(`${list}\\{([^}]*)\\}`))[1].matchAll(/"(\w+)"/g)].map(([, name]) => name);
   assert.deepEqual(names("cause_names").sort(), Object.keys(causes).sort());
   const told = new Set(Object.keys(refusals).map((name) => name.split("_")[1]));
-  assert.deepEqual([...names("refusal_names")].sort(), [...told].sort());
+  // "service" is the page's own: the robot has no such service.
+  assert.deepEqual([...names("refusal_names"), "service"].sort(), [...told].sort());
 });
 
 test("who stopped it is shown without the port of the connection", () => {
