@@ -25,8 +25,8 @@ folders = {
     "wire": "text websocket http codec plain rosbridge foxglove protocols".split(),
     "net": "base http lws tls connections handshakes client transport".split(),
 }
-# The line that says in one header of each folder of src/service what lives there.
-house_rule = re.compile(r"// Folder (\w+): .*")
+# The line that says in one header of each folder of src/service what lives there, and what does not.
+house_rule = re.compile(r"// Folder (\w+): [^.]+\. \S.*\.$")
 
 
 def _stem(path):
@@ -45,8 +45,8 @@ def files_lie_in_folders_that_include_downwards(t):
     for room, order in folders.items():
         include = re.compile(rf'\s*#\s*include\s+"{room}/(\w+)/')
         for path in t.within([f"src/{room}"]):
-            folder = path.split("/")[2]
-            if folder not in order:
+            folder, name = path.removeprefix(f"src/{room}/").partition("/")[::2]
+            if folder not in order or "/" in name:
                 yield finding(path, 1, "folder", f"lies in no folder of {', '.join(order)}")
                 continue
             for number, line in enumerate(t.lines(path), 1):
@@ -66,7 +66,8 @@ def each_folder_says_what_lives_there(t):
         rules = said.get(folder, [])
         if len(rules) != 1 or rules[0][2] != folder:
             path, number, _ = rules[-1] if rules else (f"src/service/{folder}", 1, "")
-            yield finding(path, number, "folder", f"one header says `// Folder {folder}: …`")
+            yield finding(path, number, "folder",
+                          f"one header says `// Folder {folder}: what lives there. What does not.`")
 
 
 @functools.lru_cache(maxsize=1)

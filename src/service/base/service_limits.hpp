@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder base: rows, lists, pools, limits, names, counters, the seam to sockets; no peers, no topics.
+// Folder base: rows, lists, pools, limits, names, counters, the seam to sockets. No peers, no topics.
 // The bounds of the service that are not options, each with its unit and its reason, and the assertions that
 // tie them to each other. What a user may choose is in rowe/limits.hpp.
 #pragma once

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder core: the cycle, the parts as members, the thread, the memory. It decides nothing itself.
+// Folder core: the cycle, the parts as members, the thread, the memory. Parts decide what a message does.
 // The core: everything the service thread does, as a function of state, time and what the transport reports.
 // It has no thread, clock, socket or randomness of its own. So a simulation can run hours of bad network in
 // seconds from one seed, a fuzzer can feed it bytes, and sockets are one transport among others.

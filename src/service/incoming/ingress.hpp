@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder incoming: from the bytes of a peer to a message that is whole, checked and allowed.
+// Folder incoming: from the bytes of a peer to a message that is whole and allowed. It carries none out.
 // What was read from peers and is not carried out yet. If several peers have sent something, reading only
 // stages it. Then one message of each peer is carried out in turn (turns.hpp), and one cycle does a stated
 // amount of work. So a peer waits for one message of every other peer, not for all that they have sent. A

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder outgoing: from an encoded message to the socket, and to handles of this process.
+// Folder outgoing: from an encoded message to sockets and handles. Who gets it is decided elsewhere.
 // Writes the messages in the outbox. Each scheduled peer gets what its queues have ready, many frames in one
 // call of the transport. Urgent frames go first, then messages by their priority; the subscriptions of one
 // priority take turns. A peer's credit bounds what may be on its way to it; pings measure the credit

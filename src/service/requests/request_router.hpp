@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder requests: what a request asks for, and which part carries it out. It stores nothing.
+// Folder requests: what a request asks for, and which part carries it out. Its results are stored elsewhere.
 // Gives each request of a peer to the part that carries it out, once dispatcher.hpp has read it. A stop comes
 // before all else, even in a message that is refused or exceeds its peer's rate. Every refusal is counted,
 // and answered with a status that names the value and the limit. Service thread; never waits or allocates.

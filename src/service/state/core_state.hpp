@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Folder state: the tables and their rows. They store and find; they write to no peer and call no part.
-// What the parts of the core share: the time, the counters, the tables of peers, topics, calls and handles,
-// and what lies outside the core. It decides nothing and calls no part. Service thread only, except the queue
-// pairs and the members that are references.
+// What all parts of the core share: the time, the counters, the tables, and the seams to what is outside.
+// Service thread only, except the queue pairs and the members that are references.
 #pragma once
 #include <algorithm>
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder threads: what other threads share with the service thread. It knows no table of peers or topics.
+// Folder threads: what other threads share with the service thread. No tables; how it sleeps is in core.
 // What the service thread publishes to the other threads of the process: counters, the connected peers, and
 // events.
 //

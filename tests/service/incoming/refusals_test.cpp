@@ -79,5 +79,14 @@ TEST_F(refusals_test, close_a_peer_that_goes_on) {
   EXPECT_NE(peer.close_reason.find("refusals_per_second_max"), std::string::npos);
 }
 
+TEST_F(refusals_test, close_no_peer_that_pauses) {
+  for (int i = 0; i < 8; ++i) {
+    for (int count = 0; count < 15; ++count) refused.refuse(peer, {}, "no");
+    cycle.now += 1s;
+  }
+  EXPECT_GT(counts.read(counter::refusals_unsaid), 0U);
+  EXPECT_TRUE(peer.open());
+}
+
 } // namespace
 } // namespace refusals_test

@@ -50,8 +50,8 @@ struct local_delivery_test : state_fixture::state_fixture {
     ++state.pair_rows[at].generation;
     return at;
   }
-  pair_index subscribe() {
-    return attach({.kind = pair_kind::subscribe_text, .name = "/t", .in_depth = 1, .in_bytes = 64});
+  pair_index subscribe(std::uint32_t depth = 1) {
+    return attach({.kind = pair_kind::subscribe_text, .name = "/t", .in_depth = depth, .in_bytes = 64});
   }
   pair_index subscribe_points() {
     return attach({.kind = pair_kind::subscribe_value,
@@ -128,6 +128,38 @@ TEST_F(local_delivery_test, tells_a_thread_by_its_slot) {
   EXPECT_EQ(submissions.outcome(*slot).code(), errc::peer_lost);
   submissions.release(*slot);
   EXPECT_TRUE(submissions.all_free());
+}
+
+struct shares : local_delivery_test {
+  std::size_t send(pair_index to, std::uint32_t peer, std::size_t count) {
+    std::size_t delivered = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      body.emplace("{}");
+      const rowe::detail::peer_ref from{peer, peer == 9 ? 0U : 1U};
+      delivered += delivery.may_deliver(to, from) && delivery.deliver(to, {.peer = from}, body->text(), why);
+    }
+    return delivered;
+  }
+};
+
+TEST_F(shares, of_an_inbox_leave_room_for_other_peers) {
+  const pair_index inbox = subscribe(16), small = subscribe(4), two = subscribe(2), one = subscribe(1);
+  state.peers.add();
+  EXPECT_EQ(send(inbox, 0, 100), 16U) << "where it is alone, all is its";
+  while (state.pairs[inbox].user.in.ring->try_pop()) {
+  }
+  state.peers.add();
+  const pair_index again = subscribe(16);
+  EXPECT_EQ(send(again, 0, 100), 12U);
+  EXPECT_EQ(send(again, 1, 100), 3U);
+  EXPECT_EQ(send(again, 2, 100), 1U) << "each finds a place";
+  EXPECT_EQ(send(small, 0, 100), 3U);
+  EXPECT_EQ(send(small, 1, 100), 1U);
+  EXPECT_EQ(send(two, 0, 100), 1U);
+  EXPECT_EQ(send(two, 1, 100), 1U);
+  EXPECT_EQ(send(one, 0, 100), 1U);
+  const pair_index own = subscribe(16);
+  EXPECT_EQ(send(own, 9, 100), 16U) << "this process has no share";
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // /api/v1/topics: values that are longer than message_bytes_max. They are read out of their chunks, some of
 // them at a time, and take no room from messages.
+#include "service/core/access_fixture.hpp"
 #include "service/core/core_fixtures.hpp"
 
 #include <random>
@@ -107,6 +108,16 @@ TEST_F(long_pages, are_two_at_a_time) {
   EXPECT_TRUE(body_of(second) == map);
 }
 
+TEST_F(long_pages, end_when_the_endpoint_closes) {
+  peer robot{on};
+  advertise(robot);
+  publish(robot, map_of(40'000), "/map", true);
+  const http_answer answer = get();
+  EXPECT_FALSE(answer.in_pieces.from->read_body(answer.in_pieces.which, 0).empty());
+  on.core.close_all(on.now);
+  EXPECT_EQ(body_of(answer), "...cut");
+}
+
 // Whoever publishes, or is sent, long messages finds the room that it would find without them.
 TEST_F(long_pages, make_way_for_messages) {
   peer robot{on};
@@ -167,6 +178,29 @@ TEST_F(fewest_long_pages, say_how_long_a_value_is_for_which_there_is_no_room) {
   ASSERT_TRUE(publish_text(on, pair, map_of(30'000)));
   on.cycles(60);
   EXPECT_TRUE(body_of(get()) == map_of(30'000));
+}
+
+struct long_pages_with_roles : long_pages {
+  long_pages_with_roles() : long_pages{with_long_ones(access_fixture::with_roles(), 8)} {}
+};
+
+TEST_F(long_pages_with_roles, end_when_the_rights_change) {
+  auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/arm/a", 64 * 1024);
+  const std::string token = access_fixture::token_of("arm");
+  const auto who =
+      static_cast<rowe::service::transport_sink&>(on.core)
+          .may_read({.address = access_fixture::far, .path = "/api/v1/topics/arm/a", .token = token})
+          .who;
+  const http_answer waits = on.net.get({"/api/v1/topics/arm/a", {}, false, who}, on.core);
+  ASSERT_TRUE(waits.later);
+  const std::string map = map_of(40'000);
+  ASSERT_TRUE(publish_text(on, pair, map));
+  on.cycles(60);
+  const http_answer answer = again(waits);
+  ASSERT_FALSE(answer.in_pieces.from->read_body(answer.in_pieces.which, 0).empty());
+  on.set_access(access_fixture::with_roles().access);
+  on.cycle();
+  EXPECT_EQ(body_of(answer), "...cut");
 }
 
 } // namespace

@@ -263,6 +263,35 @@ TEST_F(topic_pages_with_roles, need_the_right_to_subscribe_to_the_topic) {
   EXPECT_EQ(may_read("arm", "/api/v1/topics/rowe/stats").status, 403);
 }
 
+TEST_F(topic_pages_with_roles, say_the_same_of_a_hidden_topic_and_of_none) {
+  advertise_pose_now(on);
+  const auto there = may_read("arm", "/api/v1/topics/pose");
+  const std::string what{there.what}, remedy{there.remedy};
+  const auto nowhere = may_read("arm", "/api/v1/topics/nothing");
+  EXPECT_EQ(there.status, nowhere.status);
+  EXPECT_EQ(what, nowhere.what);
+  EXPECT_EQ(remedy, nowhere.remedy);
+}
+
+TEST_F(topic_pages_with_roles, show_in_the_statistics_only_the_topics_that_a_role_may_see) {
+  advertise_pose(on);
+  on.offer(rowe::detail::pair_kind::publish_text, "/arm/a", 64);
+  peer other{on, rowe::service::side::server,       access_fixture::far, "/",
+             {}, access_fixture::token_of("driver")};
+  on.cycles(2);
+  EXPECT_EQ(may_read("guard", "/api/v1/stats").status, 403);
+  rowe::access_options with = access_fixture::with_roles().access;
+  with.roles[0].call = {"/rowe/stats"};
+  on.set_access(with);
+  const std::string all = text_of(get_as("observer", "/api/v1/stats"));
+  EXPECT_TRUE(has(all, "\"/pose\""));
+  EXPECT_TRUE(has(all, "\"driver\""));
+  const std::string some = text_of(get_as("arm", "/api/v1/stats"));
+  EXPECT_TRUE(has(some, "\"/arm/a\""));
+  EXPECT_FALSE(has(some, "\"/pose\""));
+  EXPECT_TRUE(has(some, "\"connections\":[]"));
+}
+
 TEST_F(topic_pages_with_roles, show_nothing_to_who_waits_when_the_rights_change) {
   auto& pair = on.offer_now(rowe::detail::pair_kind::publish_text, "/arm/a", 64);
   const http_answer waits = get_as("arm", "/api/v1/topics/arm/a");
