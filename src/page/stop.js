@@ -103,6 +103,7 @@ export class stop {
     this.calls.delete(message.id);
     if (message.result !== false) then(message.values ?? {});
     else if (message.service?.endsWith(state_topic)) this.configured = false;
+    else if (message.service?.endsWith("/rowe/stop/guard")) then({ refused: "service" });
   }
 
   // To be called a few times a second.

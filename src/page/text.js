@@ -109,6 +109,7 @@ export const refusals = {
   reset_loops: "not reset: a loop has not acknowledged the stop, or does not run",
   guard_role: "not guarding: your role has no right to guard" + own_machine,
   dismiss_role: "not removed: that needs the right to reset, which your role does not have" + own_machine,
+  guard_service: "not guarding: the robot refuses this page as a guard; load the page again",
   guard_guards: "not guarding: it has as many guards as it can have",
   guard_name: "not guarding: another guard has this name",
   guard_tick: "not guarding: the request was too late, try again",

@@ -91,7 +91,7 @@ bool call_router::take_call(connection& c, const wire::request& asked, const lon
   if (c.stop_only && !stop_gate::is_for_stop_peers(of_stop))
     return refuse(cause::peer, "refused", stop_only_diagnostic);
   if (refuses_more(c, asked)) return true;
-  if (!value && goes_to_receiver(asked.service, of_stop)) {
+  if (!value && goes_to_receiver(asked.service)) {
     switch (receiver_.admit({c.id.index})) {
     case admission::now: break;
     case admission::later: return false;
@@ -196,18 +196,19 @@ void call_router::route(call_index index, const call_request& asked, detail::pee
       return endpoint_services_.answer(index, own, asked.what);
   }
   if (from_here) return ask_anyone(index, asked);
-  if (receiver_.is_there() && !asked.value) return call_requests_.hand_to_receiver(index, asked);
+  const bool own = wire::is_own_name(asked.service);
+  if (receiver_.is_there() && !own && !asked.value) return call_requests_.hand_to_receiver(index, asked);
   if (asked.value && (receiver_.is_there() || !endpoint_services::find(asked.service).empty()))
     return long_calls_.refuse(index, asked.value);
   call_completion_.fail(index, {errc::no_service});
 }
 
 // Whether route() gives a peer's call of this service, which is not the stop's, to the receiver.
-bool call_router::goes_to_receiver(std::string_view service, stop_verb of_stop) const noexcept {
+bool call_router::goes_to_receiver(std::string_view service) const noexcept {
   if (!receiver_.is_there()) return false;
   if (service.empty()) return true;
   const service_index found = service_directory_.find(service);
-  if (!found) return of_stop == stop_verb::none && endpoint_services::find(service).empty();
+  if (!found) return !wire::is_own_name(service) && endpoint_services::find(service).empty();
   const service_entry& provider = service_directory_.at(found);
   if (provider.pair) return false;
   const connection* const peer = state_.peers.find(provider.peer);

@@ -81,7 +81,7 @@ class call_router : call_router_needs {
   bool refuses_more(connection& c, const wire::request& asked) noexcept;
   void add(counter which) noexcept { state_.counts.add(which); }
   rt::time_point time_limit(rt::time_point since, std::int64_t time_ns) const noexcept;
-  bool goes_to_receiver(std::string_view service, stop_verb of_stop) const noexcept;
+  bool goes_to_receiver(std::string_view service) const noexcept;
   result<std::string_view> service_of(const call_start& asked, std::span<char> buffer) noexcept;
   void route(call_index call, const call_request& asked, detail::peer_ref to) noexcept;
   void ask_anyone(call_index call, const call_request& asked) noexcept;

@@ -339,6 +339,16 @@ TEST_F(receiver_shares, leaves_places_in_the_inbox_to_others) {
   EXPECT_EQ(lost(), 0U);
 }
 
+// A guard of an older robot calls a name that there is no more. If the program got these calls, the peer
+// would be parked once its share is full.
+TEST_F(receiver_shares, gives_the_program_no_call_of_names_that_are_the_endpoints_own) {
+  for (int i = 0; i < 30; ++i) peers[0]->say(R"({"op":"call_service","id":"g","service":"rowe/stop/lease"})");
+  EXPECT_EQ(taken_in(60), "");
+  const auto answers = peers[0]->hear();
+  ASSERT_EQ(answers.size(), 30U);
+  EXPECT_NE(answers[29].find("Service rowe/stop/lease does not exist"), std::string::npos) << answers[29];
+}
+
 TEST_F(receiver_shares, has_the_messages_of_several_peers_in_turn) {
   for (std::size_t who = 0; who < 3; ++who)
     for (int i = 0; i < 30; ++i) peers[who]->say(message_of(static_cast<char>('a' + who)));

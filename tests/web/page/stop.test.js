@@ -166,6 +166,15 @@ test("a guard that is refused for good does not guard", () => {
   assert.equal(made.refused, "guard_role");
 });
 
+test("a page whose guard the robot does not know says so, and does not guard", () => {
+  says();
+  made.guard();
+  answer(sent("/rowe/stop/guard")[0], "Service /rowe/stop/guard does not exist", false);
+  assert.ok(!made.guarding);
+  assert.equal(made.refused, "guard_service");
+  assert.ok(refusals[made.refused]);
+});
+
 test("to forget somebody else's guard takes another right than to guard", () => {
   says({ guards: [{ name: "desk", fresh: false }] });
   made.dismiss("desk");
