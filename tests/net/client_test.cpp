@@ -181,7 +181,7 @@ TEST_F(client, reports_a_status_that_is_not_101) {
 TEST_F(client, is_to_wait_where_too_many_attempts_have_failed) {
   ask();
   const auto rejection = rejection_of("HTTP/1.1 429 Too Many Requests\r\nContent-Length: 0\r\n\r\n");
-  EXPECT_NE(rejection.remedy.find("wait, then show a token"), std::string::npos) << rejection.remedy;
+  EXPECT_NE(rejection.remedy.find("wait, then send a token"), std::string::npos) << rejection.remedy;
 }
 
 TEST_F(client, says_which_answers_it_will_get_again) {
