@@ -48,8 +48,8 @@ command table_of(doctor_options& o) {
       .description =
           "Says whether this machine is fit for a real-time loop: for each check whether it is ok, fails\n"
           "(promises do not hold here), warns (they hold, with more latency than necessary) or is for\n"
-          "information, with what was found, what is wanted and why. Changes nothing. What only root can see is reported as\n"
-          "not visible.\n",
+          "information, with what was found, what is wanted and why. Changes nothing. What only root can\n"
+          "see is reported as not visible.\n",
       .operands = {},
       .options = {
           {"--cpu", "", "LIST",
