@@ -79,20 +79,20 @@ def get(port, path="/", headers=None, host="127.0.0.1", method="GET", secure=Non
         return read_answer(stream)[:3]
 
 
-def frame(opcode, payload=b"", fin=True, mask=True, reserved=0, length=None, key=None):
-    """The bytes of one frame. `length` states another length than the payload's; `key` is the mask."""
-    stated = len(payload) if length is None else length
+def frame(opcode, payload=b"", fin=True, mask=True, reserved=0):
+    """The bytes of one frame."""
+    size = len(payload)
     first = (0x80 if fin else 0) | reserved << 4 | opcode
     masked = 0x80 if mask else 0
-    if stated < 126:
-        head = struct.pack("!BB", first, masked | stated)
-    elif stated < 65536:
-        head = struct.pack("!BBH", first, masked | 126, stated)
+    if size < 126:
+        head = struct.pack("!BB", first, masked | size)
+    elif size < 65536:
+        head = struct.pack("!BBH", first, masked | 126, size)
     else:
-        head = struct.pack("!BBQ", first, masked | 127, stated)
+        head = struct.pack("!BBQ", first, masked | 127, size)
     if not mask:
         return head + payload
-    key = os.urandom(4) if key is None else key
+    key = os.urandom(4)
     return head + key + bytes(byte ^ key[i % 4] for i, byte in enumerate(payload))
 
 
@@ -214,7 +214,7 @@ class peer:
         self.send({"op": "service_response", "service": call["service"], "id": call["id"], "values": values,
                    "result": result})
 
-    def wait_for_close(self, wait=timeout, answer_pings=True):
+    def wait_for_close(self, wait=timeout):
         """Waits for the end; returns the code of the close frame, None without one."""
         end = time.monotonic() + wait
         while True:
@@ -222,7 +222,7 @@ class peer:
                 _, opcode, payload = self.receive_frame(end - time.monotonic())
             except closed as ended:
                 return ended.code
-            if opcode == PING and answer_pings:
+            if opcode == PING:
                 self.send_frame(PONG, payload)
             if opcode == CLOSE:
                 return struct.unpack("!H", payload[:2])[0] if len(payload) >= 2 else None
