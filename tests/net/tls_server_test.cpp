@@ -80,13 +80,6 @@ TEST_F(tls_server, reads_first_what_came_with_the_request) {
       drive.until([&] { return drive.sink().received[newest().index] == "behind the header, and later"; }));
 }
 
-TEST_F(tls_server, takes_a_request_that_comes_byte_by_byte) {
-  tls_socket client{transport->port()};
-  ASSERT_TRUE(shake(client));
-  for (const char c : upgrade_request(transport->port())) ASSERT_TRUE(client.send({&c, 1}));
-  ASSERT_TRUE(drive.until([&] { return client.has("101 Switching") && client.has("\r\n\r\n"); }));
-}
-
 TEST(tls_pages, may_be_larger_than_any_buffer) {
   const certified files;
   const auto transport =
