@@ -17,7 +17,7 @@ import struct
 
 import ros_types
 from server import answer, gone, server
-from websocket import BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, accept_value, frame
+from websocket import BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, accept_value, frame, read_frame
 
 services = {"/add_two_ints": "rospy_tutorials/AddTwoInts", "/fail": "std_srvs/Trigger"}
 calls_with = {"std_srvs/SetBool": {"data": True}, "rospy_tutorials/AddTwoInts": {"a": 38, "b": 4},
@@ -70,16 +70,10 @@ class client:
         """The next text. Answers pings, and closes as Autobahn does; binary messages are not ours."""
         text, opened = b"", None
         while True:
-            first, second = self.stream.exactly(2)
-            opcode, size = first & 0x0F, second & 0x7F
-            if size == 126:
-                (size,) = struct.unpack("!H", self.stream.exactly(2))
-            elif size == 127:
-                (size,) = struct.unpack("!Q", self.stream.exactly(8))
-            if not second & 0x80 or first & 0x70:
+            first, masked, payload = read_frame(self.stream.exactly)
+            opcode = first & 0x0F
+            if not masked or first & 0x70:
                 self.close(1002)
-            key = self.stream.exactly(4)
-            payload = bytes(byte ^ key[i & 3] for i, byte in enumerate(self.stream.exactly(size)))
             if opcode == PING:
                 self.frame(PONG, payload)
             elif opcode == CLOSE:

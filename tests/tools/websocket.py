@@ -96,6 +96,23 @@ def frame(opcode, payload=b"", fin=True, mask=True, reserved=0):
     return head + key + bytes(byte ^ key[i % 4] for i, byte in enumerate(payload))
 
 
+def read_frame(exactly):
+    """The next frame: its first byte, whether it is masked, and its payload. `exactly(n)` gives n bytes."""
+    first, second = exactly(2)
+    length = second & 0x7F
+    if length == 126:
+        (length,) = struct.unpack("!H", exactly(2))
+    elif length == 127:
+        (length,) = struct.unpack("!Q", exactly(8))
+    key = exactly(4) if second & 0x80 else b""
+    payload = exactly(length)
+    if key:
+        whole = (key * (length // 4 + 1))[:length]
+        clear = int.from_bytes(payload, "big") ^ int.from_bytes(whole, "big")
+        payload = clear.to_bytes(length, "big")
+    return first, bool(key), payload
+
+
 def accept_value(key):
     digest = hashlib.sha1((key + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11").encode()).digest()
     return base64.b64encode(digest).decode()
@@ -152,19 +169,8 @@ class peer:
         """(fin, opcode, payload); TimeoutError after `wait` seconds. Clients mask, servers must not."""
         end = time.monotonic() + wait
         try:
-            first, second = self.exactly(2, end)
-            length = second & 0x7F
-            assert bool(second & 0x80) != self.masks, "the other side masked a frame, or ought to have"
-            if length == 126:
-                (length,) = struct.unpack("!H", self.exactly(2, end))
-            elif length == 127:
-                (length,) = struct.unpack("!Q", self.exactly(8, end))
-            key = b"" if self.masks else self.exactly(4, end)
-            payload = self.exactly(length, end)
-            if key:
-                whole = (key * (length // 4 + 1))[:length]
-                clear = int.from_bytes(payload, "big") ^ int.from_bytes(whole, "big")
-                payload = clear.to_bytes(length, "big")
+            first, masked, payload = read_frame(lambda count: self.exactly(count, end))
+            assert masked != self.masks, "the other side masked a frame, or ought to have"
             return bool(first & 0x80), first & 0x0F, payload
         except ConnectionResetError as error:
             raise closed(None, "reset") from error
