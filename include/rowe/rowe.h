@@ -143,7 +143,7 @@ struct rowe_options {
   bool stop_unguarded;          // the robot may move without any guard; reported to everyone
   long stop_guard_timeout_ms;           // a guard that is silent for so long stops; 0: 500
   long stop_tick_ms;            // how often guards get the state; 0: 20
-  long stop_service_timeout_ms; // loops stop when the service thread is silent for so long; 0: 50 if it was
+  long stop_service_timeout_ms; // loops stop when the service thread is silent for this long; 0: 50 if it was
                                 // granted SCHED_FIFO, else 250
   long stop_observe_timeout_ms; // who asks for a stop is answered within it; 0: 50
   int idle;                     // enum rowe_idle

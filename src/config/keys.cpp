@@ -102,17 +102,18 @@ consteval key<configuration> of_stop(const facts& of) noexcept {
 }
 constexpr std::array stop_rows{
     of_stop<&stop_options::guard_timeout>(
-        named("guard_timeout", "--stop-guard-timeout", "a guard that is silent for so long stops the robot")
+        named("guard_timeout", "--stop-guard-timeout", "a guard that is silent for this long stops the robot")
             .within(ns(20ms), ns(60s), argument::guard_timeout)),
     of_stop<&stop_options::tick>(
         named("tick", "--stop-tick", "how often guards get the state, with a new tick")
             .within(ns(1ms), ns(30s), argument::tick)
             .bounded_by("half of guard_timeout at most")),
-    of_stop<&stop_options::service_timeout>(named("service_timeout", "--stop-service-timeout",
-                                                  "loops stop when the service thread is silent for so long; "
-                                                  "0: 50 ms if it was granted its priority, else 250 ms")
-                                                .within(0, ns(10s), argument::service_timeout)
-                                                .bounded_by("2 ms or more, or 0")),
+    of_stop<&stop_options::service_timeout>(
+        named("service_timeout", "--stop-service-timeout",
+              "loops stop when the service thread is silent for this long; "
+              "0: 50 ms if it was granted its priority, else 250 ms")
+            .within(0, ns(10s), argument::service_timeout)
+            .bounded_by("2 ms or more, or 0")),
     of_stop<&stop_options::observe_timeout>(
         named("observe_timeout", "--stop-observe-timeout", "a stop is answered within this time")
             .within(ns(1ms), ns(10s), argument::observe_timeout)),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes of whole endpoints: plain messages and calls in the style of a loop.
+// Lanes of whole endpoints: plain messages and calls in the style of a loop, and what ordinary threads say in
+// the same words.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -24,6 +25,27 @@ rowe::result<rowe::call_end> finished(rowe::lane& of) {
   EXPECT_TRUE(eventually([&] { return ended.emplace(of.try_finish()).has_value(); }));
   return std::move(*ended);
 }
+
+// What ordinary threads and lanes have in common.
+struct ordinary_threads {
+  static endpoint& open(endpoint& on) { return on; }
+  static std::string refusal(endpoint& by) {
+    std::string why;
+    EXPECT_EQ(by.invoke(message("service", "x"), timeout, rowe::everyone, &why).code(), errc::refused);
+    return why;
+  }
+};
+struct lanes {
+  static rowe::lane open(endpoint& on) { return on.open_lane().value(); }
+  static std::string refusal(rowe::lane& by) {
+    EXPECT_EQ(by.invoke(message("service", "x"), timeout).code(), errc::refused);
+    return std::string{by.refusal()};
+  }
+};
+template <class>
+struct messages : testing::Test {};
+using handles = testing::Types<ordinary_threads, lanes>;
+TYPED_TEST_SUITE(messages, handles);
 
 TEST(lanes, invoke_as_in_the_paper) {
   auto hop = endpoint::listen(0, quick()).value();
@@ -106,64 +128,68 @@ TEST(lanes, send_to_everyone_and_to_one) {
   EXPECT_EQ(alone, 1U);
 }
 
-TEST(lanes, wait_for_a_peer_as_long_as_the_time_to_live) {
+TYPED_TEST(messages, wait_for_a_peer_as_long_as_the_time_to_live) {
   auto robot = endpoint::listen(0, quick()).value();
-  auto lane = robot.open_lane().value();
-  EXPECT_EQ(lane.send("{}", 0ns).code(), errc::expired);
-  EXPECT_EQ(lane.send("{}", 5ms).code(), errc::expired);
+  auto&& speaks = TypeParam::open(robot);
+  EXPECT_EQ(speaks.send("{}", 0ns).code(), errc::expired);
+  const auto began = clock_now();
+  EXPECT_EQ(speaks.send("{}", 20ms).code(), errc::expired);
+  EXPECT_GE(clock_now() - began, 20ms);
   auto talker = endpoint::connect(url_of(robot), quick()).value();
-  auto said = talker.open_lane().value();
-  EXPECT_TRUE(said.send(R"({"early":true})", -1ns));
-  EXPECT_EQ(lane.receive(timeout)->value(), R"({"early":true})");
+  auto&& said = TypeParam::open(talker);
+  EXPECT_TRUE(said.send(R"({"early":true})", -1ns)); // before the connection stands
+  EXPECT_EQ(speaks.receive(timeout)->value(), R"({"early":true})");
 }
 
-TEST(lanes, tell_what_is_no_message_to_who_waits) {
+TYPED_TEST(messages, tell_what_is_no_message_to_who_waits) {
+  auto robot = endpoint::listen(0, quick()).value();
+  auto viewer = connected(robot);
+  auto&& speaks = TypeParam::open(viewer);
+  const std::string deep = R"({"a":)" + std::string(100, '[') + std::string(100, ']') + "}";
+  EXPECT_EQ(speaks.send(deep, timeout).code(), errc::too_deep);
+  EXPECT_EQ(speaks.send("[1]", timeout).code(), errc::not_an_object);
+  EXPECT_EQ(speaks.send("{", timeout).code(), errc::malformed);
+  EXPECT_EQ(speaks.send(R"({"op":"publish"})", timeout).code(), errc::reserved_member);
+  EXPECT_EQ(speaks.invoke("1", timeout).code(), errc::not_an_object);
+  EXPECT_EQ(speaks.invoke("nothing", timeout).code(), errc::malformed);
+  EXPECT_EQ(speaks.invoke(R"({"message_id":1})", timeout).code(), errc::reserved_member);
+  EXPECT_EQ(speaks.invoke(R"({"in_reply_to":1})", timeout).code(), errc::reserved_member);
+}
+
+TEST(lanes, count_what_is_no_message_where_nobody_waits) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
   auto lane = viewer.open_lane().value();
-  EXPECT_EQ(lane.send("[1]", timeout).code(), errc::not_an_object);
-  EXPECT_EQ(lane.send("{", timeout).code(), errc::malformed);
-  EXPECT_EQ(lane.send(R"({"in_reply_to":1})", timeout).code(), errc::reserved_member);
-  EXPECT_EQ(lane.invoke("[1]", timeout).code(), errc::not_an_object);
-  EXPECT_EQ(lane.invoke("{", timeout).code(), errc::malformed);
-  EXPECT_EQ(lane.invoke(R"({"op":1})", timeout).code(), errc::reserved_member);
   ASSERT_TRUE(lane.try_send("{", timeout));
   EXPECT_TRUE(eventually([&] { return count_of(viewer, "malformed") > 0; }));
 }
 
-TEST(lanes, tell_lost_peers_time_outs_and_missing_services_apart) {
+TYPED_TEST(messages, tell_lost_peers_time_outs_and_missing_services_apart) {
   std::optional<endpoint> hop{endpoint::listen(0, quick()).value()};
   auto robot = connected(*hop);
-  auto lane = robot.open_lane().value();
-  const auto nobody = lane.invoke(message("service", "x"), timeout);
-  EXPECT_EQ(nobody.code(), errc::no_service);
+  EXPECT_EQ(hop->invoke(message("service", "x"), timeout).code(), errc::no_service);
+  auto&& asks = TypeParam::open(robot);
+  EXPECT_EQ(asks.invoke(message("service", "x"), timeout).code(), errc::no_service);
   auto silent = hop->open_lane().value();
   ASSERT_TRUE(goes_out(robot, [&] {
-    EXPECT_EQ(lane.invoke(message("service", "x"), 20ms).error(),
+    EXPECT_EQ(asks.invoke(message("service", "x"), 20ms).error(),
               (rowe::error{errc::timed_out, 0, 20'000'000}));
   }));
-  ASSERT_TRUE(lane.start(message("service", "x"), timeout, clock_now()));
-  ASSERT_TRUE(silent.receive(timeout));
-  ASSERT_TRUE(silent.receive(timeout)); // both calls came
+  std::thread waits{
+      [&] { EXPECT_EQ(asks.invoke(message("service", "x"), timeout).code(), errc::peer_lost); }};
+  EXPECT_TRUE(silent.receive(timeout));
+  EXPECT_TRUE(silent.receive(timeout)); // both calls came
   hop.reset();
-  const auto ended = finished(lane);
-  EXPECT_EQ(ended->reply.code(), errc::peer_lost);
+  waits.join();
 }
 
-TEST(lanes, refuse_with_a_diagnostic) {
-  auto hop = endpoint::listen(0, quick()).value();
-  auto answers = hop.open_lane().value();
+TYPED_TEST(messages, refuse_with_a_diagnostic) {
+  auto hop = endpoint::listen(0, answering()).value();
   auto robot = connected(hop);
-  auto lane = robot.open_lane().value();
-  ASSERT_TRUE(lane.start(message("service", "x"), timeout, clock_now()));
-  {
-    const auto call = answers.receive(timeout);
-    ASSERT_TRUE(call);
-    ASSERT_TRUE(answers.try_refuse(*call, "not today", clock_now()));
-  }
-  const auto ended = finished(lane);
-  EXPECT_EQ(ended->reply.code(), errc::refused);
-  EXPECT_EQ(lane.refusal(), "not today");
+  const auto refusing =
+      answering_thread(hop, [&](const rowe::received& call) { (void)hop.refuse(call, "not today"); });
+  auto&& asks = TypeParam::open(robot);
+  EXPECT_EQ(TypeParam::refusal(asks), "not today");
 }
 
 TEST(lanes, that_do_not_receive_leave_it_to_others) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain messages and calls between endpoints, from ordinary threads: the paper's functions.
+// Plain messages and calls between endpoints, from ordinary threads: the paper's functions. What they have in
+// common with lanes: lane_messages_test.cpp.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -17,7 +18,6 @@ using rowe::connection;
 using rowe::endpoint;
 using rowe::errc;
 using rowe::error;
-using rowe::everyone;
 using rowe::message;
 
 constexpr std::string_view sum_of_the_paper = R"({"sum":42})";
@@ -84,32 +84,6 @@ TEST(ordinary_threads, shows_who_is_connected) {
   EXPECT_EQ(robot.invoke("{}", timeout, first).code(), errc::peer_lost);
 }
 
-TEST(ordinary_threads, waits_for_a_peer_as_long_as_the_time_to_live) {
-  auto robot = endpoint::listen(0, quick()).value();
-  EXPECT_EQ(robot.send("{}", 0ns).code(), errc::expired);
-  const auto began = rowe::rt::monotonic_clock::now();
-  EXPECT_EQ(robot.send("{}", 20ms).code(), errc::expired);
-  EXPECT_GE(rowe::rt::monotonic_clock::now() - began, 20ms);
-
-  auto talker = endpoint::connect(url_of(robot), quick()).value();
-  ASSERT_TRUE(talker.send(R"({"early":true})", -1ns)); // before the connection stands
-  EXPECT_EQ(robot.receive(timeout)->value(), R"({"early":true})");
-}
-
-TEST(ordinary_threads, says_what_is_no_message) {
-  auto robot = endpoint::listen(0, quick()).value();
-  auto viewer = connected(robot);
-  EXPECT_EQ(viewer.send("[1]", timeout).code(), errc::not_an_object);
-  EXPECT_EQ(viewer.send("{", timeout).code(), errc::malformed);
-  EXPECT_EQ(viewer.send(R"({"op":"publish"})", timeout).code(), errc::reserved_member);
-  EXPECT_EQ(viewer.invoke("1", timeout).code(), errc::not_an_object);
-  EXPECT_EQ(viewer.invoke("nothing", timeout).code(), errc::malformed);
-  EXPECT_EQ(viewer.invoke(R"({"message_id":1})", timeout).code(), errc::reserved_member);
-  EXPECT_EQ(viewer.invoke(R"({"in_reply_to":1})", timeout).code(), errc::reserved_member);
-  const std::string deep = R"({"a":)" + std::string(100, '[') + std::string(100, ']') + "}";
-  EXPECT_EQ(viewer.send(deep, timeout).code(), errc::too_deep);
-}
-
 TEST(ordinary_threads, says_what_does_not_fit) {
   auto options = quick();
   options.limits.door_slots = 2;
@@ -144,14 +118,6 @@ TEST(ordinary_threads, says_full_when_all_its_slots_are_taken) {
   for (auto& one : waiting) one.join();
 }
 
-TEST(ordinary_threads, refuses_calls_while_nobody_receives_and_says_so) {
-  auto robot = endpoint::listen(0, quick()).value();
-  auto viewer = connected(robot);
-  const auto refused = viewer.invoke(message("service", "nobody-knows"), timeout);
-  EXPECT_EQ(refused.code(), errc::no_service);
-  EXPECT_EQ(robot.invoke(message("service", "nobody-knows"), timeout).code(), errc::no_service);
-}
-
 TEST(ordinary_threads, keeps_calls_for_receive_from_the_start_by_option) {
   auto robot = endpoint::listen(0, answering()).value();
   auto viewer = connected(robot);
@@ -168,16 +134,6 @@ TEST(ordinary_threads, keeps_calls_for_receive_from_the_start_by_option) {
   asks.join();
 }
 
-TEST(ordinary_threads, hands_on_the_diagnostic_of_a_refusal) {
-  auto robot = endpoint::listen(0, answering()).value();
-  auto viewer = connected(robot);
-  const auto refusing =
-      answering_thread(robot, [&](const rowe::received& call) { (void)robot.refuse(call, "not today"); });
-  std::string why;
-  EXPECT_EQ(viewer.invoke(message("service", "x"), timeout, everyone, &why).code(), errc::refused);
-  EXPECT_EQ(why, "not today");
-}
-
 TEST(ordinary_threads, times_out_where_no_reply_comes_and_drops_the_late_one) {
   auto robot = endpoint::listen(0, answering()).value();
   auto viewer = connected(robot);
@@ -189,19 +145,6 @@ TEST(ordinary_threads, times_out_where_no_reply_comes_and_drops_the_late_one) {
   ASSERT_TRUE(call);
   (void)robot.reply(*call, "{}"); // expired, where the viewer's time-out came along; else dropped there
   EXPECT_EQ(viewer.receive(20ms).code(), errc::timed_out);
-}
-
-TEST(ordinary_threads, tells_a_lost_peer_from_a_time_out) {
-  std::optional<endpoint> robot{endpoint::listen(0, answering()).value()};
-  auto viewer = connected(*robot);
-  std::thread asks{
-      [&] { EXPECT_EQ(viewer.invoke(message("service", "slow"), timeout).code(), errc::peer_lost); }};
-  {
-    const auto call = robot->receive(timeout);
-    ASSERT_TRUE(call);
-  }
-  robot.reset();
-  asks.join();
 }
 
 TEST(ordinary_threads, does_not_reply_to_what_is_no_call_of_its_own) {

@@ -188,24 +188,7 @@ static void of_two_members_with_one_name_the_first_is_found(void) {
 }
 
 static void what_is_no_json_is_malformed(void) {
-  const char* const texts[] = {"",
-                               "{",
-                               "{\"a\":}",
-                               "[1,]",
-                               "01",
-                               "nul",
-                               "1 2",
-                               "\"\xff\"",
-                               "\"\\ud800\"",
-                               "1e400",
-                               "\xef\xbb\xbf{}",
-                               "{a:1}",
-                               "'a'",
-                               "NaN",
-                               "\"\xc0\x80\"",
-                               "\"\n\"",
-                               "[1}",
-                               "{\"a\" 1}"};
+  const char* const texts[] = {"", "nul", "1 2", "\"\xff\"", "{\"a\" 1}"}; // tests/json has all others
   for (size_t i = 0; i < sizeof texts / sizeof *texts; ++i)
     CHECK_NULL(rowe_object_from_text(texts[i]), rowe_error_malformed);
   CHECK(strstr(rowe_last_error_text(), "byte 5") != NULL);

@@ -174,6 +174,7 @@ good_answers = {
     "Upgrade in capitals": lambda r: switching(r, Upgrade="WebSocket"),
     "Connection in small letters": lambda r: switching(r, Connection="upgrade"),
     "Connection as a list": lambda r: switching(r, Connection="keep-alive, Upgrade"),
+    "a subprotocol in a field of Hop's own": lambda r: switching(r, "WebSocket-Protocol: foo"),
     "other fields besides": lambda r: switching(r, "Server: x/1", "Date: today", "X-A: b", "X-A: c"),
     "no blanks behind the colons": lambda r: switching(r).replace(b": ", b":"),
     "fields in small letters": lambda r: b"\r\n".join(
@@ -234,10 +235,16 @@ bad_answers = {
         b"\r\n", b"\r\nSec-WebSocket-Accept: AAAAAAAAAAAAAAAAAAAAAAAAAAA=\r\n", 1),
     "4: two Accepts, the first one right": lambda r: switching(r, f"Sec-WebSocket-Accept: {accept_of('x')}"),
     "2: Upgrade to two things": lambda r: switching(r, Upgrade="websocket, h2c"),
+    "2: two Upgrades": lambda r: switching(r, "Upgrade: websocket"),
     "5: an extension that was not offered": lambda r: switching(
         r, "Sec-WebSocket-Extensions: permessage-deflate"),
     "5: an extension nobody knows": lambda r: switching(r, "Sec-WebSocket-Extensions: x-none"),
     "6: a subprotocol that was not offered": lambda r: switching(r, "Sec-WebSocket-Protocol: chat"),
+    "a folded field": lambda r: switching(r, "X: a\r\n b"),
+    "a field with a bare line feed": lambda r: switching(r, "X: a\n"),
+    "a field with a blank before its colon": lambda r: switching(r, "X : a"),
+    "a field without colon": lambda r: switching(r, "no colon"),
+    "a field with a control character": lambda r: switching(r, "X: \x01"),
     "a header of more than 4096 bytes": lambda r: switching(r, "X-Long: " + "x" * 4200),
     "a header without end": lambda r: switching(r)[:-2] + b"X-Long: " + b"x" * 100000,
     "another protocol's greeting": lambda r: b"SSH-2.0-OpenSSH_9.2\r\n\r\n",
@@ -339,6 +346,8 @@ class handshakes(unittest.TestCase):
                 with self.subTest(wrong_one):
                     self.refuses(here, lambda r, name=wrong_one: switching(r, Sec_WebSocket_Protocol=name),
                                  *offered)
+            self.refuses(here, lambda r: switching(r, "Sec-WebSocket-Protocol: second.v1",
+                                                   Sec_WebSocket_Protocol="first.v1"), *offered)
 
     def test_what_a_client_asks(self):  # 4.1, the request
         keys = set()
@@ -356,6 +365,7 @@ class handshakes(unittest.TestCase):
                 self.assertEqual(len(base64.b64decode(fields["sec-websocket-key"], validate=True)), 16)
                 self.assertNotIn("sec-websocket-extensions", fields)
                 self.assertNotIn("sec-websocket-protocol", fields)
+                self.assertNotIn("origin", fields)
                 self.assertEqual(len(fields), len(request) - 1, "a field is there twice")
                 keys.add(fields["sec-websocket-key"])
         self.assertEqual(len(keys), 3)

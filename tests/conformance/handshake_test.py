@@ -43,6 +43,8 @@ good_requests = {
     "no body": lambda p: upgrade(p, "Content-Length: 0"),
     "permessage-deflate": lambda p: upgrade(
         p, "Sec-WebSocket-Extensions: permessage-deflate; client_max_window_bits"),
+    "permessage-deflate offered forty times": lambda p: upgrade(
+        p, "Sec-WebSocket-Extensions: " + ", ".join(["permessage-deflate; client_max_window_bits=10"] * 40)),
     "extensions nobody knows": lambda p: upgrade(p, "Sec-WebSocket-Extensions: x-a, x-b; c=\"d\""),
     "a key with bits that count for nothing": lambda p: upgrade(p, Sec_WebSocket_Key="A" * 21 + "B=="),
     "Host localhost": lambda p: upgrade(p, Host=f"localhost:{p}"),

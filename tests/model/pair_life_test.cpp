@@ -264,7 +264,7 @@ TEST(closing, takes_what_was_published_before) {
 // What is modelled is what the sources do where they do not use the real thing: each access stands there as
 // it does here, and there are no others.
 TEST(pair_life, has_the_accesses_that_the_sources_have) {
-  const std::string audiences = "src/service/state/audiences.hpp",
+  const std::string audiences = "src/service/topics/audiences.hpp",
                     handles = "src/service/topics/topic_handles.cpp",
                     loop = "src/service/core/service_loop.cpp",
                     released = "src/service/handles/pair_release.hpp";

@@ -78,21 +78,6 @@ struct client : testing::Test {
   }
 };
 
-TEST_F(client, asks_for_the_upgrade_in_good_form) {
-  ask();
-  std::string text = server.peer.text;
-  EXPECT_EQ(text.substr(0, text.find("\r\n")), "GET /robot?name=r2 HTTP/1.1");
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](char c) { return static_cast<char>(std::tolower(c)); });
-  for (const std::string& line :
-       {"host: 127.0.0.1:" + std::to_string(server.port), std::string{"upgrade: websocket"},
-        std::string{"connection: upgrade"}, std::string{"sec-websocket-version: 13"},
-        std::string{"sec-websocket-protocol: rowe.v1,foxglove.sdk.v1"}})
-    EXPECT_NE(text.find("\r\n" + line + "\r\n"), std::string::npos) << line << " is missing in\n" << text;
-  EXPECT_EQ(text.find("origin:"), std::string::npos);
-  EXPECT_EQ(text.find("extensions:"), std::string::npos);
-}
-
 TEST_F(client, opens_a_connection_and_passes_on_what_lies_behind_the_answer) {
   ask();
   ASSERT_TRUE(server.peer.send(good_answer("Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n") + "first words"));
@@ -107,45 +92,6 @@ TEST_F(client, opens_a_connection_and_passes_on_what_lies_behind_the_answer) {
   EXPECT_EQ(write(*transport, opened.id, "hello"), 5U);
   EXPECT_TRUE(drive.until([&] { return server.peer.has("hello"); }));
   EXPECT_EQ(server.peer.text, "hello") << "libwebsockets wrote something too";
-}
-
-TEST_F(client, reads_an_answer_that_comes_byte_by_byte) {
-  ask();
-  for (const char c : good_answer()) {
-    ASSERT_TRUE(server.peer.send({&c, 1}));
-    drive.turn();
-  }
-  ASSERT_TRUE(drive.until([&] { return drive.sink().opens.size() == 1; }));
-  EXPECT_EQ(drive.sink().opens[0].subprotocol, "");
-}
-
-// rosbridge_server selects none, and a Hop server writes the header's name in its own way.
-TEST_F(client, accepts_a_server_that_selects_no_subprotocol) {
-  const std::string_view answers[] = {"", "WebSocket-Protocol: foo\r\n", "Server: AutobahnPython/22.7.1\r\n"};
-  for (std::size_t i = 0; i < std::size(answers); ++i) {
-    ask();
-    std::string answer = good_answer(answers[i]);
-    if (i == 1) answer.replace(answer.find("websocket"), 9, "WebSocket");
-    ASSERT_TRUE(server.peer.send(answer));
-    ASSERT_TRUE(drive.until([&] { return drive.sink().opens.size() == i + 1; })) << answer;
-    EXPECT_EQ(drive.sink().opens[i].subprotocol, "");
-    server.peer.close();
-    ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() == i + 1; }));
-  }
-}
-
-TEST_F(client, offers_no_subprotocol_unless_it_is_given_one) {
-  transport = connecting({.host = "127.0.0.1", .port = server.port});
-  driver other{*transport};
-  transport->connect();
-  ASSERT_TRUE(other.until([&] { return server.accept(); }));
-  ASSERT_TRUE(other.until([&] { return server.peer.has("\r\n\r\n"); }));
-  std::string text = server.peer.text;
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](char c) { return static_cast<char>(std::tolower(c)); });
-  EXPECT_EQ(text.find("sec-websocket-protocol"), std::string::npos) << text;
-  ASSERT_TRUE(server.peer.send(good_answer()));
-  ASSERT_TRUE(other.until([&] { return other.sink().opens.size() == 1; }));
 }
 
 TEST_F(client, connects_again_after_the_connection_is_lost) {
@@ -181,7 +127,7 @@ TEST_F(client, reports_a_status_that_is_not_101) {
 TEST_F(client, is_to_wait_where_too_many_attempts_have_failed) {
   ask();
   const auto rejection = rejection_of("HTTP/1.1 429 Too Many Requests\r\nContent-Length: 0\r\n\r\n");
-  EXPECT_NE(rejection.remedy.find("wait, then show a token"), std::string::npos) << rejection.remedy;
+  EXPECT_NE(rejection.remedy.find("wait, then send a token"), std::string::npos) << rejection.remedy;
 }
 
 TEST_F(client, says_which_answers_it_will_get_again) {
@@ -202,34 +148,9 @@ TEST_F(client, says_which_answers_it_will_get_again) {
   }
 }
 
-TEST_F(client, does_not_follow_a_redirect) {
-  ask();
-  EXPECT_EQ(rejection_of("HTTP/1.1 302 Found\r\nLocation: http://127.0.0.1/\r\n\r\n").status, 302);
-  EXPECT_FALSE(server.accept());
-}
-
 TEST_F(client, refuses_an_answer_to_another_key) {
   ask();
   EXPECT_EQ(rejection_of(upgrade_answer()).status, 101);
-}
-
-TEST_F(client, refuses_an_extension_or_a_subprotocol_that_it_did_not_offer) {
-  for (const std::string_view more :
-       {"Sec-WebSocket-Extensions: permessage-deflate\r\n", "Sec-WebSocket-Protocol: other\r\n"}) {
-    ask();
-    drive.sink().rejections.clear();
-    EXPECT_EQ(rejection_of(good_answer(more)).status, 101) << more;
-  }
-}
-
-TEST_F(client, refuses_an_upgrade_to_something_else_or_in_another_http_than_1_1) {
-  for (const auto& [good, bad] :
-       {std::pair{"websocket", "smalltalk"}, {"1.1", "1.0"}}) { // RFC 7230 6.7: 1.0 has no Upgrade
-    ask();
-    drive.sink().rejections.clear();
-    std::string answer = good_answer();
-    EXPECT_EQ(rejection_of(answer.replace(answer.find(good), std::strlen(good), bad)).status, 101) << bad;
-  }
 }
 
 TEST_F(client, refuses_what_is_not_http) {
@@ -237,17 +158,6 @@ TEST_F(client, refuses_what_is_not_http) {
   const auto rejection = rejection_of("SSH-2.0-OpenSSH_9.2\r\n\r\n");
   EXPECT_EQ(rejection.status, 0);
   EXPECT_TRUE(rejection.lasting);
-}
-
-TEST_F(client, refuses_an_answer_whose_fields_have_two_meanings) { // RFC 6455 11.3.3, 11.3.4
-  for (const std::string_view more :
-       {"Upgrade: websocket\r\n", "sec-websocket-accept: AAAAAAAAAAAAAAAAAAAAAAAAAAA=\r\n",
-        "Sec-WebSocket-Protocol: rowe.v1\r\nSec-WebSocket-Protocol: foxglove.sdk.v1\r\n", "X: a\r\n b\r\n",
-        "X: a\n", "X : a\r\n", "no colon\r\n", "X: \x01\r\n"}) {
-    ask();
-    drive.sink().rejections.clear();
-    EXPECT_EQ(rejection_of(good_answer(more)).status, 101) << more;
-  }
 }
 
 TEST_F(client, refuses_a_header_without_end) {

@@ -66,6 +66,11 @@ TEST(tls_client, refuses_what_it_cannot_trust_and_says_why) {
     EXPECT_EQ(all.remedy().substr(0, remedy.size()), remedy);
     EXPECT_TRUE(all.at_client.rejections[0].lasting) << why;
     EXPECT_TRUE(all.drive.sink().opens.empty());
+    for (const auto* const one : {all.server.get(), all.client.get()}) { // the server hears of it, too
+      EXPECT_TRUE(all.drive.until([&] { return failed_handshakes(*one) == 1; }));
+      EXPECT_EQ(count_of(*one, service::counter::tls_failed_certificate), 1U);
+    }
+    EXPECT_EQ(count_of(*all.client, service::counter::tls_handshakes), 0U);
   };
   constexpr long day = 24 * 60 * 60;
   const auto& root = files.root;

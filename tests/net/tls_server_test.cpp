@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // A port that speaks TLS, and who connects to it.
+#include <csignal>
+#include <cstdlib>
+#include <ctime>
+#include <random>
+
 #include "tls_support.hpp"
 
 namespace rowe::net {
 namespace tls_server_test {
 namespace {
+
+using service::counter;
 
 struct tls_server : testing::Test {
   certified files;
@@ -31,6 +38,21 @@ struct tls_server : testing::Test {
   std::string said() { // of the first rejection
     return drive.sink().rejections.empty() ? "" : drive.sink().rejections[0].what;
   }
+  std::uint64_t count(counter which) { return count_of(*transport, which); }
+  // That one handshake has failed, and none in another way.
+  void expect_failed(counter which) {
+    EXPECT_TRUE(drive.until([&] { return failed_handshakes(*transport) != 0; }));
+    EXPECT_EQ(count(which), 1U);
+    EXPECT_EQ(failed_handshakes(*transport), 1U);
+  }
+  // How connections ended that did not in good order.
+  void expect_ends(std::uint64_t cuts, std::uint64_t key_floods, std::uint64_t alerts) {
+    const auto counted = [&] {
+      return std::array{count(counter::tls_cuts), count(counter::tls_key_floods), count(counter::tls_alerts)};
+    };
+    const std::array wanted{cuts, key_floods, alerts};
+    EXPECT_TRUE(drive.until([&] { return counted() == wanted; })) << testing::PrintToString(counted());
+  }
 };
 
 TEST_F(tls_server, echoes) {
@@ -45,6 +67,8 @@ TEST_F(tls_server, echoes) {
     ASSERT_TRUE(client.send(text));
     ASSERT_TRUE(drive.until([&] { return client.has(text); }));
   }
+  EXPECT_EQ(count(counter::tls_handshakes), 1U);
+  EXPECT_EQ(failed_handshakes(*transport), 0U);
 }
 
 TEST_F(tls_server, reads_first_what_came_with_the_request) {
@@ -54,13 +78,6 @@ TEST_F(tls_server, reads_first_what_came_with_the_request) {
   ASSERT_TRUE(client.send(", and later"));
   ASSERT_TRUE(
       drive.until([&] { return drive.sink().received[newest().index] == "behind the header, and later"; }));
-}
-
-TEST_F(tls_server, takes_a_request_that_comes_byte_by_byte) {
-  tls_socket client{transport->port()};
-  ASSERT_TRUE(shake(client));
-  for (const char c : upgrade_request(transport->port())) ASSERT_TRUE(client.send({&c, 1}));
-  ASSERT_TRUE(drive.until([&] { return client.has("101 Switching") && client.has("\r\n\r\n"); }));
 }
 
 TEST(tls_pages, may_be_larger_than_any_buffer) {
@@ -93,6 +110,20 @@ TEST_F(tls_server, tells_who_does_not_speak_tls_what_to_open) {
   EXPECT_NE(client.text.find("https://"), std::string::npos);
   ASSERT_TRUE(drive.until([&] { return !said().empty(); }));
   EXPECT_EQ(said(), "this port speaks TLS, and the client does not");
+  expect_failed(counter::tls_failed_plain);
+}
+
+TEST_F(tls_server, counts_who_leaves_in_the_middle_of_a_handshake) {
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(client.send("\x16\x03\x01"));
+  client.shut();
+  expect_failed(counter::tls_failed_lost);
+}
+
+TEST_F(tls_server, counts_who_speaks_no_sense) {
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(client.send(std::string{"\x16\x03\x01\x00\x04\xff\x00\x00\x00", 9}));
+  expect_failed(counter::tls_failed_protocol);
 }
 
 // ---- what is spoken
@@ -110,6 +141,7 @@ TEST_P(tls_versions, are_spoken_or_refused) {
   if (GetParam().good) return upgrade(client);
   ASSERT_TRUE(drive.until([&] { return !said().empty(); }));
   EXPECT_NE(said().find("the TLS handshake failed: "), std::string::npos);
+  expect_failed(counter::tls_failed_protocol);
 }
 
 void only(SSL_CTX* to, int version) {
@@ -199,6 +231,7 @@ TEST_F(tls_server, ends_who_asks_for_new_keys_again_and_again) {
   (void)client.send("never read");
   ASSERT_TRUE(closes_by(close_cause::reset));
   EXPECT_EQ(drive.sink().received[newest().index], "");
+  expect_ends(0, 1, 0);
 }
 
 // ---- ends
@@ -211,12 +244,23 @@ TEST_F(tls_server, tells_an_end_from_a_cut) {
   ASSERT_TRUE(closes_by(close_cause::peer));
   EXPECT_EQ(drive.sink().received[newest().index], "last words");
   ASSERT_TRUE(drive.until([&] { return one.ended(); })); // our direction, too
+  one.raw.close();
 
   tls_socket other{transport->port()};
   upgrade(other);
   other.raw.shut(); // somebody on the way, without a word of TLS
   ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() == 2; }));
   EXPECT_EQ(drive.sink().closes[1].cause, close_cause::reset);
+  expect_ends(1, 0, 0);
+  tls_socket gone{transport->port()};
+  upgrade(gone);
+  gone.raw.reset();
+  expect_ends(2, 0, 0);
+  tls_socket silent{transport->port()}; // before its request
+  ASSERT_TRUE(shake(silent));
+  silent.raw.shut();
+  expect_ends(3, 0, 0);
+  EXPECT_EQ(count(counter::tls_handshakes), 4U);
 }
 
 TEST_F(tls_server, tells_an_end_that_comes_with_the_last_words) {
@@ -237,6 +281,7 @@ TEST_F(tls_server, tells_an_end_that_comes_with_the_last_words) {
   });
   ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() == 2; }));
   EXPECT_EQ(drive.sink().closes[1].cause, close_cause::reset);
+  expect_ends(0, 0, 1);
 }
 
 TEST_F(tls_server, closes_in_good_order) {
@@ -419,16 +464,22 @@ TEST(tls_handshakes, that_do_not_end_keep_nobody_out) {
       << client.fault;
   ASSERT_TRUE(drive.until([&] { return client.has("101 Switching"); }));
   EXPECT_GE(transport->memory().evictions, 40U - 8U);
+  EXPECT_TRUE(drive.until(
+      [&] { return count_of(*transport, counter::tls_failed_evicted) == transport->memory().evictions; }));
+  EXPECT_EQ(failed_handshakes(*transport), count_of(*transport, counter::tls_failed_evicted));
 }
 
 TEST(tls_handshakes, end_in_time_or_are_cut) {
   const certified files;
   const auto transport = listening({.tls = files.server(), .limits = {.header_timeout = 200ms}});
   driver drive{*transport};
-  raw_socket mute{transport->port()};
+  raw_socket mute{transport->port()}, begun{transport->port()};
+  ASSERT_TRUE(begun.send("\x16\x03\x01"));
   tls_socket half{transport->port()};
   ASSERT_TRUE(asks(drive, half, "GET / HTTP/1.1\r\nHost")) << half.fault;
-  ASSERT_TRUE(drive.until([&] { return mute.ended() && half.ended(); }));
+  ASSERT_TRUE(drive.until([&] { return mute.ended() && begun.ended() && half.ended(); }));
+  EXPECT_EQ(count_of(*transport, counter::tls_failed_silent), 1U);
+  EXPECT_EQ(count_of(*transport, counter::tls_failed_timeout), 1U);
   EXPECT_TRUE(half.ended_well);
   EXPECT_TRUE(half.text.starts_with("HTTP/1.1 408 ")) << half.text;
 }
@@ -448,6 +499,43 @@ TEST(tls_handshakes, leave_no_descriptor_behind) {
   EXPECT_EQ(open_descriptors(), before);
 }
 
+// Whatever clients do, and in whatever order: each was counted once.
+TEST(tls_handshakes, are_each_counted_once) {
+  std::signal(SIGPIPE, SIG_IGN); // of OpenSSL's own socket BIO
+  const std::uint64_t seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message{} << "seed " << seed);
+  std::mt19937_64 random{seed};
+  const certified files;
+  const auto transport =
+      listening({.tls = files.server(),
+                 .limits = {.handshakes_max = 6, .header_timeout = 50ms, .close_timeout = 50ms}});
+  driver drive{*transport};
+  const auto counted = [&] {
+    return count_of(*transport, counter::tls_handshakes) + failed_handshakes(*transport);
+  };
+  std::vector<std::unique_ptr<tls_socket>> clients;
+  constexpr std::uint64_t count = 300;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    clients.push_back(std::make_unique<tls_socket>(transport->port()));
+    tls_socket& newest = *clients.back();
+    ASSERT_TRUE(newest.raw.connected());
+    switch (random() % 4) {
+    case 0: (void)newest.raw.send("GET / HTTP/1.1\r\n\r\n"); break;
+    case 1: (void)newest.raw.send("\x16\x03\x01\x02"); break;
+    default: break; // it shakes, or says nothing
+    }
+    for (auto& one : clients)
+      if (random() % 8 == 0 && one->raw.fd() >= 0) (void)one->shaken();
+    tls_socket& any = *clients[random() % clients.size()];
+    if (random() % 4 == 0) any.raw.reset();
+    if (random() % 2 == 0) drive.turn();
+  }
+  ASSERT_TRUE(drive.until([&] { return counted() == count; })) << counted();
+  clients.clear();
+  for (int i = 0; i < 100; ++i) drive.turn();
+  EXPECT_EQ(counted(), count);
+}
+
 // ---- files
 
 TEST_F(tls_server, takes_a_new_certificate_without_a_restart) {
@@ -459,19 +547,31 @@ TEST_F(tls_server, takes_a_new_certificate_without_a_restart) {
     X509_NAME_get_text_by_NID(X509_get_subject_name(one), NID_commonName, name, sizeof name);
     return std::string{name};
   };
+  constexpr long day = 24 * 60 * 60;
+  const auto ends_in = [&](long days) { // the certificate, by what is counted
+    return drive.until([&] {
+      const auto end = static_cast<long>(count(counter::tls_certificate_end));
+      return std::abs(end - static_cast<long>(std::time(nullptr)) - days * day) <= day;
+    });
+  };
   tls_socket before{transport->port()};
   upgrade(before);
   EXPECT_EQ(shown(), "robot");
+  EXPECT_TRUE(ends_in(397));
 
   test::write_private(files.files / "certificate.pem", "no certificate");
   const auto& warnings = drive.sink().warnings;
-  ASSERT_TRUE(drive.until([&] { return !warnings.empty(); }));
+  ASSERT_TRUE(drive.until([&] { return !warnings.empty() && count(counter::tls_reload_faults) == 1; }));
   EXPECT_NE(warnings[0].find("it holds no certificate in PEM"), std::string::npos) << warnings[0];
   EXPECT_EQ(said(), ""); // nobody was refused
   EXPECT_EQ(shown(), "robot");
+  EXPECT_EQ(count(counter::tls_reloads), 0U);
 
-  test::write_files(files.files.path(), files.root, test::make_leaf(files.root, {.common_name = "new"}));
+  test::write_files(files.files.path(), files.root,
+                    test::make_leaf(files.root, {.valid_to_s = 40 * day, .common_name = "new"}));
   ASSERT_TRUE(drive.until([&] { return shown() == "new"; }));
+  EXPECT_TRUE(drive.until([&] { return count(counter::tls_reloads) != 0; }));
+  EXPECT_TRUE(ends_in(40));
   ASSERT_TRUE(before.send("goes on"));
   ASSERT_TRUE(
       drive.until([&] { return drive.sink().received[drive.sink().opens[0].id.index] == "goes on"; }));

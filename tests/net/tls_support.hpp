@@ -120,6 +120,20 @@ class tls_socket {
   std::unique_ptr<SSL, freed> ssl_;
 };
 
+// What a transport has counted of TLS.
+inline std::uint64_t count_of(const socket_transport& of, service::counter which) {
+  return of.memory().tls->read(which);
+}
+inline std::uint64_t failed_handshakes(const socket_transport& of) {
+  using enum service::counter;
+  std::uint64_t sum = 0;
+  for (const auto one :
+       {tls_failed_plain, tls_failed_silent, tls_failed_timeout, tls_failed_lost, tls_failed_certificate,
+        tls_failed_protocol, tls_failed_evicted, tls_failed_resources})
+    sum += count_of(of, one);
+  return sum;
+}
+
 // Whether a client's handshake is done, and its request sent.
 inline bool asks(driver& drive, tls_socket& client, std::string_view text) {
   return drive.until([&] { return client.shaken() || client.failed(); }) && !client.failed() &&

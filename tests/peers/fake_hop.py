@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hop (the web runtime of the RAPP project) as its source has it, server and client, in two periods.
 
-`later` is Hop after August 2014, `may_2014` the one before: there nobody masks, who does is not understood,
-and the server looks for a subprotocol in a header of its own. Both know one kind of frame, the byte 0x81:
-a ping, a close frame or a fragment ends the connection at once, and so does Hop itself when it is done.
+`later` is Hop after August 2014, `may_2014` the one before: there nobody masks, who does is not understood.
+Both know one kind of frame, the byte 0x81: a ping, a close frame or a fragment ends the connection at once,
+and so does Hop itself when it is done.
 Beyond 65 535 bytes both write nine bytes of length, lowest first, in place of eight: nobody can read that.
 
     with hop_server("/echo", program=str.upper) as hop:        # ws://127.0.0.1:PORT/hop/echo
@@ -77,11 +77,11 @@ def adds_two_numbers(text):
 
 
 class hop_server(server):
-    """`new WebSocketServer({path, protocol})` with a program that gives an answer, or None, to each text."""
+    """`new WebSocketServer({path})` with a program that gives an answer, or None, to each text."""
 
-    def __init__(self, path="/robot", period=later, protocols=(), program=adds_two_numbers, port=0):
+    def __init__(self, path="/robot", period=later, program=adds_two_numbers, port=0):
         super().__init__(port)
-        self.path, self.period, self.protocols, self.program = "/hop" + path, period, protocols, program
+        self.path, self.period, self.program = "/hop" + path, period, program
         self.upgraded = []  # streams
         self.heard = []  # texts
         self.drops = []  # the bytes that ended a connection
@@ -119,13 +119,8 @@ class hop_server(server):
         if asked.path.split("?")[0] != self.path:
             one.send(answer("404 Not Found", (("Content-Length", "0"), ("Connection", "close"))))
             raise gone
-        fields = [("Upgrade", "WebSocket"), ("Connection", "Upgrade"),
-                  ("Sec-WebSocket-Accept", accept_value(asked["sec-websocket-key"]))]
-        if self.period == later:
-            chosen = next((name for name in asked.offers if name in self.protocols), None)
-            fields += [("Sec-WebSocket-Protocol", chosen)] if chosen else []
-        elif asked["websocket-protocol"]:
-            fields += [("WebSocket-Protocol", asked["websocket-protocol"])]
+        fields = (("Upgrade", "WebSocket"), ("Connection", "Upgrade"),
+                  ("Sec-WebSocket-Accept", accept_value(asked["sec-websocket-key"])))
         one.send(answer("101 Switching Protocols", fields))
         self.note(self.upgraded, one)
 

@@ -10,15 +10,14 @@ at once with the arguments that `calls_with` has for its type; the answer stands
 
 What one could stumble over, each of it on purpose: every `/` is escaped and everything beyond ASCII, too;
 what is wrong is answered with silence; two objects in one text are both carried out; what is published comes
-out with its defaults filled in; fragment_size holds for the whole connection and `total` is no count.
+out with its defaults filled in; the `total` of a fragment is no count.
 """
 import json
 import struct
-import time
 
 import ros_types
 from server import answer, gone, server
-from websocket import BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, accept_value, frame
+from websocket import BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, accept_value, frame, read_frame
 
 services = {"/add_two_ints": "rospy_tutorials/AddTwoInts", "/fail": "std_srvs/Trigger"}
 calls_with = {"std_srvs/SetBool": {"data": True}, "rospy_tutorials/AddTwoInts": {"a": 38, "b": 4},
@@ -44,31 +43,13 @@ def objects_in(text):
     return [one for one in found if isinstance(one, dict)]
 
 
-class subscription:
-    """What one client wants of one topic: all its requests together, the most demanding of each option."""
-
-    def __init__(self):
-        self.requests = {}  # id -> (throttle_rate, fragment_size)
-        self.sent = float("-inf")
-
-    def option(self, which):
-        given = [options[which] for options in self.requests.values() if options[which] is not None]
-        return min(given, default=None)
-
-    def due(self, now):
-        if now - self.sent < (self.option(0) or 0) / 1000:
-            return False
-        self.sent = now
-        return True
-
-
 class client:
     """One connection, in the eyes of the bridge."""
 
     def __init__(self, stream):
         self.stream = stream
-        self.subscriptions = {}  # topic -> subscription
-        self.fragment_size = None  # of the newest subscription that had one, for everything
+        self.subscriptions = {}  # topic -> ids of its requests
+        self.fragment_size = None
         self.advertised = {}  # service -> type
         self.calls = 0
 
@@ -89,16 +70,10 @@ class client:
         """The next text. Answers pings, and closes as Autobahn does; binary messages are not ours."""
         text, opened = b"", None
         while True:
-            first, second = self.stream.exactly(2)
-            opcode, size = first & 0x0F, second & 0x7F
-            if size == 126:
-                (size,) = struct.unpack("!H", self.stream.exactly(2))
-            elif size == 127:
-                (size,) = struct.unpack("!Q", self.stream.exactly(8))
-            if not second & 0x80 or first & 0x70:
+            first, masked, payload = read_frame(self.stream.exactly)
+            opcode = first & 0x0F
+            if not masked or first & 0x70:
                 self.close(1002)
-            key = self.stream.exactly(4)
-            payload = bytes(byte ^ key[i & 3] for i, byte in enumerate(self.stream.exactly(size)))
             if opcode == PING:
                 self.frame(PONG, payload)
             elif opcode == CLOSE:
@@ -186,8 +161,7 @@ class fake_rosbridge(server):
         message = {"op": "publish", "topic": topic, "msg": ros_types.plain(self.topics[topic], whole)}
         for one in self.subscribers(topic):
             try:
-                if one.subscriptions[topic].due(time.monotonic()):
-                    one.send(message)
+                one.send(message)
             except gone:
                 pass  # its own thread notices
 
@@ -214,19 +188,15 @@ class fake_rosbridge(server):
         if kind is not None:
             self.topics.setdefault(topic, ros_types.known(kind))
         self.topics[topic].strip()
-        if message.get("fragment_size") is not None:
-            sender.fragment_size = int(message["fragment_size"])
-        wanted = sender.subscriptions.setdefault(topic, subscription())
-        options = int(message.get("throttle_rate", 0)), message.get("fragment_size")
-        wanted.requests[message.get("id")] = options
+        sender.subscriptions.setdefault(topic, set()).add(message.get("id"))
 
     def on_unsubscribe(self, sender, message):
         wanted = sender.subscriptions[message["topic"]]
         if message.get("id") is None:
-            wanted.requests.clear()
+            wanted.clear()
         else:
-            del wanted.requests[message["id"]]
-        if not wanted.requests:
+            wanted.remove(message["id"])
+        if not wanted:
             del sender.subscriptions[message["topic"]]
 
     def on_call_service(self, sender, message):
@@ -237,7 +207,7 @@ class fake_rosbridge(server):
         if kind is None:
             return self.respond(sender, identity, service, f"Service {service} does not exist", False)
         try:
-            arguments = ros_types.filled(kind + "Request", self.arguments(kind, message.get("args")))
+            arguments = ros_types.filled(kind + "Request", message.get("args"))
         except ros_types.misfit as wrong:
             return self.respond(sender, identity, service, f"Message type {kind}Request: {wrong}", False)
         if service == "/fail":
@@ -245,16 +215,6 @@ class fake_rosbridge(server):
                                 f"service [{service}] responded with an error: it always fails", False)
         total = (arguments["a"] + arguments["b"] + 2**63) % 2**64 - 2**63
         return self.respond(sender, identity, service, {"sum": total}, True)
-
-    @staticmethod
-    def arguments(kind, given):
-        """An object, or an array in the order of the fields."""
-        if isinstance(given, list):
-            names = list(ros_types.types[kind + "Request"])
-            if len(given) > len(names):
-                raise ros_types.misfit(given)
-            return dict(zip(names, given))
-        return given
 
     @staticmethod
     def respond(sender, identity, service, values, result):
@@ -275,6 +235,3 @@ class fake_rosbridge(server):
         self.note(self.answers, message)
         if asker is not None:
             self.respond(asker, identity, message["service"], message["values"], message["result"])
-
-    def on_set_level(self, _, message):
-        message["level"].strip()

@@ -9,7 +9,6 @@ import unittest
 import program
 from fake_hop import hop_client, hop_server, later, may_2014
 from fake_rosbridge import fake_rosbridge
-from program import in_parallel
 from server import gone
 from websocket import TEXT, frame, peer
 
@@ -46,11 +45,6 @@ class hop_guests:
     def test_keys_of_any_length_are_taken(self):
         for cookie in ("", 7, 1804289383, 10**13, 2**62):
             self.check(self.guest(cookie=cookie))
-
-    def test_ids_are_strings_or_integers(self):
-        hop = self.guest()
-        for identity in ("", "é/😀", "x" * 100, 0, -7, 2**53 + 1):
-            self.check(hop, identity)
 
     def test_a_service_that_is_not_there_is_answered_too(self):
         hop = self.guest()
@@ -101,26 +95,12 @@ class hop_guests:
                 self.assertIn("error", json.loads(leaves.receive()))
         self.check(stays)
 
-    def test_what_is_no_json_is_answered_and_does_not_end_the_connection(self):
-        hop = self.guest()
-        hop.send("nonsense")
-        self.assertIn("error", json.loads(hop.receive()))
-        self.check(hop)
-
     def test_roslib_is_still_understood(self):
         with peer(self.robot.port) as p:
             p.send({"op": "call_service", "id": "c1", "service": "/add-two-numbers",
                     "args": {"a": 1, "b": 2}})
             answer = p.receive()
             self.assertEqual((answer["id"], answer["values"]), ("c1", {"result": 3}))
-
-    def test_many_at_once(self):
-        def talk():
-            with hop_client(self.robot.port, period=self.period) as hop:
-                for identity in range(50):
-                    self.check(hop, identity)
-
-        in_parallel(*[talk] * 8)
 
 
 class later_hop(hop_guests, unittest.TestCase):

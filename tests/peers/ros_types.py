@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The ROS messages that fake_rosbridge knows: filled from JSON and written as JSON, as rosbridge does it.
 
-A type is a dict of its fields; a field's type is a primitive, another type, or either with [] or [N].
+A type is a dict of its fields; a field's type is a primitive, another type, or either with [N].
 """
-import base64
 import math
-import struct
 import time
 
 types = {
@@ -13,9 +11,7 @@ types = {
     "std_msgs/Bool": {"data": "bool"},
     "std_msgs/String": {"data": "string"},
     "std_msgs/Int64": {"data": "int64"},
-    "std_msgs/Float32": {"data": "float32"},
     "std_msgs/Float64": {"data": "float64"},
-    "std_msgs/UInt8MultiArray": {"data": "uint8[]"},
     "geometry_msgs/Point": {"x": "float64", "y": "float64", "z": "float64"},
     "geometry_msgs/Vector3": {"x": "float64", "y": "float64", "z": "float64"},
     "geometry_msgs/Quaternion": {"x": "float64", "y": "float64", "z": "float64", "w": "float64"},
@@ -49,11 +45,11 @@ def known(name):
 
 
 def array_of(kind):
-    """("float64", 36) of "float64[36]", ("uint8", None) of "uint8[]"; None of what is no array."""
+    """("float64", 36) of "float64[36]"; None of what is no array."""
     if not kind.endswith("]"):
         return None
     element, count = kind[:-1].split("[")
-    return element, int(count) if count else None
+    return element, int(count)
 
 
 def filled(kind, value=None):
@@ -69,7 +65,7 @@ def filled(kind, value=None):
             raise misfit(kind)
         return {name: filled("uint32", parts.get(name)) for name in ("secs", "nsecs")}
     if value is None:
-        return {"string": "", "bool": False}.get(kind, 0.0 if kind.startswith("float") else 0)
+        return {"string": "", "bool": False}.get(kind, 0.0 if kind == "float64" else 0)
     return checked(kind, value)
 
 
@@ -85,10 +81,8 @@ def filled_message(kind, value):
 
 def filled_array(element, count, value):
     if value is None:
-        value = [None] * (count or 0)
-    if element == "uint8" and isinstance(value, str):
-        value = list(base64.b64decode(value))
-    if not isinstance(value, list) or (count is not None and len(value) != count):
+        value = [None] * count
+    if not isinstance(value, list) or len(value) != count:
         raise misfit(f"{element}[{count}]: {value!r}")
     return [filled(element, one) for one in value]
 
@@ -97,8 +91,8 @@ def checked(kind, value):
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if kind == "string" and isinstance(value, str) or kind == "bool" and isinstance(value, bool):
         return value
-    if kind in ("float32", "float64") and number:
-        return struct.unpack("<f", struct.pack("<f", value))[0] if kind == "float32" else float(value)
+    if kind == "float64" and number:
+        return float(value)
     least, most = _ranges.get(kind, (1, 0))
     if number and isinstance(value, int) and least <= value <= most:
         return value
@@ -106,10 +100,8 @@ def checked(kind, value):
 
 
 def plain(kind, value):
-    """A whole message as rosbridge's JSON has it: no NaN, no infinity, bytes in base64."""
+    """A whole message as rosbridge's JSON has it: no NaN, no infinity."""
     array = array_of(kind)
-    if array and array[0] == "uint8":
-        return base64.b64encode(bytes(value)).decode()
     if array:
         return [plain(array[0], one) for one in value]
     if kind in types:

@@ -60,11 +60,11 @@ class credentials(in_a_folder):
     def upgraded(self, *more, by=None):
         return self.answer("GET / HTTP/1.1", *upgrade, *more, by=by)[0]
 
-    def posted(self, body, *more, path="/rowe/login", length=None, origin=None):
+    def posted(self, body, *more, length=None, origin=None):
         own = f"Origin: https://127.0.0.1:{self.port}"
         lines = [own if origin is None else origin, "Content-Type: application/x-www-form-urlencoded",
                  f"Content-Length: {len(body)}" if length is None else length]
-        return self.answer(f"POST {path} HTTP/1.1", *filter(None, lines), *more, body=body.encode())
+        return self.answer("POST /rowe/login HTTP/1.1", *filter(None, lines), *more, body=body.encode())
 
     def logged_in(self, name="driver"):
         status, header = self.posted(f"token={self.tokens[name]}")
@@ -92,27 +92,10 @@ class credentials(in_a_folder):
         self.assertEqual(self.upgraded(), 401)
         token = self.logged_in()
         self.assertEqual(token, self.tokens["driver"])
-        cookies = {
-            f"{self.cookie}={token}": 101,
-            f"a=b; {self.cookie}={token}; c": 101,
-            f"a=b;{self.cookie}={token}": 101,
-            f"a=b\r\nCookie: {self.cookie}={token}\r\nCookie: c=d": 101,
-            f"{self.cookie}=\"{token}\"": 401,
-            f"{self.cookie}={token}x": 401,
-            f"{self.cookie}={token}; {self.cookie}={token}": 401,
-            f"{self.cookie}={token}\r\nCookie: {self.cookie}={'y' * 43}": 401,
-            f"rowe-{self.port}={token}": 401,
-            f"__Host-rowe-{self.port + 1}={token}": 401,
-            f"{self.cookie}": 401,
-            f"{self.cookie}=": 401,
-            "": 401,
-            f"{self.cookie}={token}; x={'x' * 3500}": 101,
-            f"{self.cookie}={token}; x={'x' * 4096}": 431,
-            f"{self.cookie}={token}" + ";a" * 1500: 101,
-        }
-        for text, status in cookies.items():
-            with self.subTest(text[:90]):
-                self.assertEqual(self.upgraded(f"Cookie: {text}"), status)
+        for text, status in ((f"a=b; {self.cookie}={token}; c", 101), (f"{self.cookie}={token}x", 401),
+                             (f"rowe-{self.port}={token}", 401),
+                             (f"{self.cookie}={token}; x={'x' * 4096}", 431)):
+            self.assertEqual(self.upgraded(f"Cookie: {text}"), status, text)
         self.assertEqual(self.answer("GET /metrics HTTP/1.1", f"Cookie: {self.cookie}={token}")[0], 200)
         self.assertEqual(self.answer("GET /metrics HTTP/1.1")[0], 401)
 
@@ -141,29 +124,14 @@ class credentials(in_a_folder):
         self.serve(client_ca=None)
         right = f"token={self.tokens['driver']}"
         cases = [
-            (411, dict(body="", length="")),
-            (411, dict(body="5\r\ntoken\r\n0\r\n\r\n", length="Transfer-Encoding: chunked")),
             (411, dict(body=right, length=f"Content-Length: {len(right)}\r\nTransfer-Encoding: chunked")),
-            (413, dict(body="", length="Content-Length: 513")),
             (413, dict(body="x" * 600)),
-            (413, dict(body="", length="Content-Length: 18446744073709551615")),
-            (400, dict(body="", length="Content-Length: 18446744073709551616")),
-            (400, dict(body="", length="Content-Length: -1")),
             (400, dict(body=right, length=f"Content-Length: {len(right)}\r\nContent-Length: 1")),
-            (400, dict(body="")),
-            (400, dict(body="token=")),
-            (400, dict(body="other=x")),
             (400, dict(body=f"{right}&{right}")),
-            (400, dict(body="token=%zz")),
-            (401, dict(body="token=short")),
             (401, dict(body="token=" + "x" * 500)),
             (401, dict(body=f"{right}%00")),
             (401, dict(body=f"{right}%0d%0aSet-Cookie:%20a=b")),
-            (403, dict(body=right, origin="")),
-            (403, dict(body=right, origin="Origin: null")),
-            (403, dict(body=right, origin="Origin: https://evil.example")),
             (403, dict(body=right, origin=f"Origin: http://127.0.0.1:{self.port}")),
-            (405, dict(body=right, path="/")),
         ]
         for status, how in cases:
             with self.subTest(how):
@@ -172,19 +140,6 @@ class credentials(in_a_folder):
                 self.assertIn(found, (status, 429) if status == 401 else (status,), header)
                 self.assertNotIn("Set-Cookie", header)
         self.logged_in()  # a right one is prompt
-
-    def test_slow_forms_are_given_up_and_keep_nobody_out(self):
-        self.serve(client_ca=None)
-        lines = ("POST /rowe/login HTTP/1.1", f"Host: 127.0.0.1:{self.port}",
-                 f"Origin: https://127.0.0.1:{self.port}", "Content-Length: 49",
-                 "Content-Type: application/x-www-form-urlencoded", "", "token=")
-        slow = []
-        for _ in range(40):
-            slow.append(self.connected())
-            slow[-1].sendall("\r\n".join(lines).encode())
-        self.logged_in()
-        self.assertEqual(self.upgraded(f"Authorization: Bearer {self.tokens['driver']}"), 101)
-        self.assertIn(b"HTTP/1.1 408 ", self.ends(slow[-1]))
 
     def test_no_log_has_a_token(self):
         self.serve(client_ca=None)

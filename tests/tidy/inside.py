@@ -43,8 +43,11 @@ def _included(t, path):
 
 def files_lie_in_folders_that_include_downwards(t):
     for room, order in folders.items():
-        include = re.compile(rf'\s*#\s*include\s+"{room}/(\w+)/')
-        for path in t.within([f"src/{room}"]):
+        include = re.compile(rf'\s*#\s*include\s+["<](?:\.\./|{room}/)(\w+)/')
+        paths = t.within([f"src/{room}"])
+        for empty in [folder for folder in order if not any(f"/{folder}/" in path for path in paths)]:
+            yield finding(f"src/{room}/{empty}", 1, "folder", "there is nothing in it")
+        for path in paths:
             folder, name = path.removeprefix(f"src/{room}/").partition("/")[::2]
             if folder not in order or "/" in name:
                 yield finding(path, 1, "folder", f"lies in no folder of {', '.join(order)}")
@@ -222,13 +225,16 @@ steps_max = 12  # of each of the four journeys: who reads them sees the whole
 
 
 def the_four_journeys_are_short(t):
-    title, steps = None, 0
+    title, steps, journeys = None, 0, 0
     for number, line in [*_chapter(t, "Four journeys"), (0, "### ")]:
         if line.startswith("### "):
+            journeys += steps > 0
             if title and steps > steps_max:
                 yield finding(page, title, "inside", f"{steps} steps; {steps_max} fit")
             title, steps = number, 0
         steps += bool(re.match(r" *\d+\. ", line))
+    if journeys != 4:
+        yield finding(page, 1, "inside", f"{journeys} journeys have steps; there are four")
 
 
 def _named_place(code):

@@ -170,8 +170,8 @@ def the_core_has_no_clock_and_no_chance(t):
 def the_service_names_no_codec(t):
     """src/service knows codecs, and not which, also in strings and comments. What users set and read is
     called after one of them."""
-    names = (r"(?<![a-z])(?:rosbridge|hop|foxglove)(?![a-z])|wire::plain|plain_codec|websocket_profile|"
-             r"wire/\w+/\w+_(?:codec|decoder)\.hpp")
+    names = (r"(?<![a-z])(?:rosbridge|hop|foxglove)(?![a-z])|wire::plain|plain_codec|is_plain_?\b|"
+             r"websocket_profile|wire/plain/|wire/\w+/\w+_(?:codec|decoder)\.hpp")
     pattern = re.compile(names, re.IGNORECASE)
     for path in t.within(["src/service"]):
         for number, line in enumerate(t.lines(path), 1):

@@ -55,7 +55,7 @@ class connection(unittest.TestCase):
                 with self.bot.serving() as serving:  # one that has seen no wrong token is not slow to say so
                     there = f"wss://127.0.0.1:{serving.port}"
                     self.ends_at_once([there if word == place else word for word in command],
-                                      "401 .*show a token", **self.bot.who(token))
+                                      "401 .*send a token", **self.bot.who(token))
 
     def test_in_plain_where_tls_is_spoken(self):
         self.end_at_once(f"ws://{self.secure}", "400 .*connect to wss://")

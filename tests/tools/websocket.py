@@ -79,21 +79,38 @@ def get(port, path="/", headers=None, host="127.0.0.1", method="GET", secure=Non
         return read_answer(stream)[:3]
 
 
-def frame(opcode, payload=b"", fin=True, mask=True, reserved=0, length=None, key=None):
-    """The bytes of one frame. `length` states another length than the payload's; `key` is the mask."""
-    stated = len(payload) if length is None else length
+def frame(opcode, payload=b"", fin=True, mask=True, reserved=0):
+    """The bytes of one frame."""
+    size = len(payload)
     first = (0x80 if fin else 0) | reserved << 4 | opcode
     masked = 0x80 if mask else 0
-    if stated < 126:
-        head = struct.pack("!BB", first, masked | stated)
-    elif stated < 65536:
-        head = struct.pack("!BBH", first, masked | 126, stated)
+    if size < 126:
+        head = struct.pack("!BB", first, masked | size)
+    elif size < 65536:
+        head = struct.pack("!BBH", first, masked | 126, size)
     else:
-        head = struct.pack("!BBQ", first, masked | 127, stated)
+        head = struct.pack("!BBQ", first, masked | 127, size)
     if not mask:
         return head + payload
-    key = os.urandom(4) if key is None else key
+    key = os.urandom(4)
     return head + key + bytes(byte ^ key[i % 4] for i, byte in enumerate(payload))
+
+
+def read_frame(exactly):
+    """The next frame: its first byte, whether it is masked, and its payload. `exactly(n)` gives n bytes."""
+    first, second = exactly(2)
+    length = second & 0x7F
+    if length == 126:
+        (length,) = struct.unpack("!H", exactly(2))
+    elif length == 127:
+        (length,) = struct.unpack("!Q", exactly(8))
+    key = exactly(4) if second & 0x80 else b""
+    payload = exactly(length)
+    if key:
+        whole = (key * (length // 4 + 1))[:length]
+        clear = int.from_bytes(payload, "big") ^ int.from_bytes(whole, "big")
+        payload = clear.to_bytes(length, "big")
+    return first, bool(key), payload
 
 
 def accept_value(key):
@@ -152,19 +169,8 @@ class peer:
         """(fin, opcode, payload); TimeoutError after `wait` seconds. Clients mask, servers must not."""
         end = time.monotonic() + wait
         try:
-            first, second = self.exactly(2, end)
-            length = second & 0x7F
-            assert bool(second & 0x80) != self.masks, "the other side masked a frame, or ought to have"
-            if length == 126:
-                (length,) = struct.unpack("!H", self.exactly(2, end))
-            elif length == 127:
-                (length,) = struct.unpack("!Q", self.exactly(8, end))
-            key = b"" if self.masks else self.exactly(4, end)
-            payload = self.exactly(length, end)
-            if key:
-                whole = (key * (length // 4 + 1))[:length]
-                clear = int.from_bytes(payload, "big") ^ int.from_bytes(whole, "big")
-                payload = clear.to_bytes(length, "big")
+            first, masked, payload = read_frame(lambda count: self.exactly(count, end))
+            assert masked != self.masks, "the other side masked a frame, or ought to have"
             return bool(first & 0x80), first & 0x0F, payload
         except ConnectionResetError as error:
             raise closed(None, "reset") from error
@@ -214,7 +220,7 @@ class peer:
         self.send({"op": "service_response", "service": call["service"], "id": call["id"], "values": values,
                    "result": result})
 
-    def wait_for_close(self, wait=timeout, answer_pings=True):
+    def wait_for_close(self, wait=timeout):
         """Waits for the end; returns the code of the close frame, None without one."""
         end = time.monotonic() + wait
         while True:
@@ -222,7 +228,7 @@ class peer:
                 _, opcode, payload = self.receive_frame(end - time.monotonic())
             except closed as ended:
                 return ended.code
-            if opcode == PING and answer_pings:
+            if opcode == PING:
                 self.send_frame(PONG, payload)
             if opcode == CLOSE:
                 return struct.unpack("!H", payload[:2])[0] if len(payload) >= 2 else None

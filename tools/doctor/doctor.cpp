@@ -47,10 +47,9 @@ command table_of(doctor_options& o) {
                     {"rowe doctor --json > before.json", "to compare with later"}}},
       .description =
           "Says whether this machine is fit for a real-time loop: for each check whether it is ok, fails\n"
-          "(promises do not hold here), warns (they hold, later than they could) or is for information, "
-          "with\n"
-          "what was found, what is wanted and why. Changes nothing. What only root can see is reported as\n"
-          "not visible.\n",
+          "(promises do not hold here), warns (they hold, with more latency than necessary) or is for\n"
+          "information, with what was found, what is wanted and why. Changes nothing. What only root can\n"
+          "see is reported as not visible.\n",
       .operands = {},
       .options = {
           {"--cpu", "", "LIST",

@@ -143,7 +143,7 @@ finding self_test(const machine& on) {
 // clang-format off
 constexpr std::array<check, 7> noise_table{{
     {.name = "timer_slack", .title = "timer slack", .wanted = "1 µs or less",
-     .why = "an ordinary thread may wake up so much late, to save power; SCHED_FIFO threads never do",
+     .why = "an ordinary thread may wake up this much late, to save power; SCHED_FIFO threads never do",
      .change = "nothing for rowe's threads, which set it themselves; elsewhere prctl(PR_SET_TIMERSLACK, 1)",
      .examine = timer_slack},
     {.name = "timer_migration", .title = "timer migration", .wanted = "0",
@@ -162,7 +162,7 @@ constexpr std::array<check, 7> noise_table{{
      .why = "DAMON looks at page tables many times a second", .change = "stop it, or move it to another core",
      .examine = neighbours},
     {.name = "self_test", .title = "wake-ups", .wanted = "max below 100 µs; from 1 ms on it fails", .why =
-     "a thread that slept until a time woke up so much after it; short tests miss rare delays",
+     "a thread that slept until a time woke up this much after it; short tests miss rare delays",
      .change = "see above; then for an hour: --duration 1h", .vital = true, .examine = self_test},
 }};
 // clang-format on

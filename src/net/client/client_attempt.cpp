@@ -94,10 +94,10 @@ const char* fault_of(std::string_view header) noexcept {
 const char* remedy_of(std::uint16_t status) noexcept {
   switch (status) {
   case 400: return "check the path; if the port speaks TLS, connect to wss://";
-  case 401: return "show a token that it knows: --token-file FILE or $ROWE_TOKEN (client.token_file)";
+  case 401: return "send a token that it knows: --token-file FILE or $ROWE_TOKEN (client.token_file)";
   case 403: return "the other side must allow this host";
   case 404: return "check the path";
-  case 429: return "too many attempts from this address have failed: wait, then show a token that it knows";
+  case 429: return "too many attempts from this address have failed: wait, then send a token that it knows";
   case 503: return "the other side has no room; try again later";
   default:
     return status >= 300 && status < 400 ? "connect to the address it redirects to"

@@ -56,7 +56,7 @@ wire::http_rejection too_many_connections(std::uint32_t ordinary_max) noexcept {
 }
 
 wire::http_rejection too_many_from_one_address(std::uint32_t connections_max) noexcept {
-  return rejection_of(service_unavailable, "one address may hold % connections, and yours does",
+  return rejection_of(service_unavailable, "your address holds all % connections that one address may hold",
                       "close another one, or raise connections_per_address_max",
                       decimal{connections_max}.text());
 }
@@ -77,7 +77,7 @@ wire::http_rejection not_admitted(const service::admit_answer& why,
 
 wire::http_rejection too_many_wrong_tokens() noexcept {
   return rejection_of(service::rejection::slowed,
-                      "this token is not known here, and this address has shown many such",
+                      "this token is not known here, and many unknown tokens came from this address",
                       "ask whoever runs this endpoint for one");
 }
 

@@ -133,7 +133,7 @@ const char* remedy_of_certificate(long verified) noexcept {
 
 // What a client does where the newest error ended the handshake.
 const char* remedy_of_client() noexcept {
-  return is_about_certificate() ? "our own certificate is refused: show one that the server takes, by --cert "
+  return is_about_certificate() ? "the server refuses our certificate: give one that it takes, by --cert "
                                   "FILE ($ROWE_CERT, tls.certificate)"
                                 : "check that this port speaks TLS; else connect to ws://";
 }

@@ -39,7 +39,7 @@ listings::listings(rt::arena& memory, const listings_needs& parts) noexcept
 
 unknown_number listings::put_names(const connection& c, wire::request& asked) const noexcept {
   const auto unknown = [](std::uint32_t number) -> unknown_number {
-    return {"nothing here has the number ", number};
+    return {"no topic or service has the number ", number};
   };
   if (asked.service_number != no_number) {
     asked.service = numbered_.service(asked.service_number);
@@ -60,7 +60,7 @@ unknown_number listings::put_names(const connection& c, wire::request& asked) co
   if (asked.what != wire::verb::subscribe) return {};
   const topic_id other = numbered_.topic_subscribed({c.id.index}, asked.tag);
   if (!other || other == topic) return {};
-  return {"subscribe: this peer gave to another topic the number ", asked.tag};
+  return {"subscribe: this peer uses the number of another topic: ", asked.tag};
 }
 
 // ---- readers

@@ -17,9 +17,9 @@
 #include "service/outgoing/outbox.hpp"
 #include "service/requests/call_requests.hpp"
 #include "service/state/core_state.hpp"
-#include "service/state/publish_predictor.hpp"
 #include "service/state/service_directory.hpp"
 #include "service/stop/stop_service.hpp"
+#include "service/topics/publish_predictor.hpp"
 #include "service/topics/topic_handles.hpp"
 
 namespace rowe::service {

@@ -17,7 +17,7 @@
 #include "service/outgoing/sender.hpp"
 #include "service/requests/call_router.hpp"
 #include "service/state/core_state.hpp"
-#include "service/state/publish_predictor.hpp"
+#include "service/topics/publish_predictor.hpp"
 #include "service/topics/topic_handles.hpp"
 #include "service/topics/value_publisher.hpp"
 #include "json/reading/reader.hpp"

@@ -101,8 +101,8 @@ bool fragment_ingress::belongs(connection& c, const wire::request& asked) noexce
   why_buffer buffer;
   wire::text_out why{buffer};
   if (of.is == phase::open && !same) {
-    why.add("another message in fragments is under way, of which number ").add(of.next).add(" of ");
-    why.add(of.count).add(" is expected: send one message after the other");
+    why.add("another message in fragments is under way: its fragment ").add(of.next).add(" of ");
+    why.add(of.count).add(" is expected; send one message after the other");
     refusals_.refuse(c, asked.id_raw, why.text());
     return false;
   }
@@ -126,8 +126,8 @@ bool fragment_ingress::begins(connection& c, const wire::request& asked) noexcep
   why_buffer buffer;
   wire::text_out why{buffer};
   if (of.is == phase::open) {
-    why.add("a message in fragments begins anew, of which number ").add(of.next).add(" of ").add(of.count);
-    refuse(c, asked.id_raw, "refused", why.add(" was due"));
+    why.add("a message in fragments begins again: fragment ").add(of.next).add(" of ").add(of.count);
+    refuse(c, asked.id_raw, "refused", why.add(" was missing"));
   }
   of = {.is = phase::open,
         .exact = asked.fragment_count_exact,

@@ -4,8 +4,8 @@
 #pragma once
 #include "service/reports/statistics_report.hpp"
 #include "service/state/core_state.hpp"
-#include "service/state/topic_rates.hpp"
 #include "service/topics/broker.hpp"
+#include "service/topics/topic_rates.hpp"
 
 namespace rowe::service {
 

@@ -13,8 +13,8 @@
 
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
-#include "service/state/topic_rates.hpp"
 #include "service/threads/stop_rules.hpp"
+#include "service/topics/topic_rates.hpp"
 #include "json/writing/writer.hpp"
 
 namespace rowe::service {

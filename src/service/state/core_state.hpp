@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folder state: the tables and their rows. They store and find, and write to no peer.
+// Folder state: the tables and their rows. They store and find; they write to no peer and call no part.
 // What all parts of the core share: the time, the counters, the tables, and the seams to what is outside.
 // Service thread only, except the queue pairs and the members that are references.
 #pragma once

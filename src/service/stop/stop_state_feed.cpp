@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cstring>
 
-#include "service/state/topic_rates.hpp"
 #include "service/stop/stop_gate.hpp"
+#include "service/topics/topic_rates.hpp"
 #include "json/writing/writer.hpp"
 
 namespace rowe::service {

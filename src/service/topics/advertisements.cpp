@@ -61,7 +61,9 @@ bool advertisements::advertise(connection& c, const wire::request& asked) noexce
   const bool renumbers = std::any_of(mine.begin(), mine.end(), [&](const advertisement& a) {
     return asked.tag != wire::no_number && (a.topic == topic) != (a.tag == asked.tag);
   });
-  if (renumbers) return lets_go(refuse(c, asked, "this peer has the topic by another number, or the number"));
+  if (renumbers)
+    return lets_go(
+        refuse(c, asked, "this peer has this topic by another number, or another topic by this one"));
   if (known != nullptr) {
     known->latched = known->latched || keeps_all;
     if (asked.lifespan_ns > 0) known->lifespan_ns = asked.lifespan_ns;

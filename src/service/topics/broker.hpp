@@ -17,7 +17,7 @@
 #include "service/outgoing/subscription_queues.hpp"
 #include "service/state/advertisement_table.hpp"
 #include "service/state/core_state.hpp"
-#include "service/state/topic_rates.hpp"
+#include "service/topics/topic_rates.hpp"
 #include "wire/codec/request.hpp"
 #include "json/writing/writer.hpp"
 

@@ -10,11 +10,11 @@
 #include "service/base/shares.hpp"
 #include "service/incoming/refusals.hpp"
 #include "service/outgoing/subscription_queues.hpp"
-#include "service/state/audiences.hpp"
 #include "service/state/core_state.hpp"
-#include "service/state/topic_rates.hpp"
+#include "service/topics/audiences.hpp"
 #include "service/topics/stored_ids.hpp"
 #include "service/topics/topic_places.hpp"
+#include "service/topics/topic_rates.hpp"
 #include "wire/codec/request.hpp"
 
 namespace rowe::service {

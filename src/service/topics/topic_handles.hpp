@@ -13,14 +13,14 @@
 #include <rowe/result.hpp>
 
 #include "service/outgoing/outbox.hpp"
-#include "service/state/audiences.hpp"
 #include "service/state/core_state.hpp"
-#include "service/state/publish_predictor.hpp"
-#include "service/state/topic_rates.hpp"
 #include "service/topics/advertisements.hpp"
+#include "service/topics/audiences.hpp"
 #include "service/topics/broker.hpp"
+#include "service/topics/publish_predictor.hpp"
 #include "service/topics/subscriptions.hpp"
 #include "service/topics/topic_places.hpp"
+#include "service/topics/topic_rates.hpp"
 
 namespace rowe::service {
 

@@ -25,7 +25,7 @@ http_answer fresh(std::uint16_t status, std::string_view text) noexcept {
 http_answer no_value() noexcept {
   static_assert(page_wait_max == std::chrono::seconds{2});
   return fresh(404, "no value of the topic came within 2 s\n"
-                    "ask again, or look at /api/v1/stats for how often it has one\n");
+                    "ask again, or read in /api/v1/stats how often it has one\n");
 }
 
 http_answer rights_changed() noexcept { return fresh(503, "the rights have just changed\nask again\n"); }

@@ -15,10 +15,10 @@
 
 #include "service/base/service_limits.hpp"
 #include "service/base/transport.hpp"
-#include "service/state/audiences.hpp"
 #include "service/state/core_state.hpp"
-#include "service/state/topic_rates.hpp"
 #include "service/threads/stop_rules.hpp"
+#include "service/topics/audiences.hpp"
+#include "service/topics/topic_rates.hpp"
 
 namespace rowe::service {
 

@@ -9,8 +9,8 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/state/core_state.hpp"
-#include "service/state/publish_predictor.hpp"
 #include "service/topics/broker.hpp"
+#include "service/topics/publish_predictor.hpp"
 #include "json/reading/reader.hpp"
 #include "json/structs/encoder.hpp"
 

@@ -130,7 +130,7 @@ TEST_F(fragments_in_test, of_another_message_are_refused_while_one_is_under_way)
 TEST_F(fragments_in_test, may_begin_anew_and_their_sender_is_told_what_was_lost) {
   const std::string text = published("/map", map_of(1000));
   const texts all = cut(text, 100);
-  EXPECT_TRUE(has(refusal_of({all[0], all[1], all[0]}), "begins anew, of which number 2"));
+  EXPECT_TRUE(has(refusal_of({all[0], all[1], all[0]}), "begins again: fragment 2"));
   for (std::size_t i = 1; i < all.size(); ++i) robot.say(all[i]);
   EXPECT_EQ(listener.hear_during(60), texts{text});
 }

@@ -93,7 +93,7 @@ TEST_F(core_numbers_codec, tells_of_topics_that_come_and_go_by_numbers_that_are_
   ASSERT_TRUE(then.contains("/b"));
   EXPECT_NE(then.at("/b"), came.at("/a"));
   EXPECT_EQ(say(p, subscribe_to(1, came.at("/a"))),
-            texts{"enothing here has the number " + std::to_string(came.at("/a"))});
+            texts{"eno topic or service has the number " + std::to_string(came.at("/a"))});
 }
 
 TEST_F(core_numbers_codec, gives_a_topic_another_number_with_its_type) {
@@ -212,8 +212,8 @@ TEST_F(core_numbers_codec, takes_several_requests_of_one_message) {
   client p{on};
   const std::string three = R"({"want":[[1,)" + std::to_string(p.topics.at("/pose")) + "],[2,9999],[3," +
                             std::to_string(p.topics.at("/other")) + "]]}";
-  EXPECT_EQ(say(p, three), texts{"enothing here has the number 9999"});
-  EXPECT_EQ(say(p, R"({"drop":[3,9]})"), texts{"enothing here has the number 9"});
+  EXPECT_EQ(say(p, three), texts{"eno topic or service has the number 9999"});
+  EXPECT_EQ(say(p, R"({"drop":[3,9]})"), texts{"eno topic or service has the number 9"});
   ASSERT_TRUE(publish(on, pose_pair, {1, 0}));
   EXPECT_EQ(p.hear_after(1).size(), 1U);
   EXPECT_EQ(say(p, R"({"drop":[1]})"), texts{});
@@ -235,11 +235,11 @@ std::string drop(std::size_t count) {
 
 TEST_F(numbers_beyond_their_rate, are_counted_each_where_a_message_lists_several) {
   client p{on};
-  EXPECT_EQ(say(p, drop(30)), texts(10, "enothing here has the number 1"));
+  EXPECT_EQ(say(p, drop(30)), texts(10, "eno topic or service has the number 1"));
   EXPECT_EQ(on.count(counter::over_rate), 20U);
   EXPECT_EQ(on.count(counter::messages_in), 1U);
   on.cycles(100); // one more
-  EXPECT_EQ(say(p, drop(1)), texts{"enothing here has the number 1"});
+  EXPECT_EQ(say(p, drop(1)), texts{"eno topic or service has the number 1"});
   // Who goes on like this is closed as if each had come in a message of its own.
   for (int i = 0; i < 60 && p.close_code == 0; ++i) {
     say(p, drop(30));
@@ -273,7 +273,8 @@ TEST_F(core_numbers_codec, answers_each_call_of_a_number_that_is_gone_however_ma
   ASSERT_GT(on.count(counter::refusals_unsaid), 0U);
   for (const char last : {'a', 'b', 'c'}) {
     const std::string its = "idx" + std::string(1, last);
-    EXPECT_EQ(send(p, "c" + four(4000) + its + "{}"), texts{"f" + its + "nothing here has the number 4000"});
+    EXPECT_EQ(send(p, "c" + four(4000) + its + "{}"),
+              texts{"f" + its + "no topic or service has the number 4000"});
   }
 }
 
@@ -287,11 +288,12 @@ TEST_F(core_numbers_codec, keeps_one_number_for_a_subscription_and_for_a_channel
   EXPECT_EQ(say(p, subscribe_to(2, pose_channel)),
             texts{"esubscribe: this peer subscribes to the topic already, by another number"});
   EXPECT_EQ(say(p, subscribe_to(1, p.topics.at("/other"))),
-            texts{"esubscribe: this peer gave to another topic the number 1"});
+            texts{"esubscribe: this peer uses the number of another topic: 1"});
   client second{on};
   EXPECT_EQ(say(second, subscribe_to(1, second.topics.at("/other"))), texts{}) << "another peer's own";
 
-  constexpr std::string_view refusal = "eoffer: this peer has the topic by another number, or the number";
+  constexpr std::string_view refusal =
+      "eoffer: this peer has this topic by another number, or another topic by this one";
   const auto errors_of = [](const texts& heard) {
     texts errors;
     std::copy_if(heard.begin(), heard.end(), std::back_inserter(errors),
@@ -310,9 +312,9 @@ TEST_F(core_numbers_codec, relays_what_is_published_under_the_peers_own_number) 
   EXPECT_EQ(gone_of(say(p, R"({"offer":[[5,"/cmd"]]})"), 't').size(), 0U);
   send(p, "p" + four(5) + R"({"v":1})");
   EXPECT_EQ(other.hear(), texts{R"({"op":"publish","topic":"/cmd","msg":{"v":1}})"});
-  EXPECT_EQ(send(p, "p" + four(6) + R"({"v":1})"), texts{"enothing here has the number 6"});
+  EXPECT_EQ(send(p, "p" + four(6) + R"({"v":1})"), texts{"eno topic or service has the number 6"});
   EXPECT_EQ(say(p, R"({"keep":[5]})"), texts{});
-  EXPECT_EQ(send(p, "p" + four(5) + R"({"v":1})"), texts{"enothing here has the number 5"});
+  EXPECT_EQ(send(p, "p" + four(5) + R"({"v":1})"), texts{"eno topic or service has the number 5"});
 }
 
 // ---- calls
@@ -346,7 +348,8 @@ TEST_F(core_numbers_codec, answers_every_call_that_fails_under_its_id) {
   on.offer_now(echo_request());
   client p{on};
   const std::string of_echo = "c" + four(p.services.at("/echo")) + id;
-  EXPECT_EQ(send(p, "c" + four(4000) + id + "{}"), texts{"f" + id + "nothing here has the number 4000"});
+  EXPECT_EQ(send(p, "c" + four(4000) + id + "{}"),
+            texts{"f" + id + "no topic or service has the number 4000"});
   EXPECT_EQ(send(p, of_echo + "[1]"), texts{"f" + id + "the body must be a JSON object"});
   const std::string torn = only(send(p, of_echo + "{"));
   EXPECT_TRUE(torn.starts_with("f" + id)) << torn;

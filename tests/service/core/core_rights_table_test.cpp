@@ -305,7 +305,7 @@ void try_cell(const asker& who, codec words, const row& of, spelling how, std::s
   } else if (names_nothing(words, of, who)) {
     EXPECT_EQ(denied, 0U);
     EXPECT_EQ(in.on.count(of.what == verb::call ? counter::calls_refused : counter::refused_requests), 1U);
-    EXPECT_TRUE(has(in.told, "nothing here has the number")) << in.told;
+    EXPECT_TRUE(has(in.told, "no topic or service has the number")) << in.told;
     EXPECT_FALSE(has(in.told, of.name)) << in.told;
   } else {
     expect_denied(in, of, why);

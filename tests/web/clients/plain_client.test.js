@@ -115,35 +115,6 @@ test("a close frame is returned with its code", limit, async () => {
   }
 });
 
-test("what breaks the rules ends the connection, with the code for it", limit, async () => {
-  const wrongs = [
-    [1009, (socket) => socket.send(JSON.stringify({ x: "x".repeat(1 << 20) }))],
-    [1007, (socket) => socket.send(Buffer.from([0x7b, 0xff, 0x7d]), { binary: false })],
-    [1003, (socket) => socket.send(Buffer.from("{}"))],
-  ];
-  await with_peer(async (other) => {
-    for (const [code, wrong] of wrongs) {
-      await with_peer(async (peer) => {
-        wrong(peer.socket);
-        assert.equal((await peer.end()).code, code);
-      });
-    }
-    other.send({ untouched: true });
-    await comes_back(other, '{"untouched":true}');
-  });
-});
-
-test("what is no message is answered, and harms nobody", limit, () => with_peer(async (peer) => {
-  for (const wrong of ["{", "nonsense", "[1]", "7", '{"a":01}']) {
-    const before = peer.texts.length;
-    peer.socket.send(wrong);
-    await until(`an answer to ${wrong}`, () => peer.texts.length > before);
-    assert.ok(peer.messages.at(-1).error ?? peer.messages.at(-1).level, peer.texts.at(-1));
-  }
-  peer.send({ fine: true });
-  await comes_back(peer, '{"fine":true}');
-}));
-
 test("a server that ends says so", limit, async () => {
   const ours = await plain_peer.connect(url);
   ours.send({ a: 1 });

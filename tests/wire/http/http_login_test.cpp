@@ -91,6 +91,8 @@ TEST(judge_request, refuses_forms_that_are_not_right_in_every_point) {
   EXPECT_TRUE(refused(post({{"Length", ""}}, ""), 411, "the Content-Length of the form is missing"));
   EXPECT_TRUE(refused(post({{"Chunks", "Transfer-Encoding: chunked"}}), 411, "Transfer-Encoding chunked"));
   EXPECT_TRUE(refused(post({{"Length", "Content-Length: 0x10"}}, ""), 400, "is no number: 0x10"));
+  EXPECT_TRUE(refused(post({{"Length", "Content-Length: 18446744073709551615"}}, ""), 413, "is too long"));
+  EXPECT_TRUE(refused(post({{"Length", "Content-Length: 18446744073709551616"}}, ""), 400, "is no number"));
   EXPECT_TRUE(refused(post({}, std::string(513, 'a')), 413, "a form of 513 bytes is too long", "512"));
   EXPECT_TRUE(refused(post({{"Length", "Content-Length: 99"}}), 400, "not as long as"));
   EXPECT_TRUE(refused(post({{"Length", "Content-Length: 3"}}), 400, "not as long as"));

@@ -81,7 +81,7 @@ command table_of(echo_options& o) {
               {"--json", "", "", "the JSON text as it came, one message a line", &o.json},
               {"--csv", "", "", "a header, then a row for each message; of one topic", &o.csv},
               {"--field", "", "PATH", "only this part, such as pose.x or ranges[0]", &o.field},
-              {"-n", "", "N", "end after so many messages", integer{&o.count, 1, INT64_MAX}},
+              {"-n", "", "N", "end after this many messages", integer{&o.count, 1, INT64_MAX}},
               {"--once", "", "", "end after one message", &o.once},
               {"--timeout", "", "TIME", "for the connection and for each message (default: until Ctrl-C)",
                time_span{&o.timeout}},

@@ -107,7 +107,7 @@ command table_of(pub_options& o) {
           {
               {"--rate", "-r", "HZ", "publish at this rate (10Hz, 1kHz); without -n until Ctrl-C",
                rate{&o.rate, rate_max}},
-              {"-n", "", "N", "end after so many messages", integer{&o.count, 1, INT64_MAX}},
+              {"-n", "", "N", "end after this many messages", integer{&o.count, 1, INT64_MAX}},
               {"--once", "", "", "end after one message", &o.once},
               {"--ttl", "", "TIME",
                "an older message is not sent; for a plain message this includes waiting for the connection",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The plan of idle::phase on a clock that is moved by hand: publishers whose every time is known, and a
 // service thread that looks, watches and sleeps as service_loop does, and wakes up late as kernels do.
-#include "service/state/publish_predictor.hpp"
+#include "service/topics/publish_predictor.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <rowe/detail/queue_pair.hpp>
 
 #include "service/state/core_state.hpp"
-#include "service/state/publish_predictor.hpp"
+#include "service/topics/publish_predictor.hpp"
 
 namespace rowe::service {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "service/state/publish_predictor.hpp"
+#include "service/topics/publish_predictor.hpp"
 
 #include <algorithm>
 #include <cmath>
