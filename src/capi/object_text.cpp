@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trees from JSON text and back. Text from the program is checked by the scan that has the last word on JSON
-// in this library (json/reading/fault.hpp), which needs no memory; text from a peer was validated by the
-// service thread.
+// Trees from JSON text and back. Text from the program is checked by the scanner, which has the last word on
+// JSON in this library and needs no memory; text from a peer was validated by the service thread.
 #include "capi/object.hpp"
 
 #include <cstdlib>
 #include <cstring>
 
 #include "capi/error.hpp"
-#include "json/reading/fault.hpp"
+#include "json/reading/scanner.hpp"
 #include "json/writing/writer.hpp"
 
 namespace rowe::capi {

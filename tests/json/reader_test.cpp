@@ -12,7 +12,6 @@
 #include "padded.hpp"
 #include "scanned.hpp"
 #include "texts.hpp"
-#include "json/reading/fault.hpp"
 
 namespace rowe::json {
 namespace reader_test {
@@ -42,9 +41,9 @@ class validation : public ::testing::Test {
       std::size_t pieces = 0;
       const scanner in_two =
           tests::scanned(text, reader::depth_max_default, [&] { return pieces++ == 0 ? cut : text.size(); });
-      ASSERT_TRUE(tests::same_fault(in_two.found(), f)) << text << " cut at " << cut;
+      ASSERT_TRUE(in_two.found() == f) << text << " cut at " << cut;
       const scanner in_many = tests::scanned(text, reader::depth_max_default, [&] { return cut; });
-      ASSERT_TRUE(tests::same_fault(in_many.found(), f)) << text << " in pieces of " << cut;
+      ASSERT_TRUE(in_many.found() == f) << text << " in pieces of " << cut;
       if (f.what != fault_kind::none) continue;
       ASSERT_TRUE(tests::notes_what_is_walked(in_two, text)) << text;
       ASSERT_TRUE(tests::notes_what_is_walked(in_many, text)) << text;

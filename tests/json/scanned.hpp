@@ -28,10 +28,6 @@ json::scanner scanned(std::string_view text, std::size_t depth_max, Next next) {
   return s;
 }
 
-inline bool same_fault(const json::fault& a, const json::fault& b) {
-  return a.what == b.what && (a.what == json::fault_kind::none || a.at == b.at);
-}
-
 // The first members that a walk through a valid text finds are those that the scanner has noted.
 inline bool notes_what_is_walked(const json::scanner& s, std::string_view text) {
   json::object_walk walk{text};

@@ -6,9 +6,9 @@
 
 #include "json/reading/base64.hpp"
 #include "json/reading/cursor.hpp"
-#include "json/reading/fault.hpp"
 #include "json/reading/numbers.hpp"
 #include "json/reading/reader.hpp"
+#include "json/reading/scanner.hpp"
 #include "json/text/characters.hpp"
 
 namespace rowe {

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "json/reading/cursor.hpp"
-#include "json/reading/fault.hpp"
 
 namespace rowe::json {
 namespace {
@@ -63,6 +62,18 @@ bool rounds_twice(double x) noexcept {
          (size < static_cast<double>(std::numeric_limits<float>::min()) && size != 0);
 }
 
+// Is the number, which is no zero, 1 or more? By the power of ten of its first digit that is not 0.
+bool is_large(std::string_view token) noexcept {
+  const std::size_t mantissa = std::min(token.find_first_of("eE"), token.size());
+  const std::size_t point = std::min(token.find('.'), mantissa);
+  const std::size_t first = token.find_first_of("123456789");
+  auto power = static_cast<std::int64_t>(point) - static_cast<std::int64_t>(first) - (first < point);
+  if (mantissa < token.size()) {
+    detail::take_exponent(token.data() + mantissa + 1, token.data() + token.size(), power);
+  }
+  return power >= 0;
+}
+
 } // namespace
 
 namespace detail {
@@ -94,6 +105,17 @@ whole_number to_whole_by_text(const decimal& d) noexcept {
 }
 
 } // namespace detail
+
+std::optional<double> nearest_double(std::string_view token) noexcept {
+  double x = 0;
+  const char* const end = token.data() + token.size();
+  const auto read = std::from_chars(token.data(), end, x);
+  if (read.ptr != end) return std::nullopt;
+  if (read.ec == std::errc{}) return x;
+  // The standard does not say whether the number was too large or too small.
+  if (read.ec != std::errc::result_out_of_range || is_large(token)) return std::nullopt;
+  return token.front() == '-' ? -0.0 : 0.0;
+}
 
 bool to_real(const decimal& d, float& into) noexcept {
   double x = 0;

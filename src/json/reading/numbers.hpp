@@ -37,6 +37,9 @@ decimal read_decimal(const char* at, const char* end) noexcept;
 // (No double of a valid text is. A std::optional would go through memory and cost more than all the rest.)
 bool to_real(const decimal& d, double& into) noexcept;
 bool to_real(const decimal& d, float& into) noexcept;
+// The nearest double of a number token (RFC 8259 grammar). A number that is too small is a zero with the
+// token's sign. Nothing if it is beyond the largest double, or is no such token.
+std::optional<double> nearest_double(std::string_view token) noexcept;
 
 // An integer, or why there is none.
 struct whole_number {

@@ -7,7 +7,7 @@
 
 #include <simdjson.h>
 
-#include "json/reading/fault.hpp"
+#include "json/reading/scanner.hpp"
 #include "json/reading/token_check.hpp"
 
 namespace rowe::json {

@@ -5,7 +5,7 @@
 //
 // Validation has two parts. simdjson's first stage finds the tokens, the strings and wrong UTF-8. Then a
 // check of the tokens (token_check.hpp) also makes an index of the members of the whole object. If the two do
-// not accept a text, the scan of fault.hpp decides by the grammar alone, and says where the text is wrong.
+// not accept a text, a scanner decides by the grammar alone, and says where the text is wrong.
 //
 // What is accepted is RFC 8259 with these decisions: UTF-8 only, no byte order mark, no unpaired surrogate in
 // an escape, no number beyond the range of a double; duplicate names are accepted (codecs refuse them for the

@@ -298,4 +298,10 @@ bool scanner::end_number(std::size_t end) noexcept {
   return true;
 }
 
+fault find_fault(std::string_view text, std::size_t depth_max) noexcept {
+  scanner whole{depth_max};
+  if (whole.feed(text)) whole.finish();
+  return whole.found();
+}
+
 } // namespace rowe::json

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Validates a JSON text that comes in pieces, of any length, and remembers only where it is: no byte is
-// looked at again, and no piece is needed any more once it was fed. It accepts and refuses exactly what
-// reader::validate() does, and names the same byte. The reader is several times as quick, but needs the whole
-// text at once, and takes all of its time at once. Whoever feeds a scanner decides by the size of the pieces
-// how long each call takes: at most 55 instructions a byte; for numbers 12 to 18, for long strings 1.2
-// (tests/counts/instructions.py).
+// Validates a JSON text by the grammar of RFC 8259, and finds the byte that is wrong. The text may come in
+// pieces and be of any length: no byte is looked at again, and no piece is needed any more once it was fed.
+// The reader is several times as quick, but needs the whole text at once, and takes all of its time at once.
+// Where its own check of tokens does not accept a text, a scanner decides. Whoever feeds a scanner decides by
+// the size of the pieces how long each call takes: at most 55 instructions a byte; for numbers 12 to 18, for
+// long strings 1.2 (tests/counts/instructions.py). tests/fuzz/json_reader.cpp compares it with simdjson.
 //
 // It also makes an index of the first members of the outermost object, by their places in the text.
 #pragma once
@@ -16,10 +16,24 @@
 #include <string_view>
 
 #include "json/reading/double_range.hpp"
-#include "json/reading/fault.hpp"
 #include "json/reading/reader.hpp"
 
 namespace rowe::json {
+
+enum class fault_kind : std::uint8_t {
+  none,
+  malformed, // no JSON, no UTF-8, an unpaired surrogate, or a number that no double can hold
+  too_deep,
+};
+
+struct fault {
+  fault_kind what = fault_kind::none;
+  std::size_t at = 0; // index of the first wrong byte; the text's length where it ends too early
+
+  friend bool operator==(const fault&, const fault&) = default;
+};
+
+inline constexpr std::size_t fault_depth_limit = 1024; // the most levels that can be asked for
 
 // A stretch of a text, in bytes from its beginning.
 struct stretch {
@@ -148,5 +162,9 @@ class scanner {
   placed_member next_; // the member that is not complete
   std::array<placed_member, members_max> members_;
 };
+
+// What a scanner finds in a whole text. `depth_max`: as the scanner's. Steps in proportion to the text; any
+// thread; never waits or allocates.
+fault find_fault(std::string_view text, std::size_t depth_max) noexcept;
 
 } // namespace rowe::json

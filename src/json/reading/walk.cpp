@@ -5,7 +5,7 @@
 #include <charconv>
 
 #include "json/reading/cursor.hpp"
-#include "json/reading/fault.hpp"
+#include "json/reading/numbers.hpp"
 #include "json/reading/reader.hpp"
 
 namespace rowe::json {
