@@ -14,7 +14,7 @@ namespace tls_order_test {
 namespace {
 
 struct nobody final : relay_outlet {
-  bool tell(const arrival& news) noexcept override {
+  bool report(const arrival& news) noexcept override {
     if (news.what == arrival::kind::newcomer) ::close(news.socket);
     return true;
   }

@@ -79,7 +79,7 @@ class answering {
     // relaxed: nothing but the flag itself is handed over
     while (!stop.load(std::memory_order_relaxed)) {
       if (auto request = echo_.try_next()) echo(*request);
-      if (auto value = in_.try_take()) tell(value->json());
+      if (auto value = in_.try_take()) answer(value->json());
     }
   }
   void echo_all() noexcept {
@@ -89,11 +89,11 @@ class answering {
       echo(*request);
     }
   }
-  void tell_all() noexcept {
+  void answer_all() noexcept {
     for (;;) {
       auto value = in_.take(-1ns);
       if (!value) return;
-      tell(value->json());
+      answer(value->json());
     }
   }
 
@@ -102,7 +102,7 @@ class answering {
       : echo_{std::move(echo)}, in_{std::move(in)}, back_{std::move(back)} {}
 
   void echo(request<json_text>& asked) noexcept { (void)echo_.reply(asked, asked.value()); } // it may be gone
-  void tell(json_value probe) noexcept {
+  void answer(json_value probe) noexcept {
     const rt::time_point now = rt::monotonic_clock::now();
     const auto number = probe_text::number_of(probe);
     if (number) (void)back_.publish({*number, rt::nanoseconds_of(now)}, now); // one lost is seen there
@@ -208,7 +208,7 @@ exit_code peer(argument_list arguments) {
     threads.emplace_back(s.here.user_thread("answer"), [&] { answers->spin(stop); });
   } else {
     threads.emplace_back(s.here.user_thread("echo"), [&] { answers->echo_all(); });
-    threads.emplace_back(s.here.user_thread("tell"), [&] { answers->tell_all(); });
+    threads.emplace_back(s.here.user_thread("answer"), [&] { answers->answer_all(); });
   }
   if (robot) {
     threads.emplace_back(s.here.user_thread("loop"), [&] { robot->run(stop); });

@@ -308,7 +308,7 @@ void bridge::for_each_tally(const Each& each) {
 void bridge::report_losses() {
   for_each_tally([this](const std::string& key, const std::string& what, tally& counted) {
     const std::uint64_t now = counted.dropped();
-    told& before = told_[key];
+    reported& before = reported_[key];
     const auto time = rt::monotonic_clock::now();
     if (now <= before.dropped || time < before.again) return;
     const std::string why = counted.take_reason();

@@ -57,8 +57,8 @@ class bridge {
   void summarise();
 
  private:
-  // What was last said of losses, and when they are told again.
-  struct told {
+  // What was last said of losses, and when they are reported again.
+  struct reported {
     std::uint64_t dropped = 0;
     rt::time_point again = {};
   };
@@ -104,7 +104,7 @@ class bridge {
   rows<service_to_ros> services_to_ros_;
   std::unique_ptr<stop_from_ros> stop_;
   std::map<std::string, std::string> failures_; // said already
-  std::map<std::string, told> told_;
+  std::map<std::string, reported> reported_;
   std::atomic<bool> over_{false};
   std::thread pump_thread_; // last
 };

@@ -25,12 +25,12 @@ std::optional<file_fault> certificates::look() {
   if (auto next = context::open(ours_, options_, &why)) {
     current_ = std::move(next);
     seen_ = now;
-    told_ = {};
+    reported_ = {};
     return std::nullopt;
   }
-  if (std::exchange(reported_for_, now) == now && why.file == told_.file && why.what == told_.what)
+  if (std::exchange(reported_for_, now) == now && why.file == reported_.file && why.what == reported_.what)
     return std::nullopt;
-  told_ = why;
+  reported_ = why;
   return why;
 }
 

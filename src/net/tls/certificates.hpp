@@ -39,7 +39,7 @@ class certificates {
   std::shared_ptr<const context> current_;
   file_versions seen_;           // of what is in use
   file_versions reported_for_{}; // of those that were wrong last
-  file_fault told_;
+  file_fault reported_;
   std::time_t said_for_ = 0; // the certificate that ends then
   int said_days_ = -1;
 };

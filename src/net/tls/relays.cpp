@@ -157,12 +157,12 @@ void relays::open_pair(relay& one) {
   if (one.header_passed) pass_header(one);
   client_certificate shown;
   shown.bytes = static_cast<std::uint8_t>(one.secure->client_name(shown.text).size());
-  if (!outlet_.tell({.what = arrival::kind::newcomer,
-                     .place = id,
-                     .socket = theirs.get(),
-                     .peer = one.peer,
-                     .shown = shown,
-                     .lent = one.lent}))
+  if (!outlet_.report({.what = arrival::kind::newcomer,
+                       .place = id,
+                       .socket = theirs.get(),
+                       .peer = one.peer,
+                       .shown = shown,
+                       .lent = one.lent}))
     return leave(one);
   (void)theirs.release(); // it is the service thread's now
   one.disarm();           // which has deadlines of its own
@@ -257,7 +257,8 @@ void relays::hand_over(place_id place, service::connection_id connection) {
     begun_.forgive(one->peer, now_);
     leave(*one);
   }
-  if (!outlet_.tell({.what = arrival::kind::session, .connection = connection, .taken = taken})) delete taken;
+  if (!outlet_.report({.what = arrival::kind::session, .connection = connection, .taken = taken}))
+    delete taken;
 }
 
 void relays::answer_late(place_id place) noexcept {
@@ -277,7 +278,7 @@ void relays::answer(relay& one, const wire::http_rejection& rejection) {
 
 // False: there is no room, and more of them were reported than anybody reads.
 bool relays::report_rejected(const relay& one, const wire::http_rejection& rejection) {
-  return outlet_.tell(
+  return outlet_.report(
       {.what = arrival::kind::rejected, .place = id_of(one), .peer = one.peer, .rejection = rejection});
 }
 

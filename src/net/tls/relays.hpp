@@ -40,7 +40,7 @@ namespace rowe::net::tls {
 class relay_outlet {
  public:
   // False: there is no room, and nothing was reported.
-  virtual bool tell(const arrival& news) noexcept = 0;
+  virtual bool report(const arrival& news) noexcept = 0;
   // Somebody has lost, or not got, a place.
   virtual void note_eviction() noexcept = 0;
   // A counter of tls_counters.

@@ -143,7 +143,7 @@ void terminator::accept_some() {
     relays_.accept(std::move(*accepted));
   }
   scarce = scarce || listener_->paused();
-  if (scarce && !pause_reported_) (void)tell({.what = arrival::kind::paused});
+  if (scarce && !pause_reported_) (void)report({.what = arrival::kind::paused});
   pause_reported_ = scarce;
 }
 
@@ -173,10 +173,10 @@ void terminator::notice(std::string_view what, std::string_view value, std::stri
                         std::string_view remedy_value) {
   arrival news{.what = arrival::kind::warning};
   news.rejection.set(0, what, remedy, value, remedy_value);
-  (void)tell(news);
+  (void)report(news);
 }
 
-bool terminator::tell(const arrival& news) noexcept {
+bool terminator::report(const arrival& news) noexcept {
   // Nobody waits for a rejection, so there is room left for what somebody waits for.
   const bool waited_for = news.what == arrival::kind::newcomer || news.what == arrival::kind::session;
   if (!waited_for && news_in_->room_at_least() <= news_places_.size() / 2) return false;

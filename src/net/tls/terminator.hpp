@@ -91,7 +91,7 @@ class terminator final : relay_outlet {
   void look_after_certificates();
   void notice(std::string_view what, std::string_view value, std::string_view remedy,
               std::string_view remedy_value);
-  bool tell(const arrival& news) noexcept override;
+  bool report(const arrival& news) noexcept override;
   void note_eviction() noexcept override;
   void count(service::counter which) noexcept override { counters_.add(which); }
   void note_certificate() noexcept;

@@ -47,10 +47,11 @@ class rate_limit {
   rt::time_point over_since_ = rt::never;
 };
 
-// Whether somebody gets a report again: at most once a second. `told`: when the last one was; zero: never.
-inline bool may_report_again(rt::time_point& told, rt::time_point now) noexcept {
-  if (told != rt::time_point{} && now - told < undecodable_period) return false;
-  told = now;
+// Whether somebody gets a report again: at most once a second. `reported`: when the last one was; zero:
+// never.
+inline bool may_report_again(rt::time_point& reported, rt::time_point now) noexcept {
+  if (reported != rt::time_point{} && now - reported < undecodable_period) return false;
+  reported = now;
   return true;
 }
 

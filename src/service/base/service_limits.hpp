@@ -211,7 +211,7 @@ inline constexpr rt::duration parameters_period = std::chrono::milliseconds{20};
 inline constexpr std::size_t parameter_json_bytes_max =
     escaped_bytes_max * detail::parameter_text_bytes_max + 2;
 // How many peers get the changes of parameters in one cycle, each by a message of its own.
-inline constexpr unsigned parameter_tells_per_cycle = 4;
+inline constexpr unsigned parameter_announcements_per_cycle = 4;
 // What a message says of a parameter besides its name and its value, at most; and around all of them, besides
 // the id.
 inline constexpr std::size_t parameter_update_bytes = 48;

@@ -66,8 +66,8 @@ template <class T>
 using by_class = std::array<T, slot_classes>;
 enum class slot_use : std::uint8_t { ordinary, stop };
 // The part that announces again what was in a message that the peer lost.
-enum class teller : std::uint8_t { none, listings, connection_graph, parameters };
-inline constexpr std::size_t tellers = 4;
+enum class announcer : std::uint8_t { none, listings, connection_graph, parameters };
+inline constexpr std::size_t announcers = 4;
 
 class slot_pool {
  public:
@@ -173,8 +173,8 @@ class slot_pool {
   rt::time_point published(slot_id index) const noexcept { return slots_[index].published; }
   // What the message says must reach its peer. Whoever evicts it records that, and this part announces it
   // again.
-  void set_teller(slot_id index, teller by) noexcept { slots_[index].by = by; }
-  teller teller_of(slot_id index) const noexcept { return slots_[index].by; }
+  void set_announcer(slot_id index, announcer by) noexcept { slots_[index].by = by; }
+  announcer announcer_of(slot_id index) const noexcept { return slots_[index].by; }
   std::span<char> text(slot_id index) noexcept { return {base(index), slots_[index].bytes}; }
   std::span<const char> body(slot_id index) const noexcept {
     return {base(index) + slots_[index].body_at, slots_[index].body_bytes};
@@ -237,7 +237,7 @@ class slot_pool {
     bool tracked = false;
     bool pinned = false;
     bool binary = false;
-    teller by = teller::none;
+    announcer by = announcer::none;
     slot_id next_free{};
     std::uint32_t bytes = 0;
     std::uint32_t body_at = 0;
@@ -263,7 +263,7 @@ class slot_pool {
     slot& taken = slots_[index];
     taken.references = 1;
     taken.tracked = taken.pinned = false;
-    taken.by = teller::none;
+    taken.by = announcer::none;
     taken.bytes = taken.body_at = taken.body_bytes = 0;
     taken.lifetime = {};
     return index;

@@ -124,7 +124,7 @@ rt::time_point connection_graph::announce_some() noexcept {
     work_.use(1);
     settle(turn_);
     const rt::time_point at = due(turn_);
-    next = std::min(next, at <= now ? tell(turn_) : at);
+    next = std::min(next, at <= now ? announce(turn_) : at);
     turn_ = {turn_.value + 1 == state_.peers.size() ? 0 : turn_.value + 1};
   }
   return next;
@@ -133,7 +133,7 @@ rt::time_point connection_graph::announce_some() noexcept {
 rt::time_point connection_graph::due(peer_index peer) const noexcept {
   const subscriber& of = subscribers_[peer];
   if (!of.subscribed || !state_.peers[peer].open()) return rt::never;
-  if (of.telling == 0) {
+  if (of.announcing == 0) {
     if (of.announced_at == record_.version() && !of.anew) return rt::never;
     if (state_.cycle.now < of.earliest) return of.earliest;
   }
@@ -143,11 +143,11 @@ rt::time_point connection_graph::due(peer_index peer) const noexcept {
 }
 
 // Announces by one message at most. The rest, or all, comes later if there is too much of it. Returns when.
-rt::time_point connection_graph::tell(peer_index peer) noexcept {
+rt::time_point connection_graph::announce(peer_index peer) noexcept {
   connection& c = state_.peers[peer];
   subscriber& to = subscribers_[peer];
-  if (to.telling == 0) {
-    to.telling = record_.version();
+  if (to.announcing == 0) {
+    to.announcing = record_.version();
     to.from = to.from_gone = 0;
     to.said = false;
     to.earliest = state_.cycle.now + graph_period;
@@ -158,7 +158,7 @@ rt::time_point connection_graph::tell(peer_index peer) noexcept {
   to.then_gone = next.to_gone;
   if (next.count != 0 || (to.ends && to.announced_at == 0 && !to.said)) {
     const auto write = [&](json::writer& into) { return message_.write(into, c.protocol->topics, next); };
-    if (!outbox_.reply(peer, write, rt::never, teller::connection_graph))
+    if (!outbox_.reply(peer, write, rt::never, announcer::connection_graph))
       return state_.cycle.now + graph_retry;
     to.message.begin(outbox_.of(peer));
     --messages_left_;
@@ -171,7 +171,7 @@ rt::time_point connection_graph::tell(peer_index peer) noexcept {
 // What became of its last message. What a lost one said is announced again, as it is then.
 void connection_graph::settle(peer_index peer) noexcept {
   subscriber& to = subscribers_[peer];
-  const auto now = to.message.take_fate(outbox_.of(peer), teller::connection_graph);
+  const auto now = to.message.take_fate(outbox_.of(peer), announcer::connection_graph);
   if (now != announcement::fate::written) return;
   to.said = true;
   go_on(to);
@@ -182,8 +182,8 @@ void connection_graph::go_on(subscriber& to) noexcept {
   to.from = to.then;
   to.from_gone = to.then_gone;
   if (!to.ends) return;
-  to.announced_at = to.telling;
-  to.telling = 0;
+  to.announced_at = to.announcing;
+  to.announcing = 0;
   to.anew = to.ends = false;
 }
 
@@ -204,7 +204,7 @@ bool connection_graph::add_gone(const connection& c, const subscriber& to, graph
   const gone_names& all = record_.gone();
   const std::uint32_t gone_at = all.gone_at(into.to_gone);
   const std::string_view name = all.name(into.to_gone);
-  if (to.announced_at == 0 || gone_at <= to.announced_at || gone_at > to.telling ||
+  if (to.announced_at == 0 || gone_at <= to.announced_at || gone_at > to.announcing ||
       !sees(c, name, all.is_topic(into.to_gone)))
     return true;
   return into.add({.at = into.to_gone, .gone = true}, graph_entry_bytes + bytes_in_json(name));
@@ -257,7 +257,7 @@ bool connection_graph::check() const noexcept {
   for (const peer_index peer : subscribers_.ids()) {
     const subscriber& one = subscribers_[peer];
     if (one.subscribed && state_.peers[peer].state == connection::phase::free) return false;
-    if (one.announced_at > record_.version() || one.telling > record_.version()) return false;
+    if (one.announced_at > record_.version() || one.announcing > record_.version()) return false;
     subscribed += one.subscribed;
   }
   return subscribed == count_ && (count_ != 0) == state_.due.armed(timer::graph);

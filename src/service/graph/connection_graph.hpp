@@ -65,17 +65,17 @@ class connection_graph : connection_graph_needs {
   struct subscriber {
     bool subscribed = false;
     bool anew = false;              // all rows are announced once more
-    bool said = false;              // something, since `telling`
+    bool said = false;              // something, since `announcing`
     bool ends = false;              // the round ends with the message that waits
     std::uint32_t announced_at = 0; // all up to this comparison; 0: it knows nothing
-    std::uint32_t telling = 0;      // likewise, of the round that goes on, in several messages; 0: none
+    std::uint32_t announcing = 0;   // likewise, of the round that goes on, in several messages; 0: none
     std::uint32_t from = 0;         // then: the next row,
     std::uint32_t from_gone = 0;    // and the next place of a name that is gone
     rt::time_point earliest{};      // when the next round may begin
     announcement message{};         // that waits to be written
     std::uint32_t then = 0;         // `from` and `from_gone` when it was written
     std::uint32_t then_gone = 0;
-    bool knows_some() const noexcept { return subscribed && (announced_at != 0 || telling != 0); }
+    bool knows_some() const noexcept { return subscribed && (announced_at != 0 || announcing != 0); }
   };
 
   void announce_again_if_rights_changed() noexcept;
@@ -84,7 +84,7 @@ class connection_graph : connection_graph_needs {
   void leave_behind() noexcept;
   rt::time_point announce_some() noexcept;
   rt::time_point due(peer_index peer) const noexcept;
-  rt::time_point tell(peer_index peer) noexcept;
+  rt::time_point announce(peer_index peer) noexcept;
   void settle(peer_index peer) noexcept;
   void go_on(subscriber& to) noexcept;
   graph_part gather(const connection& c, const subscriber& to) noexcept;

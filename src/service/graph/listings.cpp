@@ -33,7 +33,7 @@ listings::listings(rt::arena& memory, const listings_needs& parts) noexcept
     : listings_needs{parts},
       numbered_{state_, service_directory_, stop_rules_},
       readers_{memory.carve<reader>(state_.bounds().connections_max)},
-      told_{memory, state_.bounds()} {}
+      announced_{memory, state_.bounds()} {}
 
 // ---- numbers
 
@@ -70,13 +70,13 @@ struct listings::part {
   std::size_t count = 0;
   std::size_t bytes = 0;
   std::array<listed, listed_max> which{};
-  std::array<std::uint32_t*, listed_max> told{}; // where the peer's row of each is
+  std::array<std::uint32_t*, listed_max> announced{}; // where the peer's row of each is
 };
 
 void listings::greet(connection& c) noexcept {
   readers_[{c.id.index}] = {.reads = true, .next = step::hello};
   ++readers_count_;
-  all_told_ = false;
+  all_up_to_date_ = false;
   // Before what it may ask in this cycle is answered, unless many peers come at once.
   if (turns_left_ != 0) (void)take_turn(c);
 }
@@ -84,9 +84,9 @@ void listings::greet(connection& c) noexcept {
 void listings::forget(peer_index peer) noexcept {
   if (!readers_[peer].reads) return;
   readers_[peer] = {};
-  for (std::uint32_t& number : told_.of(peer)) {
-    told_.set(mark::waits, number, false);
-    told_.forget(number);
+  for (std::uint32_t& number : announced_.of(peer)) {
+    announced_.set(mark::waits, number, false);
+    announced_.forget(number);
   }
   if (--readers_count_ == 0) due_ = rt::never;
 }
@@ -94,13 +94,13 @@ void listings::forget(peer_index peer) noexcept {
 void listings::announce_again(peer_index peer) noexcept {
   reader& of = readers_[peer];
   if (!of.reads) return;
-  for (std::uint32_t& number : told_.of(peer))
-    if (told_.is(mark::unseen, number)) told_.forget(number);
+  for (std::uint32_t& number : announced_.of(peer))
+    if (announced_.is(mark::unseen, number)) announced_.forget(number);
   if (of.next != step::hello) end_round(of);
-  all_told_ = false;
+  all_up_to_date_ = false;
 }
 
-bool listings::is_told(peer_index peer) const noexcept {
+bool listings::is_up_to_date(peer_index peer) const noexcept {
   const reader& of = readers_[peer];
   return !of.reads || !state_.peers[peer].open() ||
          (of.announced_at == listed_at_ && of.next == step::none && !of.message.is_begun());
@@ -109,18 +109,18 @@ bool listings::is_told(peer_index peer) const noexcept {
 void listings::announce_to_readers() noexcept {
   due_ = rt::never;
   if (listed_at_ != numbered_.changes()) {
-    if (tells_.take(state_.cycle.now)) {
+    if (rate_.take(state_.cycle.now)) {
       listed_at_ = numbered_.changes();
-      all_told_ = false;
+      all_up_to_date_ = false;
     } else {
       due_ = state_.cycle.now + listings_period;
     }
   }
-  if (all_told_) return;
-  all_told_ = true;
+  if (all_up_to_date_) return;
+  all_up_to_date_ = true;
   for (std::uint32_t left = state_.peers.size(); left != 0; --left) {
-    if (!is_told(turn_)) {
-      all_told_ = false;
+    if (!is_up_to_date(turn_)) {
+      all_up_to_date_ = false;
       if (turns_left_ == 0) {
         due_ = state_.cycle.now;
         break;
@@ -146,7 +146,7 @@ rt::time_point listings::take_turn(connection& c) noexcept {
   while (!to.message.is_begun()) { // twice at most: a round may end without a message
     if (to.next == step::none && to.announced_at == listed_at_) return rt::never;
     if (to.next == step::none) begin_round(to);
-    if (!tell(c)) return later;
+    if (!announce(c)) return later;
   }
   return state_.cycle.now;
 }
@@ -168,18 +168,18 @@ void listings::end_round(reader& of) noexcept {
 // What became of its last message. False: it waits to be written.
 bool listings::settle(peer_index peer) noexcept {
   reader& of = readers_[peer];
-  const auto now = of.message.take_fate(outbox_.of(peer), teller::listings);
+  const auto now = of.message.take_fate(outbox_.of(peer), announcer::listings);
   if (now == announcement::fate::none) return true;
   if (now == announcement::fate::waits) return false;
   const bool lost = now == announcement::fate::lost && !ROWE_MUTANT(list_lost);
-  if (of.told == step::hello) {
+  if (of.announced == step::hello) {
     if (lost) of.next = step::hello;
     return true;
   }
-  const bool added = is_of_new(of.told);
-  for (std::uint32_t& number : told_.of(peer, is_of_topics(of.told))) {
-    if (!told_.is(mark::waits, number)) continue;
-    told_.set(mark::waits, number, false);
+  const bool added = is_of_new(of.announced);
+  for (std::uint32_t& number : announced_.of(peer, is_of_topics(of.announced))) {
+    if (!announced_.is(mark::waits, number)) continue;
+    announced_.set(mark::waits, number, false);
     if (added == lost) number = no_number;
   }
   if (lost) end_round(of);
@@ -187,7 +187,7 @@ bool listings::settle(peer_index peer) noexcept {
 }
 
 // False: it is to be tried again.
-bool listings::tell(connection& c) noexcept {
+bool listings::announce(connection& c) noexcept {
   reader& to = readers_[{c.id.index}];
   if (to.next == step::hello) return say_hello(c);
   part next;
@@ -210,10 +210,10 @@ bool listings::say_hello(connection& c) noexcept {
   const auto write = [&](json::writer& into) {
     return c.protocol->topics.write_hello(into, {.name = endpoint_name_, .epoch = state_.epoch});
   };
-  if (!outbox_.reply(peer, write, rt::never, teller::listings)) return false;
+  if (!outbox_.reply(peer, write, rt::never, announcer::listings)) return false;
   reader& to = readers_[peer];
   end_round(to);
-  to.told = step::hello;
+  to.announced = step::hello;
   to.message.begin(outbox_.of(peer));
   return true;
 }
@@ -226,18 +226,18 @@ void listings::gather(const connection& c, reader& to, part& into) noexcept {
   const bool added = is_of_new(to.next);
   const std::uint32_t newest = topics ? to.newest : to.newest_of_services;
   const std::size_t bytes_max = std::min(state_.bounds().small_slot_bytes, state_.bounds().message_bytes_max);
-  const std::span<std::uint32_t> its = told_.of(peer, topics);
+  const std::span<std::uint32_t> its = announced_.of(peer, topics);
   for (; to.from < its.size(); ++to.from) {
     const listed now = topics ? numbered_.topic_in({to.from}) : numbered_.service_in(to.from);
     std::uint32_t& number = its[to.from];
     if (number == now.number) continue;
-    if (told_.is(mark::unseen, number)) told_.forget(number); // it was not announced
+    if (announced_.is(mark::unseen, number)) announced_.forget(number); // it was not announced
     const bool is_new = now.number != no_number && number == no_number;
     const bool counts = topics || now.number >= first_service_number; // the endpoint's own do not
     if (is_new && counts && listed_numbers::is_newer(now.number, newest)) continue; // of the next round
     if (is_new && !(topics ? state_.rights.sees(c, now.name) : state_.rights.calls(c, now.name))) {
       number = now.number;
-      told_.set(mark::unseen, number, true);
+      announced_.set(mark::unseen, number, true);
       continue;
     }
     listed one = added ? now : listed{.number = number};
@@ -246,7 +246,7 @@ void listings::gather(const connection& c, reader& to, part& into) noexcept {
         added ? bytes_of(one, c.protocol->topics, state_.bounds().message_bytes_max) : listed_bytes;
     if (into.count == into.which.size() || (into.count != 0 && into.bytes + bytes > bytes_max)) return;
     into.bytes += bytes;
-    into.told[into.count] = &number;
+    into.announced[into.count] = &number;
     into.which[into.count++] = one;
   }
 }
@@ -262,12 +262,12 @@ bool listings::send(connection& c, const part& of) noexcept {
   const auto write = [&](json::writer& into) {
     return topics ? codec.write_topics(into, which, added) : codec.write_services(into, which, added);
   };
-  if (!outbox_.reply(peer, write, rt::never, teller::listings)) return false;
+  if (!outbox_.reply(peer, write, rt::never, announcer::listings)) return false;
   for (std::size_t i = 0; i < of.count; ++i) {
-    told_.set(mark::waits, *of.told[i], true);
-    if (added) *of.told[i] = of.which[i].number;
+    announced_.set(mark::waits, *of.announced[i], true);
+    if (added) *of.announced[i] = of.which[i].number;
   }
-  to.told = to.next;
+  to.announced = to.next;
   to.message.begin(outbox_.of(peer));
   return true;
 }

@@ -70,11 +70,11 @@ class listings : listings_needs {
   // messages as that needs, one after the other. What comes later is for the next round, so that each ends.
   struct reader {
     bool reads = false;
-    step next = step::none;   // of this round; none: it has ended
-    step told = step::none;   // of the message that waits to be written
-    announcement message{};   // that
-    std::uint32_t from = 0;   // the next row of this step
-    std::uint32_t newest = 0; // the newest number of a topic when the round began,
+    step next = step::none;      // of this round; none: it has ended
+    step announced = step::none; // of the message that waits to be written
+    announcement message{};      // that
+    std::uint32_t from = 0;      // the next row of this step
+    std::uint32_t newest = 0;    // the newest number of a topic when the round began,
     std::uint32_t newest_of_services = 0;
     std::uint64_t announced_at = 0; // after how many changes the round began
   };
@@ -86,12 +86,12 @@ class listings : listings_needs {
     return of == step::topics_new || of == step::services_new;
   }
   void announce_to_readers() noexcept;
-  bool is_told(peer_index peer) const noexcept;
+  bool is_up_to_date(peer_index peer) const noexcept;
   rt::time_point take_turn(connection& c) noexcept;
   void begin_round(reader& of) noexcept;
   static void end_round(reader& of) noexcept;
   bool settle(peer_index peer) noexcept;
-  bool tell(connection& c) noexcept;
+  bool announce(connection& c) noexcept;
   bool say_hello(connection& c) noexcept;
   void gather(const connection& c, reader& to, part& into) noexcept;
   bool send(connection& c, const part& of) noexcept;
@@ -99,10 +99,10 @@ class listings : listings_needs {
   const numbered numbered_;
   rows<peer_index, reader> readers_;
   std::uint32_t readers_count_ = 0;
-  announced_numbers told_;
+  announced_numbers announced_;
   std::uint64_t listed_at_ = 0; // after how many changes peers get them
-  rate_limit tells_{listings_period, listings_burst};
-  bool all_told_ = true;
+  rate_limit rate_{listings_period, listings_burst};
+  bool all_up_to_date_ = true;
   peer_index turn_{0};                       // whose turn is next
   unsigned turns_left_ = listings_per_cycle; // in this cycle
   rt::time_point due_ = rt::never;

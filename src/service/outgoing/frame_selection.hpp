@@ -128,7 +128,7 @@ inline bool frame_selection::add_queue(const recipient& to, queue& from, subscri
   const bool one = of && subscription_rows_[of].throttle > rt::duration{0};
   const bool own_head = of && subscription_rows_[of].own_head;
   const wire::capabilities& can = to.peer.protocol->can;
-  const bool tells_ttl = of ? can.ttl_in_topics || ROWE_MUTANT(ttl_to_all) : can.ttl_in_messages;
+  const bool writes_ttl = of ? can.ttl_in_topics || ROWE_MUTANT(ttl_to_all) : can.ttl_in_messages;
   const queue_entries& entries = outbox_.entries();
   for (entry_id at = from.entries.head; at; at = entries.after(at)) {
     const slot_ref slot = entries.at(at);
@@ -140,7 +140,7 @@ inline bool frame_selection::add_queue(const recipient& to, queue& from, subscri
                       .slot = slot.index,
                       .is = batch_piece::origin::message,
                       .own_head = own_head && !slots_.whole(slot.index)};
-    if (tells_ttl && slots_.lifetime(slot.index).carries_ttl) [[unlikely]] {
+    if (writes_ttl && slots_.lifetime(slot.index).carries_ttl) [[unlikely]] {
       const rt::duration left = message_frames_.left_of(slot.index, into);
       if (left < wire::ttl_unit) {
         into.more = true; // it is over, but not yet in this cycle: the next one drops it

@@ -35,13 +35,13 @@ void outbox::open(peer_index peer) noexcept {
     direct.owner = queue_entries::owner_of(peer, queued_as::direct_message);
 }
 
-bool outbox::queue_reply(peer_index to, slot_id slot, teller by) noexcept {
+bool outbox::queue_reply(peer_index to, slot_id slot, announcer by) noexcept {
   if (!enqueue(slots_.chunked(slot) ? queues_[to].long_replies : queues_[to].replies, slot)) {
     message_store_.release(slot);
     state_.counts.add(counter::outbox_full);
     return false;
   }
-  slots_.set_teller(slot, by);
+  slots_.set_announcer(slot, by);
   queues_[to].lost.begin(by);
   schedule(to);
   return true;
@@ -148,7 +148,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   const slot_ref oldest = entries_.behind(*longest, before);
   message_store_.note_evicted(oldest.index); // it may be a reply whose sender waits for the outcome
   state_.counts.add(its.backpressured() ? counter::outbox_full : counter::evicted);
-  its.lost.note(slots_.teller_of(oldest.index));
+  its.lost.note(slots_.announcer_of(oldest.index));
   message_store_.release(entries_.take_behind(*longest, before).index);
   if (!topic) return;
   ++its.dropped;

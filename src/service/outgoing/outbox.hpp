@@ -51,13 +51,13 @@ class outbox {
   // its slot; none: it was lost, counted, or the peer is closing. `by`: see announcement.hpp.
   template <class WriteText>
   slot_id reply(peer_index to, WriteText&& write_text, rt::time_point expires = rt::never,
-                teller by = teller::none) noexcept {
+                announcer by = announcer::none) noexcept {
     return reply_with(
         to, [&] { return compose(message_lifetime{expires}, write_text); }, by);
   }
   // The same with a slot that `compose()` returns, or none.
   template <class Compose>
-  slot_id reply_with(peer_index to, Compose&& compose, teller by = teller::none) noexcept;
+  slot_id reply_with(peer_index to, Compose&& compose, announcer by = announcer::none) noexcept;
   // A reply that was written already. If it did not fit it is lost, and counted; an empty one is not sent.
   void reply_written(peer_index to, const json::writer& written, wire::message_kind kind) noexcept {
     if (written.overflowed()) return state_.counts.add(counter::outbox_full);
@@ -150,7 +150,7 @@ class outbox {
   bool check() const noexcept;
 
  private:
-  bool queue_reply(peer_index to, slot_id slot, teller by) noexcept;
+  bool queue_reply(peer_index to, slot_id slot, announcer by) noexcept;
   bool drop_expired_front(queue& from) noexcept;
   bool drop_expired_behind(queue& from, entry_id before) noexcept;
   std::optional<entry_id> first_of(const queue& in, std::optional<slot_class> of) noexcept;
@@ -168,7 +168,7 @@ class outbox {
 };
 
 template <class Compose>
-slot_id outbox::reply_with(peer_index to, Compose&& compose, teller by) noexcept {
+slot_id outbox::reply_with(peer_index to, Compose&& compose, announcer by) noexcept {
   if (!state_.peers[to].open()) return {};
   const bool has_place = has_place_for_reply(to);
   if (!has_place) state_.counts.add(counter::outbox_full);

@@ -224,7 +224,7 @@ bool parameter_requests::needs_update(peer_index peer, parameter_id which) const
 // waits.
 bool parameter_requests::settle(peer_index peer) noexcept {
   subscriber& of = subscribers_[peer];
-  const auto now = of.message.take_fate(outbox_.of(peer), teller::parameters);
+  const auto now = of.message.take_fate(outbox_.of(peer), announcer::parameters);
   if (now == announcement::fate::written) go_on(of);
   return now != announcement::fate::waits;
 }
@@ -232,15 +232,15 @@ bool parameter_requests::settle(peer_index peer) noexcept {
 // What the last message said is known.
 void parameter_requests::go_on(subscriber& of) noexcept {
   of.from = of.then;
-  if (of.from == 0) of.announced_at = of.telling;
+  if (of.from == 0) of.announced_at = of.announcing;
 }
 
 // Writes one message. The rest, or all, comes later if there is too much of it, or the peer does not read.
-void parameter_requests::tell(connection& c) noexcept {
+void parameter_requests::announce(connection& c) noexcept {
   const peer_index peer{c.id.index};
   subscriber& of = subscribers_[peer];
   if (outbox_.of(peer).replies.count >= listings_queued_max) return;
-  if (of.from == 0) of.telling = parameters_.changes();
+  if (of.from == 0) of.announcing = parameters_.changes();
   const std::size_t bytes_max = state_.bounds().message_bytes_max - parameters_envelope_bytes;
   std::size_t bytes = 0;
   std::uint32_t to = of.from;
@@ -265,7 +265,7 @@ void parameter_requests::tell(connection& c) noexcept {
   const bool ended = to == parameters_.count() || parameters_.is_read_only({to});
   of.then = ended ? 0 : to;
   if (bytes == 0) return go_on(of);
-  if (outbox_.reply(peer, write, rt::never, teller::parameters)) of.message.begin(outbox_.of(peer));
+  if (outbox_.reply(peer, write, rt::never, announcer::parameters)) of.message.begin(outbox_.of(peer));
 }
 
 auto parameter_requests::announce_changes() noexcept -> round {
@@ -273,11 +273,11 @@ auto parameter_requests::announce_changes() noexcept -> round {
     const subscriber& of = subscribers_[peer];
     return state_.peers[peer].open() && of.any() && of.announced_at != parameters_.changes();
   };
-  for (unsigned left = parameter_tells_per_cycle; turn_.value < state_.peers.size(); ++turn_.value) {
+  for (unsigned left = parameter_announcements_per_cycle; turn_.value < state_.peers.size(); ++turn_.value) {
     if (!settle(turn_) || !must_update(turn_)) continue;
     if (left == 0) return round::more_next;
     --left;
-    tell(state_.peers[turn_]);
+    announce(state_.peers[turn_]);
   }
   turn_ = {0};
   for (const peer_index peer : state_.peers.ids()) {

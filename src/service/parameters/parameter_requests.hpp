@@ -65,7 +65,7 @@ class parameter_requests : parameter_requests_needs {
     bool to_all = false;
     std::uint32_t named = 0;        // names that it has in named_
     std::uint64_t announced_at = 0; // parameters::changes() before its last message
-    std::uint64_t telling = 0;      // likewise, of a round of several messages
+    std::uint64_t announcing = 0;   // likewise, of a round of several messages
     announcement message{};         // that waits to be written
     std::uint32_t from = 0;         // where the next one begins
     std::uint32_t then = 0;         // `from` when it is written; 0: it ends the round
@@ -87,7 +87,7 @@ class parameter_requests : parameter_requests_needs {
   std::size_t bytes_of(parameter_id which) const noexcept;
   bool settle(peer_index peer) noexcept;
   static void go_on(subscriber& of) noexcept;
-  void tell(connection& c) noexcept;
+  void announce(connection& c) noexcept;
   bool needs_update(peer_index peer, parameter_id which) const noexcept;
 
   rows<peer_index, subscriber> subscribers_;

@@ -34,7 +34,7 @@ class parameters_feed : parameters_feed_needs {
   // Once a cycle: takes what handles did, and announces what has changed.
   void show() noexcept {
     parameters_.take();
-    if (parameters_.changes() != told_) [[unlikely]]
+    if (parameters_.changes() != announced_) [[unlikely]]
       show_if_due();
   }
   // When show() is needed at the latest, if nothing changes until then.
@@ -55,7 +55,7 @@ class parameters_feed : parameters_feed_needs {
     announced_so_far_ = parameter_requests_.announce_changes();
     next_ = announced_so_far_ == round::more_next ? state_.cycle.now : earliest_;
     if (announced_so_far_ != round::all_know || published_ != changes) return;
-    told_ = changes;
+    announced_ = changes;
     next_ = rt::never;
   }
   void publish() noexcept {
@@ -95,7 +95,7 @@ class parameters_feed : parameters_feed_needs {
   rt::time_point earliest_{};              // of the next time
   rt::time_point next_ = rt::never;        // while something is to be announced
   std::uint64_t published_ = 0;            // changes()
-  std::uint64_t told_ = 0;                 // likewise, when everyone had all
+  std::uint64_t announced_ = 0;            // likewise, when everyone had all
 };
 
 } // namespace rowe::service

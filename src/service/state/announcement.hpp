@@ -17,7 +17,7 @@ class announcement {
   // One waits, or its fate was not asked for.
   bool is_begun() const noexcept { return last_ != 0; }
   // Says once what became of it.
-  fate take_fate(const peer_queues& of, teller by) noexcept {
+  fate take_fate(const peer_queues& of, announcer by) noexcept {
     if (!is_begun()) return fate::none;
     if (of.replies.popped < last_) return fate::waits;
     last_ = 0;

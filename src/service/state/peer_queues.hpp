@@ -18,12 +18,12 @@ using ready_list = index_queue<subscription_id, subscription, &subscription::nex
 // Whose newest message to the peer was evicted.
 class lost_messages {
  public:
-  void begin(teller by) noexcept { lost_[static_cast<std::size_t>(by)] = false; }
-  void note(teller by) noexcept { lost_[static_cast<std::size_t>(by)] = true; }
-  bool has(teller by) const noexcept { return lost_[static_cast<std::size_t>(by)]; }
+  void begin(announcer by) noexcept { lost_[static_cast<std::size_t>(by)] = false; }
+  void note(announcer by) noexcept { lost_[static_cast<std::size_t>(by)] = true; }
+  bool has(announcer by) const noexcept { return lost_[static_cast<std::size_t>(by)]; }
 
  private:
-  std::array<bool, tellers> lost_{};
+  std::array<bool, announcers> lost_{};
 };
 
 struct peer_queues {
@@ -41,7 +41,7 @@ struct peer_queues {
   bool out_of_credit = false;  // its credit is used up, but for urgent frames; a pong comes
   bool marked_full = false;    // senders get `full`: its share is used up by what is parked
   bool waits_to_begin = false; // it may not begin a frame: others hold too many partial frames
-  lost_messages lost;          // of tellers
+  lost_messages lost;          // of announcers
 
   bool any_replies() const noexcept { return (replies.count | long_replies.count) != 0; }
   // The subscription that is ready, if it is the only one and nothing else waits.

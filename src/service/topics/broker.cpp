@@ -47,10 +47,10 @@ bool broker::keep_latched(topic_id index, slot_id slot, latch_owner owner, const
 void broker::report_not_latched(topic_id index, std::size_t bytes, const published_by& who) noexcept {
   state_.counts.add(counter::not_latched);
   connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
-  const bool tells = c != nullptr
-                         ? c->open() && c->may_report(index, state_.cycle.now)
-                         : may_report_again(state_.topics.at(index).loss_reported_at, state_.cycle.now);
-  if (!tells) return;
+  const bool reports = c != nullptr
+                           ? c->open() && c->may_report(index, state_.cycle.now)
+                           : may_report_again(state_.topics.at(index).loss_reported_at, state_.cycle.now);
+  if (!reports) return;
   wire::text_of<wire::refusal::text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
   text.add(": its last value, of ").add(bytes);
@@ -222,13 +222,13 @@ void broker::report_undecodable(pair_index pair, const published_by& who, std::s
                                     .undecodable_at; // one place for all handles on the topic
   connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
   const bool first = may_report_again(reported_at, state_.cycle.now);
-  const bool tells =
+  const bool reports =
       c != nullptr && c->open() && c->ours == side::server && c->may_report(topic, state_.cycle.now);
-  if (!first && !tells) return;
+  if (!first && !reports) return;
   wire::text_of<wire::refusal::text_bytes_max> text;
   text.add("publish ").add_name(state_.topics.name(topic), event_topic_bytes_shown);
   text.add(": ").add_shortened(why, diagnosis_bytes_shown);
-  if (tells) refusals_.send_status(*c, who.id_raw, text.text());
+  if (reports) refusals_.send_status(*c, who.id_raw, text.text());
   if (!first) return;
   const bool by_peer = c != nullptr && c->ours == side::server;
   state_.events.report(by_peer ? event::kind::refused_request : event::kind::warning,

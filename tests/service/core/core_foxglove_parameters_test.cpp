@@ -244,9 +244,9 @@ TEST_F(foxglove_parameters, are_told_to_some_peers_in_a_cycle_and_to_the_others_
     for (peer& one : peers) count += one.hear().size();
     return count;
   };
-  EXPECT_EQ(told(), rowe::service::parameter_tells_per_cycle);
+  EXPECT_EQ(told(), rowe::service::parameter_announcements_per_cycle);
   EXPECT_LE(on.next_wake, on.now);
-  EXPECT_EQ(told(), 6 - rowe::service::parameter_tells_per_cycle);
+  EXPECT_EQ(told(), 6 - rowe::service::parameter_announcements_per_cycle);
   EXPECT_EQ(told(), 0U);
 }
 
