@@ -54,21 +54,6 @@ std::optional<rowe::event> wait_event(endpoint& of, rowe::event::kind kind) {
   return eventually([&] { return (what = of.try_event()) && what->what_kind == kind; }) ? what : std::nullopt;
 }
 
-TEST(endpoint, carries_a_struct_from_one_process_end_to_the_other) {
-  auto robot = endpoint::listen(0, hub()).value();
-  auto odom = robot.advertise<pose>("/odom").value();
-  auto viewer = endpoint::connect(url_of(robot), hub()).value();
-  auto seen = viewer.subscribe<json_text>("/odom").value();
-  ASSERT_TRUE(viewer.wait_peer(timeout));
-  std::string text;
-  EXPECT_TRUE(eventually([&] {
-    (void)odom.publish({1.5, -2}); // no_peer until the subscription has arrived
-    if (const auto message = seen.try_take()) text = message->value();
-    return !text.empty();
-  }));
-  EXPECT_EQ(text, R"({"x":1.5,"y":-2})");
-}
-
 // A mistake, and not one that may cost other handles anything.
 TEST(endpoint, leaves_its_memory_to_a_view_that_outlives_its_handle) {
   rowe::endpoint_options one_lane = hub();
@@ -258,17 +243,6 @@ TEST(endpoint, wakes_a_subscriber_that_waits_when_it_closes) {
   EXPECT_TRUE(robot.close());
   waiter.join();
   EXPECT_EQ(why, errc::closed);
-}
-
-TEST(endpoint, says_misuse_to_calls_of_empty_handles) {
-  rowe::publisher<pose> nothing;
-  rowe::publisher<json_text> no_text;
-  rowe::subscriber<json_text> nobody;
-  EXPECT_EQ(nothing.publish({0, 0}).code(), errc::misuse);
-  EXPECT_EQ(no_text.publish("1").code(), errc::misuse);
-  EXPECT_EQ(nobody.try_take().code(), errc::misuse);
-  EXPECT_EQ(nobody.latest().code(), errc::misuse);
-  EXPECT_EQ(nobody.take(0ns).code(), errc::misuse);
 }
 
 TEST(endpoint, times_out_where_nothing_comes) {
@@ -581,6 +555,13 @@ TEST(endpoint, that_was_moved_from_answers_every_call) {
   endpoint& gone = opened; // NOLINT(bugprone-use-after-move)
   EXPECT_EQ(calls_without(errc::misuse, gone), "");
   EXPECT_NE(kept.port(), 0);
+}
+
+TEST(handles, that_are_empty_answer_every_call) {
+  handles nothing;
+  EXPECT_EQ(calls_without(errc::misuse, nothing), "");
+  const rowe::lane& lane = nothing.lane;
+  EXPECT_EQ(lane.sent() + lane.dropped_full() + lane.dropped_too_big() + lane.expired(), 0U);
 }
 
 } // namespace

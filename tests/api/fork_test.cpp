@@ -71,45 +71,24 @@ struct robot {
     });
   }
   rowe::endpoint endpoint = rowe::endpoint::listen(0, unguarded()).value();
-  rowe::publisher<pose> publishes = endpoint.advertise<pose>("/pose").value();
-  rowe::publisher<json_text> publishes_long =
-      endpoint.advertise<json_text>("/map", {.text_bytes_max = 100'000}).value();
-  rowe::subscriber<pose> hears = endpoint.subscribe<pose>("/goal").value();
-  rowe::subscriber<pose> hears_newest =
-      endpoint.subscribe<pose>("/goal", {.keep = rowe::keep::newest}).value();
-  rowe::responder<pose, pose> serves = endpoint.serve<pose, pose>("/plan").value();
-  rowe::caller<pose, pose> calls = endpoint.client<pose, pose>("/remote").value();
-  rowe::lane lane = endpoint.open_lane().value();
   rowe::parameter<double> gain = endpoint.parameter<double>("gain", 1.0).value();
   rowe::stop_latch latch = endpoint.stop_latch({.name = "loop", .loop_timeout = 10s}).value();
+  handles loops{endpoint.advertise<pose>("/pose").value(),
+                endpoint.advertise<json_text>("/map", {.text_bytes_max = 100'000}).value(),
+                endpoint.subscribe<pose>("/goal").value(),
+                endpoint.subscribe<pose>("/goal", {.keep = rowe::keep::newest}).value(),
+                endpoint.subscribe<json_text>("/words").value(),
+                endpoint.serve<pose, pose>("/plan").value(),
+                endpoint.serve<json_text, json_text>("/say").value(),
+                endpoint.client<pose, pose>("/remote").value(),
+                endpoint.client<json_text, json_text>("/ask").value(),
+                endpoint.open_lane().value()};
 };
 
-// The calls of its handles that did not say at once whose they are.
+// What its child has to say of it.
 std::string handles_of_another(robot& of) {
-  std::string wrong;
-  const auto expect = [&](std::string_view call, const auto& answer) {
-    if (answer.code() == errc::forked) return;
-    wrong.append(call).append(": ").append(answer ? "no error" : answer.error().name()).append("\n");
-  };
-  const auto now = rowe::rt::monotonic_clock::now();
-  expect("publish", of.publishes.publish({}));
-  expect("publish long", of.publishes_long.publish("{}"));
-  expect("try_take", of.hears.try_take());
-  expect("latest", of.hears.latest());
-  expect("try_take newest", of.hears_newest.try_take());
-  expect("latest newest", of.hears_newest.latest());
-  expect("try_next", of.serves.try_next());
-  expect("start", of.calls.start({}, timeout, now));
-  expect("try_finish", of.calls.try_finish());
-  expect("lane send", of.lane.send("{}", timeout));
-  expect("lane try_send", of.lane.try_send("{}", timeout));
-  expect("lane wait_room", of.lane.wait_room(timeout));
-  expect("lane try_receive", of.lane.try_receive());
-  expect("lane receive", of.lane.receive(timeout));
-  expect("lane invoke", of.lane.invoke("{}", timeout));
-  expect("lane start", of.lane.start("{}", timeout, now));
-  expect("lane try_finish", of.lane.try_finish());
-  expect("parameter set", of.gain.set(2.0));
+  std::string wrong = calls_without(errc::forked, of.loops);
+  if (of.gain.set(2.0).code() != errc::forked) wrong += "parameter set: of nobody else\n";
   if (of.gain.get() != 1.0) wrong += "parameter get: another value\n";
   if (!of.latch.engaged()) wrong += "a latch that nobody guards is not engaged\n";
   of.latch.acknowledge();
@@ -122,12 +101,12 @@ void expect_alive(robot& at) {
   auto hears = client.subscribe<pose>("/pose").value();
   auto speaks = client.advertise<pose>("/goal").value();
   EXPECT_TRUE(eventually([&] {
-    (void)at.publishes.publish({});
+    (void)at.loops.publishes.publish({});
     return bool{hears.try_take()};
   }));
   EXPECT_TRUE(eventually([&] {
     (void)speaks.publish({});
-    return bool{at.hears.try_take()};
+    return bool{at.loops.hears.try_take()};
   }));
   EXPECT_TRUE(at.is_released());
 }
@@ -151,8 +130,8 @@ TEST(fork, leaves_the_parent_what_came_before_it) {
   };
   EXPECT_TRUE(eventually(publishes));
   EXPECT_EQ(in_child([&] { return handles_of_another(of_parent); }), "");
-  EXPECT_TRUE(of_parent.hears.try_take());
-  EXPECT_TRUE(of_parent.hears_newest.latest());
+  EXPECT_TRUE(of_parent.loops.hears.try_take());
+  EXPECT_TRUE(of_parent.loops.hears_newest.latest());
 }
 
 TEST(fork, leaves_a_child_whose_destructors_touch_nothing_of_the_parent) {
@@ -204,7 +183,7 @@ TEST(fork, leaves_a_child_that_can_open_endpoints_of_its_own) {
     auto client = connected(of_child.endpoint);
     auto hears = client.subscribe<pose>("/pose").value();
     const bool heard = eventually([&] {
-      (void)of_child.publishes.publish({});
+      (void)of_child.loops.publishes.publish({});
       return bool{hears.try_take()};
     });
     return std::string{heard ? "" : "nothing is heard"};

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include <rowe/detail/pair_request.hpp>
@@ -118,6 +119,17 @@ class pair_harness {
   std::size_t bytes_;
   std::unique_ptr<detail::queue_pair> pair_;
 };
+
+// A service thread that takes one thing and answers it: `answer(sent)`, of which whoever waits is told.
+template <class Answer>
+std::thread serve_one(pair_harness& on, Answer answer) {
+  return std::thread{[&on, answer] {
+    auto sent = on.take();
+    while (!sent) sent = on.take();
+    answer(*sent);
+    on->arrival.notify();
+  }};
+}
 
 // Headers of what arrives.
 inline detail::value_header message_from(detail::peer_ref from, time_point expires = rt::never) {

@@ -47,26 +47,6 @@ struct messages : testing::Test {};
 using handles = testing::Types<ordinary_threads, lanes>;
 TYPED_TEST_SUITE(messages, handles);
 
-TEST(lanes, invoke_as_in_the_paper) {
-  auto hop = endpoint::listen(0, quick()).value();
-  auto answers = hop.open_lane().value();
-  auto robot = connected(hop);
-  auto lane = robot.open_lane().value();
-  std::thread provider{[&] {
-    const auto call = answers.receive(timeout);
-    ASSERT_TRUE(call) << call.error().name();
-    ASSERT_TRUE(call->wants_reply());
-    EXPECT_TRUE(call->from());
-    EXPECT_TRUE(answers.reply(*call, message("sum", 42), timeout));
-  }};
-  {
-    const auto sum = lane.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), timeout);
-    ASSERT_TRUE(sum) << sum.error().name();
-    EXPECT_TRUE(says(sum->value(), R"({"sum":42})")) << sum->value();
-  }
-  provider.join();
-}
-
 TEST(lanes, have_several_calls_in_flight_without_waiting) {
   auto hop = endpoint::listen(0, quick()).value();
   auto answers = hop.open_lane().value();

@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <string>
 #include <thread>
 #include <vector>
@@ -91,19 +90,6 @@ TEST_F(talking, says_closed_once_the_endpoint_is) {
   EXPECT_EQ(talk.start("{}", 1s, now).code(), errc::closed);
   EXPECT_EQ(talk.invoke("{}", 1s).code(), errc::closed);
   EXPECT_EQ(talk.try_finish().code(), errc::closed);
-}
-
-TEST(lane, that_is_empty_says_misuse) {
-  rowe::lane nothing;
-  EXPECT_EQ(nothing.try_send("{}", 1s).code(), errc::misuse);
-  EXPECT_EQ(nothing.send("{}", 1s).code(), errc::misuse);
-  EXPECT_EQ(nothing.try_receive().code(), errc::misuse);
-  EXPECT_EQ(nothing.receive(1s).code(), errc::misuse);
-  EXPECT_EQ(nothing.start("{}", 1s, now).code(), errc::misuse);
-  EXPECT_EQ(nothing.invoke("{}", 1s).code(), errc::misuse);
-  EXPECT_EQ(nothing.try_finish().code(), errc::misuse);
-  EXPECT_EQ(nothing.sent() + nothing.dropped_full() + nothing.dropped_too_big() + nothing.expired(), 0U);
-  nothing.cancel({0, 1});
 }
 
 // ---- receiving
@@ -236,17 +222,11 @@ TEST_F(talking, keeps_the_diagnostic_of_a_refusal) {
 TEST_F(talking, waits_for_one_call_and_sets_the_ends_of_others_aside) {
   const call_id early = start();
   ASSERT_TRUE(on.take());
-  std::thread service{[&] {
-    while (true) {
-      const auto asked = on.take();
-      if (!asked) continue;
-      EXPECT_EQ(asked->header.what, entry::invocation);
-      ASSERT_TRUE(on.end(ref(early), R"({"r":"early"})"));
-      ASSERT_TRUE(on.end(asked->header.own, R"({"r":"own"})"));
-      on->arrival.notify();
-      return;
-    }
-  }};
+  std::thread service = serve_one(on, [&](const auto& asked) {
+    EXPECT_EQ(asked.header.what, entry::invocation);
+    ASSERT_TRUE(on.end(ref(early), R"({"r":"early"})"));
+    ASSERT_TRUE(on.end(asked.header.own, R"({"r":"own"})"));
+  });
   {
     const auto reply = talk.invoke("{}", 20s);
     ASSERT_TRUE(reply) << reply.error().name();
@@ -324,47 +304,28 @@ TEST_F(talking, frees_the_rows_of_calls_that_it_gave_up_while_it_waits_for_sends
     ASSERT_EQ(talk.invoke("{}", 1ms).code(), errc::timed_out) << round;
     const auto asked = on.take();
     ASSERT_TRUE(asked);
-    std::atomic<bool> over{false};
-    std::thread service{[&] {
-      while (!over.load(std::memory_order_relaxed)) { // relaxed: nothing else comes with it
-        const auto sent = on.take();
-        if (!sent) continue;
-        ASSERT_TRUE(on.end(asked->header.own, "{}"));
-        ASSERT_TRUE(on.end(sent->header.own, ""));
-        on->arrival.notify();
-        return;
-      }
-    }};
+    std::thread service = serve_one(on, [&](const auto& sent) {
+      ASSERT_TRUE(on.end(asked->header.own, "{}"));
+      ASSERT_TRUE(on.end(sent.header.own, ""));
+    });
     EXPECT_TRUE(talk.send("{}", 20s));
-    over.store(true, std::memory_order_relaxed); // relaxed: as above
     service.join();
   }
 }
 
 TEST_F(talking, wakes_a_call_that_waits_when_the_endpoint_closes) {
-  std::thread closer{[&] {
-    while (!on.take()) {
-    }
-    on.close();
-    on->arrival.notify();
-  }};
+  std::thread closer = serve_one(on, [&](const auto&) { on.close(); });
   EXPECT_EQ(talk.invoke("{}", -1ns).code(), errc::closed);
   closer.join();
 }
 
 TEST_F(talking, waits_until_a_message_was_written_or_will_not_be) {
   for (const errc outcome : {errc::misuse /* sent */, errc::expired, errc::peer_lost, errc::not_an_object}) {
-    std::thread service{[&] {
-      while (true) {
-        const auto sent = on.take();
-        if (!sent) continue;
-        EXPECT_EQ(sent->header.what, entry::message);
-        const bool well = outcome == errc::misuse;
-        ASSERT_TRUE(well ? on.end(sent->header.own, "") : on.fail(sent->header.own, {outcome}));
-        on->arrival.notify();
-        return;
-      }
-    }};
+    std::thread service = serve_one(on, [&](const auto& sent) {
+      EXPECT_EQ(sent.header.what, entry::message);
+      const bool well = outcome == errc::misuse;
+      ASSERT_TRUE(well ? on.end(sent.header.own, "") : on.fail(sent.header.own, {outcome}));
+    });
     const auto sent = talk.send("{}", 20s);
     service.join();
     EXPECT_EQ(sent.has_value(), outcome == errc::misuse);
@@ -399,16 +360,10 @@ TEST_F(talking, waits_until_a_reply_was_written) {
   ASSERT_TRUE(on.arrive(call_from({}, {17, 3}), "{}"));
   const auto call = talk.try_receive();
   ASSERT_TRUE(call);
-  std::thread service{[&] {
-    while (true) {
-      const auto reply = on.take();
-      if (!reply) continue;
-      EXPECT_EQ(reply->header.call, (detail::call_ref{17, 3}));
-      ASSERT_TRUE(on.end(reply->header.own, ""));
-      on->arrival.notify();
-      return;
-    }
-  }};
+  std::thread service = serve_one(on, [&](const auto& reply) {
+    EXPECT_EQ(reply.header.call, (detail::call_ref{17, 3}));
+    ASSERT_TRUE(on.end(reply.header.own, ""));
+  });
   EXPECT_TRUE(talk.reply(*call, "{}", 20s));
   service.join();
   EXPECT_EQ(talk.reply(*call, std::string(201, ' '), 1s).code(), errc::too_big);
@@ -498,16 +453,10 @@ TEST(caller, has_depth_calls_in_flight_and_drops_those_it_cancelled) {
 TEST(caller, waits_for_its_reply) {
   pair_harness on{detail::client_request<json_text, json_text>("/add", {.depth = 2})};
   caller<json_text, json_text> add{on.handle()};
-  std::thread service{[&] {
-    while (true) {
-      const auto asked = on.take();
-      if (!asked) continue;
-      EXPECT_EQ(asked->text, R"({"a":38,"b":4})");
-      ASSERT_TRUE(on.end(asked->header.own, R"({"sum":42})"));
-      on->arrival.notify();
-      return;
-    }
-  }};
+  std::thread service = serve_one(on, [&](const auto& asked) {
+    EXPECT_EQ(asked.text, R"({"a":38,"b":4})");
+    ASSERT_TRUE(on.end(asked.header.own, R"({"sum":42})"));
+  });
   {
     const auto reply = add.call(rowe::message("a", 38, "b", 4), 20s);
     ASSERT_TRUE(reply);
@@ -518,17 +467,6 @@ TEST(caller, waits_for_its_reply) {
   on.close();
   EXPECT_EQ(add.call("{}", -1ns).code(), errc::closed);
   EXPECT_EQ(add.try_finish().code(), errc::closed);
-}
-
-TEST(caller, that_is_empty_says_misuse) {
-  caller<question, sum> nothing;
-  caller<json_text, json_text> no_text;
-  EXPECT_EQ(nothing.call({}, 1s).code(), errc::misuse);
-  EXPECT_EQ(nothing.try_finish().code(), errc::misuse);
-  EXPECT_EQ(no_text.call("{}", 1s).code(), errc::misuse);
-  EXPECT_EQ(no_text.try_finish().code(), errc::misuse);
-  nothing.cancel({0, 1});
-  no_text.cancel({0, 1});
 }
 
 } // namespace

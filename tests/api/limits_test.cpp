@@ -66,7 +66,9 @@ struct ordinary_robot {
     each(8, [&](const std::string& i) { keep(heard, robot.subscribe<ros::twist>("/cmd/" + i)); });
     each(2, [&](const std::string& i) { keep(goals, robot.subscribe<ros::odometry>("/goal/" + i)); });
     each(10, [&](const std::string& i) { keep(serves, robot.serve<ros::twist, ros::pose>("/do/" + i)); });
+    each(2, [&](const std::string& i) { keep(calls, robot.client<json_text, json_text>("/ask/" + i)); });
     each(2, [&](const std::string&) { keep(lanes, robot.open_lane()); });
+    each(2, [&](const std::string&) { keep(latches, robot.stop_latch()); });
     each(10, [&](const std::string& i) { keep(parameters, robot.parameter<double>("gain" + i, 1.0)); });
   }
   std::vector<std::string> faults;
@@ -78,7 +80,9 @@ struct ordinary_robot {
   std::vector<rowe::subscriber<ros::twist>> heard;
   std::vector<rowe::subscriber<ros::odometry>> goals;
   std::vector<rowe::responder<ros::twist, ros::pose>> serves;
+  std::vector<rowe::caller<json_text, json_text>> calls;
   std::vector<rowe::lane> lanes;
+  std::vector<rowe::stop_latch> latches;
   std::vector<rowe::parameter<double>> parameters;
 };
 
@@ -113,51 +117,6 @@ TEST(default_limits, hold_an_ordinary_robot_where_not_all_of_it_can_be_locked) {
   ASSERT_EQ(::waitpid(child, &outcome, 0), child);
   EXPECT_TRUE(WIFEXITED(outcome));
   EXPECT_EQ(WEXITSTATUS(outcome), 0);
-}
-
-// The error of a handle that was asked for, and the handle kept.
-template <class Kept, class Handle>
-std::string_view kept(std::vector<Kept>& in, Handle&& opened) {
-  if (!opened) return opened.error().name();
-  in.emplace_back(std::forward<Handle>(opened).value());
-  return "";
-}
-
-TEST(default_limits, hold_the_sixteen_handles_of_a_robot) {
-  auto robot = endpoint::listen(0).value();
-  std::vector<rowe::lane> lanes;
-  std::vector<rowe::publisher<json_text>> texts;
-  std::vector<rowe::publisher<ros::odometry>> odometry;
-  std::vector<rowe::subscriber<ros::twist>> twists;
-  std::vector<rowe::subscriber<json_text>> heard;
-  std::vector<rowe::responder<ros::twist, ros::pose>> serves;
-  std::vector<rowe::responder<json_text, json_text>> serves_texts;
-  std::vector<rowe::caller<ros::twist, ros::pose>> calls;
-  std::vector<rowe::caller<json_text, json_text>> calls_texts;
-  std::vector<rowe::stop_latch> latches;
-  EXPECT_EQ(kept(lanes, robot.open_lane()), "");
-  EXPECT_EQ(kept(lanes, robot.open_lane()), "");
-  EXPECT_EQ(kept(odometry, robot.advertise<ros::odometry>("/odom")), "");
-  EXPECT_EQ(kept(odometry, robot.advertise<ros::odometry>("/odom/raw", {.keep = rowe::keep::newest})), "");
-  EXPECT_EQ(kept(texts, robot.advertise<json_text>("/diagnostics")), "");
-  EXPECT_EQ(kept(texts, robot.advertise<json_text>("/battery")), "");
-  EXPECT_EQ(kept(texts, robot.advertise<json_text>("/map", {.latched = true})), "");
-  EXPECT_EQ(kept(twists, robot.subscribe<ros::twist>("/cmd_vel", {.keep = rowe::keep::newest})), "");
-  EXPECT_EQ(kept(twists, robot.subscribe<ros::twist>("/cmd_vel/joystick")), "");
-  EXPECT_EQ(kept(heard, robot.subscribe<json_text>("/goal")), "");
-  EXPECT_EQ(kept(heard, robot.subscribe<json_text>("/words")), "");
-  EXPECT_EQ(kept(serves, robot.serve<ros::twist, ros::pose>("/set_speed")), "");
-  EXPECT_EQ(kept(serves_texts, robot.serve<json_text, json_text>("/configure")), "");
-  EXPECT_EQ(kept(calls, robot.client<ros::twist, ros::pose>("/plan")), "");
-  EXPECT_EQ(kept(calls_texts, robot.client<json_text, json_text>("/ask")), "");
-  EXPECT_EQ(kept(latches, robot.stop_latch()), "");
-}
-
-TEST(default_limits, hold_sixteen_publishers_of_large_structs) {
-  auto robot = endpoint::listen(0).value();
-  std::vector<rowe::publisher<ros::odometry>> odometry;
-  for (int i = 0; i < 16; ++i)
-    EXPECT_EQ(kept(odometry, robot.advertise<ros::odometry>("/odom/" + std::to_string(i))), "");
 }
 
 TEST(lane_memory, that_is_too_small_is_told_with_what_is_wanted_what_is_left_and_the_limit) {

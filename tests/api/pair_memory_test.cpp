@@ -5,12 +5,13 @@
 
 #include <cstdint>
 #include <cstring>
-#include <memory>
 #include <new>
 #include <optional>
 
 #include <rowe/ros.hpp>
 #include <rowe/rt/slab.hpp>
+
+#include "handle_harness.hpp"
 
 namespace {
 struct speed {
@@ -23,6 +24,8 @@ inline constexpr auto rowe::schema<speed> = rowe::fields<&speed::ahead>{};
 namespace rowe::detail {
 namespace pair_memory_test {
 namespace {
+
+using handle_harness::pair_harness;
 
 bool fills_in(const pair_request& asked) { return asked.fill_missing; }
 
@@ -101,24 +104,6 @@ TEST(pair_memory, has_a_place_for_each_slot_that_is_sent_again_before_the_batch_
   }
 }
 
-// A queue pair in memory of exactly the size that is planned for it, which a sanitizer watches.
-class built_lane {
- public:
-  explicit built_lane(const pair_request& asked) : bytes_{pair_bytes(asked)} {
-    pair_->memory = {static_cast<std::byte*>(::operator new(bytes_, alignment)), bytes_};
-    build_pair(*pair_, asked, {});
-  }
-  built_lane(const built_lane&) = delete;
-  built_lane& operator=(const built_lane&) = delete;
-  ~built_lane() { ::operator delete(pair_->memory.data(), alignment); }
-  queue_pair* operator->() { return pair_.get(); }
-
- private:
-  static constexpr std::align_val_t alignment{rt::line_bytes};
-  std::size_t bytes_;
-  std::unique_ptr<queue_pair> pair_ = std::make_unique<queue_pair>();
-};
-
 std::uint32_t slots_of(const producer_end& end) {
   std::uint32_t count = 0;
   while (end.free_ring != nullptr && end.free_ring->try_take()) ++count;
@@ -127,21 +112,21 @@ std::uint32_t slots_of(const producer_end& end) {
 
 TEST(pair_memory, has_the_queues_that_each_kind_of_handle_needs) {
   for (const std::uint32_t depth : {1U, 3U, 64U}) {
-    built_lane said{advertise_request<json_text>("/a", {.depth = depth})};
+    pair_harness said{advertise_request<json_text>("/a", {.depth = depth})};
     EXPECT_EQ(slots_of(said->user.out), depth);
     EXPECT_EQ(said->user.in.ring, nullptr);
-    built_lane heard{subscribe_request<json_text>("/a", {.keep = keep::newest, .depth = depth})};
+    pair_harness heard{subscribe_request<json_text>("/a", {.keep = keep::newest, .depth = depth})};
     EXPECT_EQ(slots_of(heard->service.in), depth); // texts are kept all
     EXPECT_EQ(heard->user.out.ring, nullptr);
-    built_lane serves{serve_request<json_text, json_text>("/a", {.depth = depth})};
+    pair_harness serves{serve_request<json_text, json_text>("/a", {.depth = depth})};
     EXPECT_EQ(slots_of(serves->user.out), 2 * depth);
     EXPECT_EQ(slots_of(serves->service.in), depth);
     EXPECT_EQ(serves->user.spare_replies.places.size(), 2 * depth);
-    built_lane calls{client_request<json_text, json_text>("/a", {.depth = depth})};
+    pair_harness calls{client_request<json_text, json_text>("/a", {.depth = depth})};
     EXPECT_EQ(slots_of(calls->user.out), depth);
     EXPECT_EQ(slots_of(calls->service.completions), depth);
     EXPECT_EQ(calls->user.calls.size(), depth);
-    built_lane talks{talk_request({.depth = depth, .inbox_depth = 2 * depth, .calls = 5})};
+    pair_harness talks{talk_request({.depth = depth, .inbox_depth = 2 * depth, .calls = 5})};
     EXPECT_EQ(slots_of(talks->user.out), depth);
     EXPECT_EQ(slots_of(talks->service.in), 2 * depth);
     EXPECT_EQ(slots_of(talks->service.completions), 5U);
@@ -150,7 +135,7 @@ TEST(pair_memory, has_the_queues_that_each_kind_of_handle_needs) {
 }
 
 TEST(pair_memory, holds_a_value_of_full_size_in_every_slot_and_what_is_read_behind_it) {
-  built_lane talks{talk_request({.depth = 3, .inbox_depth = 3, .calls = 3, .text_bytes_max = 1000})};
+  pair_harness talks{talk_request({.depth = 3, .inbox_depth = 3, .calls = 3, .text_bytes_max = 1000})};
   for (const producer_end* end : {&talks->user.out, &talks->service.in, &talks->service.completions}) {
     for (std::uint32_t slot = 0; slot < end->count; ++slot) {
       *end->memory.header(slot) = {};

@@ -67,24 +67,12 @@ TEST(services, are_called_with_text_and_by_lanes_too) {
     ASSERT_TRUE(reply) << reply.error().name();
     EXPECT_EQ(reply->value(), R"({"sum":42})");
   }
+  EXPECT_EQ(texts.call("[1]", timeout).code(), errc::not_an_object);
+  EXPECT_EQ(texts.call("{", timeout).code(), errc::malformed);
   auto lane = viewer.open_lane().value();
   const auto reply = lane.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), timeout);
   ASSERT_TRUE(reply) << reply.error().name();
   EXPECT_TRUE(says(reply->value(), R"({"sum":42})")) << reply->value();
-}
-
-TEST(services, answer_with_text) {
-  auto robot = endpoint::listen(0, quick()).value();
-  auto provides = robot.serve<json_text, json_text>("/echo").value();
-  const auto serving = serving_thread(
-      provides, [](auto& with, auto& asked) { (void)with.reply(asked, std::string{asked.value()}); });
-  auto viewer = connected(robot);
-  auto echo = viewer.client<json_text, json_text>("/echo").value();
-  const auto reply = echo.call(R"({"text":"hello"})", timeout);
-  ASSERT_TRUE(reply) << reply.error().name();
-  EXPECT_EQ(reply->value(), R"({"text":"hello"})");
-  EXPECT_EQ(echo.call("[1]", timeout).code(), errc::not_an_object);
-  EXPECT_EQ(echo.call("{", timeout).code(), errc::malformed);
 }
 
 TEST(services, refuse_with_a_diagnostic) {
@@ -170,15 +158,6 @@ TEST(services, are_refused_where_a_name_or_an_option_is_wrong) {
             errc::bad_argument);
   EXPECT_EQ((robot.client<two_numbers, one_number>("/a", {.depth = 4097}).code()), errc::bad_argument);
   EXPECT_TRUE((robot.client<json_text, json_text>("/rowe/stats")));
-}
-
-TEST(services, of_the_endpoint_itself_are_there) {
-  auto robot = endpoint::listen(0, quick()).value();
-  auto viewer = connected(robot);
-  auto stats = viewer.client<json_text, json_text>("/rowe/stats", {.text_bytes_max = 32 * 1024}).value();
-  const auto reply = stats.call("{}", timeout);
-  ASSERT_TRUE(reply) << reply.error().name();
-  EXPECT_TRUE(reply->value().starts_with('{'));
 }
 
 TEST(typed_subscribers, read_what_peers_and_their_own_process_publish) {

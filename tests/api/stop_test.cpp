@@ -125,7 +125,9 @@ TEST(stop, has_times_that_follow_the_threads_they_watch) {
   char text[rowe::stop_times::text_bytes_max];
   auto robot = endpoint::listen(0).value();
   rowe::stop_latch ordinary, urgent, chosen;
-  { const rowe::rt::thread loop{{}, [&] { ordinary = robot.stop_latch().value(); }}; }
+  {
+    const rowe::rt::thread loop{{}, [&] { ordinary = robot.stop_latch().value(); }};
+  }
   EXPECT_EQ(ordinary.times().text(text), "loop_timeout 500 ms (a thread without real-time priority), "
                                          "service_timeout 250 ms (a thread without real-time priority)");
   rowe::rt::thread loop{{.priority = 1}, [&] {
@@ -222,7 +224,8 @@ TEST(stop, says_who_and_why_and_is_cut_where_there_is_no_room_for_more) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
   ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
-  while (robot.try_event()) {}
+  while (robot.try_event()) {
+  }
   // 63 and 192 bytes end within an umlaut.
   const std::string source = std::string(62, 's') + "\u00fc and more";
   const std::string reason = std::string(191, 'r') + "\u00fc and more";

@@ -94,11 +94,3 @@ static inline struct rowe_object* invoke_text(const struct rowe_endpoint* by, co
   rowe_object_free(object);
   return reply;
 }
-
-// Makes a call that nobody answers in time, again until its request has gone out: one that the service thread
-// takes up when its time is over already never does.
-static inline void time_out(const struct rowe_endpoint* by, const char* text, long timeout_ms) {
-  const int64_t before = count_of(by, "calls_out");
-  while (count_of(by, "calls_out") == before && failures == 0)
-    CHECK_NULL(invoke_text(by, text, timeout_ms), rowe_error_timed_out);
-}

@@ -180,6 +180,25 @@ class real_time {
   bool measured_ = false;
 };
 
+// What an exercise is made on, as it is at first.
+template <class T>
+T& made(real_time& rt) {
+  return rt.make<T>();
+}
+
+// The exercise that makes its calls on what `Make` makes: call(it), or call(it, i).
+template <auto Make, class Call>
+constexpr auto calls_on(Call) {
+  return [](real_time& rt) {
+    rt.calls_on(Make(rt), [](auto& it, auto i) {
+      if constexpr (std::is_invocable_v<Call, decltype(it)>)
+        return Call{}(it);
+      else
+        return Call{}(it, i);
+    });
+  };
+}
+
 struct exercise {
   const char* function; // as completeness.py names it: without rowe:: and rt::
   const char* state;

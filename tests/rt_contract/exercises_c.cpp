@@ -80,16 +80,14 @@ void read_members(real_time& rt, Read read) {
 constexpr exercise list[] = {
     {"rowe_now_ns", "", [](real_time& rt) { rt.calls([](std::uint64_t) { use(rowe_now_ns()); }); }, true},
     {"rowe_view_release", "of views, of views released, and of none",
-     [](real_time& rt) {
-       rt.calls_on(subscriber_in(rt), [](auto& from, auto i) {
-         if (i % 3 == 0) arrive(from.on);
-         rowe_view view{};
-         use(rowe_subscriber_try_take(from.handle, &view));
-         rowe_view_release(&view);
-         rowe_view_release(&view);
-         rowe_view_release(nullptr);
-       });
-     }},
+     calls_on<subscriber_in>([](auto& from, auto i) {
+       if (i % 3 == 0) arrive(from.on);
+       rowe_view view{};
+       use(rowe_subscriber_try_take(from.handle, &view));
+       rowe_view_release(&view);
+       rowe_view_release(&view);
+       rowe_view_release(nullptr);
+     })},
 
     {"rowe_lane_try_send", "each slot in turn until full, too big, and without a lane",
      [](real_time& rt) {
@@ -102,41 +100,34 @@ constexpr exercise list[] = {
        });
      }},
     {"rowe_lane_try_send_to", "one who is there, and one who is gone",
-     [](real_time& rt) {
-       rt.calls_on(talk_in(rt), [](auto& with, auto i) {
-         const connection to = i % 2 == 0 ? somebody : somebody_gone;
-         use(rowe_lane_try_send_to(with.handle, {to.index, to.generation}, text.data(), text.size(), -1,
-                                   now_ns));
-         serve(with.on);
-       });
-     }},
+     calls_on<talk_in>([](auto& with, auto i) {
+       const connection to = i % 2 == 0 ? somebody : somebody_gone;
+       use(rowe_lane_try_send_to(with.handle, {to.index, to.generation}, text.data(), text.size(), -1,
+                                 now_ns));
+       serve(with.on);
+     })},
     {"rowe_lane_try_receive", "what is there, and when nothing is",
      [](real_time& rt) {
        take_views(rt, talk_in(rt),
                   [](rowe_lane* l, rowe_view* view) { return rowe_lane_try_receive(l, now_ns, view); });
      }},
-    {"rowe_lane_start", "until all calls are in flight",
-     [](real_time& rt) {
-       rt.calls_on(talk_in(rt), [](auto& with, auto i) {
-         rowe_call call;
-         use(rowe_lane_start(with.handle, text.data(), text.size(), ttl_ms, now_ns, &call));
-         if (i % 32 != 0) return;
-         serve(with.on);
-         rowe_call_end end;
-         while (rowe_lane_try_finish(with.handle, &end) == rowe_ok) rowe_view_release(&end.reply);
-       });
-     }},
+    {"rowe_lane_start", "until all calls are in flight", calls_on<talk_in>([](auto& with, auto i) {
+       rowe_call call;
+       use(rowe_lane_start(with.handle, text.data(), text.size(), ttl_ms, now_ns, &call));
+       if (i % 32 != 0) return;
+       serve(with.on);
+       rowe_call_end end;
+       while (rowe_lane_try_finish(with.handle, &end) == rowe_ok) rowe_view_release(&end.reply);
+     })},
     {"rowe_lane_try_finish", "with replies, with errors, and when none has ended",
-     [](real_time& rt) {
-       rt.calls_on(talk_in(rt), [](auto& with, auto i) {
-         rowe_call call;
-         rowe_call_end end{};
-         if (i % 3 != 0) use(rowe_lane_start(with.handle, text.data(), text.size(), ttl_ms, now_ns, &call));
-         serve(with.on, i % 2 == 0 ? status{} : status{errc::refused});
-         use(rowe_lane_try_finish(with.handle, &end));
-         rowe_view_release(&end.reply);
-       });
-     }},
+     calls_on<talk_in>([](auto& with, auto i) {
+       rowe_call call;
+       rowe_call_end end{};
+       if (i % 3 != 0) use(rowe_lane_start(with.handle, text.data(), text.size(), ttl_ms, now_ns, &call));
+       serve(with.on, i % 2 == 0 ? status{} : status{errc::refused});
+       use(rowe_lane_try_finish(with.handle, &end));
+       rowe_view_release(&end.reply);
+     })},
     {"rowe_lane_cancel", "calls in flight, ended and unheard of, and without a lane",
      [](real_time& rt) {
        auto with = talk_in(rt);
@@ -168,11 +159,9 @@ constexpr exercise list[] = {
          if (i % 200 == 0) serve(to.on);
        });
      }},
-    {"rowe_publisher_wanted", "with and without a publisher",
-     [](real_time& rt) {
-       rt.calls_on(publisher_in(rt),
-                   [](auto& to, auto i) { return rowe_publisher_wanted(i % 2 == 0 ? nullptr : to.handle); });
-     }},
+    {"rowe_publisher_wanted", "with and without a publisher", calls_on<publisher_in>([](auto& to, auto i) {
+       return rowe_publisher_wanted(i % 2 == 0 ? nullptr : to.handle);
+     })},
     {"rowe_subscriber_try_take", "what is there, and when nothing is",
      [](real_time& rt) { take_views(rt, subscriber_in(rt), rowe_subscriber_try_take); }},
     {"rowe_subscriber_latest", "what is there, and when nothing is",

@@ -191,21 +191,16 @@ rowe_periodic& loop_in(real_time& rt) { return rt.make<rowe_periodic>(1ms, rt::p
 
 constexpr exercise list[] = {
     {"rowe_struct_publisher_publish", "each slot in turn until full, without peers, closed, and NULLs",
-     [](real_time& rt) {
-       rt.calls_on(publisher_in(rt), [](auto& to, auto i) {
-         use(rowe_struct_publisher_publish(i % 5 == 0 ? nullptr : to.handle, i % 7 == 0 ? nullptr : &value,
-                                           now_ns));
-         if (i % 200 == 0) serve(to.on);
-         constexpr std::array states{audience::somebody, audience::nobody, audience::closed};
-         if (i % 300 == 0) set_audience(to.on, states[i / 300 % 3]);
-       });
-     }},
+     calls_on<publisher_in>([](auto& to, auto i) {
+       use(rowe_struct_publisher_publish(i % 5 == 0 ? nullptr : to.handle, i % 7 == 0 ? nullptr : &value,
+                                         now_ns));
+       if (i % 200 == 0) serve(to.on);
+       constexpr std::array states{audience::somebody, audience::nobody, audience::closed};
+       if (i % 300 == 0) set_audience(to.on, states[i / 300 % 3]);
+     })},
     {"rowe_struct_publisher_wanted", "with and without a publisher",
-     [](real_time& rt) {
-       rt.calls_on(publisher_in(rt), [](auto& to, auto i) {
-         return rowe_struct_publisher_wanted(i % 2 == 0 ? nullptr : to.handle);
-       });
-     }},
+     calls_on<publisher_in>(
+         [](auto& to, auto i) { return rowe_struct_publisher_wanted(i % 2 == 0 ? nullptr : to.handle); })},
     {"rowe_struct_subscriber_try_take", "every one",
      [](real_time& rt) { take_each(rt, subscriber_in(rt), rowe_struct_subscriber_try_take); }},
     {"rowe_struct_subscriber_try_take", "the newest",
@@ -262,24 +257,16 @@ constexpr exercise list[] = {
      [](real_time& rt) { refusal_of(rt, struct_caller_in(rt), rowe_struct_caller_refusal); }},
 
     {"rowe_periodic_stop", "a loop, and none",
-     [](real_time& rt) {
-       rt.calls_on(loop_in(rt), [](auto& loop, auto i) { rowe_periodic_stop(i % 2 == 0 ? &loop : nullptr); });
-     }},
-    {"rowe_periodic_cycles", "of a loop, and of none",
-     [](real_time& rt) {
-       rt.calls_on(loop_in(rt),
-                   [](auto& loop, auto i) { return rowe_periodic_cycles(i % 2 == 0 ? &loop : nullptr); });
-     }},
-    {"rowe_periodic_overruns", "of a loop, and of none",
-     [](real_time& rt) {
-       rt.calls_on(loop_in(rt),
-                   [](auto& loop, auto i) { return rowe_periodic_overruns(i % 2 == 0 ? &loop : nullptr); });
-     }},
-    {"rowe_periodic_next_ns", "of a loop, and of none",
-     [](real_time& rt) {
-       rt.calls_on(loop_in(rt),
-                   [](auto& loop, auto i) { return rowe_periodic_next_ns(i % 2 == 0 ? &loop : nullptr); });
-     }},
+     calls_on<loop_in>([](auto& loop, auto i) { rowe_periodic_stop(i % 2 == 0 ? &loop : nullptr); })},
+    {"rowe_periodic_cycles", "of a loop, and of none", calls_on<loop_in>([](auto& loop, auto i) {
+       return rowe_periodic_cycles(i % 2 == 0 ? &loop : nullptr);
+     })},
+    {"rowe_periodic_overruns", "of a loop, and of none", calls_on<loop_in>([](auto& loop, auto i) {
+       return rowe_periodic_overruns(i % 2 == 0 ? &loop : nullptr);
+     })},
+    {"rowe_periodic_next_ns", "of a loop, and of none", calls_on<loop_in>([](auto& loop, auto i) {
+       return rowe_periodic_next_ns(i % 2 == 0 ? &loop : nullptr);
+     })},
     {"rowe_periodic_lateness_ns", "of a loop that has waited, and of none",
      [](real_time& rt) {
        auto& loop = loop_in(rt);

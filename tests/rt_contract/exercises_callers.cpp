@@ -22,26 +22,20 @@ auto texts_in(real_time& rt) {
 auto start(struct_caller& c) { return c.start({1, 2, 3, 4, 5}, timeout, now); }
 auto start(text_caller& c) { return c.start(text, timeout, now); }
 
-template <class Caller>
-void start_each_in_turn(real_time& rt, offered<Caller> with) {
-  rt.calls([&](std::uint64_t i) {
-    use(start(with.handle));
-    if (i % (2 * service.depth) != 0) return;
-    serve(with.on);
-    while (with.handle.try_finish()) {
-    }
-  });
-}
+constexpr auto start_each_in_turn = [](auto& with, auto i) {
+  use(start(with.handle));
+  if (i % (2 * service.depth) != 0) return;
+  serve(with.on);
+  while (with.handle.try_finish()) {
+  }
+};
 
-template <class Caller>
-void finish_each(real_time& rt, offered<Caller> with) {
-  rt.calls([&](std::uint64_t i) {
-    if (i % 3 == 0) return use(with.handle.try_finish()); // none has ended
-    use(start(with.handle));
-    serve(with.on, i % 3 == 1 ? status{} : status{errc::refused});
-    use(with.handle.try_finish());
-  });
-}
+constexpr auto finish_each = [](auto& with, auto i) {
+  if (i % 3 == 0) return use(with.handle.try_finish()); // none has ended
+  use(start(with.handle));
+  serve(with.on, i % 3 == 1 ? status{} : status{errc::refused});
+  use(with.handle.try_finish());
+};
 
 template <class Caller>
 void closed_and_empty(real_time& rt, offered<Caller> with) {
@@ -66,47 +60,40 @@ void cancel_each(real_time& rt, offered<Caller> with) {
 }
 
 // Nobody finishes any: rows become free because cancelling drops completions that nobody wants.
-template <class Caller>
-void start_among_cancelled(real_time& rt, offered<Caller> with) {
-  rt.calls([&](std::uint64_t i) {
-    const auto begun = start(with.handle);
-    with.handle.cancel(begun ? *begun : call_id{});
-    if (i % service.depth == 0) serve(with.on);
-  });
-}
+constexpr auto start_among_cancelled = [](auto& with, auto i) {
+  const auto begun = start(with.handle);
+  with.handle.cancel(begun ? *begun : call_id{});
+  if (i % service.depth == 0) serve(with.on);
+};
 
 // Waiting for the last call has parked the completions of the others.
-template <class Caller>
-void finish_what_was_parked(real_time& rt, offered<Caller> with) {
-  rt.calls([&](std::uint64_t) {
-    call_id last;
-    for (std::uint32_t i = 0; i < service.depth; ++i) {
-      last = *start(with.handle);
-      if (i % 2 == 0) with.handle.cancel(last);
-    }
-    serve(with.on);
-    if (const auto end = detail::take_completion_of(with.on, {last.index, last.generation}))
-      detail::release_completion(with.on, *end);
-    while (with.handle.try_finish()) {
-    }
-  });
-}
+constexpr auto finish_what_was_parked = [](auto& with) {
+  call_id last;
+  for (std::uint32_t i = 0; i < service.depth; ++i) {
+    last = *start(with.handle);
+    if (i % 2 == 0) with.handle.cancel(last);
+  }
+  serve(with.on);
+  if (const auto end = detail::take_completion_of(with.on, {last.index, last.generation}))
+    detail::release_completion(with.on, *end);
+  while (with.handle.try_finish()) {
+  }
+};
 
 constexpr exercise list[] = {
     {"caller::start", "with structs, until all calls are in flight",
-     [](real_time& rt) { start_each_in_turn(rt, structs_in(rt)); }},
-    {"caller::start", "with texts, until all calls are in flight",
-     [](real_time& rt) { start_each_in_turn(rt, texts_in(rt)); }},
+     calls_on<structs_in>(start_each_in_turn)},
+    {"caller::start", "with texts, until all calls are in flight", calls_on<texts_in>(start_each_in_turn)},
     {"caller::start", "with structs, among calls that were cancelled",
-     [](real_time& rt) { start_among_cancelled(rt, structs_in(rt)); }},
+     calls_on<structs_in>(start_among_cancelled)},
     {"caller::start", "with texts, among calls that were cancelled",
-     [](real_time& rt) { start_among_cancelled(rt, texts_in(rt)); }},
+     calls_on<texts_in>(start_among_cancelled)},
     {"caller::start", "with structs, closed and empty",
      [](real_time& rt) { closed_and_empty(rt, structs_in(rt)); }},
     {"caller::start", "with texts, closed and empty",
      [](real_time& rt) { closed_and_empty(rt, texts_in(rt)); }},
-    {"caller::try_finish", "with structs", [](real_time& rt) { finish_each(rt, structs_in(rt)); }},
-    {"caller::try_finish", "with texts", [](real_time& rt) { finish_each(rt, texts_in(rt)); }},
+    {"caller::try_finish", "with structs", calls_on<structs_in>(finish_each)},
+    {"caller::try_finish", "with texts", calls_on<texts_in>(finish_each)},
     {"caller::start", "with texts that are too big",
      [](real_time& rt) {
        auto& calls = texts_in(rt).handle;
@@ -116,9 +103,9 @@ constexpr exercise list[] = {
        });
      }},
     {"caller::try_finish", "with structs, when completions were parked",
-     [](real_time& rt) { finish_what_was_parked(rt, structs_in(rt)); }},
+     calls_on<structs_in>(finish_what_was_parked)},
     {"caller::try_finish", "with texts, when completions were parked",
-     [](real_time& rt) { finish_what_was_parked(rt, texts_in(rt)); }},
+     calls_on<texts_in>(finish_what_was_parked)},
     {"caller::cancel", "of structs", [](real_time& rt) { cancel_each(rt, structs_in(rt)); }},
     {"caller::cancel", "of texts", [](real_time& rt) { cancel_each(rt, texts_in(rt)); }},
     {"caller::cancel", "of calls in flight, when it closed",
@@ -132,21 +119,15 @@ constexpr exercise list[] = {
        });
      }},
     {"caller::try_finish", "when the peer is gone, or the time is over",
-     [](real_time& rt) {
-       rt.calls_on(texts_in(rt), [](auto& with, auto i) {
-         use(start(with.handle));
-         serve(with.on, i % 2 == 0 ? errc::peer_lost : errc::timed_out);
-         use(with.handle.try_finish());
-       });
-     }},
+     calls_on<texts_in>([](auto& with, auto i) {
+       use(start(with.handle));
+       serve(with.on, i % 2 == 0 ? errc::peer_lost : errc::timed_out);
+       use(with.handle.try_finish());
+     })},
     {"caller::refusal", "of structs",
-     [](real_time& rt) {
-       rt.calls_on(structs_in(rt).handle, [](auto& calls, auto) { return calls.refusal().size(); });
-     }},
+     calls_on<structs_in>([](auto& with) { return with.handle.refusal().size(); })},
     {"caller::refusal", "of texts",
-     [](real_time& rt) {
-       rt.calls_on(texts_in(rt).handle, [](auto& calls, auto) { return calls.refusal().size(); });
-     }},
+     calls_on<texts_in>([](auto& with) { return with.handle.refusal().size(); })},
 };
 
 } // namespace

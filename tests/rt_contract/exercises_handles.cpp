@@ -37,13 +37,24 @@ subscriber<json_text>& subscriber_on(real_time& rt, queue_pair& on) {
   return rt.make<subscriber<json_text>>(handle_of(on));
 }
 
-offered<publisher<json_text>> saying_in(real_time& rt, rowe::keep kept = rowe::keep::all) {
-  queue_pair& on = publishing_pair(rt, audience::somebody, kept);
+offered<publisher<json_text>> saying_in(real_time& rt) {
+  queue_pair& on = publishing_pair(rt, audience::somebody);
+  return {on, text_publisher_on(rt, on)};
+}
+offered<publisher<json_text>> saying_the_newest(real_time& rt) {
+  queue_pair& on = publishing_pair(rt, audience::somebody, rowe::keep::newest);
   return {on, text_publisher_on(rt, on)};
 }
 offered<subscriber<json_text>> taking_in(real_time& rt) {
   queue_pair& on = subscribing_pair(rt, audience::somebody);
   return {on, subscriber_on(rt, on)};
+}
+subscriber<json_text>& closed_subscriber(real_time& rt) {
+  return subscriber_on(rt, subscribing_pair(rt, audience::closed));
+}
+queue_pair& wanted_pair(real_time& rt) { return publishing_pair(rt, audience::somebody); }
+detail::pair_handle& handle_in(real_time& rt) {
+  return rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody)));
 }
 
 // `take(subscriber)` when something has arrived.
@@ -91,18 +102,13 @@ void read_from_text_publishers(real_time& rt, Read read) {
 }
 
 constexpr exercise list[] = {
-    {"detail::pair_slots::header", "each in turn",
-     [](real_time& rt) {
-       rt.calls_on(publishing_pair(rt, audience::somebody).user.out.memory, [](const auto& slots, auto i) {
-         slots.header(static_cast<std::uint32_t>(i % depth))->bytes = static_cast<std::uint32_t>(i);
-       });
-     }},
-    {"detail::pair_slots::value", "each in turn, written to",
-     [](real_time& rt) {
-       rt.calls_on(publishing_pair(rt, audience::somebody).user.out.memory, [](const auto& slots, auto i) {
-         *slots.value(static_cast<std::uint32_t>(i % depth)) = std::byte{1};
-       });
-     }},
+    {"detail::pair_slots::header", "each in turn", calls_on<wanted_pair>([](auto& on, auto i) {
+       on.user.out.memory.header(static_cast<std::uint32_t>(i % depth))->bytes =
+           static_cast<std::uint32_t>(i);
+     })},
+    {"detail::pair_slots::value", "each in turn, written to", calls_on<wanted_pair>([](auto& on, auto i) {
+       *on.user.out.memory.value(static_cast<std::uint32_t>(i % depth)) = std::byte{1};
+     })},
     {"detail::parked_slots::push", "until all places are taken, and popped",
      [](real_time& rt) {
        detail::parked_slots parked{rt.array<std::uint32_t>(depth)};
@@ -121,41 +127,28 @@ constexpr exercise list[] = {
      }},
     {"detail::pair_handle::operator bool", "with and without a queue pair",
      [](real_time& rt) {
-       auto& handle = rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody)));
+       auto& handle = handle_in(rt);
        auto& empty = rt.make<detail::pair_handle>();
        rt.calls([&](std::uint64_t i) { use(static_cast<bool>(i % 2 == 0 ? handle : empty)); });
      }},
     {"detail::pair_handle::operator->", "with a queue pair",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody))),
-                   [](auto& handle, auto) { return handle->ttl; });
-     }},
+     calls_on<handle_in>([](auto& handle) { return handle->ttl; })},
     {"detail::pair_handle::operator*", "with a queue pair",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody))),
-                   [](auto& handle, auto) { return (*handle).ttl; });
-     }},
+     calls_on<handle_in>([](auto& handle) { return (*handle).ttl; })},
     {"detail::audience_word::advice", "whatever it says",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<detail::audience_word<>>(), [](auto& word, auto) { return word.advice(); });
-     }},
+     calls_on<made<detail::audience_word<>>>([](auto& word) { return word.advice(); })},
     {"detail::audience_word::look", "whatever it says",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<detail::audience_word<>>(), [](auto& word, auto) { return word.look(); });
-     }},
+     calls_on<made<detail::audience_word<>>>([](auto& word) { return word.look(); })},
     {"detail::audience_word::closed", "closed",
      [](real_time& rt) {
        auto& word = rt.make<detail::audience_word<>>();
        word.close();
        rt.calls([&](std::uint64_t) { use(word.closed()); });
      }},
-    {"detail::publish_into", "a queue pair with room",
-     [](real_time& rt) {
-       rt.calls_on(publishing_pair(rt, audience::somebody), [](auto& on, auto) {
-         use(detail::publish_into(on, 8, now, [](std::byte* slot) { *slot = std::byte{1}; }));
-         serve(on);
-       });
-     }},
+    {"detail::publish_into", "a queue pair with room", calls_on<wanted_pair>([](auto& on) {
+       use(detail::publish_into(on, 8, now, [](std::byte* slot) { *slot = std::byte{1}; }));
+       serve(on);
+     })},
 
     {"publisher::publish", "a struct, each slot in turn until full",
      [](real_time& rt) { publish_each_in_turn(rt, rowe::keep::all); }},
@@ -167,12 +160,10 @@ constexpr exercise list[] = {
     {"publisher::publish", "a struct when the queue is full",
      [](real_time& rt) { publish_to(rt, audience::somebody); }},
     {"publisher::publish", "a struct by an empty handle",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<publisher<odometry>>(), [](auto& empty, auto) { return empty.publish({}, now); });
-     }},
+     calls_on<made<publisher<odometry>>>([](auto& empty) { return empty.publish({}, now); })},
     {"publisher::publish", "a struct, reading the time",
      [](real_time& rt) {
-       queue_pair& on = publishing_pair(rt, audience::somebody);
+       queue_pair& on = wanted_pair(rt);
        auto& odom = publisher_on(rt, on);
        rt.calls([&](std::uint64_t) {
          use(odom.publish({}));
@@ -182,22 +173,19 @@ constexpr exercise list[] = {
      true},
     {"publisher::publish", "a text, of every length up to too big",
      [](real_time& rt) {
-       queue_pair& on = publishing_pair(rt, audience::somebody);
-       auto& said = text_publisher_on(rt, on);
+       auto [on, said] = saying_in(rt);
        const auto many = rt.array<char>(2 * text_bytes);
-       rt.calls([&](std::uint64_t i) {
+       rt.calls([&, &on = on, &said = said](std::uint64_t i) {
          use(said.publish(std::string_view{many.data(), i % many.size()}, now));
          if (i % 50 == 0) serve(on);
        });
      }},
     {"publisher::publish", "a message, and one that outgrew its room",
-     [](real_time& rt) {
-       rt.calls_on(saying_in(rt), [](auto& with, auto i) {
-         use(i % 2 == 0 ? with.handle.publish(message_of<16>{"n", i % 9}, now)
-                        : with.handle.publish(message_of<4>{"n", 1}, now));
-         if (i % 50 == 0) serve(with.on);
-       });
-     }},
+     calls_on<saying_in>([](auto& with, auto i) {
+       use(i % 2 == 0 ? with.handle.publish(message_of<16>{"n", i % 9}, now)
+                      : with.handle.publish(message_of<4>{"n", 1}, now));
+       if (i % 50 == 0) serve(with.on);
+     })},
     {"publisher::publish", "a text to nobody, and to a closed endpoint",
      [](real_time& rt) {
        auto& to_nobody = text_publisher_on(rt, publishing_pair(rt, audience::nobody));
@@ -205,12 +193,10 @@ constexpr exercise list[] = {
        rt.calls([&](std::uint64_t i) { use((i % 2 == 0 ? to_nobody : closed).publish(text, now)); });
      }},
     {"publisher::publish", "a text of which the newest is kept",
-     [](real_time& rt) {
-       rt.calls_on(saying_in(rt, rowe::keep::newest), [](auto& with, auto i) {
-         use(with.handle.publish(text, now));
-         if (i % 3 == 0) serve(with.on);
-       });
-     }},
+     calls_on<saying_the_newest>([](auto& with, auto i) {
+       use(with.handle.publish(text, now));
+       if (i % 3 == 0) serve(with.on);
+     })},
     {"publisher::publish", "a text when the queue is full",
      [](real_time& rt) {
        auto& said = text_publisher_on(rt, publishing_pair(rt, audience::somebody));
@@ -218,17 +204,11 @@ constexpr exercise list[] = {
        rt.calls([&](std::uint64_t) { use(said.publish(text, now)); });
      }},
     {"publisher::publish", "a text by an empty handle",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<publisher<json_text>>(),
-                   [](auto& empty, auto) { return empty.publish(text, now); });
-     }},
-    {"publisher::publish", "a text, reading the time",
-     [](real_time& rt) {
-       rt.calls_on(saying_in(rt), [](auto& with, auto) {
-         use(with.handle.publish(text));
-         serve(with.on);
-       });
-     },
+     calls_on<made<publisher<json_text>>>([](auto& empty) { return empty.publish(text, now); })},
+    {"publisher::publish", "a text, reading the time", calls_on<saying_in>([](auto& with) {
+       use(with.handle.publish(text));
+       serve(with.on);
+     }),
      true},
     {"publisher::wanted", "of structs, with and without a queue pair",
      [](real_time& rt) { read_from_publishers(rt, [](auto& p) { return p.wanted(); }); }},
@@ -248,48 +228,31 @@ constexpr exercise list[] = {
      [](real_time& rt) { read_from_text_publishers(rt, [](auto& p) { return p.dropped_full(); }); }},
 
     {"subscriber::try_take", "when nothing has arrived",
-     [](real_time& rt) {
-       rt.calls_on(subscriber_on(rt, subscribing_pair(rt, audience::somebody)),
-                   [](auto& seen, auto) { return seen.try_take(); });
-     }},
+     calls_on<taking_in>([](auto& with) { return with.handle.try_take(); })},
     {"subscriber::try_take", "when something has",
      [](real_time& rt) { take_each(rt, [](auto& seen) { return seen.try_take(); }); }},
     {"subscriber::try_take", "from a closed endpoint",
-     [](real_time& rt) {
-       rt.calls_on(subscriber_on(rt, subscribing_pair(rt, audience::closed)),
-                   [](auto& seen, auto) { return seen.try_take(); });
-     }},
+     calls_on<closed_subscriber>([](auto& seen) { return seen.try_take(); })},
     {"subscriber::try_take", "by an empty handle",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<subscriber<json_text>>(), [](auto& empty, auto) { return empty.try_take(); });
-     }},
+     calls_on<made<subscriber<json_text>>>([](auto& empty) { return empty.try_take(); })},
     {"subscriber::latest", "when nothing has arrived",
-     [](real_time& rt) {
-       rt.calls_on(subscriber_on(rt, subscribing_pair(rt, audience::somebody)),
-                   [](auto& seen, auto) { return seen.latest(); });
-     }},
-    {"subscriber::latest", "when its queue is full",
-     [](real_time& rt) {
-       rt.calls_on(taking_in(rt), [](auto& with, auto) {
-         for (std::uint32_t i = 0; i < depth; ++i) arrive(with.on);
-         use(with.handle.latest());
-       });
-     }},
+     calls_on<taking_in>([](auto& with) { return with.handle.latest(); })},
+    {"subscriber::latest", "when its queue is full", calls_on<taking_in>([](auto& with) {
+       for (std::uint32_t i = 0; i < depth; ++i) arrive(with.on);
+       use(with.handle.latest());
+     })},
     {"subscriber::latest", "from a closed endpoint, and by an empty handle",
      [](real_time& rt) {
-       auto& seen = subscriber_on(rt, subscribing_pair(rt, audience::closed));
+       auto& seen = closed_subscriber(rt);
        auto& empty = rt.make<subscriber<json_text>>();
        rt.calls([&](std::uint64_t i) { use((i % 2 == 0 ? seen : empty).latest()); });
      }},
-    {"message_view::~message_view", "when it closed meanwhile",
-     [](real_time& rt) {
-       rt.calls_on(taking_in(rt), [](auto& with, auto) {
-         arrive(with.on);
-         const auto taken = with.handle.try_take(); // what came before it closed is still there
-         close(with.on);
-         use(taken->value().front());
-       });
-     }},
+    {"message_view::~message_view", "when it closed meanwhile", calls_on<taking_in>([](auto& with) {
+       arrive(with.on);
+       const auto taken = with.handle.try_take(); // what came before it closed is still there
+       close(with.on);
+       use(taken->value().front());
+     })},
     {"message_view::message_view", "from what has arrived",
      [](real_time& rt) { take_each(rt, [](auto& seen) { return seen.try_take(); }); }},
     {"message_view::message_view", "moved from another",

@@ -21,27 +21,17 @@ constexpr std::array<std::string_view, 8> paths{"stamp",    "at[0].n", "at[7].x"
 
 constexpr std::string_view nth(std::uint64_t i) { return paths[i % paths.size()]; }
 
-json_value sample() { return json_value::parse(pose).value(); }
+json_value sample(real_time&) { return json_value::parse(pose).value(); }
 
-json_result<double> read(std::uint64_t i) { return sample().get<double>(i % 2 == 0 ? "stamp" : "plain"); }
+json_result<double> read(const char* name) { return json_value::parse(pose)->get<double>(name); }
+json_result<double>& a_value(real_time& rt) { return rt.make<json_result<double>>(read("stamp")); }
+json_result<double>& an_error(real_time& rt) { return rt.make<json_result<double>>(read("plain")); }
 
 template <class Call>
 void with_results(real_time& rt, Call call) {
-  auto& there = rt.make<json_result<double>>(read(0));
-  auto& failed = rt.make<json_result<double>>(read(1));
+  auto& there = a_value(rt);
+  auto& failed = an_error(rt);
   rt.calls([&](std::uint64_t i) { use(call(i % 2 == 0 ? there : failed)); });
-}
-
-template <class Call>
-void with_value(real_time& rt, Call call) {
-  auto& there = rt.make<json_result<double>>(read(0));
-  rt.calls([&](std::uint64_t) { use(call(there)); });
-}
-
-template <class Call>
-void with_sample(real_time& rt, Call call) {
-  const json_value v = sample();
-  rt.calls([&](std::uint64_t i) { use(call(v, i)); });
 }
 
 template <class Call>
@@ -64,84 +54,53 @@ constexpr exercise list[] = {
        rt.calls([](std::uint64_t i) { use(json_value::parse(pose.substr(0, i % 250))); });
      }},
     {"json_value::kind", "of each",
-     [](real_time& rt) {
-       with_sample(rt, [](json_value v, std::uint64_t i) { return v.find(nth(i)).value_or(v).kind(); });
-     }},
-    {"json_value::text", "of an object",
-     [](real_time& rt) { with_sample(rt, [](json_value v, std::uint64_t) { return v.text().size(); }); }},
+     calls_on<sample>([](json_value v, auto i) { return v.find(nth(i)).value_or(v).kind(); })},
+    {"json_value::text", "of an object", calls_on<sample>([](json_value v) { return v.text().size(); })},
     {"json_value::says", "of a string and of others",
-     [](real_time& rt) {
-       with_sample(rt, [](json_value v, std::uint64_t i) { return v.find(nth(i)).value_or(v).says("a\tb"); });
-     }},
+     calls_on<sample>([](json_value v, auto i) { return v.find(nth(i)).value_or(v).says("a\tb"); })},
     {"json_value::find", "by paths that are right and wrong",
-     [](real_time& rt) { with_sample(rt, [](json_value v, std::uint64_t i) { return v.find(nth(i)); }); }},
+     calls_on<sample>([](json_value v, auto i) { return v.find(nth(i)); })},
     {"json_value::get", "of each type that may be read, there and not",
-     [](real_time& rt) {
-       with_sample(rt, [](json_value v, std::uint64_t i) {
-         use(v.get<bool>(nth(i)));
-         use(v.get<std::int64_t>(nth(i)));
-         use(v.get<float>(nth(i)));
-         use(v.get<double>(nth(i)));
-         use(v.get<std::string_view>(nth(i)));
-         use(v.get<fixed_string<3>>(nth(i)));
-         use(v.get<json_value>(nth(i)));
-         return v.get<std::optional<double>>(nth(i));
-       });
-     }},
+     calls_on<sample>([](json_value v, auto i) {
+       use(v.get<bool>(nth(i)));
+       use(v.get<std::int64_t>(nth(i)));
+       use(v.get<float>(nth(i)));
+       use(v.get<double>(nth(i)));
+       use(v.get<std::string_view>(nth(i)));
+       use(v.get<fixed_string<3>>(nth(i)));
+       use(v.get<json_value>(nth(i)));
+       return v.get<std::optional<double>>(nth(i));
+     })},
     {"json_value::get", "of strings, into what is large enough and not",
-     [](real_time& rt) {
-       with_sample(rt, [](json_value v, std::uint64_t i) {
-         std::array<char, 4> scratch;
-         return v.get<std::string_view>(nth(i), std::span{scratch}.first(i / 8 % 5));
-       });
-     }},
+     calls_on<sample>([](json_value v, auto i) {
+       std::array<char, 4> scratch;
+       return v.get<std::string_view>(nth(i), std::span{scratch}.first(i / 8 % 5));
+     })},
     {"json_value::as", "of one that matches the schema, of others, of none",
-     [](real_time& rt) {
-       with_sample(rt, [](json_value v, std::uint64_t i) {
-         return v.as<odometry>(i % 2 == 0 ? "odom" : nth(i / 2));
-       });
-     }},
-    {"json_value::members", "of an object",
-     [](real_time& rt) { with_sample(rt, [](json_value v, std::uint64_t) { return v.members(); }); }},
+     calls_on<sample>([](json_value v, auto i) { return v.as<odometry>(i % 2 == 0 ? "odom" : nth(i / 2)); })},
+    {"json_value::members", "of an object", calls_on<sample>([](json_value v) { return v.members(); })},
     {"json_value::elements", "of an array and of others",
-     [](real_time& rt) {
-       with_sample(rt, [](json_value v, std::uint64_t i) { return v.find(nth(i)).value_or(v).elements(); });
-     }},
+     calls_on<sample>([](json_value v, auto i) { return v.find(nth(i)).value_or(v).elements(); })},
 
-    {"json_range::begin", "of members",
-     [](real_time& rt) { with_sample(rt, [](json_value v, std::uint64_t) { return v.members().begin(); }); }},
-    {"json_range::end", "of members",
-     [](real_time& rt) { with_sample(rt, [](json_value v, std::uint64_t) { return v.members().end(); }); }},
+    {"json_range::begin", "of members", calls_on<sample>([](json_value v) { return v.members().begin(); })},
+    {"json_range::end", "of members", calls_on<sample>([](json_value v) { return v.members().end(); })},
     {"json_range::iterator::iterator", "of nothing",
      [](real_time& rt) { rt.calls([](std::uint64_t) { use(members::iterator{}); }); }},
     {"json_range::iterator::operator*", "of the first",
-     [](real_time& rt) {
-       with_sample(rt, [](json_value v, std::uint64_t) { return (*v.members().begin()).name; });
-     }},
-    {"json_range::iterator::operator++", "through all",
-     [](real_time& rt) {
-       with_sample(rt, [](json_value v, std::uint64_t) {
-         std::size_t bytes = 0;
-         for (const auto [name, value] : v.members()) bytes += name.text().size() + value.text().size();
-         return bytes;
-       });
-     }},
-    {"json_range::iterator::operator++", "behind",
-     [](real_time& rt) {
-       with_sample(rt, [](json_value v, std::uint64_t) {
-         auto at = v.members().begin();
-         return at++;
-       });
-     }},
+     calls_on<sample>([](json_value v) { return (*v.members().begin()).name; })},
+    {"json_range::iterator::operator++", "through all", calls_on<sample>([](json_value v) {
+       std::size_t bytes = 0;
+       for (const auto [name, value] : v.members()) bytes += name.text().size() + value.text().size();
+       return bytes;
+     })},
+    {"json_range::iterator::operator++", "behind", calls_on<sample>([](json_value v) {
+       auto at = v.members().begin();
+       return at++;
+     })},
     {"json_range::iterator::operator==", "with the end",
-     [](real_time& rt) {
-       with_sample(rt, [](json_value v, std::uint64_t) { return v.members().begin() == v.members().end(); });
-     }},
+     calls_on<sample>([](json_value v) { return v.members().begin() == v.members().end(); })},
     {"json_range::iterator::operator==", "with another",
-     [](real_time& rt) {
-       with_sample(rt,
-                   [](json_value v, std::uint64_t) { return v.members().begin() == v.members().begin(); });
-     }},
+     calls_on<sample>([](json_value v) { return v.members().begin() == v.members().begin(); })},
 
     {"json_result::operator bool", "of a value and of an error",
      [](real_time& rt) { with_results(rt, [](auto& r) { return static_cast<bool>(r); }); }},
@@ -149,23 +108,17 @@ constexpr exercise list[] = {
      [](real_time& rt) { with_results(rt, [](auto& r) { return r.has_value(); }); }},
     {"json_result::code", "of a value and of an error",
      [](real_time& rt) { with_results(rt, [](auto& r) { return r.code(); }); }},
-    {"json_result::error", "of an error",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<json_result<double>>(read(1)), [](auto& failed, auto) {
-         std::array<char, 100> buffer;
-         use(failed.error().message(buffer));
-       });
-     }},
-    {"json_result::operator*", "of a value",
-     [](real_time& rt) { with_value(rt, [](auto& r) { return *r; }); }},
-    {"json_result::operator*", "of a constant one",
-     [](real_time& rt) { with_value(rt, [](const auto& r) { return *r; }); }},
+    {"json_result::error", "of an error", calls_on<an_error>([](auto& failed) {
+       std::array<char, 100> buffer;
+       use(failed.error().message(buffer));
+     })},
+    {"json_result::operator*", "of a value", calls_on<a_value>([](auto& r) { return *r; })},
+    {"json_result::operator*", "of a constant one", calls_on<a_value>([](const auto& r) { return *r; })},
     {"json_result::operator*", "of a temporary",
-     [](real_time& rt) { rt.calls([](std::uint64_t) { use(*read(0)); }); }},
-    {"json_result::operator->", "of a value",
-     [](real_time& rt) { with_value(rt, [](auto& r) { return r.operator->(); }); }},
+     [](real_time& rt) { rt.calls([](std::uint64_t) { use(*read("stamp")); }); }},
+    {"json_result::operator->", "of a value", calls_on<a_value>([](auto& r) { return r.operator->(); })},
     {"json_result::operator->", "of a constant one",
-     [](real_time& rt) { with_value(rt, [](const auto& r) { return r.operator->(); }); }},
+     calls_on<a_value>([](const auto& r) { return r.operator->(); })},
 
     {"detail::reads_json::json", "of what was received",
      [](real_time& rt) { with_message(rt, [](auto& m, std::uint64_t) { return m.json(); }); }},

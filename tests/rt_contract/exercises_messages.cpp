@@ -72,13 +72,10 @@ constexpr exercise list[] = {
      [](real_time& rt) {
        rt.calls([](std::uint64_t i) { use(message{"path", array(i, "two", nullptr, array())}); });
      }},
-    {"message_of::add", "until it overflows",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<message_of<200>>(), [](auto& built, auto i) {
-         if (built.overflowed()) built = {};
-         use(built.add("member", i));
-       });
-     }},
+    {"message_of::add", "until it overflows", calls_on<made<message_of<200>>>([](auto& built, auto i) {
+       if (built.overflowed()) built = {};
+       use(built.add("member", i));
+     })},
     {"message_of::text", "of one that fits and of one that overflowed",
      [](real_time& rt) {
        const auto& fits = sample(rt);
@@ -101,16 +98,11 @@ constexpr exercise list[] = {
        const std::string long_text(500, ' ');
        rt.calls([&](std::uint64_t) { use(body{long_text}); });
      }},
-    {"body::body", "of a message",
-     [](real_time& rt) { rt.calls_on(sample(rt), [](const auto& built, auto) { return body{built}; }); }},
+    {"body::body", "of a message", calls_on<sample>([](const auto& built) { return body{built}; })},
     {"body::text", "of a message",
-     [](real_time& rt) {
-       rt.calls_on(sample(rt), [](const auto& built, auto) { return body{built}.text().size(); });
-     }},
+     calls_on<sample>([](const auto& built) { return body{built}.text().size(); })},
     {"body::outgrown", "of a message",
-     [](real_time& rt) {
-       rt.calls_on(sample(rt), [](const auto& built, auto) { return body{built}.outgrown(); });
-     }},
+     calls_on<sample>([](const auto& built) { return body{built}.outgrown(); })},
 };
 
 } // namespace

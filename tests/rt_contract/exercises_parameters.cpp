@@ -73,46 +73,32 @@ constexpr exercise list[] = {
        rt.calls([&](std::uint64_t i) { use(rowe_parameter_get_bool(i % 2 == 0 ? &one : &other)); });
      }},
     {"rowe_parameter_get_integer", "with a value that comes now and then",
-     [](real_time& rt) {
-       rt.calls_on(in_c<std::int64_t>(rt), [](auto& with, auto i) {
-         if (i % 3 == 0)
-           with.cell.service_in->write(detail::parameter_value::of_number(static_cast<std::int64_t>(i)));
-         use(rowe_parameter_get_integer(i % 5 == 0 ? nullptr : &with.one));
-       });
-     }},
+     calls_on<in_c<std::int64_t>>([](auto& with, auto i) {
+       if (i % 3 == 0)
+         with.cell.service_in->write(detail::parameter_value::of_number(static_cast<std::int64_t>(i)));
+       use(rowe_parameter_get_integer(i % 5 == 0 ? nullptr : &with.one));
+     })},
     {"rowe_parameter_get_double", "with a value that comes now and then",
-     [](real_time& rt) {
-       rt.calls_on(in_c<double>(rt), [](auto& with, auto i) {
-         if (i % 3 == 0)
-           with.cell.service_in->write(detail::parameter_value::of_number(static_cast<double>(i)));
-         use(rowe_parameter_get_double(i % 5 == 0 ? nullptr : &with.one));
-       });
-     }},
+     calls_on<in_c<double>>([](auto& with, auto i) {
+       if (i % 3 == 0)
+         with.cell.service_in->write(detail::parameter_value::of_number(static_cast<double>(i)));
+       use(rowe_parameter_get_double(i % 5 == 0 ? nullptr : &with.one));
+     })},
     {"rowe_parameter_get_text", "with a value that comes now and then",
-     [](real_time& rt) {
-       rt.calls_on(in_c<text>(rt), [](auto& with, auto i) {
-         if (i % 3 == 0) with.cell.service_in->write(detail::parameter_value::of_text("odom"));
-         use(rowe_parameter_get_text(i % 5 == 0 ? nullptr : &with.one));
-       });
-     }},
-    {"rowe_parameter_set_bool", "of its type and of none",
-     [](real_time& rt) {
-       rt.calls_on(in_c<bool>(rt), [](auto& with, auto i) {
-         use(rowe_parameter_set_bool(i % 5 == 0 ? nullptr : &with.one, i % 2 == 0));
-       });
-     }},
+     calls_on<in_c<text>>([](auto& with, auto i) {
+       if (i % 3 == 0) with.cell.service_in->write(detail::parameter_value::of_text("odom"));
+       use(rowe_parameter_get_text(i % 5 == 0 ? nullptr : &with.one));
+     })},
+    {"rowe_parameter_set_bool", "of its type and of none", calls_on<in_c<bool>>([](auto& with, auto i) {
+       use(rowe_parameter_set_bool(i % 5 == 0 ? nullptr : &with.one, i % 2 == 0));
+     })},
     {"rowe_parameter_set_integer", "of its type and of none",
-     [](real_time& rt) {
-       rt.calls_on(in_c<std::int64_t>(rt), [](auto& with, auto i) {
-         use(rowe_parameter_set_integer(i % 5 == 0 ? nullptr : &with.one, static_cast<std::int64_t>(i)));
-       });
-     }},
-    {"rowe_parameter_set_double", "of its type and of none",
-     [](real_time& rt) {
-       rt.calls_on(in_c<double>(rt), [](auto& with, auto i) {
-         use(rowe_parameter_set_double(i % 5 == 0 ? nullptr : &with.one, static_cast<double>(i)));
-       });
-     }},
+     calls_on<in_c<std::int64_t>>([](auto& with, auto i) {
+       use(rowe_parameter_set_integer(i % 5 == 0 ? nullptr : &with.one, static_cast<std::int64_t>(i)));
+     })},
+    {"rowe_parameter_set_double", "of its type and of none", calls_on<in_c<double>>([](auto& with, auto i) {
+       use(rowe_parameter_set_double(i % 5 == 0 ? nullptr : &with.one, static_cast<double>(i)));
+     })},
     {"rowe_parameter_set_text", "of its type, too long, and of none",
      [](real_time& rt) {
        rowe_parameter& one = in_c<text>(rt).one;

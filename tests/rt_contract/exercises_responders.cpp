@@ -18,36 +18,27 @@ auto texts_in(real_time& rt) {
 }
 
 // Takes a request if there is one, and answers or drops it.
-template <class Responder>
-void next_each(real_time& rt, offered<Responder> with) {
-  rt.calls([&](std::uint64_t i) {
-    if (i % 3 != 0) ask(with.on);
-    {
-      auto request = with.handle.try_next(now);
-      if (request && i % 3 == 1) use(with.handle.reply(*request, request->value(), now));
-    } // dropped unanswered, if it was not
-    serve(with.on);
-  });
-}
-
-template <class Responder>
-void next_by_the_clock(real_time& rt, offered<Responder> with) {
-  rt.calls([&](std::uint64_t) {
-    ask(with.on);
-    use(with.handle.try_next());
-    serve(with.on);
-  });
-}
-
-template <class Responder>
-void reply_by_the_clock(real_time& rt, offered<Responder> with) {
-  rt.calls([&](std::uint64_t) {
-    ask(with.on);
+constexpr auto next_each = [](auto& with, auto i) {
+  if (i % 3 != 0) ask(with.on);
+  {
     auto request = with.handle.try_next(now);
-    use(with.handle.reply(*request, request->value()));
-    serve(with.on);
-  });
-}
+    if (request && i % 3 == 1) use(with.handle.reply(*request, request->value(), now));
+  } // dropped unanswered, if it was not
+  serve(with.on);
+};
+
+constexpr auto next_by_the_clock = [](auto& with) {
+  ask(with.on);
+  use(with.handle.try_next());
+  serve(with.on);
+};
+
+constexpr auto reply_by_the_clock = [](auto& with) {
+  ask(with.on);
+  auto request = with.handle.try_next(now);
+  use(with.handle.reply(*request, request->value()));
+  serve(with.on);
+};
 
 template <class Responder>
 void next_where_there_is_none(real_time& rt, offered<Responder> with) {
@@ -57,62 +48,54 @@ void next_where_there_is_none(real_time& rt, offered<Responder> with) {
 }
 
 // Who asked is there, gone, or has given up; each request is answered twice.
-template <class Responder>
-void reply_each(real_time& rt, offered<Responder> with) {
-  rt.calls([&](std::uint64_t i) {
-    ask(with.on, i % 3 == 0 ? now + 1ns : rt::never, i % 3 == 1 ? somebody_gone : somebody);
-    auto request = with.handle.try_next(now);
-    use(with.handle.reply(*request, request->value(), now + 1ns));
-    use(with.handle.reply(*request, request->value(), now + 1ns));
-    serve(with.on);
-  });
-}
+constexpr auto reply_each = [](auto& with, auto i) {
+  ask(with.on, i % 3 == 0 ? now + 1ns : rt::never, i % 3 == 1 ? somebody_gone : somebody);
+  auto request = with.handle.try_next(now);
+  use(with.handle.reply(*request, request->value(), now + 1ns));
+  use(with.handle.reply(*request, request->value(), now + 1ns));
+  serve(with.on);
+};
 
 // Likewise.
-template <class Responder>
-void refuse_each(real_time& rt, offered<Responder> with) {
-  rt.calls([&](std::uint64_t i) {
-    ask(with.on, i % 3 == 0 ? now + 1ns : rt::never, i % 3 == 1 ? somebody_gone : somebody);
-    auto request = with.handle.try_next(now);
-    use(with.handle.refuse(*request, "no", now + 1ns));
-    use(with.handle.refuse(*request, "no", now + 1ns));
-    serve(with.on);
-  });
-}
+constexpr auto refuse_each = [](auto& with, auto i) {
+  ask(with.on, i % 3 == 0 ? now + 1ns : rt::never, i % 3 == 1 ? somebody_gone : somebody);
+  auto request = with.handle.try_next(now);
+  use(with.handle.refuse(*request, "no", now + 1ns));
+  use(with.handle.refuse(*request, "no", now + 1ns));
+  serve(with.on);
+};
 
 // The endpoint closes while a request is held.
-template <class Responder, class Answer>
-void answer_when_closed(real_time& rt, offered<Responder> with, Answer answer) {
-  rt.calls([&](std::uint64_t) {
+template <class Answer>
+constexpr auto when_closed(Answer) {
+  return [](auto& with) {
     ask(with.on);
     {
       auto request = with.handle.try_next(now);
       close(with.on);
-      answer(with.handle, *request);
+      Answer{}(with.handle, *request);
     }
     with.on.audience.set(audience::somebody);
     serve(with.on);
-  });
+  };
 }
+constexpr auto reply_when_closed =
+    when_closed([](auto& by, auto& to) { use(by.reply(to, to.value(), now)); });
+constexpr auto refuse_when_closed = when_closed([](auto& by, auto& to) { use(by.refuse(to, "no", now)); });
+constexpr auto drop_when_closed = when_closed([](auto&, auto&) {});
 
 // Those who asked have all given up.
-template <class Responder>
-void next_of_what_is_too_late(real_time& rt, offered<Responder> with) {
-  rt.calls([&](std::uint64_t) {
-    for (std::uint32_t i = 0; i < service.depth; ++i) ask(with.on, now);
-    use(with.handle.try_next(now));
-  });
-}
+constexpr auto next_of_what_is_too_late = [](auto& with) {
+  for (std::uint32_t i = 0; i < service.depth; ++i) ask(with.on, now);
+  use(with.handle.try_next(now));
+};
 
-template <class Responder>
-void refuse_by_the_clock(real_time& rt, offered<Responder> with) {
-  rt.calls([&](std::uint64_t) {
-    ask(with.on);
-    auto request = with.handle.try_next(now);
-    use(with.handle.refuse(*request, "no"));
-    serve(with.on);
-  });
-}
+constexpr auto refuse_by_the_clock = [](auto& with) {
+  ask(with.on);
+  auto request = with.handle.try_next(now);
+  use(with.handle.refuse(*request, "no"));
+  serve(with.on);
+};
 
 template <class Read>
 void read_a_request(real_time& rt, Read read) {
@@ -123,16 +106,14 @@ void read_a_request(real_time& rt, Read read) {
 }
 
 constexpr exercise list[] = {
-    {"responder::try_next", "of structs", [](real_time& rt) { next_each(rt, structs_in(rt)); }},
-    {"responder::try_next", "of texts", [](real_time& rt) { next_each(rt, texts_in(rt)); }},
+    {"responder::try_next", "of structs", calls_on<structs_in>(next_each)},
+    {"responder::try_next", "of texts", calls_on<texts_in>(next_each)},
     {"responder::try_next", "of structs, closed and empty",
      [](real_time& rt) { next_where_there_is_none(rt, structs_in(rt)); }},
     {"responder::try_next", "of texts, closed and empty",
      [](real_time& rt) { next_where_there_is_none(rt, texts_in(rt)); }},
-    {"responder::try_next", "of structs, reading the time",
-     [](real_time& rt) { next_by_the_clock(rt, structs_in(rt)); }, true},
-    {"responder::try_next", "of texts, reading the time",
-     [](real_time& rt) { next_by_the_clock(rt, texts_in(rt)); }, true},
+    {"responder::try_next", "of structs, reading the time", calls_on<structs_in>(next_by_the_clock), true},
+    {"responder::try_next", "of texts, reading the time", calls_on<texts_in>(next_by_the_clock), true},
     {"responder::try_next", "when no place for an answer is left",
      [](real_time& rt) {
        auto with = structs_in(rt);
@@ -145,17 +126,10 @@ constexpr exercise list[] = {
        rt.calls([&](std::uint64_t) { use(with.handle.try_next(now)); });
      }},
     {"responder::try_next", "of structs, when all have given up",
-     [](real_time& rt) { next_of_what_is_too_late(rt, structs_in(rt)); }},
-    {"responder::try_next", "of texts, when all have given up",
-     [](real_time& rt) { next_of_what_is_too_late(rt, texts_in(rt)); }},
-    {"responder::reply", "with structs, when it closed",
-     [](real_time& rt) {
-       answer_when_closed(rt, structs_in(rt), [](auto& by, auto& to) { use(by.reply(to, to.value(), now)); });
-     }},
-    {"responder::reply", "with texts, when it closed",
-     [](real_time& rt) {
-       answer_when_closed(rt, texts_in(rt), [](auto& by, auto& to) { use(by.reply(to, to.value(), now)); });
-     }},
+     calls_on<structs_in>(next_of_what_is_too_late)},
+    {"responder::try_next", "of texts, when all have given up", calls_on<texts_in>(next_of_what_is_too_late)},
+    {"responder::reply", "with structs, when it closed", calls_on<structs_in>(reply_when_closed)},
+    {"responder::reply", "with texts, when it closed", calls_on<texts_in>(reply_when_closed)},
     {"responder::reply", "with texts that are too big",
      [](real_time& rt) {
        auto with = texts_in(rt);
@@ -166,35 +140,25 @@ constexpr exercise list[] = {
          use(with.handle.reply(*request, std::string_view{many.data(), many.size()}, now));
        });
      }},
-    {"responder::refuse", "of structs, when it closed",
-     [](real_time& rt) {
-       answer_when_closed(rt, structs_in(rt), [](auto& by, auto& to) { use(by.refuse(to, "no", now)); });
-     }},
+    {"responder::refuse", "of structs, when it closed", calls_on<structs_in>(refuse_when_closed)},
     {"detail::open_request::~open_request", "unanswered, when it closed",
-     [](real_time& rt) { answer_when_closed(rt, texts_in(rt), [](auto&, auto&) {}); }},
-    {"responder::reply", "with structs", [](real_time& rt) { reply_each(rt, structs_in(rt)); }},
-    {"responder::reply", "with texts", [](real_time& rt) { reply_each(rt, texts_in(rt)); }},
-    {"responder::reply", "with structs, reading the time",
-     [](real_time& rt) { reply_by_the_clock(rt, structs_in(rt)); }, true},
-    {"responder::reply", "with texts, reading the time",
-     [](real_time& rt) { reply_by_the_clock(rt, texts_in(rt)); }, true},
-    {"responder::refuse", "of structs", [](real_time& rt) { refuse_each(rt, structs_in(rt)); }},
-    {"responder::refuse", "of texts", [](real_time& rt) { refuse_each(rt, texts_in(rt)); }},
-    {"responder::refuse", "of structs, reading the time",
-     [](real_time& rt) { refuse_by_the_clock(rt, structs_in(rt)); }, true},
-    {"responder::refuse", "of texts, reading the time",
-     [](real_time& rt) { refuse_by_the_clock(rt, texts_in(rt)); }, true},
+     calls_on<texts_in>(drop_when_closed)},
+    {"responder::reply", "with structs", calls_on<structs_in>(reply_each)},
+    {"responder::reply", "with texts", calls_on<texts_in>(reply_each)},
+    {"responder::reply", "with structs, reading the time", calls_on<structs_in>(reply_by_the_clock), true},
+    {"responder::reply", "with texts, reading the time", calls_on<texts_in>(reply_by_the_clock), true},
+    {"responder::refuse", "of structs", calls_on<structs_in>(refuse_each)},
+    {"responder::refuse", "of texts", calls_on<texts_in>(refuse_each)},
+    {"responder::refuse", "of structs, reading the time", calls_on<structs_in>(refuse_by_the_clock), true},
+    {"responder::refuse", "of texts, reading the time", calls_on<texts_in>(refuse_by_the_clock), true},
 
-    {"detail::open_request::open_request", "moved from another",
-     [](real_time& rt) {
-       rt.calls_on(texts_in(rt), [](auto& with, auto) {
-         ask(with.on);
-         auto request = with.handle.try_next(now);
-         const rowe::request<json_text> moved{std::move(*request)};
-         use(moved);
-         serve(with.on);
-       });
-     }},
+    {"detail::open_request::open_request", "moved from another", calls_on<texts_in>([](auto& with) {
+       ask(with.on);
+       auto request = with.handle.try_next(now);
+       const rowe::request<json_text> moved{std::move(*request)};
+       use(moved);
+       serve(with.on);
+     })},
     {"detail::open_request::operator=", "of two",
      [](real_time& rt) {
        auto with = structs_in(rt);
@@ -207,14 +171,11 @@ constexpr exercise list[] = {
          *kept = std::move(*next);
        });
      }},
-    {"detail::open_request::~open_request", "unanswered",
-     [](real_time& rt) {
-       rt.calls_on(structs_in(rt), [](auto& with, auto) {
-         ask(with.on);
-         use(with.handle.try_next(now));
-         serve(with.on);
-       });
-     }},
+    {"detail::open_request::~open_request", "unanswered", calls_on<structs_in>([](auto& with) {
+       ask(with.on);
+       use(with.handle.try_next(now));
+       serve(with.on);
+     })},
     {"request::value", "of a request",
      [](real_time& rt) { read_a_request(rt, [](const auto& r) { return r.value().x; }); }},
     {"request::operator*", "of a request",

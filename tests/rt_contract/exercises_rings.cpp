@@ -24,6 +24,9 @@ ring_ends ring_with(real_time& rt, std::size_t waiting) {
   while (waiting-- > 0) use(ends.in.try_push(waiting));
   return ends;
 }
+ring_ends empty_ring(real_time& rt) { return ring_with(rt, 0); }
+ring_ends half_full_ring(real_time& rt) { return ring_with(rt, places / 2); }
+ring_ends full_ring(real_time& rt) { return ring_with(rt, places); }
 
 struct free_ends {
   free_ring& numbers;
@@ -36,6 +39,8 @@ free_ends free_with(real_time& rt, std::uint32_t slots_out) {
   while (slots_out-- > 0) use(ends.owner.try_take());
   return ends;
 }
+free_ends all_free(real_time& rt) { return free_with(rt, 0); }
+free_ends none_free(real_time& rt) { return free_with(rt, places); }
 
 struct odometry {
   double member[13];
@@ -59,80 +64,49 @@ core_ends new_core(real_time& rt) { return {rt.make<rt::window_core<>>()}; }
 
 constexpr exercise list[] = {
     {"ring_producer::try_push", "into a ring with room, over the wrap of its indices",
-     [](real_time& rt) {
-       rt.calls_on(ring_with(rt, 0), [](auto& r, auto i) {
-         use(r.in.try_push(i));
-         use(r.out.try_pop());
-       });
-     }},
+     calls_on<empty_ring>([](auto& r, auto i) {
+       use(r.in.try_push(i));
+       use(r.out.try_pop());
+     })},
     {"ring_producer::try_push", "into a ring that fills up and empties",
-     [](real_time& rt) {
-       rt.calls_on(ring_with(rt, 0), [](auto& r, auto i) {
-         if (!r.in.try_push(i)) r.out.drain([](std::uint64_t item) { use(item); }, places);
-       });
-     }},
+     calls_on<empty_ring>([](auto& r, auto i) {
+       if (!r.in.try_push(i)) r.out.drain([](std::uint64_t item) { use(item); }, places);
+     })},
     {"ring_producer::try_push", "into a full ring",
-     [](real_time& rt) {
-       rt.calls_on(ring_with(rt, places), [](auto& r, auto i) { return r.in.try_push(i); });
-     }},
+     calls_on<full_ring>([](auto& r, auto i) { return r.in.try_push(i); })},
     {"ring_producer::room_at_least", "of an empty ring",
-     [](real_time& rt) {
-       rt.calls_on(ring_with(rt, 0), [](auto& r, auto) { return r.in.room_at_least(); });
-     }},
+     calls_on<empty_ring>([](auto& r) { return r.in.room_at_least(); })},
     {"ring_producer::room_at_least", "of a full ring",
-     [](real_time& rt) {
-       rt.calls_on(ring_with(rt, places), [](auto& r, auto) { return r.in.room_at_least(); });
-     }},
+     calls_on<full_ring>([](auto& r) { return r.in.room_at_least(); })},
     {"ring_consumer::try_pop", "from an empty ring",
-     [](real_time& rt) { rt.calls_on(ring_with(rt, 0), [](auto& r, auto) { return r.out.try_pop(); }); }},
-    {"ring_consumer::try_pop", "from a ring that empties and fills up",
-     [](real_time& rt) {
-       rt.calls_on(ring_with(rt, places), [](auto& r, auto) {
-         if (r.out.try_pop()) return;
-         for (std::uint64_t item = 0; r.in.try_push(item);) ++item;
-       });
-     }},
+     calls_on<empty_ring>([](auto& r) { return r.out.try_pop(); })},
+    {"ring_consumer::try_pop", "from a ring that empties and fills up", calls_on<full_ring>([](auto& r) {
+       if (r.out.try_pop()) return;
+       for (std::uint64_t item = 0; r.in.try_push(item);) ++item;
+     })},
     {"ring_consumer::drain", "an empty ring",
-     [](real_time& rt) {
-       rt.calls_on(ring_with(rt, 0),
-                   [](auto& r, auto) { return r.out.drain([](std::uint64_t item) { use(item); }, 64); });
-     }},
-    {"ring_consumer::drain", "a part of a ring",
-     [](real_time& rt) {
-       rt.calls_on(ring_with(rt, places / 2), [](auto& r, auto i) {
-         use(r.in.try_push(i));
-         use(r.out.drain([](std::uint64_t item) { use(item); }, 1));
-       });
-     }},
-    {"ring_consumer::drain", "a full ring",
-     [](real_time& rt) {
-       rt.calls_on(ring_with(rt, 0), [](auto& r, auto) {
-         for (std::uint64_t item = 0; item < 64; ++item) use(r.in.try_push(item));
-         use(r.out.drain([](std::uint64_t item) { use(item); }, places));
-       });
-     }},
+     calls_on<empty_ring>([](auto& r) { return r.out.drain([](std::uint64_t item) { use(item); }, 64); })},
+    {"ring_consumer::drain", "a part of a ring", calls_on<half_full_ring>([](auto& r, auto i) {
+       use(r.in.try_push(i));
+       use(r.out.drain([](std::uint64_t item) { use(item); }, 1));
+     })},
+    {"ring_consumer::drain", "a full ring", calls_on<empty_ring>([](auto& r) {
+       for (std::uint64_t item = 0; item < 64; ++item) use(r.in.try_push(item));
+       use(r.out.drain([](std::uint64_t item) { use(item); }, places));
+     })},
     {"ring_consumer::pending_at_least", "in an empty ring",
-     [](real_time& rt) {
-       rt.calls_on(ring_with(rt, 0), [](auto& r, auto) { return r.out.pending_at_least(); });
-     }},
+     calls_on<empty_ring>([](auto& r) { return r.out.pending_at_least(); })},
     {"ring_consumer::pending_at_least", "in a full ring",
-     [](real_time& rt) {
-       rt.calls_on(ring_with(rt, places), [](auto& r, auto) { return r.out.pending_at_least(); });
-     }},
-    {"spsc_ring::capacity", "always",
-     [](real_time& rt) { rt.calls_on(ring_with(rt, 0), [](auto& r, auto) { return r.ring.capacity(); }); }},
+     calls_on<full_ring>([](auto& r) { return r.out.pending_at_least(); })},
+    {"spsc_ring::capacity", "always", calls_on<empty_ring>([](auto& r) { return r.ring.capacity(); })},
     {"spsc_ring::approximate_size", "of a half full ring",
-     [](real_time& rt) {
-       rt.calls_on(ring_with(rt, places / 2), [](auto& r, auto) { return r.ring.approximate_size(); });
-     }},
+     calls_on<half_full_ring>([](auto& r) { return r.ring.approximate_size(); })},
 
     {"free_producer::release", "each number in turn",
-     [](real_time& rt) {
-       rt.calls_on(free_with(rt, 0), [](auto& h, auto) { h.borrower.release(*h.owner.try_take()); });
-     }},
+     calls_on<all_free>([](auto& h) { h.borrower.release(*h.owner.try_take()); })},
     {"free_producer::release", "after all were out",
      [](real_time& rt) {
-       const auto h = free_with(rt, places);
+       const auto h = none_free(rt);
        std::uint32_t next = 0;
        rt.calls([&](std::uint64_t) {
          if (next < places) {
@@ -143,61 +117,38 @@ constexpr exercise list[] = {
        });
      }},
     {"free_consumer::try_take", "when all are out",
-     [](real_time& rt) {
-       rt.calls_on(free_with(rt, places), [](auto& h, auto) { return h.owner.try_take(); });
-     }},
-    {"free_consumer::try_take", "until all are out",
-     [](real_time& rt) {
-       rt.calls_on(free_with(rt, 0), [](auto& h, auto) {
-         if (h.owner.try_take()) return;
-         for (std::uint32_t number = 0; number < places; ++number) h.borrower.release(number);
-       });
-     }},
+     calls_on<none_free>([](auto& h) { return h.owner.try_take(); })},
+    {"free_consumer::try_take", "until all are out", calls_on<all_free>([](auto& h) {
+       if (h.owner.try_take()) return;
+       for (std::uint32_t number = 0; number < places; ++number) h.borrower.release(number);
+     })},
     {"free_consumer::free_at_least", "when all are out",
-     [](real_time& rt) {
-       rt.calls_on(free_with(rt, places), [](auto& h, auto) { return h.owner.free_at_least(); });
-     }},
-    {"free_ring::slot_count", "always",
-     [](real_time& rt) {
-       rt.calls_on(free_with(rt, 0), [](auto& h, auto) { return h.numbers.slot_count(); });
-     }},
+     calls_on<none_free>([](auto& h) { return h.owner.free_at_least(); })},
+    {"free_ring::slot_count", "always", calls_on<all_free>([](auto& h) { return h.numbers.slot_count(); })},
 
-    {"core_writer::begin_write", "before and after reads",
-     [](real_time& rt) {
-       rt.calls_on(new_core(rt), [](auto& w, auto i) {
-         w.writer.end_write(w.writer.begin_write());
-         if (i % 3 == 0) use(w.reader.begin_read());
-       });
-     }},
+    {"core_writer::begin_write", "before and after reads", calls_on<new_core>([](auto& w, auto i) {
+       w.writer.end_write(w.writer.begin_write());
+       if (i % 3 == 0) use(w.reader.begin_read());
+     })},
     {"core_writer::end_write", "without a reader",
-     [](real_time& rt) {
-       rt.calls_on(new_core(rt), [](auto& w, auto) { w.writer.end_write(w.writer.begin_write()); });
-     }},
-    {"core_writer::sequence", "always",
-     [](real_time& rt) { rt.calls_on(new_core(rt), [](auto& w, auto) { return w.writer.sequence(); }); }},
+     calls_on<new_core>([](auto& w) { w.writer.end_write(w.writer.begin_write()); })},
+    {"core_writer::sequence", "always", calls_on<new_core>([](auto& w) { return w.writer.sequence(); })},
     {"core_reader::begin_read", "before the first write",
-     [](real_time& rt) { rt.calls_on(new_core(rt), [](auto& w, auto) { return w.reader.begin_read(); }); }},
+     calls_on<new_core>([](auto& w) { return w.reader.begin_read(); })},
     {"core_reader::begin_read", "of what was read already",
      [](real_time& rt) {
        const auto w = new_core(rt);
        w.writer.end_write(w.writer.begin_write());
        rt.calls([&](std::uint64_t) { use(w.reader.begin_read()); });
      }},
-    {"core_reader::begin_read", "of something new",
-     [](real_time& rt) {
-       rt.calls_on(new_core(rt), [](auto& w, auto) {
-         w.writer.end_write(w.writer.begin_write());
-         use(w.reader.begin_read());
-       });
-     }},
-    {"core_reader::sequence", "always",
-     [](real_time& rt) { rt.calls_on(new_core(rt), [](auto& w, auto) { return w.reader.sequence(); }); }},
+    {"core_reader::begin_read", "of something new", calls_on<new_core>([](auto& w) {
+       w.writer.end_write(w.writer.begin_write());
+       use(w.reader.begin_read());
+     })},
+    {"core_reader::sequence", "always", calls_on<new_core>([](auto& w) { return w.reader.sequence(); })},
     {"window_writer::write", "without a reader",
-     [](real_time& rt) {
-       rt.calls_on(new_window(rt), [](auto& w, auto i) { w.writer.write({{static_cast<double>(i)}}); });
-     }},
-    {"window_writer::sequence", "always",
-     [](real_time& rt) { rt.calls_on(new_window(rt), [](auto& w, auto) { return w.writer.sequence(); }); }},
+     calls_on<new_window>([](auto& w, auto i) { w.writer.write({{static_cast<double>(i)}}); })},
+    {"window_writer::sequence", "always", calls_on<new_window>([](auto& w) { return w.writer.sequence(); })},
     {"window_reader::read", "before the first write",
      [](real_time& rt) {
        const auto w = new_window(rt);
@@ -220,13 +171,10 @@ constexpr exercise list[] = {
          use(w.reader.read(value));
        });
      }},
-    {"window_reader::sequence", "always",
-     [](real_time& rt) { rt.calls_on(new_window(rt), [](auto& w, auto) { return w.reader.sequence(); }); }},
+    {"window_reader::sequence", "always", calls_on<new_window>([](auto& w) { return w.reader.sequence(); })},
 
     {"producer_epoch::advance", "always",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<rt::producer_epoch<>>(), [](auto& epoch, auto) { epoch.advance(); });
-     }},
+     calls_on<made<rt::producer_epoch<>>>([](auto& epoch) { epoch.advance(); })},
     {"waker::wake", "while nobody sleeps", // and while somebody does: by the handles, under idle::wake
      [](real_time& rt) {
        auto& waker = rt.make<rt::waker<>>(rt::eventfd_signal{});

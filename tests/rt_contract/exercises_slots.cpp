@@ -16,16 +16,11 @@ slab new_slab(real_time& rt) {
 }
 
 constexpr exercise list[] = {
-    {"slab::slot", "each in turn, written to",
-     [](real_time& rt) {
-       rt.calls_on(new_slab(rt), [](auto& s, auto i) {
-         s.slot(static_cast<std::uint32_t>(i % slots)).back() = std::byte{1};
-       });
-     }},
-    {"slab::slot_count", "always",
-     [](real_time& rt) { rt.calls_on(new_slab(rt), [](auto& s, auto) { return s.slot_count(); }); }},
-    {"slab::payload_bytes", "always",
-     [](real_time& rt) { rt.calls_on(new_slab(rt), [](auto& s, auto) { return s.payload_bytes(); }); }},
+    {"slab::slot", "each in turn, written to", calls_on<new_slab>([](auto& s, auto i) {
+       s.slot(static_cast<std::uint32_t>(i % slots)).back() = std::byte{1};
+     })},
+    {"slab::slot_count", "always", calls_on<new_slab>([](auto& s) { return s.slot_count(); })},
+    {"slab::payload_bytes", "always", calls_on<new_slab>([](auto& s) { return s.payload_bytes(); })},
 };
 
 } // namespace

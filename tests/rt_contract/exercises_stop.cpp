@@ -107,17 +107,11 @@ constexpr exercise list[] = {
        rt.calls([&](std::uint64_t) { use(on.permit.read()); });
      }},
     {"detail::latch_words::check_in", "always",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<detail::latch_words<>>(), [](auto& words, auto) { words.check_in(now); });
-     }},
+     calls_on<made<detail::latch_words<>>>([](auto& words) { words.check_in(now); })},
     {"detail::latch_words::trip", "always",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<detail::latch_words<>>(), [](auto& words, auto) { words.trip(1); });
-     }},
+     calls_on<made<detail::latch_words<>>>([](auto& words) { words.trip(1); })},
     {"detail::latch_words::acknowledge", "always",
-     [](real_time& rt) {
-       rt.calls_on(rt.make<detail::latch_words<>>(), [](auto& words, auto) { words.acknowledge(1, now); });
-     }},
+     calls_on<made<detail::latch_words<>>>([](auto& words) { words.acknowledge(1, now); })},
     {"detail::latch_engaged", "tripped",
      [](real_time& rt) {
        auto& permit = rt.make<detail::permit_word<>>();

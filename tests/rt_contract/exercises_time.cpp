@@ -27,10 +27,9 @@ histogram& histogram_with(real_time& rt, std::uint64_t values) {
   return h;
 }
 
-template <class Call>
-void with_loop(real_time& rt, Call call) {
-  rt.calls_on(rt.make<periodic>(1ms), [call](auto& loop, auto) { return call(loop); });
-}
+histogram& empty_histogram(real_time& rt) { return histogram_with(rt, 0); }
+histogram& filled_histogram(real_time& rt) { return histogram_with(rt, 1000); }
+periodic& loop_in(real_time& rt) { return rt.make<periodic>(1ms); }
 
 constexpr exercise list[] = {
     {"monotonic_clock::now", "always",
@@ -50,64 +49,40 @@ constexpr exercise list[] = {
        rt.calls([](std::uint64_t i) { use(rt::nanoseconds_of(time_point{value_of(i)})); });
      }},
 
-    {"counter::add", "always",
-     [](real_time& rt) { rt.calls_on(rt.make<counter>(), [](auto& c, auto) { c.add(); }); }},
-    {"counter::set", "always",
-     [](real_time& rt) { rt.calls_on(rt.make<counter>(), [](auto& c, auto i) { c.set(i); }); }},
-    {"counter::get", "always",
-     [](real_time& rt) { rt.calls_on(rt.make<counter>(), [](auto& c, auto) { return c.get(); }); }},
+    {"counter::add", "always", calls_on<made<counter>>([](auto& c) { c.add(); })},
+    {"counter::set", "always", calls_on<made<counter>>([](auto& c, auto i) { c.set(i); })},
+    {"counter::get", "always", calls_on<made<counter>>([](auto& c) { return c.get(); })},
 
     {"histogram::record", "values of every size, saturated and negative ones too",
-     [](real_time& rt) {
-       rt.calls_on(histogram_with(rt, 0), [](auto& h, auto i) { h.record(value_of(i) - 1ms); });
-     }},
+     calls_on<empty_histogram>([](auto& h, auto i) { h.record(value_of(i) - 1ms); })},
     {"histogram::record", "a value many times",
-     [](real_time& rt) {
-       rt.calls_on(histogram_with(rt, 0), [](auto& h, auto i) { h.record(value_of(i), 100); });
-     }},
-    {"histogram::clear", "a filled one",
-     [](real_time& rt) { rt.calls_on(histogram_with(rt, 1000), [](auto& h, auto) { h.clear(); }); }},
+     calls_on<empty_histogram>([](auto& h, auto i) { h.record(value_of(i), 100); })},
+    {"histogram::clear", "a filled one", calls_on<filled_histogram>([](auto& h) { h.clear(); })},
     {"histogram::add", "one of the same precision",
      [](real_time& rt) {
-       histogram& h = histogram_with(rt, 1000);
-       const histogram& other = histogram_with(rt, 1000);
+       histogram& h = filled_histogram(rt);
+       const histogram& other = filled_histogram(rt);
        rt.calls([&](std::uint64_t) { use(h.add(other)); });
      }},
     {"histogram::add", "one of another precision",
      [](real_time& rt) {
-       histogram& h = histogram_with(rt, 1000);
+       histogram& h = filled_histogram(rt);
        const histogram& other = rt.make<rt::inline_histogram<5>>();
        rt.calls([&](std::uint64_t) { use(h.add(other)); });
      }},
     {"histogram::percentile", "of an empty one",
-     [](real_time& rt) {
-       rt.calls_on(histogram_with(rt, 0), [](auto& h, auto) { return h.percentile(99.9); });
-     }},
+     calls_on<empty_histogram>([](auto& h) { return h.percentile(99.9); })},
     {"histogram::percentile", "of a filled one",
-     [](real_time& rt) {
-       rt.calls_on(histogram_with(rt, 1000),
-                   [](auto& h, auto i) { return h.percentile(static_cast<double>(i % 101)); });
-     }},
-    {"histogram::count", "always",
-     [](real_time& rt) { rt.calls_on(histogram_with(rt, 1000), [](auto& h, auto) { return h.count(); }); }},
-    {"histogram::saturated", "always",
-     [](real_time& rt) {
-       rt.calls_on(histogram_with(rt, 1000), [](auto& h, auto) { return h.saturated(); });
-     }},
-    {"histogram::min", "always",
-     [](real_time& rt) { rt.calls_on(histogram_with(rt, 1000), [](auto& h, auto) { return h.min(); }); }},
-    {"histogram::max", "always",
-     [](real_time& rt) { rt.calls_on(histogram_with(rt, 1000), [](auto& h, auto) { return h.max(); }); }},
-    {"histogram::mean", "of an empty one",
-     [](real_time& rt) { rt.calls_on(histogram_with(rt, 0), [](auto& h, auto) { return h.mean(); }); }},
-    {"histogram::mean", "of a filled one",
-     [](real_time& rt) { rt.calls_on(histogram_with(rt, 1000), [](auto& h, auto) { return h.mean(); }); }},
+     calls_on<filled_histogram>([](auto& h, auto i) { return h.percentile(static_cast<double>(i % 101)); })},
+    {"histogram::count", "always", calls_on<filled_histogram>([](auto& h) { return h.count(); })},
+    {"histogram::saturated", "always", calls_on<filled_histogram>([](auto& h) { return h.saturated(); })},
+    {"histogram::min", "always", calls_on<filled_histogram>([](auto& h) { return h.min(); })},
+    {"histogram::max", "always", calls_on<filled_histogram>([](auto& h) { return h.max(); })},
+    {"histogram::mean", "of an empty one", calls_on<empty_histogram>([](auto& h) { return h.mean(); })},
+    {"histogram::mean", "of a filled one", calls_on<filled_histogram>([](auto& h) { return h.mean(); })},
     {"histogram::precision_bits", "always",
-     [](real_time& rt) {
-       rt.calls_on(histogram_with(rt, 0), [](auto& h, auto) { return h.precision_bits(); });
-     }},
-    {"histogram::counters", "always",
-     [](real_time& rt) { rt.calls_on(histogram_with(rt, 0), [](auto& h, auto) { return h.counters(); }); }},
+     calls_on<empty_histogram>([](auto& h) { return h.precision_bits(); })},
+    {"histogram::counters", "always", calls_on<empty_histogram>([](auto& h) { return h.counters(); })},
     {"histogram::index_of", "every value",
      [](real_time& rt) { rt.calls([](std::uint64_t i) { use(histogram::index_of(i << (i % 40), 7)); }); }},
     {"histogram::lowest_of", "every counter",
@@ -116,36 +91,32 @@ constexpr exercise list[] = {
      [](real_time& rt) { rt.calls([](std::uint64_t i) { use(histogram::highest_of(i % 3808, 7)); }); }},
 
     {"basic_periodic::stop", "a loop that runs, and one that is stopped",
-     [](real_time& rt) { with_loop(rt, [](auto& loop) { loop.stop(); }); }},
+     calls_on<loop_in>([](auto& loop) { loop.stop(); })},
     {"basic_periodic::stopped", "before stop()",
-     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.stopped(); }); }},
+     calls_on<loop_in>([](auto& loop) { return loop.stopped(); })},
     {"basic_periodic::stopped", "after stop()",
      [](real_time& rt) {
-       auto& loop = rt.make<periodic>(1ms);
+       auto& loop = loop_in(rt);
        loop.stop();
        rt.calls([&](std::uint64_t) { use(loop.stopped()); });
      }},
-    {"basic_periodic::period", "always",
-     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.period(); }); }},
-    {"basic_periodic::cycles", "always",
-     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.cycles(); }); }},
-    {"basic_periodic::overruns", "always",
-     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.overruns(); }); }},
+    {"basic_periodic::period", "always", calls_on<loop_in>([](auto& loop) { return loop.period(); })},
+    {"basic_periodic::cycles", "always", calls_on<loop_in>([](auto& loop) { return loop.cycles(); })},
+    {"basic_periodic::overruns", "always", calls_on<loop_in>([](auto& loop) { return loop.overruns(); })},
     {"basic_periodic::next_deadline", "before the first wait()",
-     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.next_deadline(); }); }},
+     calls_on<loop_in>([](auto& loop) { return loop.next_deadline(); })},
     {"basic_periodic::next_deadline", "between two waits",
      [](real_time& rt) {
-       auto& loop = rt.make<periodic>(1ms);
+       auto& loop = loop_in(rt);
        (void)loop.wait();
        (void)loop.wait();
        rt.calls([&](std::uint64_t) { use(loop.next_deadline()); });
      }},
     {"basic_periodic::lateness", "always",
-     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.lateness().count(); }); }},
+     calls_on<loop_in>([](auto& loop) { return loop.lateness().count(); })},
     {"basic_periodic::grants", "always",
-     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.grants().complete(); }); }},
-    {"basic_periodic::clock", "always",
-     [](real_time& rt) { with_loop(rt, [](auto& loop) { return loop.clock(); }); }},
+     calls_on<loop_in>([](auto& loop) { return loop.grants().complete(); })},
+    {"basic_periodic::clock", "always", calls_on<loop_in>([](auto& loop) { return loop.clock(); })},
 };
 
 } // namespace

@@ -14,6 +14,8 @@ subscribing subscriber_in(real_time& rt, keep kept = keep::all) {
       rt, detail::subscribe_request<odometry>("/odom", {.keep = kept, .depth = depth}));
 }
 
+subscribing all_in(real_time& rt) { return subscriber_in(rt); }
+
 template <class Take>
 void take_each(real_time& rt, keep kept, Take take) {
   auto with = subscriber_in(rt, kept);
@@ -80,27 +82,21 @@ constexpr exercise list[] = {
      [](real_time& rt) { take_in_time(rt, keep::all, [](auto& s) { return s.latest(now); }); }},
     {"subscriber::expired", "while times pass",
      [](real_time& rt) { take_in_time(rt, keep::all, [](auto& s) { return s.try_take(now); }); }},
-    {"subscriber::latest", "of structs, when its queue is full",
-     [](real_time& rt) {
-       rt.calls_on(subscriber_in(rt), [](auto& with, auto) {
-         for (std::uint32_t i = 0; i < depth; ++i) decode(with.on);
-         use(with.handle.latest());
-       });
-     }},
+    {"subscriber::latest", "of structs, when its queue is full", calls_on<all_in>([](auto& with) {
+       for (std::uint32_t i = 0; i < depth; ++i) decode(with.on);
+       use(with.handle.latest());
+     })},
     {"subscriber::latest", "of structs, the newest",
      [](real_time& rt) { take_each(rt, keep::newest, [](auto& s) { return s.latest(); }); }},
     {"subscriber::latest", "of structs, closed and empty",
      [](real_time& rt) { take_where_there_is_none(rt, [](auto& s) { return s.latest(); }); }},
 
-    {"value_view::value_view", "moved from another",
-     [](real_time& rt) {
-       rt.calls_on(subscriber_in(rt), [](auto& with, auto) {
-         decode(with.on);
-         auto taken = with.handle.try_take();
-         const value_view<odometry> moved{std::move(*taken)};
-         use(moved);
-       });
-     }},
+    {"value_view::value_view", "moved from another", calls_on<all_in>([](auto& with) {
+       decode(with.on);
+       auto taken = with.handle.try_take();
+       const value_view<odometry> moved{std::move(*taken)};
+       use(moved);
+     })},
     {"value_view::operator=", "of two",
      [](real_time& rt) {
        auto with = subscriber_in(rt);

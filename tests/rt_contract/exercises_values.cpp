@@ -22,12 +22,12 @@ array& array_with(real_time& rt, std::size_t count) {
   use(a.resize(count));
   return a;
 }
+array& empty_array(real_time& rt) { return array_with(rt, 0); }
+array& short_array(real_time& rt) { return array_with(rt, 5); }
+array& full_array(real_time& rt) { return array_with(rt, array::capacity()); }
 
-string& string_with(real_time& rt, std::string_view text) {
-  auto& s = rt.make<string>();
-  use(s.assign(text));
-  return s;
-}
+string& short_string(real_time& rt) { return rt.make<string>("map"); }
+string& long_string(real_time& rt) { return rt.make<string>("base_link"); }
 
 constexpr exercise list[] = {
     {"error::name", "of every code",
@@ -91,88 +91,55 @@ constexpr exercise list[] = {
      [](real_time& rt) { rt.calls([](std::uint64_t) { use(string{"base_link"}); }); }},
     {"fixed_string::assign", "a text that fits, and one that does not",
      [](real_time& rt) {
-       auto& s = string_with(rt, "map");
+       auto& s = short_string(rt);
        constexpr std::string_view text = "a text that is too long";
        rt.calls([&](std::uint64_t i) { use(s.assign(text.substr(0, i % text.size()))); });
      }},
     {"fixed_string::resize", "within and beyond its capacity",
-     [](real_time& rt) {
-       rt.calls_on(string_with(rt, "map"), [](auto& s, auto i) { return s.resize(i % 20); });
-     }},
+     calls_on<short_string>([](auto& s, auto i) { return s.resize(i % 20); })},
     {"fixed_string::data", "written to",
-     [](real_time& rt) {
-       rt.calls_on(string_with(rt, "map"), [](auto& s, auto i) { s.data()[i % 3] = 'a'; });
-     }},
-    {"fixed_string::clear", "always",
-     [](real_time& rt) { rt.calls_on(string_with(rt, "map"), [](auto& s, auto) { s.clear(); }); }},
-    {"fixed_string::view", "always",
-     [](real_time& rt) { rt.calls_on(string_with(rt, "map"), [](auto& s, auto) { return s.view(); }); }},
+     calls_on<short_string>([](auto& s, auto i) { s.data()[i % 3] = 'a'; })},
+    {"fixed_string::clear", "always", calls_on<short_string>([](auto& s) { s.clear(); })},
+    {"fixed_string::view", "always", calls_on<short_string>([](auto& s) { return s.view(); })},
     {"fixed_string::operator std::string_view", "always",
-     [](real_time& rt) {
-       rt.calls_on(string_with(rt, "map"), [](auto& s, auto) { return static_cast<std::string_view>(s); });
-     }},
-    {"fixed_string::size", "always",
-     [](real_time& rt) { rt.calls_on(string_with(rt, "map"), [](auto& s, auto) { return s.size(); }); }},
-    {"fixed_string::empty", "always",
-     [](real_time& rt) { rt.calls_on(string_with(rt, ""), [](auto& s, auto) { return s.empty(); }); }},
+     calls_on<short_string>([](auto& s) { return static_cast<std::string_view>(s); })},
+    {"fixed_string::size", "always", calls_on<short_string>([](auto& s) { return s.size(); })},
+    {"fixed_string::empty", "always", calls_on<made<string>>([](auto& s) { return s.empty(); })},
     {"fixed_string::capacity", "always",
      [](real_time& rt) { rt.calls([](std::uint64_t) { use(string::capacity()); }); }},
-    {"fixed_string::operator==", "with a text",
-     [](real_time& rt) {
-       rt.calls_on(string_with(rt, "base_link"),
-                   [](auto& s, auto i) { return s == std::string_view{i % 2 == 0 ? "base_link" : "map"}; });
-     }},
+    {"fixed_string::operator==", "with a text", calls_on<long_string>([](auto& s, auto i) {
+       return s == std::string_view{i % 2 == 0 ? "base_link" : "map"};
+     })},
     {"fixed_string::operator==", "with another",
      [](real_time& rt) {
-       auto& s = string_with(rt, "base_link");
-       auto& other = string_with(rt, "base_lift");
+       auto& s = long_string(rt);
+       auto& other = rt.make<string>("base_lift");
        rt.calls([&](std::uint64_t) { use(s == other); });
      }},
 
-    {"bounded_array::push_back", "until it is full, and again",
-     [](real_time& rt) {
-       rt.calls_on(array_with(rt, 0), [](auto& a, auto i) {
-         if (!a.push_back(static_cast<double>(i)) && i % 100 == 0) a.clear();
-       });
-     }},
+    {"bounded_array::push_back", "until it is full, and again", calls_on<empty_array>([](auto& a, auto i) {
+       if (!a.push_back(static_cast<double>(i)) && i % 100 == 0) a.clear();
+     })},
     {"bounded_array::resize", "within and beyond its capacity",
-     [](real_time& rt) {
-       rt.calls_on(array_with(rt, 0), [](auto& a, auto i) { return a.resize(i % 700); });
-     }},
-    {"bounded_array::clear", "always",
-     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](auto& a, auto) { a.clear(); }); }},
+     calls_on<empty_array>([](auto& a, auto i) { return a.resize(i % 700); })},
+    {"bounded_array::clear", "always", calls_on<short_array>([](auto& a) { a.clear(); })},
     {"bounded_array::operator[]", "written to",
-     [](real_time& rt) {
-       rt.calls_on(array_with(rt, array::capacity()),
-                   [](auto& a, auto i) { a[i % array::capacity()] = static_cast<double>(i); });
-     }},
+     calls_on<full_array>([](auto& a, auto i) { a[i % array::capacity()] = static_cast<double>(i); })},
     {"bounded_array::operator[]", "of a constant one",
-     [](real_time& rt) {
-       rt.calls_on(array_with(rt, array::capacity()),
-                   [](const auto& a, auto i) { return a[i % array::capacity()]; });
-     }},
-    {"bounded_array::size", "always",
-     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](auto& a, auto) { return a.size(); }); }},
-    {"bounded_array::empty", "always",
-     [](real_time& rt) { rt.calls_on(array_with(rt, 0), [](auto& a, auto) { return a.empty(); }); }},
-    {"bounded_array::full", "always",
-     [](real_time& rt) {
-       rt.calls_on(array_with(rt, array::capacity()), [](auto& a, auto) { return a.full(); });
-     }},
+     calls_on<full_array>([](const auto& a, auto i) { return a[i % array::capacity()]; })},
+    {"bounded_array::size", "always", calls_on<short_array>([](auto& a) { return a.size(); })},
+    {"bounded_array::empty", "always", calls_on<empty_array>([](auto& a) { return a.empty(); })},
+    {"bounded_array::full", "always", calls_on<full_array>([](auto& a) { return a.full(); })},
     {"bounded_array::capacity", "always",
      [](real_time& rt) { rt.calls([](std::uint64_t) { use(array::capacity()); }); }},
-    {"bounded_array::data", "always",
-     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](auto& a, auto) { return a.data(); }); }},
+    {"bounded_array::data", "always", calls_on<short_array>([](auto& a) { return a.data(); })},
     {"bounded_array::data", "of a constant one",
-     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](const auto& a, auto) { return a.data(); }); }},
-    {"bounded_array::begin", "always",
-     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](auto& a, auto) { return a.begin(); }); }},
+     calls_on<short_array>([](const auto& a) { return a.data(); })},
+    {"bounded_array::begin", "always", calls_on<short_array>([](auto& a) { return a.begin(); })},
     {"bounded_array::begin", "of a constant one",
-     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](const auto& a, auto) { return a.begin(); }); }},
-    {"bounded_array::end", "always",
-     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](auto& a, auto) { return a.end(); }); }},
-    {"bounded_array::end", "of a constant one",
-     [](real_time& rt) { rt.calls_on(array_with(rt, 5), [](const auto& a, auto) { return a.end(); }); }},
+     calls_on<short_array>([](const auto& a) { return a.begin(); })},
+    {"bounded_array::end", "always", calls_on<short_array>([](auto& a) { return a.end(); })},
+    {"bounded_array::end", "of a constant one", calls_on<short_array>([](const auto& a) { return a.end(); })},
 };
 
 } // namespace

@@ -27,53 +27,39 @@ timer_wheel& wheel_with(real_time& rt, std::uint32_t inserted) {
   for (std::uint32_t node = 0; node < inserted; ++node) wheel.insert(node, start + ttl_of(node));
   return wheel;
 }
+timer_wheel& empty_wheel(real_time& rt) { return wheel_with(rt, 0); }
+timer_wheel& half_full_wheel(real_time& rt) { return wheel_with(rt, entries / 2); }
+timer_wheel& full_wheel(real_time& rt) { return wheel_with(rt, entries); }
 
 constexpr exercise list[] = {
-    {"basic_timer_wheel::insert", "into an empty wheel",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, 0), [](auto& wheel, auto i) {
-         wheel.insert(node_of(i), start + ttl_of(i));
-         wheel.cancel(node_of(i));
-       });
-     }},
+    {"basic_timer_wheel::insert", "into an empty wheel", calls_on<empty_wheel>([](auto& wheel, auto i) {
+       wheel.insert(node_of(i), start + ttl_of(i));
+       wheel.cancel(node_of(i));
+     })},
     {"basic_timer_wheel::insert", "an entry that is on the wheel, which moves it",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, entries),
-                   [](auto& wheel, auto i) { wheel.insert(node_of(i), start + ttl_of(i)); });
-     }},
+     calls_on<full_wheel>([](auto& wheel, auto i) { wheel.insert(node_of(i), start + ttl_of(i)); })},
     {"basic_timer_wheel::insert", "with an expiry in the past, far away or never",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries / 2);
+       auto& wheel = half_full_wheel(rt);
        constexpr time_point odd[] = {start - 1s, time_point{}, rt::never - 1ns, rt::never};
        rt.calls([&](std::uint64_t i) { wheel.insert(node_of(i), odd[i % 4]); });
      }},
     {"basic_timer_wheel::cancel", "an entry that is on the wheel",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, entries), [](auto& wheel, auto i) {
-         wheel.cancel(node_of(i));
-         wheel.insert(node_of(i), start + ttl_of(i));
-       });
-     }},
+     calls_on<full_wheel>([](auto& wheel, auto i) {
+       wheel.cancel(node_of(i));
+       wheel.insert(node_of(i), start + ttl_of(i));
+     })},
     {"basic_timer_wheel::cancel", "an entry that is not",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, 0), [](auto& wheel, auto i) { wheel.cancel(node_of(i)); });
-     }},
+     calls_on<empty_wheel>([](auto& wheel, auto i) { wheel.cancel(node_of(i)); })},
     {"basic_timer_wheel::prefetch", "an entry that is on the wheel",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, entries), [](auto& wheel, auto i) { wheel.prefetch(node_of(i)); });
-     }},
+     calls_on<full_wheel>([](auto& wheel, auto i) { wheel.prefetch(node_of(i)); })},
     {"basic_timer_wheel::prefetch_neighbours", "of entries on the wheel and of others",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, entries / 2),
-                   [](auto& wheel, auto i) { wheel.prefetch_neighbours(node_of(i)); });
-     }},
+     calls_on<half_full_wheel>([](auto& wheel, auto i) { wheel.prefetch_neighbours(node_of(i)); })},
     {"basic_timer_wheel::expire", "when nothing is due",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, entries), [](auto& wheel, auto) { return wheel.expire(start); });
-     }},
+     calls_on<full_wheel>([](auto& wheel) { return wheel.expire(start); })},
     {"basic_timer_wheel::expire", "as time passes, over all levels",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries);
+       auto& wheel = full_wheel(rt);
        time_point now = start;
        rt.calls([&](std::uint64_t i) {
          now += 2us;
@@ -83,7 +69,7 @@ constexpr exercise list[] = {
      }},
     {"basic_timer_wheel::expire", "in jumps",
      [](real_time& rt) {
-       auto& wheel = wheel_with(rt, entries);
+       auto& wheel = full_wheel(rt);
        time_point now = start;
        rt.calls([&](std::uint64_t i) {
          now += ttl_of(i) / 1000;
@@ -92,31 +78,17 @@ constexpr exercise list[] = {
        });
      }},
     {"basic_timer_wheel::next_wake", "of an empty wheel",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, 0), [](auto& wheel, auto) { return wheel.next_wake(); });
-     }},
+     calls_on<empty_wheel>([](auto& wheel) { return wheel.next_wake(); })},
     {"basic_timer_wheel::next_wake", "of a full wheel",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, entries), [](auto& wheel, auto) { return wheel.next_wake(); });
-     }},
+     calls_on<full_wheel>([](auto& wheel) { return wheel.next_wake(); })},
     {"basic_timer_wheel::contains", "always",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, entries / 2),
-                   [](auto& wheel, auto i) { return wheel.contains(node_of(i)); });
-     }},
+     calls_on<half_full_wheel>([](auto& wheel, auto i) { return wheel.contains(node_of(i)); })},
     {"basic_timer_wheel::expiry_of", "always",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, entries / 2),
-                   [](auto& wheel, auto i) { return wheel.expiry_of(node_of(i)); });
-     }},
+     calls_on<half_full_wheel>([](auto& wheel, auto i) { return wheel.expiry_of(node_of(i)); })},
     {"basic_timer_wheel::size", "always",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, entries / 2), [](auto& wheel, auto) { return wheel.size(); });
-     }},
+     calls_on<half_full_wheel>([](auto& wheel) { return wheel.size(); })},
     {"basic_timer_wheel::empty", "always",
-     [](real_time& rt) {
-       rt.calls_on(wheel_with(rt, entries / 2), [](auto& wheel, auto) { return wheel.empty(); });
-     }},
+     calls_on<half_full_wheel>([](auto& wheel) { return wheel.empty(); })},
 };
 
 } // namespace

@@ -4,7 +4,9 @@ import json
 import tempfile
 import unittest
 
-from program import run
+from program import run, verbs
+
+bench_modes = ("rpc", "send", "stop", "loop", "expiry", "idle", "peer")
 
 
 class arguments(unittest.TestCase):
@@ -110,10 +112,10 @@ class arguments(unittest.TestCase):
         self.refused("serve", "--listen", "192.0.2.1:0", "--insecure", says=["192.0.2.1"], code=1)
 
     def test_help_begins_with_two_examples(self):
-        for words in (["help"], ["--help"], ["serve", "--help"], ["help", "echo"], ["replay", "-h"],
-                      ["version", "--help"], ["help", "pub"], ["call", "--help"], ["peers", "-h"],
-                      ["doctor", "-h"], ["config", "-h"], ["setup", "-h"], ["token", "-h"],
-                      ["discover", "-h"]):
+        explained = [verb for verb in verbs() if verb != "help"]
+        for words in (["help"], ["--help"], *(["help", verb] for verb in explained),
+                      *([verb, "-h"] for verb in explained),
+                      *(["bench", mode, "--help"] for mode in bench_modes)):
             ended = run(*words, code=0, stderr=[])
             self.assertEqual(ended.stdout[0], "examples:")
             self.assertRegex(ended.stdout[1], "^  rowe ")
@@ -122,10 +124,12 @@ class arguments(unittest.TestCase):
 
     def test_help_lists_every_verb_and_every_exit_code(self):
         text = "\n".join(run("help").stdout)
-        verbs = ("serve", "config", "pub", "echo", "call", "peers", "replay", "setup", "token", "discover",
+        these = ("serve", "config", "pub", "echo", "call", "peers", "replay", "setup", "token", "discover",
                  "doctor", "bench", "version")
-        for word in (*verbs, "0", "1", "2", "3", "4", "5", "6", "130"):
+        for word in (*these, "0", "1", "2", "3", "4", "5", "6", "130"):
             self.assertRegex(text, rf"(?m)^ +{word} ")
+        for mode in bench_modes:
+            self.assertRegex("\n".join(run("bench", "-h").stdout), rf"(?m)^  {mode} ")
 
     def test_version_is_one_line_and_one_json_object(self):
         self.assertRegex("\n".join(run("version").stdout), r"^rowe \d+\.\d+\.\d+$")

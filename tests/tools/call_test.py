@@ -233,18 +233,6 @@ class arguments(calling):
             for member in ("op", "message_id", "in_reply_to"):
                 self.fails(2, serving.url, "/x", json.dumps({member: "y"}), "--plain", says=[member])
 
-    def test_the_url_may_come_from_the_environment(self):
-        with hub() as serving, provider(serving.port, add=add):
-            for words in (("/add", '{"a":1,"b":2}'), (serving.url, "/add", '{"a":1,"b":2}')):
-                run("call", *words, environment={"ROWE_URL": serving.url}, code=0, stdout=['{"sum": 3}'])
-            self.fails(1, "nope", environment={"ROWE_URL": serving.url}, says=["service nope: "])
-
-    def test_interrupted_while_connecting_is_130(self):
-        for verb in (("call", "127.0.0.1:1", "/x"), ("peers", "127.0.0.1:1")):
-            with program(*verb, "--timeout", "50s") as waiting:
-                waiting.line("waiting for ws://127.0.0.1:1")
-                self.assertEqual(waiting.end(signal.SIGINT), 130)
-
 
 class peers(unittest.TestCase):
     def test_are_listed_for_people(self):

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What each verb says of a connection that it cannot use: once, and at once where it will not get better."""
 import re
+import signal
 import unittest
 
-from program import ROWE, hub, nobody_at, run, verbs
+from program import ROWE, hub, nobody_at, program, run, verbs
 from robot import robot
 
 long = ("--timeout", "20s")  # whoever waits for its end says "within", and fails
@@ -76,6 +77,19 @@ class connection(unittest.TestCase):
                 times = 2 if "nor to " in said else 1
                 self.assertEqual(said.count("nobody listens at 127.0.0.1:1"), times, said)
                 self.assertRegex(said, r"could not connect to ws://127\.0\.0\.1:1 within \d+\.\d{3} s")
+
+    def test_is_to_the_url_of_the_environment_where_none_is_given(self):
+        for _, verb, *arguments in self.commands("URL"):
+            with self.subTest(verb=verb):
+                given = (one for one in arguments if one != "URL")
+                ended = nobody_at(verb, *given, environment={"ROWE_URL": "127.0.0.1:1"})
+                ended.expect(3, says="could not connect to ws://127.0.0.1:1")
+
+    def test_that_is_waited_for_can_be_given_up(self):
+        for command in self.commands("127.0.0.1:1"):
+            with self.subTest(command=command), program("--timeout", "50s", command=command) as waiting:
+                waiting.line("waiting for ws://127.0.0.1:1")
+                self.assertEqual(waiting.end(signal.SIGINT), 130)
 
     def test_said_quietly_has_its_reason_still(self):
         ended = nobody_at("echo", "--quiet", "127.0.0.1:1", "/x")

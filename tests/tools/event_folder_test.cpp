@@ -78,13 +78,13 @@ TEST_F(event_folder, keeps_other_kinds_peers_and_words_apart) {
   EXPECT_EQ(taken().size(), 4U);
 }
 
-// Ten thousand events a second for a minute, each like none before or like one of a hundred.
 TEST_F(event_folder, keeps_identities_of_one_address_apart) {
   for (const std::string_view who : {"anna", "bob", "anna"})
     folder.take(refusal("10.0.0.7:1", "no", event::kind::denied, who), now);
   EXPECT_EQ(taken().size(), 2U);
 }
 
+// Ten thousand events a second for a minute, each like none before or like one of a hundred.
 TEST_F(event_folder, writes_a_bounded_number_of_lines_and_counts_the_rest) {
   for (const int kinds : {1 << 30, 100, 11}) {
     std::uint64_t told = 0;

@@ -45,15 +45,6 @@ struct service_manager : testing::Test {
   }
 };
 
-TEST_F(service_manager, hears_that_a_service_is_ready_and_that_it_stops) {
-  auto manager = told();
-  EXPECT_EQ(manager.fault(), "");
-  EXPECT_FALSE(manager.watches());
-  manager.ready("serves");
-  manager.stopping("told to end");
-  EXPECT_EQ(heard(), (texts{"READY=1\nSTATUS=serves\n", "STOPPING=1\nSTATUS=told to end\n"}));
-}
-
 TEST_F(service_manager, is_fed_at_half_of_its_time_while_cycles_advance) {
   auto manager = told("2000000");
   EXPECT_TRUE(manager.watches());

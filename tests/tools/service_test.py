@@ -97,7 +97,7 @@ class systemd(unittest.TestCase):
                         self.assertIn(f"STATUS=serves http://127.0.0.1:{serving.port}/", lines)
                         self.assertEqual(told.count("WATCHDOG=1", 0.3), 0)  # nobody asked for it
                         serving.end(signal.SIGTERM)
-                    self.assertIn("STOPPING=1", told.next())
+                    self.assertEqual(told.next(), ["STOPPING=1", "STATUS=asked to end"])
 
     def test_is_told_that_it_is_ready_only_when_it_listens(self):
         with abstract() as told, hub() as first:

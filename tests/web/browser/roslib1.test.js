@@ -43,20 +43,4 @@ test("a page shows odometry, and says where to go", limit, async () => {
   assert.equal(await page.evaluate(() => window.chatter[0]), "h\u00e9");
 });
 
-test("a page asks for lists and calls services", limit, async () => {
-  const topics = await page.evaluate(() => new Promise((done, failed) => window.ros.getTopics(done, failed)));
-  assert.equal(topics.types[topics.topics.indexOf("/odom")], "nav_msgs/Odometry");
-  const state = await page.evaluate(() => new Promise((done, failed) => {
-    const { ros, ROSLIB } = window;
-    const service = new ROSLIB.Service({ ros, name: "/rowe/stop/state", serviceType: "rowe/State" });
-    service.callService(new ROSLIB.ServiceRequest({}), done, failed);
-  }));
-  assert.ok(["running", "stopped"].includes(state.state));
-  await assert.rejects(page.evaluate(() => new Promise((done, failed) => {
-    const { ros, ROSLIB } = window;
-    const service = new ROSLIB.Service({ ros, name: "/nobody", serviceType: "a/B" });
-    service.callService(new ROSLIB.ServiceRequest({}), done, (why) => failed(new Error(why)));
-  })), /Service \/nobody does not exist/);
-});
-
 test("roslib finds nothing to complain about", limit, async () => assert.deepEqual(page.faults, []));

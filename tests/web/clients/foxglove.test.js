@@ -5,7 +5,7 @@ import { test } from "node:test";
 import foxglove from "@foxglove/ws-protocol";
 import { another, asked, limit, listening, ros, server } from "../support/roslib.js";
 import { until } from "../support/watchdog.js";
-import { Service, Topic } from "roslib";
+import { Topic } from "roslib";
 import WebSocket from "ws";
 
 const { FoxgloveClient } = foxglove;
@@ -25,7 +25,7 @@ class viewer {
   errors = [];
   parameters = new Map();
   answers = []; // to requests for parameters
-  graph = { publishers: new Map(), subscribers: new Map(), providers: new Map(), updates: 0 };
+  graph = { publishers: new Map(), subscribers: new Map() };
 
   static async connect(subprotocol = FoxgloveClient.SUPPORTED_SUBPROTOCOL) {
     const made = new viewer();
@@ -53,16 +53,13 @@ class viewer {
 
   // As Foxglove does: what is removed goes last.
   see(update) {
-    const { publishers, subscribers, providers } = this.graph;
-    this.graph.updates += 1;
+    const { publishers, subscribers } = this.graph;
     for (const { name, publisherIds } of update.publishedTopics) publishers.set(name, publisherIds);
     for (const { name, subscriberIds } of update.subscribedTopics) subscribers.set(name, subscriberIds);
-    for (const { name, providerIds } of update.advertisedServices) providers.set(name, providerIds);
     for (const name of update.removedTopics) {
       publishers.delete(name);
       subscribers.delete(name);
     }
-    for (const name of update.removedServices) providers.delete(name);
   }
 
   async call(name, args, callId) {
@@ -185,20 +182,10 @@ test("parameters are got, set, and heard of", limit, () => with_viewer((one) => 
     parameters: [{ name: "/robot/speed_max", value: 0.25, type: "float64" }],
   });
   await until("who subscribed hears of it", () => one.parameters.get("/robot/speed_max") === 0.25);
-  other.client.setParameters([{ name: "/robot/speed_max", value: 7 }], "too fast");
-  await until("it is refused", () => other.statuses.length === 1 && other.answers.length === 2);
-  assert.match(other.statuses[0].message, /it is 7; a number from 0 to 1 is wanted/);
-  assert.equal(other.answers[1].parameters[0].value, 0.25);
-  one.client.unsubscribeParameterUpdates([...one.parameters.keys()]);
-  other.client.setParameters([{ name: "/robot/speed_max", value: 1 }], "back");
-  await until("it is set", () => other.answers.length === 3);
-  one.client.getParameters(["/robot/speed_max"], "again");
-  await until("it is got", () => one.answers.length === 2);
-  assert.equal(one.parameters.get("/robot/speed_max"), 1);
 })));
 
 test("the connection graph is told whole, and as it changes", limit, () => with_viewer(async (one) => {
-  const { publishers, subscribers, providers } = one.graph;
+  const { publishers, subscribers } = one.graph;
   one.client.subscribeConnectionGraph();
   await until("it is told", () => publishers.has("/odom"));
   const [robot_node] = publishers.get("/odom");
@@ -207,67 +194,16 @@ test("the connection graph is told whole, and as it changes", limit, () => with_
   const watching = await another();
   const nodes = () => asked((...callbacks) => watching.getNodes(...callbacks));
   assert.ok((await nodes()).includes(robot_node));
-  const began = Date.now();
   const topic = new Topic({ ros: watching, name: "/of/a/page", messageType: "a/B" });
   topic.advertise();
   await until("a publisher has come", () => publishers.get("/of/a/page")?.length === 1);
-  assert.ok(Date.now() - began < 1500, "within a second or so");
   const [page] = publishers.get("/of/a/page");
   assert.notEqual(page, robot_node);
   assert.ok((await nodes()).includes(page));
   topic.subscribe(() => {});
   await until("a subscriber has come", () => subscribers.get("/of/a/page")?.includes(page));
-  const service = new Service({ ros: watching, name: "/ask/a/page", serviceType: "a/Ask" });
-  service.advertise(() => true);
-  await until("a service has come", () => providers.get("/ask/a/page")?.includes(page));
-  topic.unadvertise();
-  await until("the publisher has gone", () => publishers.get("/of/a/page")?.length === 0);
-  assert.deepEqual(subscribers.get("/of/a/page"), [page]);
-  service.unadvertise();
-  await until("the service has gone", () => !providers.has("/ask/a/page"));
   watching.close();
   await until("the topic has gone", () => !publishers.has("/of/a/page") && !subscribers.has("/of/a/page"));
-
-  one.client.unsubscribeConnectionGraph();
-  await one.call("/rosapi/topics", {}, 1); // so that was read
-  const { updates } = one.graph;
-  const other = await another();
-  new Topic({ ros: other, name: "/of/another", messageType: "a/B" }).subscribe(() => {});
-  await new Promise((resolve) => setTimeout(resolve, 600));
-  assert.equal(one.graph.updates, updates);
-  other.close();
-}));
-
-test("a client that does not read is told that it lost messages, and stays", limit, () =>
-  with_viewer((speaker) => with_viewer(async (one) => {
-    const channel = speaker.client.advertise({ topic: "/many", encoding: "json", schemaName: "a/B" });
-    await until("the topic is listed", () => one.channels.has("/many"));
-    one.client.subscribe(one.channels.get("/many").id);
-    const message = encode({ text: "x".repeat(16000) });
-    const speak = () => speaker.client.sendMessage(channel, message);
-    await until("messages come", () => (speak(), one.messages.length > 0));
-    one.socket.pause();
-    for (let i = 0; i < 400; ++i) {
-      speak();
-      await new Promise((resolve) => setTimeout(resolve, 5));
-    }
-    one.socket.resume();
-    await until("a warning says so", () => one.statuses.length > 0);
-    assert.equal(one.statuses[0].level, 1);
-    assert.match(one.statuses[0].message, /^messages for this client were dropped/);
-    const heard = one.messages.length;
-    await until("messages come again", () => (speak(), one.messages.length > heard + 20));
-    assert.equal(one.statuses.length, 1);
-    assert.deepEqual(speaker.statuses, []);
-  })));
-
-test("an operation that is not offered is answered by a status", limit, () => with_viewer(async (one) => {
-  one.client.fetchAsset("package://a", 1);
-  await until("the status", () => one.statuses.length === 1);
-  assert.match(one.statuses[0].message, /no such operation: "fetchAsset"/);
-  one.client.advertise({ topic: "/x", encoding: "cdr", schemaName: "a/B" });
-  await until("another", () => one.statuses.length === 2);
-  assert.match(one.statuses[1].message, /encoding/);
 }));
 
 test("its call of /rowe/stop stops the robot", limit, () => with_viewer(async (one) => {

@@ -11,13 +11,10 @@ const limit = { timeout: 60000 };
 let server;
 let url;
 
-async function start_echo() {
-  const made = program.beside_rowe("rowe_echo", "--port", "0");
-  [url] = (await made.line(/ws:\S+/));
-  return made;
-}
-
-before(async () => (server = await start_echo()));
+before(async () => {
+  server = program.beside_rowe("rowe_echo", "--port", "0");
+  [url] = await server.line(/ws:\S+/);
+});
 after(() => server.end("SIGTERM"));
 
 // Runs `play(peer)` on a connection of its own.
@@ -63,63 +60,10 @@ test("calls in flight and messages between them keep apart", limit, () => with_p
   assert.equal(peer.texts.length, 40);
 }));
 
-test("fragments are one message, whatever lies between", limit, () => with_peer(async (peer) => {
-  const text = Buffer.from('{"name":"\u00e9\u{1f916}"}');
-  let pongs = 0;
-  peer.socket.on("pong", () => (pongs += 1));
-  for (let at = 0; at < text.length; at += 1) {  // through the middle of characters
-    peer.socket.send(text.subarray(at, at + 1), { binary: false, fin: at === text.length - 1 });
-    if (at % 5 === 0) peer.socket.ping(String(at));
-  }
-  await comes_back(peer, String(text));
-  await until("the pongs", () => pongs >= 1);
-}));
-
-test("a ping is answered with what it carried", limit, () => with_peer(async (peer) => {
-  for (const carried of ["", "x".repeat(125)]) {
-    let answered = null;
-    peer.socket.once("pong", (data) => (answered = String(data)));
-    peer.socket.ping(carried);
-    await until("the pong", () => answered !== null);
-    assert.equal(answered, carried);
-  }
-}));
-
-// Longer than an endpoint waits before it pings (3 s), and before it cuts who is silent (8 s).
-test("who only answers pings is not cut", limit, () => with_peer(async (peer) => {
-  let pings = 0;
-  peer.socket.on("ping", () => (pings += 1));
-  const begin = Date.now();
-  await until("pings for 9.5 s", () => pings >= 2 && Date.now() - begin > 9500);
-  peer.send({ still: "here" });
-  await comes_back(peer, '{"still":"here"}');
-}));
-
 test("compression is not chosen, the subprotocol is", limit, async () => {
   await with_peer(async ({ socket }) => {
     assert.equal(socket.extensions, "");
     assert.equal(socket.protocol, "rowe.v1");
   }, ["other", "rowe.v1"], { perMessageDeflate: true });
   await with_peer(async ({ socket }) => assert.equal(socket.protocol, ""));
-});
-
-test("a close frame is returned with its code", limit, async () => {
-  const codes = [[1000, 1000], [1001, 1001], [3000, 3000], [4999, 4999], [undefined, 1000]];
-  for (const [given, returned] of codes) {
-    await with_peer(async (peer) => {
-      peer.send({ last: 1 });
-      await comes_back(peer, '{"last":1}');
-      peer.socket.close(given, given && "so long");
-      assert.equal((await peer.end()).code, returned);
-    });
-  }
-});
-
-test("a server that ends says so", limit, async () => {
-  const ours = await plain_peer.connect(url);
-  ours.send({ a: 1 });
-  await comes_back(ours, '{"a":1}');
-  assert.equal(await server.end("SIGTERM"), 0, server.stderr);
-  assert.equal((await ours.end()).code, 1001);
-  server = await start_echo();
 });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What roslib asks of a server about topics, services and nodes.
+// What roslib asks of a server about topics, services, nodes and types.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { limit, ros } from "../support/roslib.js";
@@ -30,6 +30,16 @@ test("topics and services, by name and by type", limit, async () => {
   assert.equal(await asked("getTopicType", "/odom"), "nav_msgs/Odometry");
   assert.deepEqual(await asked("getActionServers"), []);
   assert.ok((await asked("getTopicsAndRawTypes")).topics.includes("/odom"));
+});
+
+test("a message's details are decoded to what a message looks like", limit, async () => {
+  const details = await asked("getMessageDetails", "nav_msgs/Odometry");
+  assert.equal(details[0].type, "nav_msgs/Odometry");
+  const decoded = ros.decodeTypeDefs(details);
+  assert.equal(decoded.child_frame_id, "string");
+  assert.deepEqual(decoded.pose.pose.position, { x: "float64", y: "float64", z: "float64" });
+  assert.deepEqual(decoded.pose.covariance, ["float64"]);
+  assert.equal(details.find((one) => one.type === "geometry_msgs/PoseWithCovariance").fieldarraylen[1], 36);
 });
 
 test("the time is that of the robot's wall clock", limit, async () => {

@@ -8,9 +8,8 @@ import { until } from "./watchdog.js";
 
 // One end of a connection: what came, and how it ended.
 export class plain_peer {
-  constructor(socket, request) {
+  constructor(socket) {
     this.socket = socket;
-    this.request = request;  // of a server: the handshake's
     this.texts = [];
     this.ended = null;
     socket.on("message", (data, binary) => {
@@ -54,8 +53,8 @@ export class plain_server {
     const made = new plain_server();
     made.peers = [];
     made.server = new WebSocketServer({ host: "127.0.0.1", port, ...options });
-    made.server.on("connection", (socket, request) => {
-      const one = new plain_peer(socket, request);
+    made.server.on("connection", (socket) => {
+      const one = new plain_peer(socket);
       if (on_message) one.on_message = (message) => on_message(message, one);
       made.peers.push(one);
     });
