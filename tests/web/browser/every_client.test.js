@@ -9,10 +9,10 @@ import foxglove from "@foxglove/ws-protocol";
 import { Ros, Topic } from "roslib";
 import WebSocket from "ws";
 import { new_page, start_browser } from "../support/browser.js";
-import { ask } from "../support/reenact.js";
+import { all_of, ask, hub } from "../support/reenact.js";
 import { robot } from "../support/robot.js";
 import { rosbridge_client } from "../support/rosbridge.js";
-import { until } from "../support/watchdog.js";
+import { until, watchdog_ms } from "../support/watchdog.js";
 
 const limit = { timeout: 240000 };
 const { FoxgloveClient } = foxglove;
@@ -21,6 +21,11 @@ let browser;
 
 before(async () => (browser = await start_browser()));
 after(() => browser?.close());
+
+// What thins out as a client asked for it.
+const chosen = ["replaced", "throttled"];
+const losses_of = ({ losses }) =>
+  Object.entries(losses).filter(([name, count]) => count > 0 && !chosen.includes(name));
 
 // Each has the `sequences` that it heard, in their order.
 async function roslib_client(server, compression) {
@@ -53,24 +58,49 @@ async function live_page(server) {
   return page;
 }
 
+// Those who get each message, and the pages, which ask for 30 a second.
+async function everybody(server) {
+  const pages = [];
+  for (let i = 0; i < 3; i++) pages.push(await live_page(server));
+  const readers = [];
+  for (const compression of ["none", "none", "cbor"]) readers.push(await roslib_client(server, compression));
+  for (let i = 0; i < 3; i++) readers.push(await foxglove_client(server));
+  return { pages, readers };
+}
+
+async function end({ pages, readers }) {
+  for (const reader of readers) reader.close();
+  for (const page of pages) {
+    assert.deepEqual(page.faults, []);
+    await page.context().close();
+  }
+}
+
+// As until(), but looks after each message that came: 8 at a time are then some 1000 in a second.
+async function all_have(readers, sequence) {
+  const end = Date.now() + watchdog_ms;
+  while (!readers.every(({ sequences }) => sequences.at(-1) >= sequence)) {
+    assert.ok(Date.now() < end, `not all get ${sequence}`);
+    await new Promise((resolve) => setImmediate(resolve));
+  }
+}
+
+const numbers_shown = (page) => page.locator("#x").textContent();
+
 test("a robot's 1 kHz reaches nine clients, and what one misses was counted by name", limit, async (t) => {
   const server = await robot.start();
   try {
-    const [pages, readers] = [[], []]; // pages ask for 30 a second
-    for (let i = 0; i < 3; i++) pages.push(await live_page(server));
-    for (const how of ["none", "none", "cbor"]) readers.push(await roslib_client(server, how));
-    for (let i = 0; i < 3; i++) readers.push(await foxglove_client(server));
+    const all = await everybody(server);
+    const { pages, readers } = all;
     await until("everybody hears it", () => readers.every(({ sequences }) => sequences.length > 0));
     const first = Math.max(...readers.map(({ sequences }) => sequences[0]));
     await until("3000 messages", () => readers.every(({ sequences }) => sequences.at(-1) >= first + 3000));
     for (const page of pages) {
-      const before = await page.locator("#x").textContent();
+      const before = await numbers_shown(page);
       await page.waitForFunction((then) => document.getElementById("x").textContent !== then, before);
     }
     const asker = await rosbridge_client.connect(server.url);
-    const chosen = ["replaced", "throttled"]; // what thins out as a client asked for it
-    const losses = Object.entries((await ask(asker, "/rowe/stats")).losses)
-      .filter(([name, count]) => count > 0 && !chosen.includes(name));
+    const losses = losses_of(await ask(asker, "/rowe/stats"));
     asker.close();
     t.diagnostic(`counted: ${losses.map((one) => one.join(" ")).join(", ") || "nothing"}`);
     const lost = losses.reduce((sum, [, count]) => sum + count, 0);
@@ -81,8 +111,48 @@ test("a robot's 1 kHz reaches nine clients, and what one misses was counted by n
       t.diagnostic(`${missing} of 3000 are missing`);
       assert.ok(missing <= lost);
     }
-    for (const page of pages) assert.deepEqual(page.faults, []);
-    for (const reader of readers) reader.close();
+    await end(all);
+  } finally {
+    await server.kill();
+  }
+});
+
+// The speaker waits for those who read each message before it says more, so nothing may be missing.
+test("nobody of nine misses one of 3000 messages that come as fast as all read them", limit, async () => {
+  const server = await hub();
+  try {
+    const speaker = await rosbridge_client.connect(server.url);
+    speaker.send({ op: "advertise", topic: "/odom", type });
+    const all = await everybody(server);
+    const { pages, readers } = all;
+    const say = (seq) => speaker.send({ op: "publish", topic: "/odom", msg: {
+      header: { seq, stamp: { secs: 0, nsecs: seq }, frame_id: "odom" },
+      pose: { pose: { position: { x: seq / 1000, y: 0, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 } } },
+      twist: { twist: { linear: { x: 1, y: 0, z: 0 }, angular: { x: 0, y: 0, z: 0 } } },
+    } });
+    let said = 0;
+    await until("everybody hears it", () => {
+      say(said++);
+      return readers.every(({ sequences }) => sequences.length > 0);
+    });
+    await until("all have it", () => readers.every(({ sequences }) => sequences.at(-1) === said - 1));
+    for (const { sequences } of readers) sequences.length = 0;
+    const from = said;
+    while (said < from + 3000) {
+      for (let i = 0; i < 8; i++) say(said++);
+      await all_have(readers, said - 1);
+    }
+    for (const { sequences } of readers) {
+      assert.deepEqual(sequences.map((one) => one - from), all_of(said - from));
+    }
+    // Who asked for 30 a second has the newest value, too.
+    const newest = ((said - 1) / 1000).toFixed(3);
+    for (const page of pages) {
+      await page.waitForFunction((x) => document.getElementById("x").textContent === x, newest);
+    }
+    assert.deepEqual(losses_of(await ask(speaker, "/rowe/stats")), []);
+    speaker.close();
+    await end(all);
   } finally {
     await server.kill();
   }

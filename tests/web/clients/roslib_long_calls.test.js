@@ -55,6 +55,12 @@ test("arguments of 700 kB are given, and what is short goes on meanwhile", limit
   by.close();
 });
 
+test("an answer beyond long_message_bytes_max ends who gives it, and the call fails", limit, async () => {
+  const { by } = await provided("/long/too_long", () => ({ data: "x".repeat(3_000_000) }));
+  await assert.rejects(called(ros, "/long/too_long", {}), (why) => /went away/.test(why));
+  by.close();
+});
+
 test("only peers' services are given long arguments", limit, async () => {
   await assert.rejects(called(ros, "/rosapi/topic_type", { topic: "x".repeat(100_000) }),
     (why) => /100\d\d\d bytes exceeds the limit message_bytes_max of \d+: only calls between/.test(why));
