@@ -84,17 +84,6 @@ TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_th
   EXPECT_TRUE(has(heard[1], R"("op":"unadvertise")"));
 }
 
-TEST_F(core_client, publishes_to_the_server_without_being_asked) {
-  auto& pair = on.offer_now(pair_kind::publish_text, "/out", 100);
-  peer server{on, side::client};
-  (void)server.hear_after(1);
-  for (const char* text : {"{\"n\":1}", "{\"n\":2}", "{\"n\":3}"}) ASSERT_TRUE(publish_text(on, pair, text));
-  on.cycle();
-  EXPECT_EQ(server.hear(), (texts{R"({"op":"publish","topic":"/out","msg":{"n":1}})",
-                                  R"({"op":"publish","topic":"/out","msg":{"n":2}})",
-                                  R"({"op":"publish","topic":"/out","msg":{"n":3}})"}));
-}
-
 TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it) {
   auto& pair = on.offer_now(pair_kind::publish_text, "/out", 100);
   peer server{on, side::client};

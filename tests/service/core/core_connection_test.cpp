@@ -160,15 +160,6 @@ TEST_F(core_test, gives_everything_back_when_a_peer_vanishes_in_the_middle_of_a_
   EXPECT_EQ(on.shared.peers(), 0U);
 }
 
-TEST_F(core_test, understands_messages_however_their_bytes_arrive) {
-  auto& pair = advertise_pose(on);
-  peer p{on};
-  on.net.link_of(p.id()).chunk_bytes_max = 1;
-  p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycles(60); // a byte in each
-  EXPECT_TRUE(publish(on, pair, {1, 0}));
-}
-
 TEST_F(core_test, continues_a_frame_where_the_socket_stopped_taking_it) {
   auto& pair = advertise_pose(on);
   peer p = subscriber(on, "/pose");

@@ -165,24 +165,6 @@ TEST_F(core_numbers_codec, is_greeted_again_when_it_has_lost_that) {
 
 // ---- topics
 
-TEST_F(core_numbers_codec, gives_each_subscriber_the_shared_message_behind_a_head_of_its_own) {
-  auto& pose_pair = advertise_pose_now(on);
-  client first{on};
-  client second{on};
-  peer other{on};
-  other.say(R"({"op":"subscribe","topic":"/pose"})");
-  EXPECT_EQ(say(first, subscribe_to(7, first.topics.at("/pose"))), texts{});
-  EXPECT_EQ(say(second, subscribe_to(300, second.topics.at("/pose"))), texts{});
-  const auto published = on.now;
-  ASSERT_TRUE(publish(on, pose_pair, {3, 0}));
-  on.cycle(5ms);
-  EXPECT_EQ(first.hear(), texts{message(7, published, R"({"x":3,"y":0})")});
-  EXPECT_EQ(second.hear(), texts{message(300, published, R"({"x":3,"y":0})")});
-  EXPECT_EQ(second.binaries, 4);
-  EXPECT_EQ(other.hear(), texts{harness::message(3)});
-  EXPECT_EQ(other.binaries, 0);
-}
-
 TEST_F(core_numbers_codec, says_of_a_latched_value_when_it_was_published) {
   auto& pose_pair = advertise_pose_now(on, {.latched = true});
   const auto published = on.now;
@@ -303,18 +285,6 @@ TEST_F(core_numbers_codec, keeps_one_number_for_a_subscription_and_for_a_channel
   EXPECT_EQ(errors_of(say(p, R"({"offer":[[5,"/a"],[5,"/a"]]})")), texts{});
   EXPECT_EQ(errors_of(say(p, R"({"offer":[[6,"/a"],[5,"/b"]]})")),
             (texts{std::string{refusal}, std::string{refusal}}));
-}
-
-TEST_F(core_numbers_codec, relays_what_is_published_under_the_peers_own_number) {
-  client p{on};
-  peer other{on};
-  other.say(R"({"op":"subscribe","topic":"/cmd"})");
-  EXPECT_EQ(gone_of(say(p, R"({"offer":[[5,"/cmd"]]})"), 't').size(), 0U);
-  send(p, "p" + four(5) + R"({"v":1})");
-  EXPECT_EQ(other.hear(), texts{R"({"op":"publish","topic":"/cmd","msg":{"v":1}})"});
-  EXPECT_EQ(send(p, "p" + four(6) + R"({"v":1})"), texts{"eno topic or service has the number 6"});
-  EXPECT_EQ(say(p, R"({"keep":[5]})"), texts{});
-  EXPECT_EQ(send(p, "p" + four(5) + R"({"v":1})"), texts{"eno topic or service has the number 5"});
 }
 
 // ---- calls
