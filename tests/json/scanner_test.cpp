@@ -32,25 +32,6 @@ fault of_pieces(std::string_view text, std::size_t bytes) {
   return scanned(text, depth_max, [bytes] { return bytes; }).found();
 }
 
-TEST(scanner, notes_where_the_members_of_the_whole_are) {
-  const std::string_view text =
-      R"( {"op":"publish", "msg" : {"op":[1,{"a":2}]} ,"n":-1.5e3,"t":true,"z":null})";
-  const scanner s = scanned(text, depth_max, [] { return 3; });
-  ASSERT_EQ(s.found().what, fault_kind::none);
-  std::vector<std::string> names, values;
-  std::vector<kind> kinds;
-  for (const placed_member& m : s.members()) {
-    names.emplace_back(text.substr(m.name.at, m.name.bytes));
-    values.emplace_back(text.substr(m.raw.at, m.raw.bytes));
-    kinds.push_back(m.type);
-  }
-  EXPECT_EQ(names, (std::vector<std::string>{"op", "msg", "n", "t", "z"}));
-  EXPECT_EQ(values,
-            (std::vector<std::string>{R"("publish")", R"({"op":[1,{"a":2}]})", "-1.5e3", "true", "null"}));
-  EXPECT_EQ(kinds, (std::vector<kind>{kind::string, kind::object, kind::number, kind::boolean, kind::null}));
-  EXPECT_FALSE(s.has_more_members());
-}
-
 TEST(scanner, notes_the_first_of_many_members_and_says_so) {
   std::string text = "{";
   for (int i = 0; i < 40; ++i) text += "\"" + std::to_string(i) + "\":[{}],";
