@@ -10,10 +10,6 @@ namespace rowe::net {
 namespace page_test {
 namespace {
 
-std::span<const std::byte> bytes_of(std::string_view text) {
-  return {reinterpret_cast<const std::byte*>(text.data()), text.size()};
-}
-
 // A server with one page: "/" is "<html>rowe</html>" with an ETag.
 struct page : testing::Test {
   std::unique_ptr<socket_transport> transport;
@@ -31,7 +27,7 @@ struct page : testing::Test {
               .etag = "\"v1\"",
               .cache_control = "no-cache",
               .lasts = lasts,
-              .body = bytes_of(body)};
+              .body = std::as_bytes(std::span{body})};
     };
   }
 

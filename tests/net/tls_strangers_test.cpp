@@ -3,27 +3,11 @@
 // and clients that offer what an earlier connection gave them.
 #include "tls_support.hpp"
 
-#include <openssl/evp.h>
-#include <openssl/sha.h>
-
 namespace rowe::net {
 namespace tls_strangers_test {
 namespace {
 
-struct freed {
-  void operator()(SSL_CTX* one) const { SSL_CTX_free(one); }
-  void operator()(SSL* one) const { SSL_free(one); }
-  void operator()(SSL_SESSION* one) const { SSL_SESSION_free(one); }
-};
-using context_ptr = std::unique_ptr<SSL_CTX, freed>;
-using ssl_ptr = std::unique_ptr<SSL, freed>;
-using session_ptr = std::unique_ptr<SSL_SESSION, freed>;
 using prepare = std::function<void(SSL_CTX*)>;
-
-void only(SSL_CTX* to, int version) {
-  SSL_CTX_set_min_proto_version(to, version);
-  SSL_CTX_set_max_proto_version(to, version);
-}
 
 context_ptr server_context(const certified& files, const prepare& prepared) {
   context_ptr made{SSL_CTX_new(TLS_server_method())};
@@ -32,16 +16,6 @@ context_ptr server_context(const certified& files, const prepare& prepared) {
   EXPECT_EQ(SSL_CTX_use_PrivateKey_file(made.get(), options.key.c_str(), SSL_FILETYPE_PEM), 1);
   if (prepared) prepared(made.get());
   return made;
-}
-
-std::string accept_for(std::string_view request) {
-  const auto at = request.find("Sec-WebSocket-Key: ");
-  EXPECT_NE(at, request.npos);
-  const std::string all = std::string{request.substr(at + 19, 24)} + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
-  unsigned char hash[SHA_DIGEST_LENGTH], text[64];
-  SHA1(reinterpret_cast<const unsigned char*>(all.data()), all.size(), hash);
-  EVP_EncodeBlock(text, hash, sizeof hash);
-  return reinterpret_cast<const char*>(text);
 }
 
 // ---- a client of ours, and a server of the test's own
