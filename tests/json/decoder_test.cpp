@@ -27,8 +27,53 @@
 #include "json/reading/numbers.hpp"
 #include "json/reading/reader.hpp"
 
+namespace decoder_test {
+namespace {
+
+struct preset {
+  std::optional<int> maybe = 5;
+  int other = 7;
+  std::int8_t not_listed = 9;
+};
+struct constant {
+  const int fixed = 1;
+};
+struct with_constant {
+  std::array<constant, 2> inside{};
+};
+struct no_default {
+  explicit no_default(int x) : value{x} {}
+  int value;
+};
+struct maybe_no_default {
+  std::optional<no_default> maybe;
+};
+struct constant_count {
+  int values[2]{};
+  const int count = 1;
+};
+
+} // namespace
+} // namespace decoder_test
+
+// clang-format off
+template <> inline constexpr auto rowe::schema<decoder_test::preset> =
+    rowe::fields<&decoder_test::preset::maybe, &decoder_test::preset::other>{};
+template <> inline constexpr auto rowe::schema<decoder_test::constant> =
+    rowe::fields<&decoder_test::constant::fixed>{};
+template <> inline constexpr auto rowe::schema<decoder_test::with_constant> =
+    rowe::fields<&decoder_test::with_constant::inside>{};
+template <> inline constexpr auto rowe::schema<decoder_test::no_default> =
+    rowe::fields<&decoder_test::no_default::value>{};
+template <> inline constexpr auto rowe::schema<decoder_test::maybe_no_default> =
+    rowe::fields<&decoder_test::maybe_no_default::maybe>{};
+template <> inline constexpr auto rowe::schema<decoder_test::constant_count> =
+    rowe::fields<rowe::counted<&decoder_test::constant_count::values, &decoder_test::constant_count::count>>{};
+// clang-format on
+
 namespace rowe::json {
 namespace decoder_test {
+using namespace ::decoder_test;
 namespace {
 
 using tests::anything;
@@ -53,31 +98,30 @@ std::string member(std::string_view name, std::string_view value) {
 constexpr std::int64_t value_at = 5; // in {"d":1}
 
 TEST(decoder, knows_the_limits_of_every_integer) {
-  constexpr std::string_view names[] = {"i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64", "g"};
-  constexpr std::string_view least[] = {"-128", "-32768", "-2147483648", "-9223372036854775808", "0", "0",
-                                        "0",    "0",      "-128"};
-  constexpr std::string_view below[] = {"-129", "-32769", "-2147483649", "-9223372036854775809", "-1", "-1",
-                                        "-1",   "-1",     "-129"};
-  constexpr std::string_view most[] = {"127", "32767", "2147483647", "9223372036854775807",
-                                       "255", "65535", "4294967295", "18446744073709551615",
-                                       "127"};
-  constexpr std::string_view above[] = {"128", "32768", "2147483648", "9223372036854775808",
-                                        "256", "65536", "4294967296", "18446744073709551616",
-                                        "128"};
-  for (std::size_t i = 0; i < std::size(names); ++i) {
+  struct {
+    std::string_view name, below, least, most, above;
+  } const limits[] = {
+      {"i8", "-129", "-128", "127", "128"},
+      {"i16", "-32769", "-32768", "32767", "32768"},
+      {"i32", "-2147483649", "-2147483648", "2147483647", "2147483648"},
+      {"i64", "-9223372036854775809", "-9223372036854775808", "9223372036854775807", "9223372036854775808"},
+      {"u8", "-1", "0", "255", "256"},
+      {"u16", "-1", "0", "65535", "65536"},
+      {"u32", "-1", "0", "4294967295", "4294967296"},
+      {"u64", "-1", "0", "18446744073709551615", "18446744073709551616"},
+      {"g", "-129", "-128", "127", "128"}};
+  for (const auto& of : limits) {
+    const std::string name = concat({"\"", of.name, "\":"});
     const auto text = [&](std::string_view value) {
       std::string all = R"({"yes":true,"f":0,"d":0)";
-      for (const std::string_view name : names) {
-        all += concat({",\"", name, "\":", name == names[i] ? value : "0"});
-      }
+      for (const auto& any : limits)
+        all += concat({",\"", any.name, "\":", any.name == of.name ? value : "0"});
       return all + "}";
     };
-    EXPECT_NE(encoded(decoded<numbers>(text(least[i]))).find(concat({"\"", names[i], "\":", least[i]})),
-              std::string::npos);
-    EXPECT_NE(encoded(decoded<numbers>(text(most[i]))).find(concat({"\"", names[i], "\":", most[i]})),
-              std::string::npos);
-    for (const std::string_view value : {below[i], above[i]}) {
-      const std::size_t place = text(value).find(concat({"\"", names[i], "\":"})) + names[i].size() + 3;
+    for (const std::string_view value : {of.least, of.most})
+      EXPECT_NE(encoded(decoded<numbers>(text(value))).find(name + std::string{value}), std::string::npos);
+    for (const std::string_view value : {of.below, of.above}) {
+      const std::size_t place = text(value).find(name) + name.size();
       EXPECT_EQ(refused<numbers>(text(value)), (error{errc::out_of_range, static_cast<std::int64_t>(place)}));
     }
   }
@@ -312,24 +356,6 @@ TEST(decoder, takes_two_names_of_a_member_for_that_member) {
   EXPECT_EQ(refused<ros::time>(R"({"sec":1,"sec":1,"nanosec":2})").code, errc::duplicate_member);
   EXPECT_EQ(decoded<ros::time>(R"({"\u0073ec":1,"nanosec":2})").secs, 1U);
 }
-
-struct preset {
-  std::optional<int> maybe = 5;
-  int other = 7;
-  std::int8_t not_listed = 9;
-};
-
-} // namespace
-} // namespace decoder_test
-} // namespace rowe::json
-
-template <>
-inline constexpr auto rowe::schema<rowe::json::decoder_test::preset> =
-    rowe::fields<&rowe::json::decoder_test::preset::maybe, &rowe::json::decoder_test::preset::other>{};
-
-namespace rowe::json {
-namespace decoder_test {
-namespace {
 
 TEST(decoder, fills_in_what_is_missing_where_it_is_asked_to) {
   const decoder d = decoder::compile(describe<preset>(), decoder::missing::filled).value();
@@ -728,46 +754,6 @@ TEST(decoder, refuses_schemas_of_structs_that_are_too_large) {
   EXPECT_EQ(decoder::compile(huge).error(),
             (error{errc::bad_argument, decoder::bytes_limit + 1, decoder::bytes_limit}));
 }
-
-struct constant {
-  const int fixed = 1;
-};
-struct with_constant {
-  std::array<constant, 2> inside{};
-};
-struct no_default {
-  explicit no_default(int x) : value{x} {}
-  int value;
-};
-struct maybe_no_default {
-  std::optional<no_default> maybe;
-};
-struct constant_count {
-  int values[2]{};
-  const int count = 1;
-};
-
-} // namespace
-} // namespace decoder_test
-} // namespace rowe::json
-
-// clang-format off
-template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::constant> =
-    rowe::fields<&rowe::json::decoder_test::constant::fixed>{};
-template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::with_constant> =
-    rowe::fields<&rowe::json::decoder_test::with_constant::inside>{};
-template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::no_default> =
-    rowe::fields<&rowe::json::decoder_test::no_default::value>{};
-template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::maybe_no_default> =
-    rowe::fields<&rowe::json::decoder_test::maybe_no_default::maybe>{};
-template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::constant_count> =
-    rowe::fields<rowe::counted<&rowe::json::decoder_test::constant_count::values,
-                               &rowe::json::decoder_test::constant_count::count>>{};
-// clang-format on
-
-namespace rowe::json {
-namespace decoder_test {
-namespace {
 
 TEST(schema, says_what_cannot_be_read) {
   static_assert(describe<everything>().decodable);

@@ -273,7 +273,7 @@ TEST(json_value, walks_members_and_elements_in_order) {
 }
 
 TEST(json_value, has_no_members_or_elements_but_of_its_kind) {
-  for (const std::string_view text : {"{}", "[]", "[1]", "7", "\"{\"", "null"}) {
+  for (const std::string_view text : {"{}", " {  } ", "[]", "[1]", "7", "\"{\"", "null"}) {
     EXPECT_EQ(of(text).members().begin(), of(text).members().end()) << text;
   }
   for (const std::string_view text : {"{}", "[ ]", "{\"a\":1}", "7", "\"[1]\"", "null"}) {

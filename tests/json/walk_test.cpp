@@ -51,20 +51,6 @@ TEST(object_walk, finds_members_in_the_order_of_the_text) {
   EXPECT_EQ(m.name_raw, "h") << "untouched when there is none";
 }
 
-TEST(object_walk, finds_nothing_in_what_is_no_object) {
-  for (const std::string_view text : {"", " ", "[]", "[1]", "1", "\"{}\"", "null", "{}", " {  } "}) {
-    member m;
-    EXPECT_FALSE(object_walk{text}.next(m)) << text;
-  }
-}
-
-TEST(array_walk, finds_nothing_in_what_is_no_array) {
-  for (const std::string_view text : {"", "{}", "{\"a\":1}", "1", "[]", " [ ] "}) {
-    value v;
-    EXPECT_FALSE(array_walk{text}.next(v)) << text;
-  }
-}
-
 TEST(root, is_the_value_without_the_space_around_it) {
   EXPECT_EQ(root(" \n{\"a\":1}\t").raw, "{\"a\":1}");
   EXPECT_EQ(root(" 12 ").raw, "12");
