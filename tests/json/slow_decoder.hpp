@@ -4,7 +4,6 @@
 // nothing with the decoder but the walkers, which are tested against simdjson.
 #pragma once
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>

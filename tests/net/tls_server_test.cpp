@@ -13,11 +13,7 @@ namespace {
 
 using service::counter;
 
-struct tls_server : testing::Test {
-  certified files;
-  std::unique_ptr<socket_transport> transport = listening({.tls = files.server()});
-  driver drive{*transport};
-
+struct tls_server : served_tls {
   bool shake(tls_socket& client) {
     return drive.until([&] { return client.shaken() || client.failed(); }) && !client.failed();
   }
@@ -67,11 +63,8 @@ TEST_F(tls_server, reads_first_what_came_with_the_request) {
   EXPECT_EQ(failed_handshakes(*transport), 0U);
 }
 
-TEST(tls_pages, may_be_larger_than_any_buffer) {
-  const certified files;
-  const auto transport =
-      listening({.tls = files.server(), .limits = {.handshake_bytes = std::size_t{1} << 20}});
-  driver drive{*transport};
+TEST_F(tls_server, gives_pages_that_are_larger_than_any_buffer) {
+  listen({.handshake_bytes = std::size_t{1} << 20});
   const std::string body(600'000, 'p');
   drive.sink().answer = [&](const service::http_request&) { return page_of(body); };
   tls_socket client{transport->port(), {}, 4096};
@@ -405,11 +398,11 @@ TEST_F(tls_server, opens_so_many_records_at_once_for_one_that_is_alone) {
 
 // ---- handshakes that do not end
 
+struct tls_handshakes : served_tls {};
+
 // Each of those who come begins a handshake and leaves it. One from elsewhere who is slow is not displaced.
-TEST(tls_handshakes, that_are_begun_without_end_displace_each_other_and_not_who_is_slow) {
-  const certified files;
-  const auto transport = listening({.tls = files.server(), .limits = {.handshakes_max = 8}});
-  driver drive{*transport};
+TEST_F(tls_handshakes, that_are_begun_without_end_displace_each_other_and_not_who_is_slow) {
+  listen({.handshakes_max = 8});
   tls_socket slow{transport->port()};
   (void)slow.shaken(); // says hello
   std::vector<raw_socket> mute;
@@ -431,10 +424,8 @@ TEST(tls_handshakes, that_are_begun_without_end_displace_each_other_and_not_who_
   ASSERT_TRUE(drive.until([&] { return slow.has("101 Switching"); }));
 }
 
-TEST(tls_handshakes, that_do_not_end_keep_nobody_out) {
-  const certified files;
-  const auto transport = listening({.tls = files.server(), .limits = {.handshakes_max = 8}});
-  driver drive{*transport};
+TEST_F(tls_handshakes, that_do_not_end_keep_nobody_out) {
+  listen({.handshakes_max = 8});
   std::vector<raw_socket> mute;
   for (int i = 0; i < 40; ++i) {
     mute.emplace_back(transport->port());
@@ -451,10 +442,8 @@ TEST(tls_handshakes, that_do_not_end_keep_nobody_out) {
   EXPECT_EQ(failed_handshakes(*transport), count_of(*transport, counter::tls_failed_evicted));
 }
 
-TEST(tls_handshakes, end_in_time_or_are_cut) {
-  const certified files;
-  const auto transport = listening({.tls = files.server(), .limits = {.header_timeout = 200ms}});
-  driver drive{*transport};
+TEST_F(tls_handshakes, end_in_time_or_are_cut) {
+  listen({.header_timeout = 200ms});
   raw_socket mute{transport->port()}, begun{transport->port()};
   ASSERT_TRUE(begun.send("\x16\x03\x01"));
   tls_socket half{transport->port()};
@@ -466,32 +455,28 @@ TEST(tls_handshakes, end_in_time_or_are_cut) {
   EXPECT_TRUE(half.text.starts_with("HTTP/1.1 408 ")) << half.text;
 }
 
-TEST(tls_handshakes, leave_no_descriptor_behind) {
-  const certified files;
+TEST_F(tls_handshakes, leave_no_descriptor_behind) {
+  transport.reset();
   const std::size_t before = open_descriptors();
   {
-    const auto transport = listening({.tls = files.server()});
-    driver drive{*transport};
+    listen({});
     tls_socket open{transport->port()}, shaken{transport->port()}, asked{transport->port()};
     raw_socket mute{transport->port()};
     ASSERT_TRUE(drive.until([&] { return open.shaken() && shaken.shaken() && asked.shaken(); }));
     ASSERT_TRUE(open.send(upgrade_request(transport->port())) && asked.send(request(transport->port(), "/")));
     ASSERT_TRUE(drive.until([&] { return open.has("101 ") && asked.ended(); }));
   }
+  transport.reset();
   EXPECT_EQ(open_descriptors(), before);
 }
 
 // Whatever clients do, and in whatever order: each was counted once.
-TEST(tls_handshakes, are_each_counted_once) {
+TEST_F(tls_handshakes, are_each_counted_once) {
   std::signal(SIGPIPE, SIG_IGN); // of OpenSSL's own socket BIO
   const std::uint64_t seed = std::random_device{}();
   SCOPED_TRACE(testing::Message{} << "seed " << seed);
   std::mt19937_64 random{seed};
-  const certified files;
-  const auto transport =
-      listening({.tls = files.server(),
-                 .limits = {.handshakes_max = 6, .header_timeout = 50ms, .close_timeout = 50ms}});
-  driver drive{*transport};
+  listen({.handshakes_max = 6, .header_timeout = 50ms, .close_timeout = 50ms});
   const auto counted = [&] {
     return count_of(*transport, counter::tls_handshakes) + failed_handshakes(*transport);
   };

@@ -218,12 +218,12 @@ session_ptr session_of_another(const certified& files) {
   return session_ptr{SSL_get1_session(client.get())};
 }
 
-TEST(early_data, is_skipped_and_the_handshake_goes_on_without_it) {
-  const certified files;
+struct early_data : served_tls {};
+struct records : served_tls {};
+
+TEST_F(early_data, is_skipped_and_the_handshake_goes_on_without_it) {
   const session_ptr session = session_of_another(files);
   ASSERT_GT(SSL_SESSION_get_max_early_data(session.get()), 0U);
-  const auto transport = listening({.tls = files.server()});
-  driver drive{*transport};
   tls_socket client{transport->port()};
   ASSERT_EQ(SSL_set_session(client.get(), session.get()), 1);
   const std::string early = upgrade_request(transport->port(), {}, service::stop_path);
@@ -239,12 +239,10 @@ TEST(early_data, is_skipped_and_the_handshake_goes_on_without_it) {
   EXPECT_EQ(drive.sink().opens[0].path, "/");
 }
 
-TEST(records, that_were_cut_or_changed_give_a_server_nothing) {
-  const certified files;
+TEST_F(records, that_were_cut_or_changed_give_a_server_nothing) {
   const std::string head{"\x17\x03\x03\x00\x40", 5};
   for (const std::size_t bytes : {std::size_t{10}, std::size_t{0x40}}) {
-    const auto transport = listening({.tls = files.server()});
-    driver drive{*transport};
+    listen({});
     tls_socket client{transport->port()};
     ASSERT_TRUE(asks(drive, client, upgrade_request(transport->port()) + "whole")) << client.fault;
     ASSERT_TRUE(drive.until([&] { return client.has("101 Switching"); }));

@@ -47,6 +47,19 @@ inline void only(SSL_CTX* to, int version) {
   SSL_CTX_set_max_proto_version(to, version);
 }
 
+// A server of a test that speaks TLS, and what turns it.
+struct served_tls : testing::Test {
+  certified files;
+  std::unique_ptr<socket_transport> transport = listening({.tls = files.server()});
+  driver drive{*transport};
+
+  // With these limits instead.
+  void listen(const socket_limits& limits) {
+    transport = listening({.tls = files.server(), .limits = limits});
+    drive = driver{*transport};
+  }
+};
+
 class tls_socket {
  public:
   // `prepare` may change what the client speaks.
