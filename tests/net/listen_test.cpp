@@ -109,6 +109,9 @@ TEST(listen, refuses_limits_out_of_their_range_with_value_and_bound) {
   EXPECT_EQ(refusal_of({.limits = {.connections_max = 65537}}), (error{errc::bad_argument, 65537, 65536}));
   EXPECT_EQ(refusal_of({.limits = {.handshakes_max = 1025}}), (error{errc::bad_argument, 1025, 1024}));
   EXPECT_EQ(refusal_of({.limits = {.header_bytes_max = 255}}), (error{errc::bad_argument, 255, 256}));
+  EXPECT_EQ(refusal_of({.limits = {.handshake_bytes = 65535}}), (error{errc::bad_argument, 65535, 65536}));
+  EXPECT_EQ(refusal_of({.limits = {.handshake_bytes = (64 << 20) + 1}}),
+            (error{errc::bad_argument, (64 << 20) + 1, 64 << 20}));
   EXPECT_EQ(refusal_of({.limits = {.read_quantum_bytes = 8192, .read_alone_bytes_min = 4096}}),
             (error{errc::bad_argument, 4096, 8192}));
   EXPECT_EQ(refusal_of({.limits = {.read_alone_bytes_max = 8192}}), (error{errc::bad_argument, 8192, 16384}));

@@ -44,8 +44,8 @@ struct asked_server : testing::Test {
   }
 
   // Shows these; `below` are sent with the first.
-  std::function<void(SSL_CTX*)> showing(const test::made_certificate& own,
-                                        std::vector<test::made_certificate> below = {}, int version = 0) {
+  preparation showing(const test::made_certificate& own, std::vector<test::made_certificate> below = {},
+                      int version = 0) {
     test::write_private(files.files / "shown.pem", own.certificate + own.key);
     std::string chain = own.certificate;
     for (const auto& one : below) chain += one.certificate;
@@ -57,7 +57,7 @@ struct asked_server : testing::Test {
     };
   }
   // The name that was told, or "refused: " and the reason.
-  std::string outcome_of(const std::function<void(SSL_CTX*)>& prepare) {
+  std::string outcome_of(const preparation& prepare) {
     tls_socket client{transport->port(), prepare};
     told.clear();
     drive.sink().rejections.clear();

@@ -41,10 +41,24 @@ using context_ptr = std::unique_ptr<SSL_CTX, freed>;
 using ssl_ptr = std::unique_ptr<SSL, freed>;
 using session_ptr = std::unique_ptr<SSL_SESSION, freed>;
 
-// Makes it speak this version and no other.
-inline void only(SSL_CTX* to, int version) {
-  SSL_CTX_set_min_proto_version(to, version);
-  SSL_CTX_set_max_proto_version(to, version);
+// What the other side speaks.
+using preparation = std::function<void(SSL_CTX*)>;
+
+inline preparation only_version(int version) {
+  return [version](SSL_CTX* to) {
+    if (version < TLS1_2_VERSION) SSL_CTX_set_security_level(to, 0);
+    SSL_CTX_set_min_proto_version(to, version);
+    SSL_CTX_set_max_proto_version(to, version);
+  };
+}
+inline preparation only_cipher_of_tls_1_2(const char* name) {
+  return [name](SSL_CTX* to) {
+    only_version(TLS1_2_VERSION)(to);
+    SSL_CTX_set_cipher_list(to, name);
+  };
+}
+inline preparation only_group(const char* name) {
+  return [name](SSL_CTX* to) { SSL_CTX_set1_groups_list(to, name); };
 }
 
 // A server of a test that speaks TLS, and what turns it.
@@ -63,8 +77,7 @@ struct served_tls : testing::Test {
 class tls_socket {
  public:
   // `prepare` may change what the client speaks.
-  explicit tls_socket(std::uint16_t port, const std::function<void(SSL_CTX*)>& prepare = {},
-                      int receive_buffer = 0)
+  explicit tls_socket(std::uint16_t port, const preparation& prepare = {}, int receive_buffer = 0)
       : raw{port, "127.0.0.1", receive_buffer} {
     context_.reset(SSL_CTX_new(TLS_client_method()));
     if (prepare) prepare(context_.get());
