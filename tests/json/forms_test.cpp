@@ -205,29 +205,6 @@ TEST(forms, are_read_back_as_they_were_however_the_text_is_spelt) {
 
 // ---- descriptions ----
 
-TEST(schema, says_of_enums_and_times_what_they_are) {
-  const auto& members = describe<anything>().members;
-  const auto find = [&](std::string_view name) -> const member_description& {
-    return *std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.name == name; });
-  };
-  const value_description& s = *find("stance").type->element;
-  EXPECT_TRUE(find("stance").by_name);
-  EXPECT_EQ(s.kind, value_kind::int16);
-  ASSERT_EQ(s.enumerators.size(), 3U);
-  EXPECT_EQ(s.enumerators[0].name, "standing"); // as they are listed
-  EXPECT_EQ(s.enumerators[0].value, 200);
-  EXPECT_EQ(s.enumerators[1].value, -2);
-  EXPECT_EQ(s.enumerators[2].value, -3);
-  EXPECT_TRUE(find("born").as_seconds);
-  const unit_description& born = find("born").type->element->unit;
-  EXPECT_EQ(born.numerator, 1);
-  EXPECT_EQ(born.denominator, 1'000'000);
-  EXPECT_TRUE(born.since_1970);
-  EXPECT_FALSE(find("age").type->element->unit.since_1970);
-  EXPECT_EQ(find("i8").type->element->unit.denominator, 0);
-  EXPECT_TRUE(find("i8").type->element->enumerators.empty());
-}
-
 // Hand-made, for what no type of reasonable size can provoke.
 TEST(schema, gives_an_enum_no_more_names_than_can_be_told_apart) {
   constexpr std::size_t count = decoder::members_max + 1;

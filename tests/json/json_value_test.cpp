@@ -2,6 +2,7 @@
 // What was received, read in place: paths, types, members and elements, and what is said where it fails.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -17,8 +18,17 @@
 #include "texts.hpp"
 
 namespace json_value_test {
+enum class gait : std::int8_t { back = -1, stand, walk };
+}
+template <>
+inline constexpr auto rowe::names<json_value_test::gait> =
+    rowe::enumerators<json_value_test::gait::back, json_value_test::gait::stand,
+                      rowe::enumerator<json_value_test::gait::walk, "w\u00e4lk">>{};
+
+namespace json_value_test {
 namespace {
 
+using namespace std::chrono;
 using rowe::errc;
 using rowe::fixed_string;
 using rowe::json_kind;
@@ -164,6 +174,32 @@ TEST(json_value, reads_booleans_and_enums) {
   EXPECT_EQ(of("1").get<mode>().value(), mode::drive);
   EXPECT_EQ(code<mode>("256"), errc::out_of_range);
   EXPECT_EQ(code<mode>("\"drive\""), errc::wrong_type);
+}
+
+TEST(json_value, reads_enums_by_name) {
+  EXPECT_EQ(of(R"("back")").get<gait>().value(), gait::back);
+  EXPECT_EQ(of("\"w\\u00e4lk\"").get<gait>().value(), gait::walk); // escaped
+  EXPECT_EQ(of("-1.0").get<gait>().value(), gait::back);
+  EXPECT_EQ(of("null").get<std::optional<gait>>().value(), std::nullopt);
+}
+
+TEST(json_value, refuses_what_is_no_name_of_an_enum_and_no_number_of_one) {
+  EXPECT_EQ(code<gait>("2"), errc::out_of_range);
+  EXPECT_EQ(code<gait>("200"), errc::out_of_range);
+  EXPECT_EQ(code<gait>("true"), errc::wrong_type);
+  EXPECT_EQ(code<gait>("0.5"), errc::wrong_type);
+  EXPECT_EQ(code<gait>(R"("")"), errc::out_of_range);
+  EXPECT_EQ(refused<gait>(R"({"gait":"trot"})", "gait"),
+            "the member \"gait\" must be \"back\", \"stand\" or \"w\u00e4lk\"; it is \"trot\"");
+}
+
+TEST(json_value, reads_durations_and_times_as_their_count) {
+  EXPECT_EQ(of("1500").get<milliseconds>().value(), 1500ms);
+  EXPECT_EQ((of("0.25").get<duration<double>>().value()), 250ms);
+  EXPECT_EQ(of("-3").get<sys_time<seconds>>().value().time_since_epoch(), -3s);
+  EXPECT_EQ(code<nanoseconds>("1e19"), errc::out_of_range);
+  EXPECT_EQ(code<seconds>("1.5"), errc::wrong_type);
+  EXPECT_EQ(code<seconds>(R"("1")"), errc::wrong_type);
 }
 
 TEST(json_value, reads_strings_in_place_or_copied) {

@@ -268,16 +268,11 @@ TEST_F(page, of_a_thousand_who_ask_delays_nobody_else_by_more_than_one_of_them) 
 }
 
 TEST(etag, is_matched_in_lists_weakly_and_by_a_star) {
-  EXPECT_TRUE(etag_matches("\"a\"", "\"a\""));
-  EXPECT_TRUE(etag_matches("*", "\"a\""));
-  EXPECT_TRUE(etag_matches("\"x,y\", \"a\"", "\"a\""));
-  EXPECT_TRUE(etag_matches("W/\"a\"", "\"a\""));
+  for (const std::string_view given : {"\"a\"", "*", "\"x,y\", \"a\"", "W/\"a\"", " ,\t\"b\" ,\"a\""})
+    EXPECT_TRUE(etag_matches(given, "\"a\"")) << given;
+  for (const std::string_view given : {"", "\"a", "a", "\"ab\""})
+    EXPECT_FALSE(etag_matches(given, "\"a\"")) << given;
   EXPECT_TRUE(etag_matches("\"a\"", "W/\"a\""));
-  EXPECT_TRUE(etag_matches(" ,\t\"b\" ,\"a\"", "\"a\""));
-  EXPECT_FALSE(etag_matches("", "\"a\""));
-  EXPECT_FALSE(etag_matches("\"a", "\"a\""));
-  EXPECT_FALSE(etag_matches("a", "\"a\""));
-  EXPECT_FALSE(etag_matches("\"ab\"", "\"a\""));
   EXPECT_FALSE(etag_matches("*", ""));
 }
 
