@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -137,13 +136,6 @@ TEST(cbor_encoder, writes_every_text_as_utf_8) {
                                              "74616d70a264736563730065"
                                              "6e73656373006866"
                                              "72616d655f6964666dc3b6efbfbd");
-}
-
-TEST(cbor_encoder, keeps_every_digit_of_an_integer) {
-  std::array<char, 16> buffer;
-  const std::int64_t least = std::numeric_limits<std::int64_t>::min();
-  const char* const end = cbor::write_signed(buffer.data(), least);
-  EXPECT_EQ(hex({buffer.data(), static_cast<std::size_t>(end - buffer.data())}), "3b7fffffffffffffff");
 }
 
 // As roscpp serialises a Header, a string, and a sequence.

@@ -284,22 +284,9 @@ TEST(encoder, escapes_strings) {
 const void* same_address(const void* at) noexcept { return at; }
 
 TEST(encoder, refuses_schemas_that_nest_too_deeply) {
-  constexpr std::size_t levels = encoder::depth_max + 1;
-  std::array<value_description, levels + 1> values;
-  values[0] = {.kind = value_kind::uint8, .bytes = 1};
-  for (std::size_t i = 1; i <= levels; ++i) {
-    values[i] = {.kind = value_kind::array,
-                 .bytes = 1,
-                 .count_max = 1,
-                 .element = &values[i - 1],
-                 .elements = same_address};
-  }
-  const auto compile = [&](std::size_t depth) {
-    const member_description m{.name = "a", .type = &values[depth], .address = same_address};
-    return encoder::compile({.type_name = {}, .bytes = 1, .alignment = 1, .members = {&m, 1}});
-  };
-  EXPECT_TRUE(compile(encoder::depth_max - 1));
-  const auto refused = compile(encoder::depth_max);
+  const rowe::tests::nested_arrays arrays{encoder::depth_max};
+  EXPECT_TRUE(encoder::compile(arrays.schema(encoder::depth_max - 1)));
+  const auto refused = encoder::compile(arrays.schema(encoder::depth_max));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error(), (error{errc::bad_argument, encoder::depth_max + 1, encoder::depth_max}));
 }

@@ -80,16 +80,6 @@ TEST_F(client, opens_a_connection_and_passes_on_what_lies_behind_the_answer) {
   EXPECT_EQ(server.peer.text, "hello") << "libwebsockets wrote something too";
 }
 
-TEST_F(client, connects_again_after_the_connection_is_lost) {
-  for (std::size_t i = 1; i <= 3; ++i) {
-    ask();
-    ASSERT_TRUE(server.peer.send(good_answer()));
-    ASSERT_TRUE(drive.until([&] { return drive.sink().opens.size() == i; }));
-    server.peer.close();
-    ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() == i; }));
-  }
-}
-
 TEST_F(client, makes_one_attempt_however_often_it_is_asked) {
   transport->connect();
   transport->connect();

@@ -208,15 +208,6 @@ TEST_F(long_page, of_a_user_may_have_scripts_of_its_own) {
   EXPECT_TRUE(body_of(client) == body);
 }
 
-TEST_F(page, is_given_up_when_its_reader_vanishes) {
-  body.resize(8 << 20, 'x');
-  drive.stop_clock();
-  const std::uint64_t resting = transport->memory().bytes_used;
-  raw_socket client = reader_of(drive, *transport, "/");
-  client.reset();
-  EXPECT_TRUE(drive.until([&] { return transport->memory().bytes_used == resting; }));
-}
-
 TEST_F(page, is_refused_in_words_to_who_may_not_have_it) {
   drive.sink().when_page_asked = [](const service::credentials& shown) -> service::admit_answer {
     if (shown.path != "/metrics" || shown.token == "right") return {};

@@ -11,6 +11,13 @@ namespace {
 test::certificate_request called(std::string name) {
   return {.names = {}, .addresses = {}, .common_name = std::move(name), .usage = "clientAuth"};
 }
+// One that is over.
+test::certificate_request late() {
+  auto wanted = called("anna");
+  wanted.valid_from_s = -2 * day;
+  wanted.valid_to_s = -day;
+  return wanted;
+}
 
 // A server's files, and a root of its own for clients.
 struct asking : certified {
@@ -107,10 +114,7 @@ TEST_F(asked_server, refuses_certificates_that_are_not_good_and_says_why) {
               failed + "unable to get local issuer certificate")
         << "the root of servers vouches for no clients";
     EXPECT_EQ(refused(test::make_self_signed(called("anna")), version), failed + "self-signed certificate");
-    auto late = called("anna");
-    late.valid_from_s = -2 * day;
-    late.valid_to_s = -day;
-    EXPECT_EQ(refused(test::make_leaf(files.clients, late), version), failed + "certificate has expired");
+    EXPECT_EQ(refused(test::make_leaf(files.clients, late()), version), failed + "certificate has expired");
     auto early = called("anna");
     early.valid_from_s = day;
     EXPECT_EQ(refused(test::make_leaf(files.clients, early), version),
@@ -209,10 +213,7 @@ TEST(tls_client, is_told_that_its_certificate_is_refused) {
     return found->what;
   };
   EXPECT_NE(refused(test::make_leaf(files.root, called("anna"))).find("unknown ca"), std::string::npos);
-  auto late = called("anna");
-  late.valid_from_s = -2 * day;
-  late.valid_to_s = -day;
-  EXPECT_NE(refused(test::make_leaf(files.clients, late)).find("certificate expired"), std::string::npos);
+  EXPECT_NE(refused(test::make_leaf(files.clients, late())).find("certificate expired"), std::string::npos);
 }
 
 TEST(tls_files, of_clients_that_are_wrong_are_named) {
