@@ -320,10 +320,6 @@ TEST(schema, says_what_a_type_looks_like) {
   EXPECT_EQ(d.bytes, sizeof(numbers));
   EXPECT_EQ(d.alignment, alignof(numbers));
   EXPECT_TRUE(d.type_name.empty());
-  ASSERT_EQ(d.members.size(), 12u);
-  EXPECT_EQ(d.members[0].name, "yes");
-  EXPECT_EQ(d.members[11].name, "g");
-  EXPECT_EQ(d.members[11].type->kind, value_kind::int8);
   EXPECT_EQ(describe<nested>().members[2].type->element->object, &describe<point>());
   static_assert(described<point> && !described<int>);
 }

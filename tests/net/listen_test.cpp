@@ -152,12 +152,14 @@ class few_descriptors {
   rlimit before_{};
 };
 
-TEST(listen, pauses_without_spinning_when_the_process_has_no_descriptor_left) {
-  if (needs_descriptors_itself) {
-    GTEST_SKIP() << "the sanitizer of undefined behaviour opens a pipe to look at objects";
+struct without_descriptors : served {
+  void SetUp() override {
+    if (needs_descriptors_itself)
+      GTEST_SKIP() << "the sanitizer of undefined behaviour opens a pipe to look at objects";
   }
-  auto transport = listening();
-  driver drive{*transport};
+};
+
+TEST_F(without_descriptors, a_listener_pauses_and_does_not_spin) {
   drive.stop_clock();
   drive.turn();
   raw_socket waiting{transport->port()};
@@ -182,12 +184,7 @@ TEST(listen, pauses_without_spinning_when_the_process_has_no_descriptor_left) {
   EXPECT_EQ(waiting.text.substr(0, 12), "HTTP/1.1 101");
 }
 
-TEST(listen, answers_503_when_an_upgrade_finds_no_descriptor_for_libwebsockets) {
-  if (needs_descriptors_itself) {
-    GTEST_SKIP() << "the sanitizer of undefined behaviour opens a pipe to look at objects";
-  }
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(without_descriptors, for_libwebsockets_an_upgrade_is_answered_503) {
   raw_socket client{transport->port()};
   ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 1; }));
   {
