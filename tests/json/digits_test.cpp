@@ -77,14 +77,9 @@ void expect_floats(std::initializer_list<const char*> texts) {
   for (const char* text : texts) EXPECT_EQ(of(std::strtof(text, nullptr)), text);
 }
 
-TEST(digits, writes_integers_without_a_point) {
-  expect_doubles({"0", "1", "-2", "100", "1000000000000000", "9007199254740991"});
-  expect_floats({"16777215"});
-}
-
-TEST(digits, keeps_the_sign_of_zero) {
-  expect_doubles({"-0.0"});
-  expect_floats({"-0.0"});
+TEST(digits, writes_integers_without_a_point_but_for_the_sign_of_zero) {
+  expect_doubles({"0", "-0.0", "1", "-2", "100", "1000000000000000", "9007199254740991"});
+  expect_floats({"-0.0", "16777215"});
 }
 
 TEST(digits, writes_what_is_not_too_large_or_small_plainly) {

@@ -36,6 +36,15 @@ TEST(object_walk, leaves_a_member_alone_where_there_is_none) {
   EXPECT_EQ(m.what.raw, "null");
 }
 
+TEST(walks, find_nothing_in_what_is_of_another_kind) {
+  member m;
+  for (const std::string_view text : {"", " ", "[]", "[1]", "1", "\"{}\"", "null", "{}", " {  } "})
+    EXPECT_FALSE(object_walk{text}.next(m)) << text;
+  value v;
+  for (const std::string_view text : {"", "{}", "{\"a\":1}", "1", "[]", " [ ] "})
+    EXPECT_FALSE(array_walk{text}.next(v)) << text;
+}
+
 TEST(root, is_the_value_without_the_space_around_it) {
   EXPECT_EQ(root(" \n{\"a\":1}\t").raw, "{\"a\":1}");
   EXPECT_EQ(root(" 12 ").raw, "12");
