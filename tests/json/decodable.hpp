@@ -86,46 +86,43 @@ struct anything {
 
 } // namespace rowe::tests
 
-// clang-format off
-template <> inline constexpr auto rowe::names<rowe::tests::stance> =
-    rowe::enumerators<rowe::tests::stance::standing, rowe::tests::stance::sitting,
-                      rowe::enumerator<rowe::tests::stance::lying, "on the \"ground\"">>{};
-template <> inline constexpr auto rowe::names<rowe::tests::rank> =
-    rowe::enumerators<rowe::tests::rank::least, rowe::tests::rank::most>{};
-template <> inline constexpr auto rowe::schema<rowe::tests::point> =
-    rowe::fields<&rowe::tests::point::x, &rowe::tests::point::y>{};
-template <> inline constexpr auto rowe::schema<rowe::tests::numbers> =
-    rowe::fields<&rowe::tests::numbers::yes, &rowe::tests::numbers::i8, &rowe::tests::numbers::i16,
-                 &rowe::tests::numbers::i32, &rowe::tests::numbers::i64, &rowe::tests::numbers::u8,
-                 &rowe::tests::numbers::u16, &rowe::tests::numbers::u32, &rowe::tests::numbers::u64,
-                 &rowe::tests::numbers::f, &rowe::tests::numbers::d, &rowe::tests::numbers::g>{};
-template <> inline constexpr auto rowe::schema<rowe::tests::everything> =
-    rowe::fields<&rowe::tests::everything::numbers,
-                 rowe::field<&rowe::tests::everything::serial>.as_string(),
-                 rowe::field<&rowe::tests::everything::ids>.as_string(),
-                 rowe::field<&rowe::tests::everything::text, "the \"text\"">,
-                 &rowe::tests::everything::where, &rowe::tests::everything::covariance,
-                 rowe::field<&rowe::tests::everything::matrix, "a matrix of two rows">,
-                 &rowe::tests::everything::path, &rowe::tests::everything::names,
-                 &rowe::tests::everything::real, &rowe::tests::everything::goal,
-                 rowe::field<&rowe::tests::everything::list, "exactly_16_bytes">,
-                 &rowe::tests::everything::holes,
-                 rowe::counted<&rowe::tests::everything::ranges, &rowe::tests::everything::count>,
-                 rowe::counted<&rowe::tests::everything::intensities, &rowe::tests::everything::count>,
-                 &rowe::tests::everything::count,
-                 rowe::counted<&rowe::tests::everything::much, &rowe::tests::everything::much_count, "\u00fc">,
-                 &rowe::tests::everything::bytes, &rowe::tests::everything::raw,
-                 rowe::field<&rowe::tests::everything::plain>.as_numbers(), &rowe::tests::everything::rows>{};
-template <> inline constexpr auto rowe::schema<rowe::tests::anything> =
-    rowe::fields<&rowe::tests::anything::yes, &rowe::tests::anything::i8, &rowe::tests::anything::i64,
-                 &rowe::tests::anything::u64, &rowe::tests::anything::f, &rowe::tests::anything::d,
-                 rowe::field<&rowe::tests::anything::s>.as_string(), &rowe::tests::anything::text,
-                 &rowe::tests::anything::list, &rowe::tests::anything::two, &rowe::tests::anything::twice,
-                 rowe::field<&rowe::tests::anything::stance>.by_name(),
-                 rowe::field<&rowe::tests::anything::stances>.by_name(),
-                 rowe::field<&rowe::tests::anything::rank>.by_name(), &rowe::tests::anything::age,
-                 rowe::field<&rowe::tests::anything::age_s>.as_seconds(),
-                 rowe::field<&rowe::tests::anything::laps>.as_seconds(),
-                 rowe::field<&rowe::tests::anything::whole>.as_seconds(),
-                 rowe::field<&rowe::tests::anything::born>.as_seconds(), &rowe::tests::anything::wait>{};
-// clang-format on
+namespace rowe {
+
+template <>
+inline constexpr auto names<tests::stance> =
+    enumerators<tests::stance::standing, tests::stance::sitting,
+                enumerator<tests::stance::lying, "on the \"ground\"">>{};
+template <>
+inline constexpr auto names<tests::rank> = enumerators<tests::rank::least, tests::rank::most>{};
+template <>
+inline constexpr auto schema<tests::point> = fields<&tests::point::x, &tests::point::y>{};
+template <>
+inline constexpr auto schema<tests::numbers> =
+    fields<&tests::numbers::yes, &tests::numbers::i8, &tests::numbers::i16, &tests::numbers::i32,
+           &tests::numbers::i64, &tests::numbers::u8, &tests::numbers::u16, &tests::numbers::u32,
+           &tests::numbers::u64, &tests::numbers::f, &tests::numbers::d, &tests::numbers::g>{};
+template <>
+inline constexpr auto schema<tests::everything> =
+    fields<&tests::everything::numbers, field<&tests::everything::serial>.as_string(),
+           field<&tests::everything::ids>.as_string(), field<&tests::everything::text, "the \"text\"">,
+           &tests::everything::where, &tests::everything::covariance,
+           field<&tests::everything::matrix, "a matrix of two rows">, &tests::everything::path,
+           &tests::everything::names, &tests::everything::real, &tests::everything::goal,
+           field<&tests::everything::list, "exactly_16_bytes">, &tests::everything::holes,
+           counted<&tests::everything::ranges, &tests::everything::count>,
+           counted<&tests::everything::intensities, &tests::everything::count>, &tests::everything::count,
+           counted<&tests::everything::much, &tests::everything::much_count, "\u00fc">,
+           &tests::everything::bytes, &tests::everything::raw, field<&tests::everything::plain>.as_numbers(),
+           &tests::everything::rows>{};
+template <>
+inline constexpr auto schema<tests::anything> =
+    fields<&tests::anything::yes, &tests::anything::i8, &tests::anything::i64, &tests::anything::u64,
+           &tests::anything::f, &tests::anything::d, field<&tests::anything::s>.as_string(),
+           &tests::anything::text, &tests::anything::list, &tests::anything::two, &tests::anything::twice,
+           field<&tests::anything::stance>.by_name(), field<&tests::anything::stances>.by_name(),
+           field<&tests::anything::rank>.by_name(), &tests::anything::age,
+           field<&tests::anything::age_s>.as_seconds(), field<&tests::anything::laps>.as_seconds(),
+           field<&tests::anything::whole>.as_seconds(), field<&tests::anything::born>.as_seconds(),
+           &tests::anything::wait>{};
+
+} // namespace rowe

@@ -18,78 +18,77 @@
 
 #include <rowe/ros.hpp>
 
+#include "checked_decoder.hpp"
 #include "decodable.hpp"
 #include "encoded.hpp"
-#include "padded.hpp"
 #include "respelled.hpp"
 #include "rt/seed.hpp"
-#include "slow_decoder.hpp"
 #include "texts.hpp"
 #include "json/reading/numbers.hpp"
 #include "json/reading/reader.hpp"
 
+namespace decoder_test {
+namespace {
+
+struct preset {
+  std::optional<int> maybe = 5;
+  int other = 7;
+  std::int8_t not_listed = 9;
+};
+struct constant {
+  const int fixed = 1;
+};
+struct with_constant {
+  std::array<constant, 2> inside{};
+};
+struct no_default {
+  explicit no_default(int x) : value{x} {}
+  int value;
+};
+struct maybe_no_default {
+  std::optional<no_default> maybe;
+};
+struct constant_count {
+  int values[2]{};
+  const int count = 1;
+};
+
+} // namespace
+} // namespace decoder_test
+
+// clang-format off
+template <> inline constexpr auto rowe::schema<decoder_test::preset> =
+    rowe::fields<&decoder_test::preset::maybe, &decoder_test::preset::other>{};
+template <> inline constexpr auto rowe::schema<decoder_test::constant> =
+    rowe::fields<&decoder_test::constant::fixed>{};
+template <> inline constexpr auto rowe::schema<decoder_test::with_constant> =
+    rowe::fields<&decoder_test::with_constant::inside>{};
+template <> inline constexpr auto rowe::schema<decoder_test::no_default> =
+    rowe::fields<&decoder_test::no_default::value>{};
+template <> inline constexpr auto rowe::schema<decoder_test::maybe_no_default> =
+    rowe::fields<&decoder_test::maybe_no_default::maybe>{};
+template <> inline constexpr auto rowe::schema<decoder_test::constant_count> =
+    rowe::fields<rowe::counted<&decoder_test::constant_count::values, &decoder_test::constant_count::count>>{};
+// clang-format on
+
 namespace rowe::json {
 namespace decoder_test {
+using namespace ::decoder_test;
 namespace {
 
 using tests::anything;
 using tests::concat;
+using tests::decode;
+using tests::decoded;
+using tests::decoder_of;
+using tests::diagnosis_of;
 using tests::encoded;
 using tests::everything;
 using tests::gear;
 using tests::numbers;
-using tests::padded;
 using tests::point;
+using tests::refused;
 using tests::repeat;
-
-template <class T>
-const decoder& decoder_of() {
-  static const decoder d = decoder::compile(describe<T>()).value();
-  return d;
-}
-
-std::string error_text(const error& e) { return std::string{e.name()} + ": " + e.message(); }
-
-bool is_valid(std::string_view text) {
-  static reader r = reader::create(1 << 20).value();
-  const padded p{text};
-  return r.validate(p.text()).has_value();
-}
-
-// Reads from exactly so many bytes of the heap, into memory that held something else; and compares with the
-// plain reference.
-template <class T>
-status decode(std::string_view text, T& into) {
-  EXPECT_TRUE(is_valid(text)) << text;
-  const auto exact = std::make_unique<char[]>(text.size());
-  text.copy(exact.get(), text.size());
-  std::memset(static_cast<void*>(&into), 0x5a, sizeof into);
-  const status s = decoder_of<T>().decode({exact.get(), text.size()}, &into);
-  auto other = std::make_unique<T>();
-  const status expected = tests::slow_decoder::decode(describe<T>(), text, other.get());
-  EXPECT_EQ(s.has_value(), expected.has_value()) << text;
-  if (!s && !expected) {
-    EXPECT_EQ(error_text(s.error()), error_text(expected.error())) << text;
-    EXPECT_EQ(s.error(), expected.error()) << text;
-  }
-  return s;
-}
-
-template <class T>
-T decoded(std::string_view text) {
-  T x;
-  const status s = decode(text, x);
-  EXPECT_TRUE(s) << error_text(s.error()) << " in " << text;
-  return x;
-}
-
-template <class T>
-error refused(std::string_view text) {
-  T x;
-  const status s = decode(text, x);
-  EXPECT_FALSE(s) << text;
-  return s.error();
-}
 
 // ---- one value of each sort; `anything` reads a member alone ----
 
@@ -98,50 +97,31 @@ std::string member(std::string_view name, std::string_view value) {
 }
 constexpr std::int64_t value_at = 5; // in {"d":1}
 
-TEST(decoder, reads_numbers_of_every_type) {
-  const auto n = decoded<numbers>(
-      R"({"yes":true,"i8":-8,"i16":-16,"i32":-32,"i64":-64,"u8":8,"u16":16,"u32":32,"u64":64,"f":0.1,)"
-      R"("d":0.1,"g":-1})");
-  EXPECT_TRUE(n.yes);
-  EXPECT_EQ(n.i8, -8);
-  EXPECT_EQ(n.i16, -16);
-  EXPECT_EQ(n.i32, -32);
-  EXPECT_EQ(n.i64, -64);
-  EXPECT_EQ(n.u8, 8);
-  EXPECT_EQ(n.u16, 16);
-  EXPECT_EQ(n.u32, 32u);
-  EXPECT_EQ(n.u64, 64u);
-  EXPECT_EQ(n.f, 0.1f);
-  EXPECT_EQ(n.d, 0.1);
-  EXPECT_EQ(n.g, gear::reverse);
-}
-
 TEST(decoder, knows_the_limits_of_every_integer) {
-  constexpr std::string_view names[] = {"i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64", "g"};
-  constexpr std::string_view least[] = {"-128", "-32768", "-2147483648", "-9223372036854775808", "0", "0",
-                                        "0",    "0",      "-128"};
-  constexpr std::string_view below[] = {"-129", "-32769", "-2147483649", "-9223372036854775809", "-1", "-1",
-                                        "-1",   "-1",     "-129"};
-  constexpr std::string_view most[] = {"127", "32767", "2147483647", "9223372036854775807",
-                                       "255", "65535", "4294967295", "18446744073709551615",
-                                       "127"};
-  constexpr std::string_view above[] = {"128", "32768", "2147483648", "9223372036854775808",
-                                        "256", "65536", "4294967296", "18446744073709551616",
-                                        "128"};
-  for (std::size_t i = 0; i < std::size(names); ++i) {
+  struct {
+    std::string_view name, below, least, most, above;
+  } const limits[] = {
+      {"i8", "-129", "-128", "127", "128"},
+      {"i16", "-32769", "-32768", "32767", "32768"},
+      {"i32", "-2147483649", "-2147483648", "2147483647", "2147483648"},
+      {"i64", "-9223372036854775809", "-9223372036854775808", "9223372036854775807", "9223372036854775808"},
+      {"u8", "-1", "0", "255", "256"},
+      {"u16", "-1", "0", "65535", "65536"},
+      {"u32", "-1", "0", "4294967295", "4294967296"},
+      {"u64", "-1", "0", "18446744073709551615", "18446744073709551616"},
+      {"g", "-129", "-128", "127", "128"}};
+  for (const auto& of : limits) {
+    const std::string name = concat({"\"", of.name, "\":"});
     const auto text = [&](std::string_view value) {
       std::string all = R"({"yes":true,"f":0,"d":0)";
-      for (const std::string_view name : names) {
-        all += concat({",\"", name, "\":", name == names[i] ? value : "0"});
-      }
+      for (const auto& any : limits)
+        all += concat({",\"", any.name, "\":", any.name == of.name ? value : "0"});
       return all + "}";
     };
-    EXPECT_NE(encoded(decoded<numbers>(text(least[i]))).find(concat({"\"", names[i], "\":", least[i]})),
-              std::string::npos);
-    EXPECT_NE(encoded(decoded<numbers>(text(most[i]))).find(concat({"\"", names[i], "\":", most[i]})),
-              std::string::npos);
-    for (const std::string_view value : {below[i], above[i]}) {
-      const std::size_t place = text(value).find(concat({"\"", names[i], "\":"})) + names[i].size() + 3;
+    for (const std::string_view value : {of.least, of.most})
+      EXPECT_NE(encoded(decoded<numbers>(text(value))).find(name + std::string{value}), std::string::npos);
+    for (const std::string_view value : {of.below, of.above}) {
+      const std::size_t place = text(value).find(name) + name.size();
       EXPECT_EQ(refused<numbers>(text(value)), (error{errc::out_of_range, static_cast<std::int64_t>(place)}));
     }
   }
@@ -205,12 +185,6 @@ TEST(decoder, keeps_the_sign_of_zero) {
   EXPECT_FALSE(std::signbit(*decoded<anything>(R"({"d":0})").d));
 }
 
-TEST(decoder, reads_null_as_a_number_that_is_none) {
-  const auto n = decoded<point>(R"({"x":null,"y":3})");
-  EXPECT_TRUE(std::isnan(n.x));
-  EXPECT_EQ(n.y, 3);
-}
-
 TEST(decoder, rounds_floats_once) {
   // A double away from it lies in the middle of two floats, or would be one.
   EXPECT_EQ(decoded<anything>(R"({"f":16777217})").f, 16777216.0f);
@@ -265,13 +239,6 @@ TEST(decoder, rounds_every_float_and_its_neighbourhood_as_the_c_library_does) {
   }
 }
 
-TEST(decoder, reads_strings_with_their_escapes_resolved) {
-  EXPECT_EQ(decoded<anything>(R"({"text":"a\"\\\/b"})").text->view(), "a\"\\/b");
-  EXPECT_EQ(decoded<anything>(R"({"text":"\u00e9\u0000x"})").text->view(), std::string_view("\u00e9\0x", 4));
-  EXPECT_EQ(decoded<anything>(R"({"text":"\ud83d\ude00!"})").text->view(), "\U0001F600!");
-  EXPECT_EQ(decoded<anything>(R"({"text":""})").text->view(), "");
-}
-
 TEST(decoder, refuses_strings_that_are_too_long) {
   EXPECT_EQ(decoded<anything>(R"({"text":"12345"})").text->view(), "12345");
   EXPECT_EQ(refused<anything>(R"({"text":"123456"})"), (error{errc::too_long, 6, 5}));
@@ -281,7 +248,7 @@ TEST(decoder, refuses_strings_that_are_too_long) {
             (error{errc::too_long, 70'000, 5}));
 }
 
-TEST(decoder, reads_sequences_up_to_what_they_hold) {
+TEST(decoder, reads_sequences_up_to_what_they_hold_and_null_as_a_number_that_is_none) {
   EXPECT_EQ(decoded<anything>(R"({"list":[]})").list->size(), 0u);
   const auto full = decoded<anything>(R"({"list": [ 1 , 2.5,null ] })");
   ASSERT_EQ(full.list->size(), 3u);
@@ -308,27 +275,13 @@ TEST(decoder, leaves_optionals_empty_that_are_null_or_missing) {
 }
 
 TEST(decoder, refuses_values_of_another_type) {
-  constexpr std::string_view values[] = {"true", "1", "1.5", "\"a\"", "{}", "[]", "[true]", "[1,1]"};
-  // clang-format off
-  const std::pair<std::string_view, std::vector<std::string_view>> fit[] = {
-      {"yes", {"true"}}, {"i8", {"1"}}, {"u64", {"1"}}, {"f", {"1", "1.5"}}, {"d", {"1", "1.5"}},
-      {"text", {"\"a\""}}, {"list", {"[]", "[1,1]"}}, {"two", {"[1,1]"}}, {"twice", {"1"}}};
-  // clang-format on
-  for (const auto& [name, accepted] : fit) {
-    for (const std::string_view value : values) {
-      const std::string text = member(name, value);
-      if (std::find(accepted.begin(), accepted.end(), value) != accepted.end()) {
-        (void)decoded<anything>(text);
-        continue;
-      }
-      const error e = refused<anything>(text);
-      if (name == "two" && value == "[]") {
-        EXPECT_EQ(e.code, errc::too_long);
-        continue;
-      }
-      const bool inside = value == "[true]" && (name == "list" || name == "two");
-      EXPECT_EQ(e, (error{errc::wrong_type, static_cast<std::int64_t>(name.size() + 4 + inside)})) << text;
+  for (const std::string_view name : {"yes", "i8", "u64", "f", "d", "text", "list", "two", "twice"}) {
+    std::size_t fit = 0;
+    for (const std::string_view value : {"true", "1", "1.5", "\"a\"", "{}", "[]", "[true]", "[1,1]"}) {
+      anything x;
+      if (decode(member(name, value), x)) ++fit;
     }
+    EXPECT_EQ(fit, name == "f" || name == "d" || name == "list" ? 2U : 1U) << name;
   }
   EXPECT_EQ(refused<point>(R"({"x":1,"y":"2"})"), (error{errc::wrong_type, 11}));
   EXPECT_EQ(refused<ros::time>(R"({"secs":null,"nsecs":0})"), (error{errc::wrong_type, 8}));
@@ -345,12 +298,6 @@ TEST(decoder, refuses_what_is_no_object) {
   EXPECT_EQ(decoded<point>(" \n{\"x\":5,\"y\":6} ").x, 5);
 }
 
-TEST(decoder, reads_members_in_any_order) {
-  const auto p = decoded<point>(R"({"y":1,"x":2})");
-  EXPECT_EQ(p.x, 2);
-  EXPECT_EQ(p.y, 1);
-}
-
 TEST(decoder, passes_over_members_that_it_does_not_know) {
   const auto p = decoded<point>(R"({"z":{"x":[1,{"y":"}"}]},"x":5,"xx":"\"","":null,"y":6,"z":7,"Y":8})");
   EXPECT_EQ(p.x, 5);
@@ -364,12 +311,6 @@ TEST(decoder, refuses_members_that_occur_twice) {
   EXPECT_EQ(refused<point>(R"({"\u0078":1,"x":2,"y":3})"), (error{errc::duplicate_member, 12}));
   EXPECT_EQ(refused<anything>(R"({"d":null,"d":1})").code, errc::duplicate_member);
   EXPECT_EQ(refused<anything>(R"({"d":1,"d":"no number"})").code, errc::duplicate_member);
-}
-
-TEST(decoder, understands_escapes_in_names) {
-  const auto p = decoded<point>(R"({"\u0078":5,"\u0079":6,"\u007a":"\u0078"})");
-  EXPECT_EQ(p.x, 5);
-  EXPECT_EQ(p.y, 6);
 }
 
 TEST(decoder, refuses_to_do_without_members) {
@@ -410,61 +351,26 @@ TEST(decoder, takes_two_names_of_a_member_for_that_member) {
   EXPECT_EQ(decoded<ros::time>(R"({"\u0073ec":1,"nanosec":2})").secs, 1U);
 }
 
-struct preset {
-  std::optional<int> maybe = 5;
-  int other = 7;
-  std::int8_t not_listed = 9;
-};
-
-} // namespace
-} // namespace decoder_test
-} // namespace rowe::json
-
-template <>
-inline constexpr auto rowe::schema<rowe::json::decoder_test::preset> =
-    rowe::fields<&rowe::json::decoder_test::preset::maybe, &rowe::json::decoder_test::preset::other>{};
-
-namespace rowe::json {
-namespace decoder_test {
-namespace {
-
 TEST(decoder, fills_in_what_is_missing_where_it_is_asked_to) {
   const decoder d = decoder::compile(describe<preset>(), decoder::missing::filled).value();
   preset p;
   p.other = 1;
-  const padded text{R"({"maybe":3})"};
-  ASSERT_TRUE(d.decode(text.text(), &p));
+  ASSERT_TRUE(d.decode(R"({"maybe":3})", &p));
   EXPECT_EQ(p.maybe, 3);
   EXPECT_EQ(p.other, 7);
-  const padded none{"{}"};
-  ASSERT_TRUE(d.decode(none.text(), &p));
+  ASSERT_TRUE(d.decode("{}", &p));
   EXPECT_EQ(p.maybe, 5);
-  const padded null{R"({"maybe":null})"};
-  ASSERT_TRUE(d.decode(null.text(), &p));
+  ASSERT_TRUE(d.decode(R"({"maybe":null})", &p));
   EXPECT_EQ(p.maybe, std::nullopt);
 
   // Inside of others, too.
   const decoder twist = decoder::compile(describe<ros::twist>(), decoder::missing::filled).value();
   ros::twist t{.linear = {9, 9, 9}, .angular = {9, 9, 9}};
-  const padded part{R"({"linear":{"x":0.1}})"};
-  ASSERT_TRUE(twist.decode(part.text(), &t));
+  ASSERT_TRUE(twist.decode(R"({"linear":{"x":0.1}})", &t));
   EXPECT_EQ(t.linear.x, 0.1);
   EXPECT_EQ(t.linear.y, 0);
   EXPECT_EQ(t.angular.z, 0);
-  const padded twice{R"({"linear":{},"linear":{}})"};
-  EXPECT_EQ(twist.decode(twice.text(), &t).code(), errc::duplicate_member);
-}
-
-template <class T>
-std::string diagnosis_of(std::string_view text) {
-  const padded p{text};
-  auto storage = std::make_unique<T>();
-  decoder::diagnosis why;
-  const status s = decoder_of<T>().decode(p.text(), storage.get(), &why);
-  EXPECT_FALSE(s);
-  EXPECT_EQ(s.error(), decoder_of<T>().decode(p.text(), storage.get()).error()); // the same with and without
-  std::array<char, decoder::diagnosis::text_bytes_max> words;
-  return std::string{why.text(words)};
+  EXPECT_EQ(twist.decode(R"({"linear":{},"linear":{}})", &t).code(), errc::duplicate_member);
 }
 
 TEST(decoder, says_which_member_was_wanted_and_what_was_found) {
@@ -502,18 +408,17 @@ TEST(decoder, shortens_what_it_quotes_and_cuts_no_character) {
   EXPECT_EQ(said.substr(0, 42), R"(the member "x" must be a number; it is "ü)");
   EXPECT_TRUE(said.ends_with("ü...")) << said;
   EXPECT_LT(said.size(), 120U);
-  const padded p{huge};
   for (std::size_t capacity = 0; capacity < said.size(); ++capacity) {
     point into;
     decoder::diagnosis why;
-    ASSERT_FALSE(decoder_of<point>().decode(p.text(), &into, &why));
+    ASSERT_FALSE(decoder_of<point>().decode(huge, &into, &why));
     std::string words(capacity, '\0');
     const std::string cut{why.text(words)};
     EXPECT_LE(cut.size(), capacity);
     EXPECT_TRUE(said.starts_with(cut)) << cut;
     std::string quoted{cut};
     std::replace(quoted.begin(), quoted.end(), '"', ' ');
-    EXPECT_TRUE(is_valid('"' + quoted + '"')) << cut; // still UTF-8
+    EXPECT_TRUE(tests::is_valid('"' + quoted + '"')) << cut; // still UTF-8
   }
 }
 
@@ -534,24 +439,6 @@ std::string everything_with(std::string_view counted) {
                  counted, "}"});
 }
 
-TEST(decoder, reads_values_of_every_sort) {
-  const auto e =
-      decoded<everything>(everything_with(R"("ranges":[1,2],"intensities":[3,4],"count":2,"ü":[])"));
-  EXPECT_EQ(e.serial, 9007199254740993);
-  EXPECT_EQ(e.ids[1], 2u);
-  EXPECT_EQ(e.text.view(), "a\tb");
-  EXPECT_EQ(e.matrix[1][0], 3.0f);
-  ASSERT_EQ(e.path.size(), 2u);
-  EXPECT_EQ(e.path[1].y, 4);
-  EXPECT_EQ(e.names[1].view(), "right");
-  EXPECT_FALSE(e.holes[0].has_value());
-  EXPECT_EQ(e.holes[1], 7);
-  EXPECT_EQ(e.count, 2);
-  EXPECT_EQ(e.ranges[1], 2.0f);
-  EXPECT_EQ(e.ranges[2], 0.0f);
-  EXPECT_EQ(e.much_count, 0);
-}
-
 TEST(decoder, sets_counts_by_the_arrays_whatever_the_text_says) {
   for (const std::string_view text : {R"("count":99,"ranges":[1,2,3],"intensities":[3,4,5],"ü":[1])",
                                       R"("ranges":[1,2,3],"count":0,"intensities":[3,4,5],"ü":[1])",
@@ -567,12 +454,6 @@ TEST(decoder, sets_counts_by_the_arrays_whatever_the_text_says) {
             (error{errc::missing_member, 34})); // what is inside of others counts, too
 }
 
-TEST(decoder, says_of_arrays_counted_together_how_long_they_must_be) {
-  const std::string text = everything_with(R"("ranges":[1,2],"intensities":[1],"count":1,"ü":[])");
-  EXPECT_EQ(diagnosis_of<everything>(text),
-            R"(the member "intensities" must be as long as the array that is counted with it, 2; it has 1)");
-}
-
 TEST(decoder, refuses_counted_arrays_that_are_too_long_to_hold_or_to_count) {
   EXPECT_EQ(refused<everything>(everything_with(R"("ranges":[1,2,3,4,5],"intensities":[],"count":0,"ü":[])")),
             (error{errc::too_long, 5, 4}));
@@ -585,8 +466,10 @@ TEST(decoder, refuses_counted_arrays_that_are_too_long_to_hold_or_to_count) {
 }
 
 TEST(decoder, refuses_arrays_of_one_count_that_are_not_equally_long) {
-  EXPECT_EQ(refused<everything>(everything_with(R"("ranges":[1,2],"intensities":[1],"count":2,"ü":[])")),
-            (error{errc::too_long, 1, 2}));
+  const std::string text = everything_with(R"("ranges":[1,2],"intensities":[1],"count":2,"ü":[])");
+  EXPECT_EQ(refused<everything>(text), (error{errc::too_long, 1, 2}));
+  EXPECT_EQ(diagnosis_of<everything>(text),
+            R"(the member "intensities" must be as long as the array that is counted with it, 2; it has 1)");
   EXPECT_EQ(refused<everything>(everything_with(R"("intensities":[1],"count":2,"ranges":[1,2],"ü":[])")),
             (error{errc::too_long, 2, 1}));
 }
@@ -601,35 +484,20 @@ class random_everything {
     everything e;
     numbers& n = e.numbers;
     n.yes = coin();
-    n.i8 = integer<std::int8_t>();
-    n.i16 = integer<std::int16_t>();
-    n.i32 = integer<std::int32_t>();
-    n.i64 = integer<std::int64_t>();
-    n.u8 = integer<std::uint8_t>();
-    n.u16 = integer<std::uint16_t>();
-    n.u32 = integer<std::uint32_t>();
-    n.u64 = integer<std::uint64_t>();
+    set(n.i8, n.i16, n.i32, n.i64, n.u8, n.u16, n.u32, n.u64, e.serial, e.ids[0], e.ids[1]);
     n.f = static_cast<float>(real());
     n.d = real();
     n.g = static_cast<gear>(integer<std::int8_t>());
-    e.serial = integer<std::int64_t>();
-    for (auto& x : e.ids) x = integer<std::uint64_t>();
     e.text = text<12>();
     e.where = place();
     for (double& x : e.covariance) x = real();
     for (auto& row : e.matrix)
       for (float& x : row) x = static_cast<float>(real());
-    while (coin() && e.path.push_back(place())) {
-    }
-    while (coin() && e.names.push_back(text<8>())) {
-    }
+    fill(e.path, [this] { return place(); });
+    fill(e.names, [this] { return text<8>(); });
     if (coin()) e.real = std::isfinite(real()) ? 0.5 : -1e-9; // what is null comes back as nothing
     if (coin()) e.goal = place();
-    if (coin()) {
-      e.list.emplace();
-      while (coin() && e.list->push_back(integer<std::int32_t>())) {
-      }
-    }
+    if (coin()) fill(e.list.emplace(), [this] { return integer<std::int32_t>(); });
     for (auto& x : e.holes)
       if (coin()) x = integer<std::int32_t>();
     e.count = static_cast<std::int8_t>(random_() % 5);
@@ -639,25 +507,14 @@ class random_everything {
     }
     e.much_count = static_cast<std::uint8_t>(coin() ? 0 : random_() % 256);
     for (int i = 0; i < e.much_count; ++i) e.much[i] = real();
+    const auto byte = [this] { return integer<std::uint8_t>(); };
+    if (coin()) fill(e.bytes.emplace(), byte);
     if (coin()) {
-      e.bytes.emplace();
-      while (coin() && e.bytes->push_back(integer<std::uint8_t>())) {
-      }
+      for (std::byte& x : e.raw.emplace()) x = std::byte{byte()};
     }
+    if (coin()) fill(e.plain.emplace(), byte);
     if (coin()) {
-      e.raw.emplace();
-      for (std::byte& x : *e.raw) x = std::byte{integer<std::uint8_t>()};
-    }
-    if (coin()) {
-      e.plain.emplace();
-      while (coin() && e.plain->push_back(integer<std::uint8_t>())) {
-      }
-    }
-    if (coin()) {
-      e.rows.emplace();
-      for (auto& row : *e.rows)
-        while (coin() && row.push_back(std::byte{integer<std::uint8_t>()})) {
-        }
+      for (auto& row : e.rows.emplace()) fill(row, [&] { return std::byte{byte()}; });
     }
     return e;
   }
@@ -678,6 +535,15 @@ class random_everything {
     default: return static_cast<double>(static_cast<std::int64_t>(random_() % 2'000'001) - 1'000'000) / 1000;
     }
   }
+  template <class... Integers>
+  void set(Integers&... all) {
+    ((all = integer<Integers>()), ...);
+  }
+  template <class Array, class Make>
+  void fill(Array& into, Make make) {
+    while (coin() && into.push_back(make())) {
+    }
+  }
   template <std::size_t Bytes>
   fixed_string<Bytes> text() {
     static constexpr std::string_view pieces[] = {"a",      "\"",         "\\",   "\n", "/",
@@ -693,25 +559,12 @@ class random_everything {
 };
 
 TEST(decoder, reads_bytes_from_base64_and_from_numbers) {
-  const auto bytes = [](std::string_view value) {
-    const auto read = decoded<everything>(everything_with(
-        std::string{R"("ranges":[],"intensities":[],"count":0,"ü":[],"bytes":)"} + std::string{value}));
-    std::string all;
-    for (const std::uint8_t one : *read.bytes) all += static_cast<char>(one);
-    return all;
-  };
-  EXPECT_EQ(bytes("[104,105]"), "hi");
-  EXPECT_EQ(bytes(R"("aGk=")"), "hi");
-  EXPECT_EQ(bytes(R"("")"), "");
-  EXPECT_EQ(bytes(R"("\u0061G\u006b\u003d")"), "hi");
-  EXPECT_EQ(bytes(R"("\/\/79")"), "\xff\xfe\xfd") << "as servers write it that escape each slash";
-  EXPECT_EQ(decoded<anything>(R"({"two":"AQI="})").two->at(1), 2);
+  for (const std::string_view two : {"[1,2]", R"("AQI=")", R"("\u0041QI\u003d")"})
+    EXPECT_EQ(decoded<anything>(member("two", two)).two->at(1), 2) << two;
   EXPECT_EQ(refused<anything>(R"({"two":"AQ=="})"), (error{errc::too_long, 1, 2}));
   EXPECT_EQ(diagnosis_of<anything>(R"({"two":"AQID"})"),
             R"(the member "two" must be base64 of 2 bytes or null; it has 3)");
-  for (const std::string_view wrong : {"AQI", "AQ=", "A===", "====", "A-I=", "A=I=", "A I="})
-    EXPECT_EQ(refused<anything>(R"({"two":")" + std::string{wrong} + "\"}"), (error{errc::wrong_type, 7}))
-        << wrong;
+  EXPECT_EQ(refused<anything>(R"({"two":"A-I="})"), (error{errc::wrong_type, 7}));
   EXPECT_EQ(diagnosis_of<anything>(R"({"two":"A-I="})"),
             R"(the member "two" must be base64 of 2 bytes or null; it is "A-I=")");
 }
@@ -737,7 +590,7 @@ TEST(decoder, reads_the_same_however_a_text_is_spelt) {
   }
 }
 
-// Errors, too, with their places; compared in decode().
+// Errors, too, with their places: decode() compares.
 TEST(decoder, agrees_with_a_plain_reference_on_texts_with_faults) {
   tests::seeded random;
   random_everything source{random};
@@ -751,10 +604,6 @@ TEST(decoder, agrees_with_a_plain_reference_on_texts_with_faults) {
     const status verdict = decode(text, into);
     ASSERT_FALSE(HasFailure()) << text;
     if (!verdict) ++seen[static_cast<std::size_t>(verdict.code())];
-    everything expected;
-    if (tests::slow_decoder::decode(describe<everything>(), text, &expected)) {
-      ASSERT_EQ(encoded(into), encoded(expected)) << text;
-    }
   }
   for (const errc code : {errc::not_an_object, errc::missing_member, errc::duplicate_member, errc::wrong_type,
                           errc::out_of_range, errc::too_long}) {
@@ -857,29 +706,9 @@ TEST(decoder, refuses_schemas_with_too_many_members) {
   EXPECT_EQ(refused.error(), (error{errc::bad_argument, wide_count + 1, wide_count}));
 }
 
-const void* same_address(const void* at) noexcept { return at; }
-
 TEST(decoder, reads_as_deep_as_a_schema_may_nest_and_refuses_deeper_ones) {
-  constexpr std::size_t levels = decoder::depth_max + 1;
-  std::array<value_description, levels + 1> values;
-  values[0] = {.kind = value_kind::uint8, .bytes = 1};
-  for (std::size_t i = 1; i <= levels; ++i) {
-    values[i] = {.kind = value_kind::array,
-                 .bytes = 1,
-                 .count_max = 1,
-                 .element = &values[i - 1],
-                 .elements = same_address};
-  }
-  const auto compile = [&](std::size_t depth) {
-    const member_description m{.name = "a", .type = &values[depth], .address = same_address};
-    return decoder::compile({.type_name = {},
-                             .bytes = 1,
-                             .alignment = 1,
-                             .members = {&m, 1},
-                             .set_default = [](void* storage) noexcept { std::memset(storage, 0, 1); },
-                             .decodable = true});
-  };
-  const decoder d = compile(decoder::depth_max - 1).value();
+  const tests::nested_arrays arrays{decoder::depth_max};
+  const decoder d = decoder::compile(arrays.schema(decoder::depth_max - 1)).value();
   const auto text = [](std::size_t depth) {
     return concat({"{\"a\":", repeat("[", depth), "77", repeat("]", depth), "}"});
   };
@@ -888,7 +717,7 @@ TEST(decoder, reads_as_deep_as_a_schema_may_nest_and_refuses_deeper_ones) {
   EXPECT_EQ(byte, 77);
   EXPECT_EQ(d.decode(text(decoder::depth_max), &byte).code(), errc::wrong_type);
   EXPECT_EQ(d.decode(text(decoder::depth_max - 2), &byte).code(), errc::wrong_type);
-  const auto refused = compile(decoder::depth_max);
+  const auto refused = decoder::compile(arrays.schema(decoder::depth_max));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error(), (error{errc::bad_argument, decoder::depth_max + 1, decoder::depth_max}));
 }
@@ -899,46 +728,6 @@ TEST(decoder, refuses_schemas_of_structs_that_are_too_large) {
   EXPECT_EQ(decoder::compile(huge).error(),
             (error{errc::bad_argument, decoder::bytes_limit + 1, decoder::bytes_limit}));
 }
-
-struct constant {
-  const int fixed = 1;
-};
-struct with_constant {
-  std::array<constant, 2> inside{};
-};
-struct no_default {
-  explicit no_default(int x) : value{x} {}
-  int value;
-};
-struct maybe_no_default {
-  std::optional<no_default> maybe;
-};
-struct constant_count {
-  int values[2]{};
-  const int count = 1;
-};
-
-} // namespace
-} // namespace decoder_test
-} // namespace rowe::json
-
-// clang-format off
-template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::constant> =
-    rowe::fields<&rowe::json::decoder_test::constant::fixed>{};
-template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::with_constant> =
-    rowe::fields<&rowe::json::decoder_test::with_constant::inside>{};
-template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::no_default> =
-    rowe::fields<&rowe::json::decoder_test::no_default::value>{};
-template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::maybe_no_default> =
-    rowe::fields<&rowe::json::decoder_test::maybe_no_default::maybe>{};
-template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::constant_count> =
-    rowe::fields<rowe::counted<&rowe::json::decoder_test::constant_count::values,
-                               &rowe::json::decoder_test::constant_count::count>>{};
-// clang-format on
-
-namespace rowe::json {
-namespace decoder_test {
-namespace {
 
 TEST(schema, says_what_cannot_be_read) {
   static_assert(describe<everything>().decodable);

@@ -46,4 +46,32 @@ void expect_written_within(std::size_t room, std::string_view whole, Write write
   EXPECT_EQ(std::count(buffer.end() - canaries, buffer.end(), canary), canaries) << room;
 }
 
+// Hand-made schemas, whose member "a" is a byte within so many arrays of one element.
+class nested_arrays {
+ public:
+  explicit nested_arrays(std::size_t depth_max) : values_(depth_max + 1), members_(depth_max + 1) {
+    for (std::size_t i = 0; i <= depth_max; ++i) {
+      values_[i] = {.kind = i == 0 ? value_kind::uint8 : value_kind::array, .bytes = 1};
+      if (i != 0) values_[i].element = &values_[i - 1];
+      values_[i].count_max = 1;
+      values_[i].elements = itself;
+      members_[i] = {.name = "a", .type = &values_[i], .address = itself};
+    }
+  }
+  schema_description schema(std::size_t depth) const {
+    return {.type_name = {},
+            .bytes = 1,
+            .alignment = 1,
+            .members = {&members_[depth], 1},
+            .set_default = [](void* storage) noexcept { *static_cast<char*>(storage) = 0; },
+            .decodable = true};
+  }
+
+ private:
+  static const void* itself(const void* at) noexcept { return at; }
+
+  std::vector<value_description> values_;
+  std::vector<member_description> members_;
+};
+
 } // namespace rowe::tests

@@ -15,33 +15,16 @@
 #include <rowe/schema.hpp>
 
 #include "cbor_text.hpp"
+#include "decodable.hpp"
 #include "encoded.hpp"
 #include "texts.hpp"
 
 namespace encoder_test {
 namespace {
 
-enum class gear : std::int8_t { reverse = -1, neutral, first };
-
-struct numbers {
-  bool yes = true, no = false;
-  std::int8_t i8 = -8;
-  std::int16_t i16 = -16;
-  std::int32_t i32 = -32;
-  std::int64_t i64 = std::numeric_limits<std::int64_t>::min();
-  std::uint8_t u8 = 8;
-  std::uint16_t u16 = 16;
-  std::uint32_t u32 = 32;
-  std::uint64_t u64 = std::numeric_limits<std::uint64_t>::max();
-  float f = 0.1f;
-  double d = 0.1;
-  long double not_listed = 0;
-  gear g = gear::reverse;
-};
-
-struct point {
-  double x = 1, y = 2;
-};
+using rowe::tests::gear;
+using rowe::tests::numbers;
+using rowe::tests::point;
 
 struct nested {
   point a, b{3, 4};
@@ -70,10 +53,6 @@ struct maybe {
   std::optional<point> b;
   std::optional<rowe::fixed_string<8>> c;
   std::array<std::optional<int>, 2> d{};
-};
-
-struct only_maybe {
-  std::optional<int> a, b, c;
 };
 
 struct maybe_first {
@@ -108,14 +87,6 @@ struct derived : base {
 } // namespace encoder_test
 
 // clang-format off
-template <> inline constexpr auto rowe::schema<encoder_test::numbers> =
-    rowe::fields<&encoder_test::numbers::yes, &encoder_test::numbers::no, &encoder_test::numbers::i8,
-                 &encoder_test::numbers::i16, &encoder_test::numbers::i32, &encoder_test::numbers::i64,
-                 &encoder_test::numbers::u8, &encoder_test::numbers::u16, &encoder_test::numbers::u32,
-                 &encoder_test::numbers::u64, &encoder_test::numbers::f, &encoder_test::numbers::d,
-                 &encoder_test::numbers::g>{};
-template <> inline constexpr auto rowe::schema<encoder_test::point> =
-    rowe::fields<&encoder_test::point::x, &encoder_test::point::y>{}.type("test/Point");
 template <> inline constexpr auto rowe::schema<encoder_test::nested> =
     rowe::fields<&encoder_test::nested::a, rowe::field<&encoder_test::nested::b, "the \"b\"">,
                  &encoder_test::nested::path, &encoder_test::nested::corners>{};
@@ -129,9 +100,6 @@ template <> inline constexpr auto rowe::schema<encoder_test::sequences> =
 template <> inline constexpr auto rowe::schema<encoder_test::maybe> =
     rowe::fields<&encoder_test::maybe::a, &encoder_test::maybe::b, &encoder_test::maybe::c,
                  &encoder_test::maybe::d>{};
-template <> inline constexpr auto rowe::schema<encoder_test::only_maybe> =
-    rowe::fields<&encoder_test::only_maybe::a, &encoder_test::only_maybe::b,
-                 &encoder_test::only_maybe::c>{};
 template <> inline constexpr auto rowe::schema<encoder_test::maybe_first> =
     rowe::fields<&encoder_test::maybe_first::a, &encoder_test::maybe_first::p,
                  &encoder_test::maybe_first::z>{};
@@ -194,10 +162,21 @@ std::string text_of(const T& object) {
 }
 
 TEST(encoder, writes_numbers_of_every_type) {
-  EXPECT_EQ(
-      text_of(numbers{}),
-      R"({"yes":true,"no":false,"i8":-8,"i16":-16,"i32":-32,"i64":-9223372036854775808,"u8":8,"u16":16,)"
-      R"("u32":32,"u64":18446744073709551615,"f":0.1,"d":0.1,"g":-1})");
+  const numbers all{.yes = true,
+                    .i8 = -8,
+                    .i16 = -16,
+                    .i32 = -32,
+                    .i64 = std::numeric_limits<std::int64_t>::min(),
+                    .u8 = 8,
+                    .u16 = 16,
+                    .u32 = 32,
+                    .u64 = std::numeric_limits<std::uint64_t>::max(),
+                    .f = 0.1f,
+                    .d = 0.1,
+                    .g = gear::reverse};
+  EXPECT_EQ(text_of(all),
+            R"({"yes":true,"i8":-8,"i16":-16,"i32":-32,"i64":-9223372036854775808,"u8":8,"u16":16,)"
+            R"("u32":32,"u64":18446744073709551615,"f":0.1,"d":0.1,"g":-1})");
 }
 
 TEST(encoder, writes_structs_inside_structs) {
@@ -239,19 +218,6 @@ TEST(encoder, leaves_missing_members_out) {
 }
 
 TEST(encoder, places_commas_right_whichever_members_are_missing) {
-  for (int present = 0; present < 8; ++present) {
-    only_maybe m;
-    std::string expected;
-    const auto set = [&](int bit, std::optional<int>& member, const char* text) {
-      if ((present & bit) == 0) return;
-      member = bit;
-      expected += tests::concat({expected.empty() ? "" : ",", text});
-    };
-    set(1, m.a, "\"a\":1");
-    set(2, m.b, "\"b\":2");
-    set(4, m.c, "\"c\":4");
-    EXPECT_EQ(text_of(m), tests::concat({"{", expected, "}"}));
-  }
   EXPECT_EQ(text_of(maybe_first{}), R"({"p":{"x":1,"y":2}})");
   EXPECT_EQ(text_of(maybe_first{.a = 1, .p = {}, .z = 2}), R"({"a":1,"p":{"x":1,"y":2},"z":2})");
 }
@@ -283,18 +249,13 @@ TEST(encoder, writes_one_value_among_others) {
   const point p;
   std::array<char, 256> buffer;
   writer w{buffer};
-  w.begin_object();
-  w.key("op");
-  w.string("publish");
-  w.key("msg");
-  e.encode(&p, w);
-  w.key("more");
   w.begin_array();
+  w.number(1);
   e.encode(&p, w);
   e.encode(&p, w);
+  w.number(2);
   w.end_array();
-  w.end_object();
-  EXPECT_EQ(w.text(), R"({"op":"publish","msg":{"x":1,"y":2},"more":[{"x":1,"y":2},{"x":1,"y":2}]})");
+  EXPECT_EQ(w.text(), R"([1,{"x":1,"y":2},{"x":1,"y":2},2])");
 }
 
 TEST(encoder, spells_ros_odometry_as_ros_does) {
@@ -323,22 +284,9 @@ TEST(encoder, escapes_strings) {
 const void* same_address(const void* at) noexcept { return at; }
 
 TEST(encoder, refuses_schemas_that_nest_too_deeply) {
-  constexpr std::size_t levels = encoder::depth_max + 1;
-  std::array<value_description, levels + 1> values;
-  values[0] = {.kind = value_kind::uint8, .bytes = 1};
-  for (std::size_t i = 1; i <= levels; ++i) {
-    values[i] = {.kind = value_kind::array,
-                 .bytes = 1,
-                 .count_max = 1,
-                 .element = &values[i - 1],
-                 .elements = same_address};
-  }
-  const auto compile = [&](std::size_t depth) {
-    const member_description m{.name = "a", .type = &values[depth], .address = same_address};
-    return encoder::compile({.type_name = {}, .bytes = 1, .alignment = 1, .members = {&m, 1}});
-  };
-  EXPECT_TRUE(compile(encoder::depth_max - 1));
-  const auto refused = compile(encoder::depth_max);
+  const rowe::tests::nested_arrays arrays{encoder::depth_max};
+  EXPECT_TRUE(encoder::compile(arrays.schema(encoder::depth_max - 1)));
+  const auto refused = encoder::compile(arrays.schema(encoder::depth_max));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error(), (error{errc::bad_argument, encoder::depth_max + 1, encoder::depth_max}));
 }
@@ -372,12 +320,7 @@ TEST(schema, says_what_a_type_looks_like) {
   EXPECT_EQ(d.bytes, sizeof(numbers));
   EXPECT_EQ(d.alignment, alignof(numbers));
   EXPECT_TRUE(d.type_name.empty());
-  ASSERT_EQ(d.members.size(), 13u);
-  EXPECT_EQ(d.members[0].name, "yes");
-  EXPECT_EQ(d.members[12].name, "g");
-  EXPECT_EQ(d.members[12].type->kind, value_kind::int8);
   EXPECT_EQ(describe<nested>().members[2].type->element->object, &describe<point>());
-  EXPECT_EQ(describe<point>().type_name, "test/Point");
   static_assert(described<point> && !described<int>);
 }
 

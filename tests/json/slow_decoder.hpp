@@ -4,7 +4,6 @@
 // nothing with the decoder but the walkers, which are tested against simdjson.
 #pragma once
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -74,7 +73,7 @@ class slow_decoder {
         if (m.name != name && (m.other_name.empty() || m.other_name != name)) continue;
         if (seen[i]) return at(errc::duplicate_member, found.name_raw.data() - 1);
         seen[i] = true;
-        if (const status s = read_member(schema, m, found.what, object, numbers[i], counts); !s) return s;
+        if (const status s = read_member(m, found.what, object, numbers[i], counts); !s) return s;
       }
     }
     for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -91,8 +90,7 @@ class slow_decoder {
     return {};
   }
 
-  status read_member(const schema_description& schema, const member_description& m, const json::value& v,
-                     char* object, std::int64_t number,
+  status read_member(const member_description& m, const json::value& v, char* object, std::int64_t number,
                      std::vector<std::pair<const void*, std::size_t>>& counts) const {
     auto* const where = static_cast<char*>(const_cast<void*>(m.address(object)));
     if (m.count == nullptr) return read(*m.type, v, where, m, number);
@@ -119,7 +117,6 @@ class slow_decoder {
       if (counting == m.count_address(object) && before != count) return too_long(count, before);
     }
     counts.emplace_back(m.count_address(object), count);
-    (void)schema;
     return {};
   }
 
@@ -290,79 +287,56 @@ class slow_decoder {
     return at(errc::out_of_range, v.raw.data());
   }
 
-  // From seconds to the digits of the integer of units: what is behind the last unit is rounded, as one does
-  // by hand.
-  static bool make_units(std::string& number, const unit_description& unit) {
-    const std::string decimals = std::to_string(std::to_string(unit.denominator).size() - 1);
-    const std::size_t e = number.find_first_of("eE");
-    if (e == std::string::npos) {
-      number += "e" + decimals;
-    } else {
-      const long long limit = 1'000'000'000;
-      const long long given = std::strtoll(number.c_str() + e + 1, nullptr, 10);
-      const long long exponent = std::min(std::max(given, -limit), limit) + std::stoll(decimals);
-      number = number.substr(0, e + 1) + std::to_string(exponent);
-    }
-    std::string whole = number;
-    if (make_plain(whole)) {
-      number = whole;
-      return true;
-    }
-    // A fraction: digits, with a point somewhere among them. Half of a unit more, and what is behind is cut.
-    const bool negative = number.starts_with('-');
-    const std::size_t mantissa_end = number.find_first_of("eE");
-    long long exponent = std::strtoll(number.c_str() + mantissa_end + 1, nullptr, 10);
-    std::string digits = number.substr(negative, mantissa_end - negative);
-    if (const std::size_t point = digits.find('.'); point != std::string::npos) {
-      exponent -= static_cast<long long>(digits.size() - point - 1);
-      digits.erase(point, 1);
-    }
-    const auto behind = static_cast<std::size_t>(-exponent); // digits behind the point, at least one
-    if (behind > digits.size()) {
-      number = "0";
-      return true;
-    }
-    const bool up = digits[digits.size() - behind] >= '5';
-    digits = "0" + digits.substr(0, digits.size() - behind);
-    for (std::size_t i = digits.size(); up && i-- > 0;) {
-      if (digits[i] != '9') {
-        ++digits[i];
-        break;
+  // A number as one writes it by hand: digits with zeros behind them, or a point among them.
+  struct hand_written {
+    bool negative;
+    std::string digits;
+    long long exponent; // bounded: texts are not that long
+
+    explicit hand_written(const std::string& number) : negative{number.starts_with('-')} {
+      constexpr long long far = 1'000'000'000;
+      const std::size_t e = std::min(number.find_first_of("eE"), number.size());
+      exponent = e == number.size() ? 0 : std::strtoll(number.c_str() + e + 1, nullptr, 10);
+      exponent = std::min(std::max(exponent, -far), far);
+      digits = number.substr(negative, e - negative);
+      if (const std::size_t point = digits.find('.'); point != std::string::npos) {
+        exponent -= static_cast<long long>(digits.size() - point - 1);
+        digits.erase(point, 1);
       }
-      digits[i] = '0';
     }
-    digits.erase(0, std::min(digits.find_first_not_of('0'), digits.size() - 1));
-    number = (negative && digits != "0" ? "-" : "") + digits;
-    return true;
+    // False when it is no integer. What is too large by far is given so many digits that it is too large.
+    bool write(std::string& number) {
+      digits.erase(0, digits.find_first_not_of('0'));
+      for (; !digits.empty() && digits.back() == '0'; ++exponent) digits.pop_back();
+      if (digits.empty()) exponent = 0;
+      if (exponent < 0) return false;
+      digits.append(static_cast<std::size_t>(std::min(exponent, 30LL)), '0');
+      number = (negative ? "-" : "") + (digits.empty() ? "0" : digits);
+      return true;
+    }
+    // What is behind the point goes, or makes the rest one more.
+    void round() {
+      const auto behind = static_cast<std::size_t>(std::max(-exponent, 0LL));
+      if (behind == 0) return;
+      const bool up = behind <= digits.size() && digits[digits.size() - behind] >= '5';
+      digits = "0" + digits.substr(0, digits.size() - std::min(behind, digits.size()));
+      std::size_t last = digits.size() - 1;
+      for (; up && digits[last] == '9'; --last) digits[last] = '0';
+      if (up) ++digits[last];
+      exponent = 0;
+    }
+  };
+
+  // From seconds to the digits of the integer of units.
+  static bool make_units(std::string& number, const unit_description& unit) {
+    hand_written parts{number};
+    parts.exponent += static_cast<long long>(std::to_string(unit.denominator).size()) - 1;
+    parts.round();
+    return parts.write(number);
   }
 
-  // From any way to write a number to the digits of the integer that it is; false when it is none. What is
-  // too large by far is given so many digits that it is too large.
-  static bool make_plain(std::string& number) {
-    const std::string sign = number.starts_with('-') ? "-" : "";
-    const std::size_t e = number.find_first_of("eE");
-    constexpr long long far = 1'000'000'000;
-    long long exponent = e == std::string::npos ? 0 : std::strtoll(number.c_str() + e + 1, nullptr, 10);
-    exponent = std::min(std::max(exponent, -far), far); // texts are not that long
-    std::string digits = number.substr(sign.size(), e == std::string::npos ? e : e - sign.size());
-    if (const std::size_t point = digits.find('.'); point != std::string::npos) {
-      exponent -= static_cast<long long>(digits.size() - point - 1);
-      digits.erase(point, 1);
-    }
-    digits.erase(0, digits.find_first_not_of('0'));
-    while (!digits.empty() && digits.back() == '0') {
-      digits.pop_back();
-      ++exponent;
-    }
-    if (digits.empty()) {
-      number = sign + "0";
-      return true;
-    }
-    if (exponent < 0) return false;
-    digits.append(static_cast<std::size_t>(std::min(exponent, 30LL)), '0');
-    number = sign + digits;
-    return true;
-  }
+  // From any way to write a number to the digits of the integer that it is; false when it is none.
+  static bool make_plain(std::string& number) { return hand_written{number}.write(number); }
 
   std::string_view text_;
 };

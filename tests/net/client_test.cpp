@@ -28,20 +28,6 @@ class raw_server {
   descriptor fd_;
 };
 
-// The answer to the key that stands in `request`, made by a server of ours: the test has no SHA-1.
-std::string accept_for(std::string_view request) {
-  const auto at = request.find("Sec-WebSocket-Key: ");
-  EXPECT_NE(at, std::string_view::npos);
-  const std::string theirs{request.substr(at + 19, 24)};
-  auto transport = listening();
-  driver drive{*transport};
-  raw_socket client{transport->port()};
-  std::string text = upgrade_request(transport->port());
-  EXPECT_TRUE(client.send(text.replace(text.find(key), key.size(), theirs)));
-  EXPECT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
-  return client.text.substr(client.text.find("Accept: ") + 8, 28);
-}
-
 // A client and a raw server; ask() makes the client connect and leaves its request in server.peer.text.
 struct client : testing::Test {
   raw_server server;
@@ -94,16 +80,6 @@ TEST_F(client, opens_a_connection_and_passes_on_what_lies_behind_the_answer) {
   EXPECT_EQ(server.peer.text, "hello") << "libwebsockets wrote something too";
 }
 
-TEST_F(client, connects_again_after_the_connection_is_lost) {
-  for (std::size_t i = 1; i <= 3; ++i) {
-    ask();
-    ASSERT_TRUE(server.peer.send(good_answer()));
-    ASSERT_TRUE(drive.until([&] { return drive.sink().opens.size() == i; }));
-    server.peer.close();
-    ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() == i; }));
-  }
-}
-
 TEST_F(client, makes_one_attempt_however_often_it_is_asked) {
   transport->connect();
   transport->connect();
@@ -116,36 +92,19 @@ TEST_F(client, makes_one_attempt_however_often_it_is_asked) {
   EXPECT_FALSE(server.accept());
 }
 
-TEST_F(client, reports_a_status_that_is_not_101) {
-  ask();
-  const auto rejection = rejection_of("HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n");
-  EXPECT_EQ(rejection.status, 404);
-  EXPECT_NE(rejection.what.find("404"), std::string::npos);
-  EXPECT_NE(rejection.remedy.find("path"), std::string::npos);
-}
-
-TEST_F(client, is_to_wait_where_too_many_attempts_have_failed) {
-  ask();
-  const auto rejection = rejection_of("HTTP/1.1 429 Too Many Requests\r\nContent-Length: 0\r\n\r\n");
-  EXPECT_NE(rejection.remedy.find("wait, then send a token"), std::string::npos) << rejection.remedy;
-}
-
-TEST_F(client, says_which_answers_it_will_get_again) {
-  for (const auto& [status, lasting] : std::map<int, bool>{{200, true},
-                                                           {302, true},
-                                                           {400, true},
-                                                           {401, true},
-                                                           {403, true},
-                                                           {404, true},
-                                                           {408, false},
-                                                           {429, false},
-                                                           {500, false},
-                                                           {502, false},
-                                                           {503, false}}) {
+TEST_F(client, reports_a_status_that_is_not_101_and_whether_it_will_get_it_again) {
+  const auto rejected_by = [&](int status) {
     ask();
     drive.sink().rejections.clear();
-    EXPECT_EQ(rejection_of("HTTP/1.1 " + std::to_string(status) + " So\r\n\r\n").lasting, lasting) << status;
-  }
+    const auto rejection = rejection_of("HTTP/1.1 " + std::to_string(status) + " So\r\n\r\n");
+    EXPECT_EQ(rejection.status, status);
+    EXPECT_NE(rejection.what.find(std::to_string(status)), std::string::npos) << rejection.what;
+    return rejection;
+  };
+  for (const int status : {200, 302, 400, 401, 403, 404}) EXPECT_TRUE(rejected_by(status).lasting) << status;
+  for (const int status : {408, 429, 500, 502, 503}) EXPECT_FALSE(rejected_by(status).lasting) << status;
+  EXPECT_NE(rejected_by(404).remedy.find("path"), std::string::npos);
+  EXPECT_NE(rejected_by(429).remedy.find("wait, then send a token"), std::string::npos);
 }
 
 TEST_F(client, refuses_an_answer_to_another_key) {

@@ -7,9 +7,7 @@ namespace rowe::net {
 namespace connection_test {
 namespace {
 
-struct connection : testing::Test {
-  std::unique_ptr<socket_transport> transport = listening();
-  driver drive{*transport};
+struct connection : served {
   raw_socket client = upgraded(drive, *transport);
   connection_id id = drive.sink().opens.at(0).id;
 
@@ -30,16 +28,6 @@ struct connection : testing::Test {
     return drive.until([&] { return closed(); }) && drive.sink().closes[0].cause == cause;
   }
 };
-
-TEST_F(connection, echoes) {
-  drive.sink().when_bytes = [&](connection_id from, std::span<std::byte> bytes) {
-    EXPECT_EQ(transport->write(from, bytes), bytes.size());
-  };
-  for (int i = 0; i < 100; ++i) {
-    ASSERT_TRUE(client.send("ping " + std::to_string(i) + ";"));
-    ASSERT_TRUE(drive.until([&] { return client.has("ping " + std::to_string(i) + ";"); }));
-  }
-}
 
 TEST_F(connection, refuses_what_has_no_room_and_says_when_there_is_room_again) {
   write_beyond_its_room(drive, *transport, id, client, 100'000, 20'000'000);
@@ -64,15 +52,10 @@ TEST_F(connection, ends_when_the_peer_shuts_its_end) {
   EXPECT_FALSE(client.failed);
 }
 
-TEST_F(connection, ends_by_a_reset) {
-  client.reset();
-  ASSERT_TRUE(closes_by(close_cause::reset));
-}
-
 TEST_F(connection, says_that_nobody_is_there_before_it_reads_what_was_left) {
   ASSERT_TRUE(client.send("last words"));
   client.reset();
-  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  ASSERT_TRUE(closes_by(close_cause::reset));
   ASSERT_EQ(drive.sink().gone.size(), 1U);
   EXPECT_EQ(drive.sink().gone[0], id);
   EXPECT_EQ(drive.sink().received_when_gone, "");
@@ -235,12 +218,13 @@ TEST_F(connection, delivers_one_quantum_a_turn_while_others_are_readable_too) {
   EXPECT_EQ(*std::max_element(drive.sink().reads.begin(), drive.sink().reads.end()), 4096U);
 }
 
-TEST(connections, are_not_cut_while_a_slow_peer_still_acknowledges) {
+struct connections : served {};
+
+TEST_F(connections, are_not_cut_while_a_slow_peer_still_acknowledges) {
   // Without the kernel's own limit on unsent bytes there are megabytes under way, and room again only when a
   // third of them is gone; or when the kernel makes the buffer longer, which it does a few times at most, and
   // which is filled then.
-  auto transport = listening({.limits = {.unsent_bytes_max = 1U << 30}});
-  driver drive{*transport};
+  listen({.limits = {.unsent_bytes_max = 1U << 30}});
   raw_socket client = upgraded(drive, *transport);
   drive.stop_clock();
   const connection_id id = drive.sink().opens.at(0).id;
@@ -276,11 +260,10 @@ TEST(connections, are_not_cut_while_a_slow_peer_still_acknowledges) {
   }
 }
 
-TEST(connections, clamp_the_send_buffer_when_asked_and_of_a_low_rtt_peer) {
+TEST_F(connections, clamp_the_send_buffer_when_asked_and_of_a_low_rtt_peer) {
   for (const bool when_asked : {true, false}) {
-    auto transport = listening({.limits = when_asked ? socket_limits{.send_buffer_bytes = 16384}
-                                                     : socket_limits{.unsent_bytes_max = 1U << 30}});
-    driver drive{*transport};
+    listen({.limits = when_asked ? socket_limits{.send_buffer_bytes = 16384}
+                                 : socket_limits{.unsent_bytes_max = 1U << 30}});
     raw_socket client = upgraded(drive, *transport, 4096);
     const connection_id id = drive.sink().opens.at(0).id;
     if (!when_asked) transport->limit_send_buffer(id, 16384);

@@ -61,20 +61,6 @@ TEST(fixed_heap, has_nothing_to_give_without_a_region) {
   EXPECT_EQ(none.check(), nullptr);
 }
 
-TEST(fixed_heap, joins_what_is_given_back_in_whatever_order) {
-  for (const auto& order : {std::vector<std::size_t>{0, 1, 2, 3}, {3, 2, 1, 0}, {1, 3, 2, 0}, {0, 2, 1, 3}}) {
-    heap_of one{8192};
-    std::vector<void*> held;
-    for (int i = 0; i < 4; ++i) held.push_back(one.heap.take(1500));
-    EXPECT_FALSE(one.heap.has_room_for(3000));
-    for (const std::size_t i : order) {
-      one.heap.give(held[i]);
-      ASSERT_EQ(one.heap.check(), nullptr);
-    }
-    EXPECT_TRUE(one.heap.has_room_for(6500));
-  }
-}
-
 TEST(fixed_heap, has_room_for_parts_of_three_quarters_of_what_it_says) {
   std::mt19937 random{7};
   for (int round = 0; round < 2000; ++round) {

@@ -21,13 +21,6 @@ error refusal_of(const listen_options& options) {
   return made ? error{errc::full} : made.error();
 }
 
-TEST(listen, takes_any_free_port_and_says_which) {
-  auto one = listening();
-  auto other = listening();
-  EXPECT_NE(one->port(), 0);
-  EXPECT_NE(one->port(), other->port());
-}
-
 TEST(listen, on_loopback_cannot_be_reached_by_another_address_of_this_machine) {
   auto transport = listening();
   EXPECT_TRUE(raw_socket(transport->port()).connected());
@@ -116,6 +109,9 @@ TEST(listen, refuses_limits_out_of_their_range_with_value_and_bound) {
   EXPECT_EQ(refusal_of({.limits = {.connections_max = 65537}}), (error{errc::bad_argument, 65537, 65536}));
   EXPECT_EQ(refusal_of({.limits = {.handshakes_max = 1025}}), (error{errc::bad_argument, 1025, 1024}));
   EXPECT_EQ(refusal_of({.limits = {.header_bytes_max = 255}}), (error{errc::bad_argument, 255, 256}));
+  EXPECT_EQ(refusal_of({.limits = {.handshake_bytes = 65535}}), (error{errc::bad_argument, 65535, 65536}));
+  EXPECT_EQ(refusal_of({.limits = {.handshake_bytes = (64 << 20) + 1}}),
+            (error{errc::bad_argument, (64 << 20) + 1, 64 << 20}));
   EXPECT_EQ(refusal_of({.limits = {.read_quantum_bytes = 8192, .read_alone_bytes_min = 4096}}),
             (error{errc::bad_argument, 4096, 8192}));
   EXPECT_EQ(refusal_of({.limits = {.read_alone_bytes_max = 8192}}), (error{errc::bad_argument, 8192, 16384}));
@@ -139,8 +135,7 @@ TEST(listen, leaves_the_limit_of_open_files_alone) {
   EXPECT_EQ(before.rlim_cur, after.rlim_cur);
 }
 
-// Lowers the limit of open files so that `spare` are left; puts it back.
-// So many more than are open can be; `none`: not even as many as are.
+// So many more than are open can be; `none`: not even as many as are. Puts the limit back.
 class few_descriptors {
  public:
   static constexpr rlim_t none = RLIM_INFINITY;
@@ -157,12 +152,14 @@ class few_descriptors {
   rlimit before_{};
 };
 
-TEST(listen, pauses_without_spinning_when_the_process_has_no_descriptor_left) {
-  if (needs_descriptors_itself) {
-    GTEST_SKIP() << "the sanitizer of undefined behaviour opens a pipe to look at objects";
+struct without_descriptors : served {
+  void SetUp() override {
+    if (needs_descriptors_itself)
+      GTEST_SKIP() << "the sanitizer of undefined behaviour opens a pipe to look at objects";
   }
-  auto transport = listening();
-  driver drive{*transport};
+};
+
+TEST_F(without_descriptors, a_listener_pauses_and_does_not_spin) {
   drive.stop_clock();
   drive.turn();
   raw_socket waiting{transport->port()};
@@ -187,12 +184,7 @@ TEST(listen, pauses_without_spinning_when_the_process_has_no_descriptor_left) {
   EXPECT_EQ(waiting.text.substr(0, 12), "HTTP/1.1 101");
 }
 
-TEST(listen, answers_503_when_an_upgrade_finds_no_descriptor_for_libwebsockets) {
-  if (needs_descriptors_itself) {
-    GTEST_SKIP() << "the sanitizer of undefined behaviour opens a pipe to look at objects";
-  }
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(without_descriptors, for_libwebsockets_an_upgrade_is_answered_503) {
   raw_socket client{transport->port()};
   ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 1; }));
   {
@@ -222,28 +214,6 @@ TEST(listen, lets_go_of_every_descriptor) {
     EXPECT_GT(open_descriptors(), before + 10);
   }
   EXPECT_EQ(open_descriptors(), before);
-}
-
-TEST(listen, keeps_no_descriptor_of_two_hundred_connections_and_pages) {
-  auto transport = listening();
-  driver drive{*transport};
-  const auto visit = [&] {
-    raw_socket client = upgraded(drive, *transport);
-    ASSERT_TRUE(client.send("x"));
-    const std::size_t closes = drive.sink().closes.size();
-    client.close();
-    ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() > closes; }));
-    raw_socket reader = answered_whole(drive, *transport, request(transport->port(), "/"));
-    reader.close();
-    drive.turn();
-  };
-  visit();
-  drive.turn();
-  const std::size_t before = open_descriptors();
-  for (int i = 0; i < 200; ++i) visit();
-  drive.turn();
-  EXPECT_EQ(open_descriptors(), before);
-  EXPECT_EQ(drive.sink().closes.size(), 201U);
 }
 
 TEST(listen, twice_in_one_process_keeps_the_endpoints_apart) {

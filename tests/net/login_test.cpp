@@ -26,18 +26,14 @@ void know(recording_sink& sink, std::vector<std::string>& asked) {
   };
 }
 
-struct plain_login : testing::Test {
-  std::unique_ptr<socket_transport> transport = listening();
-  driver drive{*transport};
+struct plain_login : served {
   std::uint16_t port = transport->port();
   std::string own = "Origin: http://127.0.0.1:" + std::to_string(port) + "\r\n";
   std::vector<std::string> asked;
   plain_login() { know(drive.sink(), asked); }
 
   std::string answer_to(const std::string& request) {
-    raw_socket client{port};
-    EXPECT_TRUE(client.send(request));
-    EXPECT_TRUE(drive.until([&] { return client.ended(); }));
+    const raw_socket client = answered_whole(drive, *transport, request);
     EXPECT_FALSE(client.failed) << "a reset may destroy the answer";
     return client.text;
   }
@@ -139,10 +135,9 @@ TEST_F(plain_login, lets_slow_forms_keep_nobody_out) {
   EXPECT_GE(transport->counters().handshakes_evicted, places);
 }
 
-TEST(tls_login, sets_a_cookie_that_only_tls_carries) {
-  const certified files;
-  const auto transport = listening({.tls = files.server()});
-  driver drive{*transport};
+struct tls_login : served_tls {};
+
+TEST_F(tls_login, sets_a_cookie_that_only_tls_carries) {
   std::vector<std::string> asked;
   know(drive.sink(), asked);
   const std::string port = std::to_string(transport->port());
@@ -166,10 +161,8 @@ TEST(tls_login, sets_a_cookie_that_only_tls_carries) {
   EXPECT_TRUE(drive.sink().rejections.empty());
 }
 
-TEST(tls_login, has_the_time_of_a_header_for_its_form) {
-  const certified files;
-  const auto transport = listening({.tls = files.server(), .limits = {.header_timeout = 300ms}});
-  driver drive{*transport};
+TEST_F(tls_login, has_the_time_of_a_header_for_its_form) {
+  listen({.header_timeout = 300ms});
   tls_socket client{transport->port()};
   ASSERT_TRUE(drive.until([&] { return client.shaken(); }));
   const std::string own = "Origin: https://127.0.0.1:" + std::to_string(transport->port()) + "\r\n";
@@ -178,9 +171,7 @@ TEST(tls_login, has_the_time_of_a_header_for_its_form) {
   EXPECT_TRUE(client.text.starts_with("HTTP/1.1 408 ")) << client.text;
 }
 
-TEST(page_with_a_form, may_send_it_and_tell_its_origin) {
-  const auto transport = listening();
-  driver drive{*transport};
+TEST_F(plain_login, has_a_page_that_may_send_its_form_and_tell_its_origin) {
   drive.sink().answer = [](const service::http_request& request) {
     service::http_answer answer = page_of("a page");
     if (request.path == "/rowe/login") answer.kind = service::page_kind::form;

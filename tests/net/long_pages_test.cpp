@@ -238,14 +238,12 @@ TEST_F(long_pages, keep_their_places_to_themselves) {
   EXPECT_TRUE(next.has("200 OK"));
 }
 
-struct tls_long_pages : testing::Test {
+struct tls_long_pages : served_tls {
   tls_long_pages() {
     drive.sink().answer = [this](const service::http_request&) { return source.begin(); };
   }
-  certified files;
+  ~tls_long_pages() override { transport.reset(); } // it reads of the source until then
   bodies source;
-  std::unique_ptr<socket_transport> transport = listening({.tls = files.server()});
-  driver drive{*transport};
 };
 
 TEST_F(tls_long_pages, arrive_whole) {

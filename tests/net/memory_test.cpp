@@ -21,9 +21,9 @@ std::string longest_request(std::uint16_t port) {
 
 std::uint64_t allocations(const socket_transport& transport) { return transport.memory().allocations; }
 
-TEST(memory, is_used_for_the_context_and_given_back_after_each_handshake_and_page) {
-  auto transport = listening();
-  driver drive{*transport};
+struct memory : served {};
+
+TEST_F(memory, is_used_for_the_context_and_given_back_after_each_handshake_and_page) {
   const std::uint64_t resting = transport->memory().bytes_used;
   EXPECT_GT(resting, 4096U);
   EXPECT_LT(resting, 16384U);
@@ -37,10 +37,9 @@ TEST(memory, is_used_for_the_context_and_given_back_after_each_handshake_and_pag
 }
 
 // The figure in lws_host.cpp on which the decision rests whether there is room.
-TEST(memory, needs_at_most_two_thirds_of_what_is_set_aside_for_a_handshake) {
+TEST_F(memory, needs_at_most_two_thirds_of_what_is_set_aside_for_a_handshake) {
   const std::string_view spoken[] = {"rowe.v1"};
-  auto transport = listening({.subprotocols = spoken});
-  driver drive{*transport};
+  listen({.subprotocols = spoken});
   const std::uint64_t resting = transport->memory().bytes_used;
   raw_socket client = answered(drive, *transport, longest_request(transport->port()));
   EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 101");
@@ -50,18 +49,14 @@ TEST(memory, needs_at_most_two_thirds_of_what_is_set_aside_for_a_handshake) {
   EXPECT_LE(taken, std::uint64_t{16} << 10);
 }
 
-TEST(memory, of_the_least_size_serves_the_most_handshakes) {
-  auto transport = listening({.limits = {.handshakes_max = 1024, .handshake_bytes = least_bytes}});
-  ASSERT_TRUE(transport);
-  driver drive{*transport};
+TEST_F(memory, of_the_least_size_serves_the_most_handshakes) {
+  listen({.limits = {.handshakes_max = 1024, .handshake_bytes = least_bytes}});
   for (int i = 0; i < 3; ++i) upgraded(drive, *transport);
   EXPECT_EQ(drive.sink().opens.size(), 3U);
   EXPECT_EQ(transport->memory().refusals, 0U);
 }
 
-TEST(memory, is_not_touched_while_peers_are_connected) {
-  auto transport = listening();
-  driver drive{*transport};
+TEST_F(memory, is_not_touched_while_peers_are_connected) {
   auto other = connecting({.host = "127.0.0.1", .port = transport->port()});
   recording_sink& seen = drive.add(*other);
   other->connect();
@@ -82,11 +77,10 @@ TEST(memory, is_not_touched_while_peers_are_connected) {
   EXPECT_EQ(allocations(*transport) + allocations(*other), before);
 }
 
-TEST(memory, that_a_slow_reader_of_a_page_holds_is_refused_to_others_until_it_reads_on) {
+TEST_F(memory, that_a_slow_reader_of_a_page_holds_is_refused_to_others_until_it_reads_on) {
   const std::string body(std::size_t{6} << 20,
                          'x'); // more than the kernel takes for a reader that does not read
-  auto transport = listening({.limits = {.handshake_bytes = std::size_t{8} << 20}});
-  driver drive{*transport};
+  listen({.limits = {.handshake_bytes = std::size_t{8} << 20}});
   drive.sink().answer = [&](const service::http_request& asked) {
     return page_of(asked.path == "/large" ? std::string_view{body} : "small");
   };
@@ -114,9 +108,8 @@ TEST(memory, that_a_slow_reader_of_a_page_holds_is_refused_to_others_until_it_re
   EXPECT_EQ(again.text.substr(0, 12), "HTTP/1.1 200");
 }
 
-TEST(memory, that_is_used_up_refuses_newcomers_and_nobody_else) {
-  auto transport = listening({.limits = {.handshake_bytes = least_bytes}});
-  driver drive{*transport};
+TEST_F(memory, that_is_used_up_refuses_newcomers_and_nobody_else) {
+  listen({.limits = {.handshake_bytes = least_bytes}});
   raw_socket peer = upgraded(drive, *transport);
   drive.sink().answer = [](const service::http_request&) { return page_of("whole"); };
   const memory_hog hog{drive, *transport};
@@ -152,22 +145,15 @@ struct foreign_context {
     made = lws_create_context(&info);
   }
   ~foreign_context() { lws_context_destroy(made); }
-  static constexpr lws_protocols protocols[] = {{.name = "any",
-                                                 .callback = nothing,
-                                                 .per_session_data_size = 0,
-                                                 .rx_buffer_size = 0,
-                                                 .id = 0,
-                                                 .user = nullptr,
-                                                 .tx_packet_size = 0},
-                                                {}};
+  static constexpr lws_protocols protocols[] = {{"any", nothing, 0, 0, 0, nullptr, 0}, {}};
   lws_context* made;
 };
 
 // Other parts of the program may use libwebsockets, too: contexts made before ours, during and after.
-TEST(memory, is_not_given_to_other_users_of_libwebsockets) {
+TEST_F(memory, is_not_given_to_other_users_of_libwebsockets) {
+  transport.reset();
   auto before = std::make_unique<foreign_context>();
-  auto transport = listening();
-  driver drive{*transport};
+  listen({});
   const std::uint64_t resting = transport->memory().bytes_used;
   const std::uint64_t counted = allocations(*transport);
   auto during = std::make_unique<foreign_context>();
@@ -180,14 +166,6 @@ TEST(memory, is_not_given_to_other_users_of_libwebsockets) {
   transport.reset();
   const foreign_context after;
   EXPECT_NE(after.made, nullptr);
-}
-
-TEST(memory, of_a_size_out_of_its_range_is_refused) {
-  const auto code_of = [](std::size_t bytes) {
-    return socket_transport::listen({.limits = {.handshake_bytes = bytes}}).error();
-  };
-  EXPECT_EQ(code_of(least_bytes - 1), (error{errc::bad_argument, 65535, 65536}));
-  EXPECT_EQ(code_of((std::size_t{64} << 20) + 1), (error{errc::bad_argument, (64 << 20) + 1, 64 << 20}));
 }
 
 } // namespace

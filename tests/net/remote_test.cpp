@@ -31,17 +31,6 @@ TEST(client_and_server, of_ours_understand_each_other) {
   EXPECT_EQ(drive.sink().closes[0].cause, close_cause::peer);
 }
 
-TEST(client_and_server, tell_why_there_is_no_room) {
-  auto robot = listening({.limits = {.connections_max = 1}});
-  driver drive{*robot};
-  const raw_socket first = upgraded(drive, *robot);
-  auto hop = connecting({.host = "127.0.0.1", .port = robot->port()});
-  recording_sink& at_hop = drive.add(*hop);
-  hop->connect();
-  ASSERT_TRUE(drive.until([&] { return at_hop.rejections.size() == 1; }));
-  EXPECT_EQ(at_hop.rejections[0].status, 503);
-}
-
 TEST(client_by_name, finds_localhost) {
   auto robot = listening();
   auto hop = connecting({.host = "localhost", .port = robot->port()});

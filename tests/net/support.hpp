@@ -335,6 +335,18 @@ inline std::size_t write(socket_transport& transport, connection_id id, std::str
   return transport.write(id, std::as_bytes(std::span{text}));
 }
 
+// The answer to the key that stands in `asked`, made by a server of ours: the tests have no SHA-1.
+inline std::string accept_for(std::string_view asked) {
+  const auto at = asked.find("Sec-WebSocket-Key: ");
+  EXPECT_NE(at, std::string_view::npos);
+  const std::string theirs{asked.substr(at + 19, 24)};
+  auto transport = listening();
+  driver drive{*transport};
+  std::string text = upgrade_request(transport->port());
+  const raw_socket client = answered(drive, *transport, text.replace(text.find(key), key.size(), theirs));
+  return client.text.substr(client.text.find("Accept: ") + 8, 28);
+}
+
 // Writes so many bytes, in pieces, as there is room for them: what has none is refused, and nothing is lost.
 template <class Client>
 void write_beyond_its_room(driver& drive, socket_transport& transport, connection_id to, Client& client,

@@ -43,14 +43,10 @@ struct stranger {
   }
   bool shaken() const { return SSL_do_handshake(ssl.get()) == 1; }
 
-  struct freed {
-    void operator()(SSL_CTX* one) const { SSL_CTX_free(one); }
-    void operator()(SSL* one) const { SSL_free(one); }
-  };
   socket_address from;
   descriptor socket, theirs;
-  std::unique_ptr<SSL_CTX, freed> context;
-  std::unique_ptr<SSL, freed> ssl;
+  context_ptr context;
+  ssl_ptr ssl;
 };
 
 struct tls_order : testing::Test {

@@ -19,6 +19,8 @@
 
 namespace rowe::net {
 
+inline constexpr long day = 24 * 60 * 60;
+
 // A root, and a server's files below it.
 struct certified {
   tests::folder files;
@@ -30,11 +32,52 @@ struct certified {
   tls_options client() const { return {.ca = files / "ca.pem"}; }
 };
 
+struct freed {
+  void operator()(SSL_CTX* one) const { SSL_CTX_free(one); }
+  void operator()(SSL* one) const { SSL_free(one); }
+  void operator()(SSL_SESSION* one) const { SSL_SESSION_free(one); }
+};
+using context_ptr = std::unique_ptr<SSL_CTX, freed>;
+using ssl_ptr = std::unique_ptr<SSL, freed>;
+using session_ptr = std::unique_ptr<SSL_SESSION, freed>;
+
+// What the other side speaks.
+using preparation = std::function<void(SSL_CTX*)>;
+
+inline preparation only_version(int version) {
+  return [version](SSL_CTX* to) {
+    if (version < TLS1_2_VERSION) SSL_CTX_set_security_level(to, 0);
+    SSL_CTX_set_min_proto_version(to, version);
+    SSL_CTX_set_max_proto_version(to, version);
+  };
+}
+inline preparation only_cipher_of_tls_1_2(const char* name) {
+  return [name](SSL_CTX* to) {
+    only_version(TLS1_2_VERSION)(to);
+    SSL_CTX_set_cipher_list(to, name);
+  };
+}
+inline preparation only_group(const char* name) {
+  return [name](SSL_CTX* to) { SSL_CTX_set1_groups_list(to, name); };
+}
+
+// A server of a test that speaks TLS, and what turns it.
+struct served_tls : testing::Test {
+  certified files;
+  std::unique_ptr<socket_transport> transport = listening({.tls = files.server()});
+  driver drive{*transport};
+
+  // With these limits instead.
+  void listen(const socket_limits& limits) {
+    transport = listening({.tls = files.server(), .limits = limits});
+    drive = driver{*transport};
+  }
+};
+
 class tls_socket {
  public:
   // `prepare` may change what the client speaks.
-  explicit tls_socket(std::uint16_t port, const std::function<void(SSL_CTX*)>& prepare = {},
-                      int receive_buffer = 0)
+  explicit tls_socket(std::uint16_t port, const preparation& prepare = {}, int receive_buffer = 0)
       : raw{port, "127.0.0.1", receive_buffer} {
     context_.reset(SSL_CTX_new(TLS_client_method()));
     if (prepare) prepare(context_.get());
@@ -112,12 +155,35 @@ class tls_socket {
     fault = words != nullptr ? words : "lost";
   }
 
-  struct freed {
-    void operator()(SSL_CTX* one) const { SSL_CTX_free(one); }
-    void operator()(SSL* one) const { SSL_free(one); }
-  };
-  std::unique_ptr<SSL_CTX, freed> context_;
-  std::unique_ptr<SSL, freed> ssl_;
+  context_ptr context_;
+  ssl_ptr ssl_;
+};
+
+// A server of ours and a client, turned together.
+struct two_ends {
+  std::unique_ptr<socket_transport> server;
+  std::unique_ptr<socket_transport> client;
+  driver drive;
+  recording_sink& at_client;
+  std::vector<std::string> told; // the names of certificates
+
+  two_ends(const tls_options& serving, const tls_options& showing, std::string_view host = "127.0.0.1")
+      : server{listening({.tls = serving})},
+        client{connecting({.host = host, .port = server->port(), .secure = true, .tls = showing})},
+        drive{*server},
+        at_client{drive.add(*client)} {
+    drive.sink().when_asked = [this](const service::credentials& shown) -> service::admit_answer {
+      told.emplace_back(shown.certificate);
+      return {};
+    };
+    client->connect();
+  }
+  bool connected() {
+    EXPECT_TRUE(drive.until([&] { return !at_client.opens.empty() || !at_client.rejections.empty(); }));
+    return !at_client.opens.empty();
+  }
+  std::string fault() const { return at_client.rejections.empty() ? "" : at_client.rejections[0].what; }
+  std::string remedy() const { return at_client.rejections.empty() ? "" : at_client.rejections[0].remedy; }
 };
 
 // What a transport has counted of TLS.

@@ -84,7 +84,7 @@ struct try_of_token {
   raw_socket socket;
 };
 
-struct tries : testing::Test {
+struct tries : served {
   tries() {
     drive.sink().when_asked = [](const service::credentials& shown) -> service::admit_answer {
       if (shown.token == "right") return {};
@@ -99,8 +99,6 @@ struct tries : testing::Test {
   bool told(std::size_t rejections) {
     return drive.until([&] { return drive.sink().rejections.size() == rejections; });
   }
-  std::unique_ptr<socket_transport> transport = listening();
-  driver drive{*transport};
 };
 
 TEST_F(tries, are_answered_a_second_late_by_429) {

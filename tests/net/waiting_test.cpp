@@ -159,11 +159,11 @@ TEST_P(poll_set_by, sleeps_long_after_a_short_sleep) {
 
 INSTANTIATE_TEST_SUITE_P(both, poll_set_by, testing::Values(sleeping_by::epoll_pwait2, sleeping_by::timerfd));
 
+constexpr rt::time_point start{1000s};
+
 TEST(deadline_list, gives_nobody_out_who_is_found_long_after_its_time) {
-  using rowe::net::deadline_node;
-  rowe::net::deadline_list list{5s};
+  deadline_list list{5s};
   deadline_node a, b;
-  const rowe::rt::time_point start{};
   list.arm(a, start);
   list.arm(b, start + 3s);
   EXPECT_EQ(list.take_due(start + 1h), nullptr) << "this process did not run";
@@ -174,10 +174,8 @@ TEST(deadline_list, gives_nobody_out_who_is_found_long_after_its_time) {
 }
 
 TEST(deadline_list, gives_out_who_is_found_late_once_more_where_the_thread_hardly_runs) {
-  using rowe::net::deadline_node;
-  rowe::net::deadline_list list{5s};
+  deadline_list list{5s};
   deadline_node a, b, c;
-  const rowe::rt::time_point start{};
   list.arm(a, start);
   list.arm(b, start);
   EXPECT_EQ(list.take_due(start + 10s), nullptr);
@@ -190,7 +188,6 @@ TEST(deadline_list, gives_out_who_is_found_late_once_more_where_the_thread_hardl
 }
 
 TEST(deadline_list, gives_out_in_the_order_of_arming) {
-  const rt::time_point start{1000s};
   deadline_list list{5s};
   deadline_node a, b, c;
   EXPECT_EQ(list.next(), rt::never);
