@@ -95,7 +95,7 @@ endpoint_options robot_options() {
   options.service_priority = priority;
   options.stop.unguarded = true;
   options.limits.long_message_bytes_max = static_cast<std::uint32_t>(map_bytes()) + 4096;
-  options.limits.lane_bytes += 8 * map_bytes(); // slots for texts as long as that
+  options.limits.handle_bytes += 8 * map_bytes(); // slots for texts as long as that
   return options;
 }
 

@@ -67,8 +67,8 @@ class endpoint {
   // A publisher of T on `topic`, which peers see as `options.type`, else the schema's type. Errors:
   // bad_argument (a name that is empty or too long, or begins with /rowe/; a depth or ttl out of range),
   // too_big (no text of a T is as short as a message may be; value: the longest one, limit: that of
-  // messages), too_many_lanes, lane_memory, too_many_topics, type_conflict, closed. The text of a T may be
-  // longer than message_bytes_max: then the service thread encodes it in pieces, and it goes as a long
+  // messages), too_many_handles, handle_memory, too_many_topics, type_conflict, closed. The text of a T may
+  // be longer than message_bytes_max: then the service thread encodes it in pieces, and it goes as a long
   // message.
   template <class T>
   result<publisher<T>> advertise(std::string_view topic, const topic_options& options = {});
@@ -83,7 +83,7 @@ class endpoint {
   // A responder that provides the service `name`; "x" and "/x" are the same service. Peers call it over
   // rosbridge or in the plain format, handles of this process with callers and lanes. Both of Q and A may
   // be json_text. Errors: bad_argument (a name that is empty or too long; a depth out of range),
-  // reserved_topic, service_taken, too_many_services, too_many_lanes, lane_memory, closed.
+  // reserved_topic, service_taken, too_many_services, too_many_handles, handle_memory, closed.
   template <class Q, class A>
   result<responder<Q, A>> serve(std::string_view name, const service_options& options = {});
 
@@ -100,13 +100,14 @@ class endpoint {
   template <parameter_type T>
   result<rowe::parameter<T>> parameter(std::string_view name, const T& first, const range<T>& allowed = {});
 
-  // A lane for plain messages, calls and replies. Errors: bad_argument, too_many_lanes, lane_memory, closed.
+  // A lane for plain messages, calls and replies. Errors: bad_argument, too_many_handles, handle_memory,
+  // closed.
   result<lane> open_lane(const lane_options& options = {});
 
   // ---- the stop: see docs/stop.md
 
   // A latch for one loop. From the first one on the endpoint has a stop, and is stopped. Errors: bad_argument
-  // (name, loop_timeout), too_many_latches (8), too_many_lanes, too_many_topics, closed.
+  // (name, loop_timeout), too_many_latches (8), too_many_handles, too_many_topics, closed.
   result<rowe::stop_latch> stop_latch(const latch_options& options = {});
 
   // Stops all loops of this endpoint, as a peer does that calls /rowe/stop; for another thread of this

@@ -65,9 +65,9 @@ struct limits {
   std::uint32_t door_slot_bytes = 4096; // the longest of them, and the longest reply
 
   // Handles of this process.
-  std::uint32_t lanes_max = 64;
+  std::uint32_t handles_max = 64;
   // The rings and slots of all handles together. What no handle has is address space only.
-  std::size_t lane_bytes = 8192 * 1024;
+  std::size_t handle_bytes = 8192 * 1024;
   std::uint32_t events_max = 256; // events nobody has asked for yet; a further one is counted
 
   // The bytes that an endpoint with these limits will take, besides those for long messages, which are

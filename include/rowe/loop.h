@@ -50,7 +50,7 @@ struct rowe_lane;
 enum rowe_priority { rowe_priority_normal, rowe_priority_urgent, rowe_priority_bulk };
 
 // Zeroes are the defaults; `bytes` as in rowe_options. Queues and texts of these sizes, 170 KiB with the
-// defaults, are taken out of the option `lane_bytes` of rowe_options.
+// defaults, are taken out of the option `handle_bytes` of rowe_options.
 struct rowe_lane_options {
   size_t bytes;            // sizeof(struct rowe_lane_options)
   uint32_t depth;          // messages towards the service thread, 1 to 4096; 0: 16
@@ -61,7 +61,7 @@ struct rowe_lane_options {
   bool only_sends; // leave what arrives to others; else the oldest lane gets it, before rowe_receive()
 };
 
-// `options` may be NULL. Errors: bad_argument, too_many_lanes, lane_memory, closed. Free with
+// `options` may be NULL. Errors: bad_argument, too_many_handles, handle_memory, closed. Free with
 // rowe_lane_free().
 struct rowe_lane* rowe_lane_open(const struct rowe_endpoint* endpoint,
                                  const struct rowe_lane_options* options);
@@ -140,7 +140,7 @@ struct rowe_topic_options {
 };
 
 // `options` may be NULL. Errors: bad_argument (a topic's name that is empty or too long; an option out of its
-// range), reserved_topic, too_many_lanes, lane_memory, too_many_topics, type_conflict, closed.
+// range), reserved_topic, too_many_handles, handle_memory, too_many_topics, type_conflict, closed.
 struct rowe_publisher* rowe_publisher_open(const struct rowe_endpoint* endpoint, const char* topic,
                                            const struct rowe_topic_options* options);
 void rowe_publisher_free(struct rowe_publisher* publisher); // NULL is fine
@@ -181,7 +181,7 @@ struct rowe_latch_options {
 };
 
 // A latch for one loop: the endpoint has a stop from the first one on, and is stopped. `options` may be NULL.
-// Errors: bad_argument, too_many_latches, too_many_lanes, too_many_topics, closed.
+// Errors: bad_argument, too_many_latches, too_many_handles, too_many_topics, closed.
 struct rowe_stop_latch* rowe_stop_latch_open(const struct rowe_endpoint* endpoint,
                                              const struct rowe_latch_options* options);
 // While loops may move it stops them all. NULL is fine.

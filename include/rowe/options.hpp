@@ -181,7 +181,7 @@ struct service_options {
   bool replaces_own = false;
 };
 
-// endpoint::open_lane. With the defaults a lane takes 170 KiB of `lane_bytes`.
+// endpoint::open_lane. With the defaults a lane takes 170 KiB of `handle_bytes`.
 struct lane_options {
   std::uint32_t depth = 16;            // messages towards the service thread; 1 to 4096
   std::uint32_t inbox_depth = 16;      // messages that wait to be taken; 1 to 4096

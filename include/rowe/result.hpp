@@ -43,9 +43,9 @@ namespace rowe {
   X(bad_certificate, "a file that the option `tls` names is wrong; check_tls() says how")                    \
   X(bad_config, "the configuration is wrong (line %v of a file, or 0)")                                      \
   X(bad_web, "the folder that the option `web` names cannot be served; check_web() says why")                \
-  X(too_many_lanes, "%v handles are open; the limit `lanes_max` is %l")                                      \
+  X(too_many_handles, "%v handles are open; the limit `handles_max` is %l")                                  \
   X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                        \
-  X(lane_memory, "%v bytes of handle memory are needed, %l of %w are left: raise `lane_bytes`")              \
+  X(handle_memory, "%v bytes of handle memory are needed, %l of %w are left: raise `handle_bytes`")          \
   X(reserved_topic, "the name is one of the endpoint's own")                                                 \
   X(type_conflict, "the topic exists with another type (an event names both)")                               \
   X(too_many_latches, "%v stop latches exist; the limit is %l")                                              \
@@ -87,7 +87,7 @@ enum class errc : std::uint8_t {
   X(refusals_per_second_max) X(topics_max) X(topic_bytes_max)                                                \
   X(subscriptions_max) X(subscriptions_per_connection_max) X(advertisements_per_connection_max)              \
   X(small_slots) X(small_slot_bytes) X(large_slots) X(queue_depth_max) X(queued_max) X(latched_bytes) X(services_max) \
-  X(calls_max) X(calls_per_connection_max) X(parameters_max) X(door_slots) X(door_slot_bytes) X(lanes_max) X(lane_bytes)       \
+  X(calls_max) X(calls_per_connection_max) X(parameters_max) X(door_slots) X(door_slot_bytes) X(handles_max) X(handle_bytes)     \
   X(events_max) X(guard_timeout) X(tick) X(service_timeout) X(observe_timeout) X(loop_timeout)
 // clang-format on
 
@@ -102,7 +102,7 @@ enum class argument : std::uint8_t {
 struct error {
   errc code;
   argument about = argument::unnamed; // of bad_argument; of too_big, where a limit can be raised
-  std::uint32_t whole = 0;            // of lane_memory: `lane_bytes`, of which `limit` bytes are left
+  std::uint32_t whole = 0;            // of handle_memory: `handle_bytes`, of which `limit` bytes are left
   std::int64_t value = 0;
   std::int64_t limit = 0;
 

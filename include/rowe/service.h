@@ -49,7 +49,7 @@ struct rowe_request {
 // Provides the service `name`; "x" and "/x" are the same. `options` may be NULL. For structs: a request that
 // is not as the table says never comes here, but is refused with a diagnostic that says why. Errors:
 // bad_argument (a name that is empty or too long; a depth; a table), reserved_topic, service_taken,
-// too_many_services, too_many_lanes, lane_memory, closed. Free with rowe_responder_free() or
+// too_many_services, too_many_handles, handle_memory, closed. Free with rowe_responder_free() or
 // rowe_struct_responder_free(); NULL is fine there.
 struct rowe_responder* rowe_responder_open(const struct rowe_endpoint* endpoint, const char* name,
                                            const struct rowe_service_options* options);

@@ -101,8 +101,8 @@ status endpoint_state::start(service::side ours) {
   auto validator = json::reader::create(options_.limits.message_bytes_max, options_.limits.depth_max);
   if (!validator) return validator.error();
   validator_.emplace(std::move(validator).value());
-  pairs_ = memory_.carve<queue_pair>(options_.limits.lanes_max);
-  pair_bytes_ = pair_memory_.carve_bytes(options_.limits.lane_bytes);
+  pairs_ = memory_.carve<queue_pair>(options_.limits.handles_max);
+  pair_bytes_ = pair_memory_.carve_bytes(options_.limits.handle_bytes);
   pair_locked_.resize(pairs_.size());
   codecs_.resize(pairs_.size());
   given_up_.resize(pairs_.size());
@@ -193,14 +193,15 @@ result<queue_pair*> endpoint_state::find_pair(std::size_t bytes) noexcept {
   const auto free = std::find_if(pairs_.begin(), pairs_.end(),
                                  [](const queue_pair& one) { return one.lifecycle.is_free(); });
   if (free == pairs_.end()) {
-    return error{errc::too_many_lanes, static_cast<std::int64_t>(pairs_.size()), options_.limits.lanes_max};
+    return error{errc::too_many_handles, static_cast<std::int64_t>(pairs_.size()),
+                 options_.limits.handles_max};
   }
   const auto memory = find_pair_memory(bytes);
   if (memory.empty()) {
     std::size_t left = pair_bytes_.size();
     for (const queue_pair& one : pairs_) left -= one.lifecycle.is_free() ? 0 : one.memory.size();
-    return error{errc::lane_memory, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(left),
-                 argument::lane_bytes, static_cast<std::uint32_t>(pair_bytes_.size())};
+    return error{errc::handle_memory, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(left),
+                 argument::handle_bytes, static_cast<std::uint32_t>(pair_bytes_.size())};
   }
   free->memory = memory;
   return &*free;

@@ -65,7 +65,7 @@ result<endpoint_options> options_of(const rowe_options* given) {
   bounds.message_bytes_max = or_default(all->message_bytes_max, bounds.message_bytes_max);
   bounds.door_slots = or_default(all->door_slots, bounds.door_slots);
   bounds.door_slot_bytes = or_default(all->door_slot_bytes, bounds.door_slot_bytes);
-  bounds.lane_bytes = or_default(all->lane_bytes, bounds.lane_bytes);
+  bounds.handle_bytes = or_default(all->handle_bytes, bounds.handle_bytes);
   bounds.long_message_bytes_max = or_default(all->long_message_bytes_max, bounds.long_message_bytes_max);
   bounds.long_slots = or_default(all->long_slots, bounds.long_slots);
   return options;

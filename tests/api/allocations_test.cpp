@@ -36,7 +36,7 @@ rowe::endpoint_options options_of_both() {
   rowe::endpoint_options options;
   options.relay = true;
   options.poll_period = 50us;
-  options.limits.lane_bytes = 2 * 1024 * 1024;
+  options.limits.handle_bytes = 2 * 1024 * 1024;
   return options;
 }
 

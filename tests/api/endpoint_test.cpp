@@ -57,7 +57,7 @@ std::optional<rowe::event> wait_event(endpoint& of, rowe::event::kind kind) {
 // A mistake, and not one that may cost other handles anything.
 TEST(endpoint, leaves_its_memory_to_a_view_that_outlives_its_handle) {
   rowe::endpoint_options one_lane = hub();
-  one_lane.limits.lane_bytes = 128 * 1024;
+  one_lane.limits.handle_bytes = 128 * 1024;
   auto robot = endpoint::listen(0, one_lane).value();
   auto talker = endpoint::connect(url_of(robot), hub()).value();
   auto says = talker.advertise<json_text>("/words").value();
@@ -71,7 +71,8 @@ TEST(endpoint, leaves_its_memory_to_a_view_that_outlives_its_handle) {
                               return view.has_value();
                             }));
   seen.reset();
-  EXPECT_EQ(robot.subscribe<json_text>("/words", how).code(), errc::lane_memory); // there is no other memory
+  EXPECT_EQ(robot.subscribe<json_text>("/words", how).code(),
+            errc::handle_memory); // there is no other memory
   EXPECT_EQ(view->value(), R"({"n":1})");
   view.reset();
   // Once the service thread has seen that it is gone.
@@ -317,7 +318,7 @@ TEST(endpoint_errors, name_an_option_out_of_its_range) {
   options.limits.connections_max = 0;
   EXPECT_EQ(endpoint::listen(0, options).code(), errc::bad_argument);
   options = {};
-  options.limits.lanes_max = 5000;
+  options.limits.handles_max = 5000;
   EXPECT_EQ(endpoint::listen(0, options).error().limit, 1024);
 }
 
@@ -329,7 +330,7 @@ TEST(endpoint_errors, name_every_limit_that_is_out_of_its_range) {
   };
   EXPECT_TRUE(refused(&rowe::limits::advertisements_per_connection_max, 1U << 26));
   EXPECT_TRUE(refused(&rowe::limits::subscriptions_per_connection_max, 1U << 26));
-  EXPECT_TRUE(refused(&rowe::limits::lane_bytes, SIZE_MAX - 4096));
+  EXPECT_TRUE(refused(&rowe::limits::handle_bytes, SIZE_MAX - 4096));
   EXPECT_TRUE(refused(&rowe::limits::handshakes_max, 0U));
   EXPECT_TRUE(refused(&rowe::limits::handshake_bytes, std::size_t{65535}));
   EXPECT_TRUE(refused(&rowe::limits::depth_max, 5000U));
@@ -359,9 +360,9 @@ TEST(endpoint_errors, say_which_option_is_meant) {
   EXPECT_EQ(endpoint::listen(0, options).error().message(),
             "the argument poll_period is out of range: 1000000000 (limit 10000000)");
   options = {};
-  options.limits.lane_bytes = std::size_t{1} << 40;
+  options.limits.handle_bytes = std::size_t{1} << 40;
   EXPECT_EQ(endpoint::listen(0, options).error().message(),
-            "the argument lane_bytes is out of range: 1099511627776 (limit 1073741824)");
+            "the argument handle_bytes is out of range: 1099511627776 (limit 1073741824)");
   EXPECT_EQ((rowe::error{errc::bad_argument, 7, 5}).message(), "the argument is out of range: 7 (limit 5)");
   EXPECT_EQ((rowe::error{errc::bad_argument, 200, 128, rowe::argument::name}).message(),
             "the argument name has 200 bytes; it may have 128 at most");
@@ -429,8 +430,8 @@ TEST(endpoint_errors, of_topics_name_the_option_and_its_limit) {
 
 TEST(endpoint_handles, leave_their_memory_whole_behind_them) {
   rowe::endpoint_options few;
-  few.limits.lanes_max = 8;
-  few.limits.lane_bytes = 64 * 1024;
+  few.limits.handles_max = 8;
+  few.limits.handle_bytes = 64 * 1024;
   auto robot = endpoint::listen(0, few).value();
   for (int round = 0; round < 3; ++round) {
     {

@@ -27,7 +27,7 @@ inline rowe::endpoint_options quick() {
   rowe::endpoint_options options;
   options.retry_min = 10ms;
   options.retry_max = 50ms;
-  options.limits.lane_bytes = 4 * 1024 * 1024;
+  options.limits.handle_bytes = 4 * 1024 * 1024;
   return options;
 }
 

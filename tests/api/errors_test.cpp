@@ -167,8 +167,8 @@ error bad_web() {
   return of(rowe::endpoint::listen(0, options));
 }
 error bad_config() { return of(rowe::endpoint_options::from_file("/dev/null/rowe.toml")); }
-error too_many_lanes() {
-  auto endpoint = with([](rowe::limits& l) { l.lanes_max = 1; });
+error too_many_handles() {
+  auto endpoint = with([](rowe::limits& l) { l.handles_max = 1; });
   const auto first = endpoint.open_lane().value();
   return of(endpoint.open_lane());
 }
@@ -177,8 +177,8 @@ error too_many_topics() {
   const auto first = endpoint.advertise<json_text>("/x").value();
   return of(endpoint.advertise<json_text>("/y"));
 }
-error lane_memory() {
-  auto endpoint = with([](rowe::limits& l) { l.lane_bytes = 4096; });
+error handle_memory() {
+  auto endpoint = with([](rowe::limits& l) { l.handle_bytes = 4096; });
   return of(endpoint.open_lane());
 }
 error reserved_topic() {

@@ -139,7 +139,7 @@ TEST(http, gives_scripts_the_last_value_of_a_topic) {
 TEST(http, gives_scripts_a_long_value_byte_for_byte) {
   rowe::endpoint_options options = quick();
   options.limits.long_message_bytes_max = 12 * 1024 * 1024;
-  options.limits.lane_bytes = 128 * 1024 * 1024;
+  options.limits.handle_bytes = 128 * 1024 * 1024;
   rowe::endpoint one = hub(options);
   std::string map = R"({"data":[0)";
   for (std::uint32_t i = 1; map.size() < 10'000'000; ++i) map += "," + std::to_string(i * 2654435761U % 101);

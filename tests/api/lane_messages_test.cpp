@@ -203,7 +203,7 @@ TEST(lanes, are_refused_where_an_option_is_out_of_its_range) {
   EXPECT_EQ(robot.open_lane({.inbox_depth = 5000}).error(),
             (rowe::error{errc::bad_argument, 5000, 4096, rowe::argument::inbox_depth}));
   EXPECT_EQ(robot.open_lane({.calls = 0}).code(), errc::bad_argument);
-  EXPECT_EQ(robot.open_lane({.depth = 4096, .text_bytes_max = 4096}).code(), errc::lane_memory);
+  EXPECT_EQ(robot.open_lane({.depth = 4096, .text_bytes_max = 4096}).code(), errc::handle_memory);
   (void)robot.close();
   EXPECT_EQ(robot.open_lane().code(), errc::closed);
 }
@@ -227,8 +227,8 @@ TEST(lanes, are_opened_while_others_wait_for_a_peer_that_never_comes) {
 
 TEST(lanes, reuse_the_memory_of_handles_that_are_gone) {
   rowe::endpoint_options few;
-  few.limits.lanes_max = 1;
-  few.limits.lane_bytes = 200 * 1024;
+  few.limits.handles_max = 1;
+  few.limits.handle_bytes = 200 * 1024;
   auto robot = endpoint::listen(0, few).value();
   for (int i = 0; i < 20; ++i) {
     auto lane = robot.open_lane({.depth = 8, .inbox_depth = 8, .calls = 8});

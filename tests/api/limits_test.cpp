@@ -111,7 +111,7 @@ TEST(default_limits, hold_an_ordinary_robot_where_not_all_of_it_can_be_locked) {
     const ordinary_robot opened{*robot};
     if (!opened.faults.empty()) ::_exit(6);
     if (robot->memory_locked() || robot->memory_unlocked_bytes() == 0) ::_exit(7);
-    ::_exit(robot->memory_unlocked_bytes() < limits{}.lane_bytes ? 0 : 8);
+    ::_exit(robot->memory_unlocked_bytes() < limits{}.handle_bytes ? 0 : 8);
   }
   int outcome = 0;
   ASSERT_EQ(::waitpid(child, &outcome, 0), child);
@@ -119,32 +119,32 @@ TEST(default_limits, hold_an_ordinary_robot_where_not_all_of_it_can_be_locked) {
   EXPECT_EQ(WEXITSTATUS(outcome), 0);
 }
 
-TEST(lane_memory, that_is_too_small_is_told_with_what_is_wanted_what_is_left_and_the_limit) {
+TEST(handle_memory, that_is_too_small_is_told_with_what_is_wanted_what_is_left_and_the_limit) {
   rowe::endpoint_options few;
-  few.limits.lane_bytes = 200'000;
+  few.limits.handle_bytes = 200'000;
   auto robot = endpoint::listen(0, few).value();
   const auto first = robot.open_lane();
   ASSERT_TRUE(first) << first.error().name();
   const auto second = robot.open_lane();
-  ASSERT_EQ(second.code(), errc::lane_memory);
-  EXPECT_EQ(second.error().about, rowe::argument::lane_bytes);
+  ASSERT_EQ(second.code(), errc::handle_memory);
+  EXPECT_EQ(second.error().about, rowe::argument::handle_bytes);
   EXPECT_EQ(second.error().whole, 200'000U);
   EXPECT_GT(second.error().value, second.error().limit);
   EXPECT_GT(second.error().limit, 0);
   const std::string expected = std::to_string(second.error().value) + " bytes of handle memory are needed, " +
                                std::to_string(second.error().limit) +
-                               " of 200000 are left: raise `lane_bytes`";
+                               " of 200000 are left: raise `handle_bytes`";
   EXPECT_EQ(second.error().message(), expected);
 }
 
 // ---- by their names
 
-TEST(lane_memory, of_nothing_is_a_limit_as_any) {
+TEST(handle_memory, of_nothing_is_a_limit_as_any) {
   rowe::endpoint_options options;
-  options.limits.lane_bytes = 0;
+  options.limits.handle_bytes = 0;
   auto opened = endpoint::listen(0, options);
   ASSERT_TRUE(opened) << opened.error().message();
-  EXPECT_EQ(opened->advertise<json_text>("/a").code(), errc::lane_memory);
+  EXPECT_EQ(opened->advertise<json_text>("/a").code(), errc::handle_memory);
 }
 
 TEST(limits_by_name, are_all_there_and_keep_what_they_are_set_to) {
@@ -157,9 +157,9 @@ TEST(limits_by_name, are_all_there_and_keep_what_they_are_set_to) {
   }
   limits bounds;
   EXPECT_TRUE(bounds.set("topics_max", "256"));
-  EXPECT_TRUE(bounds.set("lane_bytes", "5000000"));
+  EXPECT_TRUE(bounds.set("handle_bytes", "5000000"));
   EXPECT_EQ(bounds.topics_max, 256U);
-  EXPECT_EQ(bounds.lane_bytes, 5'000'000U);
+  EXPECT_EQ(bounds.handle_bytes, 5'000'000U);
 }
 
 TEST(limits_by_name, say_what_is_wrong_and_change_nothing) {
@@ -181,13 +181,13 @@ TEST(limits_by_name, say_what_is_wrong_and_change_nothing) {
 
 TEST(limits_by_name, come_from_the_environment_where_that_is_asked_for) {
   const variable topics{"ROWE_LIMITS_TOPICS_MAX", "256"};
-  const variable lanes{"ROWE_LIMITS_LANE_BYTES", "3000000"};
+  const variable handles{"ROWE_LIMITS_HANDLE_BYTES", "3000000"};
   limits few;
   few.calls_max = 7;
   const auto made = few.with_environment();
   ASSERT_TRUE(made);
   EXPECT_EQ(made->topics_max, 256U);
-  EXPECT_EQ(made->lane_bytes, 3'000'000U);
+  EXPECT_EQ(made->handle_bytes, 3'000'000U);
   EXPECT_EQ(made->calls_max, 7U);
   EXPECT_EQ(few.topics_max, limits{}.topics_max); // and only there
 }

@@ -70,7 +70,7 @@ allow_hosts = ["ang-01.local"]
 
 [limits]
 topics_max = 256
-lane_bytes = 3_000_000
+handle_bytes = 3_000_000
 
 [stop]
 guard_timeout = "1 s"
@@ -101,7 +101,7 @@ token_sha256 = ")" +
   EXPECT_EQ(options->inbound_ttl, rowe::rt::for_ever);
   EXPECT_EQ(options->allow_hosts, std::vector<std::string>{"ang-01.local"});
   EXPECT_EQ(options->limits.topics_max, 256U);
-  EXPECT_EQ(options->limits.lane_bytes, 3'000'000U);
+  EXPECT_EQ(options->limits.handle_bytes, 3'000'000U);
   EXPECT_EQ(options->stop.guard_timeout, 1s);
   EXPECT_TRUE(options->stop.unguarded);
   EXPECT_EQ(options->access.local_role, "driver");

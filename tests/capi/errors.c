@@ -92,14 +92,14 @@ static void errors_of_files(void) {
 }
 
 static void errors_of_handles(void) {
-  const struct rowe_options roomy = {.bytes = sizeof roomy, .lane_bytes = 4 << 20};
+  const struct rowe_options roomy = {.bytes = sizeof roomy, .handle_bytes = 4 << 20};
   struct rowe_endpoint* const endpoint = rowe_open_local_endpoint_with(0, &roomy);
   const struct rowe_lane_options odd = {.bytes = sizeof odd, .priority = 99};
   MEET_NULL(rowe_lane_open(endpoint, &odd), rowe_error_bad_argument);
   const struct rowe_lane_options deep = {.bytes = sizeof deep, .depth = 1000000};
   MEET_NULL(rowe_lane_open(endpoint, &deep), rowe_error_bad_argument);
   const struct rowe_lane_options vast = {.bytes = sizeof vast, .depth = 4096, .text_bytes_max = 60000};
-  MEET_NULL(rowe_lane_open(endpoint, &vast), rowe_error_lane_memory);
+  MEET_NULL(rowe_lane_open(endpoint, &vast), rowe_error_handle_memory);
   const struct rowe_topic_options odd_topic = {.bytes = sizeof odd_topic, .priority = 99};
   MEET_NULL(rowe_publisher_open(endpoint, "/x", &odd_topic), rowe_error_bad_argument);
   const struct rowe_topic_options hasty = {.bytes = sizeof hasty, .period_us = 99};
@@ -120,7 +120,7 @@ static void errors_of_handles(void) {
   MEET(rowe_publisher_publish(publishers[0], "{}", 2, rowe_now_ns()), rowe_error_no_peer);
   int count = 1;
   while (count < 64 && (publishers[count] = rowe_publisher_open(endpoint, "/typed", &text)) != NULL) ++count;
-  MEET_NULL(rowe_lane_open(endpoint, NULL), rowe_error_too_many_lanes);
+  MEET_NULL(rowe_lane_open(endpoint, NULL), rowe_error_too_many_handles);
   for (int i = 0; i < count; ++i) rowe_publisher_free(publishers[i]);
 
   struct rowe_stop_latch* latches[64];

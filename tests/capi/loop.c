@@ -188,7 +188,7 @@ static void what_a_loop_publishes_arrives(void) {
 static void maps_of_three_megabytes_arrive(void) {
   const uint32_t most = 4 << 20;
   const struct rowe_options roomy = {
-      .bytes = sizeof roomy, .lane_bytes = 16 << 20, .long_message_bytes_max = most, .long_slots = 4};
+      .bytes = sizeof roomy, .handle_bytes = 16 << 20, .long_message_bytes_max = most, .long_slots = 4};
   const struct pair p = open_pair_with(&roomy, &roomy);
   const struct rowe_topic_options map = {
       .bytes = sizeof map, .depth = 1, .type = "nav_msgs/OccupancyGrid", .text_bytes_max = most};
@@ -218,7 +218,7 @@ static void maps_of_three_megabytes_arrive(void) {
 }
 
 static void handles_outlive_their_endpoint(void) {
-  const struct rowe_options roomy = {.bytes = sizeof roomy, .lane_bytes = 4 << 20};
+  const struct rowe_options roomy = {.bytes = sizeof roomy, .handle_bytes = 4 << 20};
   const struct pair p = open_pair_with(NULL, &roomy);
   struct rowe_lane* const lane = rowe_lane_open(p.client, NULL);
   struct rowe_publisher* const out = rowe_publisher_open(p.client, "/a", NULL);

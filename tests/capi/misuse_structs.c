@@ -197,8 +197,8 @@ static void sizes(void) {
   REFUSED(&most, "more than 1024 members");
   // One that the memory of handles does not hold.
   const struct rowe_struct large = {"Odd", 1U << 30, &row, 1};
-  CHECK_NULL(rowe_struct_publisher_open(endpoint, "/x", &large, NULL), rowe_error_lane_memory);
-  CHECK_NULL(rowe_struct_subscriber_open(endpoint, "/x", &large, NULL), rowe_error_lane_memory);
+  CHECK_NULL(rowe_struct_publisher_open(endpoint, "/x", &large, NULL), rowe_error_handle_memory);
+  CHECK_NULL(rowe_struct_subscriber_open(endpoint, "/x", &large, NULL), rowe_error_handle_memory);
 }
 
 // Each table in the next one, `levels` of them, as a member or as an array.

@@ -56,7 +56,7 @@ rowe::endpoint_options make_small() {
                     .services_max = 16,
                     .calls_max = 16,
                     .calls_per_connection_max = 16,
-                    .lanes_max = 8};
+                    .handles_max = 8};
   return options;
 }
 // Made before any call fails.

@@ -98,8 +98,8 @@ rowe::access_options access_of(bool changed) {
 rowe::endpoint_options options_of() {
   auto options = harness::small_options();
   options.relay = true;
-  options.limits.lanes_max = 1; // small, since each input has a core of its own
-  options.limits.lane_bytes = 64 * 1024;
+  options.limits.handles_max = 1; // small, since each input has a core of its own
+  options.limits.handle_bytes = 64 * 1024;
   options.stop.unguarded = true;
   options.access = access_of(false);
   return options;

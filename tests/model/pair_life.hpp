@@ -46,11 +46,11 @@ struct modelled_pair {
 
 // ---- endpoint_state.cpp
 
-// open_pair(), with release_pairs(), find_pair() and build_pair(). Errors: too_many_lanes, and what it was
+// open_pair(), with release_pairs(), find_pair() and build_pair(). Errors: too_many_handles, and what it was
 // refused with.
 inline status open_pair(modelled_pair& built, event_fd& service, std::uint32_t life) {
   built.lifecycle.wait_while_closing(built.arrival, rt::never);
-  if (!built.lifecycle.is_free()) return errc::too_many_lanes;
+  if (!built.lifecycle.is_free()) return errc::too_many_handles;
   built.built.store(life);
   built.lifecycle.offer();
   service.signal();

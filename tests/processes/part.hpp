@@ -112,7 +112,7 @@ inline rowe::endpoint_options quick_options(const std::string& address = rowe::t
   options.allow_hosts = {address};
   options.retry_min = std::chrono::milliseconds{10};
   options.retry_max = std::chrono::milliseconds{50};
-  options.limits.lane_bytes = 4 * 1024 * 1024;
+  options.limits.handle_bytes = 4 * 1024 * 1024;
   options.answers_any = true; // calls that come before the lane is opened wait for it
   return options;
 }

@@ -126,7 +126,7 @@ TEST(rt_contract, names_no_descriptor_that_handles_write_to_but_under_wake) {
 
 // One loop that asks itself, with structs and with text, and answers, refuses, drops and cancels.
 struct loop_that_calls {
-  endpoint robot = endpoint::listen(0, {.limits = {.lane_bytes = 2 * 1024 * 1024}}).value();
+  endpoint robot = endpoint::listen(0, {.limits = {.handle_bytes = 2 * 1024 * 1024}}).value();
   responder<pose, pose> answers = robot.serve<pose, pose>("/same").value();
   caller<pose, pose> asks = robot.client<pose, pose>("/same").value();
   rowe::lane talk = robot.open_lane().value();

@@ -60,7 +60,7 @@ class long_traffic : public world {
     l.connections_max = 32;
     l.messages_per_second_max = 0;
     l.refusals_per_second_max = 0;
-    l.lane_bytes = 4 * 1024 * 1024;
+    l.handle_bytes = 4 * 1024 * 1024;
     l.long_message_bytes_max = 96 * 1024;
     l.long_slots = static_cast<std::uint32_t>(4 + swarm::seeded_choices{seed ^ 0x1234567U}.below(3));
     return chosen;

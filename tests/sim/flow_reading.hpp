@@ -69,7 +69,7 @@ class reading final : public world {
     l.message_bytes_max = swarm::seeded_choices{seed ^ 0x1234567U}.one_of(longest);
     l.messages_per_second_max = 0;
     l.refusals_per_second_max = 0;
-    l.lane_bytes = 4 * 1024 * 1024;
+    l.handle_bytes = 4 * 1024 * 1024;
     return chosen;
   }
   std::size_t longest() const { return on_.options.limits.message_bytes_max; }

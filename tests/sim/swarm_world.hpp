@@ -126,8 +126,8 @@ inline plan draw_plan(std::uint64_t seed, tongues speak) {
   l.large_slots = random.one_in(2) ? 16 : 8;
   l.queue_depth_max = 32;
   l.queued_max = 1024;
-  l.lanes_max = 14;
-  l.lane_bytes = 6 * 1024 * 1024;
+  l.handles_max = 14;
+  l.handle_bytes = 6 * 1024 * 1024;
   l.services_max = 16;
   l.calls_max = 32;
   l.calls_per_connection_max = 4;
@@ -638,9 +638,10 @@ class world {
         on_.count(counter::messages_in) - counts_[static_cast<std::size_t>(counter::messages_in)];
     // What one message, value or tick of the wheel can cause at most, generously: a copy for each
     // subscription.
-    const std::uint64_t bound = (in + 64 * l.lanes_max + l.door_slots + l.small_slots + l.large_slots + 16) *
-                                    (l.subscriptions_max + 4) +
-                                l.queued_max;
+    const std::uint64_t bound =
+        (in + 64 * l.handles_max + l.door_slots + l.small_slots + l.large_slots + 16) *
+            (l.subscriptions_max + 4) +
+        l.queued_max;
     for (std::size_t i = 0; i < counts_.size(); ++i) {
       const auto which = static_cast<counter>(i);
       const std::uint64_t before = std::exchange(counts_[i], on_.count(which));

@@ -30,8 +30,8 @@ constexpr std::uint32_t threads = 4;
 
 rowe::endpoint_options narrow() {
   rowe::endpoint_options made = options();
-  made.limits.lanes_max = lanes;
-  made.limits.lane_bytes = lanes * 40 * 1024; // of small ones
+  made.limits.handles_max = lanes;
+  made.limits.handle_bytes = lanes * 40 * 1024; // of small ones
   made.limits.calls_max = calls;
   return made;
 }

@@ -54,7 +54,7 @@ inline rowe::endpoint_options options() {
   made.retry_max = 5ms;
   made.page = false;
   made.limits.connections_max = 8;
-  made.limits.lane_bytes = 1024 * 1024;
+  made.limits.handle_bytes = 1024 * 1024;
   made.limits.door_slots = 8;
   return made;
 }

@@ -71,7 +71,7 @@ endpoint_options settings::options_of(const placement& end) const {
   const std::size_t needed =
       small_lanes + large_paths * in_flight_max * (static_cast<std::size_t>(size) + 1024);
   o.limits = limits;
-  o.limits.lane_bytes = std::max(o.limits.lane_bytes, needed);
+  o.limits.handle_bytes = std::max(o.limits.handle_bytes, needed);
   return o;
 }
 

@@ -109,9 +109,10 @@ exit_code start(const options& o, bridge_options& how) {
   const auto texts = 64U; // of everything that asks and lists
   auto bounds = limits_for("rowe_ros1");
   if (!bounds) return exit_code::usage;
-  bounds->lanes_max = std::max<std::uint32_t>(bounds->lanes_max, topics_max + services_max + texts);
+  bounds->handles_max = std::max<std::uint32_t>(bounds->handles_max, topics_max + services_max + texts);
   const std::size_t slots = topics_max * topic_depth + services_max * service_depth * 2 + texts;
-  bounds->lane_bytes = std::max(bounds->lane_bytes, slots * (bounds->message_bytes_max + std::size_t{4096}));
+  bounds->handle_bytes =
+      std::max(bounds->handle_bytes, slots * (bounds->message_bytes_max + std::size_t{4096}));
   bounds->large_slots = std::max<std::uint32_t>(bounds->large_slots, 64);
   endpoint_options options{.limits = *bounds};
   if (const auto end = use(o.at, options, to)) return *end;

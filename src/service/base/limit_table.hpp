@@ -65,8 +65,8 @@ inline constexpr std::array limit_table{
     limit_between<&limits::parameters_max>(argument::parameters_max, 0, 65536),
     limit_between<&limits::door_slots>(argument::door_slots, 1, 4096),
     limit_between<&limits::door_slot_bytes>(argument::door_slot_bytes, 128, 1U << 26),
-    limit_between<&limits::lanes_max>(argument::lanes_max, 1, 1024),
-    limit_between<&limits::lane_bytes>(argument::lane_bytes, 0, 1U << 30),
+    limit_between<&limits::handles_max>(argument::handles_max, 1, 1024),
+    limit_between<&limits::handle_bytes>(argument::handle_bytes, 0, 1U << 30),
     limit_between<&limits::events_max>(argument::events_max, 1, many),
 };
 

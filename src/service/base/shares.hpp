@@ -77,7 +77,7 @@ constexpr std::uint32_t share_of_peers(std::uint32_t count, std::uint32_t own) n
 }
 
 constexpr std::uint32_t services_of_peers(const limits& bounds) noexcept {
-  return share_of_peers(bounds.services_max, bounds.lanes_max);
+  return share_of_peers(bounds.services_max, bounds.handles_max);
 }
 constexpr std::uint32_t calls_of_peers(const limits& bounds) noexcept {
   return share_of_peers(bounds.calls_max, reserve_of(bounds.calls_max));

@@ -38,8 +38,8 @@ memory_plan plan_memory(const limits& bounds, transport_security with) noexcept 
       .threads = arena::bytes_for<submission_queue>() + submission_queue::footprint_bytes(bounds) +
                  arena::bytes_for<shared_inbox>() + shared_inbox::footprint_bytes(bounds),
       .waker = arena::bytes_for<rt::waker<>>(),
-      .pairs = arena::bytes_for<detail::queue_pair>(bounds.lanes_max),
-      .pair_memory = arena::bytes_for(std::max<std::size_t>(bounds.lane_bytes, 1)),
+      .pairs = arena::bytes_for<detail::queue_pair>(bounds.handles_max),
+      .pair_memory = arena::bytes_for(std::max<std::size_t>(bounds.handle_bytes, 1)),
       .handshakes = arena::bytes_for(bounds.handshake_bytes),
       .tls = with == transport_security::tls
                  ? tls_bytes + bounds.connections_max * tls_connection_bytes +

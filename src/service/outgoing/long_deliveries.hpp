@@ -30,13 +30,13 @@ struct long_deliveries_needs {
 class long_deliveries : long_deliveries_needs {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
-    return rt::arena::bytes_for<delivery>(bounds.lanes_max) +
-           rt::arena::bytes_for<pair_index>(bounds.lanes_max);
+    return rt::arena::bytes_for<delivery>(bounds.handles_max) +
+           rt::arena::bytes_for<pair_index>(bounds.handles_max);
   }
   long_deliveries(rt::arena& memory, const long_deliveries_needs& parts) noexcept
       : long_deliveries_needs{parts},
-        rows_{memory.carve<delivery>(state_.bounds().lanes_max)},
-        turns_{memory.carve<pair_index>(state_.bounds().lanes_max)} {}
+        rows_{memory.carve<delivery>(state_.bounds().handles_max)},
+        turns_{memory.carve<pair_index>(state_.bounds().handles_max)} {}
 
   // Begins to deliver a value. Errors: full; too_big, also where the handle reads structs.
   status begin(pair_index pair, const detail::value_header& header, text_id value) noexcept {

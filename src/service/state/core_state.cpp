@@ -7,7 +7,7 @@ std::size_t core_state::footprint_bytes(const limits& bounds) noexcept {
   return timers::footprint_bytes(bounds) + peer_table::footprint_bytes(bounds) +
          chunk_store::footprint_bytes(bounds) + latched_values::footprint_bytes(bounds) +
          last_value_store::footprint_bytes(bounds) + topic_table::footprint_bytes(bounds) +
-         subscription_table::footprint_bytes(bounds) + rt::arena::bytes_for<pair_row>(bounds.lanes_max) +
+         subscription_table::footprint_bytes(bounds) + rt::arena::bytes_for<pair_row>(bounds.handles_max) +
          call_table::footprint_bytes(bounds);
 }
 
@@ -28,7 +28,7 @@ core_state::core_state(rt::arena& memory, const core_options& chosen, const shar
       topics{memory, options.bounds, outside.protocols.envelope},
       subscriptions{memory, options.bounds, topics},
       pairs{with_threads.pairs},
-      pair_rows{memory.carve<pair_row>(options.bounds.lanes_max)},
+      pair_rows{memory.carve<pair_row>(options.bounds.handles_max)},
       calls{memory, options.bounds, claimants()},
       submissions{with_threads.submissions},
       threads_inbox{with_threads.inbox},

@@ -66,8 +66,8 @@ inline constexpr auto schema<own_structs::bounds> =
            &limits::advertisements_per_connection_max, &limits::small_slots, &limits::small_slot_bytes,
            &limits::large_slots, &limits::queue_depth_max, &limits::queued_max, &limits::latched_bytes,
            &limits::services_max, &limits::calls_max, &limits::calls_per_connection_max,
-           &limits::parameters_max, &limits::door_slots, &limits::door_slot_bytes, &limits::lanes_max,
-           &limits::lane_bytes, &limits::events_max>{};
+           &limits::parameters_max, &limits::door_slots, &limits::door_slot_bytes, &limits::handles_max,
+           &limits::handle_bytes, &limits::events_max>{};
 
 template <>
 inline constexpr auto schema<own_structs::granted> =

@@ -47,12 +47,12 @@ rt::duration rounded(double ns) noexcept { return rt::duration{std::llround(ns)}
 } // namespace
 
 std::size_t publish_predictor::footprint_bytes(const limits& bounds) noexcept {
-  return rt::arena::bytes_for<row>(bounds.lanes_max) + rt::arena::bytes_for<pair_index>(bounds.lanes_max);
+  return rt::arena::bytes_for<row>(bounds.handles_max) + rt::arena::bytes_for<pair_index>(bounds.handles_max);
 }
 
 publish_predictor::publish_predictor(rt::arena& memory, const limits& bounds, counters& counts) noexcept
-    : rows_{memory.carve<row>(bounds.lanes_max)},
-      used_{memory.carve<pair_index>(bounds.lanes_max)},
+    : rows_{memory.carve<row>(bounds.handles_max)},
+      used_{memory.carve<pair_index>(bounds.handles_max)},
       counts_{counts},
       lead_{lead_before_known} {
   wakings_.fill(static_cast<std::int32_t>(lead_before_known.count()));

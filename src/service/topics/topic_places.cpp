@@ -22,7 +22,7 @@ topic_id topic_places::topic_for(connection& c, const wire::request& asked) noex
   const topic_id known = state_.topics.find(asked.topic);
   if (known && (!state_.topics.of_peers(known) || holds({c.id.index}, known))) return known;
   const std::uint32_t share =
-      share_of_peers(state_.bounds().topics_max, state_.bounds().lanes_max + endpoint_topics);
+      share_of_peers(state_.bounds().topics_max, state_.bounds().handles_max + endpoint_topics);
   const std::uint32_t left = left_of(share, state_.topics.topics_of_peers());
   const std::uint32_t held = held_by({c.id.index});
   const claims all = claims_now(share);

@@ -27,7 +27,7 @@ inline rowe::limits few() {
           .calls_max = 16,
           .calls_per_connection_max = 8,
           .door_slots = 4,
-          .lanes_max = 2};
+          .handles_max = 2};
 }
 
 struct call_parts : peer_parts::peer_parts {

@@ -63,7 +63,7 @@ inline rowe::endpoint_options small_options() {
   options.limits.large_slots = 4;
   options.limits.queue_depth_max = 16;
   options.limits.queued_max = 256;
-  options.limits.lanes_max = 6;
+  options.limits.handles_max = 6;
   options.limits.services_max = 16;
   options.limits.calls_max = 16;
   options.limits.calls_per_connection_max = 4;
@@ -119,7 +119,7 @@ class core_harness_over {
         validator{
             rowe::json::reader::create(chosen.limits.message_bytes_max, chosen.limits.depth_max).value()},
         net{chosen.limits.connections_max},
-        pairs{memory.carve<rowe::detail::queue_pair>(chosen.limits.lanes_max)},
+        pairs{memory.carve<rowe::detail::queue_pair>(chosen.limits.handles_max)},
         now{begins},
         shared{*memory.make<rowe::service::shared_state>(memory, chosen.limits)},
         submissions{*memory.make<rowe::service::submission_queue>(memory, chosen.limits)},

@@ -18,7 +18,9 @@ using namespace harness;
 
 constexpr const char* stop_call = R"({"op":"call_service","id":"1","service":"/rowe/stop"})";
 
-rowe::endpoint_options roomy() { return with_limits(small_options(), &limits::lane_bytes, 8 * 1024 * 1024); }
+rowe::endpoint_options roomy() {
+  return with_limits(small_options(), &limits::handle_bytes, 8 * 1024 * 1024);
+}
 
 struct core_ingress : core_test {
   core_ingress() : core_test{roomy()} {

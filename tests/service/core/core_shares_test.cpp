@@ -134,7 +134,7 @@ TEST(core_shares, has_entries_for_others_beside_one_whose_queues_are_full_of_exp
 }
 
 TEST(core_shares, delivers_large_messages_beside_many_large_latched_values) {
-  core_harness on{with_limits(small_options(), &limits::lanes_max, 12, &limits::latched_bytes, 64 * 1024)};
+  core_harness on{with_limits(small_options(), &limits::handles_max, 12, &limits::latched_bytes, 64 * 1024)};
   std::vector<rowe::detail::queue_pair*> maps;
   const std::string map = R"({"m":")" + std::string(3000, 'm') + R"("})";
   for (int i = 0; i < 8; ++i) { // twice as many as there are large slots

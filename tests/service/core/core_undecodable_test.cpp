@@ -87,7 +87,7 @@ TEST_F(core_undecodable, tells_each_peer_whatever_another_has_sent) {
 
 // A peer that changes topics all the time is told of two, and of the others when their turn has come.
 TEST_F(core_undecodable, tells_a_peer_of_few_topics_a_second) {
-  core_harness wide{with_limits(small_options(), &limits::lanes_max, 12)};
+  core_harness wide{with_limits(small_options(), &limits::handles_max, 12)};
   std::vector<std::string> topics;
   for (char c = 'a'; c < 'k'; ++c) {
     topics.push_back(std::string{"/"} + c);

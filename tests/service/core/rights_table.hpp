@@ -53,8 +53,8 @@ inline constexpr std::string_view everyone = "odspagnxbel";
 inline rowe::endpoint_options options_for(const asker& who) {
   auto options = with_roles();
   options.limits.connections_max = 6; // small, since each cell has a core of its own
-  options.limits.lanes_max = 1;
-  options.limits.lane_bytes = 64 * 1024;
+  options.limits.handles_max = 1;
+  options.limits.handle_bytes = 64 * 1024;
   options.limits.large_slots = 2;
   if (!who.roles) {
     options.access = {};

@@ -28,7 +28,7 @@ struct listings_test : peer_parts::peer_parts {
                                           .small_slot_bytes = 1024,
                                           .large_slots = 2,
                                           .services_max = 8,
-                                          .lanes_max = 2}),
+                                          .handles_max = 2}),
                    rowe::service::side::server, numbers::protocols()} {}
 
   rowe::service::stop_rules rules{options.stop, cycle.now, 1};

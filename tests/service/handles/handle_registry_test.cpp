@@ -19,7 +19,7 @@ using ::state_fixture::taken;
 struct handle_registry_test : all_parts::all_parts {
   handle_registry_test()
       : all_parts{::state_fixture::with(
-            {.connections_max = 3, .services_max = 4, .door_slots = 8, .lanes_max = 6})} {}
+            {.connections_max = 3, .services_max = 4, .door_slots = 8, .handles_max = 6})} {}
 
   rowe::service::handle_registry& handles = parts.handle_registry_;
 

@@ -15,7 +15,7 @@ using rowe::service::entries_per_cycle;
 
 struct handle_submissions_test : all_parts::all_parts {
   handle_submissions_test()
-      : all_parts{::state_fixture::with({.connections_max = 3, .door_slots = 8, .lanes_max = 3})} {}
+      : all_parts{::state_fixture::with({.connections_max = 3, .door_slots = 8, .handles_max = 3})} {}
 
   rowe::service::handle_submissions& submitted = parts.handle_submissions_;
 

@@ -17,7 +17,7 @@ struct thread_submissions_test : all_parts::all_parts {
       : all_parts{::state_fixture::with(
             {.connections_max = 3,
              .door_slots = 8, // threads receive, so all may be parked; four for a lone peer
-             .lanes_max = 1})} {}
+             .handles_max = 1})} {}
 
   rowe::service::thread_submissions& submitted = parts.thread_submissions_;
 

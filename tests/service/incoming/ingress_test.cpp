@@ -20,7 +20,7 @@ constexpr std::string_view stop = R"({"op":"call_service","service":"/rowe/stop"
 rowe::endpoint_options few() {
   rowe::endpoint_options options;
   options.limits.connections_max = 3;
-  options.limits.lanes_max = 1;
+  options.limits.handles_max = 1;
   options.limits.message_bytes_max = 60 * 1024;
   options.limits.door_slots = 4;
   return options;

@@ -15,7 +15,7 @@ using namespace reading_parts;
 rowe::endpoint_options impatient() {
   rowe::endpoint_options options;
   options.limits.connections_max = 4;
-  options.limits.lanes_max = 1;
+  options.limits.handles_max = 1;
   options.ping_period = 3s;
   options.silence_max = 8s;
   options.message_time_max = 5s;

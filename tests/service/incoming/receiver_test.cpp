@@ -18,7 +18,7 @@ struct receiver_test : state_fixture::state_fixture {
             {.connections_max = 4,
              .door_slots = 16, // a claim to one for each peer, and the other twelve for whoever comes
              .door_slot_bytes = 256,
-             .lanes_max = 3})} {}
+             .handles_max = 3})} {}
 
   rowe::service::message_store store{memory, state};
   rowe::service::outbox out{memory, state, store};

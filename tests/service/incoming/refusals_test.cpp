@@ -22,7 +22,7 @@ struct refusals_test : peer_parts::peer_parts {
                                           .small_slots = 256,
                                           .small_slot_bytes = 512,
                                           .large_slots = 1,
-                                          .lanes_max = 1})} {}
+                                          .handles_max = 1})} {}
 
   connection& peer = join(0);
 };

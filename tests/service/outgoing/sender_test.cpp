@@ -21,7 +21,7 @@ struct sender_test : peer_parts::peer_parts {
                                           .small_slots = 512,
                                           .small_slot_bytes = 256,
                                           .large_slots = 4,
-                                          .lanes_max = 1})} {}
+                                          .handles_max = 1})} {}
 
   void say(const connection& to, std::string_view text) {
     ASSERT_TRUE(out.reply({to.id.index}, [&](rowe::json::writer& into) { into.append(text); }));

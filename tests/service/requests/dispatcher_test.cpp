@@ -15,7 +15,7 @@ using namespace all_parts;
 
 struct dispatcher_test : all_parts::all_parts {
   explicit dispatcher_test(rowe::service::side of = rowe::service::side::server)
-      : all_parts{::state_fixture::with({.connections_max = 3, .door_slots = 4, .lanes_max = 1}), of} {}
+      : all_parts{::state_fixture::with({.connections_max = 3, .door_slots = 4, .handles_max = 1}), of} {}
 
   void say(const connection& by, std::string_view text, bool again = false) {
     rowe::tests::padded said{text};

@@ -55,7 +55,7 @@ struct outside_fixture : testing::Test {
     return rowe::service::core_options::from(options, ours, "robot");
   }
   rowe::service::shared_parts with_threads() {
-    return {memory.carve<rowe::detail::queue_pair>(bounds.lanes_max), shared, submissions, threads_inbox};
+    return {memory.carve<rowe::detail::queue_pair>(bounds.handles_max), shared, submissions, threads_inbox};
   }
   rowe::access::policy access;
   rowe::service::policy_handover<> rights{access};

@@ -19,7 +19,7 @@ using rowe::service::stop_verb;
 rowe::endpoint_options with_stop() {
   rowe::endpoint_options options = ::state_fixture::with(few());
   options.limits.calls_max = 32;
-  options.limits.lanes_max = stop_rules::loops_max + 1;
+  options.limits.handles_max = stop_rules::loops_max + 1;
   options.stop.unguarded = true;
   options.stop.service_timeout = 10s; // the loop looks seldom here
   return options;

@@ -30,7 +30,7 @@ inline rowe::limits few() {
           .queue_depth_max = 8,
           .queued_max = 256,
           .latched_bytes = 8 * 1024,
-          .lanes_max = 2};
+          .handles_max = 2};
 }
 
 struct topic_parts : peer_parts::peer_parts {

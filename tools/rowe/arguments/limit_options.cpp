@@ -8,14 +8,14 @@
 
 namespace rowe::tools {
 
-std::optional<limits> limits_for(std::string_view verb, std::size_t lane_bytes_min) {
+std::optional<limits> limits_for(std::string_view verb, std::size_t handle_bytes_min) {
   std::string why;
   auto surrounding = limits{}.with_environment(&why);
   if (!surrounding) {
     usage_error(verb, printable(why));
     return std::nullopt;
   }
-  surrounding->lane_bytes = std::max(surrounding->lane_bytes, lane_bytes_min);
+  surrounding->handle_bytes = std::max(surrounding->handle_bytes, handle_bytes_min);
   return *surrounding;
 }
 

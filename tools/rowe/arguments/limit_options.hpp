@@ -10,8 +10,8 @@
 
 namespace rowe::tools {
 
-// The limits of an endpoint whose handles take `lane_bytes_min` at least. Nothing: what was asked for makes
+// The limits of an endpoint whose handles take `handle_bytes_min` at least. Nothing: what was asked for makes
 // no sense, and stderr says so; `verb` ends with exit_code::usage.
-std::optional<limits> limits_for(std::string_view verb, std::size_t lane_bytes_min = 0);
+std::optional<limits> limits_for(std::string_view verb, std::size_t handle_bytes_min = 0);
 
 } // namespace rowe::tools

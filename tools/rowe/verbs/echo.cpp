@@ -440,8 +440,8 @@ exit_code echo(argument_list arguments) {
   if (!chosen.plain && chosen.takes_long) chosen.text_bytes_max = longest;
   const std::size_t depth =
       chosen.plain ? queue_depth : depth_for(chosen) * std::max<std::size_t>(chosen.topics.size(), 1);
-  bounds->lane_bytes = std::max(bounds->lane_bytes, depth * (chosen.text_bytes_max + std::size_t{1024}) +
-                                                        std::size_t{64} * (short_bytes_max + 1024));
+  bounds->handle_bytes = std::max(bounds->handle_bytes, depth * (chosen.text_bytes_max + std::size_t{1024}) +
+                                                            std::size_t{64} * (short_bytes_max + 1024));
   endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
   if (const auto end = use(chosen.at, options, to)) return *end;
   auto hub = endpoint::connect(url.url, options);

@@ -483,9 +483,9 @@ exit_code pub(argument_list arguments) {
   const spelled_url url = read_url(chosen.at.url);
   if (url.url.empty()) return usage_error("pub", url.wrong);
 
-  bounds->lane_bytes =
-      std::max(bounds->lane_bytes, chosen.depth() * (chosen.text_bytes_max() + std::size_t{1024}) +
-                                       std::size_t{64} * (short_bytes_max + 1024));
+  bounds->handle_bytes =
+      std::max(bounds->handle_bytes, chosen.depth() * (chosen.text_bytes_max() + std::size_t{1024}) +
+                                         std::size_t{64} * (short_bytes_max + 1024));
   endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
   if (const auto end = use(chosen.at, options, to)) return *end;
   auto hub = endpoint::connect(url.url, options);
