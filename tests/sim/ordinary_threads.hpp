@@ -39,7 +39,6 @@ class ordinary_threads {
     }
     waiting_.clear();
   }
-  std::size_t waiting_threads() const { return waiting_.size(); }
 
  private:
   using entry = rowe::detail::entry;

@@ -19,8 +19,6 @@ static_assert(std::endian::native == std::endian::little); // arrays are copied 
 enum class major : std::uint8_t { whole, negative, bytes, text, array, map, tag };
 
 inline constexpr std::size_t head_bytes_max = 9;
-inline constexpr std::size_t double_bytes = 9;
-inline constexpr std::size_t float_bytes = 5;
 inline constexpr std::size_t array_head_bytes_max = 2 + head_bytes_max; // with the tag of a typed array
 inline constexpr char no = '\xf4', yes = '\xf5', null = '\xf6';
 inline constexpr char open_array = '\x9f', open_map = '\xbf', close = '\xff'; // of a length not said

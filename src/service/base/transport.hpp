@@ -123,8 +123,6 @@ enum class page_kind : std::uint8_t {
   users, // of the folder that the option `web` names
 };
 
-// The texts of an answer must stay valid until it is written: they are static assets, or memory of the core
-// that does not change before the next poll().
 // Where the body of an answer lies that is sent piece by piece. The transport reads it from its beginning to
 // its end, with calls of poll() between.
 class body_source {
@@ -149,6 +147,8 @@ struct long_body {
 inline constexpr std::size_t long_body_step_bytes = std::size_t{32} << 10;
 inline constexpr rt::duration long_body_step_max = std::chrono::seconds{5};
 
+// The texts of an answer must stay valid until it is written: they are static assets, or memory of the core
+// that does not change before the next poll().
 struct http_answer {
   std::uint16_t status = 404;
   std::string_view content_type = "text/plain; charset=utf-8";
@@ -164,6 +164,15 @@ struct http_answer {
   std::span<const std::byte> body;
   long_body in_pieces{}; // in place of that
 };
+
+// One that changes with each request, so nobody may store it.
+inline http_answer fresh_answer(std::uint16_t status, std::string_view text) noexcept {
+  http_answer answer;
+  answer.status = status;
+  answer.cache_control = "no-store";
+  answer.body = std::as_bytes(std::span{text});
+  return answer;
+}
 
 // What is served over HTTP besides the endpoint's own pages.
 class page_source {

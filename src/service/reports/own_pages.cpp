@@ -10,15 +10,6 @@
 namespace rowe::service {
 namespace {
 
-// They change with each request, so nobody may store them.
-http_answer fresh(std::uint16_t status, std::string_view text) noexcept {
-  http_answer answer;
-  answer.status = status;
-  answer.cache_control = "no-store";
-  answer.body = std::as_bytes(std::span{text});
-  return answer;
-}
-
 std::int64_t milliseconds(rt::duration d) noexcept {
   return std::chrono::duration_cast<std::chrono::milliseconds>(d).count();
 }
@@ -42,10 +33,11 @@ http_answer own_pages::answer(const http_request& request) noexcept {
   if (request.path == wire::stats_path) return statistics(request.who);
   if (request.path.starts_with(wire::topics_prefix)) return topic_pages_.answer(request, buffer_);
   if (request.path.starts_with(wire::api_prefix))
-    return fresh(404, "there is nothing at this path\nask for /api/v1/stats, or /api/v1/topics/NAME\n");
+    return fresh_answer(404,
+                        "there is nothing at this path\nask for /api/v1/stats, or /api/v1/topics/NAME\n");
   if (request.path != wire::metrics_path)
     return state_.seams.pages != nullptr ? state_.seams.pages->answer(request) : http_answer{};
-  http_answer answer = fresh(200, metrics_report_.write(buffer_.first<metrics_report::bytes_max>()));
+  http_answer answer = fresh_answer(200, metrics_report_.write(buffer_.first<metrics_report::bytes_max>()));
   answer.content_type = metrics_report::content_type;
   return answer;
 }
@@ -57,8 +49,8 @@ http_answer own_pages::statistics(const access::subject& who) noexcept {
   into.append("\n");
   state_.cycle.work_bytes += answer_work;
   if (into.overflowed())
-    return fresh(503, "the report is longer than a message may be\nraise message_bytes_max\n");
-  http_answer answer = fresh(200, {buffer_.data(), into.bytes()});
+    return fresh_answer(503, "the report is longer than a message may be\nraise message_bytes_max\n");
+  http_answer answer = fresh_answer(200, {buffer_.data(), into.bytes()});
   answer.content_type = "application/json";
   return answer;
 }
@@ -66,13 +58,14 @@ http_answer own_pages::statistics(const access::subject& who) noexcept {
 // That it is answered shows that cycles advance now.
 http_answer own_pages::health() noexcept {
   constexpr std::uint16_t unavailable = 503;
-  if (state_.cycle.closing) return fresh(unavailable, "the endpoint is closing\n");
-  if (gap_ == rt::duration{} || state_.cycle.now - gap_ended_ > unhealthy_after_gap) return fresh(200, "ok");
+  if (state_.cycle.closing) return fresh_answer(unavailable, "the endpoint is closing\n");
+  if (gap_ == rt::duration{} || state_.cycle.now - gap_ended_ > unhealthy_after_gap)
+    return fresh_answer(200, "ok");
   wire::text_out words{buffer_};
   words.add("for ").add(milliseconds(gap_)).add(" ms the service thread began no cycle; it should after ");
   words.add(milliseconds(cycle_gap_max)).add(" ms at most. That ended ");
   words.add(milliseconds(state_.cycle.now - gap_ended_)).add(" ms ago\n");
-  return fresh(unavailable, words.text());
+  return fresh_answer(unavailable, words.text());
 }
 
 } // namespace rowe::service

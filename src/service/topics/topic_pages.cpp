@@ -14,21 +14,15 @@
 namespace rowe::service {
 namespace {
 
-http_answer fresh(std::uint16_t status, std::string_view text) noexcept {
-  http_answer answer;
-  answer.status = status;
-  answer.cache_control = "no-store";
-  answer.body = std::as_bytes(std::span{text});
-  return answer;
-}
-
 http_answer no_value() noexcept {
   static_assert(page_wait_max == std::chrono::seconds{2});
-  return fresh(404, "no value of the topic came within 2 s\n"
-                    "ask again, or read in /api/v1/stats how often it has one\n");
+  return fresh_answer(404, "no value of the topic came within 2 s\n"
+                           "ask again, or read in /api/v1/stats how often it has one\n");
 }
 
-http_answer rights_changed() noexcept { return fresh(503, "the rights have just changed\nask again\n"); }
+http_answer rights_changed() noexcept {
+  return fresh_answer(503, "the rights have just changed\nask again\n");
+}
 
 } // namespace
 
@@ -46,13 +40,13 @@ http_answer topic_pages::answer(const http_request& request, std::span<char> out
   if (!topic || !listed_topics{state_.topics, stop_rules_}(topic)) {
     wire::text_out words{out};
     words.add("there is no topic ").add_shortened(request.path.substr(wire::topics_prefix.size() - 1), 200);
-    return fresh(404, words.add("\n/api/v1/stats has those that there are\n").text());
+    return fresh_answer(404, words.add("\n/api/v1/stats has those that there are\n").text());
   }
   if (state_.topics.name(topic) == wire::stop_state_name) { // it is not published to queues
     json::writer into{out};
     stop_rules_.write_state(into, state_.cycle.now);
     into.append("\n");
-    http_answer answer = fresh(200, {out.data(), into.bytes()});
+    http_answer answer = fresh_answer(200, {out.data(), into.bytes()});
     answer.content_type = "application/json";
     answer.age_ms = 0;
     return answer;
@@ -63,12 +57,12 @@ http_answer topic_pages::answer(const http_request& request, std::span<char> out
 }
 
 http_answer topic_pages::answer(const awaited_page& page, bool last, std::span<char> out) noexcept {
-  if (state_.cycle.closing) return fresh(503, "the endpoint is closing\n");
+  if (state_.cycle.closing) return fresh_answer(503, "the endpoint is closing\n");
   if (state_.rights.outdated(page.who)) return rights_changed();
   const topic_id index{page.topic};
   topic& on = state_.topics.at(index);
   if (on.holders == 0 || on.channel != page.channel)
-    return fresh(404, "the topic is gone, or has another type now\nask again\n");
+    return fresh_answer(404, "the topic is gone, or has another type now\nask again\n");
   state_.latches.drop_expired(on.latched, state_.cycle.now);
   if (!on.latched.empty()) return value_of(state_.latches.at(on.latched.tail).value, page.who, out, true);
   if (!on.asked && !last) begin(index);
@@ -91,7 +85,7 @@ http_answer topic_pages::too_long(topic_id topic, std::size_t bytes, std::span<c
   words.add(" bytes, and there was no room to keep it\nraise long_slots (").add(state_.bounds().long_slots);
   words.add("), or subscribe to the topic, as `rowe echo URL ");
   words.add_shortened(state_.topics.name(topic), 200).add(" --json --once` does\n");
-  return fresh(404, words.text());
+  return fresh_answer(404, words.text());
 }
 
 http_answer topic_pages::in_pieces(const latched_value& value, const access::subject& who,
@@ -108,11 +102,11 @@ http_answer topic_pages::in_pieces(const latched_value& value, const access::sub
           "another long value is being sent over HTTP, and both have more than a quarter of the room for "
           "long ones\n");
     words.add("ask again in a second, or subscribe to the topic\n");
-    http_answer answer = fresh(503, words.text());
+    http_answer answer = fresh_answer(503, words.text());
     answer.retry_after_s = 1;
     return answer;
   }
-  http_answer answer = fresh(200, {});
+  http_answer answer = fresh_answer(200, {});
   const std::uint32_t which = texts.begin(value.chunks, state_.cycle.now);
   readers_[which] = who;
   answer.in_pieces = {.from = this, .which = which, .bytes = value.bytes};
@@ -140,7 +134,7 @@ http_answer topic_pages::page_of(const latched_value& value, std::span<char> out
   latched ? state_.latches.write(value, into) : state_.last_values.write(value, into);
   into.append("\n"); // for who reads it in a terminal
   state_.cycle.work_bytes += value.bytes;
-  return fresh(200, {out.data(), into.bytes()});
+  return fresh_answer(200, {out.data(), into.bytes()});
 }
 
 void topic_pages::begin(topic_id topic) noexcept {

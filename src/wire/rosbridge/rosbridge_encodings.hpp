@@ -6,10 +6,6 @@
 
 namespace rowe::wire {
 
-// The words of `compression`, in the order in which rosbridge prefers one where a peer has asked for several:
-// so are the numbers of their codecs.
-enum class rosbridge_encoding : std::uint8_t { none, png, cbor, cbor_raw };
-
 // {"op":"png","data":"..."}, of the JSON that others get.
 class rosbridge_png_codec final : public rosbridge_codec {
  public:

@@ -141,21 +141,6 @@ TEST_F(listings_test, tell_again_what_was_evicted_as_it_is_then) {
   EXPECT_EQ(listed.due(), rowe::rt::never);
 }
 
-TEST_F(listings_test, go_on_where_they_ended_however_much_there_is) {
-  for (int i = 0; i < 90; ++i)
-    add_topic("/a/topic/with/a/long/name/" + std::string(60, 'x') + std::to_string(i));
-  connection& peer = greet(0);
-  numbers::numbered all;
-  std::size_t parts = 0;
-  for (auto some = heard(peer); !some.empty(); listed.announce_changes(), some = heard(peer)) {
-    all.merge(list_of(some, 'T'));
-    for (const std::string& one : some) EXPECT_LE(one.size(), bounds.message_bytes_max);
-    parts += some.size();
-  }
-  EXPECT_EQ(all.size(), 90U);
-  EXPECT_GT(parts, 10U);
-}
-
 TEST_F(listings_test, tell_the_next_peer_at_the_same_place_everything) {
   add_topic("/odom");
   connection& gone = greeted();
