@@ -145,8 +145,8 @@ bool json_decoder::may_be_stop(opcode what, std::string_view begins) const noexc
 // ---- all protocols
 
 constexpr plain_codec plain{codec_id{0}};
-constexpr rosbridge_json_codec rosbridge{
-    codec_id{1}}; // of these four a peer that asks for several has the last
+// Of the next four, a peer that asks for several gets the last.
+constexpr rosbridge_json_codec rosbridge{codec_id{1}};
 constexpr rosbridge_png_codec rosbridge_png{codec_id{2}};
 constexpr rosbridge_cbor_codec rosbridge_cbor{codec_id{3}};
 constexpr rosbridge_cbor_raw_codec rosbridge_cbor_raw{codec_id{4}};
