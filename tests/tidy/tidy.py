@@ -423,11 +423,12 @@ worded = re.compile(
 replaced = {
     "bell": "waker", "carrier": "transport", "complaint": "diagnostic, protocol error", "dialect": "codec",
     "dice": "random", "farewell": "close reason", "front door": "submission queue, shared inbox",
-    "goodbye": "close frame", "it rings": "it writes to", "mend": "fix", "mended": "fixed", "nap": "yield",
+    "goodbye": "close frame", "it rings": "it writes to", "lane_bytes": "handle_bytes",
+    "lanes_max": "handles_max", "mend": "fix", "mended": "fixed", "nap": "yield",
     "patience": "time_max, timeout", "phase plan": "publish predictor", "put aside": "parked",
     "room_bytes": "buffer_bytes, capacity_bytes", "rope": "producer epoch", "settler": "service thread",
-    "tell_room": "notify_room", "theatre": "harness", "told_full": "marked_full", "unkeep": "unpin",
-    "weather": "link conditions"}
+    "tell_room": "notify_room", "theatre": "harness", "teller": "announcer", "told_full": "marked_full",
+    "unkeep": "unpin", "weather": "link conditions"}
 # Likewise, where it says nothing else: letters of the alphabet, people, sentences of a page.
 product_code = ("include/", "rt/", "src/")
 replaced_within = [

@@ -160,8 +160,9 @@ plants = [
      [(2, "word"), (2, "word"), (2, "word")]),
     ("tools/plant_7.cpp", spdx + "++complaints_; // to be mended\nqueues.told_full = decode_room;\n",
      [(2, "word"), (2, "word"), (3, "word")]),
-    ("tests/sim/plant_8.cpp", spdx + "// for want of a mend\nfor (auto& near_peer : peers) write();\n",
-     [(2, "word"), (3, "word")]),
+    ("tests/sim/plant_8.cpp", spdx
+     + "// for want of a mend\nlanes_max(teller);\nfor (auto& near_peer : peers) write();\n",
+     [(2, "word"), (3, "word"), (3, "word"), (4, "word")]),
 ]
 
 # What comes close and is right.
