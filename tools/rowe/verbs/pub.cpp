@@ -430,8 +430,8 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
     if (handled && !interrupt::seen())
       tell(*handled, connection.errors_reported() != 0, sending.met(), sending.longest_sent(), o, to);
   }
-  const bool kept =
-      connection.error_reported().find("is not retained for late subscribers") == std::string::npos;
+  // A status says it, in words of which older servers have only these.
+  const bool kept = connection.error_reported().find("for late subscribers") == std::string::npos;
   if (o.latch && kept && !connection.topic_refused() && !end && !interrupt::seen()) {
     to.note("the last message is retained for late subscribers (Ctrl-C to stop)");
     while (!interrupt::seen()) {
