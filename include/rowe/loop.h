@@ -176,7 +176,7 @@ struct rowe_stop_latch;
 struct rowe_latch_options {
   size_t bytes;         // sizeof(struct rowe_latch_options)
   const char* name;     // reported; letters, digits and . _ : / -, at most 31; NULL: "loop"
-  long loop_timeout_ms; // a loop that does not look for so long stops all loops, 1 to 10 000; 0: 100 if the
+  long loop_timeout_ms; // a loop that does not look for this long stops all loops, 1 to 10 000; 0: 100 if the
                         // thread that opens the latch has a real-time priority, else 500
 };
 

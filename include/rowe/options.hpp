@@ -49,11 +49,11 @@ constexpr duration service_timeout_default(bool real_time) noexcept {
 
 // The stop of an endpoint; in use from its first stop_latch on. See docs/stop.md.
 struct stop_options {
-  // A guard that is silent for so long stops; 20 ms to 60 s.
+  // A guard that is silent for this long stops; 20 ms to 60 s.
   duration guard_timeout = std::chrono::milliseconds{500};
   // How often guards get the state; 1 ms to guard_timeout / 2.
   duration tick = std::chrono::milliseconds{20};
-  // Loops stop when the service thread is silent for so long; 2 ms to 10 s. More than a loop keeps the
+  // Loops stop when the service thread is silent for this long; 2 ms to 10 s. More than a loop keeps the
   // service thread from its core. 0: 50 ms if the service thread was granted SCHED_FIFO, else 250 ms.
   duration service_timeout = {};
   duration observe_timeout = std::chrono::milliseconds{50}; // who asks for a stop is answered within it, even
@@ -194,7 +194,7 @@ struct lane_options {
 // endpoint::stop_latch.
 struct latch_options {
   std::string_view name = "loop"; // reported; 1 to 31 bytes: letters, digits and . _ : / -
-  // A loop that does not look for so long stops all loops; 1 ms to 10 s. 0: 100 ms if the thread that opens
+  // A loop that does not look for this long stops all loops; 1 ms to 10 s. 0: 100 ms if the thread that opens
   // the latch has a real-time priority, else 500 ms. So open it on the loop's thread, when that has its
   // priority: an rt::periodic gives it. Elsewhere say the time.
   duration loop_timeout = {};

@@ -43,7 +43,7 @@ extern "C" {
   X(11, bad_address)       /* an address on which it cannot listen */                                       \
   X(12, address_in_use)    /* a port that another program has */                                             \
   X(13, not_loopback)      /* listening beyond loopback needs `insecure` */                                  \
-  X(14, too_many_handles)  /* handles */                                                                     \
+  X(14, too_many_handles)  /* handles_max are open */                                                        \
   X(15, too_many_topics)                                                                                     \
   X(16, handle_memory)     /* no memory left for the handle */                                               \
   X(17, reserved_topic)    /* the name is one of the endpoint's own */                                       \
@@ -141,7 +141,7 @@ struct rowe_options {
   size_t handle_bytes;        // memory of the handles of rowe/loop.h; 0: 8 MiB
   // Of the stop (rowe/loop.h):
   bool stop_unguarded;          // the robot may move without any guard; reported to everyone
-  long stop_guard_timeout_ms;   // a guard that is silent for so long stops; 0: 500
+  long stop_guard_timeout_ms;   // a guard that is silent for this long stops; 0: 500
   long stop_tick_ms;            // how often guards get the state; 0: 20
   long stop_service_timeout_ms; // loops stop when the service thread is silent for this long; 0: 50 if it was
                                 // granted SCHED_FIFO, else 250

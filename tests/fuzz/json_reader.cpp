@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The JSON reader under arbitrary bytes. The input is the text. What is required: the walkers stay inside any
-// text, validated or not; the reader's result is that of its own scan, and of simdjson's two parsers
+// text, validated or not; the reader's result is that of the scanner, and of simdjson's two parsers
 // wherever these can decide; the byte that it reports lies in the text; in a valid text the walkers find,
-// value by value, what those parsers find, and the reader has indexed the same members; the scanner, which
-// gets the text in pieces, says the same as the reader, wherever the pieces end; and a string or number of
-// it, written by the writer, reads back the same.
+// value by value, what those parsers find, and the reader has indexed the same members; the scanner says the
+// same of the whole text and of its pieces, wherever these end; and a string or number of it, written by the
+// writer, reads back the same.
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -89,7 +89,7 @@ void compare_scanned(std::string_view text, const fault& found) {
     if (by_bytes && text.size() > 2000) break;
     const scanner s =
         rowe::tests::scanned(text, depth_max, [&] { return by_bytes ? std::uint64_t{1} : some(); });
-    require(s.found() == found, "the scanner says what the scan says, and where");
+    require(s.found() == found, "the scanner says of pieces what it says of the whole, and where");
     require(found.what != fault_kind::none || rowe::tests::notes_what_is_walked(s, text),
             "the scanner notes the members where they are");
   }
@@ -138,7 +138,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string_view text = p.text();
   const rowe::status status = r.validate(text);
   const fault found = find_fault(text, depth_max);
-  require(status.has_value() == (found.what == fault_kind::none), "the scan agrees with the reader");
+  require(status.has_value() == (found.what == fault_kind::none), "the scanner agrees with the reader");
   require(found.at <= text.size(), "the fault lies in the text");
   compare_scanned(text, found);
   if (status) {
@@ -146,7 +146,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } else {
     require(status.code() ==
                 (found.what == fault_kind::too_deep ? rowe::errc::too_deep : rowe::errc::malformed),
-            "the reader says what the scan says");
+            "the reader says what the scanner says");
     require(status.error().value == static_cast<std::int64_t>(found.at), "and where");
   }
 

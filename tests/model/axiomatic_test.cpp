@@ -147,7 +147,14 @@ TEST(axioms, decide_the_classic_litmus_tests_as_the_standard_does) {
   const program two_loads{{store(x, 1, relaxed), store(x, 2, relaxed)}, {load(x, relaxed), load(x, relaxed)}};
   const program own_store{{store(x, 1, relaxed), load(x, relaxed)}, {store(x, 2, relaxed)}};
   const program read_and_store{{load(x, relaxed), store(x, 1, relaxed)}, {store(x, 2, relaxed)}};
-  const program exchanges{{exchange(x, 1, relaxed)}, {exchange(x, 2, relaxed)}};
+  const program exchanges{{exchange(x, 1, relaxed)}, {exchange(x, 2, relaxed)}, {store(x, 3, relaxed)}};
+  const program chain{{store(x, 1, relaxed), exchange(y, 1, release)},
+                      {exchange(y, 2, release)},
+                      {exchange(y, 3, acquire), load(x, relaxed)}};
+  const program readers{{store(x, 1, relaxed)},
+                        {store(x, 2, relaxed)},
+                        {load(x, relaxed), load(x, relaxed)},
+                        {load(x, relaxed), load(x, relaxed)}};
   const std::vector<instruction> by_exchange{exchange(y, 2, relaxed)};
   const std::vector<instruction> by_store{load(y, relaxed), store(y, 2, relaxed)};
   const program own_sequence{{store(x, 1, relaxed), store(y, 1, release), store(y, 2, relaxed)},
@@ -179,7 +186,12 @@ TEST(axioms, decide_the_classic_litmus_tests_as_the_standard_does) {
       {read_and_store, {2}, false, {2, 0}}, // CoRW
       {read_and_store, {2}, true, {1, 0}},
       {exchanges, {0, 0}, false},
+      {exchanges, {3, 3}, false},
+      {chain, {0, 1, 2, 0}, false}, // who acquires one of a chain acquires all of it
+      {chain, {3, 0, 2, 0}, true},  // the first thread came last
       {exchanges, {0, 1}, true},
+      {readers, {1, 2, 2, 1}, false}, // they agree on the order of one word's stores
+      {readers, {1, 2, 1, 2}, true},
       {independent_reads(seq_cst, acquire), {1, 0, 1, 0}, true},
       {independent_reads(release, seq_cst), {1, 0, 1, 0}, false}, // since C++20 the loads alone do it
       {crossed_writes(seq_cst, release), {}, true, {1, 1}},

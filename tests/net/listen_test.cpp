@@ -135,7 +135,7 @@ TEST(listen, leaves_the_limit_of_open_files_alone) {
   EXPECT_EQ(before.rlim_cur, after.rlim_cur);
 }
 
-// So many more than are open can be; `none`: not even as many as are. Puts the limit back.
+// This many more can be opened; `none`: none, and less than are open. Puts the limit back.
 class few_descriptors {
  public:
   static constexpr rlim_t none = RLIM_INFINITY;

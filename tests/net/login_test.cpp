@@ -171,6 +171,21 @@ TEST_F(tls_login, has_the_time_of_a_header_for_its_form) {
   EXPECT_TRUE(client.text.starts_with("HTTP/1.1 408 ")) << client.text;
 }
 
+TEST_F(tls_login, lets_slow_forms_keep_nobody_out) {
+  listen({.handshakes_max = 8});
+  std::vector<std::unique_ptr<tls_socket>> slow;
+  const std::string own = "Origin: https://127.0.0.1:" + std::to_string(transport->port()) + "\r\n";
+  for (int i = 0; i < 16; ++i) {
+    slow.push_back(std::make_unique<tls_socket>(transport->port()));
+    ASSERT_TRUE(asks(drive, *slow.back(), post(transport->port(), own + "Content-Length: 28\r\n", "token=")));
+  }
+  tls_socket client{transport->port()};
+  ASSERT_TRUE(asks(drive, client, upgrade_request(transport->port())));
+  ASSERT_TRUE(
+      drive.until([&] { return client.text.find("\r\n\r\n") != std::string::npos || client.ended(); }));
+  EXPECT_TRUE(client.text.starts_with("HTTP/1.1 101 ")) << client.text;
+}
+
 TEST_F(plain_login, has_a_page_that_may_send_its_form_and_tell_its_origin) {
   drive.sink().answer = [](const service::http_request& request) {
     service::http_answer answer = page_of("a page");

@@ -242,7 +242,7 @@ struct tls_long_pages : served_tls {
   tls_long_pages() {
     drive.sink().answer = [this](const service::http_request&) { return source.begin(); };
   }
-  ~tls_long_pages() override { transport.reset(); } // it reads of the source until then
+  ~tls_long_pages() override { transport.reset(); } // it reads from the source until then
   bodies source;
 };
 

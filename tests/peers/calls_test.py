@@ -125,10 +125,11 @@ class hop_profile:
     def test_unrelated_messages_between_call_and_answer(self):
         def chats(text):
             identity = json.loads(text)["message_id"]
-            for other in ({"status": "busy"}, {"result": 666, "in_reply_to": identity + "0"},
-                          {"result": 666, "in_reply_to": 7}):
-                self.chatty.send(json.dumps(other))
-            return json.dumps({"in_reply_to": identity, "result": 42})
+            self.chatty.send(json.dumps({"status": "busy"}))
+            for other in (identity + "0", identity[:-1], 7, None):
+                self.chatty.send(json.dumps({"result": 666, "in_reply_to": other}))
+            self.chatty.send(json.dumps({"in_reply_to": identity, "result": 42}))
+            return json.dumps({"in_reply_to": identity, "result": 666})
 
         self.chatty = self.enterContext(hop_server(period=self.period, program=chats))
         ended = self.rowe("call", sum_of["service"], hop=self.chatty)

@@ -33,7 +33,7 @@ struct beat {
   std::int64_t process, n;
 };
 
-using announcer = std::function<void(std::string_view what, std::string_view text)>;
+using speaker = std::function<void(std::string_view what, std::string_view text)>;
 
 } // namespace part
 
@@ -48,7 +48,7 @@ namespace part {
 
 class actor {
  public:
-  actor(rowe::endpoint& as, announcer tell)
+  actor(rowe::endpoint& as, speaker tell)
       : adds_{as.serve<numbers, total>("/actor/add").value()},
         mutes_{as.serve<rowe::json_text, rowe::json_text>("/actor/mute").value()},
         beats_{as.advertise<beat>("/actor/beat", {.keep = rowe::keep::newest}).value()},
@@ -101,7 +101,7 @@ class actor {
   rowe::subscriber<rowe::json_text> orders_;
   rowe::lane mail_;
   rowe::caller<numbers, total> asks_;
-  announcer tell_;
+  speaker tell_;
   std::int64_t beat_ = 0;
 };
 

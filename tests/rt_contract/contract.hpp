@@ -180,7 +180,7 @@ class real_time {
   bool measured_ = false;
 };
 
-// What an exercise is made on, as it is at first.
+// What an exercise works on, newly made.
 template <class T>
 T& made(real_time& rt) {
   return rt.make<T>();

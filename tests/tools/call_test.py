@@ -68,6 +68,10 @@ class services_of_peers(calling):
             provider(self.serving.port, add=add, refuse=refuse, silent=silent,
                      long=lambda asked: {"values": {"text": "x" * asked["length"]}}))
 
+    def test_keep_whole_numbers_to_the_last_digit(self):
+        run("call", self.serving.url, "/add", '{"a":9223372036854775806,"b":1}',
+            stdout=['{"sum": 9223372036854775807}'])
+
     def test_are_reached_through_the_hub_by_either_codec(self):
         for name in ("/add", "add"):
             for how in ((), ("--plain",)):

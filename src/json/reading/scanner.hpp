@@ -2,9 +2,10 @@
 // Validates a JSON text by the grammar of RFC 8259, and finds the byte that is wrong. The text may come in
 // pieces and be of any length: no byte is looked at again, and no piece is needed any more once it was fed.
 // The reader is several times as quick, but needs the whole text at once, and takes all of its time at once.
-// Where its own check of tokens does not accept a text, a scanner decides. Whoever feeds a scanner decides by
-// the size of the pieces how long each call takes: at most 55 instructions a byte; for numbers 12 to 18, for
-// long strings 1.2 (tests/counts/instructions.py). tests/fuzz/json_reader.cpp compares it with simdjson.
+// Where the reader's check of tokens does not accept a text, a scanner decides. Whoever feeds a scanner
+// decides by the size of the pieces how long each call takes: at most 55 instructions a byte; for numbers 12
+// to 18, for long strings 1.2 (tests/counts/instructions.py). tests/fuzz/json_reader.cpp compares it with
+// simdjson.
 //
 // It also makes an index of the first members of the outermost object, by their places in the text.
 #pragma once

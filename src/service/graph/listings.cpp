@@ -60,7 +60,7 @@ unknown_number listings::put_names(const connection& c, wire::request& asked) co
   if (asked.what != wire::verb::subscribe) return {};
   const topic_id other = numbered_.topic_subscribed({c.id.index}, asked.tag);
   if (!other || other == topic) return {};
-  return {"subscribe: this peer uses the number of another topic: ", asked.tag};
+  return {"subscribe: this peer has another topic with the number ", asked.tag};
 }
 
 // ---- readers
@@ -70,7 +70,7 @@ struct listings::part {
   std::size_t count = 0;
   std::size_t bytes = 0;
   std::array<listed, listed_max> which{};
-  std::array<std::uint32_t*, listed_max> announced{}; // where the peer's row of each is
+  std::array<std::uint32_t*, listed_max> rows{}; // the peer's, of each
 };
 
 void listings::greet(connection& c) noexcept {
@@ -246,7 +246,7 @@ void listings::gather(const connection& c, reader& to, part& into) noexcept {
         added ? bytes_of(one, c.protocol->topics, state_.bounds().message_bytes_max) : listed_bytes;
     if (into.count == into.which.size() || (into.count != 0 && into.bytes + bytes > bytes_max)) return;
     into.bytes += bytes;
-    into.announced[into.count] = &number;
+    into.rows[into.count] = &number;
     into.which[into.count++] = one;
   }
 }
@@ -264,8 +264,8 @@ bool listings::send(connection& c, const part& of) noexcept {
   };
   if (!outbox_.reply(peer, write, rt::never, announcer::listings)) return false;
   for (std::size_t i = 0; i < of.count; ++i) {
-    announced_.set(mark::waits, *of.announced[i], true);
-    if (added) *of.announced[i] = of.which[i].number;
+    announced_.set(mark::waits, *of.rows[i], true);
+    if (added) *of.rows[i] = of.which[i].number;
   }
   to.announced = to.next;
   to.message.begin(outbox_.of(peer));

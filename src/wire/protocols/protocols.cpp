@@ -145,7 +145,7 @@ bool json_decoder::may_be_stop(opcode what, std::string_view begins) const noexc
 // ---- all protocols
 
 constexpr plain_codec plain{codec_id{0}};
-// Of the next four, a peer that asks for several gets the last.
+// Of the next four, a peer that asks for several gets the last of those.
 constexpr rosbridge_json_codec rosbridge{codec_id{1}};
 constexpr rosbridge_png_codec rosbridge_png{codec_id{2}};
 constexpr rosbridge_cbor_codec rosbridge_cbor{codec_id{3}};

@@ -41,8 +41,8 @@ TEST_F(call_completion_test, puts_the_others_there_at_the_end_of_their_cycle) {
   EXPECT_EQ(late->index, index.value);
   completion.time_out(index);
   EXPECT_EQ(counts.read(counter::calls_timed_out), 1U);
-  ASSERT_EQ(replies(caller).size(), 1U);
-  EXPECT_NE(replies(caller)[0].find("did not answer in time"), std::string::npos);
+  ASSERT_EQ(told(caller).size(), 1U);
+  EXPECT_NE(told(caller)[0].find("did not answer in time"), std::string::npos);
 }
 
 TEST_F(call_completion_test, lets_a_call_without_any_time_end_in_its_cycle) {
@@ -83,15 +83,15 @@ TEST_F(call_completion_test, takes_answers_only_of_the_one_that_was_asked) {
   EXPECT_EQ(calls.in_flight(), 0U);
   completion.take_reply(asked, said);
   EXPECT_EQ(counts.read(counter::replies_late), 1U);
-  EXPECT_EQ(replies(caller).size(), 1U);
+  EXPECT_EQ(told(caller).size(), 1U);
 }
 
 TEST_F(call_completion_test, fails_what_a_handle_was_to_answer_that_is_gone) {
   connection& caller = join(0);
   ask(caller, handle);
   completion.forget_pair({0});
-  ASSERT_EQ(replies(caller).size(), 1U);
-  EXPECT_NE(replies(caller)[0].find("/add"), std::string::npos); // there is no such service
+  ASSERT_EQ(told(caller).size(), 1U);
+  EXPECT_NE(told(caller)[0].find("/add"), std::string::npos); // there is no such service
 }
 
 } // namespace

@@ -54,8 +54,6 @@ struct call_parts : peer_parts::peer_parts {
                                      .direct_messages_ = messages,
                                      .call_completion_ = completion}};
 
-  // What is queued for a peer as answers, oldest first.
-  std::vector<std::string> replies(const connection& to) { return told(to); }
   // No further answer to it finds room.
   void fill(const connection& to) {
     while (out.has_place_for_reply({to.id.index}))

@@ -58,15 +58,6 @@ TEST(core, wakes_for_a_crowd_of_quiet_peers_sixty_times_a_second_at_most) {
   EXPECT_TRUE(on.core.check());
 }
 
-TEST_F(core_test, has_room_for_its_close_frame_behind_pongs) {
-  peer p{on};
-  for (int i = 0; i < 10; ++i) p.send(rowe::wire::opcode::ping, std::string(125, 'x'));
-  const std::byte reserved[] = {std::byte{0xf1}, std::byte{0x80}, {}, {}, {}, {}};
-  p.send_raw(reserved);
-  p.hear_after(1);
-  EXPECT_EQ(p.close_code, 1002);
-}
-
 TEST_F(core_test, writes_what_it_has_answered_before_it_answers_a_close) {
   peer p{on};
   p.say(R"({"op":"call_service","id":"1","service":"/rosapi/services"})");

@@ -270,7 +270,7 @@ TEST_F(core_numbers_codec, keeps_one_number_for_a_subscription_and_for_a_channel
   EXPECT_EQ(say(p, subscribe_to(2, pose_channel)),
             texts{"esubscribe: this peer subscribes to the topic already, by another number"});
   EXPECT_EQ(say(p, subscribe_to(1, p.topics.at("/other"))),
-            texts{"esubscribe: this peer uses the number of another topic: 1"});
+            texts{"esubscribe: this peer has another topic with the number 1"});
   client second{on};
   EXPECT_EQ(say(second, subscribe_to(1, second.topics.at("/other"))), texts{}) << "another peer's own";
 

@@ -102,10 +102,10 @@ TEST_F(hub_test, says_busy_and_which_limits_to_a_peer_that_has_its_share) {
   connection& caller = join(0);
   provide("/add", join(1));
   while (calls.admits({0})) ASSERT_TRUE(router.take_call(caller, of(caller, "/add", {})));
-  EXPECT_TRUE(replies(caller).empty());
+  EXPECT_TRUE(told(caller).empty());
   EXPECT_TRUE(router.take_call(caller, of(caller, "/add", {})));
-  ASSERT_EQ(replies(caller).size(), 1U);
-  EXPECT_NE(replies(caller)[0].find("calls_per_connection_max"), std::string::npos);
+  ASSERT_EQ(told(caller).size(), 1U);
+  EXPECT_NE(told(caller)[0].find("calls_per_connection_max"), std::string::npos);
 }
 
 TEST_F(call_router_test, stops_although_there_is_no_time_for_the_answer) {

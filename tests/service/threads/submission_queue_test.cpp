@@ -131,19 +131,6 @@ TEST(submission_queue, keeps_the_order_of_threads_that_hear_of_each_other) {
   }
 }
 
-TEST(submission_queue, takes_no_more_than_it_is_asked_to) {
-  fixture h;
-  for (const char* text : {"a", "b", "c"}) h.submit(text);
-  EXPECT_EQ(h.take(0), texts{});
-  EXPECT_EQ(h.take(2), (texts{"a", "b"}));
-  EXPECT_STREQ(h.queue.check(), nullptr);
-  h.submit("d");
-  EXPECT_EQ(h.take(2), (texts{"c", "d"}));
-  EXPECT_EQ(h.take(2), texts{});
-  EXPECT_EQ(h.queue.incomplete(), slots);
-  h.complete_all();
-}
-
 TEST(submission_queue, is_full_until_a_request_is_completed) {
   fixture h;
   for (std::uint32_t i = 0; i != slots; ++i) h.submit("x");
