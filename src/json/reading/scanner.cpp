@@ -8,10 +8,10 @@
 namespace rowe::json {
 namespace {
 
-// Behind a number that is complete in this piece, has no exponent, and so few digits that no double is too
-// small for it; nullptr if it is not so simple, or wrong.
+// Behind a number that is complete in this piece, with an exponent of two digits at most, and so few digits
+// that no double is too small for it; nullptr if it is not so simple, or wrong.
 const char* skip_short_number(const char* at, const char* end) noexcept {
-  constexpr std::ptrdiff_t bytes_max = 300;
+  constexpr std::ptrdiff_t bytes_max = 200;
   if (end - at > bytes_max) end = at + bytes_max;
   at += *at == '-';
   if (at == end || !is_digit(*at)) return nullptr;
@@ -23,7 +23,13 @@ const char* skip_short_number(const char* at, const char* end) noexcept {
     while (at != end && is_digit(*at)) ++at;
     if (at == fraction) return nullptr;
   }
-  return at == end || *at == 'e' || *at == 'E' ? nullptr : at;
+  if (at != end && (*at == 'e' || *at == 'E')) {
+    if (++at != end && (*at == '+' || *at == '-')) ++at;
+    const char* const exponent = at;
+    while (at != end && is_digit(*at)) ++at;
+    if (at == exponent || at - exponent > 2) return nullptr;
+  }
+  return at == end ? nullptr : at;
 }
 
 // Behind such numbers and the commas that follow each of them at once, in an array: where the next value may

@@ -27,28 +27,47 @@ const char* skip_plain(const char* at, const char* end) noexcept {
   return special != 0 ? at + first_byte(special) : end;
 }
 
-// Behind the escape at `at` if that is one, complete in this piece, and no surrogate; else `at`.
+// The code unit of \uXXXX at `at`, if that is complete in this piece; else more than any is.
+std::uint32_t unit_at(const char* at, const char* end) noexcept {
+  constexpr std::uint32_t none = 0x10000;
+  if (end - at < 6 || at[0] != '\\' || at[1] != 'u') return none;
+  std::uint32_t unit = 0;
+  for (int i = 2; i < 6; ++i) {
+    const unsigned digit = hex_value(at[i]);
+    if (digit > 15) return none;
+    unit = unit << 4 | digit;
+  }
+  return unit;
+}
+
+// Behind the escape at `at`, or the two of a pair of surrogates, if complete in this piece; else `at`.
 const char* skip_escape(const char* at, const char* end) noexcept {
   if (end - at < 2 || *at != '\\') return at;
   if (at[1] != 'u') return is_escaped(at[1]) ? at + 2 : at;
-  if (end - at < 6) return at;
-  unsigned unit = 0;
-  for (int i = 2; i < 6; ++i) {
-    const unsigned digit = hex_value(at[i]);
-    if (digit > 15) return at;
-    unit = unit << 4 | digit;
+  const std::uint32_t unit = unit_at(at, end);
+  if (unit > 0xffff) return at;
+  if (unit < 0xd800 || unit > 0xdfff) return at + 6;
+  return unit < 0xdc00 && unit_at(at + 6, end) >> 10 == 0xdc00 >> 10 ? at + 12 : at;
+}
+
+// Behind the characters at `at` that are not ASCII and complete in this piece.
+const char* skip_characters(const char* at, const char* end) noexcept {
+  while (at != end && static_cast<std::uint8_t>(*at) >= 0x80) {
+    const utf8_piece whole = next_utf8(at, end);
+    if (!whole.valid) break;
+    at += whole.bytes;
   }
-  return unit < 0xd800 || unit > 0xdfff ? at + 6 : at;
+  return at;
 }
 
 } // namespace
 
 const char* scanner::in_string(const char* at, const char* end) noexcept {
-  const char* escaped = at;
+  const char* behind = at;
   do {
-    at = skip_plain(escaped, end);
-    escaped = skip_escape(at, end);
-  } while (escaped != at);
+    at = skip_plain(behind, end);
+    behind = skip_characters(skip_escape(at, end), end);
+  } while (behind != at);
   if (at == end) return at;
   const auto byte = static_cast<std::uint8_t>(*at);
   if (byte == '"') {
@@ -70,10 +89,7 @@ const char* scanner::in_string(const char* at, const char* end) noexcept {
 
 const char* scanner::begin_character(const char* at, const char* end) noexcept {
   constexpr std::ptrdiff_t longest = 4;
-  if (end - at >= longest) {
-    const utf8_piece whole = next_utf8(at, end);
-    return whole.valid ? at + whole.bytes : wrong(at);
-  }
+  if (end - at >= longest) return wrong(at); // else it would have been skipped
   const auto lead = static_cast<std::uint8_t>(*at);
   if (lead < 0xc2 || lead > 0xf4) return wrong(at);
   mark_ = place_of(at);
