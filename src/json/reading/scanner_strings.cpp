@@ -29,12 +29,12 @@ const char* skip_plain(const char* at, const char* end) noexcept {
 
 // The code unit of \uXXXX at `at`, if that is complete in this piece; else more than any is.
 std::uint32_t unit_at(const char* at, const char* end) noexcept {
-  constexpr std::uint32_t none = 0x10000;
-  if (end - at < 6 || at[0] != '\\' || at[1] != 'u') return none;
+  constexpr std::uint32_t no_unit = 0x10000;
+  if (end - at < 6 || at[0] != '\\' || at[1] != 'u') return no_unit;
   std::uint32_t unit = 0;
   for (int i = 2; i < 6; ++i) {
     const unsigned digit = hex_value(at[i]);
-    if (digit > 15) return none;
+    if (digit > 15) return no_unit;
     unit = unit << 4 | digit;
   }
   return unit;
