@@ -155,21 +155,7 @@ void prepare(scene& in, verb what, about& of) {
   case verb::goal_result:
     in.host.say(of_name(R"({"op":"advertise_action","type":"a/B","action":)", name));
     break;
-  case verb::message:
-  case verb::advertise:
-  case verb::advertise_service:
-  case verb::advertise_action:
-  case verb::status:
-  case verb::set_level:
-  case verb::get_parameters:
-  case verb::set_parameters:
-  case verb::subscribe_parameters:
-  case verb::unsubscribe_parameters:
-  case verb::subscribe_graph:
-  case verb::unsubscribe_graph:
-  case verb::fragment:
-  case verb::unsupported:
-  case verb::unknown: break;
+  default: break; // they need nothing; has_effect() lists them all
   }
   in.on.cycles(2);
   const bool of_goal = what == verb::cancel_goal || what == verb::goal_feedback || what == verb::goal_result;
