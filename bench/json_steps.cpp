@@ -96,6 +96,9 @@ COUNTED scan_4k_of_points(json::scanner& by, std::string_view piece) { use(by.fe
 COUNTED scan_4k_of_image(json::scanner& by, std::string_view piece) { use(by.feed(piece)); }
 COUNTED scan_4k_of_brackets(json::scanner& by, std::string_view piece) { use(by.feed(piece)); }
 COUNTED scan_4k_of_escapes(json::scanner& by, std::string_view piece) { use(by.feed(piece)); }
+COUNTED scan_4k_of_short_texts(json::scanner& by, std::string_view piece) { use(by.feed(piece)); }
+COUNTED scan_4k_of_exponents(json::scanner& by, std::string_view piece) { use(by.feed(piece)); }
+COUNTED scan_4k_of_characters(json::scanner& by, std::string_view piece) { use(by.feed(piece)); }
 #undef COUNTED
 
 } // namespace steps
@@ -114,20 +117,25 @@ std::string repeated(std::string_view piece) {
 
 // Each piece begins where a value may, or within a string, and ends so.
 void scan_pieces() {
-  json::scanner map, points, image, brackets, escapes;
-  for (json::scanner* const s : {&map, &points, &brackets}) s->feed("[");
-  for (json::scanner* const s : {&image, &escapes}) s->feed("\"");
+  json::scanner map, points, image, brackets, escapes, short_texts, exponents, characters;
+  for (json::scanner* const s : {&map, &points, &brackets, &short_texts, &exponents}) s->feed("[");
+  for (json::scanner* const s : {&image, &escapes, &characters}) s->feed("\"");
   const std::string cells = repeated("0,100,-1,"), floats = repeated("1.25,-0.0625,");
   const std::string text = repeated("iVBORw0K"), nested = repeated("[{\"\":[]}],[],{}  ,"),
-                    pairs = repeated("\\ud83d\\ude00 \\n ");
+                    pairs = repeated("\\ud83d\\ude00 \\n "), names = repeated("\"a\","),
+                    large = repeated("1e5,"), greek = repeated("\xce\xb1");
   for (int i = 0; i < 1000; ++i) {
     steps::scan_4k_of_map(map, cells);
     steps::scan_4k_of_points(points, floats);
     steps::scan_4k_of_image(image, text);
     steps::scan_4k_of_brackets(brackets, nested);
     steps::scan_4k_of_escapes(escapes, pairs);
+    steps::scan_4k_of_short_texts(short_texts, names);
+    steps::scan_4k_of_exponents(exponents, large);
+    steps::scan_4k_of_characters(characters, greek);
   }
-  for (json::scanner* const s : {&map, &points, &image, &brackets, &escapes}) {
+  for (json::scanner* const s :
+       {&map, &points, &image, &brackets, &escapes, &short_texts, &exponents, &characters}) {
     if (s->found().what != json::fault_kind::none) std::abort();
   }
 }

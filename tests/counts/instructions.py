@@ -38,7 +38,10 @@ LIMITS = {
     "scan_4k_of_points": 52200,
     "scan_4k_of_image": 5150,
     "scan_4k_of_brackets": 204000,
-    "scan_4k_of_escapes": 212000,
+    "scan_4k_of_escapes": 65000,
+    "scan_4k_of_short_texts": 225000,
+    "scan_4k_of_exponents": 78000,
+    "scan_4k_of_characters": 79000,
 }
 CALLS = 1000  # of each function
 # What every x86-64 of the last fifteen years has: the instructions of simdjson depend on the processor.
