@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Question: how long does a stop take while other peers flood the robot?
 //
-// Measured, for eight peers that send as fast as the robot takes: messages of 2 bytes, 200 bytes, 64 KB and
-// the deepest ones, and without a flood: a probe calls /rowe/stop every 2 ms, open-loop (from the time it was
-// to be sent), and takes the time to the answer. The robot stands already and its loop has acknowledged, so
-// the answer is the service thread's alone; what a loop adds is one period of its own. p50, p99, p99.9, the
-// largest, and how many of the calls were answered.
+// Measured, for eight peers that send as fast as the robot takes: messages of 2 bytes, 200 bytes, 60 KiB,
+// the deepest ones, 60 KiB of tokens, and 60 KiB that are refused at their end; and without a flood: a probe
+// calls /rowe/stop every 2 ms, open-loop (from the time it was to be sent), and takes the time to the answer.
+// The robot stands already and its loop has acknowledged, so the answer is the service thread's alone; what a
+// loop adds is one period of its own. p50, p99, p99.9, the largest, and how many of the calls were answered.
 //
 // Robot: a whole endpoint; its service thread is pinned to core --here, idle policy spin, SCHED_FIFO --prio
 // where that is granted (then it yields: the kernel would take it off its core otherwise). Flooders and probe
@@ -63,6 +63,13 @@ std::string deepest() {
   return text + std::string(levels, '[') + std::string(levels, ']') + "}";
 }
 
+// As many tokens as 60 KiB have, between a start and an end. What is refused at its end is scanned whole.
+std::string filled(const char* start, const char* with, const char* end) {
+  std::string text = start;
+  while (text.size() < 60 * 1024 - 16) text += with;
+  return text + end;
+}
+
 struct flood {
   const char* name;
   std::string message; // empty: none
@@ -74,7 +81,9 @@ std::vector<flood> floods() {
           {"2B", "{}"},
           {"200B", head + std::string(200 - head.size() - 3, 'x') + "\"}}"},
           {"60KiB", head + std::string(60 * 1024 - head.size() - 3, 'x') + "\"}}"},
-          {"deepest", deepest()}};
+          {"deepest", deepest()},
+          {"tokens", filled(R"({"a":[1)", ",1", "]}")},
+          {"refused", filled(R"({"a":[1)", R"(,"")", ",\"\n\"]}")}};
 }
 
 class client {
@@ -119,6 +128,12 @@ class client {
       length = static_cast<std::size_t>(buffer[0]) << 8 | buffer[1];
     }
     return take(buffer.data(), length);
+  }
+  // Discards what the robot said: it closes peers that do not take its refusals.
+  void discard() {
+    std::array<char, 65536> buffer;
+    while (::recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT) > 0) {
+    }
   }
   void give_up_after_a_second() {
     const timeval second{1, 0};
@@ -171,7 +186,7 @@ bool measure(const flood& with, int cpu, figures& into) {
   while (batch.size() < 16384) batch += frame;
   for (auto& peer : peers) {
     senders.push_back(on_the_other_core([&peer, &batch] {
-      while (peer->ok()) peer->send(batch);
+      for (; peer->ok(); peer->discard()) peer->send(batch);
     }));
   }
   call_stops(probe, std::chrono::seconds{seconds}, into);

@@ -136,7 +136,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
   const padded p{raw};
   const std::string_view text = p.text();
+  const bool by_tokens = r.validate_tokens(text);
   const rowe::status status = r.validate(text);
+  require(!by_tokens || status, "what the tokens accept is valid");
   const fault found = find_fault(text, depth_max);
   require(status.has_value() == (found.what == fault_kind::none), "the scanner agrees with the reader");
   require(found.at <= text.size(), "the fault lies in the text");

@@ -27,7 +27,9 @@ class validation : public ::testing::Test {
  protected:
   status validate(std::string_view text) {
     const padded p{text};
+    const bool by_tokens = reader_.validate_tokens(p.text());
     const status s = reader_.validate(p.text());
+    EXPECT_TRUE(s || !by_tokens) << text;
     if (text.size() > bytes_max) return s;
     // Both judges, whichever the reader asked.
     const fault f = find_fault(p.text(), reader::depth_max_default);
@@ -213,6 +215,26 @@ TEST_F(validation, judges_a_text_by_all_of_it) {
     EXPECT_LE(s.error().value, static_cast<std::int64_t>(bytes));
     EXPECT_NE(find_fault(p.text(), 64).what, fault_kind::none);
   }
+}
+
+TEST_F(validation, refuses_by_tokens_alone_what_takes_a_scanner_to_accept) {
+  const padded usual{R"({"a":1})"}, digits{concat({"[", repeat("1", 250), "]"})};
+  EXPECT_TRUE(reader_.validate_tokens(usual.text()));
+  EXPECT_EQ(reader_.last().indexed.size(), 1U);
+  EXPECT_FALSE(reader_.validate_tokens(digits.text()));
+  EXPECT_TRUE(reader_.last().text.empty());
+  EXPECT_TRUE(reader_.validate(digits.text()));
+}
+
+TEST_F(validation, knows_the_members_before_a_fault) {
+  const padded p{R"({"id":"7","op":1,"x":[1,]})"};
+  EXPECT_FALSE(reader_.validate(p.text()));
+  const auto members = reader_.members_before_fault();
+  ASSERT_EQ(members.size(), 2U);
+  EXPECT_EQ(p.text().substr(members[1].name.at, members[1].name.bytes), "op");
+  const padded longer{std::string(bytes_max + 1, ' ')};
+  EXPECT_FALSE(reader_.validate(longer.text()));
+  EXPECT_TRUE(reader_.members_before_fault().empty());
 }
 
 TEST_F(validation, never_looks_at_what_stands_behind_the_text) {

@@ -44,10 +44,11 @@ class reading final : public world {
     short_messages,
     long_messages,
     dense_messages,
+    refused_messages,
     fragments,
     long_in_fragments
   };
-  static constexpr std::uint64_t kinds = 5;
+  static constexpr std::uint64_t kinds = 6;
   static constexpr std::size_t numbers_of_dense = 1500;
   static constexpr std::size_t quantum = rowe::service::transport_sink::read_bytes_in_turn;
   static constexpr std::size_t parts_of_long = 900;
@@ -126,6 +127,11 @@ class reading final : public world {
     for (std::size_t i = 1; i < numbers_of_dense; ++i) list += ",1";
     return R"({"op":"publish","topic":"/flood","msg":{"x":[)" + list + "]}}";
   }
+  // Refused at its end. A control character keeps it from being counted in tokens.
+  static std::string refused_text() {
+    std::string text = dense_text();
+    return text.insert(text.size() - 3, ",\"\n\"");
+  }
   static std::string flood_text(std::size_t bytes) {
     return R"({"op":"publish","topic":"/flood","msg":{"x":")" + std::string(bytes, 'x') + "\"}}";
   }
@@ -158,6 +164,7 @@ class reading final : public world {
                true);
         break;
       case kind::dense_messages: append(bytes, rowe::wire::opcode::text, dense_text(), true); break;
+      case kind::refused_messages: append(bytes, rowe::wire::opcode::text, refused_text(), true); break;
       case kind::fragments: append_parts(bytes, flood_text(fragments_), fragments_, 20); break;
       case kind::long_in_fragments: {
         const std::string text = long_text();
@@ -177,6 +184,7 @@ class reading final : public world {
       return 1 + (2 * numbers_of_dense * (1 + rowe::service::token_work_bytes) -
                   rowe::service::tokens_uncharged * rowe::service::token_work_bytes) /
                      1024;
+    case kind::refused_messages: return refused_text().size() * rowe::service::token_work_bytes / 1024;
     case kind::fragments: return fragments_;
     case kind::long_in_fragments: return parts_of_long / 2;
     }
@@ -246,7 +254,7 @@ class reading final : public world {
 
   void look(flood& one, std::size_t readable) {
     for (const std::string& text : one.link->hear()) {
-      if (text.find("\"op\":\"status\"") != std::string::npos)
+      if (kind_ != kind::refused_messages && text.find("\"op\":\"status\"") != std::string::npos)
         return fail("whole", "a client is refused what it did not say: " + swarm::shortened(text));
     }
     if (one.link->cut())

@@ -39,6 +39,7 @@ inline constexpr mutant mutants[] = {
     {"group_refused", "a member of which the socket took nothing waits until it takes more"},
     {"group_place", "what a socket took counts for its own peer"},
     {"turn_budget", "the turn of a peer that is read alone ends after a stated amount of work"},
+    {"fault_work", "a text that is refused takes more of a turn than its bytes"},
     {"fragment_work", "a fragment counts as work, and a turn ends among fragments, too"},
     {"turn_share", "a peer whose message took more than a turn's work sits out rounds"},
     {"read_amount", "after a read that was too much for a turn the next one is small"},

@@ -19,6 +19,7 @@ struct reader::state {
   std::unique_ptr<simdjson::internal::dom_parser_implementation> tokens; // its first stage alone is used
   std::array<member, 16> members;                                        // envelopes have fewer
   document last;
+  scanner decides; // where the tokens do not
 };
 
 reader::reader(std::unique_ptr<state> s, std::size_t bytes_max, std::size_t depth_max) noexcept
@@ -45,42 +46,45 @@ result<reader> reader::create(std::size_t bytes_max, std::size_t depth_max) {
 }
 
 status reader::validate(std::string_view text) noexcept {
+  if (validate_tokens(text)) [[likely]]
+    return {};
   state& s = *state_;
-  s.last = {};
-  if (text.size() > bytes_max_) {
-    tokens_ = 0;
+  s.decides = scanner{depth_max_};
+  if (text.size() > bytes_max_)
     return error{errc::too_big, static_cast<std::int64_t>(text.size()),
                  static_cast<std::int64_t>(bytes_max_)};
-  }
-  member_index found;
-  if (has_valid_tokens(text, found)) [[likely]] {
-    s.last.text = text;
-    s.last.indexed = {s.members.data(), found.count};
-    if (found.count != 0) s.last.behind_index = found.all ? text.data() + text.size() : found.behind;
-    return {};
-  }
-  const fault wrong = find_fault(text, depth_max_);
-  if (wrong.what == fault_kind::none) {
+  if (s.decides.feed(text) && s.decides.finish()) {
     s.last.text = text;
     return {};
   }
+  const fault& wrong = s.decides.found();
   if (wrong.what == fault_kind::too_deep) {
     return error{errc::too_deep, static_cast<std::int64_t>(wrong.at), static_cast<std::int64_t>(depth_max_)};
   }
   return error{errc::malformed, static_cast<std::int64_t>(wrong.at)};
 }
 
-bool reader::has_valid_tokens(std::string_view text, member_index& found) noexcept {
-  auto& tokens = *state_->tokens;
-  if (text.empty() || tokens.stage1(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(),
-                                    simdjson::stage1_mode::regular) != simdjson::SUCCESS) {
-    tokens_ = 0;
+bool reader::validate_tokens(std::string_view text) noexcept {
+  state& s = *state_;
+  s.last = {};
+  tokens_ = 0;
+  if (text.empty() || text.size() > bytes_max_ ||
+      s.tokens->stage1(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(),
+                       simdjson::stage1_mode::regular) != simdjson::SUCCESS)
     return false;
-  }
-  tokens_ = tokens.n_structural_indexes;
-  return tokens_are_valid(text, {tokens.structural_indexes.get(), tokens.n_structural_indexes}, depth_max_,
-                          state_->members, found) &&
-         escapes_are_valid(text);
+  tokens_ = s.tokens->n_structural_indexes;
+  member_index found;
+  if (!tokens_are_valid(text, {s.tokens->structural_indexes.get(), tokens_}, depth_max_, s.members, found) ||
+      !escapes_are_valid(text))
+    return false;
+  s.last.text = text;
+  s.last.indexed = {s.members.data(), found.count};
+  if (found.count != 0) s.last.behind_index = found.all ? text.data() + text.size() : found.behind;
+  return true;
+}
+
+std::span<const placed_member> reader::members_before_fault() const noexcept {
+  return state_->decides.members();
 }
 
 const document& reader::last() const noexcept { return state_->last; }

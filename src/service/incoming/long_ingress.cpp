@@ -18,6 +18,12 @@ std::size_t receipt_count(const limits& bounds) noexcept {
   return chunk_store::in_use(bounds) ? std::min(bounds.connections_max, bounds.long_slots) : 0;
 }
 
+auto copy_from(std::span<const std::byte> text) noexcept {
+  return [text](json::stretch from, std::span<std::byte> into) {
+    std::copy_n(text.begin() + static_cast<std::ptrdiff_t>(from.at), into.size(), into.begin());
+  };
+}
+
 } // namespace
 
 std::size_t long_ingress::footprint_bytes(const limits& bounds) noexcept {
@@ -234,7 +240,12 @@ long_arrival long_ingress::end(peer_index peer, way by, bool binary,
   if (std::exchange(from.dropped, false) || !from.receipt) {
     long_arrival lost{
         .is = long_arrival::verdict::no_room, .binary = binary, .bytes = bytes, .envelope = front};
-    if (!binary) lost.envelope = list_front(front);
+    if (!binary) {
+      json::scanner scanned{state_.bounds().depth_max};
+      (void)scanned.feed(
+          {reinterpret_cast<const char*>(front.data()), front.size()}); // wrong where it is cut
+      lost.envelope = list(scanned.members(), copy_from(front));
+    }
     return lost;
   }
   receipt& of = receipts_[from.receipt];
@@ -265,21 +276,11 @@ long_arrival long_ingress::end(peer_index peer, way by, bool binary,
 
 long_arrival long_ingress::malformed(std::string_view text, const error& why) noexcept {
   const auto at = std::min(static_cast<std::size_t>(why.value), text.size());
-  state_.cycle.work_bytes += long_work_times * text.size();
   long_arrival made{.is = long_arrival::verdict::malformed, .wrong = why, .bytes = text.size()};
   text.substr(at, made.wrong_text.size()).copy(made.wrong_text.data(), made.wrong_text.size());
-  made.envelope = list_front(std::as_bytes(std::span{text}));
+  made.envelope =
+      list(state_.seams.validator.members_before_fault(), copy_from(std::as_bytes(std::span{text})));
   return made;
-}
-
-// The same of how a text begins, of which nothing else was stored.
-std::span<const std::byte> long_ingress::list_front(std::span<const std::byte> front) noexcept {
-  json::scanner members{state_.bounds().depth_max};
-  // What is wrong is behind what is complete.
-  (void)members.feed({reinterpret_cast<const char*>(front.data()), front.size()});
-  return list(members.members(), [front](json::stretch from, std::span<std::byte> into) {
-    std::copy_n(front.begin() + static_cast<std::ptrdiff_t>(from.at), into.size(), into.begin());
-  });
 }
 
 template <class Copy>

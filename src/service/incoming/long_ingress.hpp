@@ -47,7 +47,7 @@ class long_ingress {
   // Its last piece was taken. `front`: how it begins, as far as that was stored elsewhere. The envelope is
   // valid until the next call, or as long as the front is.
   long_arrival end(peer_index peer, way by, bool binary, std::span<const std::byte> front) noexcept;
-  // The same for a text that is no JSON, though it is not long: what stands in front of its fault.
+  // The same for a text that is not long, but no JSON: what is in front of its fault. It was validated last.
   long_arrival malformed(std::string_view text, const error& why) noexcept;
   // Of the text that comes in messages: its bytes so far, whether these are whole JSON, and whether they were
   // dropped, because others needed the room.
@@ -116,7 +116,6 @@ class long_ingress {
   long_arrival put_together(receipt& of) noexcept;
   template <class Copy>
   std::span<const std::byte> list(std::span<const json::placed_member> members, const Copy& copy) noexcept;
-  std::span<const std::byte> list_front(std::span<const std::byte> front) noexcept;
 
   core_state& state_;
   rows<peer_index, sender_row> senders_;

@@ -64,10 +64,13 @@ void dispatcher::dispatch_piece(peer_index from, const wire::frame_step& step) n
   request_router_.end(c);
 }
 
-// Validates a text of a peer. Its tokens take more time than its bytes.
+// Validates a text of a peer. Its tokens take more time than its bytes. Each byte before a fault takes as
+// much as a token, for the fault is looked for byte by byte.
 inline status dispatcher::validate(std::string_view text) noexcept {
   const status valid = state_.seams.validator.validate(text);
-  const std::size_t tokens = state_.seams.validator.tokens();
+  const std::size_t before_fault =
+      valid || ROWE_MUTANT(fault_work) ? 0 : static_cast<std::size_t>(valid.error().value);
+  const std::size_t tokens = state_.seams.validator.tokens() + before_fault;
   if (tokens > tokens_uncharged) state_.cycle.work_bytes += (tokens - tokens_uncharged) * token_work_bytes;
   return valid;
 }
@@ -127,7 +130,7 @@ void dispatcher::read_binary(connection& c, std::span<std::byte> message) noexce
 bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
   const connection& c = state_.peers[from];
   if (!request_router_.has_stop() ||
-      (binary ? !c.protocol->can.binary : !state_.seams.validator.validate(text_of(message))))
+      (binary ? !c.protocol->can.binary : !state_.seams.validator.validate_tokens(text_of(message))))
     return false;
   const json::document known = binary ? json::document{} : state_.seams.validator.last();
   read_request one{.known = known};
