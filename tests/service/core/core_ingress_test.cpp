@@ -151,6 +151,18 @@ TEST_F(core_ingress, carries_out_nothing_but_the_stop_before_its_turn) {
   EXPECT_EQ(peers[0]->hear().size(), 2U);
 }
 
+// Only a whole scan finds that its text is valid.
+TEST_F(core_ingress, carries_out_a_stop_with_a_number_of_hundreds_of_digits_in_its_turn) {
+  listen();
+  const auto latch = opened_latch();
+  flood({0, 1, 2}, 60);
+  peers[2]->say(R"({"service":"/rowe/stop","message_id":)" + std::string(250, '1') + "}");
+  on.cycle();
+  EXPECT_EQ(on.count(counter::stops), 0U);
+  on.cycles(5);
+  EXPECT_EQ(on.count(counter::stops), 1U);
+}
+
 TEST_F(core_ingress, lets_nobody_pass_by_the_words_of_a_stop) {
   const auto latch = opened_latch();
   for (const std::string text :
