@@ -129,7 +129,7 @@ class client {
     }
     return take(buffer.data(), length);
   }
-  // Discards what the robot said: it closes peers that do not take its refusals.
+  // Discards what the robot said, so that it goes on answering.
   void discard() {
     std::array<char, 65536> buffer;
     while (::recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT) > 0) {
@@ -166,7 +166,8 @@ bool measure(const flood& with, int cpu, figures& into) {
   options.service_cpu = cpu;
   options.service_priority = priority;
   options.page = false;
-  options.limits.messages_per_second_max = 0; // the flood is not cut
+  options.limits.messages_per_second_max = 0; // the flood is not cut,
+  options.limits.refusals_per_second_max = 0; // and each refusal is answered
   options.stop.unguarded = true;
   auto opened = open_robot(options);
   if (!opened) return false;
