@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clients that say as much as is read, in short messages, long ones, dense ones or fragments, beside one that
-// says little. The transport reads as sockets do: a connection that alone has something to read is read by
-// much, others by a quantum each.
+// Clients that say as much as is read, in short messages, long ones, dense ones, refused ones or fragments,
+// beside one that says little. The transport reads as sockets do: a connection that alone has something to
+// read is read by much, others by a quantum each.
 #pragma once
 #include <algorithm>
 #include <memory>

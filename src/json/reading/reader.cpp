@@ -19,7 +19,7 @@ struct reader::state {
   std::unique_ptr<simdjson::internal::dom_parser_implementation> tokens; // its first stage alone is used
   std::array<member, 16> members;                                        // envelopes have fewer
   document last;
-  scanner decides; // where the tokens do not
+  scanner scanned; // the text that validate() took last, where its tokens did not show that it is valid
 };
 
 reader::reader(std::unique_ptr<state> s, std::size_t bytes_max, std::size_t depth_max) noexcept
@@ -49,15 +49,15 @@ status reader::validate(std::string_view text) noexcept {
   if (validate_tokens(text)) [[likely]]
     return {};
   state& s = *state_;
-  s.decides = scanner{depth_max_};
+  s.scanned = scanner{depth_max_};
   if (text.size() > bytes_max_)
     return error{errc::too_big, static_cast<std::int64_t>(text.size()),
                  static_cast<std::int64_t>(bytes_max_)};
-  if (s.decides.feed(text) && s.decides.finish()) {
+  if (s.scanned.feed(text) && s.scanned.finish()) {
     s.last.text = text;
     return {};
   }
-  const fault& wrong = s.decides.found();
+  const fault& wrong = s.scanned.found();
   if (wrong.what == fault_kind::too_deep) {
     return error{errc::too_deep, static_cast<std::int64_t>(wrong.at), static_cast<std::int64_t>(depth_max_)};
   }
@@ -84,7 +84,7 @@ bool reader::validate_tokens(std::string_view text) noexcept {
 }
 
 std::span<const placed_member> reader::members_before_fault() const noexcept {
-  return state_->decides.members();
+  return state_->scanned.members();
 }
 
 const document& reader::last() const noexcept { return state_->last; }
