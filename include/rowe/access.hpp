@@ -25,6 +25,7 @@ struct role {
   std::vector<std::string> set = {};     // parameters
   bool reset = false;                    // the stop
   bool guard = false;                    // be a guard of the stop; to end the guard of others takes `reset`
+  bool take_over = false;                // take control of a driven topic from somebody who drives it
 };
 
 // Someone who proves by a token, or by a certificate (tls_options::client_ca), who that is. Of both, the
@@ -42,8 +43,8 @@ struct identity {
 
 struct access_options {
   // Besides `observer` (subscribes to everything, calls /rosapi/**, /rowe/stats and /rowe/types), `driver`
-  // (also publishes and calls everything), `supervisor` (also sets parameters, resets and guards) and `peer`
-  // (a driver that also provides services: robots, bridges).
+  // (also publishes and calls everything, and takes over), `supervisor` (also sets parameters, resets and
+  // guards) and `peer` (a driver that also provides services: robots, bridges).
   // A role of one of these names replaces it. At most 64.
   std::vector<role> roles = {};
   // At most 1024. If there are none, nobody has to prove anything: whoever connects may do everything, except

@@ -137,6 +137,8 @@ struct rowe_topic_options {
   int fill_missing;        // subscribers of rowe/struct.h: 1: what a message leaves out is 0. -1: a message
                            // that lacks what is not rowe_member_or_default is dropped. 0: as 1 where the
                            // topic's type is one of ROS's own, such as geometry_msgs/Twist, else as -1
+  long lease_ms;           // subscribers of rowe/struct.h: how long a command is in force, for
+                           // rowe_struct_subscriber_latest_within(); 20 to 10 000; 0: they are no commands
 };
 
 // `options` may be NULL. Errors: bad_argument (a topic's name that is empty or too long; an option out of its

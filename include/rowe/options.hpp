@@ -168,6 +168,10 @@ struct topic_options {
   // topic's type is one of ROS's own, such as geometry_msgs/Twist (is_ros_type()), else false.
   std::optional<bool> fill_missing = {};
   std::uint32_t text_bytes_max = 4096; // publisher<json_text>, subscriber<json_text>: the longest text
+  // subscribe, of a struct: how long a command is in force from when it was sent, for latest_within()
+  // (docs/drive.md); 20 ms to 10 s. 0: the messages are no commands. Implies keep::newest. If several handles
+  // of a topic have one, the shortest holds for all.
+  duration lease = {};
 };
 
 // endpoint::serve and endpoint::client.

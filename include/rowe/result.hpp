@@ -49,6 +49,7 @@ namespace rowe {
   X(reserved_topic, "the name is one of the endpoint's own")                                                 \
   X(type_conflict, "the topic exists with another type (an event names both)")                               \
   X(too_many_latches, "%v stop latches exist; the limit is %l")                                              \
+  X(too_many_leases, "%v topics with a lease exist; the limit is %l")                                        \
   X(no_memory, "cannot allocate or lock %v bytes of memory (limit %l)")                                      \
   X(no_thread, "the service thread cannot be started (errno %v)")                                            \
   X(expired, "the time to live passed before it was sent")                                                   \
@@ -88,7 +89,7 @@ enum class errc : std::uint8_t {
   X(subscriptions_max) X(subscriptions_per_connection_max) X(advertisements_per_connection_max)              \
   X(small_slots) X(small_slot_bytes) X(large_slots) X(queue_depth_max) X(queued_max) X(latched_bytes) X(services_max) \
   X(calls_max) X(calls_per_connection_max) X(parameters_max) X(door_slots) X(door_slot_bytes) X(handles_max) X(handle_bytes)     \
-  X(events_max) X(guard_timeout) X(tick) X(service_timeout) X(observe_timeout) X(loop_timeout)
+  X(events_max) X(guard_timeout) X(tick) X(service_timeout) X(observe_timeout) X(loop_timeout) X(lease)
 // clang-format on
 
 enum class argument : std::uint8_t {

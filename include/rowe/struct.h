@@ -177,6 +177,12 @@ ROWE_RT int rowe_struct_subscriber_try_take(struct rowe_struct_subscriber* subsc
 ROWE_RT int rowe_struct_subscriber_latest(struct rowe_struct_subscriber* subscriber, void* into,
                                           struct rowe_arrival* arrival);
 
+// With the option `lease_ms`: copies the command that is in force at `now_ns`, the loop's clock in this cycle
+// (docs/drive.md). Errors: empty (none is in force: stand still; `into` and `arrival` are left alone), closed,
+// misuse (NULL, or a subscriber without a lease; with one, the calls above and below say misuse).
+ROWE_RT int rowe_struct_subscriber_latest_within(struct rowe_struct_subscriber* subscriber, int64_t now_ns,
+                                                 void* into, struct rowe_arrival* arrival);
+
 // Waits for the next one, at most `timeout_ms`. Not for a loop: it enters the kernel. It leaves
 // rowe_last_error() alone. Errors: timed_out in place of empty.
 int rowe_struct_subscriber_take(struct rowe_struct_subscriber* subscriber, long timeout_ms, void* into,

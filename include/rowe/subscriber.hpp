@@ -41,6 +41,22 @@ class subscriber {
   ROWE_RT result<view> latest(time_point now) noexcept { return take_newest_at(&now); }
   ROWE_RT result<view> latest() noexcept { return take_newest_at(nullptr); }
 
+  // With a lease (topic_options::lease): the command that is in force at `now`, the same one as long as it
+  // is. `now` is the loop's own clock, read in this cycle. A command is in force from its arrival until a
+  // newer one arrives; until the lease is over, which counts from when it was sent; until its sender drives
+  // no more; and until the robot is stopped. Errors: empty (none is in force: stand still), closed, misuse
+  // (an empty handle, or one without a lease). Never waits, never allocates, no system call, a bounded number
+  // of steps. With a lease, the other calls say misuse, so no loop acts on a command that is over.
+  ROWE_RT result<view> latest_within(time_point now) noexcept requires(!detail::is_text<T>) {
+    if (!pair_ || pair_->lease == duration{}) return errc::misuse;
+    if (detail::closed(*pair_)) return pair_->closed_as;
+    const auto found = pair_->user.in.newest->begin_read();
+    if (found.state == rt::freshness::empty) return errc::empty;
+    const detail::value_header& its = *pair_->user.in.memory.header(found.slot);
+    if (its.expires_ns <= rt::nanoseconds_of(now) || !pair_->turn.is(its.outcome_value)) return errc::empty;
+    return view{*pair_, pair_->user.in, found.slot | view::of_window};
+  }
+
   // How many values arrived here, and were out of date when they would have been taken.
   ROWE_RT std::uint64_t expired() const noexcept { return pair_ ? pair_->expired_here.get() : 0; }
 
@@ -58,6 +74,8 @@ class subscriber {
     detail::consumer_end& end = pair_->user.in;
     if (keeps_newest()) {
       if constexpr (!detail::is_text<T>) {
+        if (pair_->lease != duration{}) [[unlikely]]
+          return errc::misuse;
         const auto found = end.newest->begin_read();
         if (found.state == rt::freshness::fresh &&
             (!detail::has_time_to_live(*pair_, found.slot) || !detail::drops_expired(*pair_, found.slot, at)))

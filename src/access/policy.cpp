@@ -11,8 +11,8 @@
 namespace rowe::access {
 namespace {
 
-constexpr std::string_view right_names[] = {"subscribe", "publish", "advertise", "call",
-                                            "provide",   "set",     "reset",     "guard"};
+constexpr std::string_view right_names[] = {"subscribe", "publish", "advertise", "call",     "provide",
+                                            "set",       "reset",   "guard",     "take_over"};
 
 const std::vector<std::string>& patterns_of(const role& one, right what) noexcept {
   switch (what) {
@@ -31,17 +31,25 @@ std::string_view name_of(right which) noexcept { return right_names[static_cast<
 
 std::vector<role> built_in_roles() {
   const std::vector<std::string> all{"**"};
-  return {{.name = "observer", .subscribe = all, .call = {"/rosapi/**", "/rowe/stats", "/rowe/types"}},
-          {.name = "driver", .subscribe = all, .publish = all, .advertise = all, .call = all},
-          {.name = "supervisor",
-           .subscribe = all,
-           .publish = all,
-           .advertise = all,
-           .call = all,
-           .set = all,
-           .reset = true,
-           .guard = true},
-          {.name = "peer", .subscribe = all, .publish = all, .advertise = all, .call = all, .provide = all}};
+  return {
+      {.name = "observer", .subscribe = all, .call = {"/rosapi/**", "/rowe/stats", "/rowe/types"}},
+      {.name = "driver", .subscribe = all, .publish = all, .advertise = all, .call = all, .take_over = true},
+      {.name = "supervisor",
+       .subscribe = all,
+       .publish = all,
+       .advertise = all,
+       .call = all,
+       .set = all,
+       .reset = true,
+       .guard = true,
+       .take_over = true},
+      {.name = "peer",
+       .subscribe = all,
+       .publish = all,
+       .advertise = all,
+       .call = all,
+       .provide = all,
+       .take_over = true}};
 }
 
 policy::policy(const access_options& options) : anonymous_may_stop_{options.anonymous_may_stop} {
@@ -106,7 +114,7 @@ successor policy::successor_of_anonymous(const policy& before) const noexcept {
 
 // Whether the first role has at least the rights of the second, as far as their texts say so.
 bool policy::covers(const role_entry& all, const role_entry& of) noexcept {
-  if ((of.reset && !all.reset) || (of.guard && !all.guard)) return false;
+  if ((of.reset && !all.reset) || (of.guard && !all.guard) || (of.take_over && !all.take_over)) return false;
   for (std::size_t r = 0; r < named_rights; ++r) {
     if ((all.everywhere >> r & 1) != 0) continue;
     const auto has = [&have = all.patterns[r]](const std::string& pattern) {
@@ -125,7 +133,12 @@ successor::fate policy::compare(const role_entry& before, role_number now) const
 // ---- rights
 
 void policy::add(const role& one) {
-  role_entry entry{.name = one.name, .patterns = {}, .everywhere = 0, .reset = one.reset, .guard = one.guard};
+  role_entry entry{.name = one.name,
+                   .patterns = {},
+                   .everywhere = 0,
+                   .reset = one.reset,
+                   .guard = one.guard,
+                   .take_over = one.take_over};
   for (std::size_t r = 0; r < named_rights; ++r) {
     entry.patterns[r] = patterns_of(one, static_cast<right>(r));
     const auto& patterns = entry.patterns[r];
@@ -151,6 +164,7 @@ bool policy::allows(role_number role, right what, std::string_view name) const n
   const role_entry& entry = roles_[role];
   if (what == right::reset) return entry.reset;
   if (what == right::guard) return entry.guard;
+  if (what == right::take_over) return entry.take_over;
   const auto index = static_cast<std::size_t>(what);
   if ((entry.everywhere >> index & 1) != 0) return true;
   if (name.empty() && !ROWE_MUTANT(role_plain)) return false; // what has no name is not one of some names

@@ -15,7 +15,17 @@
 
 namespace rowe::access {
 
-enum class right : std::uint8_t { subscribe, publish, advertise, call, provide, set, reset, guard };
+enum class right : std::uint8_t {
+  subscribe,
+  publish,
+  advertise,
+  call,
+  provide,
+  set,
+  reset,
+  guard,
+  take_over
+};
 std::string_view name_of(right which) noexcept;
 
 // Numbers of a role and of an identity in one policy.
@@ -69,8 +79,8 @@ class policy {
   // What becomes of somebody whom the policy before this one let in.
   successor succeed(const subject& before) const noexcept;
 
-  // Whether the role has the right for this topic or service. Reset and guard have no name. Time grows with
-  // the role's patterns, but a role that may do something everywhere is answered at once.
+  // Whether the role has the right for this topic or service. Reset, guard and take_over have no name. Time
+  // grows with the role's patterns, but a role that may do something everywhere is answered at once.
   bool allows(role_number role, right what, std::string_view name = {}) const noexcept;
 
   // Whether it has that right everywhere, or one of its patterns is this name written out.
@@ -99,6 +109,7 @@ class policy {
     std::uint8_t everywhere = 0; // bit r: right r holds for every name
     bool reset = false;
     bool guard = false;
+    bool take_over = false;
   };
   struct identity_entry {
     std::string name;

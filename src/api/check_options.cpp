@@ -40,6 +40,15 @@ status check_topic(const pair_request& asked, const endpoint_options& options) n
   return in_range(argument::period, asked.period, 100us, 1h);
 }
 
+// Only structs are commands, since a view of the newest text would change while it is read.
+status check_lease(const pair_request& asked) noexcept {
+  if (asked.lease == duration::zero()) return {};
+  using namespace std::chrono_literals;
+  if (asked.decoded == nullptr) return error{errc::bad_argument, asked.lease.count(), 0, argument::lease};
+  if (service::is_own_name(asked.name)) return errc::reserved_topic;
+  return in_range(argument::lease, asked.lease, 20ms, 10s);
+}
+
 // "x" and "/x" are the same service, so the slash counts in any case.
 status check_service(const pair_request& asked, const endpoint_options& options) noexcept {
   if (!responds(asked.kind) && !calls(asked.kind)) return {};
@@ -126,6 +135,7 @@ status check_request(const pair_request& asked, const endpoint_options& options)
                                   ? asked.in_depth
                                   : asked.out_depth;
   if (const status ok = in_range(argument::depth, depth, 1U, depth_max); !ok) return ok;
+  if (subscribes(asked.kind)) return check_lease(asked);
   return publishes(asked.kind) ? check_topic(asked, options) : check_service(asked, options);
 }
 

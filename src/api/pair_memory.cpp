@@ -138,6 +138,8 @@ void build_pair(queue_pair& built, const pair_request& asked,
   built.shared = asked.shared;
   built.ttl = asked.ttl;
   built.period = asked.period;
+  built.lease = asked.lease;
+  built.turn.reset();
   built.receives = asked.receives;
   built.peer_generations = peer_generations;
   built.peers_taking = peer_generations;                // until set-up says otherwise
@@ -212,6 +214,7 @@ result<pair_codecs> pair_codecs::compile(const pair_request& asked, const limits
                                                                   : json::decoder::missing::refused);
     if (!decoder) return decoder.error();
     made.decoder.emplace(std::move(decoder).value());
+    if (asked.lease != duration{}) made.decoder->refuse_null_numbers();
   }
   return made;
 }

@@ -42,6 +42,7 @@ result<topic_options> options_of(const rowe_topic_options& given) {
   options.shared = given.shared;
   if (given.fill_missing != 0) options.fill_missing = given.fill_missing > 0;
   options.period = time_of_option<std::chrono::microseconds>(given.period_us);
+  options.lease = time_of_option<std::chrono::milliseconds>(given.lease_ms);
   if (given.type != nullptr) options.type = given.type;
   options.text_bytes_max = or_default(given.text_bytes_max, options.text_bytes_max);
   return options;

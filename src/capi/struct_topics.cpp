@@ -92,6 +92,12 @@ int rowe_struct_subscriber_latest(struct rowe_struct_subscriber* subscriber, voi
   return give(subscriber->inside.latest(), subscriber->bytes, into, arrival);
 }
 
+int rowe_struct_subscriber_latest_within(struct rowe_struct_subscriber* subscriber, int64_t now_ns,
+                                         void* into, struct rowe_arrival* arrival) {
+  if (subscriber == nullptr || into == nullptr) return rowe_error_misuse;
+  return give(subscriber->inside.latest_within(time_of(now_ns)), subscriber->bytes, into, arrival);
+}
+
 int rowe_struct_subscriber_take(struct rowe_struct_subscriber* subscriber, long timeout_ms, void* into,
                                 struct rowe_arrival* arrival) {
   if (subscriber == nullptr || into == nullptr) return rowe_error_misuse;

@@ -213,6 +213,7 @@ constexpr std::array of_roles{
     row<role, &role::set>("role", named("set", "", "parameters")),
     row<role, &role::reset>("role", named("reset", "", "the stop")),
     row<role, &role::guard>("role", named("guard", "", "be a guard of the stop")),
+    row<role, &role::take_over>("role", named("take_over", "", "take control from who drives")),
 };
 
 constexpr std::array of_identities{

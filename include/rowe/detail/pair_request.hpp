@@ -25,6 +25,7 @@ struct pair_request {
   bool replaces_own = false; // service: of the endpoint
   duration ttl = rt::for_ever;
   duration period = {};
+  duration lease = {};                  // subscribe: of commands; 0: they are none
   bool receives = false;                // talk
   duration loop_timeout = rt::for_ever; // stop_latch
 
@@ -116,6 +117,8 @@ constexpr pair_request subscribe_request(std::string_view topic, const topic_opt
   asked.kind = type == nullptr ? pair_kind::subscribe_text : pair_kind::subscribe_value;
   // A view of the newest text would change while it is read.
   if (type == nullptr) asked.keep = keep::all;
+  asked.lease = options.lease;
+  if (asked.lease != duration{} && type != nullptr) asked.keep = keep::newest;
   asked.in_bytes = bytes;
   asked.in_depth = of_topics.or_asked(options.depth, bytes);
   asked.decoded = type;

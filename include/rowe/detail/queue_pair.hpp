@@ -18,6 +18,7 @@
 #include <string_view>
 #include <utility>
 
+#include <rowe/detail/command_turn.hpp>
 #include <rowe/detail/pair_lifecycle.hpp>
 #include <rowe/detail/stop_permit.hpp>
 #include <rowe/options.hpp>
@@ -103,7 +104,8 @@ struct value_header {
   peer_ref peer{}; // out: to whom; in: from whom
   call_ref call{};
   call_ref own{};
-  std::int64_t outcome_value = 0; // completion: the error's; out: the service thread's own
+  std::int64_t outcome_value = 0; // completion: the error's; out: the service thread's own; of a command: its
+                                  // turn (command_turn.hpp)
   std::int64_t outcome_limit = 0;
 };
 inline constexpr std::size_t value_alignment = 64;
@@ -194,6 +196,7 @@ struct queue_pair {
   const json::decoder* decoder = nullptr; // of the values that come in: subscribed, requests, replies
   duration ttl = rt::for_ever;            // of what is published
   duration period{};                      // likewise; 0: not known
+  duration lease{};                       // of commands, which are what it subscribes to; 0: they are none
   rt::waker<>* waker = nullptr; // woken for whatever is pushed to `out`; null except under idle::wake
   bool receives = false;        // talk: it may be the generic receiver
   // The generations of the endpoint's connections (shared_state): a peer that is gone has another one.
@@ -230,6 +233,7 @@ struct queue_pair {
 
   // The service thread's side.
   alignas(rt::line_bytes) audience_word<> audience;
+  command_turn<> turn; // with a lease
   struct service_side {
     consumer_end out;
     producer_end in;

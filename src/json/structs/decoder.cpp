@@ -26,8 +26,8 @@ bool begins_number(char c) noexcept { return c == '-' || (c >= '0' && c <= '9');
 
 class decoder::run {
  public:
-  run(std::string_view text, diagnosis* why) noexcept
-      : begin_{text.data()}, end_{begin_ + text.size()}, why_{why} {}
+  run(std::string_view text, bool null_is_nan, diagnosis* why) noexcept
+      : begin_{text.data()}, end_{begin_ + text.size()}, null_is_nan_{null_is_nan}, why_{why} {}
 
   status whole(const shape& s, char* into) noexcept {
     const char* const at = skip_space(begin_, end_);
@@ -241,7 +241,7 @@ class decoder::run {
       store(into, x);
       return d.end;
     }
-    if (*at != 'n') return wrong_type(at);
+    if (*at != 'n' || !null_is_nan_) return wrong_type(at);
     store(into, std::numeric_limits<Real>::quiet_NaN());
     return behind(at, 4);
   }
@@ -378,6 +378,7 @@ class decoder::run {
 
   const char* const begin_;
   const char* const end_;
+  const bool null_is_nan_;
   const char* found_ = nullptr; // what stands where it failed
   diagnosis* const why_;
   error failed_{errc::misuse};
@@ -394,7 +395,7 @@ status decoder::decode(std::string_view validated_object, void* object, diagnosi
   else
     std::memset(object, 0, bytes_);
   if (why != nullptr) why->parts_ = 0;
-  return run{validated_object, why}.whole(shapes_[0], static_cast<char*>(object));
+  return run{validated_object, null_is_nan_, why}.whole(shapes_[0], static_cast<char*>(object));
 }
 
 } // namespace rowe::json

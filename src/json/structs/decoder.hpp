@@ -117,6 +117,9 @@ class decoder {
     std::array<part, 2 * depth_max> path_; // the innermost first; `parts_` of them are there
   };
 
+  // From now on a float must be a number: null, which is NaN otherwise, is refused as wrong_type. For set-up.
+  void refuse_null_numbers() noexcept { null_is_nan_ = false; }
+
   // As decode(); `*why` says how it failed.
   status decode(std::string_view validated_object, void* object, diagnosis* why) const noexcept;
 
@@ -128,6 +131,7 @@ class decoder {
 
   void (*set_default_)(void* object) noexcept = nullptr; // null: `bytes_` zeroes
   std::size_t bytes_ = 0;
+  bool null_is_nan_ = true;
   std::unique_ptr<shape[]> shapes_; // of each object in the schema; the first is the whole
   std::unique_ptr<member[]> members_;
   std::unique_ptr<step[]> elements_;       // of arrays and optionals

@@ -47,6 +47,11 @@ namespace rowe::service {
   X(stops, flow, "stops asked for")                                                                          \
   X(stop_refusals, refusal, "resets and heartbeats of the stop that were refused")                           \
   X(stop_answers_lost, loss, "answers to a stop for which a peer that does not read had no room")            \
+  X(commands_refused, refusal, "commands of who did not drive, dropped")                                     \
+  X(commands_unproven, refusal, "commands dropped: not known when they were sent")                           \
+  X(commands_stale, refusal, "commands dropped: the lease was over, or the robot was stopped since")         \
+  X(commands_stopped, refusal, "commands dropped: the robot was stopped")                                    \
+  X(control_refusals, refusal, "requests to /rowe/control that were refused")                                \
   X(calls_refused, refusal, "calls answered with an error")                                                  \
   X(nonfinite, flow, "NaN or infinity written as null")                                                      \
   X(peers_joined, flow, "connections established")                                                           \

@@ -28,6 +28,7 @@ using peer_index = id<struct peer_tag>;              // of peer_table
 using pair_index = id<struct pair_tag>;              // of the queue pairs of handles
 using pair_slot = id<struct pair_slot_tag>;          // of one queue pair
 using loop_index = id<struct loop_tag>;              // of the loops of stop_rules
+using driven_index = id<struct driven_tag>;          // of the driven topics of command_gate
 using call_index = id<struct call_tag>;              // of call_table
 using service_index = id<struct service_tag>;        // of service_directory
 using block_id = id<struct block_tag>;               // of latch_store

@@ -35,6 +35,15 @@ static_assert(reserve_one_in > 2); // direct messages leave two such reserves (s
 inline constexpr std::uint32_t receiver_claims_one_in = 4;
 // Topics of the endpoint itself: the statistics, and the stop's state.
 inline constexpr std::uint32_t endpoint_topics = 2;
+// Topics with a lease.
+inline constexpr std::uint32_t driven_topics_max = 8;
+// The texts of a request for control, unescaped.
+inline constexpr std::size_t control_member_bytes_max = 256;
+// A peer without ticks is not told of its first commands, which are always dropped.
+inline constexpr rt::duration unproven_unsaid_for = std::chrono::seconds{1};
+// How often the state of control is published while somebody drives, and else.
+inline constexpr rt::duration control_period_driven = std::chrono::milliseconds{50};
+inline constexpr rt::duration control_period = std::chrono::milliseconds{500};
 // The first number of a service in the directory. Lower ones are for the endpoint's own services.
 inline constexpr std::uint32_t first_service_number = 64;
 // Bytes of a latched value in one block. With the number of the next block they fill 1 KiB.
@@ -300,6 +309,8 @@ static_assert(stop_reason_bytes_max < event_text_bytes_max); // an event repeats
 
 // A member of a request for the stop, as text.
 inline constexpr std::size_t stop_member_bytes_max = 1024;
+// A peer's name, with what it calls itself.
+inline constexpr std::size_t peer_name_bytes_max = identity_name::capacity() + 3 + stop_member_bytes_max;
 // Bytes of the body of a stop's answer, or of its state, which lists guards and loops.
 inline constexpr std::size_t stop_body_bytes_max = 2560;
 // The same with the id and the envelope around it.

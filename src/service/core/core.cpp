@@ -49,6 +49,7 @@ inline void core::notify_room() noexcept {
   state_.seams.transport.poll(now, *this);
   direct_messages_.take_outcomes();
   stop_service_.update();
+  command_gate_.update();
   ingress_.unpark();
   ingress_.read_in_turn();
   direct_messages_.take_outcomes();
@@ -68,6 +69,7 @@ inline void core::notify_room() noexcept {
   expire();
   stop_state_feed_.show();
   parameters_feed_.show();
+  control_feed_.show();
   listings_.announce_changes();
   if (state_.peers.wants_close()) close_marked();
   sender_.flush_all();
@@ -105,7 +107,8 @@ inline rt::time_point core::next_cycle() noexcept {
   if (state_.peers.closes_in_next_cycle()) return state_.cycle.now;
   if (waits_for_room() && ingress_.room_changes() != retried_at_) return state_.cycle.now;
   return std::min({state_.due.next_wake(), stop_service_.next_update(), stop_state_feed_.due(),
-                   listings_.due(), parameters_feed_.due()});
+                   listings_.due(), parameters_feed_.due(), command_gate_.next_update(),
+                   control_feed_.due()});
 }
 
 [[gnu::noinline]] void core::record_cycle(rt::duration took) noexcept {
@@ -243,6 +246,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   liveness_.open({id.index});
   state_.shared.set_connection(id.index, id.generation, c.peer(), c.identity);
   stop_service_.open({id.index});
+  command_gate_.open({id.index});
   stop_state_feed_.open({id.index});
   clock_feed_.open(c);
   const bool stays = !state_.cycle.closing && !outdated;
@@ -300,6 +304,7 @@ void core::forget(connection& c) noexcept {
   c.state = connection::phase::closing; // its pending messages go to other peers from here on
   service_providers_.forget(c.id);
   call_completion_.forget(c.id);
+  command_gate_.leave(c);
   stop_service_.leave(c);
   sender_.forget({c.id.index});
   receiver_.forget({c.id.index});
@@ -317,7 +322,8 @@ void core::forget(connection& c) noexcept {
 void core::close(connection& c, std::uint16_t code, std::string_view reason) noexcept {
   if (!c.open()) return;
   c.state = connection::phase::closing; // from here on only control frames are written
-  stop_service_.leave(c);               // nothing is read from it any more, so for the stop a guard has left
+  command_gate_.leave(c);               // nothing is read from it any more: it drives no more,
+  stop_service_.leave(c);               // and for the stop a guard has left
   c.close_reason = reason;
   sender_.send_close({c.id.index}, code, reason);
   state_.seams.transport.close(c.id, close_how::flushed);
@@ -331,6 +337,7 @@ void core::close_marked() noexcept {
 // Closes at once: the peer loses what it has read only partly.
 void core::cut(connection& c, std::string_view reason) noexcept {
   c.state = connection::phase::closing;
+  command_gate_.leave(c);
   stop_service_.leave(c);
   c.close_reason = reason;
   state_.seams.transport.close(c.id, close_how::aborted);

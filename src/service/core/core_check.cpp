@@ -18,6 +18,7 @@ std::string_view core_parts::inconsistency() const noexcept {
   if (!subscription_queues_.check()) return "subscriptions that are ready";
   if (!sender_.check()) return "who has something to write";
   if (!stop_service_.check()) return "who waits for the answer to a stop";
+  if (!command_gate_.check()) return "who drives";
   if (!direct_messages_.check()) return "direct messages";
   if (!receiver_.check()) return "what peers have with whoever receives";
   if (!check_holders()) return "who holds topics";
@@ -33,7 +34,7 @@ std::string_view core_parts::inconsistency() const noexcept {
 // Each topic is held by its subscriptions, advertisements and handles; its own ones by the endpoint.
 bool core_parts::check_holders() const noexcept {
   std::uint64_t own_held = 0;
-  for (const topic_id own : {statistics_topic_, stop_topic_, parameters_feed_.topic()})
+  for (const topic_id own : {statistics_topic_, stop_topic_, parameters_feed_.topic(), control_feed_.topic()})
     own_held += own ? weight(own) : 0; // a client has none
   for (const pair_row& row : state_.pair_rows) {
     if (row.attached && row.topic) own_held += weight(row.topic);

@@ -13,6 +13,7 @@
 #include "service/calls/direct_messages.hpp"
 #include "service/calls/long_calls.hpp"
 #include "service/calls/service_providers.hpp"
+#include "service/control/command_gate.hpp"
 #include "service/graph/connection_graph.hpp"
 #include "service/graph/graph_services.hpp"
 #include "service/graph/listings.hpp"
@@ -39,6 +40,7 @@
 #include "service/parameters/parameters.hpp"
 #include "service/parameters/parameters_feed.hpp"
 #include "service/reports/clock_feed.hpp"
+#include "service/reports/control_feed.hpp"
 #include "service/reports/metrics_report.hpp"
 #include "service/reports/own_pages.hpp"
 #include "service/reports/statistics_feed.hpp"
@@ -92,6 +94,9 @@ class core_parts {
   sender sender_;
   refusals refusals_;
   access_control access_control_;
+  stop_options stop_options_{settled(state_.options.stop, false)}; // until the thread is described
+  stop_rules stop_rules_;
+  command_gate command_gate_;
   parameters parameters_;
   parameter_requests parameter_requests_;
   local_delivery local_delivery_;
@@ -114,8 +119,6 @@ class core_parts {
   topic_handles topic_handles_;
   service_directory service_directory_;
   service_providers service_providers_;
-  stop_options stop_options_{settled(state_.options.stop, false)}; // until the thread is described
-  stop_rules stop_rules_;
   stop_service stop_service_;
   statistics_report statistics_report_;
   metrics_report metrics_report_;
@@ -124,6 +127,7 @@ class core_parts {
   statistics_feed statistics_feed_;
   parameters_feed parameters_feed_;
   clock_feed clock_feed_;
+  control_feed control_feed_;
   connection_graph connection_graph_;
   parameter_services parameter_services_;
   graph_services graph_services_;

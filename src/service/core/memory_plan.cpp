@@ -25,9 +25,9 @@ std::size_t core_parts::footprint_bytes(const limits& bounds) noexcept {
          service_providers::footprint_bytes(bounds) + thread_submissions::footprint_bytes(bounds) +
          dispatcher::footprint_bytes(bounds) + listings::footprint_bytes(bounds) +
          stop_state_feed::footprint_bytes(bounds) + stop_service::footprint_bytes(bounds) +
-         topic_pages::footprint_bytes(bounds) + own_pages::footprint_bytes(bounds) +
-         parameters::footprint_bytes(bounds) + parameter_requests::footprint_bytes(bounds) +
-         connection_graph::footprint_bytes(bounds);
+         command_gate::footprint_bytes(bounds) + topic_pages::footprint_bytes(bounds) +
+         own_pages::footprint_bytes(bounds) + parameters::footprint_bytes(bounds) +
+         parameter_requests::footprint_bytes(bounds) + connection_graph::footprint_bytes(bounds);
 }
 
 memory_plan plan_memory(const limits& bounds, transport_security with) noexcept {

@@ -75,7 +75,8 @@ bool credit::take_pong(std::span<const std::byte> payload, rt::time_point now) n
   // The peer cannot have read what was not written.
   if (which == pings_ || nonce != nonce_ || end > written_) return false;
 
-  const rt::duration waited = now - under_way_[which].at;
+  answered_at_ = under_way_[which].at;
+  const rt::duration waited = now - answered_at_;
   // After a stall, the pongs of two pings may come at once. But reading what lies between the two took time.
   const rt::duration took = std::max(now - busy_since_, waited);
   // The first ping is sent too early to measure the peer's rate.

@@ -76,6 +76,8 @@ class credit {
   bool ping_under_way() const noexcept { return pings_ != 0; }
   // When the oldest unanswered ping was sent; never: there is none.
   rt::time_point waits_since() const noexcept { return pings_ == 0 ? rt::never : under_way_[0].at; }
+  // When the newest ping was sent that was answered; zero: none was.
+  rt::time_point answered_at() const noexcept { return answered_at_; }
   bool settling() const noexcept { return round_trip_.settling(); }
   // Neither a ping nor the one after it was answered in time.
   bool unresponsive(rt::time_point now) const noexcept { return pings_ == under_way_.size() && late(now); }
@@ -114,8 +116,9 @@ class credit {
   std::array<question, 2> under_way_{}; // the older one first
   std::uint64_t nonce_ = 0;
   std::uint64_t written_ = 0;
-  std::uint64_t read_ = 0;      // of these, at least
-  std::uint64_t pinged_ = 0;    // where the last ping ends
+  std::uint64_t read_ = 0;   // of these, at least
+  std::uint64_t pinged_ = 0; // where the last ping ends
+  rt::time_point answered_at_{};
   rt::time_point busy_since_{}; // something was on its way all the time from here
   round_trip round_trip_;
   rates rates_;

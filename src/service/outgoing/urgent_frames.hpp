@@ -87,6 +87,9 @@ class urgent_frames : urgent_frames_needs {
   // Schedules a due ping; counts a peer that does not answer one in time.
   void check_responsive(peer_index peer) noexcept;
   bool unresponsive(peer_index peer) const noexcept { return outputs_[peer].unresponsive; }
+  // When the newest ping was sent that it answered; zero: none was. All that it sends afterwards was sent
+  // later than that.
+  rt::time_point answered_at(peer_index peer) const noexcept { return outputs_[peer].credit.answered_at(); }
   // When the oldest unanswered ping was sent; never: there is none.
   rt::time_point waits_for_pong_since(peer_index peer) const noexcept {
     return outputs_[peer].credit.waits_since();

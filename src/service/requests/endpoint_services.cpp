@@ -58,13 +58,15 @@ std::string_view endpoint_services::find(std::string_view asked) noexcept {
 void endpoint_services::answer(call_index index, std::string_view service,
                                const wire::call_args& what) noexcept {
   state_.calls.at(index).callee = {.who = call_endpoint::kind::core};
-  const connection* c = nullptr; // a peer with a role; null: whoever asks sees everything
+  connection* c = nullptr; // a peer with a role; null: whoever asks sees everything
   if (const call& one = state_.calls.at(index); one.caller.who == call_endpoint::kind::peer) {
     c = state_.peers.find(one.caller.connection());
     if (c != nullptr && !outbox_.has_place_for_reply({c->id.index}))
       return call_completion_.fail_for_room(index);
+    if (service == wire::control_name) return answer_control(index, c, what);
     if (c != nullptr && !state_.rights.apply_to(*c)) c = nullptr;
   }
+  if (service == wire::control_name) return answer_control(index, nullptr, what);
   if (parameter_services::answers(service)) return parameter_services_.answer(index, service, what);
   if (type_services::answers(service)) return type_services_.answer(index, service, what, c);
   state_.cycle.work_bytes += answer_work;
@@ -119,6 +121,15 @@ void endpoint_services::answer(call_index index, std::string_view service,
   if (left_out != 0) [[unlikely]]
     state_.counts.add(counter::names_left_out, left_out);
   call_completion_.complete(index, slot);
+}
+
+// A request is carried out once, and then answered: a slot for the answer may have to be found.
+void endpoint_services::answer_control(call_index index, connection* c,
+                                       const wire::call_args& what) noexcept {
+  const command_gate::decision made = command_gate_.carry_out(c, what.text);
+  const slot_id slot = outbox_.compose(message_lifetime{},
+                                       [&](json::writer& into) { command_gate_.write_answer(into, made); });
+  slot ? call_completion_.complete(index, slot) : call_completion_.fail_for_room(index);
 }
 
 } // namespace rowe::service

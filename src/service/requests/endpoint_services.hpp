@@ -8,6 +8,7 @@
 #include <rowe/detail/queue_pair.hpp>
 
 #include "service/calls/call_completion.hpp"
+#include "service/control/command_gate.hpp"
 #include "service/graph/graph_services.hpp"
 #include "service/graph/type_services.hpp"
 #include "service/outgoing/outbox.hpp"
@@ -28,6 +29,7 @@ struct endpoint_services_needs {
   const graph_services& graph_services_;
   parameter_services& parameter_services_;
   type_services& type_services_;
+  command_gate& command_gate_;
 };
 
 class endpoint_services : endpoint_services_needs {
@@ -41,6 +43,7 @@ class endpoint_services : endpoint_services_needs {
   void answer(call_index call, std::string_view service, const wire::call_args& what) noexcept;
 
  private:
+  void answer_control(call_index call, connection* c, const wire::call_args& what) noexcept;
 };
 
 } // namespace rowe::service

@@ -5,6 +5,7 @@
 #pragma once
 #include <string_view>
 
+#include "service/control/command_gate.hpp"
 #include "service/graph/listings.hpp"
 #include "service/state/core_state.hpp"
 #include "service/stop/stop_service.hpp"
@@ -15,6 +16,7 @@ struct revocation_needs {
   core_state& state_;
   listings& listings_;
   stop_service& stop_service_;
+  command_gate& command_gate_;
 };
 
 class revocation : revocation_needs {
@@ -22,7 +24,7 @@ class revocation : revocation_needs {
   explicit revocation(const revocation_needs& parts) noexcept : revocation_needs{parts} {}
 
   // Other rights hold (peer_rights::renew()). Looks once at each peer. Those that are marked to be closed
-  // count as closed from here on, and what they guard stops at once.
+  // count as closed from here on, and what they guard stops at once, and they drive no more.
   void judge_all() noexcept {
     for (connection& c : state_.peers) {
       if (c.state == connection::phase::free || c.ours == side::client) continue;
@@ -44,6 +46,7 @@ class revocation : revocation_needs {
     state_.counts.add(counter::revoked_peers);
     state_.peers.close_later(c, why);
     stop_service_.leave(c);
+    command_gate_.leave(c);
   }
 };
 

@@ -36,6 +36,12 @@ constexpr bool is_loopback(std::string_view address) noexcept {
   return address.starts_with("127.") || address.starts_with("[::1]");
 }
 
+// The number of a peer in the rules of the stop and of drivers. It is never used again.
+constexpr std::uint64_t key_of(connection_id id) noexcept {
+  return std::uint64_t{id.generation} << 32 | id.index;
+}
+inline constexpr std::uint64_t key_of_this_process = 1; // a peer's is never so small
+
 struct connection {
   // to_close: see peer_table::close_later()
   enum class phase : std::uint8_t { free, open, to_close, closing };

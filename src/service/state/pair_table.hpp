@@ -14,6 +14,7 @@ namespace rowe::service {
 struct pair_row {
   bool attached = false;
   bool busy = false;       // a long value is being copied into its inbox, so it gets no other one
+  bool driven = false;     // it has a lease: what it gets are commands
   bool long_texts = false; // it may publish long texts, or structs whose text is long
   topic_id topic{};
   pair_index next_inbox{};

@@ -11,6 +11,7 @@
 #include "service/base/names.hpp"
 #include "service/state/connection.hpp"
 #include "service/threads/policy_handover.hpp"
+#include "wire/text/text_out.hpp"
 
 namespace rowe::service {
 
@@ -65,6 +66,14 @@ class peer_rights {
   }
   bool sees(const access::subject& who, std::string_view topic) const noexcept {
     return ROWE_MUTANT(role_lists) || allow(who, access::right::subscribe, topic);
+  }
+  // Writes how others see a peer of this name that calls itself `said`. It may say what it likes. So where
+  // there are identities, its own word stands behind its identity, or its address.
+  wire::text_out& write_name(wire::text_out& into, std::string_view name,
+                             std::string_view said) const noexcept {
+    if (said.empty()) return into.add(name);
+    if (!in_use_) return into.add(said);
+    return into.add(name).add(" (").add(said).add(")");
   }
   // Whether the peer may publish on a topic beside a publisher of this process that does not share it.
   bool publishes_beside(const connection& c, std::string_view topic) const noexcept {

@@ -78,6 +78,7 @@ struct topic {
   std::uint32_t own_holders = 0; // those of this process
   std::uint32_t own_alone = 0;   // publishers of this process that do not share the topic with peers
   std::uint32_t channel = 0;     // its number, for codecs that number their topics
+  driven_index driven{};         // where its commands are judged; none: it has no lease
   std::uint32_t charged_in = 0;  // the count of topic_places::claims_now() in which its place was charged
   index_list<subscription_id, subscription, &subscription::next_on_topic, &subscription::previous_on_topic>
       subscriptions;

@@ -22,12 +22,6 @@ struct stop_asker {
   bool silent = false;       // wants no answer
 };
 
-// The key of a peer in the rules of the stop.
-constexpr std::uint64_t stop_key_of(connection_id id) noexcept {
-  return std::uint64_t{id.generation} << 32 | id.index;
-}
-inline constexpr std::uint64_t stop_key_of_this_process = 1; // a peer's is never so small
-
 struct stop_gate {
   // The verb of a service, or of a topic, in either spelling; none: it is not the stop's.
   static stop_verb service_named(std::string_view name) noexcept;

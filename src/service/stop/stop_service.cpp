@@ -34,7 +34,7 @@ std::int64_t integer_of(std::string_view args, std::string_view member) noexcept
 
 stop_service::stop_service(rt::arena& memory, const stop_service_needs& parts) noexcept
     : stop_service_needs{parts},
-      switch_{state_, stop_rules_},
+      switch_{state_, command_gate_, stop_rules_},
       threads_{{.state_ = state_, .stop_switch_ = switch_}},
       rows_{memory.carve<row>(state_.bounds().connections_max)},
       waiters_{memory.carve<waiter>(waiters_of(state_.bounds()))} {}
@@ -59,7 +59,7 @@ void stop_service::detach(pair_index pair) noexcept {
 
 void stop_service::leave(const connection& c) noexcept {
   if (!in_use()) return;
-  stop_rules_.peer_gone(stop_key_of(c.id), state_.cycle.now);
+  stop_rules_.peer_gone(key_of(c.id), state_.cycle.now);
   switch_.write_permit();
 }
 
@@ -73,7 +73,7 @@ void stop_service::stop_all() noexcept {
 
 void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::string_view args) noexcept {
   connection* const c = peer_of(asker.who);
-  const std::uint64_t key = c != nullptr ? stop_key_of(c->id) : stop_key_of_this_process;
+  const std::uint64_t key = c != nullptr ? key_of(c->id) : key_of_this_process;
   const bool from_here = asker.who.who != call_endpoint::kind::peer;
   auto needed = access::right::reset;
   const auto may = [&](access::right what) {

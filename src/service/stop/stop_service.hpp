@@ -34,6 +34,7 @@ struct stop_service_needs {
   sender& sender_;
   access_control& access_control_;
   call_completion& call_completion_;
+  command_gate& command_gate_;
   stop_rules& stop_rules_;
 };
 

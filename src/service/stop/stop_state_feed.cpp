@@ -43,7 +43,7 @@ void stop_state_feed::show_subscribers(message& state, bool changed) noexcept {
     const connection& c = state_.peers[to.peer];
     // There is room for one state: a peer that subscribed by both names gets the one with the slash.
     if (to.unslashed && state_.subscriptions.find(topic_, to.peer, false)) continue;
-    const bool guards = stop_rules_.guards_include(stop_key_of(c.id));
+    const bool guards = stop_rules_.guards_include(key_of(c.id));
     const rt::duration period = guards ? state_.options.stop.tick : slow;
     rt::time_point& shown_at = shown_at_[to.peer];
     if (changed || state_.cycle.now - shown_at >= (guards ? period : period - early)) {
@@ -120,7 +120,7 @@ void stop_state_feed::show_takers_of_messages(bool changed) noexcept {
 void stop_state_feed::show_handles(message& state, bool changed) noexcept {
   const rt::duration tick = state_.options.stop.tick;
   const rt::duration period =
-      stop_rules_.guards_include(stop_key_of_this_process) ? tick : stop_ticks_for_others * tick;
+      stop_rules_.guards_include(key_of_this_process) ? tick : stop_ticks_for_others * tick;
   if (changed || state_.cycle.now - delivered_at_ >= period) {
     delivered_at_ = state_.cycle.now;
     write(state);

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "service/base/service_limits.hpp"
+#include "service/control/command_gate.hpp"
 #include "service/state/core_state.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "wire/text/text_out.hpp"
@@ -27,7 +28,8 @@ class stop_switch {
         : name{c->name()}, identity{c->identity}, address{c->peer()}, is_peer{true} {}
   };
 
-  stop_switch(core_state& state, stop_rules& rules) noexcept : state_{state}, stop_rules_{rules} {}
+  stop_switch(core_state& state, command_gate& gate, stop_rules& rules) noexcept
+      : state_{state}, command_gate_{gate}, stop_rules_{rules} {}
 
   const stop_rules& rules() const noexcept { return stop_rules_; }
   stop_rules& rules() noexcept { return stop_rules_; } // show() afterwards
@@ -40,13 +42,11 @@ class stop_switch {
     state_.counts.add(counter::stops);
     stop_rules_.request(source, key, state_.cycle.now);
   }
-  // Somebody of this process, or a peer, asks for a stop, and says who it is. A peer may call itself what it
-  // likes. So where the endpoint has identities, its own word stands behind its identity, or its address.
+  // Somebody of this process, or a peer, asks for a stop, and says who it is.
   void request(const asker& by, std::string_view said, std::uint64_t key) noexcept {
-    if (said.empty()) return request(by.name, key);
-    if (!by.is_peer || !state_.rights.policy().in_use()) return request(said, key);
-    wire::text_of<identity_name::capacity() + 3 + stop_member_bytes_max> text;
-    request(text.add(by.name).add(" (").add(said).add(")").text(), key);
+    if (!by.is_peer && !said.empty()) return request(said, key);
+    wire::text_of<peer_name_bytes_max> text;
+    request(state_.rights.write_name(text, by.name, said).text(), key);
   }
   // How often a stop was asked for, repeats included.
   std::uint64_t requests() const noexcept { return requests_; }
@@ -54,12 +54,15 @@ class stop_switch {
   // asked for a stop or a reset.
   void show() noexcept { show({}, {}); }
   void show(std::string_view reason, const asker& by) noexcept {
-    stop_rules_.write_permit(state_.shared.permit);
+    write_permit();
     if (stop_rules_.running() != reported_running_) report(reason, by);
   }
   // Publishes it to the loops only: a loop or a peer has come or gone, and the next show() reports to the
-  // log.
-  void write_permit() noexcept { stop_rules_.write_permit(state_.shared.permit); }
+  // log. Commands that were sent before end first, so no loop that is released finds one.
+  void write_permit() noexcept {
+    command_gate_.note_stop();
+    stop_rules_.write_permit(state_.shared.permit);
+  }
   void count_refusal() noexcept { state_.counts.add(counter::stop_refusals); }
 
  private:
@@ -87,6 +90,7 @@ class stop_switch {
   }
 
   core_state& state_;
+  command_gate& command_gate_;
   stop_rules& stop_rules_;
   std::uint64_t requests_ = 0;
   bool reported_running_ = false; // as of the last event

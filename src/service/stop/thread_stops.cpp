@@ -18,7 +18,7 @@ static_assert(stop_source_bytes_max <= stop_rules::source_bytes_max);
 void thread_stops::carry_out_stop() noexcept {
   const bool with_reason = std::exchange(stops_done_, asked_.stops) != asked_.stops;
   const std::string_view source = with_reason ? asked_.source.view() : std::string_view{};
-  stop_switch_.request(source.empty() ? "this process" : source, stop_key_of_this_process);
+  stop_switch_.request(source.empty() ? "this process" : source, key_of_this_process);
   stop_switch_.show(with_reason ? asked_.reason.view() : std::string_view{}, {}); // before anything else
   if (stops_done_ == answered_.stops) return;                                     // nobody waits
   stop_number_ = stop_switch_.rules().number();

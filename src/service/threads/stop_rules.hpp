@@ -86,6 +86,8 @@ class stop_rules {
   // Raised whenever something that peers get changes, except ticks and ages.
   std::uint64_t version() const noexcept { return version_; }
   std::uint64_t tick(rt::time_point now) const noexcept;
+  // When a tick was issued; never for one that was not.
+  rt::time_point issued(std::int64_t tick, rt::time_point now) const noexcept;
   // When the last loop acknowledged this stop, as of the last update(); never, while one has not, or if there
   // is no loop.
   rt::time_point observed() const noexcept;
@@ -121,8 +123,6 @@ class stop_rules {
   bool is_held(latch_number by_a_loop) const noexcept;
   void outdate_ticks(rt::time_point now) noexcept;
   bool is_new(std::uint64_t asker) noexcept;
-  // When a tick was issued; never for one that was not.
-  rt::time_point issued(std::int64_t tick, rt::time_point now) const noexcept;
   guard* find_guard(std::string_view name) noexcept;
   bool guarded(rt::time_point now) const noexcept;
   bool loops_ready(rt::time_point now) const noexcept;

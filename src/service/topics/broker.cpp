@@ -143,6 +143,11 @@ void broker::relay(connection& c, const wire::request& asked, text_id body) noex
   if (mine != nullptr && mine->lifespan_ns > 0)
     over = std::min(over, rt::deadline_after(c.said_at, rt::duration{mine->lifespan_ns}));
   if (over <= state_.cycle.now) return state_.counts.add(counter::expired); // it is over here
+  if (state_.topics.at(index).driven) [[unlikely]] {
+    const auto until = command_gate_.admit(c, asked, index);
+    if (!until) return;
+    over = std::min(over, *until);
+  }
   const published_by who{.peer = {c.id.index, c.id.generation}, .id_raw = asked.id_raw};
   if (state_.options.relay && c.ours == side::server) {
     const bool latches = asked.latch || (mine != nullptr && mine->latched) || ROWE_MUTANT(latch_of_others);
@@ -192,10 +197,13 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_po
   // One that is sent now or never came in time, and has no time to live behind that.
   const bool always = over == state_.cycle.now || ROWE_MUTANT(ttl_at_handle);
   json::decoder::diagnosis why;
+  const std::int64_t turn =
+      state_.pair_rows[pair].driven ? state_.pairs[pair].turn.number() : std::int64_t{0};
   const status done = local_delivery_.deliver(pair,
                                               {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
                                                .expires_ns = rt::nanoseconds_of(always ? rt::never : over),
-                                               .peer = who.peer},
+                                               .peer = who.peer,
+                                               .outcome_value = turn},
                                               {body.data(), body.size()}, why);
   if (done) return;
   if (done.code() == errc::full) return state_.counts.add(counter::inbox_full);
@@ -203,6 +211,24 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_po
   if (done.code() == errc::too_big) return report_too_big(pair, done.error(), who);
   state_.counts.add(counter::undecodable);
   report_undecodable(pair, who, why.text(buffer));
+}
+
+// A peer's command was admitted where it was read. Those of this process are here. A handle without a lease
+// on the same topic gets what is published, as on any other.
+void broker::deliver_command(const topic& on, std::span<const char> body, rt::time_point over,
+                             const published_by& who) noexcept {
+  const bool own = who.peer.generation == 0;
+  const auto admitted =
+      own ? command_gate_.admit_own(state_.pair_rows[on.inboxes.head].topic, state_.cycle.now)
+          : std::optional{over};
+  for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox) {
+    if (!state_.pair_rows[i].driven) {
+      local_delivery_.may_deliver(i, who.peer) ? deliver_to(i, body, over, who)
+                                               : state_.counts.add(counter::inbox_full);
+    } else if (admitted) {
+      deliver_to(i, body, std::min(over, *admitted), who);
+    }
+  }
 }
 
 void broker::report_too_big(pair_index pair, const error& why, const published_by& who) noexcept {

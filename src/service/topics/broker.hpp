@@ -9,6 +9,7 @@
 
 #include <rowe/detail/queue_pair.hpp>
 
+#include "service/control/command_gate.hpp"
 #include "service/incoming/refusals.hpp"
 #include "service/outgoing/local_delivery.hpp"
 #include "service/outgoing/long_deliveries.hpp"
@@ -39,6 +40,7 @@ struct broker_needs {
   refusals& refusals_;
   local_delivery& local_delivery_;
   long_deliveries& long_deliveries_;
+  command_gate& command_gate_;
   const advertisement_table& advertisement_table_;
 };
 
@@ -61,6 +63,8 @@ class broker : broker_needs {
   // Delivers a value to the handles of this process that subscribed. They take none whose time is `over`.
   void deliver(const topic& on, std::span<const char> body, rt::time_point over,
                const published_by& who) noexcept {
+    if (on.driven) [[unlikely]]
+      return deliver_command(on, body, over, who);
     for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox) {
       if (local_delivery_.may_deliver(i, who.peer)) {
         deliver_to(i, body, over, who);
@@ -84,6 +88,8 @@ class broker : broker_needs {
   void report_not_latched(topic_id index, std::size_t bytes, const published_by& who) noexcept;
   void deliver_to(pair_index pair, std::span<const char> body, rt::time_point over,
                   const published_by& who) noexcept;
+  void deliver_command(const topic& on, std::span<const char> body, rt::time_point over,
+                       const published_by& who) noexcept;
   void go_on_with_latched(pair_index pair) noexcept;
   bool deliver_long_to(pair_index pair, text_id value, rt::time_point over, const published_by& who) noexcept;
   void report_too_big(pair_index pair, const error& why, const published_by& who) noexcept;

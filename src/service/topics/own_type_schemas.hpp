@@ -144,6 +144,28 @@ inline constexpr auto schema<own_structs::stop_state> =
         .type("rowe/StopState");
 
 template <>
+inline constexpr auto schema<own_structs::control_request> =
+    fields<&own_structs::control_request::topic, &own_structs::control_request::action,
+           &own_structs::control_request::name, &own_structs::control_request::tick>{};
+template <>
+inline constexpr auto schema<own_structs::control_answer> =
+    fields<&own_structs::control_answer::topic, &own_structs::control_answer::driver,
+           &own_structs::control_answer::number, &own_structs::control_answer::yours,
+           &own_structs::control_answer::lease_ms, &own_structs::control_answer::hold_ms,
+           &own_structs::control_answer::tick, &own_structs::control_answer::refused,
+           &own_structs::control_answer::right>{};
+template <>
+inline constexpr auto schema<own_structs::control_row> =
+    fields<&own_structs::control_row::topic, &own_structs::control_row::lease_ms,
+           &own_structs::control_row::hold_ms, &own_structs::control_row::driver,
+           &own_structs::control_row::number, &own_structs::control_row::since_ms,
+           &own_structs::control_row::age_ms>{};
+template <>
+inline constexpr auto schema<own_structs::control_state> =
+    fields<&own_structs::control_state::tick, &own_structs::control_state::topics>{}.type(
+        "rowe/ControlState");
+
+template <>
 inline constexpr auto schema<own_structs::parameter_values> =
     fields<&own_structs::parameter_values::values>{}.type("rowe/Parameters");
 template <>

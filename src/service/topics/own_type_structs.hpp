@@ -144,6 +144,35 @@ struct stop_state {
   list<loop_row> loops;
 };
 
+// ---- control
+
+struct control_request {
+  std::optional<name_text> topic, action, name;
+  std::optional<std::uint64_t> tick;
+};
+struct control_answer {
+  std::optional<name_text> topic;
+  null_while_none<name_text> driver;
+  std::optional<std::uint64_t> number;
+  std::optional<bool> yours;
+  std::optional<std::int64_t> lease_ms, hold_ms;
+  std::uint64_t tick = 0;
+  null_while_none<name_text> refused;
+  std::optional<name_text> right;
+};
+struct control_row {
+  name_text topic;
+  std::int64_t lease_ms = 0, hold_ms = 0;
+  null_while_none<name_text> driver;
+  std::uint64_t number = 0;
+  std::int64_t since_ms = 0;
+  null_while_none<std::int64_t> age_ms;
+};
+struct control_state {
+  std::uint64_t tick = 0;
+  list<control_row> topics;
+};
+
 // ---- types and parameters
 
 struct parameter_values {

@@ -27,6 +27,7 @@ constexpr std::array topic_types{
     own_topic_type{wire::stats_name, "rowe/Stats", &describe<own_structs::stats>()},
     own_topic_type{wire::stop_state_name, "rowe/StopState", &describe<own_structs::stop_state>()},
     own_topic_type{wire::parameters_name, "rowe/Parameters", &describe<own_structs::parameter_values>()},
+    own_topic_type{wire::control_state_name, "rowe/ControlState", &describe<own_structs::control_state>()},
 };
 
 // Those that have numbers come first.
@@ -79,6 +80,7 @@ constexpr std::array service_types{
     typed<own_structs::of_name, own_structs::exists>(wire::has_param_name, "rosapi/HasParam"),
     typed<own_structs::of_name, own_structs::found_name>(wire::search_param_name, "rosapi/SearchParam"),
     typed<own_structs::of_name, own_structs::anything>(wire::delete_param_name, "rosapi/DeleteParam"),
+    typed<own_structs::control_request, own_structs::control_answer>(wire::control_name, "rowe/Control"),
 };
 
 static_assert(service_types.size() >= numbered_own_services);

@@ -33,13 +33,19 @@ status topic_handles::attach(pair_index pair) noexcept {
   const bool reads = detail::subscribes(queues.kind);
   if (!has_other(topic_index, reads))
     (reads ? on.asked_unslashed : on.offered_unslashed) = !has_slash(queues.name());
-  row.attached = true;
   row.topic = topic_index;
+  const status driven = queues.lease != rt::duration{} ? command_gate_.attach(pair) : status{};
+  if (!driven) {
+    row.topic = {};
+    topic_places_.let_go_own(topic_index);
+    return driven;
+  }
+  row.attached = true;
   state_.topics.set_schema(topic_index, schema_of(topic_index));
   if (reads) {
     on.inboxes.push_front(state_.pair_rows, pair);
     topic_rates_.begin_for(topic_index);
-    broker_.deliver_latched(pair);
+    if (!row.driven) broker_.deliver_latched(pair); // what was published once is no command
   } else {
     begin_publishing(pair);
   }
@@ -80,6 +86,7 @@ void topic_handles::begin_publishing(pair_index pair) noexcept {
 void topic_handles::detach(pair_index pair) noexcept {
   pair_row& row = state_.pair_rows[pair];
   const topic_id topic = row.topic;
+  command_gate_.detach(pair);
   if (detail::subscribes(state_.pairs[pair].kind)) {
     state_.topics.at(topic).inboxes.erase(state_.pair_rows, pair);
   } else if (!state_.pairs[pair].shared) {

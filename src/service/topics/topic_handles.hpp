@@ -12,6 +12,7 @@
 #include <rowe/limits.hpp>
 #include <rowe/result.hpp>
 
+#include "service/control/command_gate.hpp"
 #include "service/outgoing/outbox.hpp"
 #include "service/state/core_state.hpp"
 #include "service/topics/advertisements.hpp"
@@ -34,6 +35,7 @@ struct topic_handles_needs {
   topic_places& topic_places_;
   subscriptions& subscriptions_;
   advertisements& advertisements_;
+  command_gate& command_gate_;
   broker& broker_;
 };
 
@@ -41,7 +43,7 @@ class topic_handles : topic_handles_needs {
  public:
   explicit topic_handles(const topic_handles_needs& parts) noexcept : topic_handles_needs{parts} {}
 
-  // Errors: too_many_topics; type_conflict, and then an event names the types.
+  // Errors: too_many_topics; too_many_leases; type_conflict, and then an event names the types.
   status attach(pair_index pair) noexcept;
   void detach(pair_index pair) noexcept;
   // In a client: announces to the server a handle that was attached or is being detached.

@@ -17,6 +17,9 @@ inline constexpr std::string_view stop_reset_name = "/rowe/stop/reset";
 inline constexpr std::string_view stop_guard_name = "/rowe/stop/guard";
 inline constexpr std::string_view stop_state_name = "/rowe/stop/state"; // a topic and a service
 
+inline constexpr std::string_view control_name = "/rowe/control";             // a service
+inline constexpr std::string_view control_state_name = "/rowe/control/state"; // a topic
+
 inline constexpr std::string_view types_name = "/rowe/types"; // a service
 
 // Paths of HTTP that the endpoint answers itself, as it does those below /rowe/.

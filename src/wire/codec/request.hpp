@@ -85,6 +85,8 @@ inline constexpr std::int64_t fragment_size_min = 256;
 
 inline constexpr std::int64_t unlimited = -1; // of a time: it has no end, or none was given
 
+inline constexpr std::int64_t no_tick = -1;
+
 struct name_limits {
   std::size_t name_bytes_max = 128;          // of topics, services and types, unescaped
   std::size_t id_bytes_max = 256;            // as it stands in the text
@@ -139,6 +141,7 @@ struct request {
   std::string_view body_raw;
   std::string_view code;                // reply that failed: a word for programs; empty: none
   std::int64_t ttl_ns = unlimited;      // message, publish, call: its time to live
+  std::int64_t tick = no_tick;          // publish: the newest tick of the robot that its sender had
   std::int64_t throttle_ms = 0;         // subscribe: 0 to milliseconds_max
   std::int64_t queue_length = 0;        // subscribe: 0 or more; 0: not stated
   std::int64_t queue_size = 100;        // advertise: 0 or more

@@ -198,7 +198,8 @@ bool decoding::take_publish() noexcept {
   const json::value& v = value("msg");
   if (v.type != json::kind::object) return accept(wrong_type("msg", v, "an object"));
   out_.body_raw = v.raw;
-  return take_type("type") && take_boolean("latch", out_.latch) && take_ttl();
+  return take_type("type") && take_boolean("latch", out_.latch) && take_ttl() &&
+         take_count("tick", any_count, out_.tick);
 }
 
 bool decoding::take_status() noexcept {

@@ -35,7 +35,8 @@ inline constexpr word_table member_names{"op",
                                          "action",
                                          "action_type",
                                          "feedback",
-                                         "status"};
+                                         "status",
+                                         "tick"};
 
 struct operation {
   std::string_view text;

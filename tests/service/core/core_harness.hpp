@@ -214,13 +214,15 @@ class core_harness_over {
                                      .latched = how.latched,
                                      .shared = how.shared,
                                      .ttl = how.ttl,
-                                     .period = how.period};
+                                     .period = how.period,
+                                     .lease = how.lease};
     const bool publishes = rowe::detail::publishes(kind);
     (publishes ? asked.out_depth : asked.in_depth) = rowe::detail::of_topics.or_asked(how.depth, value_bytes);
     (publishes ? asked.out_bytes : asked.in_bytes) = value_bytes;
     (publishes ? asked.encoded : asked.decoded) = schema;
     asked.fill_missing = how.fill_missing.value_or(rowe::is_ros_type(asked.type));
     if (kind == rowe::detail::pair_kind::subscribe_text) asked.keep = rowe::keep::all;
+    if (how.lease != rowe::duration{}) asked.keep = rowe::keep::newest;
     return offer(asked);
   }
 

@@ -31,7 +31,6 @@ struct listings_test : peer_parts::peer_parts {
                                           .handles_max = 2}),
                    rowe::service::side::server, numbers::protocols()} {}
 
-  rowe::service::stop_rules rules{options.stop, cycle.now, 1};
   rowe::service::service_directory directory{memory, bounds};
   rowe::service::advertisement_table advertised{memory, bounds};
   const topic_id state_of_stop = hold_own(rowe::wire::stop_state_name); // as the core has it

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "service/control/command_gate.hpp"
 #include "service/incoming/access_control.hpp"
 #include "service/incoming/receiver.hpp"
 #include "service/incoming/refusals.hpp"
@@ -46,6 +47,13 @@ struct peer_parts : state_fixture::state_fixture {
       memory, {.state_ = state, .message_store_ = store, .outbox_ = out, .subscription_queues_ = queues}};
   rowe::service::refusals refused{memory, {.state_ = state, .outbox_ = out}};
   rowe::service::access_control access{{.state_ = state, .refusals_ = refused}};
+  rowe::service::stop_rules rules{options.stop, cycle.now, 1};
+  rowe::service::command_gate gate{memory,
+                                   {.state_ = state,
+                                    .stop_rules_ = rules,
+                                    .sender_ = sending,
+                                    .refusals_ = refused,
+                                    .access_control_ = access}};
   rowe::service::local_delivery delivery{state};
   rowe::service::receiver inbox{memory, {.state_ = state, .outbox_ = out, .local_delivery_ = delivery}};
 

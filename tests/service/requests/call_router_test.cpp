@@ -17,12 +17,12 @@ using form = rowe::wire::call_args::form;
 struct call_router_test : call_parts::call_parts {
   explicit call_router_test(bool relay = false) : call_parts{::state_fixture::with(few(), relay)} {}
 
-  rowe::service::stop_rules rules{options.stop, cycle.now, 1};
   rowe::service::stop_service stop{memory,
                                    {.state_ = state,
                                     .sender_ = sending,
                                     .access_control_ = access,
                                     .call_completion_ = completion,
+                                    .command_gate_ = gate,
                                     .stop_rules_ = rules}};
   rowe::service::service_directory directory{memory, bounds};
   rowe::service::topic_rates rates{{.state_ = state, .statistics_topic_ = {}}};
@@ -50,7 +50,8 @@ struct call_router_test : call_parts::call_parts {
                                         .statistics_report_ = report,
                                         .graph_services_ = graph,
                                         .parameter_services_ = of_values,
-                                        .type_services_ = of_types}};
+                                        .type_services_ = of_types,
+                                        .command_gate_ = gate}};
   rowe::service::call_requests requests{{.state_ = state,
                                          .message_store_ = store,
                                          .outbox_ = out,

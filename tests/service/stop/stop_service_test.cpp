@@ -29,12 +29,12 @@ rowe::endpoint_options with_stop() {
 struct stop_service_test : call_parts::call_parts {
   stop_service_test() : call_parts{with_stop()} {}
 
-  rowe::service::stop_rules rules{options.stop, cycle.now, 1};
   rowe::service::stop_service stop{memory,
                                    {.state_ = state,
                                     .sender_ = sending,
                                     .access_control_ = access,
                                     .call_completion_ = completion,
+                                    .command_gate_ = gate,
                                     .stop_rules_ = rules}};
   rowe::detail::latch_words<> words;
   rowe::detail::latch_memory own;

@@ -27,6 +27,7 @@ struct topic_handles_test : topic_parts::topic_parts {
                                         .topic_places_ = places,
                                         .subscriptions_ = readers,
                                         .advertisements_ = writers,
+                                        .command_gate_ = gate,
                                         .broker_ = values}};
 
   // A handle for texts.

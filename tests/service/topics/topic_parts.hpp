@@ -63,6 +63,7 @@ struct topic_parts : peer_parts::peer_parts {
                                 .refusals_ = refused,
                                 .local_delivery_ = delivery,
                                 .long_deliveries_ = long_ones,
+                                .command_gate_ = gate,
                                 .advertisement_table_ = advertised}};
 
   // Its connection has ended.
