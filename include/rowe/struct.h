@@ -178,8 +178,8 @@ ROWE_RT int rowe_struct_subscriber_latest(struct rowe_struct_subscriber* subscri
                                           struct rowe_arrival* arrival);
 
 // With the option `lease_ms`: copies the command that is in force at `now_ns`, the loop's clock in this cycle
-// (docs/drive.md). Errors: empty (none is in force: stand still; `into` and `arrival` are left alone), closed,
-// misuse (NULL, or a subscriber without a lease; with one, the calls above and below say misuse).
+// (docs/drive.md). Errors: empty (none is in force: stand still; `into` and `arrival` are left alone),
+// closed, misuse (NULL, or a subscriber without a lease; with one, the calls above and below say misuse).
 ROWE_RT int rowe_struct_subscriber_latest_within(struct rowe_struct_subscriber* subscriber, int64_t now_ns,
                                                  void* into, struct rowe_arrival* arrival);
 

@@ -19,7 +19,7 @@ entrances = ("core/core.", "core/service_loop.")
 
 # The folders of a room from the ground up: a file includes those of its own folder, and of folders before it.
 folders = {
-    "service": "base threads state outgoing incoming topics calls stop parameters reports graph requests "
+    "service": "base threads state outgoing incoming control topics calls stop parameters reports graph requests "
                "handles core".split(),
     "json": "text reading writing structs".split(),
     "wire": "text websocket http codec plain rosbridge foxglove protocols".split(),
@@ -337,7 +337,8 @@ beyond = {
     "call_router": {"needs": 9},
     "handle_registry": {"needs": 10},
     "handle_submissions": {"needs": 10},
-    "topic_handles": {"needs": 9},
+    "topic_handles": {"needs": 10},
+    "broker": {"needs": 9},
     "core": {"public": 27, "functions": 47},
     # They hand on some of what they are given to a member that needs it, too.
     "connection_graph": {"members": 16},

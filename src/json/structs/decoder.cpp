@@ -227,9 +227,8 @@ class decoder::run {
 
   const char* boolean(char* into, const char* at) noexcept {
     if (*at != 't' && *at != 'f') return wrong_type(at);
-    const bool yes = *at == 't';
-    store<std::uint8_t>(into, yes);
-    return behind(at, yes ? 4 : 5);
+    store<std::uint8_t>(into, *at == 't');
+    return behind(at, *at == 't' ? 4 : 5);
   }
 
   template <class Real>

@@ -6,19 +6,9 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "wire/text/text_out.hpp"
-#include "json/reading/reader.hpp"
 
 namespace rowe::service {
 namespace {
-
-std::int64_t milliseconds(rt::duration d) noexcept {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(d).count();
-}
-
-void write_text(json::writer& into, std::string_view key, std::string_view text) noexcept {
-  into.key(key);
-  text.empty() ? into.null() : into.string(text);
-}
 
 constexpr counter counter_of(driver_rules::verdict why) noexcept {
   switch (why) {
@@ -170,14 +160,14 @@ void command_gate::refuse(connection& from, const wire::request& command, driven
                  : "the robot has not issued its tick");
     break;
   default:
-    text.add("it was sent ").add(milliseconds(state_.cycle.now - sent)).add(" ms ago, and the lease is ");
-    text.add(milliseconds(at.rules.lease())).add(" ms; or before the newest stop");
+    text.add("it was sent ").add(whole_ms(state_.cycle.now - sent)).add(" ms ago, and the lease is ");
+    text.add(whole_ms(at.rules.lease())).add(" ms; or before the newest stop");
     break;
   }
   refusals_.send_status(from, command.id_raw, text.text(), wire::severity::warning);
 }
 
-// ---- requests for control
+// ---- state
 
 driven_index command_gate::find(std::string_view topic) const noexcept {
   if (const topic_id found = topic.empty() ? topic_id{} : state_.topics.find(topic))
@@ -188,101 +178,10 @@ driven_index command_gate::find(std::string_view topic) const noexcept {
   return {static_cast<std::uint32_t>(only - places_.begin())};
 }
 
-command_gate::decision command_gate::carry_out(connection* c, std::string_view args) noexcept {
-  using refusal = driver_rules::refusal;
-  if (!args.empty()) args = json::root(args).raw;
-  std::array<char, control_member_bytes_max> buffer; // of one at a time
-  const auto text_of = [&](std::string_view member) -> std::string_view {
-    const auto found = args.empty() ? std::nullopt : json::find(args, member);
-    const auto text = found ? json::to_string(*found, buffer) : std::nullopt;
-    return text.value_or(std::string_view{});
-  };
-  decision made{.topic = find(text_of("topic"))};
-  const auto refuse_as = [&](refusal why) {
-    made.refused = why;
-    state_.counts.add(counter::control_refusals);
-    if (why == refusal::role && c != nullptr) access_control_.report_denial(*c, made.needed);
-    return made;
-  };
-  if (!made.topic) return refuse_as(refusal::topic);
-  driver_rules& rules = rules_of(made.topic);
-  const std::uint64_t key = c != nullptr ? key_of(c->id) : key_of_this_process;
-  const auto tick = args.empty() ? std::nullopt : json::find(args, "tick");
-  const std::int64_t given = tick ? json::to_integer(*tick).value_or(wire::no_tick) : wire::no_tick;
-  wire::text_of<peer_name_bytes_max> name;
-  c != nullptr ? state_.rights.write_name(name, c->name(), text_of("name")) : name.add("this process");
-  driver_rules::asker by{.peer = key, .name = name.text()};
-  if (c != nullptr && state_.rights.apply_to(*c)) {
-    const std::string_view topic = state_.topics.name(places_[made.topic.value].topic);
-    by.may_drive = state_.rights.allow(*c, access::right::publish, topic);
-    by.may_take_over = state_.rights.allow(*c, access::right::take_over, {}) || ROWE_MUTANT(role_take_over);
-    made.needed = by.may_drive ? access::right::take_over : access::right::publish;
-  }
-  const std::string_view action = text_of("action");
-  if (action == "release") {
-    rules.release(key, state_.cycle.now);
-  } else if (action == "take" || action == "take_over") {
-    made.refused =
-        rules.take(by, action == "take_over", stop_rules_.issued(given, state_.cycle.now), state_.cycle.now);
-  } else if (!action.empty()) {
-    made.refused = refusal::action;
-  }
-  publish_turn(made.topic);
-  made.own = rules.driven_by(key);
-  return made.refused == refusal::none ? made : refuse_as(made.refused);
-}
-
-void command_gate::write_answer(json::writer& into, const decision& made) const noexcept {
-  using refusal = driver_rules::refusal;
-  into.begin_object();
-  if (made.topic) {
-    const driver_rules& rules = rules_of(made.topic);
-    into.member("topic", state_.topics.name(places_[made.topic.value].topic));
-    write_text(into, "driver", rules.driver());
-    into.member("number", rules.number());
-    into.member("yours", made.own);
-    into.member("lease_ms", milliseconds(rules.lease()));
-    into.member("hold_ms", milliseconds(rules.kept_for()));
-  }
-  into.member("tick", stop_rules_.tick(state_.cycle.now));
-  write_text(into, "refused", driver_rules::name_of(made.refused));
-  if (made.refused == refusal::role) write_text(into, "right", access::name_of(made.needed));
-  into.end_object();
-}
-
-// ---- state
-
-bool command_gate::driven() const noexcept {
-  return std::any_of(places_.begin(), places_.end(), [](const place& p) { return p.rules.driven(); });
-}
-
 std::uint64_t command_gate::version() const noexcept {
   std::uint64_t sum = 0;
   for (const place& p : places_) sum += p.rules.version();
   return sum;
-}
-
-void command_gate::write_state(json::writer& into) const noexcept {
-  const rt::time_point now = state_.cycle.now;
-  into.begin_object();
-  into.member("tick", stop_rules_.tick(now));
-  into.begin_array("topics");
-  for (const place& p : places_) {
-    if (!p.topic) continue;
-    into.begin_object();
-    into.member("topic", state_.topics.name(p.topic));
-    into.member("lease_ms", milliseconds(p.rules.lease()));
-    into.member("hold_ms", milliseconds(p.rules.kept_for()));
-    write_text(into, "driver", p.rules.driver());
-    into.member("number", p.rules.number());
-    into.member("since_ms", milliseconds(now - p.rules.since()));
-    into.key("age_ms");
-    const rt::time_point accepted_at = p.rules.accepted_at();
-    accepted_at == rt::time_point{} ? into.null() : into.number(milliseconds(now - accepted_at));
-    into.end_object();
-  }
-  into.end_array();
-  into.end_object();
 }
 
 void command_gate::look() noexcept {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lets commands pass to the handles whose topic has a lease, and answers who wants to drive. driver_rules.hpp
-// has the rules; here is what they are told: who a peer is, and when it sent what it sent.
+// Lets commands pass to the handles whose topic has a lease. driver_rules.hpp has the rules; here is what
+// they are told: who a peer is, and when it sent what it sent.
 //
 // Clocks are not compared. A command that sends back a tick was sent after the tick was issued. A command
 // without a tick was sent after the newest ping that its peer answered before it: both come in the order in
@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include <rowe/limits.hpp>
@@ -19,13 +20,11 @@
 
 #include "service/base/service_limits.hpp"
 #include "service/control/driver_rules.hpp"
-#include "service/incoming/access_control.hpp"
 #include "service/incoming/refusals.hpp"
 #include "service/outgoing/sender.hpp"
 #include "service/state/core_state.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "wire/codec/request.hpp"
-#include "json/writing/writer.hpp"
 
 namespace rowe::service {
 
@@ -34,7 +33,6 @@ struct command_gate_needs {
   const stop_rules& stop_rules_;
   sender& sender_;
   refusals& refusals_;
-  access_control& access_control_;
 };
 
 class command_gate : command_gate_needs {
@@ -60,25 +58,28 @@ class command_gate : command_gate_needs {
   // The same for what this process publishes itself, on a topic that it drives as any peer does.
   std::optional<rt::time_point> admit_own(topic_id topic, rt::time_point published) noexcept;
 
-  // ---- requests for control: /rowe/control
-
-  // What became of one.
-  struct decision {
-    driven_index topic{}; // none: there is no such topic
-    driver_rules::refusal refused = driver_rules::refusal::none;
-    access::right needed = access::right::publish; // refused for want of it: role
-    bool own = false;                              // who asked drives
-  };
-  // `args`: a JSON object, or nothing. `c`: the peer; null: this process asks.
-  decision carry_out(connection* c, std::string_view args) noexcept;
-  void write_answer(json::writer& into, const decision& made) const noexcept;
-
   // ---- state
 
+  // A driven topic.
+  struct place {
+    topic_id topic{}; // none: free
+    std::uint32_t handles = 0;
+    driver_rules rules;
+  };
   bool any() const noexcept { return count_ != 0; }
-  bool driven() const noexcept; // somebody drives
+  std::span<const place> places() const noexcept { return places_; }
+  const place& at(driven_index of) const noexcept { return places_[of.value]; }
+  // By a topic's name; empty: the only one that there is. None: there is no such driven topic.
+  driven_index find(std::string_view topic) const noexcept;
+  // Raised when something that peers see changes, except ages.
   std::uint64_t version() const noexcept;
-  void write_state(json::writer& into) const noexcept;
+
+  // Changes who drives, by `change(driver_rules&)`.
+  template <class Change>
+  void change(driven_index of, Change&& change) noexcept {
+    change(places_[of.value].rules);
+    publish_turn(of);
+  }
 
   // In each cycle: ends the control of who is silent.
   void update() noexcept {
@@ -94,20 +95,12 @@ class command_gate : command_gate_needs {
   bool check() const noexcept;
 
  private:
-  // A driven topic.
-  struct place {
-    topic_id topic{}; // none: free
-    std::uint32_t handles = 0;
-    driver_rules rules;
-  };
   // Of a peer that sends commands without ticks.
   struct row {
     rt::time_point commanded_at{}; // when its first command came; zero: none has come
   };
 
   driver_rules& rules_of(driven_index of) noexcept { return places_[of.value].rules; }
-  const driver_rules& rules_of(driven_index of) const noexcept { return places_[of.value].rules; }
-  driven_index find(std::string_view topic) const noexcept;
   rt::time_point sent_at(const connection& from, const wire::request& command, rt::duration lease) noexcept;
   void refuse(connection& from, const wire::request& command, driven_index of, driver_rules::verdict why,
               rt::time_point sent) noexcept;

@@ -12,6 +12,11 @@
 
 namespace rowe::service {
 
+// As peers get times.
+constexpr std::int64_t whole_ms(rt::duration time) noexcept {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
+}
+
 class driver_rules {
  public:
   static constexpr std::size_t name_bytes_max = 64; // a longer one is cut

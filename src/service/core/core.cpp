@@ -304,7 +304,6 @@ void core::forget(connection& c) noexcept {
   c.state = connection::phase::closing; // its pending messages go to other peers from here on
   service_providers_.forget(c.id);
   call_completion_.forget(c.id);
-  command_gate_.leave(c);
   stop_service_.leave(c);
   sender_.forget({c.id.index});
   receiver_.forget({c.id.index});
@@ -322,8 +321,7 @@ void core::forget(connection& c) noexcept {
 void core::close(connection& c, std::uint16_t code, std::string_view reason) noexcept {
   if (!c.open()) return;
   c.state = connection::phase::closing; // from here on only control frames are written
-  command_gate_.leave(c);               // nothing is read from it any more: it drives no more,
-  stop_service_.leave(c);               // and for the stop a guard has left
+  stop_service_.leave(c);               // nothing is read from it any more, so for the stop a guard has left
   c.close_reason = reason;
   sender_.send_close({c.id.index}, code, reason);
   state_.seams.transport.close(c.id, close_how::flushed);
@@ -337,7 +335,6 @@ void core::close_marked() noexcept {
 // Closes at once: the peer loses what it has read only partly.
 void core::cut(connection& c, std::string_view reason) noexcept {
   c.state = connection::phase::closing;
-  command_gate_.leave(c);
   stop_service_.leave(c);
   c.close_reason = reason;
   state_.seams.transport.close(c.id, close_how::aborted);

@@ -14,6 +14,7 @@
 #include "service/calls/long_calls.hpp"
 #include "service/calls/service_providers.hpp"
 #include "service/control/command_gate.hpp"
+#include "service/control/control_service.hpp"
 #include "service/graph/connection_graph.hpp"
 #include "service/graph/graph_services.hpp"
 #include "service/graph/listings.hpp"
@@ -97,6 +98,7 @@ class core_parts {
   stop_options stop_options_{settled(state_.options.stop, false)}; // until the thread is described
   stop_rules stop_rules_;
   command_gate command_gate_;
+  control_service control_service_;
   parameters parameters_;
   parameter_requests parameter_requests_;
   local_delivery local_delivery_;

@@ -3,12 +3,14 @@
 // that changes, and otherwise periodically. There is no such topic until a handle has a lease. Service thread
 // only; nothing waits or allocates.
 #pragma once
+#include <algorithm>
 #include <limits>
 #include <utility>
 
 #include <rowe/rt/clock.hpp>
 
 #include "service/control/command_gate.hpp"
+#include "service/control/control_service.hpp"
 #include "service/state/core_state.hpp"
 #include "service/topics/broker.hpp"
 #include "service/topics/own_types.hpp"
@@ -19,6 +21,7 @@ struct control_feed_needs {
   core_state& state_;
   broker& broker_;
   const command_gate& command_gate_;
+  const control_service& control_service_;
 };
 
 class control_feed : control_feed_needs {
@@ -38,14 +41,17 @@ class control_feed : control_feed_needs {
     if (state_.options.ours == side::client) return; // what is below /rowe/ is its server's
     const bool changed = shown_ != command_gate_.version();
     if (!changed && state_.cycle.now < due_) return;
-    const rt::duration period = command_gate_.driven() ? control_period_driven : control_period;
+    const rt::duration period = driven() ? control_period_driven : control_period;
     due_ = state_.cycle.now + period;
     shown_ = command_gate_.version();
     if (!topic_) find_topic();
     if (!topic_ || (!changed && !state_.topics.at(topic_).has_audience())) return;
     const latch_owner own{latch_owner::kind::handle, std::numeric_limits<std::uint32_t>::max()};
     broker_.publish(topic_, state_.cycle.now, rt::never, own,
-                    [&](json::writer& into) { command_gate_.write_state(into); });
+                    [&](json::writer& into) { control_service_.write_state(into); });
+  }
+  bool driven() const noexcept {
+    return std::ranges::any_of(command_gate_.places(), [](const auto& one) { return one.rules.driven(); });
   }
   void find_topic() noexcept {
     topic_ = state_.topics.find_or_add(wire::control_state_name);

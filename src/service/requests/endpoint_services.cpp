@@ -126,9 +126,9 @@ void endpoint_services::answer(call_index index, std::string_view service,
 // A request is carried out once, and then answered: a slot for the answer may have to be found.
 void endpoint_services::answer_control(call_index index, connection* c,
                                        const wire::call_args& what) noexcept {
-  const command_gate::decision made = command_gate_.carry_out(c, what.text);
-  const slot_id slot = outbox_.compose(message_lifetime{},
-                                       [&](json::writer& into) { command_gate_.write_answer(into, made); });
+  const control_service::decision made = control_service_.carry_out(c, what.text);
+  const slot_id slot = outbox_.compose(
+      message_lifetime{}, [&](json::writer& into) { control_service_.write_answer(into, made); });
   slot ? call_completion_.complete(index, slot) : call_completion_.fail_for_room(index);
 }
 

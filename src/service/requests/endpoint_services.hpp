@@ -8,7 +8,7 @@
 #include <rowe/detail/queue_pair.hpp>
 
 #include "service/calls/call_completion.hpp"
-#include "service/control/command_gate.hpp"
+#include "service/control/control_service.hpp"
 #include "service/graph/graph_services.hpp"
 #include "service/graph/type_services.hpp"
 #include "service/outgoing/outbox.hpp"
@@ -29,7 +29,7 @@ struct endpoint_services_needs {
   const graph_services& graph_services_;
   parameter_services& parameter_services_;
   type_services& type_services_;
-  command_gate& command_gate_;
+  control_service& control_service_;
 };
 
 class endpoint_services : endpoint_services_needs {

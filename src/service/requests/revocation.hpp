@@ -5,7 +5,6 @@
 #pragma once
 #include <string_view>
 
-#include "service/control/command_gate.hpp"
 #include "service/graph/listings.hpp"
 #include "service/state/core_state.hpp"
 #include "service/stop/stop_service.hpp"
@@ -16,7 +15,6 @@ struct revocation_needs {
   core_state& state_;
   listings& listings_;
   stop_service& stop_service_;
-  command_gate& command_gate_;
 };
 
 class revocation : revocation_needs {
@@ -46,7 +44,6 @@ class revocation : revocation_needs {
     state_.counts.add(counter::revoked_peers);
     state_.peers.close_later(c, why);
     stop_service_.leave(c);
-    command_gate_.leave(c);
   }
 };
 

@@ -58,6 +58,7 @@ void stop_service::detach(pair_index pair) noexcept {
 }
 
 void stop_service::leave(const connection& c) noexcept {
+  command_gate_.leave(c);
   if (!in_use()) return;
   stop_rules_.peer_gone(key_of(c.id), state_.cycle.now);
   switch_.write_permit();

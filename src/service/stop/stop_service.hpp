@@ -47,7 +47,8 @@ class stop_service : stop_service_needs {
   stop_service(rt::arena& memory, const stop_service_needs& parts) noexcept;
 
   void open(peer_index peer) noexcept { rows_[peer] = {}; }
-  // A peer has left, or is not read any more: the loops that it guarded stop.
+  // A peer has left, or is not read any more: the loops that it guarded stop, and it
+  // drives no more.
   void leave(const connection& c) noexcept;
 
   // Attaches the handle of a loop. Errors: too_many_latches.

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "service/control/command_gate.hpp"
+#include "service/control/control_service.hpp"
 #include "service/incoming/access_control.hpp"
 #include "service/incoming/receiver.hpp"
 #include "service/incoming/refusals.hpp"
@@ -52,8 +52,11 @@ struct peer_parts : state_fixture::state_fixture {
                                    {.state_ = state,
                                     .stop_rules_ = rules,
                                     .sender_ = sending,
-                                    .refusals_ = refused,
-                                    .access_control_ = access}};
+                                    .refusals_ = refused}};
+  rowe::service::control_service control{{.state_ = state,
+                                          .stop_rules_ = rules,
+                                          .access_control_ = access,
+                                          .command_gate_ = gate}};
   rowe::service::local_delivery delivery{state};
   rowe::service::receiver inbox{memory, {.state_ = state, .outbox_ = out, .local_delivery_ = delivery}};
 

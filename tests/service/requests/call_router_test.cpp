@@ -51,7 +51,7 @@ struct call_router_test : call_parts::call_parts {
                                         .graph_services_ = graph,
                                         .parameter_services_ = of_values,
                                         .type_services_ = of_types,
-                                        .command_gate_ = gate}};
+                                        .control_service_ = control}};
   rowe::service::call_requests requests{{.state_ = state,
                                          .message_store_ = store,
                                          .outbox_ = out,

@@ -130,6 +130,7 @@ TEST_F(own_types, agree_with_what_services_answer) {
 TEST_F(own_types, agree_with_what_topics_say) {
   stoppable_loop loop{on};
   const auto speed = open_parameter<double>(on, "/speed", 0.5, {0.0, 1.0});
+  (void)on.offer_now(rowe::detail::subscribe_request<pose>("/cmd_vel", {.lease = 300ms}));
   peer& boss = comes("supervisor");
   for (const auto& own : rowe::service::own_topic_types()) {
     boss.say(R"({"op":"subscribe","topic":")" + std::string{own.name} + "\"}");
