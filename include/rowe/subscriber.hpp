@@ -47,14 +47,17 @@ class subscriber {
   // no more; and until the robot is stopped. Errors: empty (none is in force: stand still), closed, misuse
   // (an empty handle, or one without a lease). Never waits, never allocates, no system call, a bounded number
   // of steps. With a lease, the other calls say misuse, so no loop acts on a command that is over.
-  ROWE_RT result<view> latest_within(time_point now) noexcept requires(!detail::is_text<T>) {
+  ROWE_RT result<view> latest_within(time_point now) noexcept {
     if (!pair_ || pair_->lease == duration{}) return errc::misuse;
     if (detail::closed(*pair_)) return pair_->closed_as;
-    const auto found = pair_->user.in.newest->begin_read();
-    if (found.state == rt::freshness::empty) return errc::empty;
-    const detail::value_header& its = *pair_->user.in.memory.header(found.slot);
-    if (its.expires_ns <= rt::nanoseconds_of(now) || !pair_->turn.is(its.outcome_value)) return errc::empty;
-    return view{*pair_, pair_->user.in, found.slot | view::of_window};
+    if constexpr (!detail::is_text<T>) {
+      const auto found = pair_->user.in.newest->begin_read();
+      if (found.state == rt::freshness::empty) return errc::empty;
+      const detail::value_header& its = *pair_->user.in.memory.header(found.slot);
+      if (its.expires_ns > rt::nanoseconds_of(now) && pair_->turn.is(its.outcome_value))
+        return view{*pair_, pair_->user.in, found.slot | view::of_window};
+    }
+    return errc::empty;
   }
 
   // How many values arrived here, and were out of date when they would have been taken.

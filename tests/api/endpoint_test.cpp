@@ -426,6 +426,12 @@ TEST(endpoint_errors, of_topics_name_the_option_and_its_limit) {
             (rowe::error{errc::bad_argument, 99'000, 100'000, rowe::argument::period}));
   EXPECT_EQ(robot.advertise<pose>("/a", {.period = -1ns}).code(), errc::bad_argument);
   EXPECT_EQ(robot.advertise<pose>("/a", {.period = 2h}).code(), errc::bad_argument);
+  EXPECT_EQ(robot.subscribe<pose>("/a", {.lease = 19ms}).error(),
+            (rowe::error{errc::bad_argument, 19'000'000, 20'000'000, rowe::argument::lease}));
+  EXPECT_EQ(robot.subscribe<pose>("/a", {.lease = 11s}).error().limit, 10'000'000'000);
+  EXPECT_EQ(robot.subscribe<pose>("/a", {.lease = -1ns}).code(), errc::bad_argument);
+  EXPECT_EQ(robot.subscribe<rowe::json_text>("/a", {.lease = 300ms}).error().about, rowe::argument::lease);
+  EXPECT_EQ(robot.subscribe<pose>("/rowe/mine", {.lease = 300ms}).code(), errc::reserved_topic);
 }
 
 TEST(endpoint_handles, leave_their_memory_whole_behind_them) {

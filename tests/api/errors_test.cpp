@@ -245,6 +245,15 @@ error too_many_latches() {
     latches.push_back(std::move(*one));
   }
 }
+error too_many_leases() {
+  auto endpoint = alone();
+  std::vector<rowe::subscriber<errors_test_request>> commands;
+  for (int i = 0;; ++i) {
+    auto one = endpoint.subscribe<errors_test_request>("/n" + std::to_string(i), {.lease = 300ms});
+    if (!one) return of(one);
+    commands.push_back(std::move(*one));
+  }
+}
 error parameter_taken() {
   auto endpoint = alone();
   const auto first = endpoint.parameter<bool>("/x", true).value();

@@ -11,6 +11,7 @@
 #include <rowe/loop.h>
 #include <rowe/parameter.h>
 #include <rowe/service.h>
+#include <rowe/struct.h>
 
 static bool met[256];
 
@@ -24,6 +25,10 @@ static bool met[256];
     CHECK_NULL(expression, code);                                                                            \
     met[code] = true;                                                                                        \
   } while (0)
+
+struct command {
+  double speed;
+};
 
 static void errors_of_opening(void) {
   struct rowe_endpoint* const first = rowe_open_local_endpoint(0);
@@ -129,6 +134,18 @@ static void errors_of_handles(void) {
   CHECK_EQUAL(held, 8);
   MEET_NULL(rowe_stop_latch_open(endpoint, NULL), rowe_error_too_many_latches);
   for (int i = 0; i < held; ++i) rowe_stop_latch_free(latches[i]);
+
+  const struct rowe_member speed = ROWE_MEMBER(struct command, speed, rowe_member_double);
+  const struct rowe_struct command = {"Command", sizeof(struct command), &speed, 1};
+  const struct rowe_topic_options leased = {.bytes = sizeof leased, .lease_ms = 300};
+  const char* const topics[9] = {"/c0", "/c1", "/c2", "/c3", "/c4", "/c5", "/c6", "/c7", "/c8"};
+  struct rowe_struct_subscriber* drives[8];
+  for (int i = 0; i < 8; ++i) {
+    drives[i] = rowe_struct_subscriber_open(endpoint, topics[i], &command, &leased);
+    CHECK(drives[i] != NULL);
+  }
+  MEET_NULL(rowe_struct_subscriber_open(endpoint, topics[8], &command, &leased), rowe_error_too_many_leases);
+  for (int i = 0; i < 8; ++i) rowe_struct_subscriber_free(drives[i]);
 
   rowe_endpoint_free(endpoint);
 }

@@ -289,6 +289,9 @@ static void nulls(void) {
   CHECK_CODE(rowe_struct_subscriber_try_take(in, NULL, NULL), rowe_error_misuse);
   CHECK_CODE(rowe_struct_subscriber_latest(NULL, &value, NULL), rowe_error_misuse);
   CHECK_CODE(rowe_struct_subscriber_latest(in, NULL, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_struct_subscriber_latest_within(NULL, 0, &value, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_struct_subscriber_latest_within(in, 0, NULL, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_struct_subscriber_latest_within(in, 0, &value, NULL), rowe_error_misuse); // no lease
   CHECK_CODE(rowe_struct_subscriber_take(NULL, 0, &value, NULL), rowe_error_misuse);
   CHECK_CODE(rowe_struct_subscriber_take(in, 0, NULL, NULL), rowe_error_misuse);
   CHECK_CODE(rowe_struct_subscriber_take(in, 0, &value, NULL), rowe_error_timed_out);

@@ -326,6 +326,34 @@ static void of_which_the_newest_counts(void) {
   rowe_struct_publisher_free(out);
 }
 
+// A command is in force until its lease is over, and is the same one meanwhile.
+static void are_commands_for_as_long_as_their_lease(void) {
+  struct rowe_endpoint* const on = rowe_open_local_endpoint(0);
+  const struct rowe_topic_options leased = {.bytes = sizeof leased, .lease_ms = 1000};
+  const struct rowe_topic_options brief = {.bytes = sizeof brief, .lease_ms = 19};
+  CHECK_NULL(rowe_struct_subscriber_open(on, "/at", &point_type, &brief), rowe_error_bad_argument);
+  struct rowe_struct_subscriber* const commands =
+      rowe_struct_subscriber_open(on, "/at", &point_type, &leased);
+  struct rowe_struct_publisher* const out = publisher(on, "/at", &point_type);
+  wait_wanted(out);
+  struct point got = {0, 0};
+  CHECK_CODE(rowe_struct_subscriber_latest_within(commands, rowe_now_ns(), &got, NULL), rowe_error_empty);
+  const struct point at = {3, 0};
+  CHECK_EQUAL(rowe_struct_publisher_publish(out, &at, rowe_now_ns()), rowe_ok);
+  const int64_t sent_ns = rowe_now_ns();
+  SOON(rowe_struct_subscriber_latest_within(commands, sent_ns, &got, NULL));
+  CHECK(got.x == 3);
+  CHECK_EQUAL(rowe_struct_subscriber_latest_within(commands, sent_ns, &got, NULL), rowe_ok);
+  CHECK_CODE(rowe_struct_subscriber_latest_within(commands, sent_ns + INT64_C(60000000000), &got, NULL),
+             rowe_error_empty);
+  CHECK_CODE(rowe_struct_subscriber_latest(commands, &got, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_struct_subscriber_try_take(commands, &got, NULL), rowe_error_misuse);
+  rowe_endpoint_free(on);
+  CHECK_CODE(rowe_struct_subscriber_latest_within(commands, sent_ns, &got, NULL), rowe_error_closed);
+  rowe_struct_subscriber_free(commands);
+  rowe_struct_publisher_free(out);
+}
+
 // What peers say on a topic of the program gets there only if that shares it.
 static void are_published_by_peers_where_the_topic_is_shared(void) {
   const struct pair p = open_pair();
@@ -438,6 +466,7 @@ int main(void) {
   are_refused_where_they_do_not_fit();
   of_types_of_ros_are_filled_in();
   of_which_the_newest_counts();
+  are_commands_for_as_long_as_their_lease();
   are_published_by_peers_where_the_topic_is_shared();
   have_a_type_that_peers_can_ask_for();
   return failures != 0;

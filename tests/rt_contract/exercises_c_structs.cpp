@@ -28,9 +28,9 @@ in_c<rowe_struct_publisher> publisher_in(real_time& rt) {
   return {on, &rt.make<rowe_struct_publisher>(
                   rowe_struct_publisher{publisher<capi::raw_struct>{handle_of(on)}, sizeof(odometry)})};
 }
-in_c<rowe_struct_subscriber> subscriber_in(real_time& rt, keep kept = keep::all) {
-  detail::queue_pair& on =
-      pair_for(rt, detail::subscribe_request<odometry>("/odom", {.keep = kept, .depth = depth}));
+in_c<rowe_struct_subscriber> subscriber_in(real_time& rt, keep kept = keep::all, rt::duration lease = {}) {
+  detail::queue_pair& on = pair_for(
+      rt, detail::subscribe_request<odometry>("/odom", {.keep = kept, .depth = depth, .lease = lease}));
   return {on, &rt.make<rowe_struct_subscriber>(
                   rowe_struct_subscriber{subscriber<capi::raw_struct>{handle_of(on)}, sizeof(odometry)})};
 }
@@ -189,7 +189,21 @@ void refusal_of(real_time& rt, in_c<Handle> with, Refusal refusal) {
 
 rowe_periodic& loop_in(real_time& rt) { return rt.make<rowe_periodic>(1ms, rt::periodic_options{}); }
 
+// Of each four commands one is in force, one is over, one is of a turn that is over, and one does not come.
+void take_commands(real_time& rt) {
+  auto from = subscriber_in(rt, keep::newest, std::chrono::milliseconds{300});
+  const rt::time_point far = rt::monotonic_clock::now() + std::chrono::hours{1};
+  rt.calls([&](std::uint64_t i) {
+    if (i % 4 != 3) decode(from.on, {1, 2, 3, 4, 5}, i % 4 == 0 ? far : rt::time_point{});
+    from.on.turn.set(i % 4 == 2 ? 1 : 0);
+    odometry into;
+    use(rowe_struct_subscriber_latest_within(i % 9 == 0 ? nullptr : from.handle, rowe_now_ns(), &into,
+                                             nullptr));
+  });
+}
+
 constexpr exercise list[] = {
+    {"rowe_struct_subscriber_latest_within", "commands that are in force, and others", take_commands},
     {"rowe_struct_publisher_publish", "each slot in turn until full, without peers, closed, and NULLs",
      calls_on<publisher_in>([](auto& to, auto i) {
        use(rowe_struct_publisher_publish(i % 5 == 0 ? nullptr : to.handle, i % 7 == 0 ? nullptr : &value,

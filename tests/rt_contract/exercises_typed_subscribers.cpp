@@ -65,7 +65,24 @@ void read_a_view(real_time& rt, Read read) {
   });
 }
 
+// Of each four commands one is in force, one is over, one is of a turn that is over, and one does not come.
+void take_commands(real_time& rt) {
+  auto with = offer<subscriber<odometry>>(
+      rt, detail::subscribe_request<odometry>("/odom", {.lease = std::chrono::milliseconds{300}}));
+  const rt::time_point far = rt::monotonic_clock::now() + std::chrono::hours{1};
+  rt.calls([&](std::uint64_t i) {
+    if (i % 4 != 3) decode(with.on, {1, 2, 3, 4, 5}, i % 4 == 0 ? far : rt::time_point{});
+    with.on.turn.set(i % 4 == 2 ? 1 : 0);
+    use(with.handle.latest_within(rt::monotonic_clock::now()));
+  });
+}
+
 constexpr exercise list[] = {
+    {"subscriber::latest_within", "commands that are in force, and others", take_commands},
+    {"subscriber::latest_within", "where there is no command, or no handle",
+     [](real_time& rt) {
+       take_where_there_is_none(rt, [](auto& s) { return s.latest_within(rt::monotonic_clock::now()); });
+     }},
     {"subscriber::try_take", "of structs, every one",
      [](real_time& rt) { take_each(rt, keep::all, [](auto& s) { return s.try_take(); }); }},
     {"subscriber::try_take", "of structs, the newest",

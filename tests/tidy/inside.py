@@ -19,8 +19,8 @@ entrances = ("core/core.", "core/service_loop.")
 
 # The folders of a room from the ground up: a file includes those of its own folder, and of folders before it.
 folders = {
-    "service": "base threads state outgoing incoming control topics calls stop parameters reports graph requests "
-               "handles core".split(),
+    "service": ("base threads state outgoing incoming control topics calls stop parameters reports graph "
+                "requests handles core").split(),
     "json": "text reading writing structs".split(),
     "wire": "text websocket http codec plain rosbridge foxglove protocols".split(),
     "net": "base http lws tls connections handshakes client transport".split(),

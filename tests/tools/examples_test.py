@@ -62,6 +62,30 @@ def until(attempt, right):
     return got
 
 
+class drive(unittest.TestCase):
+    def test_is_driven_until_the_commands_end(self):
+        with listening("drive", "0") as robot:
+            robot.line("braking", "stdout")
+            command = '{"linear":{"x":5},"angular":{}}'
+
+            def drives():
+                """Whether it did so, once it may move. `rowe pub` has no ticks: its first ones do nothing."""
+                shown = run("reset", robot.url)
+                if shown.code != 0:
+                    run("reset", robot.url, shown.stdout[0].split()[-1])
+                run("pub", robot.url, "/cmd_vel", command, "--rate", "20", "--count", "20")
+                return any(line.startswith("driving") for line in robot.stdout)
+
+            self.assertTrue(until(drives, bool), robot.stdout)
+            self.assertNotIn("driving at 5.00", robot.stdout)  # the parameter says how fast it may go
+            self.assertIn("driving at 0.50", robot.stdout)
+            robot.line("standing still", "stdout", robot.stdout.index("driving at 0.50"))
+
+    def test_says_how_it_is_used(self):
+        for how in ((), ("x",), ("70000",), ("0", "1")):
+            says("drive", *how, code=2, stderr=["usage: drive PORT; a port is a number from 0 to 65535"])
+
+
 class types(unittest.TestCase):
     def lines(self, form):
         return run(form, command=(os.path.join(folder, "types"),), code=0, stderr=[]).stdout

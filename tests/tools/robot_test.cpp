@@ -151,6 +151,24 @@ TEST(robot, is_the_same_each_time) {
   EXPECT_EQ(one.pose().heading, other.pose().heading);
 }
 
+TEST(robot, is_driven_and_begins_its_figure_where_it_was_left) {
+  robot moving;
+  for (int i = 0; i < 3 * steps_a_second; ++i) moving.drive({0.5, 0});
+  EXPECT_NEAR(moving.twist().forward, 0.5, 1e-3);
+  for (int i = 0; i < 2 * steps_a_second; ++i) moving.brake();
+  EXPECT_EQ(moving.twist().forward, 0);
+  const planar_pose left = moving.pose();
+  moving.step();
+  EXPECT_LT(distance(left, moving.reference()), 0.001);
+  double worst = 0;
+  for (int i = 0; i < 60 * steps_a_second; ++i) {
+    moving.step();
+    if (i > 5 * steps_a_second) worst = std::max(worst, distance(moving.pose(), moving.reference()));
+    ASSERT_LT(distance(moving.pose(), left), 2 * robot::half_length + 0.2);
+  }
+  EXPECT_LT(worst, 0.05);
+}
+
 } // namespace
 } // namespace robot_test
 } // namespace rowe::tools

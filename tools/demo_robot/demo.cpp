@@ -20,6 +20,8 @@ static_assert(std::chrono::duration<double>{cycle}.count() == robot::period);
 // After a pause (a stopped process, a suspended laptop) the robot does not catch up for longer than this.
 constexpr std::int64_t steps_per_cycle_max = 20;
 
+constexpr double turn_max = 2; // rad/s, of a command
+
 // What a wheel odometry of this size would claim: 1 cm, 1 cm, 1 degree; nothing is known of the other axes.
 constexpr double place_variance = 1e-4;     // m^2
 constexpr double heading_variance = 3e-4;   // rad^2
@@ -94,7 +96,12 @@ result<demo::handles> demo::open(endpoint& on) {
   if (!latch) return latch.error();
   auto speed_max = on.parameter<double>(limit, robot::speed_max, {0, robot::speed_max});
   if (!speed_max) return speed_max.error();
-  return handles{std::move(*odom), std::move(*speed), std::move(*latch), std::move(*speed_max)};
+  auto driven = on.subscribe<ros::twist>(commands, {.lease = lease});
+  if (!driven) return driven.error();
+  auto by_itself = on.parameter<bool>(autopilot, true);
+  if (!by_itself) return by_itself.error();
+  return handles{std::move(*odom),      std::move(*speed),  std::move(*latch),
+                 std::move(*speed_max), std::move(*driven), std::move(*by_itself)};
 }
 
 demo::demo(handles through, int service_cpu)
@@ -118,6 +125,27 @@ void demo::answer(robot& moving, rt::time_point now) noexcept {
 }
 static_assert(robot::speed_max == 1, "the sentence above says so");
 
+// The newest word counts: a command ends the figure until somebody asks for it again.
+void demo::move(robot& moving, std::int64_t steps, rt::time_point now) noexcept {
+  std::optional<planar_twist> commanded;
+  if (const auto command = through_.commands.latest_within(now)) {
+    const double fastest = through_.speed_max.get();
+    commanded = planar_twist{std::clamp(command->value().linear.x, -fastest, fastest),
+                             std::clamp(command->value().angular.z, -turn_max, turn_max)};
+    if (through_.autopilot.get()) (void)through_.autopilot.set(false);
+  }
+  const bool by_itself = through_.autopilot.get();
+  while (steps-- > 0) {
+    if (commanded) {
+      moving.drive(*commanded);
+    } else if (by_itself) {
+      moving.step();
+    } else {
+      moving.brake();
+    }
+  }
+}
+
 void demo::run() noexcept {
   rt::periodic loop{cycle};
   robot moving;
@@ -130,9 +158,12 @@ void demo::run() noexcept {
     const auto due = static_cast<std::int64_t>(loop.cycles() + loop.overruns() - steps);
     answer(moving, *now);
     const bool stopped = through_.latch.engaged(*now);
-    for (std::int64_t left = std::min(due, steps_per_cycle_max); left > 0; --left)
-      stopped ? moving.brake() : moving.step();
-    if (stopped) through_.latch.acknowledge(*now); // the brakes are on
+    if (stopped) {
+      for (std::int64_t left = std::min(due, steps_per_cycle_max); left > 0; --left) moving.brake();
+      through_.latch.acknowledge(*now); // the brakes are on
+    } else {
+      move(moving, std::min(due, steps_per_cycle_max), *now);
+    }
     steps += static_cast<std::uint64_t>(due);
 
     describe(moving, message);

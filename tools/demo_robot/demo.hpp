@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // `rowe serve --demo`: a real-time loop of 1 kHz that steps the simulated robot, publishes where it is, lets
-// its speed be set, and obeys the stop, as a real one would: a thread of its own with a priority, a core and
-// locked memory as far as the machine grants them, absolute deadlines, and nothing in a cycle but arithmetic,
-// one look at the stop, one for a request, and one publish.
+// its speed be set, is driven, and obeys the stop, as a real one would: a thread of its own with a priority,
+// a core and locked memory as far as the machine grants them, absolute deadlines, and nothing in a cycle but
+// arithmetic, one look at the stop, one for a request, and one publish.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -46,6 +46,11 @@ class demo {
   static constexpr std::string_view topic = "/odom";
   static constexpr std::string_view service = "/robot/set_speed";
   static constexpr std::string_view limit = "/robot/speed_max"; // a parameter
+  // Where it is driven, in metres and radians a second; and for how long a command is in force. A command
+  // ends the figure of eight, and this parameter begins it again.
+  static constexpr std::string_view commands = "/cmd_vel";
+  static constexpr rt::duration lease = std::chrono::milliseconds{500};
+  static constexpr std::string_view autopilot = "/robot/autopilot";
 
   // The stop of such a robot: it drives on ordinary machines, busy laptops among them, and phones guard it
   // over their Wi-Fi; so its limits are wider than a real robot's.
@@ -58,6 +63,8 @@ class demo {
     responder<speed_setting, speed_setting> speed;
     stop_latch latch;
     parameter<double> speed_max; // m/s
+    subscriber<ros::twist> commands;
+    parameter<bool> autopilot; // it drives along its figure when nobody commands it
   };
   static result<handles> open(endpoint& on);
 
@@ -77,6 +84,8 @@ class demo {
  private:
   void run() noexcept;
   void answer(robot& moving, rt::time_point now) noexcept;
+  // What moves it in this cycle; nothing: it stands still.
+  void move(robot& moving, std::int64_t steps, rt::time_point now) noexcept;
 
   handles through_;
   std::atomic<bool> stopping_{false};

@@ -61,11 +61,25 @@ double limited(double wanted, double last) noexcept {
 // At the crossing both components of the velocity are a times the phase rate.
 constexpr double speed_at_pace_1 = robot::half_length * phase_rate * std::numbers::sqrt2;
 
+// What is known in the frame of `origin`, seen from outside.
+planar_pose placed(const planar_pose& origin, const planar_pose& of) noexcept {
+  const double c = std::cos(origin.heading);
+  const double s = std::sin(origin.heading);
+  return {origin.x + c * of.x - s * of.y, origin.y + s * of.x + c * of.y,
+          wrapped(origin.heading + of.heading)};
+}
+
 } // namespace
 
 robot::robot() noexcept : pose_{figure_of_eight(0, 1).pose} {}
 
-planar_pose robot::reference() const noexcept { return figure_of_eight(time_, pace_).pose; }
+planar_pose robot::reference() const noexcept { return placed(origin_, figure_of_eight(time_, pace_).pose); }
+
+void robot::begin_figure() noexcept {
+  time_ = 0; // at the origin of its frame
+  origin_ = {pose_.x, pose_.y, wrapped(pose_.heading - figure_of_eight(0, 1).pose.heading)};
+  led_off_ = false;
+}
 
 planar_twist robot::twist() const noexcept {
   return {.forward = (wheels_.left + wheels_.right) / 2, .turn = (wheels_.right - wheels_.left) / track};
@@ -74,11 +88,23 @@ planar_twist robot::twist() const noexcept {
 void robot::set_speed(double speed) noexcept { pace_ = speed / speed_at_pace_1; }
 double robot::speed() const noexcept { return pace_ * speed_at_pace_1; }
 
-void robot::step() noexcept {
-  const planar_twist wanted = tracking(figure_of_eight(time_, pace_), pose_);
+void robot::command(const planar_twist& wanted) noexcept {
   commanded_ = {limited(wanted.forward - wanted.turn * track / 2, commanded_.left),
                 limited(wanted.forward + wanted.turn * track / 2, commanded_.right)};
+}
+
+void robot::step() noexcept {
+  if (led_off_) begin_figure();
+  motion next = figure_of_eight(time_, pace_);
+  next.pose = placed(origin_, next.pose);
+  command(tracking(next, pose_));
   move(pace_ * period);
+}
+
+void robot::drive(const planar_twist& commanded) noexcept {
+  led_off_ = true;
+  command(commanded);
+  move(0);
 }
 
 void robot::brake() noexcept {

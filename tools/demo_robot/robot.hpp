@@ -49,8 +49,10 @@ class robot {
   void set_speed(double speed) noexcept;
   double speed() const noexcept;
 
-  // Lets one period pass: drives on.
+  // Lets one period pass: drives on along the figure. After drive() the figure begins anew where it is.
   void step() noexcept;
+  // Lets one period pass: as somebody commands it, as far as its wheels can.
+  void drive(const planar_twist& commanded) noexcept;
   // The same with the brakes on: slows down as fast as it may, along its curve, and stands. step() drives on
   // from there.
   void brake() noexcept;
@@ -64,9 +66,14 @@ class robot {
  private:
   // The wheels follow their commands, the pose follows the wheels, and `time` passes for the reference.
   void move(double time) noexcept;
+  void command(const planar_twist& wanted) noexcept;
+  // The figure from here on begins at its crossing, where the robot is and as it looks.
+  void begin_figure() noexcept;
 
-  double time_ = 0; // within the lap
-  double pace_ = 1; // how fast it passes
+  double time_ = 0;      // within the lap
+  double pace_ = 1;      // how fast it passes
+  planar_pose origin_;   // of the figure
+  bool led_off_ = false; // by drive()
   planar_pose pose_;
   wheel_speeds commanded_;
   wheel_speeds wheels_;

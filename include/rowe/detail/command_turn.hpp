@@ -16,19 +16,21 @@ namespace rowe::detail {
 template <class Atomics = rt::std_atomics>
 class command_turn {
  public:
-  // The service thread's. From now on the turn of this number lasts, and no other.
+  // The service thread's. From now on the turn of this number lasts, and no other. Afterwards it grants the
+  // permit of a reset, or writes a command of this turn.
   void set(std::int64_t turn) noexcept {
-    // release: pairs with the acquire in is(). A loop that has seen what this thread did afterwards, such as
-    // the permit of a reset or a command of this turn, sees that the turns before are over.
-    if (turn != number()) number_.store(turn, std::memory_order_release);
+    // relaxed: a loop that acts has seen that permit, or that command; their releases and acquires
+    // (stop_permit.hpp, window.hpp) order this store before its load in is()
+    number_.store(turn, std::memory_order_relaxed);
   }
   std::int64_t number() const noexcept {
     return number_.load(std::memory_order_relaxed); // relaxed: its own
   }
 
-  // The loop's: whether the turn of this number lasts.
+  // The loop's, after it has looked at the permit and read the command: whether the turn of this number
+  // lasts.
   ROWE_RT bool is(std::int64_t turn) const noexcept {
-    return number_.load(std::memory_order_acquire) == turn; // acquire: pairs with the release in end()
+    return number_.load(std::memory_order_relaxed) == turn; // relaxed: see set()
   }
 
   // Set-up: before it is shared.

@@ -107,8 +107,7 @@ inline rt::time_point core::next_cycle() noexcept {
   if (state_.peers.closes_in_next_cycle()) return state_.cycle.now;
   if (waits_for_room() && ingress_.room_changes() != retried_at_) return state_.cycle.now;
   return std::min({state_.due.next_wake(), stop_service_.next_update(), stop_state_feed_.due(),
-                   listings_.due(), parameters_feed_.due(), command_gate_.next_update(),
-                   control_feed_.due()});
+                   listings_.due(), parameters_feed_.due(), control_feed_.due()});
 }
 
 [[gnu::noinline]] void core::record_cycle(rt::duration took) noexcept {
@@ -246,7 +245,6 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   liveness_.open({id.index});
   state_.shared.set_connection(id.index, id.generation, c.peer(), c.identity);
   stop_service_.open({id.index});
-  command_gate_.open({id.index});
   stop_state_feed_.open({id.index});
   clock_feed_.open(c);
   const bool stays = !state_.cycle.closing && !outdated;

@@ -32,8 +32,10 @@ class control_feed : control_feed_needs {
   void show() noexcept {
     if (command_gate_.any()) show_if_due();
   }
-  // When show() is needed at the latest.
-  rt::time_point due() const noexcept { return command_gate_.any() ? due_ : rt::never; }
+  // When show() is needed at the latest, or control may end.
+  rt::time_point due() const noexcept {
+    return command_gate_.any() ? std::min(due_, command_gate_.next_update()) : rt::never;
+  }
   topic_id topic() const noexcept { return topic_; } // none: there was no lease yet
 
  private:

@@ -46,7 +46,10 @@ class stop_service : stop_service_needs {
   }
   stop_service(rt::arena& memory, const stop_service_needs& parts) noexcept;
 
-  void open(peer_index peer) noexcept { rows_[peer] = {}; }
+  void open(peer_index peer) noexcept {
+    rows_[peer] = {};
+    command_gate_.open(peer);
+  }
   // A peer has left, or is not read any more: the loops that it guarded stop, and it
   // drives no more.
   void leave(const connection& c) noexcept;
