@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // With a bundler: a button for any page that stops the robot and says what became of it.
 //
-//     npx esbuild bundled.js --bundle --minify --format=iife --global-name=stop_button --outfile=stop_button.js
+//     npx esbuild bundled.js --bundle --minify --global-name=stop_button --outfile=stop_button.js
 //
 // and in the page: <script src="stop_button.js"></script>
 //                  <script>stop_button.add(document.body, "ws://robot:8080")</script>

@@ -3,8 +3,8 @@
 //
 // A command holds only as long as somebody holds it: it is repeated twenty times a second, each time with the
 // newest tick, by which the robot knows how old it is. One that lapsed does not come back by itself, whatever
-// kept it: a stop, a page that stood still, a network that did. Control itself is kept by a heartbeat and lost
-// with the connection; then nothing drives until a person has taken it anew.
+// kept it: a stop, a page that stood still, a network that did. Control itself is kept by a heartbeat and
+// lost with the connection; then nothing drives until a person has taken it anew.
 
 import { moment, since_ms } from "./link.js";
 import { ask } from "./stop.js";
@@ -15,8 +15,8 @@ const repeat_ms = 50;
 const beat_ms = 500;
 const waiting_bytes_max = 1024;  // a command that would wait behind more is left out: the next one is newer
 
-// The same message with every number 0. Numbers that are none are refused: JSON would make null of them, which
-// a robot reads as NaN.
+// The same message with every number 0. Numbers that are none are refused: JSON would make null of them,
+// which a robot reads as NaN.
 function zero_of(value, path) {
   if (typeof value === "boolean") return false;
   if (typeof value === "number") {
@@ -59,7 +59,9 @@ export class drive extends emitter {
     this.#zero = zero;
     const state = robot.subscribe("/rowe/control/state", (said) => this.#take(said));
     this.#offs = [
-      () => state.unsubscribe(), robot.on("turned", () => this.#turn()), robot.on("closed", () => this.#closed()),
+      () => state.unsubscribe(),
+      robot.on("turned", () => this.#turn()),
+      robot.on("closed", () => this.#closed()),
     ];
   }
 

@@ -20,8 +20,9 @@ type arguments_of<Request> = {} extends Request
   : [args: Request, options?: call_options];
 
 /**
- * Begins to connect, and goes on until close(). Without a URL: to where this page came from. `http` in a URL is
- * `ws`. Throws a `robot_error` of code `no_websocket` where there is no WebSocket: Node 18 to 21 have none.
+ * Begins to connect, and goes on until close(). Without a URL: to where this page came from. `http` in a URL
+ * is `ws`. Throws a `robot_error` of code `no_websocket` where there is no WebSocket: Node 18 to 21 have
+ * none.
  */
 export function connect<Topics extends object = any_topics, Services extends object = any_services>(
   url?: string | URL, options?: connect_options): robot<Topics, Services>;
@@ -36,16 +37,17 @@ export interface connect_options {
   /** Reads CBOR, for subscriptions with an encoding: `decode` of the package `cbor-x`, for example. */
   decode?: (bytes: Uint8Array) => unknown;
   /**
-   * Whether one of the places that a robot reserves for the stop is taken whenever the first connection is down,
-   * so that the stop is seen and quick: yes in a browser. If not, only while a press waits for the robot.
+   * Whether one of the places that a robot reserves for the stop is taken whenever the first connection is
+   * down, so that the stop is seen and quick: yes in a browser. If not, only while a press waits for the
+   * robot.
    */
   reserved?: boolean;
 }
 
 /**
- * What failed, by its code: `closed` (nothing was sent), `lost` (it was sent, and the connection ended before an
- * answer: it is not known whether the robot has done it), `timed_out` (likewise), `refused` (by the robot),
- * `no_websocket`.
+ * What failed, by its code: `closed` (nothing was sent), `lost` (it was sent, and the connection ended before
+ * an answer: it is not known whether the robot has done it), `timed_out` (likewise), `refused` (by the
+ * robot), `no_websocket`.
  */
 export class robot_error extends Error {
   readonly name: "robot_error";
@@ -80,16 +82,20 @@ export interface robot<Topics extends object = any_topics, Services extends obje
   readonly state: "connecting" | "open" | "disconnected" | "retrying" | "closed";
   /** Until the next attempt to connect, in milliseconds; 0 while one is under way, or none is needed. */
   readonly retry_in_ms: number;
-  /** How many messages were to be published and were not, since there was no connection or it did not move. */
+  /**
+   * How many messages were to be published and were not, since there was no connection or it did not move.
+   */
   readonly dropped: number;
   readonly stop: stop;
 
-  /** Resolves when the connection stands. Fails after `timeout_ms` (10 s), and goes on trying all the same. */
+  /**
+   * Resolves when the connection stands. Fails after `timeout_ms` (10 s), and goes on trying all the same.
+   */
   opened(options?: { timeout_ms?: number }): Promise<this>;
 
   /**
-   * From now on `fn` gets each value of the topic, on this connection and all later ones. Subscriptions to one
-   * topic share one on the wire: the quickest rate holds for all, and the longest queue.
+   * From now on `fn` gets each value of the topic, on this connection and all later ones. Subscriptions to
+   * one topic share one on the wire: the quickest rate holds for all, and the longest queue.
    */
   subscribe<Topic extends keyof Topics & string>(
     topic: Topic, fn: (msg: Topics[Topic], of: subscription<Topics[Topic]>) => void,
@@ -114,7 +120,9 @@ export interface robot<Topics extends object = any_topics, Services extends obje
   drive<Topic extends keyof Topics & string>(
     topic: Topic, options?: drive_options<Topics[Topic]>): drive<Topics[Topic]>;
 
-  /** All that this client drives stands still. A page does so by itself when it is hidden or loses the focus. */
+  /**
+   * All that this client drives stands still. A page does so by itself when it is hidden or loses the focus.
+   */
   halt(): void;
 
   /** For good. What is driven stands still, and calls that wait fail. */
@@ -134,8 +142,8 @@ export interface subscribe_options {
   /** How many values wait in the robot for a slow network. With a rate 1, unless it is said. */
   queue_length?: number;
   /**
-   * Times as in ROS 2. With `durability` `transient_local` a listener that comes later than another one gets the
-   * last value of this connection at once.
+   * Times as in ROS 2. With `durability` `transient_local` a listener that comes later than another one gets
+   * the last value of this connection at once.
    */
   qos?: qos;
   /** How values come; all but `none` need connect()'s `decode`. */
@@ -165,8 +173,8 @@ export interface subscription<Message = any> {
   /** Why the robot refused the subscription; null when it has not, or a value has come since. */
   readonly refused: string | null;
   /**
-   * How long ago the last value came; infinite without any. It grows while a phone sleeps and while there is no
-   * connection. The time on the way to here is not in it.
+   * How long ago the last value came; infinite without any. It grows while a phone sleeps and while there is
+   * no connection. The time on the way to here is not in it.
    */
   age_ms(): number;
   /** Whether the last value came on the present connection, and less than `ms_max` (1 s) ago. */
@@ -235,8 +243,8 @@ export interface stop extends emitter<stop_events> {
 
   /**
    * Stops the robot: asks at once, and each 500 ms until it is acknowledged, also on later connections and on
-   * the places that are reserved for the stop. The promise fails after `timeout_ms` (5 s); the asking goes on.
-   * Who does not wait for the promise need not catch anything.
+   * the places that are reserved for the stop. The promise fails after `timeout_ms` (5 s); the asking goes
+   * on. Who does not wait for the promise need not catch anything.
    */
   press(options?: { source?: string; reason?: string; timeout_ms?: number }): Promise<acknowledgment>;
   /**
@@ -244,7 +252,10 @@ export interface stop extends emitter<stop_events> {
    * `tick`, `role`, `guards` or `loops`.
    */
   reset(number?: number, options?: call_options): Promise<{ state: "running" | "stopped"; number: number }>;
-  /** This client guards the robot until let_go(), or until nobody sees its page. Ends with the first heartbeat. */
+  /**
+   * This client guards the robot until let_go(), or until nobody sees its page. Ends with the first
+   * heartbeat.
+   */
   guard(): Promise<void>;
   /** Guards no more, which stops a robot that moves. */
   let_go(): Promise<void>;
@@ -272,8 +283,8 @@ export interface control {
 }
 
 /**
- * `closed`: the connection ended. `taken_over`: by `driver`. `expired`: the robot says that nobody drives, or has
- * not answered for hold_ms. `refused`: for the reason `said`.
+ * `closed`: the connection ended. `taken_over`: by `driver`. `expired`: the robot says that nobody drives, or
+ * has not answered for hold_ms. `refused`: for the reason `said`.
  */
 export interface lost_control {
   reason: "closed" | "taken_over" | "expired" | "refused";
@@ -313,10 +324,10 @@ export interface drive<Message = any> extends emitter<drive_events> {
   /** The robot stands still, and others may drive. */
   release(): Promise<void>;
   /**
-   * Holds a command: sends it, and repeats it twenty times a second until the next one or halt(). It is dropped
-   * when the robot is stopped, and when it could not be repeated within the lease; then set() it again.
-   * False: nothing was sent, since this client does not drive, the robot is stopped, nobody sees this page, or
-   * the network does not move. Throws a TypeError for a number that is not finite.
+   * Holds a command: sends it, and repeats it twenty times a second until the next one or halt(). It is
+   * dropped when the robot is stopped, and when it could not be repeated within the lease; then set() it
+   * again. False: nothing was sent, since this client does not drive, the robot is stopped, nobody sees this
+   * page, or the network does not move. Throws a TypeError for a number that is not finite.
    */
   set(command: Message): boolean;
   /** Sends one command to stand still, at once, and keeps control. False: nothing was sent. */

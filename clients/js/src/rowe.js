@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A client of a robot that speaks rowe: one connection that comes back with all that was asked of it, the stop,
-// and control of what is driven. It runs in browsers, as it is, and in Node.
+// A client of a robot that speaks rowe: one connection that comes back with all that was asked of it, the
+// stop, and control of what is driven. It runs in browsers, as it is, and in Node.
 
 import { drive } from "./drive.js";
 import { stop } from "./stop.js";
