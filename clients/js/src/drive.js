@@ -122,17 +122,22 @@ export class drive extends emitter {
     const since = this.#beaten = moment();
     const request = { ...this.#args, action, tick: this.#tick };
     this.#asking += 1;
+    let answer;
     try {
-      const { driver, lease_ms, hold_ms, tick } = await ask(this.#robot, service, request);
+      answer = await ask(this.#robot, service, request);
       if (mine !== this.#asked) throw new robot_error("closed", `${service}: released before the answer`);
-      Object.assign(this, { held: true, driver, lease_ms, hold_ms });
-      if (!beat) this.#id = undefined;
-      this.#tick = this.#proven_tick = tick;
-      this.#proven = since;
     } finally {
       this.#asking -= 1;
     }
-    if (!beat) this.emit("changed");
+    const { driver, lease_ms, hold_ms, tick } = answer;
+    Object.assign(this, { held: true, driver, lease_ms, hold_ms });
+    this.#tick = this.#proven_tick = tick;
+    this.#proven = since;
+    if (!beat) {
+      this.#id = undefined;
+      this.emit("changed");
+    }
+    return answer;
   }
 
   #take({ tick, topics }) {
