@@ -12,7 +12,8 @@ const tick_ms = 50;
 export class driven_robot {
   static async start(port = 0) {
     const made = new driven_robot();
-    Object.assign(made, { driver: null, peers: new Set(), commands: [], asked: [], number: 7, stopped: false });
+    Object.assign(made, { driver: null, peers: new Set(), commands: [], asked: [] });
+    Object.assign(made, { number: 7, stopped: false });
     made.server = new WebSocketServer({ host: "127.0.0.1", port });
     made.server.on("connection", (socket) => made.#serve(socket));
     await once(made.server, "listening");
