@@ -3,27 +3,18 @@
 // and of one that is driven.
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { after, afterEach, before, test } from "node:test";
+import { afterEach, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
-import { close_pages, start_browser } from "../support/browser.js";
+import { close_pages } from "../support/browser.js";
 import { client_page } from "../support/client_page.js";
 import { driven_robot } from "../support/control.js";
+import { browser, limit, server } from "../support/demo.js";
 import { robot } from "../support/robot.js";
 import { until } from "../support/watchdog.js";
 
-const limit = { timeout: 180000 };
 const source = fileURLToPath(new URL("../../../clients/js/", import.meta.url));
-let browser, server, driven;
-
-before(async () => {
-  browser = await start_browser();
-  server = await robot.start();
-});
-after(async () => {
-  await browser?.close();
-  await server?.kill();
-});
+let driven;
 afterEach(async () => {
   await close_pages(browser);
   await driven?.end();
@@ -40,7 +31,7 @@ const hides = (page, hidden) => page.evaluate((value) => {
   document.dispatchEvent(new Event("visibilitychange"));
 }, hidden);
 
-test("the page without a bundler shows a pose and its age, and stops and resets the robot", limit, async () => {
+test("the page without a bundler shows a pose and its age, stops and resets", limit, async () => {
   await server.let_run();
   const page = await client_page(browser, server.origin);
   await shown(page, "pose", /^x -?\d+\.\d\d, y -?\d+\.\d\d \(now\)$/);
@@ -55,7 +46,7 @@ test("the page without a bundler shows a pose and its age, and stops and resets 
   assert.deepEqual(page.faults, []);
 });
 
-test("it comes back when the robot does; what it shows meanwhile is OLD (roslibjs 497, 246)", limit, async () => {
+test("it comes back with the robot; what it shows meanwhile is OLD (roslibjs 497, 246)", limit, async () => {
   const mortal = await robot.start();
   try {
     const page = await client_page(browser, mortal.origin);

@@ -6,7 +6,7 @@ import { execFile } from "node:child_process";
 import { cpSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { promisify } from "node:util";
 import { gzipSync } from "node:zlib";
@@ -25,23 +25,19 @@ const read = (name) => readFileSync(join(source, name), "utf8");
 const modules = readdirSync(join(source, "src")).filter((name) => name.endsWith(".js"));
 const examples = readdirSync(join(source, "examples"));
 
-let top, project, packed;
+const top = mkdtempSync(join(tmpdir(), "rowe-js-"));
+const project = join(top, "project");
+process.on("exit", () => rmSync(top, { recursive: true, force: true }));
 const quiet = ["--offline", "--no-audit", "--no-fund", "--ignore-scripts", "--no-update-notifier"];
 const npm = (cwd, ...words) => promisify(execFile)("npm", [...words, ...quiet],
   { cwd, timeout: 2 * watchdog_ms, env: { ...process.env, npm_config_cache: join(top, "cache") } });
 
 // A user's folder, in which the package is installed as npm has it.
-before(async () => {
-  top = mkdtempSync(join(tmpdir(), "rowe-js-"));
-  project = join(top, "project");
-  mkdirSync(project);
-  writeFileSync(join(project, "package.json"), '{ "private": true, "type": "module" }');
-  const { stdout } = await npm(source, "pack", "--json", "--pack-destination", top);
-  [packed] = JSON.parse(stdout);
-  await npm(project, "install", join(top, packed.filename));
-  cpSync(join(source, "examples"), project, { recursive: true });
-});
-after(() => rmSync(top, { recursive: true, force: true }));
+mkdirSync(project);
+writeFileSync(join(project, "package.json"), '{ "private": true, "type": "module" }');
+const [packed] = JSON.parse((await npm(source, "pack", "--json", "--pack-destination", top)).stdout);
+await npm(project, "install", join(top, packed.filename));
+cpSync(join(source, "examples"), project, { recursive: true });
 
 test("it has its modules, types, examples, README and licence, and nothing else", limit, async () => {
   const { stdout } = await npm(source, "pack", "--dry-run", "--json");

@@ -16,13 +16,14 @@ export async function client_page(browser, origin, { module, files = {} } = {}) 
   const own = `<!doctype html><title>own</title>
     <script type="importmap">{ "imports": { "rowe": "./rowe/rowe.js" } }</script>
     <script type="module">${module}</script>`;
+  const body = module ? own : html;
   await page.route(`${origin}/**`, (route) => {
     const { pathname } = new URL(route.request().url());
-    if (pathname === "/page.html") return route.fulfill({ contentType: "text/html", body: module ? own : html });
-    if (files[pathname]) return route.fulfill({ contentType: "text/javascript", body: files[pathname] });
+    if (pathname === "/page.html") return route.fulfill({ contentType: "text/html", body });
+    const script = { contentType: "text/javascript" };
+    if (files[pathname]) return route.fulfill({ ...script, body: files[pathname] });
     if (!pathname.startsWith("/rowe/")) return route.fulfill({ status: 204 });
-    const path = join(source, "src", pathname.replace("/rowe/", ""));
-    return route.fulfill({ contentType: "text/javascript", path });
+    return route.fulfill({ ...script, path: join(source, "src", pathname.replace("/rowe/", "")) });
   });
   await page.goto(`${origin}/page.html`);
   return page;
