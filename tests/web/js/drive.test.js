@@ -180,6 +180,19 @@ test("control is lost with the connection, and not taken again by itself", limit
   assert.deepEqual([asked(), commands(), base.set(twist(0.5))], [[], [], false]);
 });
 
+test("ticks of another run of the robot count from the first one on, however small", limit, async () => {
+  tick = 1e9;
+  await taken();
+  socket.end();
+  robot.link.turn(true);
+  socket = fake_socket.last;
+  socket.open();
+  tick = 5;
+  says(null);
+  base.take().catch(() => {});
+  assert.equal(asked()[0].args.tick, 6);
+});
+
 test("control that another one took is lost, and who took it is known", limit, async () => {
   await taken();
   await clock.pass(50);
