@@ -10,7 +10,7 @@ import pathlib
 about = {
     "rt": ["rt"], "json": ["src/json"], "access": ["src/access"], "wire": ["src/wire"], "net": ["src/net"],
     "service": ["src/service", "tests/memory_transport"], "sim": ["tests/memory_transport"],
-    "page": ["src/page"], "web": ["src/page"], "api": ["src/api", "include"], "capi": ["src/capi"],
+    "page": ["src/page"], "web": ["clients", "src/page"], "api": ["src/api", "include"], "capi": ["src/capi"],
     "install": ["include", "rt", "README.md"], "tools": ["tools"],
     "ros1": ["tools/ros1"],
     "setup": ["tools/rowe"], "faults": ["tools/rowe", "src/net", "tests/impair", "tests/tools"],

@@ -418,7 +418,8 @@ def links_lead_somewhere(t):
 
 # Whose words are the field's (docs/concepts.md): all but this file and its test, which name the others.
 worded = re.compile(
-    r"(?!tests/tidy/tidy)(CMakeLists|CONTRIBUTING|README|bench/|docs/|include/|rt/|src/|tests/|tools/)")
+    r"(?!tests/tidy/tidy)"
+    r"(CMakeLists|CONTRIBUTING|README|bench/|clients/|docs/|include/|rt/|src/|tests/|tools/)")
 # A word that is gone, also as a part of a name, in the plural, and in capitals: what is said instead.
 replaced = {
     "bell": "waker", "carrier": "transport", "complaint": "diagnostic, protocol error", "dialect": "codec",

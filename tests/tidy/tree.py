@@ -8,7 +8,8 @@ import re
 finding = collections.namedtuple("finding", "path line rule what")
 
 code_suffixes = (".hpp", ".cpp", ".h", ".c")
-source_suffixes = code_suffixes + (".S", ".py", ".js", ".css", ".html", ".svg", ".cmake", ".sh", ".pml")
+source_suffixes = code_suffixes + (
+    ".S", ".py", ".js", ".ts", ".css", ".html", ".svg", ".cmake", ".sh", ".pml")
 text_suffixes = source_suffixes + (".md", ".txt", ".json", ".yml", ".yaml", ".cff", ".in")
 left_out = {".git", "node_modules", "__pycache__"}
 
