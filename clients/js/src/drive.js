@@ -13,6 +13,7 @@ import { emitter, robot_error } from "./wire.js";
 const service = "/rowe/control";
 const repeat_ms = 50;
 const beat_ms = 500;
+const tick_ms_max = 1000;        // one that is older is not sent with a request: the answer has a new one
 const waiting_bytes_max = 1024;  // a command that would wait behind more is left out: the next one is newer
 
 // The same message with every number 0. Numbers that are none are refused: JSON would make null of them,
@@ -38,11 +39,12 @@ export class drive extends emitter {
   #alive;           // when that was set or sent last
   #number;          // of the stop, when it was set
   #sent = moment();
-  #tick;            // the newest
+  #tick;            // the newest,
+  #tick_came;       // and when it came
   #beaten;          // when control was asked for last
   #proven;          // when that request was sent to which the robot said yes last
   #proven_tick;     // of its answer
-  #id;              // of this client in the state
+  #number_held;     // of this client's control: each driver has another one
   #asked = 0;       // counts requests and ends, so that an answer that comes after the end is known as such
   #asking = 0;      // requests without an answer yet
   held = false;     // this client drives
@@ -120,7 +122,8 @@ export class drive extends emitter {
   async #control(action, beat) {
     const mine = beat ? this.#asked : (this.#asked += 1);
     const since = this.#beaten = moment();
-    const request = { ...this.#args, action, tick: this.#tick };
+    const fresh = this.#tick_came && since_ms(this.#tick_came) < tick_ms_max;
+    const request = { ...this.#args, action, tick: fresh ? this.#tick : undefined };
     this.#asking += 1;
     let answer;
     try {
@@ -129,28 +132,32 @@ export class drive extends emitter {
     } finally {
       this.#asking -= 1;
     }
-    const { driver, lease_ms, hold_ms, tick } = answer;
+    const { driver, number, lease_ms, hold_ms, tick } = answer;
     Object.assign(this, { held: true, driver, lease_ms, hold_ms });
-    this.#tick = this.#proven_tick = tick;
+    this.#number_held = number;
+    this.#note(this.#proven_tick = tick);
     this.#proven = since;
-    if (!beat) {
-      this.#id = undefined;
-      this.emit("changed");
-    }
+    if (!beat) this.emit("changed");
     return answer;
   }
 
+  #note(tick) {
+    if (tick <= this.#tick) return;
+    this.#tick = tick;
+    this.#tick_came = moment();
+  }
+
   #take({ tick, topics }) {
-    const before_answer = this.held && tick <= this.#proven_tick;
-    this.#tick = Math.max(tick, this.#tick ?? 0);
+    const before_answer = this.held && tick < this.#proven_tick;
+    this.#note(tick);
     const one = topics?.find(({ topic }) => topic === this.topic);
     if (!one || before_answer) return;
-    const { driver, driver_id, lease_ms, hold_ms } = one;
+    const { driver, number, lease_ms, hold_ms } = one;
     const same = driver === this.driver;
     Object.assign(this, { driver, lease_ms, hold_ms });
     if (!this.held) return same || this.emit("changed");
-    if (same) this.#id ??= driver_id;
-    if (!same || driver_id !== this.#id) this.#lost(driver === null ? "expired" : "taken_over");
+    if (driver === null) this.#lost("expired");
+    else if (number !== this.#number_held) this.#lost("taken_over");
   }
 
   #turn() {
@@ -179,7 +186,7 @@ export class drive extends emitter {
 
   #closed() {
     this.driver = null;
-    this.#tick = undefined;
+    this.#tick = this.#tick_came = undefined;
     this.#asked += 1;
     this.#lost("closed");
   }

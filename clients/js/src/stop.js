@@ -79,6 +79,7 @@ export class stop extends emitter {
       const off = this.on("turned", (ended) => {
         if (asked.answer) done(asked.answer);
         else if (ended) failed(new robot_error("closed", "/rowe/stop: closed before it was acknowledged"));
+        else if (this.configured === false) failed(new robot_error("refused", `/rowe/stop: ${asked.refused}`));
         else if (since_ms(since) < timeout_ms) return;
         else {
           const why = asked.refused ? `: ${asked.refused}` : "";
@@ -163,7 +164,14 @@ export class stop extends emitter {
       asked.answer = { number, took_ms: since_ms(asked.since), own_ms: between_ms(accepted_ns, observed_ns) };
       this.emit("turned");
       this.emit("changed");
-    }, ({ said }) => (asked.refused = said));  // it is asked for again
+    }, ({ said }) => {
+      asked.refused = said;  // it is asked for again, unless there is no stop
+      if (!said?.endsWith?.("not exist")) return;
+      this.configured = false;
+      this.asked = null;
+      this.emit("turned");
+      this.emit("changed");
+    });
   }
 
   #heartbeat(more) {

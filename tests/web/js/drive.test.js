@@ -14,12 +14,12 @@ const asked = (action) =>
 const commands = () => socket.published("/cmd_vel");
 const speeds = () => commands().map(({ msg }) => msg.linear.x);
 const values = (more) => ({
-  topic: "/cmd_vel", driver: "js-1", yours: true, lease_ms: 300, hold_ms: 2000, tick: (tick += 1),
-  refused: null, ...more,
+  topic: "/cmd_vel", driver: "js-1", number: 1, yours: true, lease_ms: 300, hold_ms: 2000,
+  tick: (tick += 1), refused: null, ...more,
 });
 const answer = (more, call = asked().at(-1)) => socket.answer(call, values(more));
 const says = (driver, more) => socket.publish("/rowe/control/state", { tick: (tick += 1), topics: [
-  { topic: "/cmd_vel", lease_ms: 300, hold_ms: 2000, driver, driver_id: `id of ${driver}`, ...more },
+  { topic: "/cmd_vel", lease_ms: 300, hold_ms: 2000, driver, number: driver === "phone" ? 2 : 1, ...more },
 ] });
 const stop_says = (state, number = 7) => socket.publish("/rowe/stop/state", { state, number, tick: 1 });
 
@@ -208,10 +208,9 @@ test("control that another one took is lost, and who took it is known", limit, a
 
 test("another one by the same name is another one", limit, async () => {
   await taken();
-  says("js-1", { driver_id: "10.0.0.1:1" });
-  says("js-1", { driver_id: "10.0.0.1:1" });
+  says("js-1");
   assert.deepEqual(lost, []);
-  says("js-1", { driver_id: "10.0.0.2:1" });
+  says("js-1", { number: 2 });
   assert.equal(lost[0].reason, "taken_over");
 });
 
