@@ -9,9 +9,9 @@ import { until } from "./watchdog.js";
 const still = 0.01;  // m/s
 
 export class driven_robot extends robot {
-  static async start() {
+  static async start(...how) {
     const made = new driven_robot();
-    Object.assign(made, await robot.start());
+    Object.assign(made, await robot.start("--demo", ...how));
     await made.watch();
     return made;
   }
