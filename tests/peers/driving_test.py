@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A Python program drives the demo robot over a network that stalls and breaks: what it sent meanwhile, and what
-it kept while it was offline, moves nothing. It has no ticks, as programs have that know nothing of them.
+"""A Python program drives the demo robot over a network that stalls and breaks: what it sent meanwhile, and
+what it kept while it was offline, moves nothing. It has no ticks, as programs have that know nothing of them.
 
 Skipped, with the reason, where Python has no package websockets.
 """
@@ -106,7 +106,7 @@ class driving(unittest.IsolatedAsyncioTestCase):
         return fastest
 
     async def drive(self, socket):
-        """Twenty commands a second, until it moves; answers pings meanwhile, as the package does by itself."""
+        """Twenty commands a second, until it moves. The package answers pings by itself."""
         end = time.monotonic() + timeout
         while self.speed < 0.1:
             assert time.monotonic() < end, "it moves"

@@ -12,6 +12,7 @@ import { emitter, robot_error } from "./wire.js";
 
 const service = "/rowe/control";
 const repeat_ms = 50;
+const change_ms = 20;            // another command goes at once, but not more often than this
 const beat_ms = 500;
 const tick_ms_max = 1000;        // one that is older is not sent with a request: the answer has a new one
 const waiting_bytes_max = 1024;  // a command that would wait behind more is left out: the next one is newer
@@ -95,7 +96,7 @@ export class drive extends emitter {
     this.#command = JSON.parse(JSON.stringify(msg));  // who sent it may go on writing to it
     this.#alive = moment();
     this.#number = stop.state?.number;
-    return since_ms(this.#sent) < repeat_ms || this.#send(this.#command, waiting_bytes_max);
+    return since_ms(this.#sent) < change_ms || this.#send(this.#command, waiting_bytes_max);
   }
 
   // Commands to stand still, at once and once, and keeps control.

@@ -79,7 +79,8 @@ export class stop extends emitter {
       const off = this.on("turned", (ended) => {
         if (asked.answer) done(asked.answer);
         else if (ended) failed(new robot_error("closed", "/rowe/stop: closed before it was acknowledged"));
-        else if (this.configured === false) failed(new robot_error("refused", `/rowe/stop: ${asked.refused}`));
+        else if (this.configured === false)
+          failed(new robot_error("refused", `/rowe/stop: ${asked.refused}`));
         else if (since_ms(since) < timeout_ms) return;
         else {
           const why = asked.refused ? `: ${asked.refused}` : "";

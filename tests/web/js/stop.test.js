@@ -75,15 +75,24 @@ test("an answer of a robot whose loop did not acknowledge is no acknowledgment",
 test("who waits in vain is told so, and the asking goes on", limit, async () => {
   const waits = assert.rejects(stop.press({ timeout_ms: 700 }), {
     code: "timed_out",
-    message: "/rowe/stop: not acknowledged within 700 ms: Service /rowe/stop does not exist",
+    message: "/rowe/stop: not acknowledged within 700 ms: the robot says why",
   });
   stop.press({ timeout_ms: 100 });
-  await first.answer(presses()[0], "Service /rowe/stop does not exist", false);
+  await first.answer(presses()[0], "the robot says why", false);
   await clock.pass(700);
   await waits;
   const count = presses().length;
   await clock.pass(1000);
   assert.equal(presses().length, count + 2);
+});
+
+test("a robot without a stop is not asked for ever", limit, async () => {
+  const waits = assert.rejects(stop.press(), { message: "/rowe/stop: Service /rowe/stop does not exist" });
+  await first.answer(presses()[0], "Service /rowe/stop does not exist", false);
+  await waits;
+  const count = presses().length;
+  await clock.pass(1000);
+  assert.deepEqual([presses().length, stop.configured, stop.pending], [count, false, false]);
 });
 
 test("a press that was not answered is asked for again on the next connection", limit, async () => {

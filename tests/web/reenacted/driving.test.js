@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Robots that drive on after the link is gone, and commands that come late (turtlebot_apps 55, duckietown 200,
-// roslibjs: what is published offline is sent after the next connection). With roslib, which has no ticks, and
-// a network that stalls and breaks. The robot obeys a living client, and none of what was queued.
+// Robots that drive on after the link is gone, and commands that come late (turtlebot_apps 55, duckietown
+// 200, roslibjs: what is published offline is sent after the next connection). With roslib, which has no
+// ticks, and a network that stalls and breaks. The robot obeys a living client, and none of what was queued.
 import assert from "node:assert/strict";
 import { once } from "node:events";
 import { after, before, beforeEach, afterEach, test } from "node:test";
