@@ -73,7 +73,7 @@ void driver_rules::give(const asker& to, rt::time_point now) noexcept {
   if (!ROWE_MUTANT(drive_two)) ++turn_;
   ++version_;
   since_ = now;
-  accepted_at_ = {};
+  kept_until_ = accepted_at_ = {};
 }
 
 void driver_rules::end(rt::time_point now) noexcept {

@@ -78,7 +78,7 @@ void broker::publish_whole(topic_id index, const whole_source& of, latch_owner l
   subscription_queues_.fan_out(index, slot, kept, of); // what is too long as JSON may fit
   if (!slot) return;
   const std::span<const char> body = message_store_.slots().body(slot);
-  deliver(on, body, of.expires, who);
+  on.driven ? deliver_command(on, body, of.published, of.expires, who) : deliver(on, body, of.expires, who);
   if (on.asked) state_.last_values.keep(on.asked, {body.data(), body.size()}, of.published, of.expires);
   message_store_.release(slot);
 }
@@ -160,7 +160,9 @@ void broker::relay(connection& c, const wire::request& asked, text_id body) noex
   topic_rates::note(on, state_.cycle.now);
   on.bytes = body ? state_.chunks.bytes(body) : asked.body_raw.size();
   if (!on.inboxes.head) return state_.counts.add(counter::no_peer);
-  if (!body) return deliver(on, asked.body_raw, over, who);
+  if (!body)
+    return on.driven ? deliver_command(on, asked.body_raw, state_.cycle.now, over, who)
+                     : deliver(on, asked.body_raw, over, who);
   for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
     (void)deliver_long_to(i, body, over, who);
 }
@@ -193,12 +195,10 @@ void broker::go_on_with_latched(pair_index pair) noexcept {
 }
 
 void broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_point over,
-                        const published_by& who) noexcept {
+                        const published_by& who, std::int64_t turn) noexcept {
   // One that is sent now or never came in time, and has no time to live behind that.
   const bool always = over == state_.cycle.now || ROWE_MUTANT(ttl_at_handle);
   json::decoder::diagnosis why;
-  const std::int64_t turn =
-      state_.pair_rows[pair].driven ? state_.pairs[pair].turn.number() : std::int64_t{0};
   const status done = local_delivery_.deliver(pair,
                                               {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
                                                .expires_ns = rt::nanoseconds_of(always ? rt::never : over),
@@ -213,20 +213,21 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_po
   report_undecodable(pair, who, why.text(buffer));
 }
 
-// A peer's command was admitted where it was read. Those of this process are here. A handle without a lease
-// on the same topic gets what is published, as on any other.
-void broker::deliver_command(const topic& on, std::span<const char> body, rt::time_point over,
-                             const published_by& who) noexcept {
+// A peer's command was admitted where it was read. Those of this process are here: they may have waited for
+// this thread. A handle without a lease on the same topic gets what is published, as on any other.
+void broker::deliver_command(const topic& on, std::span<const char> body, rt::time_point published,
+                             rt::time_point over, const published_by& who) noexcept {
   const bool own = who.peer.generation == 0;
   const auto admitted =
-      own ? command_gate_.admit_own(state_.pair_rows[on.inboxes.head].topic, state_.cycle.now)
-          : std::optional{over};
+      own ? command_gate_.admit_own(state_.pair_rows[on.inboxes.head].topic, published) : std::optional{over};
+  // One that is sent now or never has its lease behind that.
+  const rt::time_point until = own && over == state_.cycle.now ? rt::never : over;
   for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox) {
     if (!state_.pair_rows[i].driven) {
       local_delivery_.may_deliver(i, who.peer) ? deliver_to(i, body, over, who)
                                                : state_.counts.add(counter::inbox_full);
     } else if (admitted) {
-      deliver_to(i, body, std::min(over, *admitted), who);
+      deliver_to(i, body, std::min(until, *admitted), who, state_.pairs[i].turn.number());
     }
   }
 }

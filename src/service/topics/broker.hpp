@@ -60,11 +60,10 @@ class broker : broker_needs {
   // A peer published: passes it to subscribed handles of this process and, in a hub, to subscribed peers.
   // `body`: the body, if it is a long text.
   void relay(connection& c, const wire::request& asked, text_id body = {}) noexcept;
-  // Delivers a value to the handles of this process that subscribed. They take none whose time is `over`.
+  // Delivers a value to the handles of this process that subscribed, on a topic that is not driven. They take
+  // none whose time is `over`.
   void deliver(const topic& on, std::span<const char> body, rt::time_point over,
                const published_by& who) noexcept {
-    if (on.driven) [[unlikely]]
-      return deliver_command(on, body, over, who);
     for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox) {
       if (local_delivery_.may_deliver(i, who.peer)) {
         deliver_to(i, body, over, who);
@@ -86,10 +85,10 @@ class broker : broker_needs {
                      const published_by& who) noexcept;
   bool keep_latched(topic_id index, slot_id slot, latch_owner owner, const published_by& who) noexcept;
   void report_not_latched(topic_id index, std::size_t bytes, const published_by& who) noexcept;
-  void deliver_to(pair_index pair, std::span<const char> body, rt::time_point over,
-                  const published_by& who) noexcept;
-  void deliver_command(const topic& on, std::span<const char> body, rt::time_point over,
-                       const published_by& who) noexcept;
+  void deliver_to(pair_index pair, std::span<const char> body, rt::time_point over, const published_by& who,
+                  std::int64_t turn = 0) noexcept;
+  void deliver_command(const topic& on, std::span<const char> body, rt::time_point published,
+                       rt::time_point over, const published_by& who) noexcept;
   void go_on_with_latched(pair_index pair) noexcept;
   bool deliver_long_to(pair_index pair, text_id value, rt::time_point over, const published_by& who) noexcept;
   void report_too_big(pair_index pair, const error& why, const published_by& who) noexcept;
@@ -114,7 +113,10 @@ void broker::publish(topic_id index, rt::time_point published, rt::time_point ex
   const bool kept = keeps && keep_latched(index, slot, latches, who);
   subscription_queues_.fan_out(index, slot, kept);
   const std::span<const char> body = message_store_.slots().body(slot);
-  deliver(on, body, expires, who);
+  if (on.driven) [[unlikely]]
+    deliver_command(on, body, published, expires, who);
+  else
+    deliver(on, body, expires, who);
   if (on.asked) [[unlikely]]
     state_.last_values.keep(on.asked, {body.data(), body.size()}, published, expires);
   message_store_.release(slot);
