@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Worlds of links: how frames to many peers are gathered, how much is in flight to one, how much is read of
 // those that say much, what the roles of peers allow, what is left of a time to live over several endpoints,
-// and what becomes of long messages. What peers say is simple here, and the links have the properties of real
-// ones. So the invariants can be narrow: bytes, cycles and units of work. A seed is one of six kinds
-// (flow_groups.hpp, flow_credit.hpp, flow_reading.hpp, flow_roles.hpp, flow_hops.hpp, flow_long.hpp).
-// sim_swarm runs these worlds besides those of the swarm, and shrinks their failures likewise.
+// what becomes of long messages, and what drives a robot. What peers say is simple here, and the links have
+// the properties of real ones. So the invariants can be narrow: bytes, cycles and units of work. A seed is
+// one of seven kinds (flow_groups.hpp, flow_credit.hpp, flow_reading.hpp, flow_roles.hpp, flow_hops.hpp,
+// flow_long.hpp, flow_driving.hpp). sim_swarm runs these worlds besides those of the swarm, and shrinks their
+// failures likewise.
 #pragma once
 #include <cstdint>
 #include <cstdio>

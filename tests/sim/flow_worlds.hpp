@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "flow_credit.hpp"
+#include "flow_driving.hpp"
 #include "flow_groups.hpp"
 #include "flow_hops.hpp"
 #include "flow_long.hpp"
@@ -23,6 +24,7 @@ inline std::unique_ptr<world> make_world(std::uint64_t seed, swarm::coverage& se
   if (seed % (4 * one_in) == 3) return std::make_unique<hops>(seed, seen, without, trace);
   if (seed % one_in == 3) return std::make_unique<roles>(seed, seen, without, trace);
   if (seed % (4 * one_in) == 2) return std::make_unique<long_messages>(seed, seen, without, trace);
+  if (seed % (2 * one_in) == 4) return std::make_unique<driving>(seed, seen, without, trace);
   if (seed % one_in != 1) return nullptr;
   switch (seed / one_in % 3) {
   case 0: return std::make_unique<groups>(seed, seen, without, trace);
@@ -58,6 +60,14 @@ inline const std::vector<swarm::invariant>& invariants() {
       {"floor_long", "endless messages keep nobody out who has sent no long message before"},
       {"floor_reading", "who does not read a long message keeps others from theirs for a second at most"},
       {"honest_refused", "nobody is refused what is right"},
+      {"drive_lease", "no command is in force when its lease is over, counted from when it was really sent"},
+      {"drive_two", "what is in force is of the one who drives, and no two drive under one number"},
+      {"drive_stop", "nothing is in force while the robot is stopped, nor what was sent before the stop"},
+      {"drive_gone", "whose connection is over drives no more"},
+      {"drive_hold", "who has been silent for as long as control is kept drives no more"},
+      {"drive_right", "who takes over from somebody that drives has the right to"},
+      {"drive_still", "the robot stands still when nobody has said anything for a lease"},
+      {"drive_alone", "an honest driver that is alone is obeyed within a second"},
       {"floor_stop", "a stop waits behind one small read of what its own peer said before"},
   };
   return all;

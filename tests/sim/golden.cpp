@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // sim_golden FILE | --record | --steps KIND SEED: runs the simulated worlds whose traces FILE names, and
 // fails where a trace differs from the recorded one. A trace is a hash of each byte that the core
-// wrote, of each connection that it closed, and of all counters at the end. So a change of the core's inner
+// wrote, of each connection that it closed, and of all counters at the end that are not 0, with their names:
+// a counter that is new, and counts nothing, changes none. So a change of the core's inner
 // structure that is to change nothing outside shows that it did not. A change that is meant records the
 // traces anew, and its commit says why. `--steps` prints one world's trace and counters behind each step:
 // where two builds part is found by comparing what they print.
@@ -27,8 +28,12 @@ constexpr std::uint64_t steps = 1500;
 template <class Harness>
 std::uint64_t trace_of(Harness& on, std::uint64_t more) {
   std::uint64_t hash = on.net.trace() ^ more;
-  for (std::size_t i = 0; i < rowe::service::counter_descriptions.size(); ++i)
-    hash = (hash ^ on.count(static_cast<rowe::service::counter>(i))) * 1099511628211U;
+  for (std::size_t i = 0; i < rowe::service::counter_descriptions.size(); ++i) {
+    const std::uint64_t count = on.count(static_cast<rowe::service::counter>(i));
+    if (count == 0) continue;
+    hash = (hash ^ rowe::service::hash_of(rowe::service::counter_descriptions[i].name)) * 1099511628211U;
+    hash = (hash ^ count) * 1099511628211U;
+  }
   return hash;
 }
 

@@ -92,6 +92,16 @@ inline constexpr mutant mutants[] = {
     {"list_lost", "a list of topics or services that was evicted is told again"},
     {"graph_gone", "who knows the connection graph is told of each topic and service that is gone"},
     {"graph_moved", "but not of one that is there again, in another place"},
+    {"role_take_over", "only a role with that right takes over from somebody who drives"},
+    {"drive_two", "what was in force ends when somebody takes over"},
+    {"drive_on", "it ends, too, when its sender lets go, is silent or is gone"},
+    {"drive_refused", "commands of who does not drive are dropped"},
+    {"drive_stale", "so are those whose lease is over when they come"},
+    {"drive_reset", "and those that were sent before the newest stop or reset"},
+    {"drive_stopped", "and those that come while the robot is stopped"},
+    {"drive_unproven", "and those without a tick, until a ping behind the first one is answered"},
+    {"drive_again", "a stop ends what is in force, and no reset brings it back"},
+    {"drive_gone", "whose connection is over drives no more"},
     {"pong_room", "a long pong that takes a short one's place fits there"},
 };
 

@@ -247,7 +247,31 @@ std::string_view name_of(flow_event what) {
                                         "long, arguments of a call",
                                         "long, answer to a call",
                                         "long, call given up",
-                                        "long, call without room"};
+                                        "long, call without room",
+                                        "drive, taken",
+                                        "drive, taken over",
+                                        "drive, released",
+                                        "drive, silent and lost",
+                                        "drive, refused: another drives",
+                                        "drive, refused: just taken over",
+                                        "drive, refused: no right",
+                                        "drive, refused: old tick",
+                                        "drive, refused: no action",
+                                        "drive, stale command",
+                                        "drive, unproven command",
+                                        "drive, command of another",
+                                        "drive, command while stopped",
+                                        "drive, offline commands dropped",
+                                        "drive, under way at a reset",
+                                        "drive, flood of the driver",
+                                        "drive, tick of the future",
+                                        "drive, driver cut off",
+                                        "drive, driver's link stalls",
+                                        "drive, obeyed by ticks",
+                                        "drive, obeyed without ticks",
+                                        "drive, this process",
+                                        "drive, silence ends it",
+                                        "drive, alone and obeyed"};
   static_assert(std::size(names) == flow_events);
   return names[static_cast<std::size_t>(what)];
 }

@@ -176,10 +176,34 @@ enum class flow_event : std::uint8_t {
   long_to_handle,
   long_request,
   long_answer,
-  long_call_late, // it is given up
-  long_call_lost, // it found no room, or lost it
+  long_call_late,   // it is given up
+  long_call_lost,   // it found no room, or lost it
+  drive_taken,      // control of a topic
+  drive_taken_over, // from another
+  drive_released,
+  drive_lost,   // for want of commands
+  drive_driven, // who asks for control is refused: another drives
+  drive_pause,
+  drive_no_right,
+  drive_old_tick,
+  drive_no_action,
+  drive_stale, // a command is dropped
+  drive_unproven,
+  drive_refused,
+  drive_stopped,
+  drive_flushed,       // dropped commands, given without a connection
+  drive_reset_between, // commands are under way
+  drive_flood,         // of who drives
+  drive_forged,        // a tick that was not issued yet
+  drive_cut,
+  drive_stalled,
+  drive_obeyed,
+  drive_without_ticks,
+  drive_own,   // obeyed
+  drive_still, // after all have fallen silent
+  drive_alone, // an honest driver, within a second
 };
-inline constexpr std::size_t flow_events = 77;
+inline constexpr std::size_t flow_events = 101;
 std::string_view name_of(flow_event what);
 
 class coverage {

@@ -155,6 +155,15 @@ TEST_F(driver_rules_test, what_was_sent_before_a_reset_does_not_count_after_it) 
   EXPECT_EQ(command(anna, now), verdict::accepted);
 }
 
+TEST_F(driver_rules_test, a_driver_keeps_no_control_that_was_kept_for_the_one_before) {
+  ASSERT_EQ(take(anna), refusal::none);
+  rules.release(anna.peer, now);
+  ASSERT_EQ(command(bert, now - 200ms), verdict::accepted);
+  now += 1800ms;
+  rules.update(now);
+  EXPECT_FALSE(rules.driven());
+}
+
 TEST_F(driver_rules_test, a_name_is_cut_between_two_characters) {
   const std::string name(63, 'a');
   const std::string long_name = name + "\u00e9";

@@ -294,6 +294,44 @@ TEST_F(driving, this_process_drives_as_any_other_does) {
   EXPECT_EQ(drives(), 0.1);
 }
 
+// What this process publishes on the topic.
+struct driving_itself : driving {
+  void open(rowe::duration ttl) {
+    own = &on.offer_now(rowe::detail::pair_kind::publish_value, "/cmd_vel", sizeof(twist),
+                        {.ttl = ttl, .shared = true}, &rowe::describe<twist>(), "test/Twist");
+  }
+  void publish(double speed) {
+    const twist value{speed, 0};
+    EXPECT_TRUE(rowe::detail::publish_into(
+        *own, sizeof value, on.now, [&](std::byte* slot) { std::memcpy(slot, &value, sizeof value); }));
+  }
+  rowe::detail::queue_pair* own = nullptr;
+};
+
+TEST_F(driving_itself, its_command_counts_from_when_it_was_published_however_late_the_service_thread_is) {
+  open(rowe::rt::for_ever);
+  publish(0.3);
+  on.now += 200ms;
+  on.cycle();
+  EXPECT_EQ(drives(), 0.3);
+  on.cycle(100ms);
+  EXPECT_EQ(drives(), std::nullopt);
+  publish(0.4);
+  on.now += 300ms;
+  on.cycle();
+  EXPECT_EQ(drives(), std::nullopt);
+  EXPECT_EQ(on.count(counter::commands_stale), 1U);
+}
+
+TEST_F(driving_itself, its_command_that_is_sent_now_or_never_has_a_lease_as_any_other) {
+  open(0ms);
+  publish(0.3);
+  on.cycle();
+  EXPECT_EQ(drives(), 0.3);
+  on.cycle(300ms);
+  EXPECT_EQ(drives(), std::nullopt);
+}
+
 TEST_F(driving, the_shortest_lease_of_a_topic_holds_for_all) {
   {
     rowe::detail::queue_pair& brief = on.offer_now(asked("/cmd_vel", 100ms));
