@@ -280,7 +280,7 @@ TEST(roles_and_identities, that_are_wrong_are_told_with_their_line) {
   const toml key{"[[role]]\nname = \"a\"\nsubcribe = []\n"};
   EXPECT_EQ(judge(key).why, key.at(3) +
                                 "role.subcribe is no key; there are name, subscribe, publish, advertise, "
-                                "call, provide, set, reset, guard");
+                                "call, provide, set, reset, guard, take_over");
   const toml plain{"[role]\nname = \"a\"\n"};
   EXPECT_EQ(judge(plain).why, plain.at(1) + "role needs tables: each begins with [[role]]");
 }

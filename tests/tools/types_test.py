@@ -42,7 +42,7 @@ class types(unittest.TestCase):
     def test_are_one_schema_for_each_name(self):
         schemas = json.loads(self.said("--json-schema")[0])
         odom = schemas["topics"]["/odom"]
-        self.assertEqual(programs_own(schemas["topics"]), {"/odom"})
+        self.assertEqual(programs_own(schemas["topics"]), {"/cmd_vel", "/odom"})
         self.assertEqual(programs_own(schemas["services"]), {"/robot/set_speed"})
         stats = schemas["topics"]["/rowe/stats"]
         self.assertEqual((stats["title"], stats["properties"]["losses"]["properties"]["full"]["type"]),

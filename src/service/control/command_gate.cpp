@@ -69,12 +69,15 @@ void command_gate::settle_lease(driven_index of) noexcept {
   publish_turn(of);
 }
 
-// The turns of the rules, as the loops know them.
+// Shows the loops which turn lasts. Peers are shown what has changed when the timer is due.
 void command_gate::publish_turn(driven_index of) noexcept {
   const place& at = places_[of.value];
   for (pair_index i = state_.topics.at(at.topic).inboxes.head; i; i = state_.pair_rows[i].next_inbox) {
     if (state_.pair_rows[i].driven) state_.pairs[i].turn.set(static_cast<std::int64_t>(at.rules.turn()));
   }
+  if (version() == announced_) return;
+  announced_ = version();
+  state_.due.arm(timer::control, state_.cycle.now);
 }
 
 void command_gate::leave(const connection& c) noexcept {
@@ -184,7 +187,7 @@ std::uint64_t command_gate::version() const noexcept {
   return sum;
 }
 
-void command_gate::look() noexcept {
+void command_gate::update() noexcept {
   note_stop();
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     if (!places_[i].topic || places_[i].rules.next_update() > state_.cycle.now) continue;

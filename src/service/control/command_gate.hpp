@@ -81,10 +81,8 @@ class command_gate : command_gate_needs {
     publish_turn(of);
   }
 
-  // In each cycle: ends the control of who is silent.
-  void update() noexcept {
-    if (any()) look();
-  }
+  // Ends the control of who is silent. The timer `control` is armed when something changes that peers see.
+  void update() noexcept;
   rt::time_point next_update() const noexcept;
   // Before loops may move or must stop: what was sent before counts no more.
   void note_stop() noexcept {
@@ -106,11 +104,11 @@ class command_gate : command_gate_needs {
               rt::time_point sent) noexcept;
   void publish_turn(driven_index of) noexcept;
   void settle_lease(driven_index of) noexcept;
-  void look() noexcept;
   void void_commands() noexcept;
 
   std::array<place, driven_topics_max> places_{};
   std::uint32_t count_ = 0;
+  std::uint64_t announced_ = 0;   // the version for which the timer was armed last
   std::uint64_t stop_number_ = 0; // as of the last void_commands()
   rows<peer_index, row> rows_;
 };

@@ -49,7 +49,6 @@ inline void core::notify_room() noexcept {
   state_.seams.transport.poll(now, *this);
   direct_messages_.take_outcomes();
   stop_service_.update();
-  command_gate_.update();
   ingress_.unpark();
   ingress_.read_in_turn();
   direct_messages_.take_outcomes();
@@ -69,7 +68,6 @@ inline void core::notify_room() noexcept {
   expire();
   stop_state_feed_.show();
   parameters_feed_.show();
-  control_feed_.show();
   listings_.announce_changes();
   if (state_.peers.wants_close()) close_marked();
   sender_.flush_all();
@@ -107,7 +105,7 @@ inline rt::time_point core::next_cycle() noexcept {
   if (state_.peers.closes_in_next_cycle()) return state_.cycle.now;
   if (waits_for_room() && ingress_.room_changes() != retried_at_) return state_.cycle.now;
   return std::min({state_.due.next_wake(), stop_service_.next_update(), stop_state_feed_.due(),
-                   listings_.due(), parameters_feed_.due(), control_feed_.due()});
+                   listings_.due(), parameters_feed_.due()});
 }
 
 [[gnu::noinline]] void core::record_cycle(rt::duration took) noexcept {
@@ -132,6 +130,7 @@ void core::expire() noexcept {
     case timer::partial_frames: sender_.partial().look_again(); break;
     case timer::graph: connection_graph_.show(); break;
     case timer::clock: clock_feed_.show(); break;
+    case timer::control: control_feed_.show(); break;
     }
     if (state_.peers.wants_close()) close_marked();
     direct_messages_.take_outcomes();

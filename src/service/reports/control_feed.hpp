@@ -20,7 +20,7 @@ namespace rowe::service {
 struct control_feed_needs {
   core_state& state_;
   broker& broker_;
-  const command_gate& command_gate_;
+  command_gate& command_gate_;
   const control_service& control_service_;
 };
 
@@ -28,23 +28,21 @@ class control_feed : control_feed_needs {
  public:
   explicit control_feed(const control_feed_needs& parts) noexcept : control_feed_needs{parts} {}
 
-  // At the end of each cycle.
+  // Its timer is due: something has changed, or may end, or it is time to publish. Without driven topics it
+  // is armed again by the next one that comes.
   void show() noexcept {
-    if (command_gate_.any()) show_if_due();
-  }
-  // When show() is needed at the latest, or control may end.
-  rt::time_point due() const noexcept {
-    return command_gate_.any() ? std::min(due_, command_gate_.next_update()) : rt::never;
+    command_gate_.update();
+    if (!command_gate_.any()) return;
+    if (state_.options.ours == side::server) publish(); // what is below /rowe/ is a client's server's
+    state_.due.arm(timer::control, std::min(due_, command_gate_.next_update()));
   }
   topic_id topic() const noexcept { return topic_; } // none: there was no lease yet
 
  private:
-  void show_if_due() noexcept {
-    if (state_.options.ours == side::client) return; // what is below /rowe/ is its server's
+  void publish() noexcept {
     const bool changed = shown_ != command_gate_.version();
     if (!changed && state_.cycle.now < due_) return;
-    const rt::duration period = driven() ? control_period_driven : control_period;
-    due_ = state_.cycle.now + period;
+    due_ = state_.cycle.now + (driven() ? control_period_driven : control_period);
     shown_ = command_gate_.version();
     if (!topic_) find_topic();
     if (!topic_ || (!changed && !state_.topics.at(topic_).has_audience())) return;
@@ -70,8 +68,8 @@ class control_feed : control_feed_needs {
 
   topic_id topic_{};
   std::uint64_t shown_ = 0;
-  rt::time_point due_{};
-  bool warned_ = false; // that the topic has no place
+  rt::time_point due_ = rt::never; // in a client it stays so
+  bool warned_ = false;            // that the topic has no place
 };
 
 } // namespace rowe::service

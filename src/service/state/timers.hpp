@@ -28,6 +28,7 @@ enum class timer : std::uint8_t {
   partial_frames,
   graph,
   clock,
+  control,
 };
 
 class timers {
@@ -78,7 +79,7 @@ class timers {
 
  private:
   static constexpr std::uint32_t first_single = static_cast<std::uint32_t>(timer::statistics);
-  static constexpr std::uint32_t singles = 1 + static_cast<std::uint32_t>(timer::clock) - first_single;
+  static constexpr std::uint32_t singles = 1 + static_cast<std::uint32_t>(timer::control) - first_single;
 
   // Where the nodes of each kind begin. A slot's node has its number.
   struct first_nodes {
