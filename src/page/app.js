@@ -174,7 +174,7 @@ function keeps() {
 function write_state() {
   seen.state = judge(robot.state, pose_feed);
   const { stats, heard } = seen;
-  const answers = stats_feed.fresh(stats_stale_ms);
+  const answers = stats !== null && stats_feed.fresh(stats_stale_ms);
   document.body.dataset.stats = answers || !stats ? "live" : "stale";
   const changed = top_bar.show(seen.state, {
     topic: pose_feed.topic,

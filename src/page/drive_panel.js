@@ -42,7 +42,9 @@ export class drive_panel {
       pad: new pad(() => navigator.getGamepads?.()),
     };
     element("take").onclick = () => this.#ask();
-    element("limit").oninput = () => this.#command();
+    const limit = element("limit");
+    limit.oninput = () => this.#command();
+    limit.onpointerup = () => limit.blur();  // so that arrows drive again
     robot.on("turned", () => this.#turn());
     // The client itself stands still then; the hands are let go, wherever they are.
     addEventListener("blur", () => this.#drop());
@@ -70,10 +72,11 @@ export class drive_panel {
     this.#write_limit();
   }
 
-  // Who leaves stands still, and others may drive.
+  // Who leaves stands still, others may drive, and nothing is asked any more until somebody sees this page.
   leave() {
     this.#drop();
-    this.#base?.release().catch(() => {});
+    this.#base?.close().catch(() => {});
+    this.#base = null;
   }
 
   #take(topics) {

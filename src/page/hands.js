@@ -12,6 +12,7 @@ const keys_of = {
   KeyW: [1, 0], ArrowUp: [1, 0], KeyS: [-1, 0], ArrowDown: [-1, 0],
   KeyA: [0, 1], ArrowLeft: [0, 1], KeyD: [0, -1], ArrowRight: [0, -1],
 };
+const typed = "input:not([type=range]), textarea, select";
 const clamp = (value) => Math.min(1, Math.max(-1, value));
 
 // Within a circle, and nothing in its middle.
@@ -74,7 +75,8 @@ export class keys {
       const { code, target } = event;
       // Who holds Meta or Ctrl means the browser; and where Meta is held, the end of a key is not told.
       if (event.ctrlKey || event.metaKey || event.altKey) return this.#end(changed);
-      if (!keys_of[code] || !listens() || target?.closest?.("input, textarea, select")) return;
+      if (!keys_of[code] || !listens() || target?.closest?.(typed)) return;
+      if (code.startsWith("Arrow") && target?.closest?.("input")) return;  // they move a slider there
       event.preventDefault();
       if (event.repeat) return;  // a key held from before is not pressed now
       this.#down.add(code);

@@ -12,6 +12,8 @@ const hold_ms = 2000;
 const unknown_ms_max = 1000;    // nothing is shown for so long while it is not known whether there is a stop
 const alarm_ms = [200, 100, 200, 100, 400];
 
+const narrow = matchMedia("(max-width: 699px)");
+
 const is_press_key = ({ key }) => key === " " || key === "Enter";
 // Where a blank is a blank, or presses what has the focus.
 const takes_blanks = (at) => at?.closest?.("input, textarea, select, button, summary, a") ?? false;
@@ -105,7 +107,7 @@ export class stop_panel {
     const shown = of.pending && state !== "unreachable" ? "stopping" : (latch[state] && state) || "unknown";
     mark(document.body, "data-pending", of.pending);
     draw(element("latch_mark"), latch[shown].draws);
-    write(element("latch"), this.#word(shown));
+    write(element("latch"), latch[shown].word);
     write(element("latch_by"), this.#line(state));
     this.#write_button(state);
     const [words, alarming] = this.#sentence(state);
@@ -121,14 +123,6 @@ export class stop_panel {
 
   #clock(here_ms) { return clock(this.#time.at(here_ms)); }
 
-  #word(shown) {
-    const { word } = latch[shown];
-    if (shown !== "running") return word;
-    const { guards, unguarded } = this.#of.state;
-    if (this.#of.guarding) return text.guarded_here(word);
-    return guards.length > 0 ? text.guarded(word, guards[0].name) : unguarded ? text.unguarded(word) : word;
-  }
-
   // Who, why and when.
   #line(state) {
     const of = this.#of;
@@ -138,11 +132,12 @@ export class stop_panel {
       return told ? text.last_heard(told.state, this.#clock(told.at)) : text.never_heard;
     }
     if (state === "running") {
-      return of.state.guards.length > 0 || !of.state.unguarded ? text.moves_guarded : text.moves_unguarded;
+      const names = of.state.guards.map(({ name }) => name);
+      if (of.guarding) return text.guarded_here;
+      return names.length > 0 ? text.guarded(names) : text.unguarded;
     }
     const { cause, source } = of.state;
-    const why = causes[cause]?.(source) ?? String(cause);
-    return cause === "request" ? `${why} ${text.at(this.#clock(told.began))}` : why;
+    return text.stopped_at(this.#clock(told.began), causes[cause]?.(source) ?? String(cause));
   }
 
   #write_button(state) {
@@ -172,9 +167,9 @@ export class stop_panel {
     if (state === "unknown") return [of.state ? text.press_goes : text.stop_asking, true];
     const refused = this.#refused ?? (of.refused && (refusals[`guard_${of.refused}`] ?? refusals.guard_lost));
     if (refused) return [refused, true];
-    if (asked?.answer) return [text.acknowledged(asked.answer), false];
+    if (asked?.answer) return [text[narrow.matches ? "acknowledged_short" : "acknowledged"](asked.answer), false];
     if (of.limited) return [text.only_stop, true];
-    if (state !== "stopped") return ["", false];
+    if (state !== "stopped") return [this.#alone ? text.moves_unguarded : text.moves_guarded, false];
     const silent = this.#silent;
     if (silent) return [text.guard_silent(silent.name), false];
     if (this.#lacks_guard) return [text.guards_none, false];
@@ -183,6 +178,7 @@ export class stop_panel {
 
   // A guard of others that fell silent keeps it stopped.
   get #silent() { return this.#of.state?.guards.find(({ name, fresh }) => !fresh && name !== this.#of.name); }
+  get #alone() { return this.#of.state.unguarded && this.#of.state.guards.length === 0; }
   get #lacks_guard() { return !this.#of.state.unguarded && this.#of.state.guards.length === 0; }
 
   // What one may do beside stopping: only what the role has a right to, and what leads somewhere now.

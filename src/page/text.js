@@ -92,11 +92,13 @@ export const text = {
   stop_waits: "It goes out once connected",
   stop_unreachable: "Cannot reach the robot. Use its wired stop",
   no_stop: "No stop configured",
-  at: (time) => `at ${time}`,
+  stopped_at: (time, why) => `${time} \u00b7 ${why}`,
   asked: (ms) => `Asked ${age(ms)} ago`,
   acknowledged: ({ took_ms, own_ms }) =>
     own_ms < 0 ? `${short(took_ms)}: it had stopped before`
       : `${short(took_ms)}: robot ${short(own_ms)}, network ${short(Math.max(0, took_ms - own_ms))}`,
+  acknowledged_short: ({ took_ms, own_ms }) =>
+    own_ms < 0 ? short(took_ms) : `${short(took_ms)}, robot ${short(own_ms)}`,
   not_acknowledged: (ms) => `NOT ACKNOWLEDGED for ${duration(ms / 1000)}, asking again and again`,
   not_observed: (ms, loops) =>
     `NOT ACKNOWLEDGED for ${duration(ms / 1000)} by its loop ${loops}, asking again and again`,
@@ -106,11 +108,10 @@ export const text = {
   stop_asking: "Asking whether the robot has a stop",
   last_heard: (state, time) => `${latch[state].word} when last heard, ${time}`,
   never_heard: "Nothing was heard of its stop",
-  unguarded: (word) => `${word}, unguarded`,
-  guarded_here: (word) => `${word}, guarded by you`,
-  guarded: (word, name) => `${word}, guarded by ${name}`,
-  moves_unguarded: "It may move although nobody guards it",
-  moves_guarded: "It stops when a guard falls silent",
+  unguarded: "UNGUARDED", guarded_here: "Guarded by you",
+  guarded: (names) => `Guarded by ${names.join(", ")}`,
+  moves_unguarded: "It moves without a guard",
+  moves_guarded: "It stops when its guard is silent",
   who_resets: "A supervisor resets it",
   guard: "Guard this robot",
   guarding: "End guarding",
