@@ -78,7 +78,8 @@ function wanted_by_hash() {
 function write_hash() {
   const said = Object.entries({ view: shown.view === "overview" ? null : shown.view, topic: shown.topic })
     .filter(([, value]) => value).map(([name, value]) => `${name}=${encodeURI(value)}`);
-  history.replaceState(null, "", said.length > 0 ? `#${said.join("&")}` : location.pathname + location.search);
+  const { pathname, search } = location;
+  history.replaceState(null, "", said.length > 0 ? `#${said.join("&")}` : pathname + search);
 }
 
 // --- who this is -------------------------------------------------------------------------------------------

@@ -2,8 +2,8 @@
 // Driving: who drives, taking and letting go of the controls, how fast, and the hands that hold them.
 //
 // The client repeats a command twenty times a second while it is held, drops it when the robot is stopped or
-// the page stood still, and sends one zero when it ends. What it dropped never comes back by itself: the hands
-// must be let go first. This part only says what is held now.
+// the page stood still, and sends one zero when it ends. What it dropped never comes back by itself: the
+// hands must be let go first. This part only says what is held now.
 
 import { element, mark, write } from "./dom.js";
 import { keys, pad, stick } from "./hands.js";
@@ -102,7 +102,8 @@ export class drive_panel {
     } catch ({ code, said, answer }) {
       if (code === "closed") return;
       if (said === "role") this.#rights.lacks(answer?.right === "take_over" ? "take_over" : "drive");
-      this.#said = (control_refusals[code === "refused" ? said : "lost"] ?? control_refusals.lost)(answer ?? {});
+      const words = control_refusals[code === "refused" ? said : "lost"] ?? control_refusals.lost;
+      this.#said = words(answer ?? {});
     }
     this.show();
   }
@@ -125,7 +126,7 @@ export class drive_panel {
     const base = this.#base;
     const hand = this.#hand;
     if (!hand) this.#spent = false;
-    // A page that stood still for longer than a command lasts does not know how long this hand has been there.
+    // A page that stood still for longer than a command lasts does not know how old this hand is.
     else if (this.drives && since_ms(this.#looked) > base.lease_ms) this.#spent = true;
     if (!this.drives || !hand || this.#keeps() || this.#spent) {
       if (this.#held) base?.halt();

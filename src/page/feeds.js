@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the page asks the robot for. All of it is thinned at the robot, to what a person can see; what is not
-// seen is not asked for, and a hidden page asks for nothing but the state of the stop, which the client keeps.
+// seen is not asked for, and a hidden page asks for nothing but the state of the stop, which the client
+// keeps.
 
 const ways = { queue_length: 1 };  // the newest value, never a row of old ones
 

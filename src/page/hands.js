@@ -65,7 +65,7 @@ export class stick {
   }
 }
 
-// The keys of arrows and W A S D, by their places, whatever letters a keyboard has there.
+// The keys of arrows and W A S D, by their places, whatever is printed on them.
 export class keys {
   #down = new Set();
 

@@ -3,8 +3,8 @@
 //
 // A point is kept when it lies `spacing` from the last one kept, so that a robot that stands still does not
 // use the memory up; the newest `points_max` remain. The view holds the whole path, and then moves only when
-// it must; or keeps the robot in its middle; or stays where a person put it. Nothing is drawn unless something
-// changed.
+// it must; or keeps the robot in its middle; or stays where a person put it. Nothing is drawn unless
+// something changed.
 
 const points_max = 2000;
 const axes_width_min = 260;  // pixels

@@ -25,7 +25,7 @@ export class stop_panel {
   #time;
   #hold = null;       // {number, timer, since}: the reset is held
   #alarmed = false;   // the device has shaken for this press
-  #told = null;       // {state, number, began, at}: what the robot said last, and when, in this machine's time
+  #told = null;       // {state, number, began, at}: what the robot said last, and when, by the clock here
   #refused = null;    // the last refusal, until something else is asked for
   #guarded = false;   // this page guarded when it was looked at last
   driving = () => false;
@@ -159,15 +159,20 @@ export class stop_panel {
     if (state === "unreachable") return [text.press_waits, true];
     if (of.overdue) {
       const waited_ms = since_ms(asked.since);
-      const late = (of.stopped && of.state.loops?.filter((one) => one.acknowledged !== of.state.number)) || [];
+      const { number, loops } = of.state ?? {};
+      const late = of.stopped ? loops.filter(({ acknowledged }) => acknowledged !== number) : [];
       const names = late.map(({ name }) => name).join(", ");
       return [names ? text.not_observed(waited_ms, names) : text.not_acknowledged(waited_ms), true];
     }
     if (of.pending) return ["", false];
     if (state === "unknown") return [of.state ? text.press_goes : text.stop_asking, true];
-    const refused = this.#refused ?? (of.refused && (refusals[`guard_${of.refused}`] ?? refusals.guard_lost));
+    const ended = of.refused && (refusals[`guard_${of.refused}`] ?? refusals.guard_lost);
+    const refused = this.#refused ?? ended;
     if (refused) return [refused, true];
-    if (asked?.answer) return [text[narrow.matches ? "acknowledged_short" : "acknowledged"](asked.answer), false];
+    if (asked?.answer) {
+      const words = narrow.matches ? text.acknowledged_short : text.acknowledged;
+      return [words(asked.answer), false];
+    }
     if (of.limited) return [text.only_stop, true];
     if (state !== "stopped") return [this.#alone ? text.moves_unguarded : text.moves_guarded, false];
     const silent = this.#silent;

@@ -16,12 +16,14 @@ export const states = {
     veil: ({ heard_at }) => (heard_at ? `As it was at ${heard_at}` : "Disconnected"),
   },
   waiting: {
-    draws: "waiting", sign: "\u25cc", word: "Waiting", about: ({ topic }) => `Connected, waiting for ${topic}`,
+    draws: "waiting", sign: "\u25cc", word: "Waiting",
+    about: ({ topic }) => `Connected, waiting for ${topic}`,
   },
   stale: {
     draws: "stale", sign: "\u25b2", word: "STALE",
-    about: ({ topic, heard_at, answers }) => (answers ? `The link is open, ${topic} is silent since ${heard_at}`
-      : `The robot says nothing since ${heard_at}`),
+    about: ({ topic, heard_at, answers }) =>
+      answers ? `The link is open, ${topic} is silent since ${heard_at}`
+        : `The robot says nothing since ${heard_at}`,
     veil: ({ age_ms }) => `Data is ${age(age_ms)} old`,
   },
   live: { draws: "live", sign: "\u25cf", word: "Live", about: () => "" },

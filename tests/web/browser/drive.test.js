@@ -66,7 +66,7 @@ async function touch(page, type, forward = 0) {
   await session.send("Input.dispatchTouchEvent", { type, touchPoints });
 }
 
-test("a stick held with a finger drives, held still too, and stands still when it is let go", limit, async () => {
+test("a stick that a finger holds drives, held still too, and let go it stands still", limit, async () => {
   const page = await driving_page({ size: phone });
   await touch(page, "touchStart");
   await touch(page, "touchMove", 1);

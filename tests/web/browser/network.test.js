@@ -60,12 +60,13 @@ test("without a token the page asks for one, and says when it is wrong", limit, 
 
 // A control that says no is shown to nobody.
 const seen = async (page, ids) => {
-  const all = await Promise.all(ids.map(async (id) => [id, await page.locator(`#${id}`).isVisible()]));
+  const look = async (id) => [id, await page.locator(`#${id}`).isVisible()];
+  const all = await Promise.all(ids.map(look));
   return all.filter(([, visible]) => visible).map(([id]) => id);
 };
 const controls = ["stop", "view_drive", "guard", "reset"];
 
-test("each role stops the robot; only a supervisor resets it, and observers do not drive", limit, async () => {
+test("each role stops the robot; a supervisor alone resets it, observers do not drive", limit, async () => {
   const pages = {};
   for (const role of ["observer", "driver", "supervisor"]) {
     pages[role] = await opened(`#token=${tokens[role]}`);
@@ -83,9 +84,10 @@ test("each role stops the robot; only a supervisor resets it, and observers do n
   assert.equal(await pages.driver.textContent("#stop_says"), "A supervisor resets it");
   await until("the reset", async () => {
     const { supervisor } = pages;
-    await supervisor.locator("#reset").dispatchEvent("pointerdown", { pointerId: 1, button: 0, isPrimary: true });
+    const pointer = { pointerId: 1, button: 0, isPrimary: true };
+    await supervisor.locator("#reset").dispatchEvent("pointerdown", pointer);
     await supervisor.waitForFunction(() => document.getElementById("reset").dataset.held !== "true");
-    await supervisor.locator("#reset").dispatchEvent("pointerup", { pointerId: 1, button: 0, isPrimary: true });
+    await supervisor.locator("#reset").dispatchEvent("pointerup", pointer);
     return (await supervisor.getAttribute("body", "data-stop")) === "running";
   });
 });

@@ -6,7 +6,8 @@ import { load } from "./load.js";
 
 const { keys, pad, stick } = await load("hands.js");
 const near = (where, forward, turn) => {
-  assert.ok(Math.abs(where.forward - forward) < 1e-9 && Math.abs(where.turn - turn) < 1e-9, JSON.stringify(where));
+  const off = Math.hypot(where.forward - forward, where.turn - turn);
+  assert.ok(off < 1e-9, JSON.stringify(where));
 };
 
 // ---- the stick
