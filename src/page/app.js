@@ -1,94 +1,96 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of an endpoint: subscribes to one topic of poses and to the endpoint's statistics over the port
-// that served it, and shows both. Three clocks drive it: messages as they come only update what is
-// remembered; the canvas is drawn by animation frames, hence not at all while the page is hidden; words are
-// written ten times a second.
-//
-// Whether the robot is alive is judged by the age of its last pose, never by the socket: a loop that died
-// behind an endpoint that still answers must not look alive.
+// The page of an endpoint. Three clocks drive it: messages as they come only update what is remembered; the
+// canvas is drawn by animation frames, hence not at all while the page is hidden; words are written ten times
+// a second.
 
-import { kept_link, link, moment, since_ms } from "./link.js";
+import { bar } from "./bar.js";
+import { moment, since_ms } from "./client/link.js";
+import { connect } from "./client/rowe.js";
+import { element, write } from "./dom.js";
+import { drive_panel } from "./drive_panel.js";
+import { feeds } from "./feeds.js";
+import { map_hands } from "./map_hands.js";
+import { clock, fixed, metres } from "./numbers.js";
 import { path_view } from "./path.js";
-import { is_pose_type, pose_of } from "./pose.js";
-import { loss_table, rate_table, real_time_words, write } from "./stats.js";
-import { stop } from "./stop.js";
+import { pose_of } from "./pose.js";
+import { pose_topics } from "./pose_topics.js";
+import { rights } from "./rights.js";
+import { loss_table, rate_table } from "./stats.js";
 import { stop_panel } from "./stop_panel.js";
-import { fixed, latch, losses, metres, states, text, thinned } from "./text.js";
+import { latch, losses, text, thinned } from "./text.js";
 import { is_known, token } from "./token.js";
+import { judge, robot_clock, stale_ms } from "./truth.js";
 
 const default_topic = "/odom";
-const stats_topic = "/rowe/stats";
-const throttle_ms = 33;
-const stale_ms = Math.max(500, 3 * throttle_ms);
+const stats_hz = 10;
+const pose_hz = 30;           // where the path is seen …
+const pose_hz_unseen = 5;     // … and elsewhere, for the bar
 const stats_stale_ms = 1500;
+const parameters_hz = 2;
 const words_ms = 100;
-const age_ms_step = 300;       // the age of what is live is written anew only so often: it must be readable
-const look_ms_max = 3000;      // a topic of unknown type is looked at for so long …
-const look_bytes_max = 4096;   // … if its messages are this small …
-const looks_max = 64;          // … and not more of them than this
 
-const element = (id) => document.getElementById(id);
 const still = matchMedia("(prefers-reduced-motion: reduce)");
+const views = ["overview", "drive", "data"];
 
 const who = new token(sessionStorage, location, history); // first: it takes its part of the address
-
-const seen = {
-  topic: topic_of_hash() ?? default_topic,
-  pose: null,        // the last one, kept when the connection goes
-  pose_at: null,     // when its frame came; null until one came for this topic
-  stats: null,
-  stats_at: null,
-  looking: null,     // {topic, at}: the subscription that finds out what a topic holds
-  looked: new Map(), // topic → whether it holds poses
-  pose_written: false,
-  stats_written: false,
-  age_written: 0,
-};
-
+const named = `page-${Math.random().toString(36).slice(2, 6)}`;
+const robot = connect(location.origin, { name: named, token: () => who.value });
+const asked = new feeds(robot, document);
+const allowed = new rights(robot);
+const time = new robot_clock(robot);
+const panel = new stop_panel(robot, allowed, time);
+const top_bar = new bar();
+const poses = new pose_topics(asked);
 const view = new path_view(element("path"), text, still.matches);
 const rates = new rate_table(element("rates"));
 const lost = [new loss_table(element("losses"), losses), new loss_table(element("thinned"), thinned)];
-const protocol = location.protocol === "https:" ? "wss:" : "ws:";
-const robot = new link(`${protocol}//${location.host}/`, { opened, received, refused },
-  () => who.subprotocols);
-// Where places are kept for the stop.
-const kept = new kept_link(`${protocol}//${location.host}/rowe/stop`, robot, {
-  opened: () => robot.state !== "open" && brake.opened(),
-  received: (message) => brake.received(message),
-}, () => who.subprotocols);
-const brake = new stop(robot, `page-${Math.random().toString(36).slice(2, 6)}`, kept);
-const panel = new stop_panel(brake);
 
-function topic_of_hash() {
+const seen = {
+  pose: null,        // the last one, kept when the connection goes
+  heard: null,       // when that came, by the clock here
+  pose_written: false,
+  stats: null,
+  stats_written: false,
+  state: "blank",
+};
+let shown = wanted_by_hash();
+let pose_feed = asked.want(shown.topic ?? default_topic, take_pose, pose_hz);
+const stats_feed = asked.want("/rowe/stats", take_stats, stats_hz);
+const drive = new drive_panel(robot, allowed, asked, keeps);
+panel.driving = () => drive.drives;
+asked.want("/rowe/parameters", ({ values }) => take_parameters(values ?? {}), parameters_hz);
+
+// The address says what is shown: #view=drive&topic=/gps; a topic alone, #/gps, is read as well.
+function wanted_by_hash() {
+  const hash = location.hash.slice(1);
+  if (!hash.startsWith("/")) {
+    const said = new URLSearchParams(hash);
+    const at = said.get("view");
+    return { topic: said.get("topic"), view: views.includes(at) ? at : "overview" };
+  }
   try {
-    return decodeURIComponent(location.hash.slice(1)) || null;
+    return { topic: decodeURIComponent(hash), view: "overview" };
   } catch {
-    return null;  // half an escape
+    return { topic: null, view: "overview" };  // half an escape
   }
 }
 
-// --- messages ----------------------------------------------------------------------------------------------
-
-function subscribe(topic, id, throttle_rate) {
-  robot.send({ op: "subscribe", id, topic, throttle_rate, queue_length: 1 });
+function write_hash() {
+  const said = Object.entries({ view: shown.view === "overview" ? null : shown.view, topic: shown.topic })
+    .filter(([, value]) => value).map(([name, value]) => `${name}=${encodeURI(value)}`);
+  const { pathname, search } = location;
+  history.replaceState(null, "", said.length > 0 ? `#${said.join("&")}` : pathname + search);
 }
 
-function opened() {
-  element("who").hidden = true;
-  seen.looking = null;
-  seen.stats_at = null;
-  brake.opened();
-  subscribe(stats_topic, "stats", 100);
-  subscribe(seen.topic, "pose", throttle_ms);
-}
+// --- who this is -------------------------------------------------------------------------------------------
 
-// The robot may want a token, or another one. The links go on, without one.
+// The robot may want a token, or another one. The connection is tried on, without one.
 async function refused() {
-  const shown = who.value;
-  if (await is_known(who) !== false || robot.state === "open" || who.value !== shown) return;
-  // Without a token they are refused again: what was said of the one before still holds.
-  if (shown || element("who").hidden)
-    element("who_says").textContent = shown ? text.token_unknown : text.token_wanted;
+  const shown_one = who.value;
+  if (await is_known(who) !== false || robot.state === "open" || who.value !== shown_one) return;
+  // Without a token it is refused again: what was said of the one before still holds.
+  if (shown_one || element("who").hidden)
+    element("who_says").textContent = shown_one ? text.token_unknown : text.token_wanted;
   who.forget();
   element("who").hidden = false;
 }
@@ -97,138 +99,96 @@ function introduce(event) {
   event.preventDefault();
   who.set(element("token").value);
   element("token").value = "";
-  robot.turn(true);
-  kept.turn(true);
+  robot.link.turn(true);
 }
 
-function received(message) {
-  brake.received(message);
-  if (message.op === "status") {
-    element("note").textContent = text.says(String(message.msg));
-    element("note").hidden = message.level !== "error" && message.level !== "warning";
-  } else if (message.op === "publish") {
-    if (message.topic === seen.topic) take_pose(message.msg);
-    if (message.topic === stats_topic) take_stats(message.msg);
-    if (message.topic === seen.looking?.topic) end_look(pose_of(message.msg) !== null);
-  }
-}
+// --- messages ----------------------------------------------------------------------------------------------
 
 function take_pose(message) {
-  const missed = seen.pose_at === null || since_ms(seen.pose_at) > stale_ms;
+  const missed = seen.heard === null || since_ms(seen.heard) > stale_ms(pose_feed.hz);
   seen.pose = pose_of(message);
-  seen.pose_at = moment();
+  seen.heard = moment();
   seen.pose_written = false;
-  if (seen.pose) view.add(seen.pose, missed);
+  if (!seen.pose) return;
+  poses.found(pose_feed.topic);
+  view.add(seen.pose, missed);
 }
 
 function take_stats(message) {
   if (message === null || typeof message !== "object") return;
   const topics = Array.isArray(message.topics) ? message.topics : [];
+  // Another life of the robot: where it had been is not where it is.
+  if (seen.stats?.epoch !== undefined && message.epoch !== seen.stats.epoch) view.clear();
   seen.stats = { ...message, topics: topics.filter((entry) => typeof entry?.topic === "string") };
-  seen.stats_at = moment();
   seen.stats_written = false;
-  if (topic_of_hash() === null && !drawable(seen.topic)) {
-    const other = seen.stats.topics.find((entry) => drawable(entry.topic));
-    if (other) select(other.topic);
+  poses.take(seen.stats.topics);
+  if (shown.topic === null && !poses.has(pose_feed.topic)) {
+    const [other] = poses.all;
+    if (other) look_at(other);
   }
-  look();
 }
 
-// --- topics ------------------------------------------------------------------------------------------------
-
-// Whether a topic is known to hold poses. The one that was asked for is, once a pose came.
-function drawable(topic) {
-  if (topic === seen.topic && seen.pose) return true;
-  const told = seen.stats?.topics.find((entry) => entry.topic === topic);
-  return seen.looked.get(topic) ?? is_pose_type(told?.type);
+function take_parameters(values) {
+  const fastest = Object.entries(values).find(([name]) => name.endsWith("speed_max"));
+  if (fastest) drive.fastest(Number(fastest[1]));
 }
 
-// Looks into one topic of unknown type at a time, for one message.
-function look() {
-  if (seen.looking && since_ms(seen.looking.at) > look_ms_max) end_look(false);
-  if (seen.looking || seen.looked.size >= looks_max) return;
-  const next = seen.stats.topics.find(
-    ({ topic, type, bytes, messages }) =>
-      topic !== seen.topic && !topic.startsWith("/rowe/") && !is_pose_type(type) && messages > 0 &&
-      bytes <= look_bytes_max && !seen.looked.has(topic),
-  );
-  if (!next) return;
-  seen.looking = { topic: next.topic, at: moment() };
-  subscribe(next.topic, "look", 1000);
+function take_status({ level, msg }) {
+  element("note").textContent = text.says(String(msg));
+  element("note").hidden = level !== "error" && level !== "warning";
 }
 
-function end_look(found) {
-  robot.send({ op: "unsubscribe", id: "look", topic: seen.looking.topic });
-  seen.looked.set(seen.looking.topic, found);
-  seen.looking = null;
-}
+// --- what is shown -----------------------------------------------------------------------------------------
 
 // Shows another topic's path, from now on.
-function select(topic) {
-  if (topic === seen.topic) return;
-  robot.send({ op: "unsubscribe", id: "pose", topic: seen.topic });
-  Object.assign(seen, { topic, pose: null, pose_at: null, pose_written: false });
+function look_at(topic) {
+  if (topic === pose_feed.topic) return;
+  pose_feed.end();
+  Object.assign(seen, { pose: null, heard: null, pose_written: false });
   view.clear();
-  subscribe(topic, "pose", throttle_ms);
+  pose_feed = asked.want(topic, take_pose, pose_hz);
 }
 
-function write_choice() {
-  const topics = new Set([seen.topic]);
-  for (const { topic } of seen.stats?.topics ?? []) if (drawable(topic)) topics.add(topic);
-  const listed = [...topics].sort();
-  const choice = element("topic");
-  if (listed.join() !== [...choice.options].map((option) => option.value).join()) {
-    choice.replaceChildren(...listed.map((topic) => new Option(topic, topic)));
+function show_view() {
+  document.body.dataset.view = shown.view;
+  for (const each of views) {
+    const button = element(`view_${each}`);
+    if (each === shown.view) button.setAttribute("aria-current", "page");
+    else button.removeAttribute("aria-current");
   }
-  if (choice.value !== seen.topic) choice.value = seen.topic;
-  choice.disabled = listed.length < 2;
+  pose_feed.at(shown.view === "data" ? pose_hz_unseen : pose_hz);
+}
+
+function go(to) {
+  shown = { ...shown, ...to };
+  write_hash();
+  show_view();
+}
+
+function keeps() {
+  const { state } = seen;
+  return state === "live" || state === "waiting" ? panel.keeps : state === "blank" ? "connecting" : state;
 }
 
 // --- words -------------------------------------------------------------------------------------------------
 
-// The one state shown, and what its sentence needs.
-function judge() {
-  const { topic } = seen;
-  if (robot.state === "connecting") return { name: "connecting" };
-  if (robot.state !== "open") return { name: "disconnected", retry_in_ms: robot.retry_in_ms };
-  if (seen.pose_at === null) return { name: "waiting", topic };
-  const age_ms = since_ms(seen.pose_at);
-  return { name: age_ms > stale_ms ? "stale" : "live", age_ms };
-}
-
 function write_state() {
-  const state = judge();
-  const { mark, word, sentence } = states[state.name];
-  const name = seen.stats?.name || location.hostname;
-  const changed = document.body.dataset.state !== state.name;
-  const now = performance.now();
-  if (changed || state.name !== "live" || now - seen.age_written >= age_ms_step) {
-    seen.age_written = now;
-    write(element("state"), sentence(state));
-  }
-  write(element("mark"), mark);
-  write(element("name"), name);
-  const shown = panel.stopped ? latch.stopped : { mark, word };
-  write(document.querySelector("title"), text.title(shown.mark, name, shown.word));
-  panel.show(name);
-  write_about(state.name);
-  if (!changed) return;
-  document.body.dataset.state = state.name;
-  element("spoken").textContent = `${name} ${word}`;
-  element("veil").textContent = state.name === "live" ? "" : word;
-  view.recolour();
-}
-
-// The quiet lines of the bar: why nothing is seen, or else what the endpoint says of itself.
-function write_about(state) {
-  const answers = seen.stats_at !== null && since_ms(seen.stats_at) < stats_stale_ms;
-  document.body.dataset.stats = answers || !seen.stats ? "live" : "stale";
-  write(element("uptime"), answers ? text.uptime(seen.stats.uptime_s, seen.stats.peers) : "");
-  const about = {
-    stale: answers ? text.silent_topic(seen.topic) : text.silent,
-    disconnected: seen.pose ? text.known : "",
-  };
-  write(element("about"), about[state] ?? real_time_words(seen.stats?.real_time));
+  seen.state = judge(robot.state, pose_feed);
+  const { stats, heard } = seen;
+  const answers = stats !== null && stats_feed.fresh(stats_stale_ms);
+  document.body.dataset.stats = answers || !stats ? "live" : "stale";
+  const changed = top_bar.show(seen.state, {
+    topic: pose_feed.topic,
+    age_ms: heard === null ? NaN : since_ms(heard),
+    heard_at: heard === null ? "" : clock(time.at(heard.calendar)),
+    retry_in_ms: robot.retry_in_ms,
+    answers,
+    name: stats?.name || location.hostname,
+    clock_ms: time.ahead_ms === null ? null : time.at(Date.now()),
+    uptime: answers ? text.uptime(stats.uptime_s, stats.peers) : "",
+  }, panel.stopped ? { sign: latch.stopped.sign, word: text.stopped } : null);
+  if (robot.state === "open") element("who").hidden = true;
+  if (changed) view.recolour();
 }
 
 function write_pose() {
@@ -242,27 +202,34 @@ function write_pose() {
   for (const [id, value] of Object.entries(words)) write(element(id), value);
 }
 
+function write_choice() {
+  const listed = [...new Set([pose_feed.topic, ...poses.all])].sort();
+  const choice = element("topic");
+  if (listed.join() !== [...choice.options].map((option) => option.value).join()) {
+    choice.replaceChildren(...listed.map((topic) => new Option(topic, topic)));
+  }
+  if (choice.value !== pose_feed.topic) choice.value = pose_feed.topic;
+  choice.parentElement.hidden = listed.length < 2;
+}
+
 function write_stats() {
   const { stats } = seen;
   if (!stats || seen.stats_written) return;
   seen.stats_written = true;
   const at = typeof stats.uptime_s === "number" ? stats.uptime_s : performance.now() / 1000;
-  rates.show(stats.topics, at, seen.topic, (entry) => drawable(entry.topic));
+  rates.show(stats.topics, at, pose_feed.topic, (topic) => poses.has(topic));
   for (const group of lost) group.show(stats.losses ?? {}, at);
   write_choice();
-}
-
-function write_follow() {
-  element("follow").setAttribute("aria-pressed", String(view.following));
 }
 
 // --- clocks and hands --------------------------------------------------------------------------------------
 
 function tick() {
-  robot.turn();
-  kept.turn();
-  brake.turn();
+  time.turn();
   write_state();
+  panel.show();
+  drive.show();
+  element("view_drive").hidden = !drive.offered;
   write_pose();
   write_stats();
 }
@@ -272,28 +239,29 @@ function draw(now) {
   requestAnimationFrame(draw);
 }
 
-function toggle_follow() {
-  view.follow(!view.following);
-  write_follow();
-}
-
 for (const each of document.querySelectorAll("[data-text]")) each.textContent = text[each.dataset.text];
 for (const each of document.querySelectorAll("[data-label]")) each.ariaLabel = text[each.dataset.label];
-element("follow").onclick = element("path").onclick = toggle_follow;
-element("topic").onchange = (event) => (location.hash = encodeURI(event.target.value));
+robot.on("refused", refused);
+robot.on("closed", refused);
+robot.on("status", take_status);
+for (const each of views) element(`view_${each}`).onclick = () => go({ view: each });
+element("topic").onchange = ({ target }) => {
+  go({ topic: target.value });
+  look_at(target.value);
+};
 element("who").onsubmit = introduce;
 addEventListener("hashchange", () => {
-  if (who.take_fragment()) robot.turn(true);
-  else select(topic_of_hash() ?? default_topic);
+  if (who.take_fragment()) return robot.link.turn(true);
+  shown = wanted_by_hash();
+  look_at(shown.topic ?? default_topic);
+  show_view();
 });
-addEventListener("online", () => robot.turn(true));
-document.addEventListener("visibilitychange", () => document.hidden ? brake.hide() : robot.turn(true));
-addEventListener("pagehide", () => brake.hide());
 matchMedia("(prefers-color-scheme: dark)").onchange = () => view.recolour();
 still.onchange = () => (view.still = still.matches);
+new map_hands(element("path"), view);
 
 write_choice();
-write_follow();
+show_view();
 for (const group of lost) group.show({}, 0);
 setInterval(tick, words_ms);
 tick();

@@ -15,15 +15,29 @@
   X(index_html, "/", html)                                                                                   \
   X(login_html, "/rowe/login", html)                                                                         \
   X(style_css, "/style.css", css)                                                                            \
+  X(layout_css, "/layout.css", css)                                                                          \
   X(app_js, "/app.js", javascript)                                                                           \
-  X(link_js, "/link.js", javascript)                                                                         \
+  X(bar_js, "/bar.js", javascript)                                                                           \
+  X(dom_js, "/dom.js", javascript)                                                                           \
+  X(drive_panel_js, "/drive_panel.js", javascript)                                                           \
+  X(feeds_js, "/feeds.js", javascript)                                                                       \
+  X(hands_js, "/hands.js", javascript)                                                                       \
+  X(map_hands_js, "/map_hands.js", javascript)                                                               \
+  X(numbers_js, "/numbers.js", javascript)                                                                   \
   X(path_js, "/path.js", javascript)                                                                         \
   X(pose_js, "/pose.js", javascript)                                                                         \
+  X(pose_topics_js, "/pose_topics.js", javascript)                                                           \
+  X(rights_js, "/rights.js", javascript)                                                                     \
   X(stats_js, "/stats.js", javascript)                                                                       \
-  X(stop_js, "/stop.js", javascript)                                                                         \
   X(stop_panel_js, "/stop_panel.js", javascript)                                                             \
   X(text_js, "/text.js", javascript)                                                                         \
   X(token_js, "/token.js", javascript)                                                                       \
+  X(truth_js, "/truth.js", javascript)                                                                       \
+  X(client_drive_js, "/client/drive.js", javascript)                                                         \
+  X(client_link_js, "/client/link.js", javascript)                                                           \
+  X(client_rowe_js, "/client/rowe.js", javascript)                                                           \
+  X(client_stop_js, "/client/stop.js", javascript)                                                           \
+  X(client_wire_js, "/client/wire.js", javascript)                                                           \
   X(favicon_svg, "/favicon.svg", svg)
 
 extern "C" {

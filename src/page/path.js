@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// The path: a fixed memory of where the robot has been, and its drawing on a square canvas with equal axes.
+// The path: a fixed memory of where the robot has been, and its drawing on a canvas with equal axes.
 //
 // A point is kept when it lies `spacing` from the last one kept, so that a robot that stands still does not
-// use the memory up; the newest `points_max` remain. The view either holds the whole path, and then moves
-// only when it must, or keeps the robot in its middle. Nothing is drawn unless something changed.
+// use the memory up; the newest `points_max` remain. The view holds the whole path, and then moves only when
+// it must; or keeps the robot in its middle; or stays where a person put it. Nothing is drawn unless
+// something changed.
 
 const points_max = 2000;
+const axes_width_min = 260;  // pixels
 const spacing = 0.01;      // metres
 const leap = 5;            // metres between two messages that no robot drives: the path is broken there
 const margin = 0.1;        // of the view's width, kept free around the whole path
 const span_min = 2;        // metres, the narrowest view
+const span_max = 20000;
 const follow_share = 0.4;  // of the whole path's width that is seen while following
+const zoom_max = 16;
+const colour_names = ["surface", "sunk", "grid", "axis", "accent", "ink", "quiet"];
 const settle_ms = 110;     // time constant of the view's movement
 
 // A ring of points. A set `broken` bit says that what lies between a point and the one before it is not
@@ -68,7 +73,8 @@ export class path_view {
     this.still = still;
     this.trail = new trail();
     this.pose = null;
-    this.following = false;
+    this.mode = "whole";   // or "follow", or "free"
+    this.zoomed = 1;       // of what is seen while following
     this.colours = {};
     this.goal = { x: 0, y: 0, span: 4 };
     this.view = { ...this.goal };
@@ -82,7 +88,7 @@ export class path_view {
   // To be called when the page's colours changed.
   recolour() {
     const style = getComputedStyle(this.canvas);
-    for (const name of ["surface", "grid", "axis", "path", "ink", "quiet"]) {
+    for (const name of colour_names) {
       this.colours[name] = style.getPropertyValue(`--${name}`).trim();
     }
     this.dirty = true;
@@ -102,7 +108,29 @@ export class path_view {
   }
 
   follow(following) {
-    this.following = following;
+    this.mode = following ? "follow" : "whole";
+    this.zoomed = 1;
+    this.dirty = true;
+  }
+
+  // Shows `times` as little; the robot stays in the middle while it is followed.
+  zoom(times) {
+    this.dirty = true;
+    if (this.mode === "follow") {
+      this.zoomed = Math.min(zoom_max, Math.max(1 / zoom_max, this.zoomed * times));
+      return;
+    }
+    this.mode = "free";
+    this.goal = { ...this.goal, span: Math.min(span_max, Math.max(span_min / 4, this.goal.span / times)) };
+  }
+
+  // Moves what is seen by so many pixels.
+  pan(right, down) {
+    this.mode = "free";
+    for (const seen of [this.goal, this.view]) {
+      seen.x -= right / this.scale;
+      seen.y += down / this.scale;
+    }
     this.dirty = true;
   }
 
@@ -115,9 +143,9 @@ export class path_view {
     const { pen, canvas } = this;
     const dots = canvas.width / canvas.clientWidth;
     pen.setTransform(dots, 0, 0, dots, 0, 0);
-    pen.clearRect(0, 0, canvas.clientWidth, canvas.clientWidth);
-    this.side = canvas.clientWidth;
-    this.scale = this.side / this.view.span;
+    [this.width, this.height] = [canvas.clientWidth, canvas.clientHeight];
+    pen.clearRect(0, 0, this.width, this.height);
+    this.scale = Math.min(this.width, this.height) / this.view.span;
     const cell = round_length(this.view.span / 4.5);
     this.#draw_grid(cell);
     this.#draw_trail();
@@ -126,23 +154,24 @@ export class path_view {
   }
 
   #resize() {
-    const side = Math.round(this.canvas.clientWidth * devicePixelRatio);
-    if (side === this.canvas.width) return;
-    this.canvas.width = this.canvas.height = side;
+    const [wide, high] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    const [width, height] = [wide, high].map((each) => Math.round(each * devicePixelRatio));
+    if (width === this.canvas.width && height === this.canvas.height) return;
+    Object.assign(this.canvas, { width, height });
     this.dirty = true;
   }
 
   #left(x) {
-    return this.side / 2 + (x - this.view.x) * this.scale;
+    return this.width / 2 + (x - this.view.x) * this.scale;
   }
 
   #top(y) {
-    return this.side / 2 - (y - this.view.y) * this.scale;
+    return this.height / 2 - (y - this.view.y) * this.scale;
   }
 
   // Chooses the view to move to. The one that holds the whole path stays as it is while the path fits well.
   #aim() {
-    if (!this.pose) return;
+    if (!this.pose || this.mode === "free") return;
     let [left, right, low, high] = [this.pose.x, this.pose.x, this.pose.y, this.pose.y];
     for (let index = 0; index < this.trail.size; index += 1) {
       const place = this.trail.at(index);
@@ -152,8 +181,9 @@ export class path_view {
       high = Math.max(high, this.trail.ys[place]);
     }
     const wanted = Math.max(span_min, Math.max(right - left, high - low) / (1 - 2 * margin));
-    if (this.following) {
-      this.goal = { x: this.pose.x, y: this.pose.y, span: Math.max(span_min, wanted * follow_share) };
+    if (this.mode === "follow") {
+      const span = Math.max(span_min, wanted * follow_share) / this.zoomed;
+      this.goal = { x: this.pose.x, y: this.pose.y, span };
       return;
     }
     const reach = this.goal.span * (0.5 - margin / 2);
@@ -177,19 +207,19 @@ export class path_view {
   }
 
   #draw_grid(cell) {
-    const { pen, view, side, colours } = this;
-    const half = view.span / 2;
+    const { pen, view, width, height, scale, colours } = this;
     pen.lineWidth = 1;
     const line = (index, horizontal) => {
       const at = Math.round(horizontal ? this.#top(index * cell) : this.#left(index * cell)) + 0.5;
       pen.strokeStyle = index === 0 ? colours.axis : colours.grid;
       pen.beginPath();
       pen.moveTo(horizontal ? 0 : at, horizontal ? at : 0);
-      pen.lineTo(horizontal ? side : at, horizontal ? at : side);
+      pen.lineTo(horizontal ? width : at, horizontal ? at : height);
       pen.stroke();
     };
     for (const horizontal of [false, true]) {
       const middle = horizontal ? view.y : view.x;
+      const half = (horizontal ? height : width) / 2 / scale;
       const last = Math.floor((middle + half) / cell);
       for (let index = Math.ceil((middle - half) / cell); index <= last; index += 1) line(index, horizontal);
     }
@@ -198,8 +228,8 @@ export class path_view {
   // In a few strokes of growing strength, so that one sees which end is old.
   #draw_trail() {
     const { pen, trail: path } = this;
-    pen.strokeStyle = this.colours.path;
-    pen.lineWidth = 2.25;
+    pen.strokeStyle = this.colours.accent;
+    pen.lineWidth = 3;
     pen.lineJoin = "round";
     pen.lineCap = "butt";  // round ends of translucent strokes would show as dots where they meet
     const strokes = 16;
@@ -226,19 +256,23 @@ export class path_view {
     pen.save();
     pen.translate(this.#left(pose.x), this.#top(pose.y));
     pen.beginPath();
+    pen.arc(0, 0, 19, 0, 2 * Math.PI);
+    pen.fillStyle = colours.surface;
+    pen.fill();
+    pen.lineWidth = 2;
+    pen.strokeStyle = colours.ink;
+    pen.stroke();
+    pen.beginPath();
     if (Number.isFinite(pose.heading)) {
       pen.rotate(-pose.heading);
-      pen.moveTo(14, 0);
-      pen.lineTo(-9, 9);
-      pen.lineTo(-4.5, 0);
-      pen.lineTo(-9, -9);
+      pen.moveTo(12, 0);
+      pen.lineTo(-8, 8);
+      pen.lineTo(-4, 0);
+      pen.lineTo(-8, -8);
       pen.closePath();
     } else {
       pen.arc(0, 0, 6, 0, 2 * Math.PI);
     }
-    pen.lineWidth = 4;
-    pen.strokeStyle = colours.surface;
-    pen.stroke();
     pen.fillStyle = colours.ink;
     pen.fill();
     pen.restore();
@@ -246,8 +280,8 @@ export class path_view {
 
   // One cell of the grid with its length, and which way x and y point.
   #draw_scale(cell) {
-    const { pen, side, colours } = this;
-    const [left, bottom, length] = [14.5, side - 14.5, Math.round(cell * this.scale)];
+    const { pen, width, height, colours } = this;
+    const [left, bottom, length] = [14.5, height - 14.5, Math.round(cell * this.scale)];
     pen.lineJoin = "miter";
     pen.beginPath();
     pen.moveTo(left, bottom - 7);
@@ -260,7 +294,7 @@ export class path_view {
       pen.stroke();
     }
     this.#write(this.words.bar_metres(cell), left + length + 8, bottom + 0.5, "left");
-    this.#write(this.words.axes, side - 14, bottom + 0.5, "right");
+    if (width > axes_width_min) this.#write(this.words.axes, width - 14, bottom + 0.5, "right");
   }
 
   #write(words, x, y, align) {

@@ -2,7 +2,9 @@
 // The two tables filled from /rowe/stats: what runs at which rate, and what was lost. Whatever the endpoint
 // does not say is shown as a dash.
 
-import { count, fixed, losses, rate, text, thinned } from "./text.js";
+import { children_of, make, write } from "./dom.js";
+import { count, fixed, rate } from "./numbers.js";
+import { losses, text, thinned } from "./text.js";
 
 const names_max = 32;      // counters and topics shown: no message can grow the page without end
 const window_seconds = 2;  // over which a count becomes a rate, and a peak is held: long enough to be read
@@ -46,32 +48,18 @@ export class peak_meter {
   }
 }
 
-// Makes `parent` hold one row per key, in order, each of `cells` cells; rows that stay are kept as they are.
-function rows_of(parent, keys, cells) {
-  for (const row of [...parent.children]) if (!keys.includes(row.dataset.key)) row.remove();
-  return keys.map((key, index) => {
-    let row = [...parent.children].find((each) => each.dataset.key === key);
-    if (!row) {
-      row = document.createElement("tr");
-      row.dataset.key = key;
-      row.append(Object.assign(document.createElement("th"), { scope: "row" }));
-      for (let cell = 1; cell < cells; cell += 1) row.append(document.createElement("td"));
-    }
-    if (parent.children[index] !== row) parent.insertBefore(row, parent.children[index] ?? null);
-    return row;
-  });
-}
-
-// Sets the words of an element, if they changed: ten times a second most do not.
-export function write(cell, words) {
-  if (cell.textContent !== words) cell.textContent = words;
+// A row of `cells` cells, the first of them its head.
+function row_of(cells) {
+  const row = make("tr", {}, make("th", { scope: "row" }));
+  for (let cell = 1; cell < cells; cell += 1) row.append(make("td"));
+  return row;
 }
 
 // The topic of a row, a link to its path where it has one, over its type.
 function write_topic(cell, { topic, type }, drawable) {
   const tag = drawable ? "A" : "SPAN";
   if (cell.firstChild?.tagName !== tag) {
-    cell.replaceChildren(document.createElement(tag), document.createElement("small"));
+    cell.replaceChildren(make(tag), make("small"));
     if (drawable) cell.firstChild.href = `#${encodeURI(topic)}`;
   }
   write(cell.firstChild, topic);
@@ -95,11 +83,11 @@ export class rate_table {
     const listed = [...topics].sort((one, other) => is_own(one) - is_own(other)).slice(0, names_max);
     const names = listed.map(({ topic }) => topic);
     for (const name of this.meters.keys()) if (!names.includes(name)) this.meters.delete(name);
-    const rows = rows_of(this.body, names, 6);
+    const rows = children_of(this.body, names, () => row_of(6));
     listed.forEach((entry, index) => {
       const row = rows[index];
       const cells = row.children;
-      write_topic(cells[0], entry, drawable(entry));
+      write_topic(cells[0], entry, drawable(entry.topic));
       const meters = this.#meters_of(entry.topic);
       const hertz = meters.rate.rate(at, entry.messages);
       // The first gap told may be the pause before anybody listened.
@@ -136,7 +124,7 @@ export class loss_table {
     const unlabelled = this.labels === losses ? strangers : [];
     const names = [...Object.keys(this.labels), ...unlabelled].slice(0, names_max);
     for (const name of this.meters.keys()) if (!names.includes(name)) this.meters.delete(name);
-    const rows = rows_of(this.body, names, 3);
+    const rows = children_of(this.body, names, () => row_of(3));
     names.forEach((name, index) => {
       const value = counters[name];
       if (!this.meters.has(name)) this.meters.set(name, new rate_meter());
@@ -149,7 +137,3 @@ export class loss_table {
     });
   }
 }
-
-// The line under the robot's name.
-export const real_time_words = (real_time) =>
-  typeof real_time?.text === "string" ? real_time.text : real_time ? text.real_time(real_time) : "";

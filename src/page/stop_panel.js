@@ -1,28 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is seen of the robot's stop, and the hands on it: STOP acts as it is pressed, the reset only once it
-// was held for a while, since letting a robot go is to be meant.
+// was held for a while, since letting a robot go is to be meant. What is shown is what the robot told, never
+// what a press should have done; what it told last is not known to hold once it is silent.
 
-import { write } from "./stats.js";
-import { causes, clock, latch, refusals, text } from "./text.js";
+import { draw, element, mark, write } from "./dom.js";
+import { clock } from "./numbers.js";
+import { causes, latch, refusals, text } from "./text.js";
+import { moment, since_ms } from "./client/link.js";
 
 const hold_ms = 2000;
 const unknown_ms_max = 1000;    // nothing is shown for so long while it is not known whether there is a stop
 const alarm_ms = [200, 100, 200, 100, 400];
 
-const element = (id) => document.getElementById(id);
+const narrow = matchMedia("(max-width: 699px)");
+
 const is_press_key = ({ key }) => key === " " || key === "Enter";
+// Where a blank is a blank, or presses what has the focus.
+const takes_blanks = (at) => at?.closest?.("input, textarea, select, button, summary, a") ?? false;
 
 export class stop_panel {
-  constructor(of) {
-    this.of = of;
-    this.name = "";
-    this.hold = null;       // {number, timer}: the reset is held
-    this.alarmed = false;   // the device has shaken for this press
+  #robot;
+  #of;
+  #rights;
+  #time;
+  #hold = null;       // {number, timer, since}: the reset is held
+  #alarmed = false;   // the device has shaken for this press
+  #told = null;       // {state, number, began, at}: what the robot said last, and when, by the clock here
+  #refused = null;    // the last refusal, until something else is asked for
+  #guarded = false;   // this page guarded when it was looked at last
+  driving = () => false;
+
+  // `time` as robot_clock.
+  constructor(robot, rights, time) {
+    this.#robot = robot;
+    this.#of = robot.stop;
+    this.#rights = rights;
+    this.#time = time;
+    this.#of.on("changed", () => this.#take());
     const press = element("stop");
     press.onpointerdown = (event) => event.button === 0 && this.#press();
     press.onclick = (event) => event.detail === 0 && this.#press();  // keys, and what stands for them
-    element("guard").onclick = () => this.#act(of.guarding ? () => of.let_go() : () => of.guard());
-    element("dismiss").onclick = (event) => this.#act(() => of.dismiss(event.target.value));
+    element("guard").onclick = () => this.#guard();
+    element("dismiss").onclick = (event) => this.#act("dismiss", () => this.#of.dismiss(event.target.value));
     const reset = element("reset");
     reset.onpointerdown = (event) => event.button === 0 && this.#begin_hold();
     reset.onkeydown = (event) => {
@@ -35,129 +54,204 @@ export class stop_panel {
       reset.addEventListener(end, () => this.#end_hold());
     }
     reset.oncontextmenu = (event) => event.preventDefault();  // a finger that rests is no question
+    addEventListener("keydown", (event) => this.#key(event), true);
   }
 
-  // The robot says that it is stopped, and has not fallen silent since.
-  get stopped() { return this.#state() === "stopped"; }
-
-  // Writes what is known now; `name` is the robot's.
-  show(name) {
-    this.name = name;
-    const state = this.#state();
-    if (document.body.dataset.stop !== state) document.body.dataset.stop = state;
-    if (state === "blank" || state === "none") return;
-    const { of } = this;
-    if (this.hold && (state !== "stopped" || of.state.number !== this.hold.number)) this.#end_hold();
-    const by = state === "stopped" && of.state.cause === "request";
-    write(element("latch_mark"), (latch[state] ?? latch.unknown).mark);
-    write(element("latch"), by ? text.stopped_by(of.state.source) : (latch[state] ?? latch.unknown).word);
-    write(element("latch_at"), state === "stopped" ? text.stopped_at(clock(of.began)) : "");
-    this.#write_says(state);
-    element("stop").setAttribute("aria-disabled", String(state === "unreachable"));
-    element("reset").setAttribute("aria-disabled", String(state !== "stopped" || of.limited));
-    write(element("reset"), this.hold ? text.reset_hold : text.reset);
-    element("guard").setAttribute("aria-disabled", String(!this.#may_act(state)));
-    element("guard").setAttribute("aria-pressed", String(of.guarding));
-    write(element("guard"), of.guarding ? text.guarding : text.guard);
-    this.#write_guards();
+  // Escape stops always. The space bar does, too, unless it types or presses something; while this page
+  // drives it stops in any case.
+  #key(event) {
+    const space = event.key === " " && (this.driving() || !takes_blanks(event.target));
+    if (event.repeat || (event.key !== "Escape" && !space)) return;
+    event.preventDefault();
+    this.#press();
   }
 
   // blank, none, unreachable, unknown, running or stopped.
-  #state() {
-    const { of } = this;
-    const connected = of.link.state === "open";
-    const early = of.robot.attempt === 0 && performance.now() < unknown_ms_max;
+  get state() {
+    const of = this.#of;
+    const early = this.#robot.link.attempt === 0 && performance.now() < unknown_ms_max;
     if (of.configured === null && early) return "blank";
     if (of.configured === false) return "none";
-    if (!connected) return "unreachable";
+    if (this.#robot.state !== "open" && !of.limited) return "unreachable";
     if (!of.known) return "unknown";
     return of.stopped ? "stopped" : "running";
   }
+  get stopped() { return this.state === "stopped"; }
 
-  // The one sentence below, and whether it is an alarm.
-  #sentence(state) {
-    const { of } = this;
-    const { asked } = of;
-    const waited_ms = performance.now() - (asked?.since ?? 0);
-    if (of.pending && state === "unreachable") return [text.not_sent, true];
-    if (of.overdue && asked.taken) {
-      const late = (of.state?.loops ?? []).filter((loop) => loop.acknowledged !== of.state.number);
-      return [text.not_observed(waited_ms, late.map((loop) => loop.name).join(", ")), true];
-    }
-    if (of.overdue) return [text.not_acknowledged(waited_ms), true];
-    if (of.pending) return [text.stopping, false];
-    if (state === "unreachable") return [text.stop_unreachable, true];
-    if (state === "unknown") return [of.heard ? text.stop_silent : text.stop_asking, true];
-    if (of.refused) return [refusals[of.refused] ?? of.refused, true];
-    if (asked) return [text.acknowledged(this.name, asked.answer), false];
-    if (of.limited) return [text.only_stop, true];
-    if (state === "stopped") return [causes[of.state.cause]?.(of.state.source) ?? of.state.cause, false];
-    const alone = of.state.unguarded && of.guards.length === 0;
-    return [alone ? text.moves_unguarded : text.moves_guarded, alone];
+  // What keeps a person from driving; null: nothing.
+  get keeps() {
+    const { state } = this;
+    if (state === "none" || state === "blank") return null;
+    if (this.#of.pending) return "stopping";
+    return state === "running" ? null : state === "stopped" ? "stopped" : "unknown";
   }
 
-  #write_says(state) {
+  #take() {
+    const of = this.#of;
+    if (of.state) {
+      const { state, number, since_ms: lasts_ms } = of.state;
+      const same = this.#told?.number === number && this.#told.state === state;
+      this.#told = { state, number, at: Date.now(), began: same ? this.#told.began : Date.now() - lasts_ms };
+    }
+    if (this.#guarded && !of.guarding && document.hidden) this.#refused = text.guard_hidden;
+    this.#guarded = of.guarding;
+  }
+
+  // Writes what is known now.
+  show() {
+    const { state } = this;
+    mark(document.body, "data-stop", state);
+    if (state === "blank" || state === "none") return;
+    const of = this.#of;
+    if (this.#hold && (state !== "stopped" || of.state.number !== this.#hold.number)) this.#end_hold();
+    const shown = of.pending && state !== "unreachable" ? "stopping" : (latch[state] && state) || "unknown";
+    mark(document.body, "data-pending", of.pending);
+    draw(element("latch_mark"), latch[shown].draws);
+    write(element("latch"), latch[shown].word);
+    write(element("latch_by"), this.#line(state));
+    this.#write_button(state);
     const [words, alarming] = this.#sentence(state);
     const says = element("stop_says");
     write(says, words);
-    if (says.dataset.alarm !== String(alarming)) says.dataset.alarm = String(alarming);
-    if (this.of.overdue && !this.alarmed) {
-      this.alarmed = true;
+    mark(says, "data-alarm", alarming);
+    this.#write_slot(state);
+    if (of.overdue && !this.#alarmed) {
+      this.#alarmed = true;
       navigator.vibrate?.(alarm_ms);
     }
   }
 
-  #write_guards() {
-    const { of } = this;
-    const silent = of.guards.find((guard) => !guard.fresh && guard.name !== of.name);
-    const named = of.guards.map(({ name, fresh }) => {
-      if (name === of.name) return text.guard_this(name);
-      return fresh ? name : text.guard_silent(name);
-    });
-    const nobody = of.state?.unguarded ? text.guards_unguarded : text.guards_none;
-    const line = of.hidden ? text.guard_hidden : named.length > 0 ? text.guards(named) : nobody;
-    write(element("guards"), of.state || of.hidden ? line : "");
+  #clock(here_ms) { return clock(this.#time.at(here_ms)); }
+
+  // Who, why and when.
+  #line(state) {
+    const of = this.#of;
+    const told = this.#told;
+    if (of.pending && state !== "unreachable") return text.asked(since_ms(of.asked.since));
+    if (state === "unreachable" || state === "unknown") {
+      return told ? text.last_heard(told.state, this.#clock(told.at)) : text.never_heard;
+    }
+    if (state === "running") {
+      const names = of.state.guards.map(({ name }) => name);
+      if (of.guarding) return text.guarded_here;
+      return names.length > 0 ? text.guarded(names) : text.unguarded;
+    }
+    const { cause, source } = of.state;
+    return text.stopped_at(this.#clock(told.began), causes[cause]?.(source) ?? String(cause));
+  }
+
+  #write_button(state) {
+    const { pending } = this.#of;
+    const wide = matchMedia("(hover: hover)").matches ? text.stop_keys : text.stop_print;
+    let [word, note] = [text.stop, wide];
+    if (state === "unreachable") {
+      [word, note] = pending ? [text.not_sent, text.stop_waits] : [text.stop, text.stop_unreachable];
+    } else if (pending) [word, note] = [text.stopping, text.stop_asks];
+    else if (state === "stopped") [word, note] = [text.stopped, text.stop_again];
+    write(element("stop_word"), word);
+    write(element("stop_note"), note);
+  }
+
+  // The sentence below, and whether it is an alarm.
+  #sentence(state) {
+    const of = this.#of;
+    const { asked } = of;
+    if (state === "unreachable") return [text.press_waits, true];
+    if (of.overdue) {
+      const waited_ms = since_ms(asked.since);
+      const { number, loops } = of.state ?? {};
+      const late = of.stopped ? loops.filter(({ acknowledged }) => acknowledged !== number) : [];
+      const names = late.map(({ name }) => name).join(", ");
+      return [names ? text.not_observed(waited_ms, names) : text.not_acknowledged(waited_ms), true];
+    }
+    if (of.pending) return ["", false];
+    if (state === "unknown") return [of.state ? text.press_goes : text.stop_asking, true];
+    const ended = of.refused && (refusals[`guard_${of.refused}`] ?? refusals.guard_lost);
+    const refused = this.#refused ?? ended;
+    if (refused) return [refused, true];
+    if (asked?.answer) {
+      const words = narrow.matches ? text.acknowledged_short : text.acknowledged;
+      return [words(asked.answer), false];
+    }
+    if (of.limited) return [text.only_stop, true];
+    if (state !== "stopped") return [this.#alone ? text.moves_unguarded : text.moves_guarded, false];
+    const silent = this.#silent;
+    if (silent) return [text.guard_silent(silent.name), false];
+    if (this.#lacks_guard) return [text.guards_none, false];
+    return [this.#rights.has("reset") ? "" : text.who_resets, false];
+  }
+
+  // A guard of others that fell silent keeps it stopped.
+  get #silent() { return this.#of.state?.guards.find(({ name, fresh }) => !fresh && name !== this.#of.name); }
+  get #alone() { return this.#of.state.unguarded && this.#of.state.guards.length === 0; }
+  get #lacks_guard() { return !this.#of.state.unguarded && this.#of.state.guards.length === 0; }
+
+  // What one may do beside stopping: only what the role has a right to, and what leads somewhere now.
+  #write_slot(state) {
+    const of = this.#of;
+    const acts = (state === "stopped" || state === "running") && !of.limited;
+    const may = (right) => acts && this.#rights.has(right);
+    const stopped = state === "stopped";
+    const silent = stopped ? this.#silent : undefined;
     const dismiss = element("dismiss");
-    dismiss.hidden = silent === undefined || !this.stopped || of.limited;
+    dismiss.hidden = !silent || !may("reset");
     dismiss.value = silent?.name ?? "";
     write(dismiss, silent ? text.dismiss(silent.name) : "");
+    const guard = element("guard");
+    guard.hidden = !may("guard") || (stopped && !of.guarding && !this.#lacks_guard);
+    mark(guard, "aria-pressed", of.guarding);
+    write(guard, of.guarding ? text.guarding : text.guard);
+    element("reset").hidden = !stopped || !may("reset") || !dismiss.hidden || this.#lacks_guard;
+    write(element("reset_word"), this.#hold
+      ? text.reset_hold(Math.max(1, Math.ceil((hold_ms - since_ms(this.#hold.since)) / 1000))) : text.reset);
   }
 
-  // More than to stop.
-  #may_act(state) {
-    return (state === "stopped" || state === "running") && !this.of.limited;
+  #guard() {
+    const of = this.#of;
+    this.#act("guard", () => (of.guarding ? of.let_go() : of.guard()));
   }
 
-  #act(what) {
-    if (!this.#may_act(this.#state())) return;
-    what();
-    this.show(this.name);
+  // What is refused is said until something else is asked for; a role that has no right is not asked again.
+  async #act(what, ask) {
+    this.#refused = null;
+    try {
+      const asked = ask();
+      this.show();
+      await asked;
+    } catch ({ code, said }) {
+      if (said === "role") this.#rights.lacks(what === "guard" ? "guard" : "reset");
+      const known = refusals[`${what}_${said}`] ?? refusals[`guard_${said}`];
+      const unsaid = refusals[what === "reset" ? "reset_lost" : "guard_lost"];
+      this.#refused = code === "refused" && known ? known : unsaid;
+    }
+    this.show();
   }
 
   #press() {
-    if (this.#state() === "unreachable" || this.#state() === "blank") return;
-    this.alarmed = this.of.pending && this.alarmed;
-    this.of.press();
-    this.show(this.name);
+    if (this.state === "none") return;
+    this.#refused = null;
+    this.#alarmed = this.#of.pending && this.#alarmed;
+    this.#of.press();
+    this.show();
   }
 
   #begin_hold() {
-    if (this.hold || !this.stopped || this.of.limited) return;
-    const { number } = this.of.state;
+    if (this.#hold || !this.stopped || this.#of.limited) return;
+    const { number } = this.#of.state;
     const timer = setTimeout(() => {
       this.#end_hold();
-      this.of.reset(number);
+      this.#act("reset", () => this.#of.reset(number));
     }, hold_ms);
-    this.hold = { number, timer };
-    element("reset").dataset.held = "true";
-    this.show(this.name);
+    this.#hold = { number, timer, since: moment() };
+    mark(element("reset"), "data-held", true);
+    this.show();
   }
 
   #end_hold() {
-    if (!this.hold) return;
-    clearTimeout(this.hold.timer);
-    this.hold = null;
-    delete element("reset").dataset.held;
-    this.show(this.name);
+    if (!this.#hold) return;
+    clearTimeout(this.#hold.timer);
+    this.#hold = null;
+    element("reset").removeAttribute("data-held");
+    this.show();
   }
 }

@@ -19,7 +19,7 @@ using rowe::page::answer;
 using rowe::service::http_answer;
 using rowe::service::http_request;
 
-constexpr std::size_t page_bytes_max = 40'000; // what a browser loads, compressed
+constexpr std::size_t page_bytes_max = 90'000; // what a browser loads, compressed
 
 std::string_view text_of(const http_answer& from) {
   return {reinterpret_cast<const char*>(from.body.data()), from.body.size()};
@@ -38,16 +38,28 @@ std::vector<std::string> quoted_after(std::string_view text, std::string_view be
   return found;
 }
 
+// Where `name` leads to from the file at `path`.
+std::string below(std::string_view path, std::string_view name) {
+  return std::string{path.substr(0, path.rfind('/') + 1)}.append(name);
+}
+
 // Every path a browser asks for when it opens the page: what the index names, and what the scripts import.
 std::set<std::string> loaded_paths() {
   std::set<std::string> paths{"/"};
+  std::vector<std::string> left;
+  const auto add = [&](std::string path) {
+    if (paths.insert(path).second) left.push_back(std::move(path));
+  };
   const std::string_view index = text_of(plain("/"));
-  for (const std::string_view before : {"src=\"", "href=\""}) {
-    for (const std::string& name : quoted_after(index, before)) paths.insert("/" + name);
+  for (const std::string_view before : {"src=\"", "link rel=\"icon\" href=\"", "stylesheet\" href=\"",
+                                        "modulepreload\" href=\""}) {
+    for (const std::string& name : quoted_after(index, before)) add(below("/", name));
   }
-  for (const std::string& path : std::set<std::string>{paths}) {
+  while (!left.empty()) {
+    const std::string path = std::move(left.back());
+    left.pop_back();
     if (!path.ends_with(".js")) continue;
-    for (const std::string& name : quoted_after(text_of(plain(path)), "from \"./")) paths.insert("/" + name);
+    for (const std::string& name : quoted_after(text_of(plain(path)), "from \"./")) add(below(path, name));
   }
   return paths;
 }
@@ -80,6 +92,7 @@ TEST(page, serves_every_file_that_the_index_or_a_script_names) {
   const std::set<std::string> paths = loaded_paths();
   EXPECT_TRUE(paths.contains("/app.js"));
   EXPECT_TRUE(paths.contains("/text.js"));
+  EXPECT_TRUE(paths.contains("/client/wire.js"));
   for (const std::string& path : paths) EXPECT_EQ(plain(path).status, 200) << path;
   for (const std::string& path : paths) EXPECT_EQ(plain("/rowe" + path).status, 200) << path;
   EXPECT_EQ(text_of(plain("/rowe/")), text_of(plain("/")));

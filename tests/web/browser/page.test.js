@@ -19,9 +19,9 @@ const says = (page, id, pattern) =>
     [id, pattern.source]);
 
 // A page that is live.
-async function live_page(options) {
+async function live_page(options, hash = "") {
   const page = await new_page(browser, options);
-  await page.goto(`${server.origin}/`);
+  await page.goto(`${server.origin}/${hash}`);
   await state_is(page, "live");
   return page;
 }
@@ -52,22 +52,26 @@ test("the page becomes live and shows a pose that moves", limit, async () => {
   assert.match(before, /^\u2212?\d+\.\d+$/);
   await page.waitForFunction((then) => document.getElementById("x").textContent !== then, before);
   for (const id of ["y", "heading", "speed"]) assert.match(await words(page, id), /^\u2212?\d+\.\d+$/, id);
-  await says(page, "state", /^live, \d+ ms old$/);
+  await says(page, "age", /^\d+ ms old$/);
+  assert.equal(await words(page, "state"), "Live");
+  await says(page, "about", /^Robot clock \d\d:\d\d:\d\d$/);
 });
 
-test("the title says live, with a mark and the robot's name", limit, async () => {
+test("the title says Live, with a mark and the robot's name", limit, async () => {
   const page = await live_page();
   await page.waitForFunction(() => document.querySelectorAll("#rates tr").length > 0);  // the name came too
   const name = await page.locator("h1").innerText();
   assert.ok(name.length > 0);
   await until("the title", async () => {
     await server.let_run();
-    return (await page.title()) === `\u25cf ${name} live`;
+    return (await page.title()) === `\u25cf ${name} Live`;
   });
 });
 
+const data = "#view=data";
+
 test("the rate shown is the robot's", limit, async () => {
-  const page = await live_page();
+  const page = await live_page({}, data);
   const client = await rosbridge_client.connect(server.url);
   client.send({ op: "subscribe", id: "s", topic: "/rowe/stats" });
   const count_of = ({ topics }) => topics.find(({ topic }) => topic === "/odom").messages;
@@ -86,7 +90,7 @@ test("the rate shown is the robot's", limit, async () => {
 });
 
 test("losses are listed in words, none as zero", limit, async () => {
-  const page = await live_page();
+  const page = await live_page({}, data);
   const zeros = page.locator("#losses td", { hasText: /^0$/ });
   await until("losses", async () => (await zeros.count()) > 4);
   const said = await page.locator(".losses").textContent();
@@ -94,7 +98,7 @@ test("losses are listed in words, none as zero", limit, async () => {
 });
 
 test("the page's own slower rate counts as thinning on purpose", limit, async () => {
-  const page = await live_page();
+  const page = await live_page({}, data);
   const total = page.locator("#thinned tr", { hasText: "slower rate asked for" }).locator("td").first();
   await until("a count", async () => Number((await total.textContent()).replaceAll("\u202f", "")) > 0);
 });
@@ -118,8 +122,10 @@ test("a robot that stands still makes the page say STALE, and live when it goes 
   await server.pause();
   try {
     await state_is(page, "stale");
-    assert.match(await words(page, "state"), /^STALE \d/);
-    assert.equal(await words(page, "veil"), "STALE");
+    assert.equal(await words(page, "state"), "STALE");
+    assert.match(await words(page, "age"), /^\d/);
+    await says(page, "veil", /^Data is \d.* old$/);
+    await says(page, "about", /^The robot says nothing since \d\d:\d\d:\d\d$/);
     assert.match(await page.title(), /^\u25b2 .* STALE$/);
     writeFileSync(artefact("stale.png"), await page.screenshot());
   } finally {
@@ -133,15 +139,15 @@ test("a robot that died makes the page say disconnected, and live when it is bac
   await server.kill();
   try {
     await state_is(page, "disconnected");
-    await page.waitForFunction(() => /^disconnected, retrying in [\d.]+ s$/.test(
-      document.getElementById("state").textContent));
-    assert.match(await page.title(), /^\u25cb .* disconnected$/);
+    await says(page, "about", /^Last heard \d\d:\d\d:\d\d, trying again in [\d.]+ s$/);
+    await says(page, "veil", /^As it was at \d\d:\d\d:\d\d$/);
+    assert.match(await page.title(), /^\u25cb .* DISCONNECTED$/);
     writeFileSync(artefact("disconnected.png"), await page.screenshot());
   } finally {
     await server.restart();
   }
   await state_is(page, "live");
-  await says(page, "state", /^live/);
+  assert.equal(await words(page, "veil"), "");
   // It asks why it is refused, and nobody is there.
   const of_the_dead = /WebSocket connection to .* failed|net::ERR_CONNECTION_REFUSED/;
   const others = page.faults.filter((fault) => !of_the_dead.test(fault));
@@ -192,7 +198,7 @@ test("nothing jumps while the page fills", limit, async () => {
 
 test("the keyboard reaches the follow button and works it", limit, async () => {
   const page = await live_page();
-  for (let step = 0; step < 8; step += 1) {
+  for (let step = 0; step < 12; step += 1) {
     await page.keyboard.press("Tab");
     if (await page.evaluate(() => document.activeElement.id === "follow")) break;
   }
@@ -204,7 +210,9 @@ test("the address chooses the topic shown", limit, async () => {
   const page = await new_page(browser);
   await page.goto(`${server.origin}/#/nothing/here`);
   await state_is(page, "waiting");
-  assert.match(await words(page, "state"), /waiting for \/nothing\/here$/);
-  await page.evaluate(() => (location.hash = "/odom"));
+  assert.match(await words(page, "about"), /waiting for \/nothing\/here$/);
+  await page.evaluate(() => (location.hash = "topic=/odom"));
   await state_is(page, "live");
+  await page.click("#view_data");
+  assert.equal(new URL(page.url()).hash, "#view=data&topic=/odom");
 });

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { load } from "./load.js";
 
-const { peak_meter, rate_meter, real_time_words } = await load("stats.js");
+const { peak_meter, rate_meter } = await load("stats.js");
 
 test("one sample is no rate", () => assert.ok(Number.isNaN(new rate_meter().rate(1, 5))));
 
@@ -44,11 +44,4 @@ test("a peak of a former life of the endpoint is forgotten", () => {
   const meter = new peak_meter();
   meter.peak(100, 50);
   assert.equal(meter.peak(0.1, 2), 2);
-});
-
-test("the endpoint's own words on real time come first", () => {
-  assert.equal(real_time_words({ fifo: true, text: "as it says" }), "as it says");
-  const flags = { fifo: false, pinned: true, locked: true };
-  assert.match(real_time_words(flags), /^no real-time priority, pinned/);
-  assert.equal(real_time_words(undefined), "");
 });

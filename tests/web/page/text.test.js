@@ -4,7 +4,9 @@ import { readFile } from "node:fs/promises";
 import { test } from "node:test";
 import { load } from "./load.js";
 
-const { age, count, duration, fixed, losses, metres, rate, states, thinned } = await load("text.js");
+const { address, age, count, duration, fixed, metres, rate, short } = await load("numbers.js");
+const { causes, control_refusals, losses, refusals, states, text, thinned } = await load("text.js");
+const source = (path) => readFile(new URL(`../../../src/${path}`, import.meta.url), "utf8");
 
 test("a number keeps its decimals and gets a minus sign as wide as a digit", () => {
   assert.equal(fixed(1.5, 3), "1.500");
@@ -49,15 +51,55 @@ test("durations have two units at most", () => {
   assert.equal(duration(2 * 86400 + 7230), "2 d 2 h");
 });
 
-test("the state is a sentence", () => {
-  assert.equal(states.live.sentence({ age_ms: 18 }), "live, 18 ms old");
-  assert.equal(states.stale.sentence({ age_ms: 2400 }), "STALE 2.4 s");
-  assert.equal(states.disconnected.sentence({ retry_in_ms: 2000 }), "disconnected, retrying in 2 s");
-  assert.equal(states.disconnected.sentence({ retry_in_ms: 0 }), "disconnected, trying now");
+test("what is not live says since when, and what is done about it", () => {
+  const at = { heard_at: "09:14:05", topic: "/odom", age_ms: 3200, retry_in_ms: 2900 };
+  assert.equal(states.stale.veil(at), "Data is 3.2 s old");
+  assert.equal(states.stale.about({ ...at, answers: true }),
+    "The link is open, /odom is silent since 09:14:05");
+  assert.equal(states.stale.about(at), "The robot says nothing since 09:14:05");
+  assert.equal(states.disconnected.about(at), "Last heard 09:14:05, trying again in 3 s");
+  assert.equal(states.disconnected.about({ ...at, heard_at: "", retry_in_ms: 0 }),
+    "Not heard yet, trying now");
+});
+
+test("a time to the acknowledgment is parted into the robot's own and the network's", () => {
+  const said = (took_ms, own_ms) => text.acknowledged({ took_ms, own_ms }).replaceAll("\u00a0", " ");
+  assert.equal(said(4.2, 0.34), "4.2 ms: robot 0.34 ms, network 3.9 ms");
+  assert.equal(said(4.2, -3), "4.2 ms: it had stopped before");
+});
+
+test("who stopped it is shown without the port of the connection", () => {
+  assert.equal(causes.request("10.0.0.23:51234"), "by 10.0.0.23");
+  assert.equal(address("[::1]:51234"), "[::1]");
+  assert.equal(address("desk:1"), "desk:1");
+});
+
+test("short times have the decimals that matter", () => {
+  assert.deepEqual([0.344, 4.24, 99.94, 120, 1200].map((ms) => short(ms).replace("\u00a0", " ")),
+    ["0.34 ms", "4.2 ms", "99.9 ms", "120 ms", "1.2 s"]);
+});
+
+// The texts of a list of names in the robot's sources.
+const names_of = async (path, list) => {
+  const [, body] = (await source(path)).match(new RegExp(`${list}\\{([^}]*)\\}`));
+  return [...body.matchAll(/"(\w+)"/g)].map(([, name]) => name);
+};
+
+test("every cause and every refusal of the stop has its words", async () => {
+  const rules = "service/threads/stop_rules.cpp";
+  assert.deepEqual((await names_of(rules, "cause_names")).sort(), Object.keys(causes).sort());
+  const told = new Set(Object.keys(refusals).map((name) => name.split("_")[1]));
+  // "lost" is the page's own: no answer came.
+  assert.deepEqual([...await names_of(rules, "refusal_names"), "lost"].sort(), [...told].sort());
+});
+
+test("every refusal of control has its words", async () => {
+  const names = await names_of("service/control/driver_rules.cpp", "refusal_names");
+  assert.deepEqual([...names, "lost"].sort(), Object.keys(control_refusals).sort());
 });
 
 test("states that alarm differ from the others by their mark, not only by colour", () => {
-  assert.equal(new Set([states.live, states.stale, states.disconnected].map(({ mark }) => mark)).size, 3);
+  assert.equal(new Set([states.live, states.stale, states.disconnected].map(({ draws }) => draws)).size, 3);
 });
 
 test("every counter of a loss has its words", async () => {

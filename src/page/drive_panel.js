@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// Driving: who drives, taking and letting go of the controls, how fast, and the hands that hold them.
+//
+// The client repeats a command twenty times a second while it is held, drops it when the robot is stopped or
+// the page stood still, and sends one zero when it ends. What it dropped never comes back by itself: the
+// hands must be let go first. This part only says what is held now.
+
+import { element, mark, write } from "./dom.js";
+import { keys, pad, stick } from "./hands.js";
+import { moment, since_ms } from "./client/link.js";
+import { control_refusals, losses_of_control, text } from "./text.js";
+
+const state_topic = "/rowe/control/state";
+const state_hz = 10;
+const turn_max = 1;                             // rad/s of a stick that is out
+const own_limit = { max: 1, value: 0.5 };       // m/s, of a robot that names none
+const limit_least = 0.05;
+
+export class drive_panel {
+  #robot;
+  #rights;
+  #base = null;    // the driven topic, as the client has it
+  #said = null;    // why control was not taken, or is lost
+  #keeps = () => null;
+  #limit_max = own_limit.max;
+  #held = false;   // a command is held by a hand
+  #spent = false;  // a command ended before the hand did
+  #last = null;    // the hand that was said last
+  #looked = moment();
+  #hands;
+
+  // `feeds` as in feeds.js; `keeps()` names what keeps a person from driving now.
+  constructor(robot, rights, feeds, keeps) {
+    this.#robot = robot;
+    this.#rights = rights;
+    this.#keeps = keeps;
+    feeds.want(state_topic, ({ topics }) => this.#take(topics ?? []), state_hz);
+    const changed = () => this.#command();
+    this.#hands = {
+      stick: new stick(element("stick"), changed),
+      keys: new keys(window, changed, () => this.drives && this.#seen),
+      pad: new pad(() => navigator.getGamepads?.()),
+    };
+    element("take").onclick = () => this.#ask();
+    const limit = element("limit");
+    limit.oninput = () => this.#command();
+    limit.onpointerup = () => limit.blur();  // so that arrows drive again
+    robot.on("turned", () => this.#turn());
+    // The client itself stands still then; the hands are let go, wherever they are.
+    addEventListener("blur", () => this.#drop());
+    document.addEventListener("visibilitychange", () => document.hidden && this.leave());
+    this.#allow(own_limit.value);
+  }
+
+  get drives() { return this.#base?.held ?? false; }
+  get topic() { return this.#base?.topic ?? null; }
+  // The role may drive, and there is something to drive.
+  get offered() { return this.#base !== null && this.#rights.has("drive"); }
+  get #seen() { return element("stick").offsetParent !== null; }
+
+  // The fastest that the robot allows, by its parameter.
+  fastest(speed) {
+    if (!(speed > 0) || speed === this.#limit_max) return;
+    const share = Number(element("limit").value) / this.#limit_max;
+    this.#limit_max = speed;
+    this.#allow(share * speed);
+  }
+
+  #allow(value) {
+    const slider = element("limit");
+    Object.assign(slider, { min: limit_least, max: this.#limit_max, step: 0.05, value });
+    this.#write_limit();
+  }
+
+  // Who leaves stands still, others may drive, and nothing is asked any more until somebody sees this page.
+  leave() {
+    this.#drop();
+    this.#base?.close().catch(() => {});
+    this.#base = null;
+  }
+
+  #take(topics) {
+    const [first] = topics.filter(({ topic }) => typeof topic === "string");
+    if (!first || first.topic === this.topic) return;
+    this.#base?.close().catch(() => {});
+    this.#rights.drives(first.topic);
+    this.#base = this.#robot.drive(first.topic, { zero: { linear: { x: 0 }, angular: { z: 0 } } });
+    this.#base.on("lost", ({ reason, ...more }) => {
+      this.#said = losses_of_control[reason]?.(more) ?? String(reason);
+      this.#drop();
+    });
+  }
+
+  async #ask() {
+    const base = this.#base;
+    if (!base) return;
+    this.#said = null;
+    try {
+      if (base.held) await base.release();
+      else if (base.driver) await base.take_over();
+      else await base.take();
+    } catch ({ code, said, answer }) {
+      if (code === "closed") return;
+      if (said === "role") this.#rights.lacks(answer?.right === "take_over" ? "take_over" : "drive");
+      const words = control_refusals[code === "refused" ? said : "lost"] ?? control_refusals.lost;
+      this.#said = words(answer ?? {});
+    }
+    this.show();
+  }
+
+  get #hand() {
+    const { stick: on_screen, keys: pressed, pad: held } = this.#hands;
+    return this.#seen ? on_screen.where ?? pressed.where ?? held.where : null;
+  }
+
+  // Whatever hands hold does not count until they were let go.
+  #drop() {
+    for (const hand of Object.values(this.#hands)) hand.let_go();
+    if (this.#held) this.#base?.halt();
+    this.#held = false;
+    this.show();
+  }
+
+  // Says what is held now, if that may drive.
+  #command() {
+    const base = this.#base;
+    const hand = this.#hand;
+    if (!hand) this.#spent = false;
+    // A page that stood still for longer than a command lasts does not know how old this hand is.
+    else if (this.drives && since_ms(this.#looked) > base.lease_ms) this.#spent = true;
+    if (!this.drives || !hand || this.#keeps() || this.#spent) {
+      if (this.#held) base?.halt();
+      if (this.#held && hand) this.#spent = true;
+      this.#held = false;
+    } else if (this.#held && !base.commanding) {
+      this.#held = false;  // the client dropped it: the robot was stopped, or this page stood still
+      this.#spent = true;
+    } else {
+      // What is held as it was is repeated by the client.
+      if (this.#held && this.#is_last(hand)) return this.show();
+      this.#last = { ...hand, limit: this.limit };
+      base.set({ linear: { x: hand.forward * this.limit }, angular: { z: hand.turn * turn_max } });
+      this.#held = base.commanding;
+    }
+    this.show();
+  }
+
+  #is_last({ forward, turn }) {
+    const last = this.#last;
+    return forward === last.forward && turn === last.turn && this.limit === last.limit;
+  }
+
+  get limit() { return Math.min(Number(element("limit").value), this.#limit_max); }
+
+  #turn() {
+    this.#hands.pad.look();
+    if (this.drives) this.#command();
+    this.#looked = moment();
+  }
+
+  // --- words
+
+  show() {
+    const base = this.#base;
+    mark(document.body, "data-drive", !this.offered ? "none" : this.drives ? "mine" : "others");
+    if (!this.offered) return;
+    const keeps = this.#keeps();
+    write(element("driver"), this.drives ? text.you_drive
+      : base.driver ? text.drives(base.driver) : text.nobody_drives);
+    write(element("driver_says"), this.#line(keeps));
+    const take = element("take");
+    const over = !this.drives && base.driver !== null;
+    take.hidden = over && !this.#rights.may("take_over");
+    write(take, this.drives ? text.release : over ? text.take_over(base.driver) : text.take);
+    this.#write_stick(keeps);
+    this.#write_limit();
+    const { count, frozen } = this.#hands.pad;
+    write(element("keys"), `${text.keys} \u00b7 ${frozen ? text.pad_frozen : text.pads(count)}`);
+  }
+
+  #line(keeps) {
+    if (keeps) return text.no_driving[keeps] ?? "";
+    if (!this.drives) return this.#said ?? (this.#base.driver ? text.changes_hands : "");
+    if (this.#spent) return text.let_go_first;
+    if (this.#hands.pad.frozen) return text.pad_frozen;
+    const hand = this.#held && this.#hand;
+    return hand ? text.commands(hand.forward * this.limit, hand.turn * turn_max) : text.standstill;
+  }
+
+  #write_stick(keeps) {
+    const at = element("stick");
+    const hand = this.#hand;
+    mark(at, "aria-disabled", !this.drives || keeps !== null || this.#spent);
+    mark(at, "data-on", this.#held);
+    const reach = at.clientWidth / 3;
+    const { forward = 0, turn = 0 } = hand ?? {};
+    element("knob").style.transform = `translate(${-turn * reach}px, ${-forward * reach}px)`;
+  }
+
+  #write_limit() {
+    const slider = element("limit");
+    const value = text.limit_value(this.limit);
+    write(element("limit_value"), value);
+    mark(slider, "aria-valuetext", value);
+    const share = (this.limit - limit_least) / (this.#limit_max - limit_least);
+    slider.style.setProperty("--at", `${(share * 100).toFixed(1)}%`);
+  }
+}

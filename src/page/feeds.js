@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the page asks the robot for. All of it is thinned at the robot, to what a person can see; what is not
+// seen is not asked for, and a hidden page asks for nothing but the state of the stop, which the client
+// keeps.
+
+const ways = { queue_length: 1 };  // the newest value, never a row of old ones
+
+class feed {
+  #owner;
+  #of = null;
+
+  constructor(owner, topic, fn, hz) {
+    this.#owner = owner;
+    Object.assign(this, { topic, fn, hz });
+  }
+
+  get period_ms() { return 1000 / this.hz; }
+  // Since the last value; without any, on this connection or since the page is seen, it is infinite.
+  get age_ms() { return this.#of?.age_ms() ?? Infinity; }
+  // Whether the last value is of this connection, and not older than `ms_max`.
+  fresh(ms_max = 3 * this.period_ms) { return this.#of?.fresh(ms_max) ?? false; }
+  get refused() { return this.#of?.refused ?? null; }
+
+  // Another rate, from now on; 0: nothing.
+  at(hz) {
+    if (hz === this.hz) return;
+    this.hz = hz;
+    this.pause();
+    this.#owner.start(this);
+  }
+
+  start(robot) {
+    if (this.#of || !this.hz) return;
+    const { hz, topic, fn } = this;
+    this.#of = robot.subscribe(topic, (msg) => fn(msg, this), { hz, ...ways });
+  }
+
+  pause() {
+    this.#of?.unsubscribe();
+    this.#of = null;
+  }
+
+  end() {
+    this.pause();
+    this.#owner.forget(this);
+  }
+}
+
+export class feeds {
+  #robot;
+  #all = new Set();
+
+  // `page` as document.
+  constructor(robot, page) {
+    this.#robot = robot;
+    this.page = page;
+    page.addEventListener("visibilitychange", () => this.#look());
+  }
+
+  // Calls fn(message, feed) at most `hz` times a second, until end().
+  want(topic, fn, hz) {
+    const made = new feed(this, topic, fn, hz);
+    this.#all.add(made);
+    this.start(made);
+    return made;
+  }
+
+  start(one) {
+    if (!this.page.hidden) one.start(this.#robot);
+  }
+
+  forget(one) { this.#all.delete(one); }
+
+  #look() {
+    for (const one of this.#all) this.page.hidden ? one.pause() : one.start(this.#robot);
+  }
+}

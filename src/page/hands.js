@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a person's hands ask of the robot: a stick on the screen, keys, a gamepad. Each says where it is,
+// {forward, turn} between -1 and 1, or null while nobody holds it; nothing here knows a robot.
+//
+// Whatever lets go counts as letting go, and nothing counts twice: a key whose end went to another window, a
+// finger that the system took away, a pad that was unplugged. A hand that was let go for the person, because
+// the robot stopped or the page was hidden, must come back to the middle before it counts again.
+
+const middle = 0.12;             // of a pad's stick: it never rests at 0
+const pad_frozen_ms_max = 1000;  // a stick that is out and says nothing new for so long is not held any more
+const keys_of = {
+  KeyW: [1, 0], ArrowUp: [1, 0], KeyS: [-1, 0], ArrowDown: [-1, 0],
+  KeyA: [0, 1], ArrowLeft: [0, 1], KeyD: [0, -1], ArrowRight: [0, -1],
+};
+const typed = "input:not([type=range]), textarea, select";
+const clamp = (value) => Math.min(1, Math.max(-1, value));
+
+// Within a circle, and nothing in its middle.
+function within(forward, turn, dead = 0) {
+  const out = Math.hypot(forward, turn);
+  if (out <= dead) return null;
+  const share = Math.min(1, (out - dead) / (1 - dead)) / out;
+  return { forward: forward * share, turn: turn * share };
+}
+
+// A stick on the screen. The pointer that took it holds it, wherever it goes.
+export class stick {
+  #at;
+  #pointer = null;
+  #where = null;
+
+  constructor(at, changed) {
+    this.#at = at;
+    at.onpointerdown = (event) => {
+      if (this.#pointer !== null || event.button !== 0) return;
+      at.setPointerCapture(event.pointerId);
+      this.#pointer = event.pointerId;
+      this.#move(event);
+      changed();
+    };
+    at.onpointermove = (event) => {
+      if (event.pointerId !== this.#pointer) return;
+      this.#move(event);
+      changed();
+    };
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
+      at.addEventListener(end, (event) => {
+        if (event.pointerId !== this.#pointer) return;
+        this.let_go();
+        changed();
+      });
+    }
+    at.oncontextmenu = (event) => event.preventDefault();
+  }
+
+  get where() { return this.#where; }
+  // A finger that still rests on it is not held any more, and must come anew.
+  let_go() { this.#pointer = this.#where = null; }
+
+  #move({ clientX, clientY }) {
+    const { left, top, width, height } = this.#at.getBoundingClientRect();
+    const forward = clamp((top + height / 2 - clientY) / (height / 3));
+    const turn = clamp((left + width / 2 - clientX) / (width / 3));
+    this.#where = within(forward, turn, 0.05) ?? { forward: 0, turn: 0 };
+  }
+}
+
+// The keys of arrows and W A S D, by their places, whatever is printed on them.
+export class keys {
+  #down = new Set();
+
+  // `listens()` says whether keys drive now; not while somebody types, nor where arrows move something else.
+  constructor(from, changed, listens) {
+    from.addEventListener("keydown", (event) => {
+      const { code, target } = event;
+      // Who holds Meta or Ctrl means the browser; and where Meta is held, the end of a key is not told.
+      if (event.ctrlKey || event.metaKey || event.altKey) return this.#end(changed);
+      if (!keys_of[code] || !listens() || target?.closest?.(typed)) return;
+      if (code.startsWith("Arrow") && target?.closest?.("input")) return;  // they move a slider there
+      event.preventDefault();
+      if (event.repeat) return;  // a key held from before is not pressed now
+      this.#down.add(code);
+      changed();
+    });
+    from.addEventListener("keyup", ({ code }) => this.#down.delete(code) && changed());
+  }
+
+  get where() {
+    if (this.#down.size === 0) return null;
+    const all = [...this.#down].map((code) => keys_of[code]);
+    const sum = (at) => clamp(all.reduce((total, each) => total + each[at], 0));
+    return within(sum(0), sum(1)) ?? { forward: 0, turn: 0 };
+  }
+
+  let_go() { this.#down.clear(); }
+
+  #end(changed) {
+    if (this.#down.size === 0) return;
+    this.let_go();
+    changed();
+  }
+}
+
+// The left stick of the first gamepad that is out. Browsers tell nobody when a pad moves: it is to be looked
+// at.
+export class pad {
+  #pads;
+  #now;
+  #armed = false;  // its stick was seen in the middle
+  #seen = null;    // {index, timestamp, at}: when the pad said something new last
+  where = null;
+  frozen = false;
+  count = 0;
+
+  // `pads()` as navigator.getGamepads, `now()` in milliseconds.
+  constructor(pads, now = () => performance.now()) {
+    this.#pads = pads;
+    this.#now = now;
+  }
+
+  let_go() {
+    this.#armed = false;
+    this.where = null;
+  }
+
+  look() {
+    const there = [...(this.#pads() ?? [])].filter((one) => one?.connected && one.axes.length >= 2);
+    this.count = there.length;
+    const held = there.find((one) => one.index === this.#seen?.index) ?? there[0];
+    if (!held || held.index !== this.#seen?.index) this.let_go();
+    if (!held) {
+      this.#seen = null;
+      this.frozen = false;
+      return;
+    }
+    const { index, timestamp, axes } = held;
+    if (this.#seen?.index !== index || this.#seen.timestamp !== timestamp) {
+      this.#seen = { index, timestamp, at: this.#now() };
+    }
+    const out = within(-axes[1], -axes[0], middle);
+    // A pad that fell silent, out of its radio's range or out of power, still shows where its stick was.
+    this.frozen = out !== null && this.#now() - this.#seen.at > pad_frozen_ms_max;
+    if (!out) this.#armed = true;
+    if (this.frozen) this.let_go();
+    this.where = this.#armed ? out : null;
+  }
+}

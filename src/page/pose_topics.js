@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which topics hold poses: those whose type says so, and those of unknown type into which it was looked, one
+// at a time, for one message.
+
+import { moment, since_ms } from "./client/link.js";
+import { is_pose_type, pose_of } from "./pose.js";
+
+const look_ms_max = 3000;      // a topic is looked at for so long …
+const look_bytes_max = 4096;   // … if its messages are this small …
+const looks_max = 64;          // … and not more of them than this
+const look_hz = 1;
+
+const is_own = ({ topic }) => topic.startsWith("/rowe/");
+
+export class pose_topics {
+  #feeds;
+  #told = [];          // the topics that the robot lists
+  #looked = new Map(); // topic → whether it holds poses
+  #looking = null;     // {topic, at, feed}
+
+  constructor(feeds) { this.#feeds = feeds; }
+
+  // Whether a topic is known to hold poses.
+  has(topic) {
+    const told = this.#told.find((entry) => entry.topic === topic);
+    return this.#looked.get(topic) ?? is_pose_type(told?.type);
+  }
+
+  get all() { return this.#told.map(({ topic }) => topic).filter((topic) => this.has(topic)); }
+
+  // What was seen elsewhere of a topic.
+  found(topic) { this.#looked.set(topic, true); }
+
+  // `listed` as in /rowe/stats.
+  take(listed) {
+    this.#told = listed;
+    if (this.#looking && since_ms(this.#looking.at) > look_ms_max) this.#end(false);
+    if (this.#looking || this.#looked.size >= looks_max) return;
+    const next = listed.find((entry) => !is_own(entry) && !is_pose_type(entry.type) && entry.messages > 0 &&
+      entry.bytes <= look_bytes_max && !this.#looked.has(entry.topic));
+    if (!next) return;
+    const feed = this.#feeds.want(next.topic, (msg) => this.#end(pose_of(msg) !== null), look_hz);
+    this.#looking = { topic: next.topic, at: moment(), feed };
+  }
+
+  #end(found) {
+    const { topic, feed } = this.#looking;
+    feed.end();
+    this.#looked.set(topic, found);
+    this.#looking = null;
+  }
+}

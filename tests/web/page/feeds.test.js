@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the page asks for, what it is told of its rights, and what it takes for true.
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+import { load } from "./load.js";
+
+const { feeds } = await load("feeds.js");
+const { rights } = await load("rights.js");
+const { judge, robot_clock, stale_ms } = await load("truth.js");
+
+const settled = () => new Promise((done) => setImmediate(done));
+class fake_robot {
+  state = "open";
+  asked = [];
+  calls = [];
+  #on = {};
+  answers = {};
+  on(name, fn) { (this.#on[name] ??= []).push(fn); }
+  emit(name) { for (const fn of this.#on[name] ?? []) fn(); }
+  subscribe(topic, fn, { hz }) {
+    const one = { topic, fn, hz, age_ms: () => 7, fresh: () => true, refused: null };
+    one.unsubscribe = () => (this.asked = this.asked.filter((each) => each !== one));
+    this.asked.push(one);
+    return one;
+  }
+  async call(service, args) {
+    this.calls.push([service, args]);
+    const answer = this.answers[service];
+    if (answer instanceof Error) throw answer;
+    return answer ?? {};
+  }
+}
+let robot, page;
+beforeEach(() => {
+  robot = new fake_robot();
+  page = Object.assign(new EventTarget(), { hidden: false });
+});
+const hide = (hidden) => {
+  page.hidden = hidden;
+  page.dispatchEvent(new Event("visibilitychange"));
+};
+
+test("a hidden page asks for nothing, and asks again when it is seen", () => {
+  const all = new feeds(robot, page);
+  const one = all.want("/odom", () => {}, 30);
+  assert.deepEqual(robot.asked.map(({ topic, hz }) => [topic, hz]), [["/odom", 30]]);
+  hide(true);
+  assert.deepEqual(robot.asked, []);
+  assert.equal(one.age_ms, Infinity);
+  all.want("/scan", () => {}, 5);
+  assert.deepEqual(robot.asked, []);
+  hide(false);
+  assert.deepEqual(robot.asked.map(({ topic }) => topic), ["/odom", "/scan"]);
+  one.end();
+  hide(true);
+  hide(false);
+  assert.deepEqual(robot.asked.map(({ topic }) => topic), ["/scan"]);
+});
+
+test("what is not looked at is asked for more slowly, or not at all", () => {
+  const one = new feeds(robot, page).want("/odom", () => {}, 30);
+  one.at(5);
+  assert.deepEqual(robot.asked.map(({ hz }) => hz), [5]);
+  one.at(0);
+  assert.deepEqual(robot.asked, []);
+});
+
+test("a state is judged by the age of the pose, never by the socket alone", () => {
+  const pose = (age_ms, fresh) => ({ hz: 30, age_ms, fresh: () => fresh });
+  assert.equal(judge("connecting", pose(Infinity)), "connecting");
+  assert.equal(judge("retrying", pose(5, true)), "disconnected");
+  assert.equal(judge("open", pose(Infinity, false)), "waiting");
+  assert.equal(judge("open", pose(5, true)), "live");
+  assert.equal(judge("open", pose(900, false)), "stale");
+  assert.deepEqual([30, 5, 2].map(stale_ms), [500, 600, 1500]);
+});
+
+test("the robot's clock is believed as of the middle of the question", async () => {
+  robot.answers["/rosapi/get_time"] = { time: { secs: 1000, nsecs: 5e8 } };
+  const time = new robot_clock(robot);
+  time.turn();
+  time.turn();
+  await settled();
+  assert.equal(robot.calls.length, 1);
+  assert.ok(Math.abs(time.at(Date.now()) - 1000500) < 1000);
+});
+
+test("a role's rights are found out by questions that do nothing", async () => {
+  robot.answers = {
+    "/rowe/stop/reset": { refused: "number" },
+    "/rowe/stop/guard": { refused: "role", right: "guard" },
+    "/rowe/control": Object.assign(new Error("no right"), { code: "refused" }),
+  };
+  const role = new rights(robot);
+  assert.ok(!role.has("reset") && role.may("reset"), "not known yet");
+  robot.emit("open");
+  role.drives("/cmd_vel");
+  await settled();
+  assert.deepEqual(["reset", "guard", "drive"].map((right) => role.has(right)), [true, false, false]);
+  assert.deepEqual(robot.calls, [
+    ["/rowe/stop/reset", { number: -1, tick: 0 }], ["/rowe/stop/guard", { guard: "", tick: 0 }],
+    ["/rowe/control", { topic: "/cmd_vel" }],
+  ]);
+  role.lacks("take_over");
+  assert.ok(!role.may("take_over"));
+  robot.emit("closed");
+  assert.ok(role.may("take_over"), "another connection may have another role");
+});
+
+test("an answer that was lost says nothing about a right", async () => {
+  const lost = Object.assign(new Error("lost"), { code: "lost" });
+  robot.answers = { "/rowe/stop/reset": lost, "/rowe/stop/guard": lost };
+  const role = new rights(robot);
+  robot.emit("open");
+  await settled();
+  assert.ok(role.may("reset") && !role.has("reset"));
+});
