@@ -242,6 +242,7 @@ function draw(now) {
 }
 
 for (const each of document.querySelectorAll("[data-text]")) each.textContent = text[each.dataset.text];
+for (const each of document.querySelectorAll("[data-hint]")) each.placeholder = text[each.dataset.hint];
 for (const each of document.querySelectorAll("[data-label]")) each.ariaLabel = text[each.dataset.label];
 robot.on("refused", refused);
 robot.on("closed", refused);

@@ -14,7 +14,8 @@ export function blank_of(value) {
     return Object.fromEntries(value.object.members.map((each) => [each.name, blank_of(each)]));
   }
   if (value.names) return value.by_name ? value.names[0][0] : value.names[0][1];
-  return { boolean: false, text: "", array: [], optional: null }[value.is] ?? 0;
+  const blanks = { boolean: false, text: "", array: [], optional: null };
+  return value.is in blanks ? blanks[value.is] : 0;
 }
 
 function json_of(words, name) {

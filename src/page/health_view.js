@@ -28,7 +28,8 @@ class counters {
   }
 
   show(all, at, strangers = []) {
-    const some = [...Object.keys(this.#labels), ...strangers].filter((name) => all[name] > 0).slice(0, names_max);
+    const names = [...Object.keys(this.#labels), ...strangers];
+    const some = names.filter((name) => all[name] > 0).slice(0, names_max);
     for (const name of this.#meters.keys()) if (!some.includes(name)) this.#meters.delete(name);
     const rows = children_of(this.#body, some, row_of(3));
     some.forEach((name, index) => {
@@ -54,10 +55,12 @@ export class health_view {
     const strangers = Object.keys(all).filter((name) => !(name in losses) && !(name in thinned));
     const some = this.#lost.show(all, at, strangers);
     this.#thinned.show(all, at);
-    write(element("losses_say"), some === 0 ? text.no_losses(Object.keys(all).length) : text.some_losses(some));
+    write(element("losses_say"),
+      some === 0 ? text.no_losses(Object.keys(all).length) : text.some_losses(some));
     element("losses_table").hidden = some === 0;
     const { real_time, cycle_us_max } = stats;
-    const words = typeof real_time?.text === "string" ? real_time.text : real_time && text.real_time(real_time);
+    const own = real_time?.text;  // the endpoint's own words come first
+    const words = typeof own === "string" ? own : real_time && text.real_time(real_time);
     write(element("service_thread"), [
       Number.isFinite(cycle_us_max) ? text.cycle(count(cycle_us_max)) : "", words ?? "",
     ].filter(Boolean).join(" \u00b7 "));
@@ -84,7 +87,7 @@ export class health_view {
       const [label, waiting, silent] = rows[index].children;
       if (!label.firstChild) label.append(make("span"), make("small"));
       write(label.firstChild, one.name ?? address(one.address));
-      write(label.lastChild, [one.dialect, one.role].filter(Boolean).join(" \u00b7 "));
+      write(label.lastChild, [one["dialect"], one.role].filter(Boolean).join(" \u00b7 "));
       write(waiting, one.blocked ? text.blocked(count(one.queued)) : count(one.queued));
       write(silent, age(one.silent_s * 1000));
       rows[index].toggleAttribute("data-some", one.blocked || one.queued > 0);

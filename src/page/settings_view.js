@@ -13,7 +13,8 @@ const services_ms_max = 10000;
 const needs_value = "`value`";  // in the words of a refusal that has nothing to do with rights
 
 // How a value is shaped whose type nobody describes.
-const kind_of = (value) => ({ is: { boolean: "boolean", number: "float64", string: "text" }[typeof value] ?? "json" });
+const kinds = { boolean: "boolean", number: "float64", string: "text" };
+const kind_of = (value) => ({ is: kinds[typeof value] ?? "json" });
 
 export class parameters_view {
   #robot;
@@ -149,7 +150,8 @@ export class services_view {
     call.ariaLabel = text.call_of(name);
     const said = make("pre", { className: "quiet" });
     said.setAttribute("role", "status");
-    const title = make("p", { className: "name" }, name, make("small", { textContent: type || text.untyped }));
+    const about = make("small", { textContent: type || text.untyped });
+    const title = make("p", { className: "name" }, name, about);
     const at = make("form", { className: "row" }, title, made.at, call, said);
     at.onsubmit = async (event) => {
       event.preventDefault();

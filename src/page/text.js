@@ -158,7 +158,7 @@ export const text = {
   numbers: "Last pose",
   x: "x", y: "y", z: "z", heading: "heading", speed: "speed", turn: "turn",
   metres: "m", degrees: "\u00b0", metres_per_second: "m/s", radians_per_second: "rad/s",
-  topics: "Topics", find_topic: "Find a topic by its name or type",
+  topics: "Topics", find: "Find", find_topic: "Find a topic by its name or type",
   some_of: (shown, all) => `${shown} of ${all}`,
   topic: "name and type", rate: "Hz", gap: "gap, ms",
   untyped: "untyped",
@@ -174,7 +174,8 @@ export const text = {
   no_integer: (name) => `${name}: this is no whole number`,
   losses: "Losses",
   no_losses: (counters) => `None since start; all of ${counters} counters are zero`,
-  some_losses: (counters) => (counters === 1 ? "One counter is not zero" : `${counters} counters are not zero`),
+  some_losses: (counters) =>
+    (counters === 1 ? "One counter is not zero" : `${counters} counters are not zero`),
   loss: "what was lost", since_start: "total", per_second: "per s",
   thinned: "Thinned on purpose, which is no loss",
   loops: "Loops",

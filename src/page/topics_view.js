@@ -20,7 +20,6 @@ export class topics_view {
   constructor(feeds) {
     this.#feeds = feeds;
     this.body = element("rates");
-    element("find_topic").oninput = () => (this.listed = null);
   }
 
   // Nothing is asked for that nobody sees.

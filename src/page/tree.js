@@ -23,11 +23,6 @@ export function leaves_of(value, path = "", into = []) {
   return into;
 }
 
-// What a path leads to; undefined: nothing.
-export function at_path(value, path) {
-  return path.split(/[.[\]]+/).filter(Boolean).reduce((at, name) => at?.[name], value);
-}
-
 // In few characters: a number with the digits that count, a list by its length.
 export function shown_value(value) {
   if (value === null || value === undefined) return absent;
