@@ -6,6 +6,7 @@
 import { bar } from "./bar.js";
 import { moment, since_ms } from "./client/link.js";
 import { connect } from "./client/rowe.js";
+import { data_view } from "./data_view.js";
 import { element, write } from "./dom.js";
 import { drive_panel } from "./drive_panel.js";
 import { feeds } from "./feeds.js";
@@ -15,9 +16,8 @@ import { path_view } from "./path.js";
 import { pose_of } from "./pose.js";
 import { pose_topics } from "./pose_topics.js";
 import { rights } from "./rights.js";
-import { loss_table, rate_table } from "./stats.js";
 import { stop_panel } from "./stop_panel.js";
-import { latch, losses, text, thinned } from "./text.js";
+import { latch, text } from "./text.js";
 import { is_known, token } from "./token.js";
 import { judge, robot_clock, stale_ms } from "./truth.js";
 
@@ -42,8 +42,7 @@ const panel = new stop_panel(robot, allowed, time);
 const top_bar = new bar();
 const poses = new pose_topics(asked);
 const view = new path_view(element("path"), text, still.matches);
-const rates = new rate_table(element("rates"));
-const lost = [new loss_table(element("losses"), losses), new loss_table(element("thinned"), thinned)];
+const data = new data_view(robot, asked);
 
 const seen = {
   pose: null,        // the last one, kept when the connection goes
@@ -129,6 +128,7 @@ function take_stats(message) {
 }
 
 function take_parameters(values) {
+  data.parameters.take(values);
   const fastest = Object.entries(values).find(([name]) => name.endsWith("speed_max"));
   if (fastest) drive.fastest(Number(fastest[1]));
 }
@@ -157,6 +157,8 @@ function show_view() {
     else button.removeAttribute("aria-current");
   }
   pose_feed.at(shown.view === "data" ? pose_hz_unseen : pose_hz);
+  data.visible(shown.view === "data");
+  seen.stats_written = false;
 }
 
 function go(to) {
@@ -217,8 +219,7 @@ function write_stats() {
   if (!stats || seen.stats_written) return;
   seen.stats_written = true;
   const at = typeof stats.uptime_s === "number" ? stats.uptime_s : performance.now() / 1000;
-  rates.show(stats.topics, at, pose_feed.topic, (topic) => poses.has(topic));
-  for (const group of lost) group.show(stats.losses ?? {}, at);
+  if (shown.view === "data") data.show(stats, at);
   write_choice();
 }
 
@@ -232,6 +233,7 @@ function tick() {
   element("view_drive").hidden = !drive.offered;
   write_pose();
   write_stats();
+  data.turn();
 }
 
 function draw(now) {
@@ -240,6 +242,7 @@ function draw(now) {
 }
 
 for (const each of document.querySelectorAll("[data-text]")) each.textContent = text[each.dataset.text];
+for (const each of document.querySelectorAll("[data-hint]")) each.placeholder = text[each.dataset.hint];
 for (const each of document.querySelectorAll("[data-label]")) each.ariaLabel = text[each.dataset.label];
 robot.on("refused", refused);
 robot.on("closed", refused);
@@ -262,7 +265,6 @@ new map_hands(element("path"), view);
 
 write_choice();
 show_view();
-for (const group of lost) group.show({}, 0);
 setInterval(tick, words_ms);
 tick();
 requestAnimationFrame(draw);

@@ -22,17 +22,6 @@ export function make(tag, members = {}, ...children) {
 // The drawing `name` of index.html, in a mark that was made there.
 export const draw = (at, name) => mark(at, "href", `#i-${name}`);
 
-// Another mark.
-export function icon(name) {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  const use = document.createElementNS("http://www.w3.org/2000/svg", "use");
-  made.setAttribute("class", "i");
-  made.setAttribute("aria-hidden", "true");
-  use.setAttribute("href", `#i-${name}`);
-  made.append(use);
-  return made;
-}
-
 // Makes `parent` hold one child per key, in order, made by `make_one(key)`; those that stay are kept as they
 // are, with what is open or typed in them.
 export function children_of(parent, keys, make_one) {

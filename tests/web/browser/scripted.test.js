@@ -87,20 +87,44 @@ test("a robot without /odom shows the topic it has", limit, async () => {
 test("own topics stand last, and a gap before anybody listened is not shown", limit, async () => {
   const stats = stats_of([["/rowe/stats", ""], ["/odom", "nav_msgs/Odometry"]]);
   const shown = await open({ "/rowe/stats": stats }, { hash: "#view=data" });
-  const rows = shown.page.locator("#rates tr");
+  const rows = shown.page.locator("#rates .row");
   await until("rows", async () => (await rows.count()) === 2);
-  assert.deepEqual(await rows.locator("th > :first-child").allTextContents(), ["/odom", "/rowe/stats"]);
-  assert.equal(await rows.first().locator("td").nth(1).textContent(), "\u2013");
+  assert.deepEqual(await rows.locator(".name > :first-child").allTextContents(), ["/odom", "/rowe/stats"]);
+  const gap = () => rows.first().locator("button > span").nth(2).textContent();
+  assert.equal(await gap(), "\u2013");
   shown.messages["/rowe/stats"] = { ...stats, uptime_s: 2 };
-  await until("a gap", async () => (await rows.first().locator("td").nth(1).textContent()) === "100");
+  await until("a gap", async () => (await gap()) === "100");
 });
 
 test("a counter that the page does not know is shown by its name", limit, async () => {
-  const stats = stats_of([], { losses: { meteor_strikes: 2, throttled: 1234 } });
+  const stats = stats_of([], { losses: { meteor_strikes: 2, throttled: 1234, full: 0 } });
   const shown = await open({ "/rowe/stats": stats }, { hash: "#view=data" });
   await shown.page.locator("#losses tr", { hasText: "meteor strikes" }).waitFor();
-  assert.match(await shown.page.locator("#losses").textContent(), /meteor strikes2/);
+  assert.equal(await shown.text("losses_say"), "One counter is not zero");
+  assert.match(await shown.page.locator("#losses").textContent(), /^meteor strikes2/);
   assert.match(await shown.page.locator("#thinned").textContent(), /slower rate asked for1\u202f234/);
+});
+
+test("an opened topic shows its values as they come; a closed one is not asked for", limit, async () => {
+  const topics = [["/odom", "nav_msgs/Odometry"], ["/arm", "x/Arm"]];
+  const arm = { joints: [{ name: "a", angle: -0.12345678 }], samples: Array(40).fill(0), up: true };
+  const shown = await open({ "/odom": flat, "/arm": arm, "/rowe/stats": stats_of(topics) },
+    { hash: "#view=data" });
+  const { page } = shown;
+  await page.fill("#find_topic", "ARM");
+  await page.waitForFunction(() => document.querySelectorAll("#rates .row").length === 1);
+  await page.click("#rates [data-key='/arm'] button");
+  const values = page.locator("#rates .values > div");
+  await until("values", async () => (await values.count()) === 4);
+  assert.deepEqual(await values.allTextContents(),
+    ["joints[0].namea", "joints[0].angle\u22120.1235", "samples40 items", "uptrue"]);
+  arm.joints[0].angle = 2;
+  await page.waitForFunction(() => /angle2$/.test(
+    document.querySelectorAll("#rates .values > div")[1].textContent));
+  const asked = shown.asked.filter(({ op, topic }) => op === "subscribe" && topic === "/arm").at(-1);
+  assert.equal(asked.throttle_rate, 200);
+  await page.click("#rates [data-key='/arm'] button");
+  await until("it ends", () => shown.asked.some(({ op, topic }) => op === "unsubscribe" && topic === "/arm"));
 });
 
 test("statistics without a single member do no harm", limit, async () => {

@@ -183,7 +183,7 @@ test("STOP is as wide as a phone, high enough for a thumb, and never scrolled aw
 
 test("nothing jumps when the robot is stopped and let go", limit, async () => {
   const page = await running_page();
-  await page.waitForFunction(() => document.querySelectorAll("#rates tr").length > 0 &&
+  await page.waitForFunction(() => document.getElementById("about").textContent.startsWith("Robot clock") &&
     !document.getElementById("view_drive").hidden);  // it has filled
   await page.evaluate(() => {
     window.jumped = [];

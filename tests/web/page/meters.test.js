@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { load } from "./load.js";
 
-const { peak_meter, rate_meter } = await load("stats.js");
+const { peak_meter, rate_meter } = await load("meters.js");
 
 test("one sample is no rate", () => assert.ok(Number.isNaN(new rate_meter().rate(1, 5))));
 

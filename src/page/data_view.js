@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// The view of data, all of it. What it shows is asked for while it is seen.
+
+import { moment, since_ms } from "./client/link.js";
+import { element } from "./dom.js";
+import { health_view } from "./health_view.js";
+import { parameters_view, services_view } from "./settings_view.js";
+import { topics_view } from "./topics_view.js";
+
+const peers_ms = 1000;
+const lists_ms = 10000;  // names come and go seldom
+
+export class data_view {
+  #robot;
+  #visible = false;
+  #asked_peers = null;
+  #asked_lists = null;
+
+  constructor(robot, feeds) {
+    this.#robot = robot;
+    this.topics = new topics_view(feeds);
+    this.parameters = new parameters_view(robot);
+    this.services = new services_view(robot);
+    this.health = new health_view();
+    robot.on("open", () => (this.#asked_lists = this.#asked_peers = null));
+  }
+
+  visible(visible) {
+    this.#visible = visible;
+    this.topics.visible(visible);
+  }
+
+  // `at` is the endpoint's time in seconds.
+  show(stats, at) {
+    this.topics.show(stats.topics, at);
+    this.health.show(stats, at);
+  }
+
+  turn() {
+    if (!this.#visible || document.hidden || this.#robot.state !== "open") return;
+    this.health.show_loops(this.#robot.stop);
+    if (!this.#asked_lists || since_ms(this.#asked_lists) > lists_ms) {
+      this.#asked_lists = moment();
+      this.parameters.ask();
+      this.services.ask();
+    }
+    if (!this.#asked_peers || since_ms(this.#asked_peers) > peers_ms) {
+      this.#asked_peers = moment();
+      this.#ask_peers();
+    }
+  }
+
+  async #ask_peers() {
+    const section = element("peers").closest("section");
+    try {
+      const { connections } = await this.#robot.call("/rowe/stats");
+      section.hidden = !Array.isArray(connections);
+      if (!section.hidden) this.health.show_peers(connections);
+    } catch ({ code }) {
+      if (code === "refused") section.hidden = true;
+    }
+  }
+}

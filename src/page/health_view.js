@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the endpoint does: losses in one line while all are zero, its loops and service thread, and its peers,
+// slow ones first.
+
+import { children_of, element, make, write } from "./dom.js";
+import { rate_meter } from "./meters.js";
+import { address, age, count, fixed, rate } from "./numbers.js";
+import { losses, text, thinned } from "./text.js";
+
+const names_max = 32;  // counters shown: no message can grow the page without end
+const peers_max = 64;
+
+const row_of = (cells) => () => {
+  const row = make("tr", {}, make("th", { scope: "row" }));
+  for (let cell = 1; cell < cells; cell += 1) row.append(make("td"));
+  return row;
+};
+
+// The counters of one kind, those that are not zero.
+class counters {
+  #meters = new Map();
+  #body;
+  #labels;
+
+  constructor(body, labels) {
+    this.#body = body;
+    this.#labels = labels;
+  }
+
+  show(all, at, strangers = []) {
+    const names = [...Object.keys(this.#labels), ...strangers];
+    const some = names.filter((name) => all[name] > 0).slice(0, names_max);
+    for (const name of this.#meters.keys()) if (!some.includes(name)) this.#meters.delete(name);
+    const rows = children_of(this.#body, some, row_of(3));
+    some.forEach((name, index) => {
+      if (!this.#meters.has(name)) this.#meters.set(name, new rate_meter());
+      const per_second = this.#meters.get(name).rate(at, all[name]);
+      const [label, total, each] = rows[index].children;
+      write(label, this.#labels[name] ?? name.replaceAll("_", " "));
+      write(total, count(all[name]));
+      write(each, rate(per_second));
+      rows[index].toggleAttribute("data-some", per_second > 0);
+    });
+    return some.length;
+  }
+}
+
+export class health_view {
+  #lost = new counters(element("losses"), losses);
+  #thinned = new counters(element("thinned"), thinned);
+
+  // `at` is the endpoint's time in seconds.
+  show(stats, at) {
+    const all = stats.losses ?? {};
+    const strangers = Object.keys(all).filter((name) => !(name in losses) && !(name in thinned));
+    const some = this.#lost.show(all, at, strangers);
+    this.#thinned.show(all, at);
+    write(element("losses_say"),
+      some === 0 ? text.no_losses(Object.keys(all).length) : text.some_losses(some));
+    element("losses_table").hidden = some === 0;
+    const { real_time, cycle_us_max } = stats;
+    const own = real_time?.text;  // the endpoint's own words come first
+    const words = typeof own === "string" ? own : real_time && text.real_time(real_time);
+    write(element("service_thread"), [
+      Number.isFinite(cycle_us_max) ? text.cycle(count(cycle_us_max)) : "", words ?? "",
+    ].filter(Boolean).join(" \u00b7 "));
+  }
+
+  // `stop` as the client has it.
+  show_loops(stop) {
+    const loops = (stop.known && stop.state.loops) || [];
+    const rows = children_of(element("loops"), loops.map(({ name }) => name), row_of(2));
+    loops.forEach(({ name, age_ms }, index) => {
+      const [label, seen] = rows[index].children;
+      write(label, name);
+      write(seen, text.seen_ago(fixed(age_ms, 1)));
+    });
+  }
+
+  // `connections` as of the service /rowe/stats.
+  show_peers(connections) {
+    const slow = (one) => (one.blocked ? 1e9 : 0) + one.queued;
+    const listed = [...connections].sort((one, other) => slow(other) - slow(one)).slice(0, peers_max);
+    write(element("peers_count"), count(connections.length));
+    const rows = children_of(element("peers"), listed.map((one) => one.address), row_of(3));
+    listed.forEach((one, index) => {
+      const [label, waiting, silent] = rows[index].children;
+      if (!label.firstChild) label.append(make("span"), make("small"));
+      write(label.firstChild, one.name ?? address(one.address));
+      write(label.lastChild, [one["dialect"], one.role].filter(Boolean).join(" \u00b7 "));
+      write(waiting, one.blocked ? text.blocked(count(one.queued)) : count(one.queued));
+      write(silent, age(one.silent_s * 1000));
+      rows[index].toggleAttribute("data-some", one.blocked || one.queued > 0);
+    });
+  }
+}

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// Parameters and services, with forms made from their types. What a role may not set has no button: the page
+// asks, once for each, to set it to nothing, which the robot refuses in any case, and with other words where
+// the right is missing.
+
+import { children_of, element, make, mark, write } from "./dom.js";
+import { form } from "./forms.js";
+import { count } from "./numbers.js";
+import { text } from "./text.js";
+
+const is_own = (name) => name.startsWith("/rowe/") || name.startsWith("/rosapi/");
+const services_ms_max = 10000;
+const needs_value = "`value`";  // in the words of a refusal that has nothing to do with rights
+
+// How a value is shaped whose type nobody describes.
+const kinds = { boolean: "boolean", number: "float64", string: "text" };
+const kind_of = (value) => ({ is: kinds[typeof value] ?? "json" });
+
+export class parameters_view {
+  #robot;
+  #may = new Map();   // name → whether it may be set
+  #rows = new Map();
+  #values = new Map();
+
+  constructor(robot) {
+    this.#robot = robot;
+    robot.on("closed", () => this.#may.clear());
+  }
+
+  get(name) { return this.#values.get(name); }
+
+  // Values as they change.
+  take(values) {
+    for (const [name, value] of Object.entries(values)) this.#values.set(name, value);
+    this.#show();
+  }
+
+  // Asks for all there are, when somebody looks.
+  async ask() {
+    try {
+      const { names } = await this.#robot.call("/rosapi/get_param_names");
+      for (const name of names.filter((each) => !is_own(each))) {
+        if (!this.#values.has(name)) await this.#get(name);
+        if (!this.#may.has(name)) this.#ask_right(name);
+      }
+    } catch {
+      return;  // a role without the right, or no connection: nothing is shown that is not known
+    }
+    this.#show();
+  }
+
+  async #get(name) {
+    const { value, successful } = await this.#robot.call("/rosapi/get_param", { name });
+    if (successful) this.#values.set(name, JSON.parse(value));
+  }
+
+  async #ask_right(name) {
+    try {
+      await this.#robot.call("/rosapi/set_param", { name });
+    } catch ({ code, said }) {
+      if (code === "refused") this.#may.set(name, String(said).includes(needs_value));
+    }
+    this.#show();
+  }
+
+  #show() {
+    const names = [...this.#values.keys()].sort();
+    element("parameters").closest("section").hidden = names.length === 0;
+    write(element("parameters_count"), count(names.length));
+    children_of(element("parameters"), names, (name) => this.#row(name));
+    for (const name of names) this.#write(name);
+  }
+
+  #row(name) {
+    const made = new form(name, kind_of(this.#values.get(name)));
+    const set = make("button", { type: "submit", className: "b", textContent: text.set });
+    const said = make("p", { className: "quiet" });
+    said.setAttribute("role", "status");
+    const at = make("form", { className: "row" }, made.at, set, said);
+    const row = { at, made, set, said, changed: false };
+    at.oninput = () => {
+      row.changed = true;
+      this.#write(name);
+    };
+    at.onsubmit = (event) => {
+      event.preventDefault();
+      this.#set(name, row);
+    };
+    this.#rows.set(name, row);
+    return at;
+  }
+
+  #write(name) {
+    const { made, set, changed } = this.#rows.get(name);
+    const may = this.#may.get(name) === true;
+    set.hidden = !may || !changed;
+    for (const field of made.at.querySelectorAll("input, select")) {
+      field.disabled = field.type === "checkbox" && !may;
+      field.readOnly = !may;
+    }
+    if (!changed) made.write(this.#values.get(name));
+  }
+
+  async #set(name, row) {
+    try {
+      const value = row.made.read();
+      await this.#robot.call("/rosapi/set_param", { name, value: JSON.stringify(value) });
+      this.#values.set(name, value);
+      row.changed = false;
+      write(row.said, text.is_set);
+    } catch (error) {
+      write(row.said, String(error.said ?? error.message));
+    }
+    this.#write(name);
+  }
+}
+
+export class services_view {
+  #robot;
+  #types = new Map();  // name → {type, request}
+  #names = [];
+
+  constructor(robot) { this.#robot = robot; }
+
+  async ask() {
+    try {
+      const { services } = await this.#robot.call("/rosapi/services");
+      this.#names = services.filter((name) => !is_own(name)).sort();
+      await this.#ask_types();
+    } catch {
+      return;
+    }
+    element("services").closest("section").hidden = this.#names.length === 0;
+    write(element("services_count"), count(this.#names.length));
+    children_of(element("services"), this.#names, (name) => this.#row(name));
+  }
+
+  async #ask_types() {
+    for (let from = 0; from !== null && from !== undefined;) {
+      const { types, next } = await this.#robot.call("/rowe/types", { from });
+      for (const each of types) if (each.service) this.#types.set(each.service, each);
+      from = next;
+    }
+  }
+
+  #row(name) {
+    const { type, request } = this.#types.get(name) ?? {};
+    const made = new form("", { is: "object", object: request ?? { members: [] } });
+    const call = make("button", { type: "submit", className: "b", textContent: text.call });
+    call.ariaLabel = text.call_of(name);
+    const said = make("pre", { className: "quiet" });
+    said.setAttribute("role", "status");
+    const about = make("small", { textContent: type || text.untyped });
+    const title = make("p", { className: "name" }, name, about);
+    const at = make("form", { className: "row" }, title, made.at, call, said);
+    at.onsubmit = async (event) => {
+      event.preventDefault();
+      write(said, text.calling);
+      mark(call, "disabled", "");
+      try {
+        const values = await this.#robot.call(name, made.read(), { timeout_ms: services_ms_max });
+        write(said, JSON.stringify(values, null, 1));
+      } catch (error) {
+        write(said, String(error.said ?? error.message));
+      }
+      call.removeAttribute("disabled");
+    };
+    return at;
+  }
+}

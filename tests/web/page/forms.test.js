@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// The values of a message, and a form for one of a type. A form's fields are browsers' work: here only what
+// is in it before anybody has typed.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { load } from "./load.js";
+
+const { leaves_of, shown_value } = await load("tree.js");
+const { blank_of } = await load("forms.js");
+
+test("each value of a message has its path", () => {
+  const message = { pose: { x: 1.5, frame: "odom" }, arms: [{ up: true }], none: null };
+  assert.deepEqual(leaves_of(message),
+    [["pose.x", 1.5], ["pose.frame", "odom"], ["arms[0].up", true], ["none", null]]);
+});
+
+test("a long list is one value, and a message without end is not shown without end", () => {
+  assert.deepEqual(leaves_of({ scan: Array(17).fill(1) }).length, 1);
+  const wide = Object.fromEntries(Array.from({ length: 1000 }, (_, index) => [`m${index}`, index]));
+  assert.equal(leaves_of(wide).length, 256);
+});
+
+test("numbers are shown with the digits that count", () => {
+  assert.deepEqual([-0.123456, 1234.5678, 1e-9, 7, null, [1, 2], "a", false].map(shown_value),
+    ["\u22120.1235", "1234.6", "1.00e\u22129", "7", "\u2013", "2 items", "a", "false"]);
+});
+
+test("a type has a value before anybody has filled one in", () => {
+  const members = [
+    { name: "speed", is: "float64" }, { name: "on", is: "boolean" }, { name: "name", is: "text" },
+    { name: "mode", is: "uint8", names: [["slow", 3], ["fast", 4]], by_name: true },
+    { name: "gear", is: "uint8", names: [["low", 3]] },
+    { name: "inner", is: "object", object: { members: [{ name: "x", is: "int32" }] } },
+    { name: "list", is: "array", of: { is: "int32" } }, { name: "maybe", is: "optional", of: {} },
+  ];
+  assert.deepEqual(blank_of({ is: "object", object: { members } }), {
+    speed: 0, on: false, name: "", mode: "slow", gear: 3, inner: { x: 0 }, list: [], maybe: null,
+  });
+});
