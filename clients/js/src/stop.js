@@ -166,8 +166,8 @@ export class stop extends emitter {
       this.emit("turned");
       this.emit("changed");
     }, ({ said }) => {
-      asked.refused = said;  // it is asked for again, unless there is no stop
-      if (!said?.endsWith?.("not exist")) return;
+      asked.refused = said;  // it is asked for again: a robot that has just started has no stop yet
+      if (!said?.endsWith?.("not exist") || since_ms(asked.since) < press_ms_max) return;
       this.configured = false;
       this.asked = null;
       this.emit("turned");

@@ -86,9 +86,15 @@ test("who waits in vain is told so, and the asking goes on", limit, async () => 
   assert.equal(presses().length, count + 2);
 });
 
-test("a robot without a stop is not asked for ever", limit, async () => {
-  const waits = assert.rejects(stop.press(), { message: "/rowe/stop: Service /rowe/stop does not exist" });
-  await first.answer(presses()[0], "Service /rowe/stop does not exist", false);
+test("a robot that has no stop for five seconds is not asked for ever", limit, async () => {
+  const waits = assert.rejects(stop.press({ timeout_ms: 60000 }),
+    { message: "/rowe/stop: Service /rowe/stop does not exist" });
+  for (let passed = 0; passed <= 5000; passed += 500) {
+    assert.ok(stop.pending);
+    await first.answer(presses().at(-1), "Service /rowe/stop does not exist", false);
+    await clock.pass(500);
+  }
+  await first.answer(presses().at(-1), "Service /rowe/stop does not exist", false);
   await waits;
   const count = presses().length;
   await clock.pass(1000);
