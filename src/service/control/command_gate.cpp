@@ -69,15 +69,12 @@ void command_gate::settle_lease(driven_index of) noexcept {
   publish_turn(of);
 }
 
-// Shows the loops which turn lasts. Peers are shown what has changed when the timer is due.
+// Shows the loops which turn lasts.
 void command_gate::publish_turn(driven_index of) noexcept {
   const place& at = places_[of.value];
   for (pair_index i = state_.topics.at(at.topic).inboxes.head; i; i = state_.pair_rows[i].next_inbox) {
     if (state_.pair_rows[i].driven) state_.pairs[i].turn.set(static_cast<std::int64_t>(at.rules.turn()));
   }
-  if (version() == announced_) return;
-  announced_ = version();
-  state_.due.arm(timer::control, state_.cycle.now);
 }
 
 void command_gate::leave(const connection& c) noexcept {

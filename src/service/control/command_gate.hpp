@@ -81,7 +81,7 @@ class command_gate : command_gate_needs {
     publish_turn(of);
   }
 
-  // Ends the control of who is silent. The timer `control` is armed when something changes that peers see.
+  // Ends the control of who is silent.
   void update() noexcept;
   rt::time_point next_update() const noexcept;
   // Before loops may move or must stop: what was sent before counts no more.
@@ -108,7 +108,6 @@ class command_gate : command_gate_needs {
 
   std::array<place, driven_topics_max> places_{};
   std::uint32_t count_ = 0;
-  std::uint64_t announced_ = 0;   // the version for which the timer was armed last
   std::uint64_t stop_number_ = 0; // as of the last void_commands()
   rows<peer_index, row> rows_;
 };

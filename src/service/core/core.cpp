@@ -68,6 +68,7 @@ inline void core::notify_room() noexcept {
   expire();
   stop_state_feed_.show();
   parameters_feed_.show();
+  control_feed_.show();
   listings_.announce_changes();
   if (state_.peers.wants_close()) close_marked();
   sender_.flush_all();
@@ -130,7 +131,7 @@ void core::expire() noexcept {
     case timer::partial_frames: sender_.partial().look_again(); break;
     case timer::graph: connection_graph_.show(); break;
     case timer::clock: clock_feed_.show(); break;
-    case timer::control: control_feed_.show(); break;
+    case timer::control: break; // it only wakes this thread
     }
     if (state_.peers.wants_close()) close_marked();
     direct_messages_.take_outcomes();

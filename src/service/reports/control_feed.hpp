@@ -28,17 +28,18 @@ class control_feed : control_feed_needs {
  public:
   explicit control_feed(const control_feed_needs& parts) noexcept : control_feed_needs{parts} {}
 
-  // Its timer is due: something has changed, or may end, or it is time to publish. Without driven topics it
-  // is armed again by the next one that comes.
+  // At the end of each cycle.
   void show() noexcept {
-    command_gate_.update();
-    if (!command_gate_.any()) return;
-    if (state_.options.ours == side::server) publish(); // what is below /rowe/ is a client's server's
-    state_.due.arm(timer::control, std::min(due_, command_gate_.next_update()));
+    if (command_gate_.any()) show_if_due();
   }
   topic_id topic() const noexcept { return topic_; } // none: there was no lease yet
 
  private:
+  void show_if_due() noexcept {
+    command_gate_.update();
+    if (state_.options.ours == side::server) publish(); // what is below /rowe/ is a client's server's
+    state_.due.arm(timer::control, std::min(due_, command_gate_.next_update())); // it wakes this thread
+  }
   void publish() noexcept {
     const bool changed = shown_ != command_gate_.version();
     if (!changed && state_.cycle.now < due_) return;
