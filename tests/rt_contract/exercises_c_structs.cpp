@@ -192,13 +192,11 @@ rowe_periodic& loop_in(real_time& rt) { return rt.make<rowe_periodic>(1ms, rt::p
 // Of each four commands one is in force, one is over, one is of a turn that is over, and one does not come.
 void take_commands(real_time& rt) {
   auto from = subscriber_in(rt, keep::newest, std::chrono::milliseconds{300});
-  const rt::time_point far = rt::monotonic_clock::now() + std::chrono::hours{1};
   rt.calls([&](std::uint64_t i) {
-    if (i % 4 != 3) decode(from.on, {1, 2, 3, 4, 5}, i % 4 == 0 ? far : rt::time_point{});
+    if (i % 4 != 3) decode(from.on, {1, 2, 3, 4, 5}, i % 4 == 0 ? rt::never : rt::time_point{});
     from.on.turn.set(i % 4 == 2 ? 1 : 0);
     odometry into;
-    use(rowe_struct_subscriber_latest_within(i % 9 == 0 ? nullptr : from.handle, rowe_now_ns(), &into,
-                                             nullptr));
+    use(rowe_struct_subscriber_latest_within(i % 9 == 0 ? nullptr : from.handle, now_ns, &into, nullptr));
   });
 }
 

@@ -69,19 +69,27 @@ void read_a_view(real_time& rt, Read read) {
 void take_commands(real_time& rt) {
   auto with = offer<subscriber<odometry>>(
       rt, detail::subscribe_request<odometry>("/odom", {.lease = std::chrono::milliseconds{300}}));
-  const rt::time_point far = rt::monotonic_clock::now() + std::chrono::hours{1};
+  const rt::time_point now = rt::monotonic_clock::now();
   rt.calls([&](std::uint64_t i) {
-    if (i % 4 != 3) decode(with.on, {1, 2, 3, 4, 5}, i % 4 == 0 ? far : rt::time_point{});
+    if (i % 4 != 3) decode(with.on, {1, 2, 3, 4, 5}, i % 4 == 0 ? rt::never : rt::time_point{});
     with.on.turn.set(i % 4 == 2 ? 1 : 0);
-    use(with.handle.latest_within(rt::monotonic_clock::now()));
+    use(with.handle.latest_within(now));
   });
 }
 
 constexpr exercise list[] = {
+    {"detail::command_turn::is", "the turn that lasts, and another one",
+     [](real_time& rt) {
+       auto& turn = rt.make<detail::command_turn<>>();
+       rt.calls([&](std::uint64_t i) {
+         turn.set(i % 2 == 0 ? 1 : 0);
+         use(turn.is(1));
+       });
+     }},
     {"subscriber::latest_within", "commands that are in force, and others", take_commands},
     {"subscriber::latest_within", "where there is no command, or no handle",
      [](real_time& rt) {
-       take_where_there_is_none(rt, [](auto& s) { return s.latest_within(rt::monotonic_clock::now()); });
+       take_where_there_is_none(rt, [](auto& s) { return s.latest_within(rt::time_point{}); });
      }},
     {"subscriber::try_take", "of structs, every one",
      [](real_time& rt) { take_each(rt, keep::all, [](auto& s) { return s.try_take(); }); }},
