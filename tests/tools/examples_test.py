@@ -73,13 +73,14 @@ class drive(unittest.TestCase):
                 shown = run("reset", robot.url)
                 if shown.code != 0:
                     run("reset", robot.url, shown.stdout[0].split()[-1])
-                run("pub", robot.url, "/cmd_vel", command, "--rate", "20", "--count", "20")
+                run("pub", robot.url, "/cmd_vel", command, "-r", "20Hz", "-n", "20")
                 return any(line.startswith("driving") for line in robot.stdout)
 
             self.assertTrue(until(drives, bool), robot.stdout)
             self.assertNotIn("driving at 5.00", robot.stdout)  # the parameter says how fast it may go
             self.assertIn("driving at 0.50", robot.stdout)
-            robot.line("standing still", "stdout", robot.stdout.index("driving at 0.50"))
+            before = robot.stdout[:robot.stdout.index("driving at 0.50")]
+            robot.line("standing still", "stdout", 1 + sum(line.startswith("standing") for line in before))
 
     def test_says_how_it_is_used(self):
         for how in ((), ("x",), ("70000",), ("0", "1")):
