@@ -13,6 +13,7 @@ import { feeds } from "./feeds.js";
 import { map_hands } from "./map_hands.js";
 import { clock, fixed, metres } from "./numbers.js";
 import { path_view } from "./path.js";
+import { plot_view } from "./plot_view.js";
 import { pose_of } from "./pose.js";
 import { pose_topics } from "./pose_topics.js";
 import { rights } from "./rights.js";
@@ -30,7 +31,7 @@ const parameters_hz = 2;
 const words_ms = 100;
 
 const still = matchMedia("(prefers-reduced-motion: reduce)");
-const views = ["overview", "drive", "data"];
+const views = ["overview", "drive", "plot", "data"];
 
 const who = new token(sessionStorage, location, history); // first: it takes its part of the address
 const named = `page-${Math.random().toString(36).slice(2, 6)}`;
@@ -42,7 +43,8 @@ const panel = new stop_panel(robot, allowed, time);
 const top_bar = new bar();
 const poses = new pose_topics(asked);
 const view = new path_view(element("path"), text, still.matches);
-const data = new data_view(robot, asked);
+const plots = new plot_view(robot, asked, time);
+const data = new data_view(robot, asked, plots);
 
 const seen = {
   pose: null,        // the last one, kept when the connection goes
@@ -59,23 +61,25 @@ const drive = new drive_panel(robot, allowed, asked, keeps);
 panel.driving = () => drive.drives;
 asked.want("/rowe/parameters", ({ values }) => take_parameters(values ?? {}), parameters_hz);
 
-// The address says what is shown: #view=drive&topic=/gps; a topic alone, #/gps, is read as well.
+// The address says what is shown: #view=plot&topic=/gps&plot=/gps:pose.x; a topic alone, #/gps, is read, too.
 function wanted_by_hash() {
   const hash = location.hash.slice(1);
   if (!hash.startsWith("/")) {
     const said = new URLSearchParams(hash);
     const at = said.get("view");
-    return { topic: said.get("topic"), view: views.includes(at) ? at : "overview" };
+    const plotted = said.get("plot")?.split(",") ?? [];
+    return { topic: said.get("topic"), view: views.includes(at) ? at : "overview", plotted };
   }
   try {
-    return { topic: decodeURIComponent(hash), view: "overview" };
+    return { topic: decodeURIComponent(hash), view: "overview", plotted: [] };
   } catch {
-    return { topic: null, view: "overview" };  // half an escape
+    return { topic: null, view: "overview", plotted: [] };  // half an escape
   }
 }
 
 function write_hash() {
-  const said = Object.entries({ view: shown.view === "overview" ? null : shown.view, topic: shown.topic })
+  const view_shown = shown.view === "overview" ? null : shown.view;
+  const said = Object.entries({ view: view_shown, topic: shown.topic, plot: plots.names.join() })
     .filter(([, value]) => value).map(([name, value]) => `${name}=${encodeURI(value)}`);
   const { pathname, search } = location;
   history.replaceState(null, "", said.length > 0 ? `#${said.join("&")}` : pathname + search);
@@ -156,7 +160,8 @@ function show_view() {
     if (each === shown.view) button.setAttribute("aria-current", "page");
     else button.removeAttribute("aria-current");
   }
-  pose_feed.at(shown.view === "data" ? pose_hz_unseen : pose_hz);
+  pose_feed.at(shown.view === "data" || shown.view === "plot" ? pose_hz_unseen : pose_hz);
+  plots.visible(shown.view === "plot");
   data.visible(shown.view === "data");
   seen.stats_written = false;
 }
@@ -234,6 +239,7 @@ function tick() {
   write_pose();
   write_stats();
   data.turn();
+  plots.turn();
 }
 
 function draw(now) {
@@ -257,12 +263,15 @@ addEventListener("hashchange", () => {
   if (who.take_fragment()) return robot.link.turn(true);
   shown = wanted_by_hash();
   look_at(shown.topic ?? default_topic);
+  plots.show(shown.plotted);
   show_view();
 });
 matchMedia("(prefers-color-scheme: dark)").onchange = () => view.recolour();
 still.onchange = () => (view.still = still.matches);
 new map_hands(element("path"), view);
 
+plots.changed = write_hash;
+plots.show(shown.plotted);
 write_choice();
 show_view();
 setInterval(tick, words_ms);

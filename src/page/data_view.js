@@ -16,9 +16,9 @@ export class data_view {
   #asked_peers = null;
   #asked_lists = null;
 
-  constructor(robot, feeds) {
+  constructor(robot, feeds, plots) {
     this.#robot = robot;
-    this.topics = new topics_view(feeds);
+    this.topics = new topics_view(feeds, plots);
     this.parameters = new parameters_view(robot);
     this.services = new services_view(robot);
     this.health = new health_view();

@@ -30,6 +30,7 @@
   X(meters_js, "/meters.js", javascript)                                                                     \
   X(numbers_js, "/numbers.js", javascript)                                                                   \
   X(path_js, "/path.js", javascript)                                                                         \
+  X(plot_view_js, "/plot_view.js", javascript)                                                               \
   X(pose_js, "/pose.js", javascript)                                                                         \
   X(pose_topics_js, "/pose_topics.js", javascript)                                                           \
   X(rights_js, "/rights.js", javascript)                                                                     \
@@ -45,6 +46,9 @@
   X(client_rowe_js, "/client/rowe.js", javascript)                                                           \
   X(client_stop_js, "/client/stop.js", javascript)                                                           \
   X(client_wire_js, "/client/wire.js", javascript)                                                           \
+  X(dygraph_min_js, "/dygraph.min.js", javascript)                                                           \
+  X(dygraph_min_css, "/dygraph.min.css", css)                                                                \
+  X(dygraphs_txt, "/dygraphs.txt", plain_text)                                                               \
   X(favicon_svg, "/favicon.svg", svg)
 
 extern "C" {
@@ -62,6 +66,7 @@ namespace {
 constexpr std::string_view html = "text/html; charset=utf-8";
 constexpr std::string_view css = "text/css; charset=utf-8";
 constexpr std::string_view javascript = "text/javascript; charset=utf-8";
+constexpr std::string_view plain_text = "text/plain; charset=utf-8";
 constexpr std::string_view svg = "image/svg+xml";
 
 constexpr std::size_t etag_chars = 34; // 32 hexadecimal digits between quotes; embed.cmake writes them

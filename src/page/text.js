@@ -149,7 +149,12 @@ export const text = {
   token_unknown: "This robot does not know this token, or no longer knows it. Type another one.",
   token_send: "Connect",
 
-  views: "Views", overview: "Overview", drive: "Drive", data: "Data",
+  views: "Views", overview: "Overview", drive: "Drive", plots: "Plot", data: "Data",
+  plot: "Plot", plot_value: (path) => `Plot ${path}`, plot_of: (name) => `${name} over time`,
+  plot_none: "Nothing is plotted. Open a topic in Data, and press Plot beside a number.",
+  pause: "Pause", span_label: "Time shown", span: (s) => (s < 60 ? `${s} s` : `${s / 60} min`),
+  remove: "Remove", remove_plot: (name) => `Remove the plot of ${name}`,
+  plot_licence: "Plots are drawn by dygraphs",
   main_label: "What the robot says",
   map: "map", map_tools: "Map",
   path_label: "The path driven, seen from above. The numbers beside it say where it ends.",

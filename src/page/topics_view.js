@@ -16,9 +16,12 @@ export class topics_view {
   #meters = new Map();
   #opened = new Map();  // topic → {feed, last}
   #visible = false;
+  #plots;
 
-  constructor(feeds) {
+  // `plots` as plot_view.
+  constructor(feeds, plots) {
     this.#feeds = feeds;
+    this.#plots = plots;
     this.body = element("rates");
   }
 
@@ -94,7 +97,11 @@ export class topics_view {
     const open = this.#opened.get(topic);
     if (!open) return;
     const [tree, said, take] = body.children;
-    if (open.last !== undefined) show_tree(tree, open.last);
+    const plots = {
+      has: (path) => this.#plots.names.includes(`${topic}:${path}`),
+      toggle: (path) => this.#plots.toggle(`${topic}:${path}`),
+    };
+    if (open.last !== undefined) show_tree(tree, open.last, plots);
     take.hidden = open.last === undefined;
     write(said, open.feed.refused ? text.says(open.feed.refused) : open.last === undefined
       ? text.nothing_yet : text.topic_about(bytes, subscribers));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The values of a message, each with the path that leads to it. Pure functions, and the list that shows them.
 
-import { children_of, element, make, write } from "./dom.js";
+import { children_of, element, make, mark, write } from "./dom.js";
 import { absent } from "./numbers.js";
 import { text } from "./text.js";
 
@@ -23,6 +23,11 @@ export function leaves_of(value, path = "", into = []) {
   return into;
 }
 
+// What a path leads to; undefined: nothing.
+export function at_path(value, path) {
+  return path.split(/[.[\]]+/).filter(Boolean).reduce((at, name) => at?.[name], value);
+}
+
 // In few characters: a number with the digits that count, a list by its length.
 export function shown_value(value) {
   if (value === null || value === undefined) return absent;
@@ -33,15 +38,22 @@ export function shown_value(value) {
   return (digits === null ? value.toExponential(2) : value.toFixed(digits)).replace("-", "\u2212");
 }
 
-function row_of(path) {
-  return make("div", {}, make("code", { textContent: path }), make("span"));
-}
-
-// Shows what `message` holds now; rows stay as long as their paths do.
-export function show_tree(at, message) {
+// Shows what `message` holds now; rows stay as long as their paths do. Numbers can be plotted:
+// `plots.has(path)` says whether one is, `plots.toggle(path)` changes that.
+export function show_tree(at, message, plots) {
   const leaves = leaves_of(message);
-  const rows = children_of(at, leaves.map(([path]) => path), row_of);
-  leaves.forEach(([, value], index) => write(rows[index].children[1], shown_value(value)));
+  const rows = children_of(at, leaves.map(([path]) => path), (path) => {
+    const plot = make("button", { type: "button", className: "plot", textContent: text.plot });
+    plot.ariaLabel = text.plot_value(path);
+    plot.onclick = () => plots.toggle(path);
+    return make("div", {}, make("code", { textContent: path }), make("span"), plot);
+  });
+  leaves.forEach(([path, value], index) => {
+    const [, shown, plot] = rows[index].children;
+    write(shown, shown_value(value));
+    plot.hidden = typeof value !== "number";
+    mark(plot, "aria-pressed", plots.has(path));
+  });
 }
 
 // Puts words where others can paste them. Pages without TLS have no clipboard, but for what is selected.

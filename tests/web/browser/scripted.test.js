@@ -116,16 +116,45 @@ test("an opened topic shows its values as they come; a closed one is not asked f
   await page.click("#rates [data-key='/arm'] button");
   const values = page.locator("#rates .values > div");
   await until("values", async () => (await values.count()) === 4);
-  assert.deepEqual(await values.allTextContents(),
+  const shown_values = await values.allTextContents();
+  assert.deepEqual(shown_values.map((words) => words.replace(/Plot$/, "")),
     ["joints[0].namea", "joints[0].angle\u22120.1235", "samples40 items", "uptrue"]);
   arm.joints[0].angle = 2;
-  await page.waitForFunction(() => /angle2$/.test(
+  await page.waitForFunction(() => /angle2Plot$/.test(
     document.querySelectorAll("#rates .values > div")[1].textContent));
   const asked = shown.asked.filter(({ op, topic }) => op === "subscribe" && topic === "/arm").at(-1);
   assert.equal(asked.throttle_rate, 200);
   await page.click("#rates [data-key='/arm'] button");
   await until("it ends", () => shown.asked.some(({ op, topic }) => op === "unsubscribe" && topic === "/arm"));
 });
+
+test("numbers of several topics are plotted; what draws them is loaded then, and the link has it", limit,
+  async () => {
+    const topics = [["/odom", "nav_msgs/Odometry"], ["/power", "x/Power"]];
+    const power = { cells: [{ volts: 24 }] };
+    const messages = { "/odom": flat, "/power": power, "/rowe/stats": stats_of(topics) };
+    const shown = await open(messages, { hash: "#view=data" });
+    const { page } = shown;
+    const loaded = () => page.asked.some((url) => url.endsWith("/dygraph.min.js"));
+    for (const [topic, path] of [["/odom", "speed"], ["/power", "cells[0].volts"]]) {
+      await page.click(`#rates [data-key="${topic}"] > button`);
+      await page.click(`#rates [data-key="${topic}"] .values [data-key="${path}"] button`);
+    }
+    assert.ok(!loaded());
+    await page.click("#view_plot");
+    await page.waitForFunction(() => document.querySelectorAll("#lanes canvas").length >= 4);
+    assert.ok(loaded());
+    const values = () => page.locator("#lanes b").allTextContents();
+    await until("values", async () => (await values()).join() === "0.5000,24");
+    assert.equal(new URL(page.url()).hash, "#view=plot&plot=/odom:speed,/power:cells%5B0%5D.volts");
+    const asked = shown.asked.filter(({ op, topic }) => op === "subscribe" && topic === "/power").at(-1);
+    assert.equal(asked.throttle_rate, 33);
+    await page.reload();
+    await until("values", async () => (await values()).join() === "0.5000,24");
+    await page.click("#lanes button");
+    await until("one is left", async () => (await values()).join() === "24");
+    assert.deepEqual(page.faults, []);
+  });
 
 test("statistics without a single member do no harm", limit, async () => {
   for (const stats of [{}, null, [], { topics: 3, losses: null, real_time: null }, { topics: [null, {}] }]) {

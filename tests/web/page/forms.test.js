@@ -5,13 +5,15 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { load } from "./load.js";
 
-const { leaves_of, shown_value } = await load("tree.js");
+const { at_path, leaves_of, shown_value } = await load("tree.js");
 const { blank_of } = await load("forms.js");
 
-test("each value of a message has its path", () => {
+test("each value of a message has its path, and the path leads to it", () => {
   const message = { pose: { x: 1.5, frame: "odom" }, arms: [{ up: true }], none: null };
   assert.deepEqual(leaves_of(message),
     [["pose.x", 1.5], ["pose.frame", "odom"], ["arms[0].up", true], ["none", null]]);
+  for (const [path, value] of leaves_of(message)) assert.equal(at_path(message, path), value);
+  assert.equal(at_path(message, "pose.gone.deep"), undefined);
 });
 
 test("a long list is one value, and a message without end is not shown without end", () => {

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers over time: any numeric member of any topic, a few at once, each in a lane of its own, so that 24 V
+// never flatten 0.4 m/s. What draws the lines, dygraphs, is loaded when the first plot is opened.
+
+import { children_of, element, make, mark, write } from "./dom.js";
+import { clock } from "./numbers.js";
+import { text } from "./text.js";
+import { at_path, shown_value } from "./tree.js";
+
+const plots_max = 4;
+const plot_hz = 30;
+const points_max = 9000;       // five minutes of them
+const draw_ms = 100;
+const spans_s = [10, 60, 300];
+const colours = ["--accent", "--two", "--three", "--four"];
+const lane_px = 150;
+
+let dygraphs = null;
+// A script of its own kind, which leaves its name in the window; its style comes with it.
+function load() {
+  dygraphs ??= import("./dygraph.min.js").then(() => {
+    document.head.append(make("link", { rel: "stylesheet", href: "dygraph.min.css" }));
+    const { Dygraph } = globalThis;
+    // Its legend writes style attributes, which the page's content policy forbids. Names and values stand
+    // above each plot.
+    Dygraph.PLUGINS = Dygraph.PLUGINS.filter((each) => each !== Dygraph.Plugins.Legend);
+    return Dygraph;
+  });
+  return dygraphs;
+}
+
+class lane {
+  points = [];   // [date here, number]; the number is null where nothing was known
+  last = null;
+
+  constructor(feeds, name) {
+    const [topic, path] = name.split(/:(.*)/s);
+    Object.assign(this, { name, topic, path });
+    this.feed = feeds.want(topic, (msg) => this.#take(msg), 0);
+  }
+
+  // Nothing is asked for that nobody sees; the line has a gap there.
+  visible(visible) {
+    this.feed.at(visible ? plot_hz : 0);
+    if (!visible) this.gap();
+  }
+
+  gap() { if (this.points.at(-1)?.[1] !== null) this.#add(null); }
+
+  #take(msg) {
+    const value = at_path(msg, this.path);
+    this.last = typeof value === "number" && Number.isFinite(value) ? value : null;
+    this.#add(this.last);
+  }
+
+  #add(value) {
+    this.points.push([new Date(), value]);
+    if (this.points.length > points_max) this.points.splice(0, points_max / 10);
+  }
+}
+
+export class plot_view {
+  #feeds;
+  #time;
+  #lanes = [];
+  #graphs = new Map();  // of the lanes, by their name
+  #visible = false;
+  #paused_at = null;
+  #span_s = spans_s[1];
+  #drawn_at = 0;
+  changed = () => {};
+
+  // `time` as robot_clock: by it the axis is written. Points have the time here, which does not jump when the
+  // robot's becomes known.
+  constructor(robot, feeds, time) {
+    this.#feeds = feeds;
+    this.#time = time;
+    robot.on("closed", () => this.#lanes.forEach((one) => one.gap()));
+    const pause = element("pause");
+    pause.onclick = () => {
+      this.#paused_at = this.#paused_at === null ? Date.now() : null;
+      mark(pause, "aria-pressed", this.#paused_at !== null);
+    };
+    const span = element("span");
+    span.append(...spans_s.map((each) => new Option(text.span(each), each)));
+    span.value = this.#span_s;
+    span.onchange = () => (this.#span_s = Number(span.value));
+  }
+
+  get names() { return this.#lanes.map(({ name }) => name); }
+
+  // Plots these values, topic:path each, and no others.
+  show(names) {
+    const wanted = names.filter((name) => /^\/[^:]*:./.test(name)).slice(0, plots_max);
+    for (const one of this.#lanes) if (!wanted.includes(one.name)) this.#end(one);
+    this.#lanes = wanted.map((name) =>
+      this.#lanes.find((one) => one.name === name) ?? new lane(this.#feeds, name));
+    for (const one of this.#lanes) one.feed.at(this.#visible ? plot_hz : 0);
+    element("plot_none").hidden = wanted.length > 0;
+    const rows = children_of(element("lanes"), wanted, (name) => this.#row(name));
+    rows.forEach((row, index) => row.style.setProperty("--line-of", `var(${colours[index]})`));
+  }
+
+  toggle(name) {
+    const { names } = this;
+    if (names.includes(name)) this.show(names.filter((each) => each !== name));
+    else if (names.length < plots_max) this.show([...names, name]);
+    this.changed();
+  }
+
+  visible(visible) {
+    if (visible === this.#visible) return;
+    this.#visible = visible;
+    for (const one of this.#lanes) one.visible(visible);
+  }
+
+  #row(name) {
+    const gone = make("button", { type: "button", className: "b", textContent: text.remove });
+    gone.ariaLabel = text.remove_plot(name);
+    gone.onclick = () => this.toggle(name);
+    const head = make("p", {}, make("code", { textContent: name }), make("b"), gone);
+    const at = make("div", { className: "lane" });
+    at.setAttribute("role", "img");
+    at.ariaLabel = text.plot_of(name);
+    return make("section", { className: "card" }, head, at);
+  }
+
+  #end(one) {
+    one.feed.end();
+    this.#graphs.get(one.name)?.destroy();
+    this.#graphs.delete(one.name);
+  }
+
+  turn() {
+    if (!this.#visible || document.hidden || performance.now() - this.#drawn_at < draw_ms) return;
+    this.#drawn_at = performance.now();
+    this.#lanes.forEach((one, index) => {
+      const row = element("lanes").children[index];
+      const fresh = one.feed.fresh(1000);
+      write(row.querySelector("b"), one.feed.refused ? text.says(one.feed.refused)
+        : one.last === null ? text.nothing_yet : shown_value(one.last));
+      mark(row, "data-old", !fresh);
+      this.#draw(one, row.querySelector(".lane"));
+    });
+  }
+
+  async #draw(one, at) {
+    const Dygraph = await load();
+    if (!at.isConnected || one.points.length === 0) return;
+    const end = this.#paused_at ?? Date.now();
+    const style = getComputedStyle(at);
+    const options = {
+      file: one.points, dateWindow: [end - this.#span_s * 1000, end],
+      colors: [style.getPropertyValue("--line-of").trim()],
+      axisLineColor: style.getPropertyValue("--line").trim(),
+      gridLineColor: style.getPropertyValue("--grid").trim(),
+      axisLabelColor: style.getPropertyValue("--quiet").trim(),
+    };
+    const graph = this.#graphs.get(one.name);
+    if (graph) return graph.updateOptions(options);
+    const { file, ...more } = options;
+    this.#graphs.set(one.name, new Dygraph(at, file, {
+      ...more, labels: ["t", one.name], strokeWidth: 2, height: lane_px,
+      width: at.clientWidth, interactionModel: {}, axisLabelFontSize: 12,
+      axes: { x: { axisLabelFormatter: (at_ms) => clock(this.#time.at(Number(at_ms))) } },
+    }));
+  }
+}
