@@ -51,8 +51,8 @@ std::set<std::string> loaded_paths() {
     if (paths.insert(path).second) left.push_back(std::move(path));
   };
   const std::string_view index = text_of(plain("/"));
-  for (const std::string_view before : {"src=\"", "link rel=\"icon\" href=\"", "stylesheet\" href=\"",
-                                        "modulepreload\" href=\""}) {
+  for (const std::string_view before :
+       {"src=\"", "link rel=\"icon\" href=\"", "stylesheet\" href=\"", "modulepreload\" href=\""}) {
     for (const std::string& name : quoted_after(index, before)) add(below("/", name));
   }
   while (!left.empty()) {
