@@ -3,9 +3,10 @@
 // canvas is drawn by animation frames, hence not at all while the page is hidden; words are written ten times
 // a second.
 
+import { read, remember, remembered, written } from "./arranged.js";
 import { bar } from "./bar.js";
-import { moment, since_ms } from "./client/link.js";
-import { connect } from "./client/rowe.js";
+import { moment, since_ms } from "../../clients/js/src/link.js";
+import { connect } from "../../clients/js/src/rowe.js";
 import { data_view } from "./data_view.js";
 import { element, write } from "./dom.js";
 import { drive_panel } from "./drive_panel.js";
@@ -17,6 +18,7 @@ import { plot_view } from "./plot_view.js";
 import { pose_of } from "./pose.js";
 import { pose_topics } from "./pose_topics.js";
 import { rights } from "./rights.js";
+import { sights } from "./sights.js";
 import { stop_panel } from "./stop_panel.js";
 import { latch, text } from "./text.js";
 import { is_known, token } from "./token.js";
@@ -43,6 +45,7 @@ const panel = new stop_panel(robot, allowed, time);
 const top_bar = new bar();
 const poses = new pose_topics(asked);
 const view = new path_view(element("path"), text, still.matches);
+const seen_by_robot = new sights(asked, view);
 const plots = new plot_view(robot, asked, time);
 const data = new data_view(robot, asked, plots);
 
@@ -54,35 +57,27 @@ const seen = {
   stats_written: false,
   state: "blank",
 };
-let shown = wanted_by_hash();
-let pose_feed = asked.want(shown.topic ?? default_topic, take_pose, pose_hz);
+let shown = { view: "overview", topic: null };
+let pose_feed = asked.want(default_topic, take_pose, pose_hz);
 const stats_feed = asked.want("/rowe/stats", take_stats, stats_hz);
 const drive = new drive_panel(robot, allowed, asked, keeps);
 panel.driving = () => drive.drives;
 asked.want("/rowe/parameters", ({ values }) => take_parameters(values ?? {}), parameters_hz);
 
-// The address says what is shown: #view=plot&topic=/gps&plot=/gps:pose.x; a topic alone, #/gps, is read, too.
-function wanted_by_hash() {
-  const hash = location.hash.slice(1);
-  if (!hash.startsWith("/")) {
-    const said = new URLSearchParams(hash);
-    const at = said.get("view");
-    const plotted = said.get("plot")?.split(",") ?? [];
-    return { topic: said.get("topic"), view: views.includes(at) ? at : "overview", plotted };
-  }
-  try {
-    return { topic: decodeURIComponent(hash), view: "overview", plotted: [] };
-  } catch {
-    return { topic: null, view: "overview", plotted: [] };  // half an escape
-  }
+// What is shown goes into the address, and is remembered for the next time.
+function note_arranged() {
+  const fragment = written({ ...shown, ...plots.arranged, ...seen_by_robot.arranged });
+  const { pathname, search } = location;
+  history.replaceState(null, "", fragment || pathname + search);
+  remember(() => localStorage, fragment);
 }
 
-function write_hash() {
-  const view_shown = shown.view === "overview" ? null : shown.view;
-  const said = Object.entries({ view: view_shown, topic: shown.topic, plot: plots.names.join() })
-    .filter(([, value]) => value).map(([name, value]) => `${name}=${encodeURI(value)}`);
-  const { pathname, search } = location;
-  history.replaceState(null, "", said.length > 0 ? `#${said.join("&")}` : pathname + search);
+function arrange(all) {
+  shown = { view: all.view, topic: all.topic };
+  look_at(shown.topic ?? default_topic);
+  show_view();
+  plots.arrange(all);
+  seen_by_robot.arrange(all);
 }
 
 // --- who this is -------------------------------------------------------------------------------------------
@@ -125,6 +120,7 @@ function take_stats(message) {
   seen.stats = { ...message, topics: topics.filter((entry) => typeof entry?.topic === "string") };
   seen.stats_written = false;
   poses.take(seen.stats.topics);
+  seen_by_robot.take(seen.stats.topics);
   if (shown.topic === null && !poses.has(pose_feed.topic)) {
     const [other] = poses.all;
     if (other) look_at(other);
@@ -162,14 +158,15 @@ function show_view() {
   }
   pose_feed.at(shown.view === "data" || shown.view === "plot" ? pose_hz_unseen : pose_hz);
   plots.visible(shown.view === "plot");
+  seen_by_robot.visible(shown.view);
   data.visible(shown.view === "data");
   seen.stats_written = false;
 }
 
 function go(to) {
   shown = { ...shown, ...to };
-  write_hash();
   show_view();
+  note_arranged();
 }
 
 function keeps() {
@@ -240,6 +237,7 @@ function tick() {
   write_stats();
   data.turn();
   plots.turn();
+  seen_by_robot.turn();
 }
 
 function draw(now) {
@@ -261,19 +259,17 @@ element("topic").onchange = ({ target }) => {
 element("who").onsubmit = introduce;
 addEventListener("hashchange", () => {
   if (who.take_fragment()) return robot.link.turn(true);
-  shown = wanted_by_hash();
-  look_at(shown.topic ?? default_topic);
-  plots.show(shown.plotted);
-  show_view();
+  arrange(read(location.hash, views));
 });
 matchMedia("(prefers-color-scheme: dark)").onchange = () => view.recolour();
 still.onchange = () => (view.still = still.matches);
 new map_hands(element("path"), view);
 
-plots.changed = write_hash;
-plots.show(shown.plotted);
+plots.changed = note_arranged;
+seen_by_robot.changed = note_arranged;
+arrange(read(location.hash || remembered(() => localStorage), views));
+note_arranged();
 write_choice();
-show_view();
 setInterval(tick, words_ms);
 tick();
 requestAnimationFrame(draw);

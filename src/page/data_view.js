@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The view of data, all of it. What it shows is asked for while it is seen.
 
-import { moment, since_ms } from "./client/link.js";
+import { moment, since_ms } from "../../clients/js/src/link.js";
 import { element } from "./dom.js";
 import { health_view } from "./health_view.js";
 import { parameters_view, services_view } from "./settings_view.js";

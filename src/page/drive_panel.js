@@ -7,7 +7,7 @@
 
 import { element, mark, write } from "./dom.js";
 import { keys, pad, stick } from "./hands.js";
-import { moment, since_ms } from "./client/link.js";
+import { moment, since_ms } from "../../clients/js/src/link.js";
 import { control_refusals, losses_of_control, text } from "./text.js";
 
 const state_topic = "/rowe/control/state";

@@ -14,42 +14,13 @@
 #define ROWE_PAGE_ASSETS(X)                                                                                  \
   X(index_html, "/", html)                                                                                   \
   X(login_html, "/rowe/login", html)                                                                         \
-  X(style_css, "/style.css", css)                                                                            \
-  X(layout_css, "/layout.css", css)                                                                          \
-  X(data_css, "/data.css", css)                                                                              \
   X(app_js, "/app.js", javascript)                                                                           \
-  X(bar_js, "/bar.js", javascript)                                                                           \
-  X(data_view_js, "/data_view.js", javascript)                                                               \
-  X(dom_js, "/dom.js", javascript)                                                                           \
-  X(drive_panel_js, "/drive_panel.js", javascript)                                                           \
-  X(feeds_js, "/feeds.js", javascript)                                                                       \
-  X(forms_js, "/forms.js", javascript)                                                                       \
-  X(hands_js, "/hands.js", javascript)                                                                       \
-  X(health_view_js, "/health_view.js", javascript)                                                           \
-  X(map_hands_js, "/map_hands.js", javascript)                                                               \
-  X(meters_js, "/meters.js", javascript)                                                                     \
-  X(numbers_js, "/numbers.js", javascript)                                                                   \
-  X(path_js, "/path.js", javascript)                                                                         \
-  X(plot_view_js, "/plot_view.js", javascript)                                                               \
-  X(pose_js, "/pose.js", javascript)                                                                         \
-  X(pose_topics_js, "/pose_topics.js", javascript)                                                           \
-  X(rights_js, "/rights.js", javascript)                                                                     \
-  X(settings_view_js, "/settings_view.js", javascript)                                                       \
-  X(stop_panel_js, "/stop_panel.js", javascript)                                                             \
-  X(text_js, "/text.js", javascript)                                                                         \
-  X(token_js, "/token.js", javascript)                                                                       \
-  X(topics_view_js, "/topics_view.js", javascript)                                                           \
-  X(tree_js, "/tree.js", javascript)                                                                         \
-  X(truth_js, "/truth.js", javascript)                                                                       \
-  X(client_drive_js, "/client/drive.js", javascript)                                                         \
-  X(client_link_js, "/client/link.js", javascript)                                                           \
-  X(client_rowe_js, "/client/rowe.js", javascript)                                                           \
-  X(client_stop_js, "/client/stop.js", javascript)                                                           \
-  X(client_wire_js, "/client/wire.js", javascript)                                                           \
+  X(page_css, "/page.css", css)                                                                              \
+  X(style_css, "/style.css", css)                                                                            \
+  X(favicon_svg, "/favicon.svg", svg)                                                                        \
   X(dygraph_min_js, "/dygraph.min.js", javascript)                                                           \
   X(dygraph_min_css, "/dygraph.min.css", css)                                                                \
-  X(dygraphs_txt, "/dygraphs.txt", plain_text)                                                               \
-  X(favicon_svg, "/favicon.svg", svg)
+  X(dygraphs_txt, "/dygraphs.txt", plain_text)
 
 extern "C" {
 #define ROWE_PAGE_SYMBOLS(id, path, type)                                                                    \

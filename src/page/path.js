@@ -3,8 +3,8 @@
 //
 // A point is kept when it lies `spacing` from the last one kept, so that a robot that stands still does not
 // use the memory up; the newest `points_max` remain. The view holds the whole path, and then moves only when
-// it must; or keeps the robot in its middle; or stays where a person put it. Nothing is drawn unless
-// something changed.
+// it must; or keeps the robot in its middle; or stays where a person put it. What the robot sees are layers
+// below and above the path. Nothing is drawn unless something changed.
 
 const points_max = 2000;
 const axes_width_min = 260;  // pixels
@@ -15,7 +15,7 @@ const span_min = 2;        // metres, the narrowest view
 const span_max = 20000;
 const follow_share = 0.4;  // of the whole path's width that is seen while following
 const zoom_max = 16;
-const colour_names = ["surface", "sunk", "grid", "axis", "accent", "ink", "quiet"];
+const colour_names = ["surface", "sunk", "grid", "axis", "accent", "ink", "quiet", "two"];
 const settle_ms = 110;     // time constant of the view's movement
 
 // A ring of points. A set `broken` bit says that what lies between a point and the one before it is not
@@ -71,6 +71,8 @@ export class path_view {
     this.pen = canvas.getContext("2d");
     this.words = words;
     this.still = still;
+    this.below = [];       // layers, each with draw(this) and bounds(this): {left, right, low, high} or null
+    this.above = [];
     this.trail = new trail();
     this.pose = null;
     this.mode = "whole";   // or "follow", or "free"
@@ -93,6 +95,9 @@ export class path_view {
     }
     this.dirty = true;
   }
+
+  // To be called when a layer changed.
+  touch() { this.dirty = true; }
 
   clear() {
     this.trail.clear();
@@ -147,9 +152,13 @@ export class path_view {
     pen.clearRect(0, 0, this.width, this.height);
     this.scale = Math.min(this.width, this.height) / this.view.span;
     const cell = round_length(this.view.span / 4.5);
+    for (const layer of this.below) layer.draw(this);
     this.#draw_grid(cell);
     this.#draw_trail();
-    if (this.pose) this.#draw_robot();
+    if (this.pose) {
+      for (const layer of this.above) layer.draw(this);
+      this.#draw_robot();
+    }
     this.#draw_scale(cell);
   }
 
@@ -161,11 +170,12 @@ export class path_view {
     this.dirty = true;
   }
 
-  #left(x) {
+  // Where a place of the world is, in pixels.
+  left(x) {
     return this.width / 2 + (x - this.view.x) * this.scale;
   }
 
-  #top(y) {
+  top(y) {
     return this.height / 2 - (y - this.view.y) * this.scale;
   }
 
@@ -179,6 +189,13 @@ export class path_view {
       right = Math.max(right, this.trail.xs[place]);
       low = Math.min(low, this.trail.ys[place]);
       high = Math.max(high, this.trail.ys[place]);
+    }
+    // A map says how far the world goes; without one, a scan does.
+    const bounds = (layers) => layers.map((layer) => layer.bounds(this)).filter(Boolean);
+    const mapped = bounds(this.below);
+    for (const at of mapped.length > 0 ? mapped : bounds(this.above)) {
+      [left, right] = [Math.min(left, at.left), Math.max(right, at.right)];
+      [low, high] = [Math.min(low, at.low), Math.max(high, at.high)];
     }
     const wanted = Math.max(span_min, Math.max(right - left, high - low) / (1 - 2 * margin));
     if (this.mode === "follow") {
@@ -210,7 +227,7 @@ export class path_view {
     const { pen, view, width, height, scale, colours } = this;
     pen.lineWidth = 1;
     const line = (index, horizontal) => {
-      const at = Math.round(horizontal ? this.#top(index * cell) : this.#left(index * cell)) + 0.5;
+      const at = Math.round(horizontal ? this.top(index * cell) : this.left(index * cell)) + 0.5;
       pen.strokeStyle = index === 0 ? colours.axis : colours.grid;
       pen.beginPath();
       pen.moveTo(horizontal ? 0 : at, horizontal ? at : 0);
@@ -242,9 +259,9 @@ export class path_view {
       for (let index = Math.max(0, begin - 1); index < end; index += 1) {
         const place = path.at(index);
         const apart = path.broken[place] || index === Math.max(0, begin - 1);
-        pen[apart ? "moveTo" : "lineTo"](this.#left(path.xs[place]), this.#top(path.ys[place]));
+        pen[apart ? "moveTo" : "lineTo"](this.left(path.xs[place]), this.top(path.ys[place]));
       }
-      if (end === path.size) pen.lineTo(this.#left(this.pose.x), this.#top(this.pose.y));
+      if (end === path.size) pen.lineTo(this.left(this.pose.x), this.top(this.pose.y));
       pen.stroke();
     }
     pen.globalAlpha = 1;
@@ -254,7 +271,7 @@ export class path_view {
   #draw_robot() {
     const { pen, colours, pose } = this;
     pen.save();
-    pen.translate(this.#left(pose.x), this.#top(pose.y));
+    pen.translate(this.left(pose.x), this.top(pose.y));
     pen.beginPath();
     pen.arc(0, 0, 19, 0, 2 * Math.PI);
     pen.fillStyle = colours.surface;

@@ -11,7 +11,7 @@ const plots_max = 4;
 const plot_hz = 30;
 const points_max = 9000;       // five minutes of them
 const draw_ms = 100;
-const spans_s = [10, 60, 300];
+const spans_s = [60, 10, 300];  // what is usual first
 const colours = ["--accent", "--two", "--three", "--four"];
 const lane_px = 150;
 
@@ -66,7 +66,7 @@ export class plot_view {
   #graphs = new Map();  // of the lanes, by their name
   #visible = false;
   #paused_at = null;
-  #span_s = spans_s[1];
+  #span_s = spans_s[0];
   #drawn_at = 0;
   changed = () => {};
 
@@ -82,9 +82,21 @@ export class plot_view {
       mark(pause, "aria-pressed", this.#paused_at !== null);
     };
     const span = element("span");
-    span.append(...spans_s.map((each) => new Option(text.span(each), each)));
+    const listed = [...spans_s].sort((one, other) => one - other);
+    span.append(...listed.map((each) => new Option(text.span(each), each)));
     span.value = this.#span_s;
-    span.onchange = () => (this.#span_s = Number(span.value));
+    span.onchange = () => {
+      this.#span_s = Number(span.value);
+      this.changed();
+    };
+  }
+
+  // What a link carries.
+  get arranged() { return { plot: this.names, span: this.#span_s === spans_s[0] ? null : this.#span_s }; }
+  arrange({ plot, span }) {
+    this.#span_s = spans_s.includes(span) ? span : spans_s[0];
+    element("span").value = this.#span_s;
+    this.show(plot);
   }
 
   get names() { return this.#lanes.map(({ name }) => name); }

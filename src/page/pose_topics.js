@@ -2,7 +2,7 @@
 // Which topics hold poses: those whose type says so, and those of unknown type into which it was looked, one
 // at a time, for one message.
 
-import { moment, since_ms } from "./client/link.js";
+import { moment, since_ms } from "../../clients/js/src/link.js";
 import { is_pose_type, pose_of } from "./pose.js";
 
 const look_ms_max = 3000;      // a topic is looked at for so long …

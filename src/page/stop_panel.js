@@ -6,7 +6,7 @@
 import { draw, element, mark, write } from "./dom.js";
 import { clock } from "./numbers.js";
 import { causes, latch, refusals, text } from "./text.js";
-import { moment, since_ms } from "./client/link.js";
+import { moment, since_ms } from "../../clients/js/src/link.js";
 
 const hold_ms = 2000;
 const unknown_ms_max = 1000;    // nothing is shown for so long while it is not known whether there is a stop

@@ -4,7 +4,7 @@
 // Whether the robot is alive is judged by the age of its last pose, never by the socket: a loop that died
 // behind an endpoint that still answers must not look alive.
 
-import { moment, since_ms } from "./client/link.js";
+import { moment, since_ms } from "../../clients/js/src/link.js";
 
 const stale_ms_min = 500;
 const ask_clock_ms = 60000;

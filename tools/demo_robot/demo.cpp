@@ -86,13 +86,13 @@ stop_options demo::stop_of(bool guarded) noexcept {
   return {.guard_timeout = 1s, .service_timeout = 500ms, .observe_timeout = 500ms, .unguarded = !guarded};
 }
 
-result<demo::handles> demo::open(endpoint& on) {
+result<demo::handles> demo::open(endpoint& on, rt::duration service_timeout) {
   auto odom =
       on.advertise<ros::odometry>(topic, {.ttl = 100ms, .keep = keep::all, .depth = 64, .period = cycle});
   if (!odom) return odom.error();
   auto speed = on.serve<speed_setting, speed_setting>(service, {.type = "rowe_demo/SetSpeed"});
   if (!speed) return speed.error();
-  auto latch = on.stop_latch({.name = "robot", .loop_timeout = loop_timeout});
+  auto latch = on.stop_latch({.name = "robot", .loop_timeout = std::max(loop_timeout, service_timeout)});
   if (!latch) return latch.error();
   auto speed_max = on.parameter<double>(limit, robot::speed_max, {0, robot::speed_max});
   if (!speed_max) return speed_max.error();

@@ -66,7 +66,8 @@ class demo {
     subscriber<ros::twist> commands;
     parameter<bool> autopilot; // it drives along its figure when nobody commands it
   };
-  static result<handles> open(endpoint& on);
+  // The stop bears as much of a late loop as of a late service thread, if that is more than loop_timeout.
+  static result<handles> open(endpoint& on, rt::duration service_timeout);
 
   // Starts the loop; error() says if no thread could be had. `service_cpu` is the core that the loop keeps
   // off where there is another; negative: none.

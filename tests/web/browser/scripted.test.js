@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import { afterEach, test } from "node:test";
 import { browser, limit, server } from "../support/demo.js";
+import { scenery } from "../support/scenery.js";
 import { scripted_page, stats_of } from "../support/scripted.js";
 import { until } from "../support/watchdog.js";
 
@@ -174,3 +175,52 @@ test("an error that the endpoint answers is shown in its words", limit, async ()
   await shown.says("note", "The endpoint says: topics_max is 64");
   assert.ok(await shown.page.locator("#note").isVisible());
 });
+
+test("a scan, a map and cameras are found by their types, shown, and asked for while they are seen", limit,
+  async () => {
+    const { messages, services } = scenery();
+    const shown = await open(messages, { services, hash: "#view=overview" });
+    const { page } = shown;
+    const asked = (verb, topic) => shown.asked.filter((each) => each.op === verb && each.topic === topic);
+    await until("all are asked for", () => ["/scan", "/map", "/front/compressed"].every(
+      (topic) => asked("subscribe", topic).length > 0));
+    assert.equal(asked("subscribe", "/rear/compressed").length, 0);
+    assert.equal(asked("subscribe", "/scan").at(-1).throttle_rate, 100);
+    assert.equal(asked("subscribe", "/map").at(-1).throttle_rate, 500);
+    const pixels = (id) => page.evaluate((of) => {
+      const canvas = document.getElementById(of);
+      if (canvas.width === 0) return 0;
+      const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+      return new Set(new Uint32Array(data.buffer)).size;
+    }, id);
+    await until("an image", async () => (await pixels("image")) > 10);
+    const colour = (name) => page.evaluate((of) => {
+      const canvas = document.getElementById("path");
+      const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+      const digits = getComputedStyle(canvas).getPropertyValue(of).trim().slice(1);
+      const [r, g, b] = [0, 2, 4].map((at) => parseInt(digits.slice(at, at + 2), 16));
+      let found = 0;
+      for (let at = 0; at < data.length; at += 4)
+        if (data[at] === r && data[at + 1] === g && data[at + 2] === b) found += 1;
+      return found;
+    }, name);
+    await until("walls", async () => (await colour("--ink")) > 1000);
+    await until("what the scanner met", async () => (await colour("--two")) > 300);
+    await page.click("#swap");
+    assert.equal(await page.getAttribute("#stage", "data-front"), "camera");
+    await page.selectOption("#cameras", "/rear/compressed");
+    await until("the other camera", async () =>
+      asked("unsubscribe", "/front/compressed").length > 0 && (await pixels("image")) > 10);
+    assert.equal(new URL(page.url()).hash, "#camera=/rear/compressed&front=camera");
+    messages["/rear/compressed"] = { format: "jpeg", data: "AAAA" };
+    await shown.says("image_says", "This is no image that a browser can show");
+    delete messages["/rear/compressed"];
+    await page.click("#view_data");
+    await until("nothing of it is asked for", () => ["/scan", "/map", "/rear/compressed"].every(
+      (topic) => ![...shown.wanted.values()].includes(topic)));
+    await page.goto(`${server.origin}/`);
+    await page.reload();
+    await until("it is as it was arranged", async () =>
+      new URL(page.url()).hash === "#view=data&camera=/rear/compressed&front=camera");
+    assert.deepEqual(page.faults, []);
+  });

@@ -7,7 +7,7 @@ import { plain_peer } from "../support/plain.js";
 import { program } from "../support/program.js";
 import { until } from "../support/watchdog.js";
 
-const limit = { timeout: 60000 };
+const limit = { timeout: 120000 };
 let server;
 let url;
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
+import { readFile, readdir } from "node:fs/promises";
 import { test } from "node:test";
 import { load } from "./load.js";
 
 const { address, age, count, duration, fixed, metres, rate, short } = await load("numbers.js");
-const { causes, control_refusals, losses, refusals, states, text, thinned } = await load("text.js");
+const { causes, control_refusals, latch, losses, refusals, states, text, thinned } = await load("text.js");
+const all_files = await readdir(new URL("../../../src/page/", import.meta.url));
+const files = all_files.filter((name) => name.endsWith(".js"));
 const source = (path) => readFile(new URL(`../../../src/${path}`, import.meta.url), "utf8");
 
 test("a number keeps its decimals and gets a minus sign as wide as a digit", () => {
@@ -113,4 +115,44 @@ test("every counter of a loss has its words", async () => {
 
 test("no counter is both a loss and thinning on purpose", () => {
   for (const name of Object.keys(thinned)) assert.ok(!(name in losses), name);
+});
+
+const page = (name) => source(`page/${name}`);
+const names_in = (html) => [...html.matchAll(/data-(?:text|label|hint)="(\w+)"/g)].map(([, name]) => name);
+
+test("every word of the page is in the table, and nothing is there that nobody shows", async () => {
+  const html = await page("index.html");
+  const named = names_in(html);
+  for (const name of named) assert.equal(typeof text[name], "string", name);
+  const scripts = (await Promise.all(files.filter((name) => name !== "text.js").map(page))).join("");
+  const used = new Set([...scripts.matchAll(/\b(?:text|words)\.(\w+)/g)].map(([, name]) => name));
+  const of_own = new Set([...(await page("text.js")).matchAll(/text\.(\w+)/g)].map(([, name]) => name));
+  for (const name of Object.keys(text)) {
+    assert.ok(named.includes(name) || used.has(name) || of_own.has(name), `${name} is shown nowhere`);
+  }
+});
+
+test("the words of the page's own are in the table alone", async () => {
+  const html = await page("index.html");
+  const body = html.replace(/<noscript>.*?<\/noscript>|<!--.*?-->|<head>.*?<\/head>/gs, "");
+  assert.equal(body.replace(/<[^>]*>|&nbsp;/g, "").trim(), "");
+});
+
+// Each as a person may read it: what takes something is given what it may get.
+function* sentences(table, path = "") {
+  for (const [name, each] of Object.entries(table)) {
+    const at = path ? `${path}.${name}` : name;
+    if (typeof each === "string") yield [at, each];
+    else if (typeof each === "function") yield [at, String(each)];
+    else if (each && typeof each === "object") yield* sentences(each, at);
+  }
+}
+
+test("no sentence shouts, is empty, or says what only programmers say", () => {
+  const all = { text, states, latch, causes, refusals, control_refusals, losses, thinned };
+  for (const [name, words] of sentences(all)) {
+    assert.ok(words.length > 0, name);
+    if (words.includes("=>")) continue;
+    assert.ok(!/!|undefined|null|NaN|error|invalid/i.test(words), `${name}: ${words}`);
+  }
 });

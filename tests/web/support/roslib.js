@@ -6,7 +6,7 @@ import { after, before } from "node:test";
 import { Ros } from "roslib";
 import { robot } from "./robot.js";
 
-export const limit = { timeout: 60000 };
+export const limit = { timeout: 120000 };
 export let server; // both are there when the first test begins
 export let ros;
 

@@ -13,10 +13,11 @@ export const stats_of = (topics, more = {}) => ({
 });
 
 export class scripted_page {
-  // `messages` maps topics to what is published on them 20 times a second while the page subscribes to them.
-  static async open(browser, origin, messages, { hash = "", ...options } = {}) {
+  // `messages` maps topics to what is published on them 20 times a second while the page subscribes to them,
+  // or to what makes it; `services` maps services to what makes their answers.
+  static async open(browser, origin, messages, { hash = "", services = {}, ...options } = {}) {
     const made = new scripted_page();
-    made.messages = messages;
+    Object.assign(made, { messages, services });
     made.asked = [];
     made.wanted = new Map();  // the topics subscribed to, by the id of the subscription
     made.page = await new_page(browser, options);
@@ -35,14 +36,16 @@ export class scripted_page {
       if (message.op === "subscribe") wanted.set(message.id, message.topic);
       if (message.op === "unsubscribe") wanted.delete(message.id);
       if (message.op === "call_service") {
-        const { id, service } = message;
-        const values = `Service ${service} does not exist`;
-        this.say({ op: "service_response", id, service, values, result: false });
+        const { id, service, args } = message;
+        const answers = this.services[service];
+        const values = answers ? answers(args) : `Service ${service} does not exist`;
+        this.say({ op: "service_response", id, service, values, result: Boolean(answers) });
       }
     });
     this.timer = setInterval(() => {
       for (const topic of new Set(wanted.values())) {
-        const msg = this.messages[topic];
+        const said = this.messages[topic];
+        const msg = typeof said === "function" ? said() : said;
         if (msg !== undefined) this.say({ op: "publish", topic, msg });
       }
     }, 50).unref();  // a test that fails before close() must end all the same

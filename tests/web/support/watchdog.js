@@ -2,7 +2,7 @@
 // Waiting for something to become true, with an end. The end is far: it says that something hangs, not that
 // it is slow.
 
-export const watchdog_ms = 30000;
+export const watchdog_ms = 60000;
 const step_ms = 20;
 
 // Resolves with the first truthy result of `probe` (which may be asynchronous); rejects with `what`

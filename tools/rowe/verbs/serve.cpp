@@ -134,7 +134,7 @@ exit_code serve_on(endpoint hub, const configuration& of, const console& to, ser
   const auto begin = rt::monotonic_clock::now();
   std::optional<demo> loop;
   if (of.serve.demo) {
-    auto handles = demo::open(hub);
+    auto handles = demo::open(hub, asked.stop.service_timeout);
     if (!handles) {
       to.error("the robot cannot be reached: ", handles.error().message());
       return exit_code::failed;

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the robot sees, known by the types of its topics: laser scans and a map under and over the path, and
+// one camera beside it, which a person chooses where there are several.
+
+import { camera } from "./camera.js";
+import { element, mark, write } from "./dom.js";
+import { grid_layer } from "./grid.js";
+import { scan_layer } from "./scan.js";
+import { text } from "./text.js";
+
+const scan_type = /^sensor_msgs\/(msg\/)?LaserScan$/;
+const map_type = /^nav_msgs\/(msg\/)?OccupancyGrid$/;
+const image_type = /^sensor_msgs\/(msg\/)?CompressedImage$/;
+const scans_max = 2;       // in front and behind
+const [scan_hz, map_hz, image_hz] = [10, 2, 10];
+const stale_ms = 1500;
+
+const of_type = (topics, type) =>
+  topics.filter((entry) => type.test(entry.type)).map(({ topic }) => topic).sort();
+
+export class sights {
+  #feeds;
+  #view;
+  #layers = new Map();  // topic → {feed, layer}
+  #visible = false;
+  #camera = new camera(element("image"));
+  #image = null;        // the feed of the camera that is shown
+  #wanted = null;       // the camera that somebody chose
+  #cameras = [];
+  #front = null;        // what a person put in front: "camera" or "map"
+  #at = "overview";
+  changed = () => {};
+
+  // `view` as path_view.
+  constructor(feeds, view) {
+    this.#feeds = feeds;
+    this.#view = view;
+    element("cameras").onchange = ({ target }) => this.#choose(target.value);
+    element("swap").onclick = () => this.#swap();
+    // A tap on the small one makes it the large one.
+    element("image").onclick = () => this.front === "map" && this.#swap();
+    element("path").addEventListener("click", () => this.front === "camera" && this.#swap());
+  }
+
+  // What a link carries: the camera, and what stands in front of what.
+  get arranged() { return { camera: this.#wanted, front: this.#front }; }
+  arrange({ camera: wanted, front }) {
+    this.#wanted = wanted;
+    this.#front = front;
+    this.#look();
+    this.#write();
+  }
+
+  // People steer by the camera where there is one.
+  get front() {
+    if (!this.#image) return "map";
+    return this.#front ?? (this.#at === "drive" ? "camera" : "map");
+  }
+
+  // `at` is the view that is seen.
+  visible(at) {
+    this.#at = at;
+    this.#visible = at === "overview" || at === "drive";
+    for (const { feed, hz } of this.#layers.values()) feed.at(this.#visible ? hz : 0);
+    this.#image?.at(this.#visible ? image_hz : 0);
+    this.#write();
+  }
+
+  // `topics` as listed in /rowe/stats.
+  take(topics) {
+    const scans = of_type(topics, scan_type).slice(0, scans_max);
+    const maps = of_type(topics, map_type).slice(0, 1);
+    for (const [topic, { feed }] of this.#layers) {
+      if (scans.includes(topic) || maps.includes(topic)) continue;
+      feed.end();
+      this.#layers.delete(topic);
+    }
+    for (const topic of maps) this.#add(topic, grid_layer, map_hz);
+    for (const topic of scans) this.#add(topic, scan_layer, scan_hz);
+    const of_kind = (kind) => [...this.#layers.values()].map(({ layer }) => layer).filter(
+      (layer) => layer instanceof kind);
+    Object.assign(this.#view, { below: of_kind(grid_layer), above: of_kind(scan_layer) });
+    this.#cameras = of_type(topics, image_type);
+    this.#look();
+  }
+
+  #add(topic, kind, hz) {
+    if (this.#layers.has(topic)) return;
+    const layer = new kind();
+    const feed = this.#feeds.want(topic, (msg) => {
+      layer.take(msg);
+      this.#view.touch();
+    }, this.#visible ? hz : 0);
+    layer.fresh = () => feed.fresh(stale_ms);
+    this.#layers.set(topic, { feed, layer, hz });
+  }
+
+  #look() {
+    const topic = this.#cameras.includes(this.#wanted) ? this.#wanted : this.#cameras[0];
+    if (this.#image?.topic === topic) return;
+    this.#image?.end();
+    this.#camera.clear();
+    this.#image = topic === undefined ? null
+      : this.#feeds.want(topic, (msg) => this.#camera.take(msg), this.#visible ? image_hz : 0);
+    this.#write();
+  }
+
+  #choose(topic) {
+    this.#wanted = topic;
+    this.#look();
+    this.changed();
+  }
+
+  #swap() {
+    this.#front = this.front === "map" ? "camera" : "map";
+    this.#write();
+    this.changed();
+  }
+
+  #write() {
+    const { front } = this;
+    mark(element("stage"), "data-front", this.#image ? front : "alone");
+    element("swap").hidden = this.#image === null;
+    mark(element("swap"), "aria-pressed", front === "camera");
+    const choice = element("cameras");
+    if (this.#cameras.join() !== [...choice.options].map((option) => option.value).join()) {
+      choice.replaceChildren(...this.#cameras.map((topic) => new Option(topic, topic)));
+    }
+    if (this.#image && choice.value !== this.#image.topic) choice.value = this.#image.topic;
+    choice.parentElement.hidden = this.#cameras.length < 2;
+    this.#view.touch();
+  }
+
+  // Says what is wrong with the image, if anything is.
+  turn() {
+    if (!this.#image) return;
+    const old = !this.#image.fresh(stale_ms);
+    mark(element("image"), "data-old", old);
+    write(element("image_says"), this.#image.refused ? text.says(this.#image.refused)
+      : this.#camera.unreadable ? text.no_image : old ? text.no_new_image : "");
+  }
+}

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether people who cannot see the page, or not well, can use it: axe-core's rules on each view, in the
+// states that matter, on a phone and on a desk, each in one of the two schemes.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { afterEach, test } from "node:test";
+import { desk, phone } from "../support/browser.js";
+import { browser, limit, server } from "../support/demo.js";
+import { scenery, stop_state } from "../support/scenery.js";
+import { scripted_page } from "../support/scripted.js";
+
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const plot = "&plot=/odom:speed,/power:volts";
+let shown;
+afterEach(() => shown?.close());
+
+async function faults_of(page) {
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
+  const places = (nodes) => nodes.map(({ target }) => target.join(" ")).join(", ");
+  return violations.map(({ id, nodes }) => `${id}: ${places(nodes)}`);
+}
+
+const stopped = () => stop_state({ state: "stopped", cause: "request", source: "10.0.0.7:51000" });
+const states = {
+  live: { more: {}, is: "live" },
+  stopped: { more: { "/rowe/stop/state": stopped }, is: "live" },
+  stale: { more: {}, is: "stale", then: (robot) => delete robot.messages["/odom"] },
+};
+for (const view of ["overview", "drive", "plot", "data"]) {
+  for (const [name, { more, is, then }] of Object.entries(states)) {
+    test(`${view}, ${name}: axe finds nothing`, limit, async () => {
+      for (const look of [{ size: phone, scheme: "light" }, { size: desk, scheme: "dark" }]) {
+        const { messages, services } = scenery(more);
+        shown = await scripted_page.open(browser, server.origin, messages,
+          { hash: `#view=${view}${plot}`, services, ...look });
+        const { page } = shown;
+        await page.waitForFunction(() => document.body.dataset.state === "live");
+        if (view === "data") {
+          await page.click("#rates [data-key='/power'] > button");
+          await page.waitForFunction(() => document.querySelector("#rates .values > div"));
+        }
+        then?.(shown);
+        await page.waitForFunction((wanted) => document.body.dataset.state === wanted, is);
+        assert.deepEqual(await faults_of(page), [], `${look.scheme}`);
+        assert.deepEqual(page.faults, []);
+        await shown.close();
+      }
+    });
+  }
+}
