@@ -12,12 +12,12 @@ process.on("exit", () => alive.forEach((child) => child.kill("SIGKILL")));
 
 // The demo robot stops by itself where a busy machine keeps it from running for half a second. Tests are
 // about other stops, so theirs bears more.
-const patience = ["--stop-service-timeout", "8 s"];
+const busy_machine = ["--stop-service-timeout", "8 s"];
 
 export class program {
   // `rowe ARGUMENTS...`, or another program of the same folder.
   static rowe(...args) {
-    return new program(process.env.ROWE_BIN, args.includes("--demo") ? [...args, ...patience] : args);
+    return new program(process.env.ROWE_BIN, args.includes("--demo") ? [...args, ...busy_machine] : args);
   }
   static beside_rowe(name, ...args) {
     return new program(join(dirname(process.env.ROWE_BIN), name), args);
