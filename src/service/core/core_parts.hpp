@@ -53,6 +53,7 @@
 #include "service/requests/registrations.hpp"
 #include "service/requests/request_router.hpp"
 #include "service/requests/revocation.hpp"
+#include "service/requests/rights_service.hpp"
 #include "service/state/advertisement_table.hpp"
 #include "service/state/core_state.hpp"
 #include "service/state/service_directory.hpp"
@@ -99,6 +100,7 @@ class core_parts {
   stop_rules stop_rules_;
   command_gate command_gate_;
   control_service control_service_;
+  rights_service rights_service_;
   parameters parameters_;
   parameter_requests parameter_requests_;
   local_delivery local_delivery_;

@@ -95,7 +95,7 @@ graph_services::listed_service graph_services::own(const connection* c,
 template <class Shown>
 void graph_services::write_topics(json::writer& into, std::string_view key, const connection* c,
                                   const Shown& shown) const noexcept {
-  const listed_topics held{state_.topics, stop_rules_};
+  const listed_topics held = listed();
   into.begin_array(key);
   for (const topic_id i : state_.topics.topic_ids()) {
     if (held(i) && shown(i) && sees(c, i)) into.string(state_.topics.name(i));
@@ -136,7 +136,7 @@ void graph_services::write_details(json::writer& into, const connection* c,
 
 // Nobody has announced what the types are made of.
 void graph_services::write_raw_types(json::writer& into, const connection* c) const noexcept {
-  const listed_topics held{state_.topics, stop_rules_};
+  const listed_topics held = listed();
   const auto list = [&](std::string_view key, const auto& text_of) {
     into.begin_array(key);
     for (const topic_id i : state_.topics.topic_ids()) {
@@ -163,7 +163,7 @@ void graph_services::write_interfaces(json::writer& into, const connection* c) c
     }
     if (hash != 0) into.string(type);
   };
-  const listed_topics held{state_.topics, stop_rules_};
+  const listed_topics held = listed();
   into.begin_array("interfaces");
   for (const topic_id i : state_.topics.topic_ids())
     if (held(i) && sees(c, i)) write(state_.topics.type(i));

@@ -11,6 +11,7 @@
 #include "service/state/core_state.hpp"
 #include "service/state/service_directory.hpp"
 #include "service/threads/stop_rules.hpp"
+#include "service/topics/listed_topics.hpp"
 #include "service/topics/own_types.hpp"
 #include "wire/codec/request.hpp"
 #include "json/writing/writer.hpp"
@@ -28,6 +29,8 @@ struct graph_services_needs {
 class graph_services : graph_services_needs {
  public:
   explicit graph_services(const graph_services_needs& parts) noexcept : graph_services_needs{parts} {}
+
+  listed_topics listed() const noexcept { return {state_.topics, stop_rules_}; }
 
   // ---- services: those of the directory, then the endpoint's own. `c` as below
 

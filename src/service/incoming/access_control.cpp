@@ -22,8 +22,10 @@ std::optional<needed> needed_for(const wire::request& asked) noexcept {
   case verb::publish: return needed{access::right::publish, asked.topic};
   case verb::message: return needed{access::right::publish, {}};
   case verb::advertise: return needed{access::right::advertise, asked.topic};
-  case verb::send_goal:
-  case verb::call: return needed{access::right::call, asked.service};
+  case verb::call:
+    if (peer_rights::is_of_rights(asked.service)) return std::nullopt;
+    [[fallthrough]];
+  case verb::send_goal: return needed{access::right::call, asked.service};
   case verb::advertise_action:
   case verb::advertise_service: return needed{access::right::provide, asked.service};
   case verb::get_parameters:

@@ -8,7 +8,6 @@
 
 #include "service/base/names.hpp"
 #include "service/requests/fitting_names.hpp"
-#include "service/topics/listed_topics.hpp"
 #include "service/topics/own_types.hpp"
 #include "wire/codec/own_names.hpp"
 
@@ -64,9 +63,11 @@ void endpoint_services::answer(call_index index, std::string_view service,
     if (c != nullptr && !outbox_.has_place_for_reply({c->id.index}))
       return call_completion_.fail_for_room(index);
     if (service == wire::control_name) return answer_control(index, c, what);
+    if (service == wire::rights_name) return answer_rights(index, c, what);
     if (c != nullptr && !state_.rights.apply_to(*c)) c = nullptr;
   }
   if (service == wire::control_name) return answer_control(index, nullptr, what);
+  if (service == wire::rights_name) return answer_rights(index, nullptr, what);
   if (parameter_services::answers(service)) return parameter_services_.answer(index, service, what);
   if (type_services::answers(service)) return type_services_.answer(index, service, what, c);
   state_.cycle.work_bytes += answer_work;
@@ -93,7 +94,7 @@ void endpoint_services::answer(call_index index, std::string_view service,
     }
     into.begin_object();
     if (service == wire::list_topics_name) {
-      const listed_topics held{state_.topics, stop_rules_};
+      const listed_topics held = graph_services_.listed();
       left_out = list(
           into, fitting_names{room(), state_.bounds().topics_max}, "topics", "types",
           state_.topics.topic_ids(), [&](topic_id i) -> listed_name {
@@ -129,6 +130,13 @@ void endpoint_services::answer_control(call_index index, connection* c,
   const control_service::decision made = control_service_.carry_out(c, what.text);
   const slot_id slot = outbox_.compose(
       message_lifetime{}, [&](json::writer& into) { control_service_.write_answer(into, made); });
+  slot ? call_completion_.complete(index, slot) : call_completion_.fail_for_room(index);
+}
+
+void endpoint_services::answer_rights(call_index index, const connection* c,
+                                      const wire::call_args& what) noexcept {
+  const slot_id slot = outbox_.compose(
+      message_lifetime{}, [&](json::writer& into) { rights_service_.write_answer(into, c, what.text); });
   slot ? call_completion_.complete(index, slot) : call_completion_.fail_for_room(index);
 }
 

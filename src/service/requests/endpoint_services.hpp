@@ -14,15 +14,14 @@
 #include "service/outgoing/outbox.hpp"
 #include "service/parameters/parameter_services.hpp"
 #include "service/reports/statistics_report.hpp"
+#include "service/requests/rights_service.hpp"
 #include "service/state/core_state.hpp"
-#include "service/threads/stop_rules.hpp"
 #include "wire/codec/request.hpp"
 
 namespace rowe::service {
 
 struct endpoint_services_needs {
   core_state& state_;
-  const stop_rules& stop_rules_;
   outbox& outbox_;
   call_completion& call_completion_;
   statistics_report& statistics_report_;
@@ -30,6 +29,7 @@ struct endpoint_services_needs {
   parameter_services& parameter_services_;
   type_services& type_services_;
   control_service& control_service_;
+  const rights_service& rights_service_;
 };
 
 class endpoint_services : endpoint_services_needs {
@@ -44,6 +44,7 @@ class endpoint_services : endpoint_services_needs {
 
  private:
   void answer_control(call_index call, connection* c, const wire::call_args& what) noexcept;
+  void answer_rights(call_index call, const connection* c, const wire::call_args& what) noexcept;
 };
 
 } // namespace rowe::service

@@ -85,9 +85,13 @@ class peer_rights {
     return without_slash(service) == without_slash(wire::stop_name) ||
            without_slash(service) == without_slash(wire::stop_state_name);
   }
+  // What one may do, one may ask.
+  static bool is_of_rights(std::string_view service) noexcept {
+    return without_slash(service) == without_slash(wire::rights_name);
+  }
   bool calls(const connection& c, std::string_view service) const noexcept {
     return ROWE_MUTANT(role_lists) || without_slash(service).starts_with("rowe/stop") ||
-           allow(c, access::right::call, service);
+           is_of_rights(service) || allow(c, access::right::call, service);
   }
   bool sees_everything(const access::subject& who) const noexcept {
     return !in_use_ || policy_->everywhere(who.role, access::right::subscribe);

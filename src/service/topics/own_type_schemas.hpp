@@ -166,6 +166,16 @@ inline constexpr auto schema<own_structs::control_state> =
         "rowe/ControlState");
 
 template <>
+inline constexpr auto schema<own_structs::right_asked> =
+    fields<&own_structs::right_asked::right, &own_structs::right_asked::name>{};
+template <>
+inline constexpr auto schema<own_structs::rights_request> = fields<&own_structs::rights_request::asked>{};
+template <>
+inline constexpr auto schema<own_structs::rights_answer> =
+    fields<&own_structs::rights_answer::role, &own_structs::rights_answer::identity,
+           &own_structs::rights_answer::allowed>{};
+
+template <>
 inline constexpr auto schema<own_structs::parameter_values> =
     fields<&own_structs::parameter_values::values>{}.type("rowe/Parameters");
 template <>

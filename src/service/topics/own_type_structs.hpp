@@ -173,6 +173,20 @@ struct control_state {
   list<control_row> topics;
 };
 
+// ---- rights
+
+struct right_asked {
+  name_text right;
+  std::optional<name_text> name;
+};
+struct rights_request {
+  list<right_asked> asked;
+};
+struct rights_answer {
+  null_while_none<name_text> role, identity;
+  list<bool> allowed;
+};
+
 // ---- types and parameters
 
 struct parameter_values {

@@ -20,7 +20,8 @@ inline constexpr std::string_view stop_state_name = "/rowe/stop/state"; // a top
 inline constexpr std::string_view control_name = "/rowe/control";             // a service
 inline constexpr std::string_view control_state_name = "/rowe/control/state"; // a topic
 
-inline constexpr std::string_view types_name = "/rowe/types"; // a service
+inline constexpr std::string_view types_name = "/rowe/types";   // a service
+inline constexpr std::string_view rights_name = "/rowe/rights"; // a service
 
 // Paths of HTTP that the endpoint answers itself, as it does those below /rowe/.
 inline constexpr std::string_view metrics_path = "/metrics";

@@ -43,15 +43,16 @@ struct call_router_test : call_parts::call_parts {
                                        .statistics_report_ = report}};
   rowe::service::type_services of_types{
       {.state_ = state, .stop_rules_ = rules, .outbox_ = out, .call_completion_ = completion}};
+  rowe::service::rights_service of_rights{{.state_ = state, .access_control_ = access}};
   rowe::service::endpoint_services own{{.state_ = state,
-                                        .stop_rules_ = rules,
                                         .outbox_ = out,
                                         .call_completion_ = completion,
                                         .statistics_report_ = report,
                                         .graph_services_ = graph,
                                         .parameter_services_ = of_values,
                                         .type_services_ = of_types,
-                                        .control_service_ = control}};
+                                        .control_service_ = control,
+                                        .rights_service_ = of_rights}};
   rowe::service::call_requests requests{{.state_ = state,
                                          .message_store_ = store,
                                          .outbox_ = out,

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/requests/rights_service.hpp"
+
+#include <array>
+#include <optional>
+
+#include <rowe/detail/queue_pair.hpp>
+
+#include "service/base/service_limits.hpp"
+#include "json/reading/reader.hpp"
+
+namespace rowe::service {
+namespace {
+
+constexpr std::array all_rights{access::right::subscribe, access::right::publish, access::right::advertise,
+                                access::right::call,      access::right::provide, access::right::set,
+                                access::right::reset,     access::right::guard,   access::right::take_over};
+
+void write_text(json::writer& into, std::string_view key, std::string_view text) noexcept {
+  into.key(key);
+  text.empty() ? into.null() : into.string(text);
+}
+
+} // namespace
+
+void rights_service::write_answer(json::writer& into, const connection* c,
+                                  std::string_view args) const noexcept {
+  const bool has_role = c != nullptr && state_.rights.apply_to(*c);
+  const access::policy& policy = state_.rights.policy();
+  into.begin_object();
+  write_text(into, "role", has_role ? policy.role_name(c->who.role) : std::string_view{});
+  write_text(into, "identity", has_role ? policy.identity_name(c->who.identity) : std::string_view{});
+  into.begin_array("allowed");
+  if (const auto asked = args.empty() ? std::nullopt : json::find(json::root(args).raw, "asked")) {
+    std::array<char, 16> right_buffer;
+    std::array<char, 2 * detail::queue_pair::name_bytes_max> name_buffer;
+    const auto text_of = [](const json::value& of, std::string_view member, std::span<char> buffer) {
+      const auto found = json::find(of.raw, member);
+      const auto text = found ? json::to_string(*found, buffer) : std::nullopt;
+      return text.value_or(std::string_view{});
+    };
+    json::array_walk walk{asked->raw};
+    json::value one;
+    for (std::size_t i = 0; i < asked_max && walk.next(one); ++i)
+      into.boolean(allowed(c, text_of(one, "right", right_buffer), text_of(one, "name", name_buffer)));
+  }
+  into.end_array();
+  into.end_object();
+}
+
+bool rights_service::allowed(const connection* c, std::string_view right,
+                             std::string_view name) const noexcept {
+  for (const access::right each : all_rights) {
+    if (access::name_of(each) != right) continue;
+    if (c == nullptr) return true;
+    const bool of_stop = each == access::right::reset || each == access::right::guard;
+    if (of_stop) return access_control_.may(*c, each);
+    state_.cycle.work_bytes += state_.rights.policy().patterns(c->who.role, each) * pattern_work_bytes;
+    return each == access::right::call ? state_.rights.calls(*c, name) : state_.rights.allow(*c, each, name);
+  }
+  return false; // there is no such right
+}
+
+} // namespace rowe::service
