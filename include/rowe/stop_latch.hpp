@@ -38,10 +38,13 @@ class stop_latch {
       : pair_{std::move(pair)}, times_{times} {}
 
   // True if the loop must not move: command the brake, then acknowledge(). Call it once in each cycle: the
-  // call also shows that the loop is alive. `now` is the loop's time. Never waits, never allocates, no system
-  // call: one load and one or two stores. True for ever after the endpoint was closed.
+  // call also shows that the loop is alive, and how regularly it runs (`loops` of /rowe/stats). `now` is the
+  // loop's time. Never waits, never allocates, no system call; bounded. True for ever after the endpoint was
+  // closed.
   ROWE_RT bool engaged(time_point now) noexcept {
-    return !pair_ || detail::latch_engaged(*pair_->granted, pair_->latch, pair_->user.latch, now);
+    if (!pair_) return true;
+    pair_->timing->note(pair_->latch.checked_in(), now);
+    return detail::latch_engaged(*pair_->granted, pair_->latch, pair_->user.latch, now);
   }
   // The same; reads the time itself: one clock read more.
   ROWE_RT bool engaged() noexcept { return engaged(rt::monotonic_clock::now()); }

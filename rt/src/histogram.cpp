@@ -2,6 +2,7 @@
 #include <rowe/rt/histogram.hpp>
 
 #include <algorithm>
+#include <cassert>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -86,16 +87,25 @@ bool histogram::add(const histogram& other) noexcept {
 }
 
 duration histogram::percentile(double percent) const noexcept {
+  duration found;
+  percentiles({&percent, 1}, {&found, 1});
+  return found;
+}
+
+void histogram::percentiles(std::span<const double> percents, std::span<duration> into) const noexcept {
+  assert(into.size() == percents.size());
   // The counters' own sum, not count(): beside a recording thread only this one is reached for certain.
   const std::uint64_t total = total_of(counters_);
-  if (total == 0) return duration::zero();
-  const double share = std::min(std::max(percent, 0.0), 100.0) / 100;
-  const auto rank = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(total)));
-  const std::uint64_t wanted = std::min(std::max<std::uint64_t>(rank, 1), total);
-  std::uint64_t passed = 0;
   std::size_t index = 0;
-  while (index + 1 < counters_.size() && (passed += counters_[index].get()) < wanted) ++index;
-  return std::min(duration{signed_of(highest_of(index, precision_bits_))}, max());
+  std::uint64_t passed = counters_.front().get(); // of the values up to those of counter `index`
+  for (std::size_t i = 0; i < percents.size(); ++i) {
+    const double share = std::min(std::max(percents[i], 0.0), 100.0) / 100;
+    const auto rank = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(total)));
+    const std::uint64_t wanted = std::min(std::max<std::uint64_t>(rank, 1), total);
+    while (passed < wanted && index + 1 < counters_.size()) passed += counters_[++index].get();
+    into[i] = total == 0 ? duration::zero()
+                         : std::min(duration{signed_of(highest_of(index, precision_bits_))}, max());
+  }
 }
 
 void histogram::write_percentiles(put write, void* sink, duration unit) const {

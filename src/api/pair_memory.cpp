@@ -119,9 +119,9 @@ std::uint8_t copy_text(std::string_view from, std::array<char, queue_pair::name_
 } // namespace
 
 std::size_t pair_bytes(const pair_request& asked) noexcept {
-  constexpr std::size_t least =
-      rt::line_bytes; // of a latch, too, which has no queue: its address identifies a queue pair
-  return least + queue_bytes_of(asked, asked.out_depth, asked.out_bytes) +
+  constexpr std::size_t least = rt::line_bytes; // its address identifies a queue pair
+  return least + (is_latch(asked.kind) ? arena::bytes_for<loop_timing>() : 0) +
+         queue_bytes_of(asked, asked.out_depth, asked.out_bytes) +
          queue_bytes_of(asked, asked.in_depth, asked.in_bytes) +
          queue_bytes_of(asked, asked.completions_depth, asked.completions_bytes) +
          arena::bytes_for<pending_call>(asked.completions_depth) +
@@ -170,6 +170,7 @@ void build_pair(queue_pair& built, const pair_request& asked,
   build(asked.out_depth, asked.out_bytes, built.user.out, built.service.out);
   build(asked.in_depth, asked.in_bytes, built.service.in, built.user.in);
   build(asked.completions_depth, asked.completions_bytes, built.service.completions, built.user.completions);
+  built.timing = is_latch(asked.kind) ? from.make<loop_timing>() : nullptr;
   build_calls(built.user, from.array<pending_call>(asked.completions_depth));
   built.user.parked_completions.places = from.array<std::uint32_t>(asked.completions_depth);
   built.user.spare_replies.places = from.array<std::uint32_t>(replies_of(asked));

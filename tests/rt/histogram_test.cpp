@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <memory>
@@ -91,6 +92,20 @@ TEST(histogram, gives_percentiles_that_are_never_too_small_and_too_large_by_the_
   EXPECT_EQ(coarse.percentile(100), coarse.max());
   EXPECT_EQ(coarse.min().count(), values.front());
   EXPECT_EQ(coarse.max().count(), values.back());
+}
+
+TEST(histogram, gives_several_percentiles_at_once_as_one_after_the_other) {
+  rowe::tests::seeded random;
+  inline_histogram<> empty, one, many;
+  one.record(3ms);
+  for (int i = 0; i < 10'000; ++i)
+    many.record(duration{static_cast<std::int64_t>(random() >> (28 + random() % 36))});
+  constexpr std::array percents{-1.0, 0.0, 50.0, 50.0, 99.0, 99.9, 100.0, 101.0};
+  for (const histogram* h : {&empty, &one, &many}) {
+    std::array<duration, percents.size()> found;
+    h->percentiles(percents, found);
+    for (std::size_t i = 0; i < percents.size(); ++i) EXPECT_EQ(found[i], h->percentile(percents[i]));
+  }
 }
 
 TEST(histogram, counts_what_is_above_a_minute_as_a_minute_and_as_saturated) {

@@ -25,6 +25,13 @@ constexpr exercise list[] = {
        on.permit.grant(1, rt::never);
        rt.calls([&](std::uint64_t) { use(on.latch.engaged(now)); });
      }},
+    {"stop_latch::engaged", "running, after times of every length",
+     [](real_time& rt) {
+       stop_harness on{rt};
+       on.permit.grant(1, rt::never);
+       time_point then = now;
+       rt.calls([&](std::uint64_t i) { use(on.latch.engaged(then += duration{1 << i % 31})); });
+     }},
     {"stop_latch::engaged", "running, reading the time",
      [](real_time& rt) {
        stop_harness on{rt};
@@ -108,6 +115,11 @@ constexpr exercise list[] = {
      }},
     {"detail::latch_words::check_in", "always",
      calls_on<made<detail::latch_words<>>>([](auto& words) { words.check_in(now); })},
+    {"detail::latch_words::checked_in", "always",
+     calls_on<made<detail::latch_words<>>>([](auto& words) { return words.checked_in(); })},
+    {"detail::loop_timing::note", "times of every length, and backwards",
+     calls_on<made<detail::loop_timing>>(
+         [](auto& timing, auto i) { timing.note(now, now + duration{std::int64_t{1} << i % 40} - 1ms); })},
     {"detail::latch_words::trip", "always",
      calls_on<made<detail::latch_words<>>>([](auto& words) { words.trip(1); })},
     {"detail::latch_words::acknowledge", "always",

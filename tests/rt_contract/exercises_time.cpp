@@ -74,6 +74,12 @@ constexpr exercise list[] = {
      calls_on<empty_histogram>([](auto& h) { return h.percentile(99.9); })},
     {"histogram::percentile", "of a filled one",
      calls_on<filled_histogram>([](auto& h, auto i) { return h.percentile(static_cast<double>(i % 101)); })},
+    {"histogram::percentiles", "of a filled one", calls_on<filled_histogram>([](auto& h) {
+       constexpr std::array percents{50.0, 99.0, 99.9};
+       std::array<duration, percents.size()> found;
+       h.percentiles(percents, found);
+       return found.back();
+     })},
     {"histogram::count", "always", calls_on<filled_histogram>([](auto& h) { return h.count(); })},
     {"histogram::saturated", "always", calls_on<filled_histogram>([](auto& h) { return h.saturated(); })},
     {"histogram::min", "always", calls_on<filled_histogram>([](auto& h) { return h.min(); })},

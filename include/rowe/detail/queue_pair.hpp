@@ -19,6 +19,7 @@
 #include <utility>
 
 #include <rowe/detail/command_turn.hpp>
+#include <rowe/detail/loop_timing.hpp>
 #include <rowe/detail/pair_lifecycle.hpp>
 #include <rowe/detail/stop_permit.hpp>
 #include <rowe/options.hpp>
@@ -205,6 +206,7 @@ struct queue_pair {
   std::span<const rt::std_atomics::variable<std::uint32_t>> peers_taking;
   const permit_word<>* granted = nullptr; // stop_latch
   duration loop_timeout = rt::for_ever;   // stop_latch: the longest pause between two looks
+  loop_timing* timing = nullptr;          // stop_latch: in `memory`; else null
   std::span<std::byte> memory;            // of the rings and slots; stays with the queue pair when it is free
   errc closed_as = errc::closed; // what calls fail with then; a child of the endpoint's process: forked
 

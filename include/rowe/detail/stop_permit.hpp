@@ -94,11 +94,12 @@ class latch_words {
     acknowledged_.store(permit::pack(number, low), std::memory_order_release);
   }
 
-  // The service thread's.
-  time_point checked_in() const noexcept {
-    // relaxed: see check_in()
+  // Of both: when the loop looked last. Zero: never.
+  ROWE_RT time_point checked_in() const noexcept {
+    // relaxed: pairs with the store in check_in(), and see there
     return time_point{duration{checked_in_ns_.load(std::memory_order_relaxed)}};
   }
+  // The service thread's.
   latch_number tripped() const noexcept {
     return tripped_.load(std::memory_order_acquire); // acquire: pairs with the release in trip()
   }

@@ -21,6 +21,7 @@ std::size_t connections_bytes_max(const limits& bounds) noexcept {
   return bounds.message_bytes_max / report_connections_one_in;
 }
 
+double microseconds(rt::duration d) noexcept { return std::chrono::duration<double, std::micro>(d).count(); }
 double seconds(rt::duration d) noexcept { return std::chrono::duration<double>(d).count(); }
 
 // Three decimal digits are enough for people, and short.
@@ -119,6 +120,7 @@ void statistics_report::write_state(json::writer& into, bool of_service, const r
   write_topics(into, of_service, by);
   write_losses(into);
   into.member("cycle_us_max", rounded(static_cast<double>(state_.counts.read(counter::cycle_ns_max)) / 1000));
+  write_loops(into);
 }
 
 void statistics_report::write_topics(json::writer& into, bool of_service, const reader* by) noexcept {
@@ -162,6 +164,28 @@ void statistics_report::write_losses(json::writer& into) noexcept {
     into.member(what.name, read_count(state_.shared, state_.pairs, static_cast<counter>(i)));
   }
   into.end_object();
+}
+
+void statistics_report::write_loops(json::writer& into) noexcept {
+  into.begin_array("loops");
+  for (pair_index i{0}; i.value < state_.shared.pairs_used(); ++i.value) {
+    if (!state_.pair_rows[i].loop) continue;
+    const detail::queue_pair& latch = state_.pairs[i];
+    const rt::histogram& cycles = latch.timing->cycles();
+    constexpr std::array percents{50.0, 99.0, 99.9};
+    std::array<rt::duration, percents.size()> of;
+    cycles.percentiles(percents, of);
+    into.begin_object();
+    into.member("name", latch.name());
+    into.member("cycles", cycles.count());
+    into.member("p50_us", rounded(microseconds(of[0])));
+    into.member("p99_us", rounded(microseconds(of[1])));
+    into.member("p999_us", rounded(microseconds(of[2])));
+    into.member("max_us", rounded(microseconds(cycles.max())));
+    into.member("bound_us", rounded(microseconds(latch.loop_timeout)));
+    into.end_object();
+  }
+  into.end_array();
 }
 
 } // namespace rowe::service

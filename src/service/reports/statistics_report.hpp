@@ -54,6 +54,7 @@ class statistics_report : statistics_report_needs {
   void write_state(json::writer& into, bool of_service, const reader* by) noexcept;
   void write_topics(json::writer& into, bool of_service, const reader* by) noexcept;
   void write_losses(json::writer& into) noexcept;
+  void write_loops(json::writer& into) noexcept;
   void write_connections(json::writer& into, const reader* by) noexcept;
 
   std::array<char, name_bytes_max> name_{};

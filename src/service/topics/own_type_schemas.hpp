@@ -78,11 +78,16 @@ inline constexpr auto schema<own_structs::topic_row> =
            &own_structs::topic_row::rate_hz, &own_structs::topic_row::bytes,
            &own_structs::topic_row::gap_ms_max, &own_structs::topic_row::subscribers>{};
 template <>
+inline constexpr auto schema<own_structs::timing_row> =
+    fields<&own_structs::timing_row::name, &own_structs::timing_row::cycles, &own_structs::timing_row::p50_us,
+           &own_structs::timing_row::p99_us, &own_structs::timing_row::p999_us,
+           &own_structs::timing_row::max_us, &own_structs::timing_row::bound_us>{};
+template <>
 inline constexpr auto schema<own_structs::stats> =
     fields<&own_structs::stats::name, &own_structs::stats::epoch, &own_structs::stats::uptime_s,
            &own_structs::stats::peers, &own_structs::stats::real_time, &own_structs::stats::rates_over_s,
            &own_structs::stats::topics, &own_structs::stats::topics_left_out, &own_structs::stats::losses,
-           &own_structs::stats::cycle_us_max>{}
+           &own_structs::stats::cycle_us_max, &own_structs::stats::loops>{}
         .type("rowe/Stats");
 template <>
 inline constexpr auto schema<own_structs::connection_row> =
@@ -99,9 +104,9 @@ inline constexpr auto schema<own_structs::all_stats> =
     fields<&own_structs::stats::name, &own_structs::stats::epoch, &own_structs::stats::uptime_s,
            &own_structs::stats::peers, &own_structs::stats::real_time, &own_structs::stats::rates_over_s,
            &own_structs::stats::topics, &own_structs::stats::topics_left_out, &own_structs::stats::losses,
-           &own_structs::stats::cycle_us_max, &own_structs::all_stats::connections,
-           &own_structs::all_stats::connections_left_out, &own_structs::all_stats::counters,
-           &own_structs::all_stats::limits>{};
+           &own_structs::stats::cycle_us_max, &own_structs::stats::loops,
+           &own_structs::all_stats::connections, &own_structs::all_stats::connections_left_out,
+           &own_structs::all_stats::counters, &own_structs::all_stats::limits>{};
 
 template <>
 inline constexpr auto schema<own_structs::stop_request> =

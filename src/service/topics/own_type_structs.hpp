@@ -55,6 +55,11 @@ struct topic_row {
   double gap_ms_max = 0;
   std::uint32_t subscribers = 0;
 };
+struct timing_row {
+  name_text name;
+  std::uint64_t cycles = 0;
+  double p50_us = 0, p99_us = 0, p999_us = 0, max_us = 0, bound_us = 0;
+};
 struct stats {
   name_text name;
   fixed_string<16> epoch;
@@ -66,6 +71,7 @@ struct stats {
   std::uint32_t topics_left_out = 0;
   own_structs::losses losses;
   double cycle_us_max = 0;
+  list<timing_row> loops;
 };
 struct connection_row {
   name_text address;

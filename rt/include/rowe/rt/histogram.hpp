@@ -86,6 +86,9 @@ class histogram {
   // hence never too small and at most value / 2^precision_bits too large; and never above max(). Looks at
   // every counter.
   ROWE_RT duration percentile(double percent) const noexcept;
+  // The same for each of `percents`, which do not fall, while it looks at every counter once. `into` is as
+  // long.
+  ROWE_RT void percentiles(std::span<const double> percents, std::span<duration> into) const noexcept;
   ROWE_RT unsigned precision_bits() const noexcept { return precision_bits_; }
   ROWE_RT std::span<const counter> counters() const noexcept { return counters_; }
 
