@@ -47,7 +47,7 @@ const poses = new pose_topics(asked);
 const view = new path_view(element("path"), text, still.matches);
 const seen_by_robot = new sights(asked, view);
 const plots = new plot_view(robot, asked, time);
-const data = new data_view(robot, asked, plots);
+const data = new data_view(robot, asked, plots, allowed);
 
 const seen = {
   pose: null,        // the last one, kept when the connection goes
@@ -265,6 +265,7 @@ matchMedia("(prefers-color-scheme: dark)").onchange = () => view.recolour();
 still.onchange = () => (view.still = still.matches);
 new map_hands(element("path"), view);
 
+allowed.changed = () => data.rights_changed();
 plots.changed = note_arranged;
 seen_by_robot.changed = note_arranged;
 arrange(read(location.hash || remembered(() => localStorage), views));

@@ -16,11 +16,11 @@ export class data_view {
   #asked_peers = null;
   #asked_lists = null;
 
-  constructor(robot, feeds, plots) {
+  constructor(robot, feeds, plots, rights) {
     this.#robot = robot;
     this.topics = new topics_view(feeds, plots);
-    this.parameters = new parameters_view(robot);
-    this.services = new services_view(robot);
+    this.parameters = new parameters_view(robot, rights);
+    this.services = new services_view(robot, rights);
     this.health = new health_view();
     robot.on("open", () => (this.#asked_lists = this.#asked_peers = null));
   }
@@ -28,6 +28,11 @@ export class data_view {
   visible(visible) {
     this.#visible = visible;
     this.topics.visible(visible);
+  }
+
+  rights_changed() {
+    this.parameters.show();
+    this.services.show();
   }
 
   // `at` is the endpoint's time in seconds.
@@ -38,7 +43,6 @@ export class data_view {
 
   turn() {
     if (!this.#visible || document.hidden || this.#robot.state !== "open") return;
-    this.health.show_loops(this.#robot.stop);
     if (!this.#asked_lists || since_ms(this.#asked_lists) > lists_ms) {
       this.#asked_lists = moment();
       this.parameters.ask();

@@ -10,6 +10,7 @@ import { keys, pad, stick } from "./hands.js";
 import { moment, since_ms } from "../../clients/js/src/link.js";
 import { control_refusals, losses_of_control, text } from "./text.js";
 
+const service = "/rowe/control";
 const state_topic = "/rowe/control/state";
 const state_hz = 10;
 const turn_max = 1;                             // rad/s of a stick that is out
@@ -55,7 +56,10 @@ export class drive_panel {
   get drives() { return this.#base?.held ?? false; }
   get topic() { return this.#base?.topic ?? null; }
   // The role may drive, and there is something to drive.
-  get offered() { return this.#base !== null && this.#rights.has("drive"); }
+  get offered() {
+    const { topic } = this;
+    return topic !== null && this.#rights.has("publish", topic) && this.#rights.has("call", service);
+  }
   get #seen() { return element("stick").offsetParent !== null; }
 
   // The fastest that the robot allows, by its parameter.
@@ -83,7 +87,6 @@ export class drive_panel {
     const [first] = topics.filter(({ topic }) => typeof topic === "string");
     if (!first || first.topic === this.topic) return;
     this.#base?.close().catch(() => {});
-    this.#rights.drives(first.topic);
     this.#base = this.#robot.drive(first.topic, { zero: { linear: { x: 0 }, angular: { z: 0 } } });
     this.#base.on("lost", ({ reason, ...more }) => {
       this.#said = losses_of_control[reason]?.(more) ?? String(reason);
@@ -101,7 +104,6 @@ export class drive_panel {
       else await base.take();
     } catch ({ code, said, answer }) {
       if (code === "closed") return;
-      if (said === "role") this.#rights.lacks(answer?.right === "take_over" ? "take_over" : "drive");
       const words = control_refusals[code === "refused" ? said : "lost"] ?? control_refusals.lost;
       this.#said = words(answer ?? {});
     }
@@ -170,7 +172,7 @@ export class drive_panel {
     write(element("driver_says"), this.#line(keeps));
     const take = element("take");
     const over = !this.drives && base.driver !== null;
-    take.hidden = over && !this.#rights.may("take_over");
+    take.hidden = over && !this.#rights.has("take_over");
     write(take, this.drives ? text.release : over ? text.take_over(base.driver) : text.take);
     this.#write_stick(keeps);
     this.#write_limit();

@@ -4,7 +4,7 @@
 
 import { children_of, element, make, write } from "./dom.js";
 import { rate_meter } from "./meters.js";
-import { address, age, count, fixed, rate } from "./numbers.js";
+import { address, age, count, period_ms, rate } from "./numbers.js";
 import { losses, text, thinned } from "./text.js";
 
 const names_max = 32;  // counters shown: no message can grow the page without end
@@ -58,6 +58,7 @@ export class health_view {
     write(element("losses_say"),
       some === 0 ? text.no_losses(Object.keys(all).length) : text.some_losses(some));
     element("losses_table").hidden = some === 0;
+    this.#show_loops(stats.loops);
     const { real_time, cycle_us_max } = stats;
     const own = real_time?.text;  // the endpoint's own words come first
     const words = typeof own === "string" ? own : real_time && text.real_time(real_time);
@@ -66,15 +67,17 @@ export class health_view {
     ].filter(Boolean).join(" \u00b7 "));
   }
 
-  // `stop` as the client has it.
-  show_loops(stop) {
-    const loops = (stop.known && stop.state.loops) || [];
-    const rows = children_of(element("loops"), loops.map(({ name }) => name), row_of(2));
-    loops.forEach(({ name, age_ms }, index) => {
-      const [label, seen] = rows[index].children;
-      write(label, name);
-      write(seen, text.seen_ago(fixed(age_ms, 1)));
+  // How regularly each loop runs, `loops` as in /rowe/stats.
+  #show_loops(loops) {
+    const listed = (Array.isArray(loops) ? loops : []).slice(0, names_max);
+    const rows = children_of(element("loops"), listed.map(({ name }) => String(name)), row_of(6));
+    listed.forEach((one, index) => {
+      const [label, ...cells] = rows[index].children;
+      write(label, String(one.name));
+      const shown = [one.p50_us, one.p99_us, one.p999_us, one.max_us, one.bound_us];
+      shown.forEach((us, at) => write(cells[at], period_ms(us)));
     });
+    element("loops_table").hidden = listed.length === 0;
   }
 
   // `connections` as of the service /rowe/stats.

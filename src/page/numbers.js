@@ -30,6 +30,9 @@ export function rate(value) {
   return value > 0 ? fixed(value, 1) : "0";
 }
 
+// How long a cycle took, from microseconds, in milliseconds: three decimals below ten, two digits above.
+export const period_ms = (us) => fixed(us / 1000, us < 9999.5 ? 3 : us < 99950 ? 1 : 0);
+
 // How long something short took: "0.34 ms", "4.2 ms", "120 ms", "1.2 s".
 export function short(ms) {
   return ms < 99.95 ? `${ms.toFixed(ms < 0.995 ? 2 : 1)}\u00a0ms` : age(ms);

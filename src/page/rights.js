@@ -1,60 +1,53 @@
 // SPDX-License-Identifier: Apache-2.0
-// What this page's role may do. Nobody is shown a control that only says no.
-//
-// The robot tells no role its rights, so they are found out by asking, once per connection, in ways that do
-// nothing: a reset of stop number -1, which there never is, and a guard without a name are refused in any
-// case, and with "role" where the right is missing, which the robot looks at first. /rowe/control without an
-// action answers who may call it. Whether one may publish on the driven topic, or take control over, is only
-// seen when one tries: then the control goes, and the refusal stays.
+// What this page's role may do, as the robot says by /rowe/rights. Nobody is shown a control that only says
+// no. Whatever part of the page wants to know of a right is asked for from then on, on each connection.
 
-const asked_for = {
-  reset: ["/rowe/stop/reset", { number: -1, tick: 0 }],
-  guard: ["/rowe/stop/guard", { guard: "", tick: 0 }],
-};
+const asked_max = 64;  // in one call
+
+const key_of = (right, name) => (name === undefined ? right : `${right} ${name}`);
 
 export class rights {
   #robot;
-  #topic = null;
-  #has = new Map();  // by name: what is known
+  #wanted = new Map();  // key → {right, name}
+  #known = new Map();   // key → whether it is allowed
+  #unasked = [];
+  changed = () => {};
 
   constructor(robot) {
     this.#robot = robot;
-    robot.on("open", () => this.#ask_all());
-    robot.on("closed", () => this.#has.clear());
+    robot.on("open", () => {
+      this.#known.clear();
+      this.#unasked = [...this.#wanted.keys()];
+      this.#ask();
+    });
+    robot.on("closed", () => this.#known.clear());
   }
 
-  // Known to have it.
-  has(right) { return this.#has.get(right) === true; }
-  // Not known to lack it.
-  may(right) { return this.#has.get(right) !== false; }
-
-  lacks(right) { this.#has.set(right, false); }
-
-  // The topic that can be driven, once one is known.
-  drives(topic) {
-    if (topic === this.#topic) return;
-    this.#topic = topic;
-    this.#ask_control();
-  }
-
-  #ask_all() {
-    for (const right of Object.keys(asked_for)) {
-      const [service, args] = asked_for[right];
-      this.#ask(right, service, args);
+  // Known to have it. `right` and `name` as in /rowe/rights.
+  has(right, name) {
+    const key = key_of(right, name);
+    if (!this.#wanted.has(key)) {
+      this.#wanted.set(key, { right, name });
+      this.#unasked.push(key);
+      queueMicrotask(() => this.#ask());
     }
-    this.#ask_control();
+    return this.#known.get(key) === true;
   }
 
-  #ask_control() {
-    if (this.#topic) this.#ask("drive", "/rowe/control", { topic: this.#topic });
-  }
+  // It was refused.
+  lacks(right, name) { this.#known.set(key_of(right, name), false); }
 
-  async #ask(right, service, args) {
-    try {
-      const { refused } = await this.#robot.call(service, args);
-      this.#has.set(right, refused !== "role");
-    } catch ({ code }) {
-      if (code === "refused") this.lacks(right);
+  async #ask() {
+    while (this.#robot.state === "open" && this.#unasked.length > 0) {
+      const keys = this.#unasked.splice(0, asked_max);
+      const asked = keys.map((key) => this.#wanted.get(key));
+      try {
+        const { allowed } = await this.#robot.call("/rowe/rights", { asked });
+        keys.forEach((key, at) => this.#known.set(key, allowed?.[at] === true));
+      } catch {
+        return;  // the connection was lost, and the next one asks
+      }
     }
+    this.changed();
   }
 }

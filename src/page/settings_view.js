@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parameters and services, with forms made from their types. What a role may not set has no button: the page
-// asks, once for each, to set it to nothing, which the robot refuses in any case, and with other words where
-// the right is missing.
+// Parameters and services, with forms made from their types. What a role may not set or call has no button.
 
 import { children_of, element, make, mark, write } from "./dom.js";
 import { form } from "./forms.js";
@@ -10,7 +8,6 @@ import { text } from "./text.js";
 
 const is_own = (name) => name.startsWith("/rowe/") || name.startsWith("/rosapi/");
 const services_ms_max = 10000;
-const needs_value = "`value`";  // in the words of a refusal that has nothing to do with rights
 
 // How a value is shaped whose type nobody describes.
 const kinds = { boolean: "boolean", number: "float64", string: "text" };
@@ -18,13 +15,13 @@ const kind_of = (value) => ({ is: kinds[typeof value] ?? "json" });
 
 export class parameters_view {
   #robot;
-  #may = new Map();   // name → whether it may be set
+  #rights;
   #rows = new Map();
   #values = new Map();
 
-  constructor(robot) {
+  constructor(robot, rights) {
     this.#robot = robot;
-    robot.on("closed", () => this.#may.clear());
+    this.#rights = rights;
   }
 
   get(name) { return this.#values.get(name); }
@@ -32,7 +29,7 @@ export class parameters_view {
   // Values as they change.
   take(values) {
     for (const [name, value] of Object.entries(values)) this.#values.set(name, value);
-    this.#show();
+    this.show();
   }
 
   // Asks for all there are, when somebody looks.
@@ -41,12 +38,11 @@ export class parameters_view {
       const { names } = await this.#robot.call("/rosapi/get_param_names");
       for (const name of names.filter((each) => !is_own(each))) {
         if (!this.#values.has(name)) await this.#get(name);
-        if (!this.#may.has(name)) this.#ask_right(name);
       }
     } catch {
       return;  // a role without the right, or no connection: nothing is shown that is not known
     }
-    this.#show();
+    this.show();
   }
 
   async #get(name) {
@@ -54,16 +50,8 @@ export class parameters_view {
     if (successful) this.#values.set(name, JSON.parse(value));
   }
 
-  async #ask_right(name) {
-    try {
-      await this.#robot.call("/rosapi/set_param", { name });
-    } catch ({ code, said }) {
-      if (code === "refused") this.#may.set(name, String(said).includes(needs_value));
-    }
-    this.#show();
-  }
-
-  #show() {
+  // Also when rights have become known.
+  show() {
     const names = [...this.#values.keys()].sort();
     element("parameters").closest("section").hidden = names.length === 0;
     write(element("parameters_count"), count(names.length));
@@ -92,7 +80,7 @@ export class parameters_view {
 
   #write(name) {
     const { made, set, changed } = this.#rows.get(name);
-    const may = this.#may.get(name) === true;
+    const may = this.#rights.has("set", name);
     set.hidden = !may || !changed;
     for (const field of made.at.querySelectorAll("input, select")) {
       field.disabled = field.type === "checkbox" && !may;
@@ -117,10 +105,14 @@ export class parameters_view {
 
 export class services_view {
   #robot;
+  #rights;
   #types = new Map();  // name → {type, request}
   #names = [];
 
-  constructor(robot) { this.#robot = robot; }
+  constructor(robot, rights) {
+    this.#robot = robot;
+    this.#rights = rights;
+  }
 
   async ask() {
     try {
@@ -130,9 +122,15 @@ export class services_view {
     } catch {
       return;
     }
+    this.show();
+  }
+
+  // Also when rights have become known.
+  show() {
     element("services").closest("section").hidden = this.#names.length === 0;
     write(element("services_count"), count(this.#names.length));
-    children_of(element("services"), this.#names, (name) => this.#row(name));
+    const rows = children_of(element("services"), this.#names, (name) => this.#row(name));
+    rows.forEach((row, at) => (row.lastChild.hidden = !this.#rights.has("call", this.#names[at])));
   }
 
   async #ask_types() {
@@ -152,7 +150,8 @@ export class services_view {
     said.setAttribute("role", "status");
     const about = make("small", { textContent: type || text.untyped });
     const title = make("p", { className: "name" }, name, about);
-    const at = make("form", { className: "row" }, title, made.at, call, said);
+    const asks = make("div", {}, made.at, call, said);
+    const at = make("form", { className: "row" }, title, asks);
     at.onsubmit = async (event) => {
       event.preventDefault();
       write(said, text.calling);

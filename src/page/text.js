@@ -185,8 +185,7 @@ export const text = {
     (counters === 1 ? "One counter is not zero" : `${counters} counters are not zero`),
   loss: "what was lost", since_start: "total", per_second: "per s",
   thinned: "Thinned on purpose, which is no loss",
-  loops: "Loops",
-  seen_ago: (ms) => `seen ${ms} ms ago`,
+  loops: "Loops", loop: "cycle, ms", half: "p50", p99: "p99", p999: "p99.9", longest: "max", bound: "bound",
   cycle: (us) => `service thread: longest cycle ${us} \u00b5s`,
   real_time: ({ fifo, pinned, locked }) =>
     [

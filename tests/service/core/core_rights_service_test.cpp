@@ -18,8 +18,8 @@ struct rights_service : access {
   using access::access;
 
   std::string values(peer& by, std::string_view args) {
-    const std::string answer = answer_to(
-        on, by, R"({"op":"call_service","service":"/rowe/rights","args":)" + std::string{args} + "}");
+    const std::string answer =
+        answer_to(by, R"({"op":"call_service","service":"/rowe/rights","args":)" + std::string{args} + "}");
     const auto found = rowe::json::find(rowe::json::root(answer).raw, "values");
     return found ? std::string{found->raw} : answer;
   }

@@ -65,7 +65,8 @@ test("this page is among the peers, and the loop among the loops", limit, async 
   const page = await page_of();
   await until("peers", async () => (await page.locator("#peers tr").count()) > 0);
   assert.match(await page.locator("#peers").textContent(), /127\.0\.0\.1rosbridge/);
-  await until("loops", async () => /^robotseen/.test(await page.locator("#loops").textContent()));
+  await until("a loop of 1 kHz, and its bound", async () =>
+    /^robot(\d+\.\d{1,3}|\d+){4}8000$/.test(await page.locator("#loops").textContent()));
   assert.deepEqual(page.faults, []);
 });
 

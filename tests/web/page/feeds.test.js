@@ -85,33 +85,43 @@ test("the robot's clock is believed as of the middle of the question", async () 
   assert.ok(Math.abs(time.at(Date.now()) - 1000500) < 1000);
 });
 
-test("a role's rights are found out by questions that do nothing", async () => {
-  robot.answers = {
-    "/rowe/stop/reset": { refused: "number" },
-    "/rowe/stop/guard": { refused: "role", right: "guard" },
-    "/rowe/control": Object.assign(new Error("no right"), { code: "refused" }),
+test("the robot says what the role may, of all that was asked for, on each connection", async () => {
+  const may = { reset: true, "publish /cmd_vel": true };
+  robot.call = async (service, { asked }) => {
+    robot.calls.push([service, asked]);
+    return { allowed: asked.map(({ right, name }) => may[name ? `${right} ${name}` : right] ?? false) };
   };
+  let changes = 0;
   const role = new rights(robot);
-  assert.ok(!role.has("reset") && role.may("reset"), "not known yet");
-  robot.emit("open");
-  role.drives("/cmd_vel");
+  role.changed = () => (changes += 1);
+  const seen = () => [role.has("reset"), role.has("guard"), role.has("publish", "/cmd_vel")];
+  assert.deepEqual(seen(), [false, false, false], "not known yet");
   await settled();
-  assert.deepEqual(["reset", "guard", "drive"].map((right) => role.has(right)), [true, false, false]);
-  assert.deepEqual(robot.calls, [
-    ["/rowe/stop/reset", { number: -1, tick: 0 }], ["/rowe/stop/guard", { guard: "", tick: 0 }],
-    ["/rowe/control", { topic: "/cmd_vel" }],
-  ]);
-  role.lacks("take_over");
-  assert.ok(!role.may("take_over"));
+  assert.deepEqual(seen(), [true, false, true]);
+  const asked = [{ right: "reset", name: undefined }, { right: "guard", name: undefined },
+    { right: "publish", name: "/cmd_vel" }];
+  assert.deepEqual(robot.calls, [["/rowe/rights", asked]]);
+  assert.ok(changes > 0);
+  role.lacks("reset");
+  assert.ok(!role.has("reset"));
   robot.emit("closed");
-  assert.ok(role.may("take_over"), "another connection may have another role");
+  assert.deepEqual(seen(), [false, false, false], "another connection may have another role");
+  may.guard = true;
+  robot.emit("open");
+  await settled();
+  assert.deepEqual(seen(), [true, true, true]);
 });
 
-test("an answer that was lost says nothing about a right", async () => {
-  const lost = Object.assign(new Error("lost"), { code: "lost" });
-  robot.answers = { "/rowe/stop/reset": lost, "/rowe/stop/guard": lost };
+test("many rights are asked for in several calls, and an answer that was lost says nothing", async () => {
+  robot.call = async (_, { asked }) => {
+    robot.calls.push(asked.length);
+    if (robot.calls.length > 2) throw Object.assign(new Error("lost"), { code: "lost" });
+    return { allowed: asked.map(() => true) };
+  };
   const role = new rights(robot);
-  robot.emit("open");
+  const names = Array.from({ length: 150 }, (_, at) => `/p${at}`);
+  names.forEach((name) => role.has("set", name));
   await settled();
-  assert.ok(role.may("reset") && !role.has("reset"));
+  assert.deepEqual(robot.calls, [64, 64, 22]);
+  assert.equal(names.filter((name) => role.has("set", name)).length, 128);
 });

@@ -4,7 +4,7 @@ import { readFile, readdir } from "node:fs/promises";
 import { test } from "node:test";
 import { load } from "./load.js";
 
-const { address, age, count, duration, fixed, metres, rate, short } = await load("numbers.js");
+const { address, age, count, duration, fixed, metres, period_ms, rate, short } = await load("numbers.js");
 const { causes, control_refusals, latch, losses, refusals, states, text, thinned } = await load("text.js");
 const all_files = await readdir(new URL("../../../src/page/", import.meta.url));
 const files = all_files.filter((name) => name.endsWith(".js"));
@@ -44,6 +44,11 @@ test("ages are written in the unit that suits them", () => {
   assert.equal(age(18.4), "18 ms");
   assert.equal(age(2400), "2.4 s");
   assert.equal(age(185000), "3 min 5 s");
+});
+
+test("a cycle has three decimals while that says something", () => {
+  assert.deepEqual([1003.519, 5, 42123.4, 500000, undefined].map(period_ms),
+    ["1.004", "0.005", "42.1", "500", "\u2013"]);
 });
 
 test("durations have two units at most", () => {

@@ -113,7 +113,9 @@ export function scenery(more = {}) {
   const losses = { full: 0, outbox_full: 3 };
   const stats = () => {
     const uptime_s = (performance.now() - began) / 1000;
-    const said = stats_of(topics, { name: "room", uptime_s, losses });
+    const loops = [{ name: "robot", cycles: Math.round(1000 * uptime_s), p50_us: 1003.519, p99_us: 1011.711,
+      p999_us: 1052.671, max_us: 3214.7, bound_us: 100000 }];
+    const said = stats_of(topics, { name: "room", uptime_s, losses, loops });
     for (const each of said.topics) each.messages = Math.round(10 * uptime_s);
     return said;
   };
@@ -128,8 +130,7 @@ export function scenery(more = {}) {
   };
   const services = {
     "/rowe/stop/state": () => stop_state(),
-    "/rowe/stop/reset": () => ({ refused: "number" }),
-    "/rowe/stop/guard": () => ({ refused: "name" }),
+    "/rowe/rights": ({ asked }) => ({ role: null, identity: null, allowed: asked.map(() => true) }),
     "/rowe/control": () => ({ ...control().topics[0], yours: false, tick: 1, refused: null }),
     "/rowe/stats": () => ({ connections: [
       { address: "10.0.0.7:51000", name: "wall", ["dialect"]: "rosbridge", role: "observer",
