@@ -117,8 +117,8 @@ export class services_view {
   async ask() {
     try {
       const { services } = await this.#robot.call("/rosapi/services");
-      this.#names = services.filter((name) => !is_own(name)).sort();
       await this.#ask_types();
+      this.#names = services.filter((name) => !is_own(name)).sort();  // a row is made of a type
     } catch {
       return;
     }
