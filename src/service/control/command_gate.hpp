@@ -52,11 +52,16 @@ class command_gate : command_gate_needs {
 
   // ---- commands. What does not pass is counted, and reported to its sender.
 
-  // Until when a peer's command is in force; none: it does not pass.
-  std::optional<rt::time_point> admit(connection& from, const wire::request& command,
-                                      topic_id topic) noexcept;
+  struct passed {
+    rt::time_point sent;  // not before
+    rt::time_point until; // when it is not in force any more
+  };
+  // A peer's command; none: it does not pass.
+  std::optional<passed> admit(connection& from, const wire::request& command, topic_id topic) noexcept;
   // The same for what this process publishes itself, on a topic that it drives as any peer does.
-  std::optional<rt::time_point> admit_own(topic_id topic, rt::time_point published) noexcept;
+  std::optional<passed> admit_own(topic_id topic, rt::time_point published) noexcept;
+  // A handle with a lease has got what passed, so it counts: whoever sent it drives. `by` none: this process.
+  void count(topic_id topic, detail::peer_ref by, rt::time_point sent) noexcept;
 
   // ---- state
 
