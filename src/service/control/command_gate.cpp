@@ -208,6 +208,7 @@ rt::time_point command_gate::next_update() const noexcept {
 
 void command_gate::void_commands() noexcept {
   stop_number_ = stop_rules_.number();
+  stop_in_use_ = stop_rules_.in_use();
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     if (!places_[i].topic) continue;
     places_[i].rules.void_commands(state_.cycle.now);

@@ -89,9 +89,10 @@ class command_gate : command_gate_needs {
   // Ends the control of who is silent.
   void update() noexcept;
   rt::time_point next_update() const noexcept;
-  // Before loops may move or must stop: what was sent before counts no more.
+  // Before loops may move or must stop: what was sent before counts no more. The first loop with a latch
+  // stops the robot, too, and that stop has no new number.
   void note_stop() noexcept {
-    if (stop_rules_.number() != stop_number_) void_commands();
+    if (stop_rules_.number() != stop_number_ || stop_rules_.in_use() != stop_in_use_) void_commands();
   }
 
   // Each driven topic has handles with its lease, and each turn is theirs.
@@ -113,7 +114,8 @@ class command_gate : command_gate_needs {
 
   std::array<place, driven_topics_max> places_{};
   std::uint32_t count_ = 0;
-  std::uint64_t stop_number_ = 0; // as of the last void_commands()
+  std::uint64_t stop_number_ = 0; // as of the last void_commands(), likewise the next
+  bool stop_in_use_ = false;
   rows<peer_index, row> rows_;
 };
 

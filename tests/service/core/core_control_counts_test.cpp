@@ -98,6 +98,13 @@ TEST_P(counting, a_long_value_of_this_process_is_no_command_either) {
   EXPECT_EQ(take_all(logs).size(), 1U); // who has no lease gets what this process publishes
 }
 
+TEST_P(counting, the_first_loop_with_a_latch_ends_what_is_in_force) {
+  command(R"({"linear":0.5})");
+  ASSERT_TRUE(moves());
+  (void)on.offer_now(rowe::detail::latch_request({.name = "loop"}));
+  EXPECT_FALSE(moves());
+}
+
 INSTANTIATE_TEST_SUITE_P(peers, counting, testing::Bool(),
                          [](const auto& one) { return one.param ? "of_a_hub" : "of_no_hub"; });
 
