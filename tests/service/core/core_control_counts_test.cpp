@@ -105,6 +105,16 @@ TEST_P(counting, the_first_loop_with_a_latch_ends_what_is_in_force) {
   EXPECT_FALSE(moves());
 }
 
+TEST_P(counting, where_no_loop_has_a_lease_any_more_nobody_is_shown_as_the_driver) {
+  command(R"({"linear":0.5})");
+  anna.tell(R"({"op":"subscribe","topic":"/rowe/control/state"})", 2);
+  ASSERT_TRUE(has(anna.hear_as_one(), R"("topic":"/cmd_vel")"));
+  for (rowe::detail::queue_pair& one : on.pairs)
+    if (one.lease != rowe::duration{}) one.lifecycle.close();
+  on.cycles(3);
+  EXPECT_TRUE(has(anna.hear_as_one(), R"("topics":[])"));
+}
+
 INSTANTIATE_TEST_SUITE_P(peers, counting, testing::Bool(),
                          [](const auto& one) { return one.param ? "of_a_hub" : "of_no_hub"; });
 
