@@ -3,10 +3,11 @@
 // bytes, what the simulation's grammar has for peers of each codec and for ordinary threads (a byte for the
 // operation and each class), handles that are opened, used and closed, time. Input: one byte of set-up (bit 0
 // the role, bit 1 relaying, bits 2 and 3 the profile, bit 4 whether the queue pair receives, bit 5 whether
-// clients may speak by numbers, bit 6 whether there is a stop), then commands of one byte each with their
-// arguments. What is required: the core's structures agree after every cycle, peers are sent nothing but
-// WebSocket frames, who is told by numbers what there is is told each thing once, and when everyone has left
-// every slot is free.
+// clients may speak by numbers, bit 6 whether there is a stop, bit 7 whether there is a driven topic), then
+// commands of one byte each with their arguments. What is required: the core's structures agree after every
+// cycle, peers are sent nothing but WebSocket frames, who is told by numbers what there is is told each thing
+// once, nothing drives a robot that is stopped or without a driver, and when everyone has left every slot is
+// free.
 #include <algorithm>
 #include <cstdint>
 #include <map>
@@ -19,10 +20,12 @@
 #include <rowe/lane.hpp>
 #include <rowe/responder.hpp>
 #include <rowe/stop_latch.hpp>
+#include <rowe/subscriber.hpp>
 
 #include "fuzz/require.hpp"
 #include "fuzz/script.hpp"
 #include "service/core/core_harness.hpp"
+#include "sim/swarm_context.hpp"
 #include "sim/swarm_grammar.hpp"
 #include "sim/swarm_threads.hpp"
 
@@ -37,11 +40,17 @@ using rowe::service::side;
 struct pair {
   std::int64_t a, b;
 };
+struct motion { // as the grammar commands it
+  std::int64_t n;
+  double x;
+};
 
 } // namespace
 
 template <>
 inline constexpr auto rowe::schema<pair> = rowe::fields<&pair::a, &pair::b>{};
+template <>
+inline constexpr auto rowe::schema<motion> = rowe::fields<&motion::n, &motion::x>{};
 
 namespace {
 
@@ -52,6 +61,7 @@ rowe::endpoint_options options_of(std::uint8_t setup) {
       rowe::websocket_profile::standard, rowe::websocket_profile::standard, rowe::websocket_profile::hop,
       rowe::websocket_profile::hop_2014};
   options.profile = profiles[setup >> 2 & 3];
+  options.limits.handles_max = 7;
   options.limits.small_slots = 12;
   options.limits.calls_max = 6;
   options.limits.queued_max = 40;
@@ -83,6 +93,13 @@ class script_run {
     if ((setup & 64) != 0) {
       pairs_.push_back(&on_.offer(rowe::detail::latch_request({.name = "loop"})));
       latch_ = rowe::stop_latch{harness::core_harness::handle_of(*pairs_.back())};
+      latch_pair_ = pairs_.size() - 1;
+    }
+    if ((setup & 128) != 0) {
+      pairs_.push_back(
+          &on_.offer(rowe::detail::subscribe_request<motion>(swarm::driven_topic, {.lease = 300ms})));
+      driven_ = rowe::subscriber<motion>{harness::core_harness::handle_of(*pairs_.back())};
+      driven_pair_ = pairs_.size() - 1;
     }
     cycle(1us);
   }
@@ -205,11 +222,15 @@ class script_run {
   }
 
   void cycle(rowe::duration later) {
-    if (pairs_.size() > latch_pair && pairs_[latch_pair] != nullptr && latch_.engaged(on_.now))
-      latch_.acknowledge(on_.now);
+    if (is_open(latch_pair_) && latch_.engaged(on_.now)) latch_.acknowledge(on_.now);
     on_.cycle(later);
     require(on_.core.check(), "the core's structures agree");
+    if (!is_open(driven_pair_) || !driven_.latest_within(on_.now)) return;
+    require(on_.shared.peers() != 0, "what drives is of somebody who is there");
+    require(!is_open(latch_pair_) || rowe::detail::permit::time_of(on_.shared.permit.read()) != 0,
+            "nothing drives a robot that is stopped");
   }
+  bool is_open(std::size_t pair) const { return pair < pairs_.size() && pairs_[pair] != nullptr; }
 
   harness::peer* one(std::size_t which) {
     return peers_.empty() ? nullptr : peers_[which % peers_.size()].get();
@@ -239,6 +260,7 @@ class script_run {
     for (auto& text : p.hear()) {
       if (told != told_.end() && swarm::number_lists::is_list(text))
         require(told->second.take(text).empty(), "a peer is told of each topic and service once");
+      known_.control_tick = std::max(known_.control_tick, swarm::integer_after(text, R"("tick":)"));
       heard_.push_back(std::move(text));
     }
     if (heard_.size() > 8) heard_.erase(heard_.begin(), heard_.end() - 8);
@@ -368,8 +390,6 @@ class script_run {
   }
 
   using threads_connection = swarm::threads::connection_ref;
-  static constexpr std::size_t latch_pair = 5;
-
   side ours_;
   bool by_numbers_;
   harness::core_harness on_;
@@ -378,6 +398,8 @@ class script_run {
   rowe::responder<pair, pair> responder_{harness::core_harness::handle_of(*pairs_[1])};
   rowe::caller<pair, pair> caller_{harness::core_harness::handle_of(*pairs_[2])};
   rowe::stop_latch latch_;
+  rowe::subscriber<motion> driven_;
+  std::size_t latch_pair_ = SIZE_MAX, driven_pair_ = SIZE_MAX; // none
   swarm::threads threads_{on_};
   std::vector<std::unique_ptr<harness::peer>> peers_;
   std::map<const harness::peer*, swarm::number_lists> told_; // those with numbers

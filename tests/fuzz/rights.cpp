@@ -3,8 +3,8 @@
 // for peers of each codec. Input: one byte that says which roles may come at all (a bit each), then commands.
 // What is required, whatever is said: nothing that a role does not allow takes effect. A peer is told of no
 // topic, and asked of no service, that is not its own; what nobody who came may publish, call or provide is
-// heard, asked or provided by nobody; a loop that nobody may let go does not move. Which role has which right
-// is written here once more.
+// heard, asked or provided by nobody; a loop that nobody may let go does not move, and is not driven by who
+// may not publish. Which role has which right is written here once more.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -16,14 +16,28 @@
 
 #include <rowe/access.hpp>
 #include <rowe/stop_latch.hpp>
+#include <rowe/subscriber.hpp>
 
 #include "access/meaning.hpp"
 #include "fuzz/require.hpp"
 #include "fuzz/script.hpp"
 #include "service/core/core_harness.hpp"
+#include "sim/swarm_context.hpp"
 #include "sim/swarm_grammar.hpp"
 #include "wire/codec/own_names.hpp"
 #include "json/reading/reader.hpp"
+
+namespace {
+
+struct motion { // as the grammar commands it
+  std::int64_t n;
+  double x;
+};
+
+} // namespace
+
+template <>
+inline constexpr auto rowe::schema<motion> = rowe::fields<&motion::n, &motion::x>{};
 
 namespace {
 
@@ -98,7 +112,7 @@ rowe::access_options access_of(bool changed) {
 rowe::endpoint_options options_of() {
   auto options = harness::small_options();
   options.relay = true;
-  options.limits.handles_max = 1; // small, since each input has a core of its own
+  options.limits.handles_max = 2; // small, since each input has a core of its own
   options.limits.handle_bytes = 64 * 1024;
   options.stop.unguarded = true;
   options.access = access_of(false);
@@ -120,6 +134,8 @@ class script_run {
   explicit script_run(std::uint8_t roles) : roles_{roles} {
     latch_ = rowe::stop_latch{
         harness::core_harness::handle_of(on_.offer(rowe::detail::latch_request({.name = "loop"})))};
+    driven_ = rowe::subscriber<motion>{harness::core_harness::handle_of(
+        on_.offer(rowe::detail::subscribe_request<motion>(swarm::driven_topic, {.lease = 300ms})))};
     (void)on_.inbox.try_receive(on_.now); // somebody takes plain messages
     cycle(1ms);
     known_.bounds = on_.options.limits;
@@ -175,6 +191,8 @@ class script_run {
     }
     on_.cycle(later);
     require(on_.core.check(), "the core's structures agree");
+    if (driven_.latest_within(on_.now))
+      require(anybody_may(may::publish, swarm::driven_topic), "what drives is of whoever may publish it");
     while (const auto one = on_.shared.try_event()) {
       if (one->what_kind != rowe::event::kind::denied) continue;
       ++denials_;
@@ -297,6 +315,7 @@ class script_run {
   void hear(guest& one, const std::string& frame) {
     if (one.by_numbers) return hear_numbers(one, frame);
     const std::string_view object = rowe::json::root(frame).raw;
+    known_.control_tick = std::max(known_.control_tick, swarm::integer_after(frame, R"("tick":)"));
     const auto op = rowe::json::find(object, "op");
     if (!op) return;
     const auto member = [&](std::string_view name) {
@@ -361,6 +380,7 @@ class script_run {
   harness::core_harness on_{options_of(), side::server, 1, rowe::rt::time_point{1000s},
                             &numbers::protocols()};
   rowe::stop_latch latch_;
+  rowe::subscriber<motion> driven_;
   std::vector<guest> guests_;
   std::vector<std::string> asked_; // ids
   std::string number_, tick_;      // of the stop, as somebody was told last

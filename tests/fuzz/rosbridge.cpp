@@ -124,6 +124,7 @@ void check_request(reader& validator, const request& asked, std::string_view tex
               (asked.ttl_ns == unlimited || asked.ttl_ns > 0 ||
                (asked.ttl_ns == 0 && asked.what == verb::publish)),
           "numbers keep their limits");
+  require(asked.tick == no_tick || (asked.tick >= 0 && asked.what == verb::publish), "ticks are of commands");
   require((asked.what != verb::fragment || asked.fragment_count >= 1) &&
               (asked.fragment_size == 0 || asked.fragment_size >= fragment_size_min),
           "fragments are at least one, and not too small");

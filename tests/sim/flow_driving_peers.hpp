@@ -225,8 +225,7 @@ class driving_peer {
     case 7: return request("fly", newest_tick_, "");
     case 8: {
       constexpr const char* msgs[] = {R"({"n":"x"})", "{}", R"({"n":1e999})", R"({"n":null})", "[1]"};
-      // No loop can read it, but its sender drives by it.
-      in_.oracle.ask(who(), who_.topic, in_.on.now, newest_tick_);
+      // No loop can read it, so nobody drives by it.
       return say(R"({"op":"publish","topic":")" + who_.topic + R"(","msg":)" + in_.random.one_of(msgs) +
                  R"(,"tick":)" + std::to_string(newest_tick_) + '}');
     }

@@ -101,6 +101,7 @@ inline constexpr mutant mutants[] = {
     {"drive_stopped", "and those that come while the robot is stopped"},
     {"drive_unproven", "and those without a tick, until a ping behind the first one is answered"},
     {"drive_again", "a stop ends what is in force, and no reset brings it back"},
+    {"drive_unread", "what no loop can read neither takes control nor keeps it"},
     {"drive_gone", "whose connection is over drives no more"},
     {"pong_room", "a long pong that takes a short one's place fits there"},
 };

@@ -53,6 +53,7 @@ struct publication {
   bool may_be_kept = false; // for those who subscribe later: its publisher asked for it
   std::uint64_t gone = 0;   // the step in which its publisher left; 0: it is there
   std::uint64_t heard = 0;  // the step in which it was received first; 0: not yet
+  time_point said{};
 };
 
 struct context {
@@ -80,6 +81,7 @@ struct context {
   bool foxglove = false; // and every second of those who want it speaks Foxglove's protocol in its place
   bool stop_in_use = false;
   bool running = false;
+  bool drives = false;     // there is a driven topic
   bool takes_rest = false; // the transport, of large frames
   rowe::duration jumped{}; // of time: nothing was done in it
 
@@ -95,7 +97,7 @@ struct context {
   publication& message(std::uint32_t n) { return published[n < published.size() ? n : 0]; }
   std::uint32_t note_publication(std::uint32_t n, std::uint32_t by, bool may_be_kept) {
     if (published.size() <= n) published.resize(n + 1);
-    published[n] = {.by = by, .may_be_kept = may_be_kept};
+    published[n] = {.by = by, .may_be_kept = may_be_kept, .said = on.now};
     return n;
   }
 
@@ -105,6 +107,7 @@ struct context {
   }
   state state_of_topic(const std::string& name) const {
     if (name.starts_with("/rowe/st") && name != "/rowe/stop") return state::topic_own;
+    if (name == "/rowe/control/state" && drives) return state::topic_own;
     if (in(own_latched, name)) return state::topic_latched;
     if (in(own, name)) return state::topic_own;
     return in(held, name) ? state::topic_peers : state::topic_absent;

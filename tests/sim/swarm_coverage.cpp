@@ -271,7 +271,23 @@ std::string_view name_of(flow_event what) {
                                         "drive, obeyed without ticks",
                                         "drive, this process",
                                         "drive, silence ends it",
-                                        "drive, alone and obeyed"};
+                                        "drive, alone and obeyed",
+                                        "anybody takes control",
+                                        "anybody gives control back",
+                                        "anybody, refused: no topic",
+                                        "anybody, refused: no action",
+                                        "anybody, refused: old tick",
+                                        "anybody, refused: another drives",
+                                        "anybody, refused: just taken over",
+                                        "anybody hears who drives",
+                                        "anybody, command obeyed",
+                                        "anybody, this process obeyed",
+                                        "anybody, stale command",
+                                        "anybody, unproven command",
+                                        "anybody, command of another",
+                                        "anybody, command while stopped",
+                                        "anybody, unreadable command",
+                                        "anybody, driven topic reopened"};
   static_assert(std::size(names) == flow_events);
   return names[static_cast<std::size_t>(what)];
 }

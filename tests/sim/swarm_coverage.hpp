@@ -202,8 +202,25 @@ enum class flow_event : std::uint8_t {
   drive_own,   // obeyed
   drive_still, // after all have fallen silent
   drive_alone, // an honest driver, within a second
+  // What anybody says of driving in the swarm world (swarm_driving.hpp).
+  anybody_takes, // control
+  anybody_releases,
+  anybody_no_topic, // is refused, likewise the next four
+  anybody_no_action,
+  anybody_old_tick,
+  anybody_driven,
+  anybody_pause,
+  anybody_watches, // the state of control
+  anybody_obeyed,  // a command in force
+  anybody_own,     // likewise, of this process
+  anybody_stale,   // a command is dropped, likewise the next four
+  anybody_unproven,
+  anybody_refused,
+  anybody_stopped,
+  anybody_unreadable,
+  anybody_reopened, // the driven topic, while somebody's command is in force
 };
-inline constexpr std::size_t flow_events = 101;
+inline constexpr std::size_t flow_events = 117;
 std::string_view name_of(flow_event what);
 
 class coverage {

@@ -74,10 +74,11 @@ class writing {
     std::vector<piece> qos;
     if (of_.goes == form::rosbridge && of_.members[0].is != domain::unsupported &&
         of_.members[0].is != domain::unknown) {
-      object.push_back({"op", quoted(of_.name)});
+      object.push_back({"op", quoted(of_.op.empty() ? of_.name : of_.op)});
     }
     if (of_.goes == form::stop_call) object.push_back({"op", quoted("call_service")});
     if (of_.goes == form::stop_publish) object.push_back({"op", quoted("publish")});
+    std::vector<piece> args;
     std::vector<piece> inner; // what a stop's call has as its arguments
     for (std::size_t i = 0; i < of_.members.size(); ++i) {
       const member_rule& m = of_.members[i];
@@ -92,6 +93,8 @@ class writing {
       if (text.empty()) continue;
       if (m.name.starts_with("qos.")) {
         qos.push_back({std::string{m.name.substr(4)}, std::move(text)});
+      } else if (m.name.starts_with("args.")) {
+        args.push_back({std::string{m.name.substr(5)}, std::move(text)});
       } else if (is_argument(m)) {
         inner.push_back({std::string{m.name}, std::move(text)});
       } else {
@@ -99,6 +102,7 @@ class writing {
       }
     }
     if (!qos.empty()) object.push_back({"qos", joined(qos)});
+    if (!args.empty()) object.push_back({"args", joined(args)});
     finish_stop(object, inner);
     if (what_.shuffled && !object.empty())
       std::rotate(object.begin(), object.begin() + static_cast<std::ptrdiff_t>(what_.odd % object.size()),
@@ -148,7 +152,7 @@ class writing {
     if (m.name == "result" && text == "false") said_.answered_well = false;
     if (m.name == "qos.durability" && text == "\"transient_local\"") said_.latch = true;
     if (m.is == domain::number) said_.number = number_in(text);
-    if (m.is == domain::tick) said_.tick = number_in(text);
+    if (m.is == domain::tick || m.is == domain::command_tick) said_.tick = number_in(text);
   }
   static std::int64_t number_in(const std::string& text) {
     if (text.empty() || text.size() > 18 || text.find_first_not_of("0123456789") != std::string::npos)
@@ -212,6 +216,15 @@ class writing {
     case domain::unknown: return unknown(how);
     case domain::thread_service: return thread_service(how);
     case domain::submitted: return submitted(how);
+    case domain::driven_topic: return topic_of_command(how);
+    case domain::command_body: return command_body(how);
+    case domain::control_service: return control_service(how);
+    case domain::control_state: return control_state(how);
+    case domain::control_topic: return control_topic(how);
+    case domain::control_action: return control_action(how);
+    case domain::driver_name: return driver_name(how);
+    case domain::command_tick:
+    case domain::control_tick: return control_tick(how);
     case domain::payload:
     case domain::raw:
     case domain::list:
@@ -553,6 +566,78 @@ class writing {
     if (how == "zero") return "0";
     if (how == "huge") return "9223372036854775807";
     return "\"1\"";
+  }
+
+  // ---- driving
+
+  std::string topic_of_command(std::string_view how) {
+    said_.topic = how == "other" ? one_of_few(shared_topics) : driven_topic;
+    return quoted(how == "no_slash" ? driven_topic.substr(1) : std::string_view{said_.topic});
+  }
+  std::string command_body(std::string_view how) {
+    if (how == "array") return "[1]";
+    const std::string n = "{\"n\":" + std::to_string(next_message());
+    if (how == "missing") return n + "}";
+    if (how == "null") return n + ",\"x\":null}";
+    if (how == "text") return n + ",\"x\":\"fast\"}";
+    if (how == "infinite") return n + ",\"x\":1e999}";
+    if (how == "fraction") return n + ".5,\"x\":0.5}";
+    if (how == "more") return n + R"(,"x":0.5,"y":[{"x":null}],"op":"take"})";
+    if (how == "large") return n + ",\"x\":0.5,\"more\":" + quoted(std::string(filling("large"), 'x')) + "}";
+    return n + ",\"x\":0.5}";
+  }
+  std::string control_service(std::string_view how) {
+    said_.service = "/rowe/control";
+    if (how == "no_slash") return quoted("rowe/control");
+    if (how == "escaped") return quoted("\\/rowe\\/" + escaped("co") + "ntrol");
+    if (how == "with_id" && of_.goes == form::rosbridge) {
+      const std::string id = "co" + std::to_string(from_.below(4));
+      if (said_.id_raw.empty()) service_id_ = quoted(id);
+      return quoted(said_.service + "#" + id);
+    }
+    return quoted(said_.service);
+  }
+  std::string control_state(std::string_view how) {
+    said_.topic = "/rowe/control/state";
+    if (how == "no_slash") return quoted(said_.topic.substr(1));
+    return quoted(how == "escaped" ? "\\/rowe\\/control\\/" + escaped("state") : said_.topic);
+  }
+  std::string control_topic(std::string_view how) {
+    if (how == "driven") return quoted(driven_topic);
+    if (how == "no_slash") return quoted(driven_topic.substr(1));
+    if (how == "other") return quoted(from_.one_in(2) ? one_of_few(shared_topics) : own_topics[0]);
+    if (how == "long") return quoted(std::string(400, 't'));
+    return how == "empty" ? "\"\"" : "[7]";
+  }
+  std::string control_action(std::string_view how) {
+    if (how == "unknown") return "\"fly\"";
+    if (how == "empty") return "\"\"";
+    if (how == "long") return quoted(std::string(400, 'a'));
+    return how == "no_text" ? "{}" : quoted(how);
+  }
+  std::string driver_name(std::string_view how) {
+    if (how == "short") return quoted("phone-" + std::to_string(from_.below(3)));
+    if (how == "of_this_process") return "\"this process\"";
+    if (how == "escaped") return R"("a\"},{\"driver\":\"b\u0000\n\ud83d\ude00")";
+    if (how == "longest") return quoted(std::string(64, 'n'));
+    if (how == "long") return quoted(std::string(from_.one_in(2) ? 200 : 400, 'n'));
+    return how == "empty" ? "\"\"" : "7";
+  }
+  std::string control_tick(std::string_view how) {
+    const auto ago = [&](std::uint64_t most) {
+      return std::to_string(known_.control_tick - static_cast<std::int64_t>(from_.below(most)));
+    };
+    if (how == "newest") return std::to_string(known_.control_tick);
+    if (how == "before_last") return ago(100);
+    if (how == "old") return ago(5000);
+    if (how == "future")
+      return std::to_string(known_.control_tick + 1 + static_cast<std::int64_t>(from_.below(1000)));
+    if (how == "zero") return "0";
+    if (how == "huge") return "9223372036854775807";
+    if (how == "beyond_64_bits") return "9223372036854775808";
+    if (how == "negative") return "-5";
+    if (how == "fraction") return "0.5";
+    return how == "null" ? "null" : "\"soon\"";
   }
 
   // ---- the rest

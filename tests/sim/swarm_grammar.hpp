@@ -82,6 +82,16 @@ enum class domain : std::uint8_t {
   request_id,
   parameter_list,  // of names
   parameter_value, // of one that is set
+  // Of driving.
+  driven_topic,
+  command_body,
+  command_tick,
+  control_service, // the spellings of one name
+  control_state,   // likewise of a topic
+  control_topic,
+  control_action,
+  driver_name,
+  control_tick,
 };
 
 struct value_class {
@@ -151,6 +161,7 @@ struct operation {
   form goes = form::rosbridge;
   std::vector<member_rule> members{};
   std::vector<dimension> of{};
+  std::string_view op{}; // of rosbridge, where it is not the name
 };
 const std::vector<operation>& operations();
 std::size_t operation_named(std::string_view name);
@@ -169,7 +180,8 @@ inline constexpr opposites pairs_of_operations[] = {{"subscribe", "unsubscribe"}
                                                     {"watch_graph", "unwatch_graph"}};
 // Of what only Foxglove's protocol has: its choices are drawn apart, so that worlds without it stay.
 inline constexpr std::size_t opposites_of_foxglove = 2;
-inline constexpr std::string_view first_of_foxglove = "get_parameters"; // and all behind it
+inline constexpr std::string_view first_of_foxglove = "get_parameters"; // and all up to
+inline constexpr std::string_view first_of_driving = "command";         // and all behind it, likewise
 
 // A class of a member of an operation has a number: its row in the coverage table. Each operation begins with
 // a row for itself.
@@ -195,6 +207,7 @@ struct knowledge {
   std::vector<std::string> own_calls{};       // ids of this peer's open calls
   std::int64_t stop_number = 1;
   std::int64_t tick = 0;
+  std::int64_t control_tick = 0;                                  // the newest
   std::vector<std::pair<std::int64_t, std::int64_t>> old_stops{}; // numbers and ticks that were shown before
   std::size_t names = 6;                                          // of each kind that are used
   bool honest_topics = true;                                      // untrusted peers may publish on them
@@ -259,5 +272,6 @@ inline constexpr std::string_view own_topics[] = {"/own0", "/own1", "/own2", "/o
 inline constexpr std::string_view honest_topics[] = {"/honest/steady", "/honest/changing"};
 inline constexpr std::string_view shared_services[] = {"/s0", "/s1", "/s2"};
 inline constexpr std::string_view honest_service = "/honest/echo";
+inline constexpr std::string_view driven_topic = "/t0"; // where a world has one
 
 } // namespace swarm

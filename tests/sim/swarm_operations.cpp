@@ -138,6 +138,23 @@ const std::vector<std::vector<value_class>>& all_classes() {
       /* parameter_value */
       classes({"number", "text", "list", "too_large", "no_value", "endpoints", "nobodys", "odd", "!no_object",
                "!no_name", "!bytes", "!absent"}),
+      /* driven_topic */ classes({"driven", "no_slash", "other"}),
+      /* command_body */
+      classes({"right", "more", "null", "text", "missing", "fraction", "large", "!infinite", "!array",
+               "!absent"}),
+      /* command_tick */
+      classes({"newest", "absent", "before_last", "old", "future", "zero", "huge", "!beyond_64_bits",
+               "!negative", "!fraction", "!no_number", "!null"}),
+      /* control_service */ classes({"plain", "no_slash", "escaped", "with_id"}),
+      /* control_state */ classes({"plain", "no_slash", "escaped"}),
+      /* control_topic */ classes({"absent", "driven", "no_slash", "other", "empty", "long", "no_text"}),
+      /* control_action */
+      classes({"take", "absent", "take_over", "release", "unknown", "empty", "long", "no_text"}),
+      /* driver_name */
+      classes({"absent", "short", "of_this_process", "escaped", "longest", "long", "empty", "no_text"}),
+      /* control_tick */
+      classes({"newest", "absent", "before_last", "old", "future", "zero", "huge", "beyond_64_bits",
+               "negative", "fraction", "no_number", "null"}),
   };
   return all;
 }
@@ -339,6 +356,35 @@ std::vector<operation> made_operations() {
       {"unwatch_parameters", form::foxglove_text, {{"parameterNames", parameter_list}}, {d::connection}},
       {"watch_graph", form::foxglove_text, {}, {d::connection}},
       {"unwatch_graph", form::foxglove_text, {}, {d::connection}},
+      {"command",
+       form::rosbridge,
+       {{"id", id}, {"topic", driven_topic}, {"msg", command_body}, {"tick", command_tick}, {"ttl_ms", ttl}},
+       {d::stop, d::connection},
+       "publish"},
+      {"control",
+       form::rosbridge,
+       {{"id", id},
+        {"service", control_service},
+        {"args.topic", control_topic},
+        {"args.action", control_action},
+        {"args.name", driver_name},
+        {"args.tick", control_tick}},
+       {d::stop, d::connection},
+       "call_service"},
+      {"control_in_plain",
+       form::plain,
+       {{"message_id", id},
+        {"service", control_service},
+        {"topic", control_topic},
+        {"action", control_action},
+        {"name", driver_name},
+        {"tick", control_tick}},
+       {d::stop, d::connection}},
+      {"watch_control",
+       form::rosbridge,
+       {{"id", id}, {"topic", control_state}, {"throttle_rate", period}, {"queue_length", depth}},
+       {d::connection},
+       "subscribe"},
   };
   for (operation& one : all) {
     if (speaker_of(one.goes) != speaker::thread) one.of.push_back(d::times);

@@ -287,6 +287,7 @@ class untrusted_peer {
     known_.bounds = in_.known.bounds;
     known_.stop_number = in_.known.stop_number;
     known_.tick = in_.known.tick;
+    known_.control_tick = in_.known.control_tick;
     known_.old_stops = in_.known.old_stops;
     known_.asked_of_others = in_.known.asked_of_others;
     known_.honest_topics = in_.known.honest_topics;
@@ -384,8 +385,9 @@ class untrusted_peer {
       closing_ = true;
     said_something_ = true;
     for (const numbered& one : said.elements) given_numbers_.insert(one.number);
+    if (of.name == "command" && said.message != 0) note_command(said);
     if (!accepted(said)) return;
-    if (of.name == "subscribe") return note_subscribe(said);
+    if (of.name == "subscribe" || of.name == "watch_control") return note_subscribe(said);
     if (of.name == "unsubscribe") return note_unsubscribe(said);
     if (of.name == "advertise") return note_advertise(said);
     if (of.name == "unadvertise") return note_unadvertise(said);
@@ -398,7 +400,7 @@ class untrusted_peer {
       return;
     }
     if (of.name == "call_service" || of.name == "send_action_goal" || of.name == "invocation" ||
-        of.name == "call_by_number") {
+        of.name == "call_by_number" || of.name.starts_with("control")) {
       if (known_.own_calls.size() < 8 && !said.id_raw.empty()) known_.own_calls.push_back(said.id_raw);
       if (said.id_raw.empty()) unnamed_calls_ = true;
     }
@@ -416,6 +418,14 @@ class untrusted_peer {
       ++in_.provided[said.service];
     if (of.name == "unadvertise_service" && services_.erase(said.service) != 0) --in_.provided[said.service];
     if (operations()[said.operation].goes == form::stop_call && said.id_raw.empty()) unnamed_calls_ = true;
+  }
+
+  // A tick that was made up counts from when it is issued.
+  void note_command(const saying& said) {
+    const std::int64_t ahead = said.tick - in_.known.control_tick;
+    const bool may_come = ahead > 0 && ahead < 1'000'000;
+    const std::uint32_t n = in_.note_publication(said.message, number_, false);
+    if (may_come) in_.published[n].said += 1ms * ahead;
   }
 
   // By the list as it was read last: a number may be gone, which is refused.
@@ -577,6 +587,23 @@ class untrusted_peer {
       if (others.size() > 8) others.erase(others.begin());
     }
     if (h.is == kind::publish) hear_publication(h);
+    if (in_.drives) hear_of_control(text);
+  }
+
+  void hear_of_control(const std::string& text) {
+    using event = flow_event;
+    const auto has = [&](std::string_view part) { return text.find(part) != text.npos; };
+    if (has(R"("topic":"/rowe/control/state")")) return in_.seen.add(event::anybody_watches);
+    if (!has(R"("refused":)") || !has(R"("tick":)") || has("/rowe/stop")) return;
+    const bool fine = has(R"("refused":null)");
+    const bool was = std::exchange(drives_, has(R"("yours":true)"));
+    if (fine && drives_ && !was) in_.seen.add(event::anybody_takes);
+    if (fine && was && !drives_) in_.seen.add(event::anybody_releases);
+    if (has(R"("refused":"topic")")) in_.seen.add(event::anybody_no_topic);
+    if (has(R"("refused":"action")")) in_.seen.add(event::anybody_no_action);
+    if (has(R"("refused":"tick")")) in_.seen.add(event::anybody_old_tick);
+    if (has(R"("refused":"driven")")) in_.seen.add(event::anybody_driven);
+    if (has(R"("refused":"pause")")) in_.seen.add(event::anybody_pause);
   }
 
   void hear_by_foxglove(const std::string& text) {
@@ -667,6 +694,7 @@ class untrusted_peer {
   bool flooded_ = false;
   bool unnamed_calls_ = false;
   bool gone_ = false;
+  bool drives_ = false; // as it was told last
 };
 
 } // namespace swarm

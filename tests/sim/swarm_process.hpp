@@ -92,6 +92,13 @@ class handle {
     }
   }
 
+  // Of a subscriber with a lease: what is in force now.
+  std::optional<reading> in_force() {
+    begin_use();
+    const auto found = std::get<rowe::subscriber<reading>>(user_).latest_within(in_.on.now);
+    return found ? std::optional{found->value()} : std::nullopt;
+  }
+
   // In each step: the part of a thread that waits, and of a loop.
   void wait() {
     if (kind_ == handle_kind::call_wait || kind_ == handle_kind::latch) begin_use();
@@ -421,6 +428,10 @@ class process {
                                                           .loop_timeout = in_.random.one_of(times)}));
   }
 
+  void close(const handle& which) {
+    close(static_cast<std::size_t>(std::ranges::find(handles_, &which, &std::unique_ptr<handle>::get) -
+                                   handles_.begin()));
+  }
   void close(std::size_t which) {
     handle& gone = *handles_[which];
     in_.say("process closes " + std::string{name_of(gone.kind())} + " " + gone.name());
@@ -541,7 +552,7 @@ class process {
                  ? "another handle serves it"
                  : "";
     case rowe::errc::too_many_topics: {
-      std::uint32_t own = 3; // the endpoint's, with /rowe/parameters
+      std::uint32_t own = in_.drives ? 4 : 3; // the endpoint's, with /rowe/parameters
       for (const auto& [topic, count] : in_.own) own += count != 0;
       for (const auto& one : closing_) own += one->of_topic() && !one->is_detached();
       return own > in_.known.bounds.topics_max ? "all are this process's own" : "";

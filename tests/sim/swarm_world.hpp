@@ -15,6 +15,7 @@
 
 #include "sim_base.hpp"
 #include "swarm_context.hpp"
+#include "swarm_driving.hpp"
 #include "swarm_goals.hpp"
 #include "swarm_honest.hpp"
 #include "swarm_honest_numbers.hpp"
@@ -67,6 +68,9 @@ inline const std::vector<invariant>& invariants() {
       {"stop_of_threads",
        "a stop of a thread is carried out in the next cycle, and it hears of it when no loop moves any more"},
       {"reset_of_threads", "a reset of a thread is answered, at the latest when its time is over"},
+      {"commands", "what drives is not older than its lease, nor of a peer that has gone; nothing does while "
+                   "the robot is "
+                   "stopped"},
       {"end", "when everybody has left and everything is closed, every slot is free and nothing waits"},
   };
   return all;
@@ -90,9 +94,11 @@ struct plan {
   bool numbers = false;  // clients may speak by numbers, too
   bool foxglove = false; // likewise by Foxglove's protocol
   bool goals = false;    // two honest peers have an action
+  bool drives = false;   // there is a driven topic
 };
 
 // Whether those who speak by numbers speak Foxglove's protocol. The seed draws it from a stream of its own.
+// Only worlds `by_seed` have a driven topic.
 enum class tongues : std::uint8_t { by_seed, numbers, foxglove };
 
 inline plan draw_plan(std::uint64_t seed, tongues speak) {
@@ -176,6 +182,9 @@ inline plan draw_plan(std::uint64_t seed, tongues speak) {
   if (p.goals) l.connections_max += 2;
   seeded_choices others{seed ^ of_foxglove};
   p.foxglove = p.numbers && (speak == tongues::foxglove || (speak == tongues::by_seed && others.one_in(2)));
+  p.drives = speak == tongues::by_seed && seed % 4 == 0 && p.ours == rowe::service::side::server &&
+             o.profile == rowe::websocket_profile::standard;
+  if (p.drives) l.handles_max += 3; // one of them may be closing
   p.crowd = p.has_honest && random.one_in(4);
   if (p.crowd) {
     p.untrusted_max = 12;
@@ -211,9 +220,11 @@ class world {
                 random_.one_in(2) ? 0 : random_.below(800)},
         honest_by_number_{context_, check_, random_.below(random_.one_in(2) ? 200 : 1000)},
         honest_goals_{context_, check_, seed % 300},
+        driven_{context_, process_, seed},
         start_{on_.now} {
     context_.numbers = plan_.numbers;
     context_.foxglove = plan_.foxglove;
+    context_.drives = plan_.drives;
     if (plan_.foxglove) honest_by_number_.speaks = tongue::foxglove;
     context_.known.bounds = plan_.options.limits;
     context_.takes_rest = plan_.crowd || random_.one_in(2);
@@ -228,7 +239,12 @@ class world {
     seeded_choices others{seed, of_foxglove};
     const std::size_t first = operation_named(first_of_foxglove);
     uses_.randomise(random_, 0, row_of(first));
-    uses_.randomise(others, row_of(first), rows().size());
+    const std::size_t driving = operation_named(first_of_driving);
+    uses_.randomise(others, row_of(first), row_of(driving));
+    seeded_choices of_drivers{seed, of_driving};
+    uses_.randomise(of_drivers, row_of(driving), rows().size());
+    for (const auto& [operation, member] : mostly_good)
+      uses_[row_of(operation_named(operation), member, 0)] += 12; // the first class is the usual one
     for (std::size_t row = 0; row < rows().size(); ++row) {
       if (rows()[row].own) continue;
       const value_class& one = classes_of(domain_of(rows()[row]))[rows()[row].value];
@@ -237,7 +253,16 @@ class world {
     }
     operations_ = weights{operations().size()};
     operations_.randomise(random_, 0, first);
-    operations_.randomise(others, first, operations().size());
+    operations_.randomise(others, first, driving);
+    operations_.randomise(of_drivers, driving, operations().size());
+    for (std::size_t i = driving; i < operations().size(); ++i)
+      operations_[i] = plan_.drives ? operations_[i] + 2 : 0;
+    if (plan_.drives) operations_[driving] += 12;
+    if (plan_.drives && of_drivers.one_in(2)) { // they contend for control
+      const std::size_t control = operation_named("control");
+      operations_[control] += 12;
+      uses_[row_of(control, 3, 2)] += 24; // take_over
+    }
     // Operations that undo another are of use only where that one was used.
     std::size_t left = std::size(pairs_of_operations);
     for (const auto& [takes, gives] : pairs_of_operations) {
@@ -259,12 +284,14 @@ class world {
     actions_[static_cast<std::size_t>(action::say)] += 12;
     has_spread_ = random_.one_in(2);
     if (trace) describe();
+    if (plan_.drives) driven_.begin();
   }
 
   void step(std::uint64_t number) {
     context_.step = number;
     random_.restart(seed_, number + 1);
     forget_those_cut();
+    if (plan_.drives) driven_.act();
     const auto what = static_cast<action>(actions_.choose(
         random_, 0, action_count, static_cast<std::size_t>(action::wait), [](std::size_t) { return true; }));
     switch (what) {
@@ -368,7 +395,7 @@ class world {
                  (o.relay ? " relay" : "") + (o.answers_any ? " answers_any" : "") +
                  (o.plain_unasked ? " plain_unasked" : "") + (plan_.roomy ? " roomy" : " tight") +
                  (plan_.has_honest ? " honest" : "") + (plan_.numbers ? " numbers" : "") +
-                 (plan_.foxglove ? " foxglove" : "") + " profile " +
+                 (plan_.foxglove ? " foxglove" : "") + (plan_.drives ? " drives" : "") + " profile " +
                  std::to_string(static_cast<int>(o.profile)) + " idle " +
                  std::to_string(static_cast<int>(o.idle_policy)));
   }
@@ -626,6 +653,7 @@ class world {
     if (plan_.has_honest) honest_.look();
     if (plan_.has_honest && plan_.numbers) honest_by_number_.look();
     if (plan_.goals) honest_goals_.look();
+    if (plan_.drives) driven_.look();
     check_counters();
     const bool reset_here = check_threads(stops);
     check_stop(on_.count(counter::stops) != stops, reset_here);
@@ -801,9 +829,13 @@ class world {
   honest honest_;
   honest_by_number honest_by_number_;
   honest_goals honest_goals_;
+  driven_loop driven_;
   time_point start_;
   static constexpr unsigned chattiness[] = {0, 4, 100};
   static constexpr unsigned chattiness_of_echo[] = {1, 2, 8};
+  // Members of what drivers say, by their places: else next to nothing would count.
+  static constexpr std::pair<std::string_view, std::size_t> mostly_good[] = {
+      {"command", 1}, {"command", 2}, {"command", 3}, {"control", 2}, {"control", 3}, {"control", 5}};
 
   weights uses_, operations_, actions_;
   bool has_spread_ = false;

@@ -104,8 +104,8 @@ rt::time_point command_gate::sent_at(const connection& from, const wire::request
   return known ? answered_at : rt::never;
 }
 
-std::optional<rt::time_point> command_gate::admit(connection& from, const wire::request& command,
-                                                  topic_id topic) noexcept {
+std::optional<command_gate::passed> command_gate::admit(connection& from, const wire::request& command,
+                                                        topic_id topic) noexcept {
   const driven_index of = state_.topics.at(topic).driven;
   driver_rules& rules = rules_of(of);
   note_stop();
@@ -114,29 +114,35 @@ std::optional<rt::time_point> command_gate::admit(connection& from, const wire::
     state_.counts.add(counter::commands_stopped);
     return std::nullopt;
   }
-  wire::text_of<peer_name_bytes_max> name;
-  state_.rights.write_name(name, from.name(), {});
-  const driver_rules::judged made =
-      rules.command({.peer = key_of(from.id), .name = name.text()}, sent, state_.cycle.now);
+  const driver_rules::judged made = rules.judge(key_of(from.id), sent, state_.cycle.now);
   publish_turn(of);
-  if (made.is == driver_rules::verdict::accepted) return made.until;
+  if (made.is == driver_rules::verdict::accepted) return passed{sent, made.until};
   refuse(from, command, of, made.is, sent);
   return std::nullopt;
 }
 
-std::optional<rt::time_point> command_gate::admit_own(topic_id topic, rt::time_point published) noexcept {
+std::optional<command_gate::passed> command_gate::admit_own(topic_id topic,
+                                                            rt::time_point published) noexcept {
   const driven_index of = state_.topics.at(topic).driven;
   note_stop();
   if (stop_rules_.in_use() && !stop_rules_.running()) {
     state_.counts.add(counter::commands_stopped);
     return std::nullopt;
   }
-  const driver_rules::judged made = rules_of(of).command(
-      {.peer = key_of_this_process, .name = "this process"}, published, state_.cycle.now);
+  const driver_rules::judged made = rules_of(of).judge(key_of_this_process, published, state_.cycle.now);
   publish_turn(of);
-  if (made.is == driver_rules::verdict::accepted) return made.until;
+  if (made.is == driver_rules::verdict::accepted) return passed{published, made.until};
   state_.counts.add(counter_of(made.is));
   return std::nullopt;
+}
+
+void command_gate::count(topic_id topic, detail::peer_ref by, rt::time_point sent) noexcept {
+  wire::text_of<peer_name_bytes_max> name;
+  const connection* const c = state_.peers.find({by.index, by.generation});
+  c != nullptr ? state_.rights.write_name(name, c->name(), {}) : name.add("this process");
+  rules_of(state_.topics.at(topic).driven)
+      .count({.peer = c != nullptr ? key_of(c->id) : key_of_this_process, .name = name.text()}, sent,
+             state_.cycle.now);
 }
 
 // Without ticks the first commands of a connection are always unproven, so that is no news for a while.
@@ -202,6 +208,7 @@ rt::time_point command_gate::next_update() const noexcept {
 
 void command_gate::void_commands() noexcept {
   stop_number_ = stop_rules_.number();
+  stop_in_use_ = stop_rules_.in_use();
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     if (!places_[i].topic) continue;
     places_[i].rules.void_commands(state_.cycle.now);

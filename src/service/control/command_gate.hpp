@@ -52,11 +52,16 @@ class command_gate : command_gate_needs {
 
   // ---- commands. What does not pass is counted, and reported to its sender.
 
-  // Until when a peer's command is in force; none: it does not pass.
-  std::optional<rt::time_point> admit(connection& from, const wire::request& command,
-                                      topic_id topic) noexcept;
+  struct passed {
+    rt::time_point sent;  // not before
+    rt::time_point until; // when it is not in force any more
+  };
+  // A peer's command; none: it does not pass.
+  std::optional<passed> admit(connection& from, const wire::request& command, topic_id topic) noexcept;
   // The same for what this process publishes itself, on a topic that it drives as any peer does.
-  std::optional<rt::time_point> admit_own(topic_id topic, rt::time_point published) noexcept;
+  std::optional<passed> admit_own(topic_id topic, rt::time_point published) noexcept;
+  // A handle with a lease has got what passed, so it counts: whoever sent it drives. `by` none: this process.
+  void count(topic_id topic, detail::peer_ref by, rt::time_point sent) noexcept;
 
   // ---- state
 
@@ -84,9 +89,10 @@ class command_gate : command_gate_needs {
   // Ends the control of who is silent.
   void update() noexcept;
   rt::time_point next_update() const noexcept;
-  // Before loops may move or must stop: what was sent before counts no more.
+  // Before loops may move or must stop: what was sent before counts no more. The first loop with a latch
+  // stops the robot, too, and that stop has no new number.
   void note_stop() noexcept {
-    if (stop_rules_.number() != stop_number_) void_commands();
+    if (stop_rules_.number() != stop_number_ || stop_rules_.in_use() != stop_in_use_) void_commands();
   }
 
   // Each driven topic has handles with its lease, and each turn is theirs.
@@ -108,7 +114,8 @@ class command_gate : command_gate_needs {
 
   std::array<place, driven_topics_max> places_{};
   std::uint32_t count_ = 0;
-  std::uint64_t stop_number_ = 0; // as of the last void_commands()
+  std::uint64_t stop_number_ = 0; // as of the last void_commands(), likewise the next
+  bool stop_in_use_ = false;
   rows<peer_index, row> rows_;
 };
 

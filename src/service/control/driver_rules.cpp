@@ -56,6 +56,7 @@ driver_rules::refusal driver_rules::take(const asker& by, bool over, rt::time_po
     if (!by.may_take_over) return refusal::role;
     if (taken_over_at_ != rt::time_point{} && now - taken_over_at_ < take_over_pause) return refusal::pause;
     taken_over_at_ = now;
+    if (!ROWE_MUTANT(drive_two)) ++turn_;
   }
   give(by, now);
   kept_until_ = issued + kept_for();
@@ -66,11 +67,11 @@ void driver_rules::release(std::uint64_t peer, rt::time_point now) noexcept {
   if (driven_by(peer)) end(now);
 }
 
+// The turn stays: that of the driver before has ended, and a command may be in its window already.
 void driver_rules::give(const asker& to, rt::time_point now) noexcept {
   driver_ = to.peer;
   (void)set_name(to.name);
   ++number_;
-  if (!ROWE_MUTANT(drive_two)) ++turn_;
   ++version_;
   since_ = now;
   kept_until_ = accepted_at_ = {};
@@ -94,17 +95,20 @@ bool driver_rules::set_name(std::string_view name) noexcept {
 
 // ---- commands
 
-driver_rules::judged driver_rules::command(const asker& by, rt::time_point sent,
-                                           rt::time_point now) noexcept {
+driver_rules::judged driver_rules::judge(std::uint64_t peer, rt::time_point sent,
+                                         rt::time_point now) noexcept {
   update(now);
-  if (driver_ != 0 && driver_ != by.peer && !ROWE_MUTANT(drive_refused)) return {verdict::refused};
+  if (driver_ != 0 && driver_ != peer && !ROWE_MUTANT(drive_refused)) return {verdict::refused};
   if (sent == rt::never) return {verdict::unproven};
   const bool too_old = sent + lease_ <= now && !ROWE_MUTANT(drive_stale);
   if (too_old || (sent <= counts_after_ && !ROWE_MUTANT(drive_reset))) return {verdict::stale};
+  return {verdict::accepted, sent + lease_};
+}
+
+void driver_rules::count(const asker& by, rt::time_point sent, rt::time_point now) noexcept {
   if (driver_ == 0) give(by, now);
   accepted_at_ = now;
   kept_until_ = std::max(kept_until_, sent + kept_for());
-  return {verdict::accepted, sent + lease_};
 }
 
 void driver_rules::void_commands(rt::time_point now) noexcept {

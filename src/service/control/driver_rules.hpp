@@ -64,9 +64,11 @@ class driver_rules {
     verdict is;
     rt::time_point until{}; // accepted: until when it is in force
   };
-  // A command that was sent not before `sent`; never: not known. If nobody drives, its sender does from now
-  // on.
-  judged command(const asker& by, rt::time_point sent, rt::time_point now) noexcept;
+  // What becomes of a command that was sent not before `sent`; never: not known. It changes nothing yet.
+  judged judge(std::uint64_t peer, rt::time_point sent, rt::time_point now) noexcept;
+  // A command that was judged as accepted has reached a loop, so it counts. If nobody drives, its sender does
+  // from now on.
+  void count(const asker& by, rt::time_point sent, rt::time_point now) noexcept;
   // What was sent until `now` does not count any more, for the robot was stopped or reset.
   void void_commands(rt::time_point now) noexcept;
 

@@ -30,7 +30,7 @@ class control_feed : control_feed_needs {
 
   // At the end of each cycle.
   void show() noexcept {
-    if (command_gate_.any()) show_if_due();
+    if (command_gate_.any() || (topic_ && shown_ != command_gate_.version())) show_if_due();
   }
   topic_id topic() const noexcept { return topic_; } // none: there was no lease yet
 

@@ -107,9 +107,17 @@ void broker::publish_long(topic_id index, rt::time_point published, rt::time_poi
       subscription_queues_.note_unsent(index);
     }
   }
-  for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
-    (void)deliver_long_to(i, value, expires, who);
+  deliver_long(on, value, expires, who);
   if (on.asked) state_.last_values.keep_long(on.asked, value, published, expires);
+}
+
+// Handles with a lease read structs, which are never long. So a peer's long command does not count.
+void broker::deliver_long(const topic& on, text_id value, rt::time_point over,
+                          const published_by& who) noexcept {
+  for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox) {
+    if (!on.driven || state_.pair_rows[i].driven || who.peer.generation == 0)
+      (void)deliver_long_to(i, value, over, who);
+  }
 }
 
 bool broker::deliver_long_to(pair_index pair, text_id value, rt::time_point over,
@@ -143,12 +151,14 @@ void broker::relay(connection& c, const wire::request& asked, text_id body) noex
   if (mine != nullptr && mine->lifespan_ns > 0)
     over = std::min(over, rt::deadline_after(c.said_at, rt::duration{mine->lifespan_ns}));
   if (over <= state_.cycle.now) return state_.counts.add(counter::expired); // it is over here
+  published_by who{.peer = {c.id.index, c.id.generation}, .id_raw = asked.id_raw};
   if (state_.topics.at(index).driven) [[unlikely]] {
-    const auto until = command_gate_.admit(c, asked, index);
-    if (!until) return;
-    over = std::min(over, *until);
+    if (body) return deliver_long(state_.topics.at(index), body, over, who);
+    const auto passed = command_gate_.admit(c, asked, index);
+    if (!passed) return;
+    over = std::min(over, passed->until);
+    who.sent = passed->sent;
   }
-  const published_by who{.peer = {c.id.index, c.id.generation}, .id_raw = asked.id_raw};
   if (state_.options.relay && c.ours == side::server) {
     const bool latches = asked.latch || (mine != nullptr && mine->latched) || ROWE_MUTANT(latch_of_others);
     const auto keeper = latches ? latch_owner{latch_owner::kind::peer, c.id.index} : latch_owner{};
@@ -163,8 +173,7 @@ void broker::relay(connection& c, const wire::request& asked, text_id body) noex
   if (!body)
     return on.driven ? deliver_command(on, asked.body_raw, state_.cycle.now, over, who)
                      : deliver(on, asked.body_raw, over, who);
-  for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
-    (void)deliver_long_to(i, body, over, who);
+  deliver_long(on, body, over, who);
 }
 
 void broker::deliver_latched(pair_index pair) noexcept {
@@ -187,48 +196,55 @@ void broker::go_on_with_latched(pair_index pair) noexcept {
     if (long_outbox_.is_long(kept)) {
       if (deliver_long_to(pair, kept.chunks, kept.expires, {})) return;
     } else if (const slot_id slot = long_outbox_.compose_latched(row.topic, kept)) {
-      deliver_to(pair, message_store_.slots().body(slot), message_store_.slots().lifetime(slot).ttl_over(),
-                 {});
+      (void)deliver_to(pair, message_store_.slots().body(slot),
+                       message_store_.slots().lifetime(slot).ttl_over(), {});
       message_store_.release(slot);
     }
   }
 }
 
-void broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_point over,
+bool broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_point over,
                         const published_by& who, std::int64_t turn) noexcept {
   // One that is sent now or never came in time, and has no time to live behind that.
   const bool always = over == state_.cycle.now || ROWE_MUTANT(ttl_at_handle);
   json::decoder::diagnosis why;
-  const status done = local_delivery_.deliver(pair,
-                                              {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
-                                               .expires_ns = rt::nanoseconds_of(always ? rt::never : over),
-                                               .peer = who.peer,
-                                               .outcome_value = turn},
-                                              {body.data(), body.size()}, why);
-  if (done) return;
-  if (done.code() == errc::full) return state_.counts.add(counter::inbox_full);
+  const detail::value_header header{.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
+                                    .expires_ns = rt::nanoseconds_of(always ? rt::never : over),
+                                    .peer = who.peer,
+                                    .outcome_value = turn};
+  const bool may = turn != 0 || local_delivery_.may_deliver(pair, who.peer); // a command replaces another
+  const status done =
+      may ? local_delivery_.deliver(pair, header, {body.data(), body.size()}, why) : status{errc::full};
+  if (done) return true;
+  if (done.code() == errc::full) state_.counts.add(counter::inbox_full);
+  if (done.code() == errc::too_big) report_too_big(pair, done.error(), who);
+  if (done.code() == errc::full || done.code() == errc::too_big) return false;
   std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
-  if (done.code() == errc::too_big) return report_too_big(pair, done.error(), who);
   state_.counts.add(counter::undecodable);
   report_undecodable(pair, who, why.text(buffer));
+  return false;
 }
 
 // A peer's command was admitted where it was read. Those of this process are here: they may have waited for
-// this thread. A handle without a lease on the same topic gets what is published, as on any other.
+// this thread. What no handle with a lease can read does not count, so it gives nobody control. A handle
+// without a lease on the same topic gets what counts, and all that this process publishes.
 void broker::deliver_command(const topic& on, std::span<const char> body, rt::time_point published,
                              rt::time_point over, const published_by& who) noexcept {
   const bool own = who.peer.generation == 0;
-  const auto admitted =
-      own ? command_gate_.admit_own(state_.pair_rows[on.inboxes.head].topic, published) : std::optional{over};
+  const topic_id topic = state_.pair_rows[on.inboxes.head].topic;
+  const auto passed =
+      own ? command_gate_.admit_own(topic, published) : std::optional{command_gate::passed{who.sent, over}};
   // One that is sent now or never has its lease behind that.
   const rt::time_point until = own && over == state_.cycle.now ? rt::never : over;
+  bool counts = false;
+  for (pair_index i = on.inboxes.head; i && passed; i = state_.pair_rows[i].next_inbox) {
+    if (state_.pair_rows[i].driven)
+      counts |= deliver_to(i, body, std::min(until, passed->until), who, state_.pairs[i].turn.number());
+  }
+  if (counts || (passed && ROWE_MUTANT(drive_unread))) command_gate_.count(topic, who.peer, passed->sent);
+  if (!counts && !own) return;
   for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox) {
-    if (!state_.pair_rows[i].driven) {
-      local_delivery_.may_deliver(i, who.peer) ? deliver_to(i, body, over, who)
-                                               : state_.counts.add(counter::inbox_full);
-    } else if (admitted) {
-      deliver_to(i, body, std::min(until, *admitted), who, state_.pairs[i].turn.number());
-    }
+    if (!state_.pair_rows[i].driven) (void)deliver_to(i, body, over, who);
   }
 }
 

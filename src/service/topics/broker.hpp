@@ -18,18 +18,12 @@
 #include "service/outgoing/subscription_queues.hpp"
 #include "service/state/advertisement_table.hpp"
 #include "service/state/core_state.hpp"
+#include "service/topics/published_by.hpp"
 #include "service/topics/topic_rates.hpp"
 #include "wire/codec/request.hpp"
 #include "json/writing/writer.hpp"
 
 namespace rowe::service {
-
-// The peer that published a relayed value, and the id of its request; none: this process published it.
-struct published_by {
-  detail::peer_ref peer{};
-  std::string_view id_raw{};
-  wire::typed_value value{}; // what else encodes it; none: it is JSON
-};
 
 struct broker_needs {
   core_state& state_;
@@ -64,13 +58,8 @@ class broker : broker_needs {
   // none whose time is `over`.
   void deliver(const topic& on, std::span<const char> body, rt::time_point over,
                const published_by& who) noexcept {
-    for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox) {
-      if (local_delivery_.may_deliver(i, who.peer)) {
-        deliver_to(i, body, over, who);
-      } else {
-        state_.counts.add(counter::inbox_full);
-      }
-    }
+    for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
+      (void)deliver_to(i, body, over, who);
   }
   // Delivers the latched values to a handle that was just attached, the oldest first. Behind a long one they
   // go on when the handle has that.
@@ -85,10 +74,12 @@ class broker : broker_needs {
                      const published_by& who) noexcept;
   bool keep_latched(topic_id index, slot_id slot, latch_owner owner, const published_by& who) noexcept;
   void report_not_latched(topic_id index, std::size_t bytes, const published_by& who) noexcept;
-  void deliver_to(pair_index pair, std::span<const char> body, rt::time_point over, const published_by& who,
+  // False: the handle did not get it, and that was counted.
+  bool deliver_to(pair_index pair, std::span<const char> body, rt::time_point over, const published_by& who,
                   std::int64_t turn = 0) noexcept;
   void deliver_command(const topic& on, std::span<const char> body, rt::time_point published,
                        rt::time_point over, const published_by& who) noexcept;
+  void deliver_long(const topic& on, text_id value, rt::time_point over, const published_by& who) noexcept;
   void go_on_with_latched(pair_index pair) noexcept;
   bool deliver_long_to(pair_index pair, text_id value, rt::time_point over, const published_by& who) noexcept;
   void report_too_big(pair_index pair, const error& why, const published_by& who) noexcept;

@@ -23,7 +23,11 @@ struct driver_rules_test : testing::Test {
   driver_rules_test() { rules.begin(300ms, now); }
 
   refusal take(const driver_rules::asker& by, bool over = false) { return rules.take(by, over, now, now); }
-  verdict command(const driver_rules::asker& by, time_point sent) { return rules.command(by, sent, now).is; }
+  verdict command(const driver_rules::asker& by, time_point sent) {
+    const verdict made = rules.judge(by.peer, sent, now).is;
+    if (made == verdict::accepted) rules.count(by, sent, now);
+    return made;
+  }
 
   time_point now{1000s};
   driver_rules rules;
@@ -31,10 +35,19 @@ struct driver_rules_test : testing::Test {
 
 TEST_F(driver_rules_test, a_command_is_in_force_from_when_it_was_sent_until_the_lease_is_over) {
   now += 100ms;
-  const auto made = rules.command(anna, now - 60ms, now);
+  const auto made = rules.judge(anna.peer, now - 60ms, now);
   EXPECT_EQ(made.is, verdict::accepted);
   EXPECT_EQ(made.until, now + 240ms);
+}
+
+TEST_F(driver_rules_test, a_command_gives_control_when_a_loop_has_got_it_and_not_before) {
+  now += 100ms;
+  ASSERT_EQ(rules.judge(anna.peer, now, now).is, verdict::accepted);
+  EXPECT_FALSE(rules.driven());
+  const auto turn = rules.turn();
+  rules.count(anna, now, now);
   EXPECT_EQ(rules.driver(), "anna"); // nobody drove
+  EXPECT_EQ(rules.turn(), turn);     // that of the command
 }
 
 TEST_F(driver_rules_test, a_command_as_old_as_the_lease_is_stale) {
