@@ -74,7 +74,10 @@ class driving_peer {
     link_->peer.answers_pings = answers_pings_;
     newest_tick_ = -1;
     mine_ = false;
-    flushes_at_ = in_.on.now + (in_.random.one_in(2) ? duration{} : some_of(200ms));
+    babbles_ = who_.is == kind::forger && in_.random.one_in(2);
+    // So long that other pings are answered before.
+    const duration later = some_of(in_.random.one_in(2) ? 200ms : 3000ms);
+    flushes_at_ = in_.on.now + (in_.random.one_in(2) ? duration{} : later);
     if (who_.is != kind::old_client || in_.random.one_in(2))
       say(R"({"op":"subscribe","topic":"/rowe/control/state"})");
     if (in_.random.one_in(2))
@@ -209,7 +212,15 @@ class driving_peer {
     }
   }
 
+  // No loop can read it, so nobody drives by it.
+  void babble() {
+    constexpr const char* msgs[] = {R"({"n":"x"})", "{}", R"({"n":1e999})", R"({"n":null})", "[1]"};
+    say(R"({"op":"publish","topic":")" + who_.topic + R"(","msg":)" + in_.random.one_of(msgs) +
+        R"(,"tick":)" + std::to_string(newest_tick_) + '}');
+  }
   void forge() {
+    babbles_ = babbles_ && !in_.random.one_in(100);
+    if (babbles_) return babble();
     const std::int64_t old = old_ticks_.empty() ? 5 : old_ticks_[in_.random.below(old_ticks_.size())];
     const auto ahead = static_cast<std::int64_t>(1 + in_.random.below(in_.random.one_in(2) ? 40 : 2000));
     switch (in_.random.below(12)) {
@@ -223,12 +234,7 @@ class driving_peer {
     case 5: return request("take", in_.random.one_in(2) ? old : newest_tick_ + ahead, "phone");
     case 6: return request("take_over", in_.random.one_in(2) ? old : newest_tick_, R"(a\"},{\"driver\":\"b)");
     case 7: return request("fly", newest_tick_, "");
-    case 8: {
-      constexpr const char* msgs[] = {R"({"n":"x"})", "{}", R"({"n":1e999})", R"({"n":null})", "[1]"};
-      // No loop can read it, so nobody drives by it.
-      return say(R"({"op":"publish","topic":")" + who_.topic + R"(","msg":)" + in_.random.one_of(msgs) +
-                 R"(,"tick":)" + std::to_string(newest_tick_) + '}');
-    }
+    case 8: return babble();
     case 9: {
       constexpr const char* ticks[] = {R"("soon")", "-5", "1e300", "null", "0", "9007199254740993"};
       const std::int64_t n = in_.oracle.say(who(), who_.topic, in_.on.now, -1);
@@ -287,8 +293,9 @@ class driving_peer {
   bool answers_pings_ = true;
   bool wants_ = true;
   bool with_ticks_ = true;
-  bool fresh_ = false; // a newer tick has come
-  bool mine_ = false;  // as it was told last
+  bool fresh_ = false;   // a newer tick has come
+  bool mine_ = false;    // as it was told last
+  bool babbles_ = false; // says nothing else, for a while
 };
 
 } // namespace flow
