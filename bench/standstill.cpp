@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Question: how long after the last command of somebody who is gone does a loop still obey it?
 //
-// Eight driven topics have a lease of 50 ms. In each round a client sends each of them a few commands with
-// the newest tick, 10 ms apart, and is gone then, in one of three ways that take turns: it says nothing more,
-// and goes on driving later; its connection ends; or it is silent, and its connection ends later. A loop of 1
-// kHz asks latest_within() for each topic in each cycle. Measured is from just before the last command of a
-// topic was sent to the first cycle that gets nothing for it. `within` counts the trials in which that cycle
-// comes no later than the lease and one period after, as this machine let the loop have its periods: the
-// cycle before it began within the lease.
+// Measured: eight driven topics have a lease of 50 ms. In each round a client sends each of them three
+// commands with the newest tick, 10 ms apart, and is gone then, in one of three ways that take turns: it says
+// nothing more, and goes on driving later; its connection ends; or it is silent, and its connection ends
+// later. A loop of 1 kHz asks latest_within() for each topic in each cycle. Times are from just before the
+// last command of a topic is sent to the first cycle that gets nothing for it. A trial is `within` the lease
+// and one period if the cycle before that one began within the lease: then the loop stood still as soon as
+// this machine let it have its next period. One whose last command was never obeyed is no trial.
 //
-// Excluded: what the robot does with nothing. What would make it lie: a client that stamps late; it stamps
-// before it sends, so that what is counted is at least what was.
+// Excluded: what the robot does with nothing; networks.
+//
+// What would make it lie: a client that stamps late. It stamps before it sends, so a time is at least what it
+// was.
 //
 // Run: bench_standstill [--trials=10000]
 #include <algorithm>

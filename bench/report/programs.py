@@ -61,6 +61,8 @@ programs = (
     program("stop_under_flood", "The stop under a flood"),
     program("stop_under_handshakes", "The stop under TLS handshakes"),
     program("tls_load", "A thousand clients under TLS"),
+    program("standstill", "Standstill when a driver is gone", kind="text", source="standstill.cpp",
+            command=("{bin}/bench_standstill", "--trials=2000"), takes_rounds=False),
     program("stop_on_silence", "The stop when a guard falls silent", kind="text", source="stop_on_silence",
             command=("bench/stop_on_silence", "{bin}/bench_stop_robot", "--runs", "5"), takes_rounds=False),
 )

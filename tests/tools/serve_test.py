@@ -173,7 +173,7 @@ class the_page(unittest.TestCase):
         _, headers, page = get(self.serving.port)
         self.assertIn("default-src 'none'", headers["content-security-policy"])
         self.assertEqual(headers["x-content-type-options"], "nosniff")
-        for asset, kind in (("app.js", "javascript"), ("style.css", "text/css"), ("favicon.svg", "svg")):
+        for asset, kind in (("app.js", "javascript"), ("page.css", "text/css"), ("favicon.svg", "svg")):
             status, headers, _ = get(self.serving.port, f"/{asset}", {"Accept-Encoding": "gzip"})
             self.assertEqual((status, headers["content-encoding"]), (200, "gzip"), asset)
             self.assertIn(kind, headers["content-type"])

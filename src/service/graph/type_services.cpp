@@ -95,7 +95,7 @@ void type_services::complete(call_index call, slot_id slot, bool too_large, std:
 // ---- /rowe/types
 
 // Topics by their rows, then services by theirs, then the endpoint's own services; a page ends where the next
-// entry does not fit.
+// entry does not fit. One that needs a large slot has one entry: whoever asks may take less than that slot.
 struct type_services::pages {
   json::writer& into;
   const std::uint64_t from;
@@ -115,7 +115,7 @@ struct type_services::pages {
       into = before; // no message here is long enough for it; the program's own types follow all the same
     } else if (first_name.empty()) {
       first_name = name;
-    } else if (behind.overflowed()) {
+    } else if (behind.overflowed() || longest) {
       into = before;
       next = at - 1;
     }

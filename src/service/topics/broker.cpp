@@ -2,7 +2,6 @@
 #include "service/topics/broker.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include <rowe/detail/mutation_points.hpp>
 
@@ -129,7 +128,7 @@ bool broker::deliver_long_to(pair_index pair, text_id value, rt::time_point over
                                               .peer = who.peer},
                                              value);
   if (!done && done.code() == errc::full) state_.counts.add(counter::inbox_full);
-  if (!done && done.code() != errc::full) report_too_big(pair, done.error(), who);
+  if (!done && done.code() != errc::full) missed_.report_too_big(pair, done.error(), who);
   return static_cast<bool>(done);
 }
 
@@ -208,21 +207,15 @@ bool broker::deliver_to(pair_index pair, std::span<const char> body, rt::time_po
   // One that is sent now or never came in time, and has no time to live behind that.
   const bool always = over == state_.cycle.now || ROWE_MUTANT(ttl_at_handle);
   json::decoder::diagnosis why;
-  const detail::value_header header{.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
-                                    .expires_ns = rt::nanoseconds_of(always ? rt::never : over),
-                                    .peer = who.peer,
-                                    .outcome_value = turn};
-  const bool may = turn != 0 || local_delivery_.may_deliver(pair, who.peer); // a command replaces another
-  const status done =
-      may ? local_delivery_.deliver(pair, header, {body.data(), body.size()}, why) : status{errc::full};
-  if (done) return true;
-  if (done.code() == errc::full) state_.counts.add(counter::inbox_full);
-  if (done.code() == errc::too_big) report_too_big(pair, done.error(), who);
-  if (done.code() == errc::full || done.code() == errc::too_big) return false;
-  std::array<char, json::decoder::diagnosis::text_bytes_max> buffer;
-  state_.counts.add(counter::undecodable);
-  report_undecodable(pair, who, why.text(buffer));
-  return false;
+  const status done = local_delivery_.deliver(pair,
+                                              {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
+                                               .expires_ns = rt::nanoseconds_of(always ? rt::never : over),
+                                               .peer = who.peer,
+                                               .outcome_value = turn},
+                                              {body.data(), body.size()}, why);
+  if (!done) [[unlikely]]
+    missed_.report(pair, who, done, why);
+  return static_cast<bool>(done);
 }
 
 // A peer's command was admitted where it was read. Those of this process are here: they may have waited for
@@ -244,41 +237,8 @@ void broker::deliver_command(const topic& on, std::span<const char> body, rt::ti
   if (counts || (passed && ROWE_MUTANT(drive_unread))) command_gate_.count(topic, who.peer, passed->sent);
   if (!counts && !own) return;
   for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox) {
-    if (!state_.pair_rows[i].driven) (void)deliver_to(i, body, over, who);
+    if (!state_.pair_rows[i].driven) deliver_share(i, body, over, who);
   }
-}
-
-void broker::report_too_big(pair_index pair, const error& why, const published_by& who) noexcept {
-  state_.counts.add(counter::too_big);
-  wire::text_of<json::decoder::diagnosis::text_bytes_max> text;
-  text.add("the message has ").add(why.value).add(" bytes, its subscriber takes ").add(why.limit);
-  if (state_.pairs[pair].decoder == nullptr) text.add(": raise the option `text_bytes_max`");
-  report_undecodable(pair, who, text.text());
-}
-
-// A handle that subscribed cannot decode a message: two programs disagree about the type. A status reports it
-// to the sender, an event to this process; each at most once a second for a topic, because usually every
-// message fails.
-void broker::report_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept {
-  const topic_id topic = state_.pair_rows[pair].topic;
-  rt::time_point& reported_at = state_.pair_rows[state_.topics.at(topic).inboxes.head]
-                                    .undecodable_at; // one place for all handles on the topic
-  connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
-  const bool first = may_report_again(reported_at, state_.cycle.now);
-  const bool reports =
-      c != nullptr && c->open() && c->ours == side::server && c->may_report(topic, state_.cycle.now);
-  if (!first && !reports) return;
-  wire::text_of<wire::refusal::text_bytes_max> text;
-  text.add("publish ").add_name(state_.topics.name(topic), event_topic_bytes_shown);
-  text.add(": ").add_shortened(why, diagnosis_bytes_shown);
-  if (reports) refusals_.send_status(*c, who.id_raw, text.text());
-  if (!first) return;
-  const bool by_peer = c != nullptr && c->ours == side::server;
-  state_.events.report(by_peer ? event::kind::refused_request : event::kind::warning,
-                       c != nullptr ? c->peer() : std::string_view{},
-                       json::utf8_prefix(text.text(), event_text_bytes_max),
-                       "publish what the subscriber's type says, or set its option `fill_missing`",
-                       c != nullptr ? c->identity.view() : std::string_view{});
 }
 
 } // namespace rowe::service

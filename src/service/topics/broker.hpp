@@ -18,6 +18,7 @@
 #include "service/outgoing/subscription_queues.hpp"
 #include "service/state/advertisement_table.hpp"
 #include "service/state/core_state.hpp"
+#include "service/topics/missed_values.hpp"
 #include "service/topics/published_by.hpp"
 #include "service/topics/topic_rates.hpp"
 #include "wire/codec/request.hpp"
@@ -59,7 +60,7 @@ class broker : broker_needs {
   void deliver(const topic& on, std::span<const char> body, rt::time_point over,
                const published_by& who) noexcept {
     for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox)
-      (void)deliver_to(i, body, over, who);
+      deliver_share(i, body, over, who);
   }
   // Delivers the latched values to a handle that was just attached, the oldest first. Behind a long one they
   // go on when the handle has that.
@@ -74,6 +75,12 @@ class broker : broker_needs {
                      const published_by& who) noexcept;
   bool keep_latched(topic_id index, slot_id slot, latch_owner owner, const published_by& who) noexcept;
   void report_not_latched(topic_id index, std::size_t bytes, const published_by& who) noexcept;
+  // As many as the peer may have waiting in the handle's queue.
+  void deliver_share(pair_index pair, std::span<const char> body, rt::time_point over,
+                     const published_by& who) noexcept {
+    local_delivery_.may_deliver(pair, who.peer) ? (void)deliver_to(pair, body, over, who)
+                                                : state_.counts.add(counter::inbox_full);
+  }
   // False: the handle did not get it, and that was counted.
   bool deliver_to(pair_index pair, std::span<const char> body, rt::time_point over, const published_by& who,
                   std::int64_t turn = 0) noexcept;
@@ -82,8 +89,8 @@ class broker : broker_needs {
   void deliver_long(const topic& on, text_id value, rt::time_point over, const published_by& who) noexcept;
   void go_on_with_latched(pair_index pair) noexcept;
   bool deliver_long_to(pair_index pair, text_id value, rt::time_point over, const published_by& who) noexcept;
-  void report_too_big(pair_index pair, const error& why, const published_by& who) noexcept;
-  void report_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept;
+
+  missed_values missed_{state_, refusals_};
 };
 
 // ---- inline definitions
