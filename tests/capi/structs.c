@@ -329,7 +329,7 @@ static void of_which_the_newest_counts(void) {
 // A command is in force until its lease is over, and is the same one meanwhile.
 static void are_commands_for_as_long_as_their_lease(void) {
   struct rowe_endpoint* const on = rowe_open_local_endpoint(0);
-  const struct rowe_topic_options leased = {.bytes = sizeof leased, .lease_ms = 1000};
+  const struct rowe_topic_options leased = {.bytes = sizeof leased, .lease_ms = 10000};
   const struct rowe_topic_options brief = {.bytes = sizeof brief, .lease_ms = 19};
   CHECK_NULL(rowe_struct_subscriber_open(on, "/at", &point_type, &brief), rowe_error_bad_argument);
   struct rowe_struct_subscriber* const commands =
