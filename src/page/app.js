@@ -82,7 +82,7 @@ function arrange(all) {
 
 // --- who this is -------------------------------------------------------------------------------------------
 
-// The robot may want a token, or another one. The connection is tried on, without one.
+// The robot may want a token, or another one. The page goes on trying to connect, without one.
 async function refused() {
   const shown_one = who.value;
   if (await is_known(who) !== false || robot.state === "open" || who.value !== shown_one) return;
@@ -129,7 +129,7 @@ function take_stats(message) {
 
 function take_parameters(values) {
   data.parameters.take(values);
-  const fastest = Object.entries(values).find(([name]) => name.endsWith("speed_max"));
+  const fastest = Object.entries(values).find(([name]) => /(^|\/)speed_max$/.test(name));
   if (fastest) drive.fastest(Number(fastest[1]));
 }
 
@@ -228,7 +228,7 @@ function write_stats() {
 // --- clocks and hands --------------------------------------------------------------------------------------
 
 function tick() {
-  time.turn();
+  if (!document.hidden) time.turn();
   write_state();
   panel.show();
   drive.show();
@@ -241,8 +241,8 @@ function tick() {
 }
 
 function draw(now) {
+  requestAnimationFrame(draw);  // first: what cannot be drawn does not end the drawing
   view.draw(now);
-  requestAnimationFrame(draw);
 }
 
 for (const each of document.querySelectorAll("[data-text]")) each.textContent = text[each.dataset.text];

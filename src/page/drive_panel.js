@@ -3,7 +3,7 @@
 //
 // The client repeats a command twenty times a second while it is held, drops it when the robot is stopped or
 // the page stood still, and sends one zero when it ends. What it dropped never comes back by itself: the
-// hands must be let go first. This part only says what is held now.
+// person must let go first. This part only says what is held now.
 
 import { element, mark, write } from "./dom.js";
 import { keys, pad, stick } from "./hands.js";
@@ -64,8 +64,8 @@ export class drive_panel {
 
   // The fastest that the robot allows, by its parameter.
   fastest(speed) {
-    if (!(speed > 0) || speed === this.#limit_max) return;
-    const share = Number(element("limit").value) / this.#limit_max;
+    if (!(speed >= 0) || speed === this.#limit_max) return;
+    const share = this.#limit_max > 0 ? Number(element("limit").value) / this.#limit_max : 0.5;
     this.#limit_max = speed;
     this.#allow(share * speed);
   }
@@ -99,9 +99,7 @@ export class drive_panel {
     if (!base) return;
     this.#said = null;
     try {
-      if (base.held) await base.release();
-      else if (base.driver) await base.take_over();
-      else await base.take();
+      await base[element("take").value]();  // what the button said when it was pressed
     } catch ({ code, said, answer }) {
       if (code === "closed") return;
       const words = control_refusals[code === "refused" ? said : "lost"] ?? control_refusals.lost;
@@ -173,6 +171,7 @@ export class drive_panel {
     const take = element("take");
     const over = !this.drives && base.driver !== null;
     take.hidden = over && !this.#rights.has("take_over");
+    take.value = this.drives ? "release" : over ? "take_over" : "take";
     write(take, this.drives ? text.release : over ? text.take_over(base.driver) : text.take);
     this.#write_stick(keeps);
     this.#write_limit();

@@ -2,8 +2,9 @@
 // A map (nav_msgs/OccupancyGrid) below the path: what is taken in ink, what is free as paper, what is not
 // known left out. It is drawn once when it comes, and then moved as a picture.
 
-import { heading_of } from "./pose.js";
+import { far, heading_of, is_place } from "./pose.js";
 
+const side_max = 16384;  // cells
 const cells_max = 4e6;
 const taken_least = 50;  // of 100
 
@@ -11,10 +12,13 @@ const taken_least = 50;  // of 100
 export function grid_of(map) {
   const { info, data } = map ?? {};
   const { width, height, resolution, origin } = info ?? {};
+  const is_side = (side) => Number.isInteger(side) && side > 0 && side <= side_max;
   const cells = width * height;
-  if (!(resolution > 0 && cells > 0 && cells <= cells_max) || data?.length !== cells) return null;
+  if (!is_side(width) || !is_side(height) || cells > cells_max) return null;
+  if (!Array.isArray(data) || data.length !== cells) return null;
+  if (!(resolution > 0 && resolution * Math.max(width, height) <= far)) return null;
   const { x, y } = origin?.position ?? {};
-  if (!Number.isFinite(x) || !Number.isFinite(y)) return null;
+  if (!is_place(x, y)) return null;
   const heading = origin.orientation ? heading_of(origin.orientation) : 0;
   return { width, height, resolution, x, y, heading: Number.isFinite(heading) ? heading : 0, cells: data };
 }
@@ -29,6 +33,8 @@ export class grid_layer {
   #grid = null;
   #picture = null;
   #drawn_in = "";  // the colours of the picture
+
+  get cells() { return this.#grid?.cells.length ?? 0; }
 
   take(map) {
     this.#grid = grid_of(map);

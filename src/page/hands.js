@@ -3,8 +3,8 @@
 // {forward, turn} between -1 and 1, or null while nobody holds it; nothing here knows a robot.
 //
 // Whatever lets go counts as letting go, and nothing counts twice: a key whose end went to another window, a
-// finger that the system took away, a pad that was unplugged. A hand that was let go for the person, because
-// the robot stopped or the page was hidden, must come back to the middle before it counts again.
+// finger that the system took away, a pad that was unplugged. A hold that ended for the person, because the
+// robot stopped or the page was hidden, counts again only after the hand came back to the middle.
 
 const middle = 0.12;             // of a pad's stick: it never rests at 0
 const pad_frozen_ms_max = 1000;  // a stick that is out and says nothing new for so long is not held any more

@@ -7,6 +7,7 @@
 // below and above the path. Nothing is drawn unless something changed.
 
 const points_max = 2000;
+const lines_max = 100;       // of the grid, in one direction
 const axes_width_min = 260;  // pixels
 const spacing = 0.01;      // metres
 const leap = 5;            // metres between two messages that no robot drives: the path is broken there
@@ -237,8 +238,9 @@ export class path_view {
     for (const horizontal of [false, true]) {
       const middle = horizontal ? view.y : view.x;
       const half = (horizontal ? height : width) / 2 / scale;
-      const last = Math.floor((middle + half) / cell);
-      for (let index = Math.ceil((middle - half) / cell); index <= last; index += 1) line(index, horizontal);
+      const first = Math.ceil((middle - half) / cell);
+      const lines = Math.min(lines_max, Math.floor((middle + half) / cell) - first + 1);
+      for (let index = 0; index < lines; index += 1) line(first + index, horizontal);
     }
   }
 

@@ -10,7 +10,8 @@ import { at_path, shown_value } from "./tree.js";
 const plots_max = 4;
 const plot_hz = 30;
 const points_max = 9000;       // five minutes of them
-const draw_ms = 100;
+const draw_ms = 100;           // at the least; and drawing takes no more than a tenth of the time:
+const rest_share = 10;         // a press of STOP waits for what is being drawn
 const spans_s = [60, 10, 300];  // what is usual first
 const colours = ["--accent", "--two", "--three", "--four"];
 const lane_px = 150;
@@ -25,7 +26,7 @@ function load() {
     // above each plot.
     Dygraph.PLUGINS = Dygraph.PLUGINS.filter((each) => each !== Dygraph.Plugins.Legend);
     return Dygraph;
-  });
+  }).catch(() => (dygraphs = null));  // it is asked for again
   return dygraphs;
 }
 
@@ -43,6 +44,12 @@ class lane {
   visible(visible) {
     this.feed.at(visible ? plot_hz : 0);
     if (!visible) this.gap();
+  }
+
+  // Those from a time on, with the one before: a line comes in from the left.
+  since(begin_ms) {
+    const first = this.points.findIndex(([at]) => Number(at) >= begin_ms);
+    return this.points.slice(first < 0 ? -1 : Math.max(0, first - 1));
   }
 
   gap() { if (this.points.at(-1)?.[1] !== null) this.#add(null); }
@@ -67,7 +74,7 @@ export class plot_view {
   #visible = false;
   #paused_at = null;
   #span_s = spans_s[0];
-  #drawn_at = 0;
+  #draws_at = 0;
   changed = () => {};
 
   // `time` as robot_clock: by it the axis is written. Points have the time here, which does not jump when the
@@ -103,7 +110,7 @@ export class plot_view {
 
   // Plots these values, topic:path each, and no others.
   show(names) {
-    const wanted = names.filter((name) => /^\/[^:]*:./.test(name)).slice(0, plots_max);
+    const wanted = [...new Set(names)].filter((name) => /^\/[^:]*:./.test(name)).slice(0, plots_max);
     for (const one of this.#lanes) if (!wanted.includes(one.name)) this.#end(one);
     this.#lanes = wanted.map((name) =>
       this.#lanes.find((one) => one.name === name) ?? new lane(this.#feeds, name));
@@ -144,8 +151,8 @@ export class plot_view {
   }
 
   turn() {
-    if (!this.#visible || document.hidden || performance.now() - this.#drawn_at < draw_ms) return;
-    this.#drawn_at = performance.now();
+    if (!this.#visible || document.hidden || performance.now() < this.#draws_at) return;
+    this.#draws_at = performance.now() + draw_ms;
     this.#lanes.forEach((one, index) => {
       const row = element("lanes").children[index];
       const fresh = one.feed.fresh(1000);
@@ -158,18 +165,25 @@ export class plot_view {
 
   async #draw(one, at) {
     const Dygraph = await load();
-    if (!at.isConnected || one.points.length === 0) return;
+    if (!Dygraph || !at.isConnected || one.points.length === 0) return;
     const end = this.#paused_at ?? Date.now();
     const style = getComputedStyle(at);
     const options = {
-      file: one.points, dateWindow: [end - this.#span_s * 1000, end],
+      file: one.since(end - this.#span_s * 1000), dateWindow: [end - this.#span_s * 1000, end],
       colors: [style.getPropertyValue("--line-of").trim()],
       axisLineColor: style.getPropertyValue("--line").trim(),
       gridLineColor: style.getPropertyValue("--grid").trim(),
       axisLabelColor: style.getPropertyValue("--quiet").trim(),
     };
     const graph = this.#graphs.get(one.name);
-    if (graph) return graph.updateOptions(options);
+    const began = performance.now();
+    if (graph) {
+      graph.updateOptions(options);
+      if (graph.size().width !== at.clientWidth) graph.resize(at.clientWidth, lane_px);
+      const now = performance.now();
+      this.#draws_at = Math.max(this.#draws_at, now) + rest_share * (now - began);
+      return;
+    }
     const { file, ...more } = options;
     this.#graphs.set(one.name, new Dygraph(at, file, {
       ...more, labels: ["t", one.name], strokeWidth: 2, height: lane_px,

@@ -17,12 +17,17 @@ export function heading_of(quaternion) {
   return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }
 
-// {x, y, z, heading, speed, turn}, or null when the message holds no x and y.
+// What no robot reaches, in metres: an estimate that has gone astray.
+export const far = 1e7;
+const is_near = (value) => typeof value === "number" && Math.abs(value) <= far;
+export const is_place = (x, y) => is_near(x) && is_near(y);
+
+// {x, y, z, heading, speed, turn}, or null when the message holds no x and y, or places that nobody reaches.
 export function pose_of(message) {
   if (message === null || typeof message !== "object") return null;
   const body = message.pose?.pose ?? message.pose ?? message;
   const place = body.position ?? body;
-  if (typeof place?.x !== "number" || typeof place?.y !== "number") return null;
+  if (!is_place(place?.x, place?.y)) return null;
   const twist = message.twist?.twist ?? message.twist;
   return {
     x: place.x,

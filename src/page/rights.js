@@ -3,6 +3,7 @@
 // no. Whatever part of the page wants to know of a right is asked for from then on, on each connection.
 
 const asked_max = 64;  // in one call
+const again_ms = 1000;
 
 const key_of = (right, name) => (name === undefined ? right : `${right} ${name}`);
 
@@ -44,8 +45,11 @@ export class rights {
       try {
         const { allowed } = await this.#robot.call("/rowe/rights", { asked });
         keys.forEach((key, at) => this.#known.set(key, allowed?.[at] === true));
-      } catch {
-        return;  // the connection was lost, and the next one asks
+      } catch ({ code }) {
+        if (code === "closed" || code === "lost") return;  // the next connection asks for all
+        this.#unasked.unshift(...keys);
+        setTimeout(() => this.#ask(), again_ms);
+        return;
       }
     }
     this.changed();

@@ -3,6 +3,7 @@
 // sits is not known here, and is taken to be its middle.
 
 const points_max = 2000;  // drawn of one scan; of more, every second, third, …
+const range_most = 1e5;   // metres
 const size = 3;           // pixels of a point
 const reach_share = 0.9;  // of the points, that the view holds: one through an open door is far away
 
@@ -11,12 +12,13 @@ const reach_share = 0.9;  // of the points, that the view holds: one through an 
 export function points_of(scan) {
   const { ranges, angle_min: first, angle_increment: step } = scan ?? {};
   if (!Array.isArray(ranges) || !Number.isFinite(first) || !Number.isFinite(step)) return [];
-  const { range_min: near = 0, range_max: far = Infinity } = scan;
+  const { range_min: near = 0 } = scan;
+  const far = Math.min(scan.range_max ?? Infinity, range_most);
   const every = Math.ceil(ranges.length / points_max);
   const points = [];
   for (let beam = 0; beam < ranges.length; beam += every) {
     const range = ranges[beam];
-    if (typeof range !== "number" || !(range >= near && range <= (far ?? Infinity))) continue;
+    if (typeof range !== "number" || !(range >= near && range <= far)) continue;
     const angle = first + beam * step;
     points.push(range * Math.cos(angle), range * Math.sin(angle));
   }

@@ -118,7 +118,7 @@ export class services_view {
     try {
       const { services } = await this.#robot.call("/rosapi/services");
       await this.#ask_types();
-      this.#names = services.filter((name) => !is_own(name)).sort();  // a row is made of a type
+      this.#names = services.filter((name) => !is_own(name)).sort();  // last: rows need types
     } catch {
       return;
     }

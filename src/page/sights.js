@@ -13,10 +13,13 @@ const map_type = /^nav_msgs\/(msg\/)?OccupancyGrid$/;
 const image_type = /^sensor_msgs\/(msg\/)?CompressedImage$/;
 const scans_max = 2;       // in front and behind
 const [scan_hz, map_hz, image_hz] = [10, 2, 10];
+const [large_cells, large_map_hz] = [250000, 0.2];  // reading such a map keeps everything else waiting
 const stale_ms = 1500;
 
-const of_type = (topics, type) =>
-  topics.filter((entry) => type.test(entry.type)).map(({ topic }) => topic).sort();
+// Those that are shown stay in front: a topic that comes later takes nobody's place.
+const of_type = (topics, type, shown) =>
+  topics.filter((entry) => type.test(entry.type)).map(({ topic }) => topic)
+    .sort((one, other) => shown(other) - shown(one) || (one < other ? -1 : 1));
 
 export class sights {
   #feeds;
@@ -68,8 +71,9 @@ export class sights {
 
   // `topics` as listed in /rowe/stats.
   take(topics) {
-    const scans = of_type(topics, scan_type).slice(0, scans_max);
-    const maps = of_type(topics, map_type).slice(0, 1);
+    const is_shown = (topic) => this.#layers.has(topic);
+    const scans = of_type(topics, scan_type, is_shown).slice(0, scans_max);
+    const maps = of_type(topics, map_type, is_shown).slice(0, 1);
     for (const [topic, { feed }] of this.#layers) {
       if (scans.includes(topic) || maps.includes(topic)) continue;
       feed.end();
@@ -80,8 +84,10 @@ export class sights {
     const of_kind = (kind) => [...this.#layers.values()].map(({ layer }) => layer).filter(
       (layer) => layer instanceof kind);
     Object.assign(this.#view, { below: of_kind(grid_layer), above: of_kind(scan_layer) });
-    this.#cameras = of_type(topics, image_type);
+    const before = this.#cameras.join();
+    this.#cameras = of_type(topics, image_type, () => 0);
     this.#look();
+    if (this.#cameras.join() !== before) this.#write();
   }
 
   #add(topic, kind, hz) {
@@ -89,6 +95,7 @@ export class sights {
     const layer = new kind();
     const feed = this.#feeds.want(topic, (msg) => {
       layer.take(msg);
+      if (layer.cells > large_cells && this.#visible) feed.at(large_map_hz);
       this.#view.touch();
     }, this.#visible ? hz : 0);
     layer.fresh = () => feed.fresh(stale_ms);
@@ -96,7 +103,8 @@ export class sights {
   }
 
   #look() {
-    const topic = this.#cameras.includes(this.#wanted) ? this.#wanted : this.#cameras[0];
+    const [topic] = [this.#wanted, this.#image?.topic, ...this.#cameras]
+      .filter((each) => this.#cameras.includes(each));
     if (this.#image?.topic === topic) return;
     this.#image?.end();
     this.#camera.clear();

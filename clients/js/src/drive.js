@@ -108,7 +108,9 @@ export class drive extends emitter {
   // For good.
   close() {
     for (const off of this.#offs) off();
-    return this.release();
+    const released = this.release();
+    this.emit("closed");
+    return released;
   }
 
   // --- what comes and goes

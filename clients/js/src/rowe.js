@@ -69,6 +69,7 @@ class robot extends wire {
   drive(topic, options) {
     const made = new drive(this, topic, options);
     this.#drives.add(made);
+    made.on("closed", () => this.#drives.delete(made));
     return made;
   }
 

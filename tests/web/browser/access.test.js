@@ -11,7 +11,7 @@ import { scenery, stop_state } from "../support/scenery.js";
 import { scripted_page } from "../support/scripted.js";
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-const plot = "&plot=/odom:speed,/power:volts";
+const plot = "plot=/odom:speed,/power:volts";
 let shown;
 afterEach(() => shown?.close());
 
@@ -28,25 +28,37 @@ const states = {
   stopped: { more: { "/rowe/stop/state": stopped }, is: "live" },
   stale: { more: {}, is: "stale", then: (robot) => delete robot.messages["/odom"] },
 };
-for (const view of ["overview", "drive", "plot", "data"]) {
+const looks = {
+  "a phone, light": { size: phone, scheme: "light" },
+  "a desk, dark": { size: desk, scheme: "dark" },
+};
+for (const [where, look] of Object.entries(looks)) {
   for (const [name, { more, is, then }] of Object.entries(states)) {
-    test(`${view}, ${name}: axe finds nothing`, limit, async () => {
-      for (const look of [{ size: phone, scheme: "light" }, { size: desk, scheme: "dark" }]) {
-        const { messages, services } = scenery(more);
-        shown = await scripted_page.open(browser, server.origin, messages,
-          { hash: `#view=${view}${plot}`, services, ...look });
-        const { page } = shown;
-        await page.waitForFunction(() => document.body.dataset.state === "live");
-        if (view === "data") {
-          await page.click("#rates [data-key='/power'] > button");
-          await page.waitForFunction(() => document.querySelector("#rates .values > div"));
-        }
-        then?.(shown);
-        await page.waitForFunction((wanted) => document.body.dataset.state === wanted, is);
-        assert.deepEqual(await faults_of(page), [], `${look.scheme}`);
-        assert.deepEqual(page.faults, []);
-        await shown.close();
+    test(`${where}, ${name}: axe finds nothing in any view`, limit, async () => {
+      const { messages, services } = scenery(more);
+      const options = { hash: `#${plot}`, services, ...look };
+      shown = await scripted_page.open(browser, server.origin, messages, options);
+      const { page } = shown;
+      await page.waitForFunction(() => document.body.dataset.state === "live");
+      await page.locator("#view_drive").waitFor({ state: "visible" });
+      await page.click("#view_data");
+      await page.click("#rates [data-key='/power'] > button");
+      await page.waitForFunction(() => document.querySelector("#rates .values > div"));
+      then?.(shown);
+      await page.waitForFunction((wanted) => document.body.dataset.state === wanted, is);
+      for (const view of ["data", "plot", "drive", "overview"]) {
+        await page.click(`#view_${view}`);
+        assert.deepEqual(await faults_of(page), [], view);
       }
+      assert.deepEqual(page.faults, []);
     });
   }
 }
+
+test("axe finds what is wrong", limit, async () => {
+  const { messages, services } = scenery();
+  shown = await scripted_page.open(browser, server.origin, messages, { services });
+  await shown.page.waitForFunction(() => document.body.dataset.state === "live");
+  await shown.page.evaluate(() => document.getElementById("follow").removeAttribute("aria-label"));
+  assert.match((await faults_of(shown.page)).join(), /^button-name: #follow$/);
+});

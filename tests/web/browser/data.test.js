@@ -43,7 +43,7 @@ test("a parameter is set by its form, or refused in the robot's words", limit, a
   assert.equal(await of_robot(), "0.7");
   await form.locator("input").fill("fast");
   await form.locator("button").click();
-  await until("words", async () => /this is no number$/.test(await form.locator("p").textContent()));
+  await until("words", async () => /this is not a number$/.test(await form.locator("p").textContent()));
   await form.locator("input").fill("1");
   await form.locator("button").click();
   await until("it is set", async () => (await of_robot()) === "1");

@@ -118,7 +118,7 @@ test("the space bar and Escape stop the robot, wherever the focus is, and keys d
     }
     await server.let_run();  // the key is still held: it does not drive on by itself
     await page.waitForFunction(() => document.body.dataset.stop === "running");
-    await line(page, /^Let go of the stick, then drive on$/);
+    await line(page, /^Let go, then drive again$/);
     assert.ok(speed() < 0.01);
     await page.keyboard.up("KeyW");
   });

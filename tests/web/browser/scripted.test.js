@@ -213,7 +213,7 @@ test("a scan, a map and cameras are found by their types, shown, and asked for w
       asked("unsubscribe", "/front/compressed").length > 0 && (await pixels("image")) > 10);
     assert.equal(new URL(page.url()).hash, "#camera=/rear/compressed&front=camera");
     messages["/rear/compressed"] = { format: "jpeg", data: "AAAA" };
-    await shown.says("image_says", "This is no image that a browser can show");
+    await shown.says("image_says", "This is not an image that the page shows");
     delete messages["/rear/compressed"];
     await page.click("#view_data");
     await until("nothing of it is asked for", () => ["/scan", "/map", "/rear/compressed"].every(

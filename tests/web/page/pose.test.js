@@ -63,3 +63,8 @@ test("pose types are known in both spellings of ROS, and nothing else is", () =>
     assert.ok(!is_pose_type(type), type);
   }
 });
+
+test("a place that no robot reaches is no pose", () => {
+  for (const x of [1e15, -1e8, Infinity, NaN]) assert.equal(pose_of({ x, y: 0 }), null, `${x}`);
+  assert.equal(pose_of({ x: 1e6, y: -1e6 }).x, 1e6);
+});

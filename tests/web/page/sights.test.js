@@ -5,7 +5,7 @@ import { load } from "./load.js";
 
 const { points_of, reach_of } = await load("scan.js");
 const { grid_of } = await load("grid.js");
-const { bytes_of } = await load("camera.js");
+const { bytes_of, pixels_of } = await load("camera.js");
 
 const step = Math.PI / 2;
 const scan = { angle_min: 0, angle_increment: step, range_min: 0.1, range_max: 10, ranges: [1, 2, 3, 4] };
@@ -17,7 +17,7 @@ test("the beams of a scan go round against the clock from its first angle", () =
 
 test("beams that met nothing, and what is no number, are left out", () => {
   assert.equal(points_of({ ...scan, ranges: [0.05, 11, null, "2", 4] }).length, 2);
-  assert.equal(points_of({ ...scan, range_max: null, ranges: [1e6] }).length, 2);
+  assert.equal(points_of({ ...scan, range_max: null, ranges: [1e4, 1e6] }).length, 2);
   const odds = [null, 3, {}, { ranges: [1] }, { ...scan, ranges: "1" }, { ...scan, angle_increment: null }];
   for (const odd of odds) {
     assert.deepEqual(points_of(odd), []);
@@ -50,6 +50,11 @@ test("a map has its place and its cells", () => {
 test("what is no map, has not its cells, or is huge is not drawn", () => {
   for (const odd of [null, {}, map({ data: [1] }), map({ info: { width: 2, height: 2, resolution: 0 } }),
     map({ info: { width: 1e5, height: 1e5, resolution: 1 }, data: { length: 1e10 } }),
+    map({ info: { width: 0.5, height: 2, resolution: 1, origin }, data: [0] }),
+    map({ info: { width: -2, height: -2, resolution: 1, origin } }),
+    map({ info: { width: "2", height: "2", resolution: 1, origin } }),
+    map({ data: { length: 4 } }), map({ info: { width: 2, height: 2, resolution: 1e9, origin } }),
+    map({ info: { width: 2, height: 2, resolution: 1, origin: { position: { x: 1e15, y: 0 } } } }),
     map({ info: { width: 2, height: 2, resolution: 1, origin: { position: { x: null, y: 0 } } } })]) {
     assert.equal(grid_of(odd), null);
   }
@@ -58,7 +63,19 @@ test("what is no map, has not its cells, or is huge is not drawn", () => {
 test("an image is base64 or a list of numbers, and nothing else", () => {
   assert.deepEqual([...bytes_of({ data: "AAEC/w==" })], [0, 1, 2, 255]);
   assert.deepEqual([...bytes_of({ data: [1, 2] })], [1, 2]);
-  for (const odd of [null, undefined, {}, { data: 3 }, { data: "no base64!" }, { data: "A".repeat(9e6) }]) {
+  for (const odd of [null, undefined, {}, { data: 3 }, { data: "no base64!" }, { data: "A".repeat(9e6) },
+    { data: [{ toString: 1, valueOf: 1 }] }, { data: [1.5] }]) {
     assert.equal(bytes_of(odd), null);
+  }
+});
+
+test("the head of an image says how many pixels it has", () => {
+  const bytes = (...hex) => Uint8Array.from(hex.join("").match(/../g), (each) => parseInt(each, 16));
+  assert.equal(pixels_of(bytes("89504e470d0a1a0a", "0000000d49484452", "00007530", "00000002")), 60000);
+  const [start, table, other] = ["ffd8", "ffc4000400ff", "ffe0000601020304"];
+  const frame = "ffc0000b08" + "0004" + "0006" + "01000000";
+  assert.equal(pixels_of(bytes(start, other, table, frame)), 24);
+  for (const odd of ["", "47494638", "ffd8", "ffd8ffe0", "ffd8ffe00000ffe0000000000000000000"]) {
+    assert.ok(!(pixels_of(odd ? bytes(odd) : new Uint8Array(0)) <= 1e9), odd);
   }
 });
