@@ -25,8 +25,9 @@ result<parameter_cell*> endpoint_state::open_parameter(const parameter_request& 
   // A program that replaces parameters finds the places that it had.
   parameter_cell* made = nullptr;
   table.freed.wait_until(rt::deadline_after(rt::monotonic_clock::now(), service::closing_time_max), [&] {
+    const bool closing = table.any_closing(); // asked first: a place may become free in between
     made = table.open(asked, wake_descriptor());
-    return made != nullptr || !table.any_closing();
+    return made != nullptr || !closing;
   });
   if (made == nullptr) {
     const auto most = static_cast<std::int64_t>(options_.limits.parameters_max);
