@@ -45,6 +45,10 @@ async function hold_reset(page, down = () => page.mouse.down(), up = () => page.
   await down();
   await page.waitForFunction(() => document.getElementById("reset").dataset.held !== "true");
   await up();
+  // The robot answers meanwhile; where the reset was there is another button then, which nobody means.
+  const answered = () => document.body.dataset.stop !== "stopped" ||
+    document.getElementById("stop_says").textContent.startsWith("Not reset");
+  await page.waitForFunction(answered, null, { timeout: 2000 }).catch(() => {});
 }
 
 // Presses the reset too shortly; again where a busy machine kept the page, by whose time it counts, from
