@@ -2,7 +2,15 @@
 // Schemas that must not compile: refused_test.py says what is listed in one (SCHEMA, NAMES), of which type
 // (TYPE) and what is done with it (USED), and looks for the sentence that tells the user what is wrong. With
 // nothing said it compiles.
-#include "refused.hpp"
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <rowe/json_value.hpp>
+#include <rowe/schema.hpp>
 
 struct sound {
   double x = 0;

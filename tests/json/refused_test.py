@@ -4,15 +4,18 @@
 
     tests/json/refused_test.py [OPTION OF UNITTEST]... COMPILER ARGUMENT...
 
-None of the cases may compile in refused.cpp, and the compiler's first error must be a failed static_assert
-with its sentence. With g++ it must be the only error: those that follow from a wrong line hide which one that
-is. With g++, too, the headers are compiled once for all cases."""
+None of the cases may compile, and the compiler's first error of each must be a failed static_assert with its
+sentence. With g++ it must be the only error: those that follow from a wrong line hide which one that is.
+
+All cases are compiled together: case 7 is refused.cpp with types of its own, such as subject_7, as if it were
+a file case_7. An error that several have in common is reported once, and may name no case. So a case for
+which none was reported is compiled again, alone."""
+import collections
 import os
 import pathlib
-import shutil
+import re
 import subprocess
 import sys
-import tempfile
 import unittest
 
 here = pathlib.Path(__file__).resolve().parent
@@ -73,50 +76,74 @@ sentences = {
 }
 
 
-def compiled(*arguments):
-    return subprocess.run([*command, *arguments], capture_output=True, text=True, check=False,
-                          env={**os.environ, "LC_ALL": "C"})
+cases = [(case, sentence) for sentence, its_cases in sentences.items() for case in its_cases]
+types = "sound other gear mode subject heap heap_list main".split()
+
+
+def source(number, definitions):
+    """A case, written so that others can stand before and behind it."""
+    given = [(name, f"{name}_{number}") for name in types] + [each.split("=", 1) for each in definitions]
+    return "\n".join([*(f"#define {name} {value}" for name, value in given), f'#line 1 "case_{number}"', body,
+                      *(f"#undef {name}" for name, _ in given if name not in ("TYPE", "USED")),
+                      "#undef TYPE", "#undef USED", ""])
+
+
+def blocks(said):
+    """The compiler's errors, each with what belongs to it: g++ says before an error where it comes from, and
+    clang behind it."""
+    if is_clang:
+        return re.split(r"^(?=.* error: )", said, flags=re.MULTILINE)[1:]
+    told = "".join(line for line in said.splitlines(keepends=True) if " note: " not in line)
+    return re.findall(r"(?s).*? error: [^\n]*", told)
+
+
+def errors_of(numbered):
+    """The errors of these cases, (number, definitions), by number. Those that name no case are those of None."""
+    ran = subprocess.run([*command, "-fsyntax-only", "-xc++", "-"], text=True, check=False,
+                         input="".join(source(*each) for each in numbered), capture_output=True,
+                         env={**os.environ, "LC_ALL": "C"})
+    found = collections.defaultdict(list)
+    for block in blocks(ran.stderr):
+        named = re.search(rf"(?<!from )\b(?:case|{'|'.join(types)})_(\d+)\b", block)
+        found[int(named[1]) if named else None].append(re.search(r".* error: .*", block)[0])
+    return found
 
 
 class a_schema(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        said = subprocess.run([command[0], "--version"], capture_output=True, text=True, check=True).stdout
-        cls.is_gnu = "clang" not in said
-        cls.folder = tempfile.TemporaryDirectory()
-        for name in ("refused.cpp", "refused.hpp"):
-            shutil.copy(here / name, cls.folder.name)
-        if cls.is_gnu:
-            header = os.path.join(cls.folder.name, "refused.hpp")
-            compiled("-x", "c++-header", header, "-o", header + ".gch").check_returncode()
+        numbered = [(number, case) for number, (case, _) in enumerate(cases)]
+        cls.errors = errors_of(numbered)
+        cls.unclaimed = set(cls.errors.pop(None, []))
+        for each in numbered:
+            if each[0] not in cls.errors:
+                cls.errors[each[0]] = [one for some in errors_of([each]).values() for one in some]
+                cls.unclaimed.difference_update(cls.errors[each[0]])
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
-
-    def case(self, definitions):
-        return compiled("-fsyntax-only", *("-D" + each for each in definitions),
-                        os.path.join(self.folder.name, "refused.cpp"))
-
-    def refuse(self, case, sentence):
-        ran = self.case(case)
-        errors = [line for line in ran.stderr.splitlines() if " error: " in line]
-        self.assertTrue(errors and ran.returncode != 0, "it compiles")
+    def refuse(self, number, sentence):
+        errors = self.errors[number]
+        self.assertTrue(errors, "it compiles")
         self.assertIn(sentence, errors[0])
-        if self.is_gnu:
+        if not is_clang:
             self.assertEqual(len(errors), 1, "more than one error:\n" + "\n".join(errors))
 
+    def test_causes_no_other_errors(self):
+        self.assertEqual(self.unclaimed, set())
+
     def test_with_nothing_wrong_compiles(self):
-        ran = self.case(())
-        self.assertEqual(ran.returncode, 0, ran.stderr)
+        self.assertEqual(dict(errors_of([(0, ())])), {})
 
 
-for its_sentence, its_cases in sentences.items():
-    for one in its_cases:
-        setattr(a_schema, "test_" + " ".join(one),
-                lambda self, case=one, said=its_sentence: self.refuse(case, said))
+for its_number, (its_case, its_sentence) in enumerate(cases):
+    setattr(a_schema, "test_" + " ".join(its_case),
+            lambda self, number=its_number, said=its_sentence: self.refuse(number, said))
 
 if __name__ == "__main__":
     options = [each for each in sys.argv[1:2] if each.startswith("-")]
     command = sys.argv[1 + len(options):]
+    version = subprocess.run([command[0], "--version"], capture_output=True, text=True, check=True).stdout
+    is_clang = "clang" in version
+    if is_clang:
+        command.append("-ferror-limit=0")
+    body = (here / "refused.cpp").read_text(encoding="utf-8")
     unittest.main(argv=[sys.argv[0], *options])

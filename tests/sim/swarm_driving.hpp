@@ -50,6 +50,9 @@ class driven_loop {
     if (random_.one_in(100)) owns_ = random_.one_in(4);
   }
 
+  // Before the process closes all it has.
+  void end() { loop_ = publisher_ = nullptr; }
+
   // After each cycle.
   void look() {
     note_dropped();

@@ -333,6 +333,7 @@ class world {
     while (!untrusted_.empty()) leave(0, rowe::service::close_cause::reset); // a flood is not read to its end
     for (const auto& one : leaving_) one->link().leave(rowe::service::close_cause::reset);
     for (int i = 0; i < 5; ++i) quiesce();
+    driven_.end();
     process_.close_all();
     for (int i = 0; i < 40; ++i) quiesce();
     far_end last{on_, plan_.ours}; // pending messages wait for a peer

@@ -108,12 +108,12 @@ bool outbox::evict_for(slot_class of) noexcept {
   return false;
 }
 
-// The peer found last, while it holds more than an equal share; else a peer that holds most, a backpressured
-// one if there is any.
+// The peer found last, while it holds more than an equal share; else a peer that holds most, one that reads
+// slowly if there is any.
 peer_index outbox::holds_most(std::optional<slot_class> of) noexcept {
   const std::uint32_t all = of ? slots_.count(*of) : state_.bounds().queued_max;
   return entries_.longest(of, equal_share(all, state_.peers.count()),
-                          [this](peer_index i) { return queues_[i].backpressured(); });
+                          [this](peer_index i) { return queues_[i].reads_slowly(); });
 }
 
 // As evict_for(), for an entry of a queue.

@@ -60,8 +60,10 @@ struct peer_queues {
     whole_bytes_max = bytes;
     group_bytes_max = std::min(whole_bytes_max, std::uint32_t{write_work_bytes});
   }
-  // It reads more slowly than we could write, or it waits for peers that do.
-  bool backpressured() const noexcept { return blocked || out_of_credit || waits_to_begin; }
+  // It reads more slowly than we could write.
+  bool reads_slowly() const noexcept { return blocked || out_of_credit; }
+  // It does, or it waits for peers that do.
+  bool backpressured() const noexcept { return reads_slowly() || waits_to_begin; }
 };
 
 } // namespace rowe::service
