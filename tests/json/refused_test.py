@@ -98,7 +98,7 @@ def blocks(said):
 
 
 def errors_of(numbered):
-    """The errors of these cases, (number, definitions), by number. Those that name no case are those of None."""
+    """The errors of these cases, (number, definitions), by number; those that name no case, by None."""
     ran = subprocess.run([*command, "-fsyntax-only", "-xc++", "-"], text=True, check=False,
                          input="".join(source(*each) for each in numbered), capture_output=True,
                          env={**os.environ, "LC_ALL": "C"})
