@@ -8,7 +8,7 @@ import { bar } from "./bar.js";
 import { moment, since_ms } from "../../clients/js/src/link.js";
 import { connect } from "../../clients/js/src/rowe.js";
 import { data_view } from "./data_view.js";
-import { element, write } from "./dom.js";
+import { choose_from, element, write } from "./dom.js";
 import { drive_panel } from "./drive_panel.js";
 import { feeds } from "./feeds.js";
 import { map_hands } from "./map_hands.js";
@@ -22,7 +22,7 @@ import { sights } from "./sights.js";
 import { stop_panel } from "./stop_panel.js";
 import { latch, text } from "./text.js";
 import { is_known, token } from "./token.js";
-import { judge, robot_clock, stale_ms } from "./truth.js";
+import { judge, robot_clock, usual_age } from "./truth.js";
 
 const default_topic = "/odom";
 const stats_hz = 10;
@@ -52,6 +52,7 @@ const data = new data_view(robot, asked, plots, allowed);
 const seen = {
   pose: null,        // the last one, kept when the connection goes
   heard: null,       // when that came, by the clock here
+  gaps: new usual_age(),
   pose_written: false,
   stats: null,
   stats_written: false,
@@ -66,7 +67,7 @@ asked.want("/rowe/parameters", ({ values }) => take_parameters(values ?? {}), pa
 
 // What is shown goes into the address, and is remembered for the next time.
 function note_arranged() {
-  const fragment = written({ ...shown, ...plots.arranged, ...seen_by_robot.arranged });
+  const fragment = written({ ...shown, ...drive.arranged, ...plots.arranged, ...seen_by_robot.arranged });
   const { pathname, search } = location;
   history.replaceState(null, "", fragment || pathname + search);
   remember(() => localStorage, fragment);
@@ -76,6 +77,7 @@ function arrange(all) {
   shown = { view: all.view, topic: all.topic };
   look_at(shown.topic ?? default_topic);
   show_view();
+  drive.arrange(all);
   plots.arrange(all);
   seen_by_robot.arrange(all);
 }
@@ -103,7 +105,9 @@ function introduce(event) {
 // --- messages ----------------------------------------------------------------------------------------------
 
 function take_pose(message) {
-  const missed = seen.heard === null || since_ms(seen.heard) > stale_ms(pose_feed.hz);
+  const gap_ms = seen.heard === null ? Infinity : since_ms(seen.heard);
+  const missed = gap_ms > stale_ms();
+  seen.gaps.came(gap_ms);
   seen.pose = pose_of(message);
   seen.heard = moment();
   seen.pose_written = false;
@@ -120,12 +124,16 @@ function take_stats(message) {
   seen.stats = { ...message, topics: topics.filter((entry) => typeof entry?.topic === "string") };
   seen.stats_written = false;
   poses.take(seen.stats.topics);
+  drive.listed(seen.stats.topics);
   seen_by_robot.take(seen.stats.topics);
   if (shown.topic === null && !poses.has(pose_feed.topic)) {
     const [other] = poses.all;
     if (other) look_at(other);
   }
 }
+
+// What the robot's statistics say of a topic.
+const entry_of = (topic) => seen.stats?.topics.find((entry) => entry.topic === topic);
 
 function take_parameters(values) {
   data.parameters.take(values);
@@ -144,7 +152,7 @@ function take_status({ level, msg }) {
 function look_at(topic) {
   if (topic === pose_feed.topic) return;
   pose_feed.end();
-  Object.assign(seen, { pose: null, heard: null, pose_written: false });
+  Object.assign(seen, { pose: null, heard: null, gaps: new usual_age(), pose_written: false });
   view.clear();
   pose_feed = asked.want(topic, take_pose, pose_hz);
 }
@@ -176,8 +184,10 @@ function keeps() {
 
 // --- words -------------------------------------------------------------------------------------------------
 
+const stale_ms = () => seen.gaps.stale_ms(pose_feed.hz, entry_of(pose_feed.topic)?.rate_hz);
+
 function write_state() {
-  seen.state = judge(robot.state, pose_feed);
+  seen.state = judge(robot.state, pose_feed, stale_ms());
   const { stats, heard } = seen;
   const answers = stats !== null && stats_feed.fresh(stats_stale_ms);
   document.body.dataset.stats = answers || !stats ? "live" : "stale";
@@ -207,13 +217,7 @@ function write_pose() {
 }
 
 function write_choice() {
-  const listed = [...new Set([pose_feed.topic, ...poses.all])].sort();
-  const choice = element("topic");
-  if (listed.join() !== [...choice.options].map((option) => option.value).join()) {
-    choice.replaceChildren(...listed.map((topic) => new Option(topic, topic)));
-  }
-  if (choice.value !== pose_feed.topic) choice.value = pose_feed.topic;
-  choice.parentElement.hidden = listed.length < 2;
+  choose_from(element("topic"), [...new Set([pose_feed.topic, ...poses.all])].sort(), pose_feed.topic);
 }
 
 function write_stats() {
@@ -266,6 +270,7 @@ still.onchange = () => (view.still = still.matches);
 new map_hands(element("path"), view);
 
 allowed.changed = () => data.rights_changed();
+drive.changed = note_arranged;
 plots.changed = note_arranged;
 seen_by_robot.changed = note_arranged;
 arrange(read(location.hash || remembered(() => localStorage), views));

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a person arranged, as words that the address carries and this browser remembers for this address:
-// #view=plot&topic=/gps&plot=/gps:pose.x,/power:volts&span=60&camera=/front/compressed&front=map. A topic
-// alone, #/gps, is read as well. Speeds are not part of it: nobody drives faster by following a link.
+// #view=plot&topic=/gps&drive=/cmd_vel&plot=/gps:pose.x,/power:volts&span=60&camera=/front/compressed&front=map.
+// A topic alone, #/gps, is read as well. Speeds are not part of it: nobody drives faster by following a link.
 
 const remembered_as = "rowe.arranged";
-const usual = { view: "overview", topic: null, plot: [], span: null, camera: null, front: null };
+const usual = {
+  view: "overview", topic: null, drive: null, plot: [], span: null, camera: null, front: null,
+};
 
 // All of it, from the fragment of an address; what is not said is as usual.
 export function read(hash, views) {
@@ -21,7 +23,8 @@ export function read(hash, views) {
   const front = ["map", "camera"].includes(at.get("front")) ? at.get("front") : null;
   const span = Number(at.get("span")) || null;
   const plot = at.get("plot")?.split(",") ?? [];
-  return { view, topic: at.get("topic"), plot, span, camera: at.get("camera"), front };
+  const [topic, drive, camera] = ["topic", "drive", "camera"].map((name) => at.get(name));
+  return { view, topic, drive, plot, span, camera, front };
 }
 
 // The fragment that says it; empty: all as usual.

@@ -19,6 +19,15 @@ export function make(tag, members = {}, ...children) {
   return made;
 }
 
+// What one may choose from, unless there is no choice; `chosen` is what holds now.
+export function choose_from(choice, names, chosen) {
+  if (names.join("\n") !== [...choice.options].map(({ value }) => value).join("\n")) {
+    choice.replaceChildren(...names.map((name) => new Option(name, name)));
+  }
+  if (names.includes(chosen) && choice.value !== chosen) choice.value = chosen;
+  choice.parentElement.hidden = names.length < 2;
+}
+
 // The drawing `name` of index.html, in a mark that was made there.
 export const draw = (at, name) => mark(at, "href", `#i-${name}`);
 

@@ -5,7 +5,7 @@
 // the page stood still, and sends one zero when it ends. What it dropped never comes back by itself: the
 // person must let go first. This part only says what is held now.
 
-import { element, mark, write } from "./dom.js";
+import { choose_from, element, mark, write } from "./dom.js";
 import { keys, pad, stick } from "./hands.js";
 import { moment, since_ms } from "../../clients/js/src/link.js";
 import { control_refusals, losses_of_control, text } from "./text.js";
@@ -17,18 +17,29 @@ const turn_max = 1;                             // rad/s of a stick that is out
 const own_limit = { max: 1, value: 0.5 };       // m/s, of a robot that names none
 const limit_least = 0.05;
 
+// Messages that say how fast, by the names of their types; one of unknown type is taken for the first.
+const shapes = [
+  [/^(geometry_msgs\/(msg\/)?Twist)?$/, (twist) => twist],
+  [/^geometry_msgs\/(msg\/)?TwistStamped$/, (twist) => ({ twist })],
+];
+const shape_of = (type = "") => shapes.find(([known]) => known.test(type))?.[1];
+
 export class drive_panel {
   #robot;
   #rights;
   #base = null;    // the driven topic, as the client has it
   #said = null;    // why control was not taken, or is lost
   #keeps = () => null;
+  #types = new Map();  // of the robot's topics
+  #shape = null;
+  #wanted = null;  // the topic that somebody chose
   #limit_max = own_limit.max;
   #held = false;   // a command is held by a hand
   #spent = false;  // a command ended before the hand did
   #last = null;    // the hand that was said last
   #looked = moment();
   #hands;
+  changed = () => {};
 
   // `feeds` as in feeds.js; `keeps()` names what keeps a person from driving now.
   constructor(robot, rights, feeds, keeps) {
@@ -43,6 +54,7 @@ export class drive_panel {
       pad: new pad(() => navigator.getGamepads?.()),
     };
     element("take").onclick = () => this.#ask();
+    element("driven").onchange = ({ target }) => this.#choose(target);
     const limit = element("limit");
     limit.oninput = () => this.#command();
     limit.onpointerup = () => limit.blur();  // so that arrows drive again
@@ -61,6 +73,13 @@ export class drive_panel {
     return topic !== null && this.#rights.has("publish", topic) && this.#rights.has("call", service);
   }
   get #seen() { return element("stick").offsetParent !== null; }
+
+  // What a link carries.
+  get arranged() { return { drive: this.#wanted }; }
+  arrange({ drive }) { this.#wanted = drive; }
+
+  // `topics` as listed in /rowe/stats.
+  listed(topics) { this.#types = new Map(topics.map(({ topic, type }) => [topic, type])); }
 
   // The fastest that the robot allows, by its parameter.
   fastest(speed) {
@@ -84,15 +103,35 @@ export class drive_panel {
   }
 
   #take(topics) {
-    const [first] = topics.filter(({ topic }) => typeof topic === "string");
-    if (!first || first.topic === this.topic) return;
-    this.#base?.close().catch(() => {});
-    this.#base = this.#robot.drive(first.topic, { zero: { linear: { x: 0 }, angular: { z: 0 } } });
+    const may = topics.map(({ topic }) => topic).filter((topic) => typeof topic === "string" &&
+      shape_of(this.#types.get(topic)));
+    const topic = [this.#wanted, this.topic, ...may].find((each) => may.includes(each)) ?? null;
+    choose_from(element("driven"), may, topic);
+    if (topic === this.topic && (topic === null || shape_of(this.#types.get(topic)) === this.#shape)) return;
+    this.#begin(topic);
+  }
+
+  #choose(choice) {
+    choice.blur();  // so that arrows drive again
+    this.#wanted = choice.value;
+    this.#begin(choice.value);
+    this.changed();
+  }
+
+  // Drives another topic from now on, or none: what was driven stands still.
+  #begin(topic) {
+    this.leave();
+    if (topic === null) return;
+    this.#shape = shape_of(this.#types.get(topic));
+    this.#said = null;
+    this.#base = this.#robot.drive(topic, { zero: this.#message(0, 0) });
     this.#base.on("lost", ({ reason, ...more }) => {
       this.#said = losses_of_control[reason]?.(more) ?? String(reason);
       this.#drop();
     });
   }
+
+  #message(speed, turn) { return this.#shape({ linear: { x: speed }, angular: { z: turn } }); }
 
   async #ask() {
     const base = this.#base;
@@ -139,7 +178,7 @@ export class drive_panel {
       // What is held as it was is repeated by the client.
       if (this.#held && this.#is_last(hand)) return this.show();
       this.#last = { ...hand, limit: this.limit };
-      base.set({ linear: { x: hand.forward * this.limit }, angular: { z: hand.turn * turn_max } });
+      base.set(this.#message(hand.forward * this.limit, hand.turn * turn_max));
       this.#held = base.commanding;
     }
     this.show();

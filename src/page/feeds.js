@@ -3,15 +3,15 @@
 // seen is not asked for, and a hidden page asks for nothing but the state of the stop, which the client
 // keeps.
 
-const ways = { queue_length: 1 };  // the newest value, never a row of old ones
+const usual = { queue_length: 1 };  // the newest value, never a row of old ones
 
 class feed {
   #owner;
   #of = null;
 
-  constructor(owner, topic, fn, hz) {
+  constructor(owner, topic, fn, hz, ways) {
     this.#owner = owner;
-    Object.assign(this, { topic, fn, hz });
+    Object.assign(this, { topic, fn, hz, ways });
   }
 
   get period_ms() { return 1000 / this.hz; }
@@ -31,8 +31,8 @@ class feed {
 
   start(robot) {
     if (this.#of || !this.hz) return;
-    const { hz, topic, fn } = this;
-    this.#of = robot.subscribe(topic, (msg) => fn(msg, this), { hz, ...ways });
+    const { hz, topic, fn, ways } = this;
+    this.#of = robot.subscribe(topic, (msg) => fn(msg, this), { hz, ...usual, ...ways });
   }
 
   pause() {
@@ -57,9 +57,9 @@ export class feeds {
     page.addEventListener("visibilitychange", () => this.#look());
   }
 
-  // Calls fn(message, feed) at most `hz` times a second, until end().
-  want(topic, fn, hz) {
-    const made = new feed(this, topic, fn, hz);
+  // Calls fn(message, feed) at most `hz` times a second, until end(). `ways`: more of the client's options.
+  want(topic, fn, hz, ways = {}) {
+    const made = new feed(this, topic, fn, hz, ways);
     this.#all.add(made);
     this.start(made);
     return made;

@@ -70,7 +70,7 @@ export class health_view {
   // How regularly each loop runs, `loops` as in /rowe/stats.
   #show_loops(loops) {
     const listed = (Array.isArray(loops) ? loops : []).slice(0, names_max);
-    const rows = children_of(element("loops"), listed.map(({ name }) => String(name)), row_of(6));
+    const rows = children_of(element("loops"), listed.map(({ name }, at) => `${at} ${name}`), row_of(6));
     listed.forEach((one, index) => {
       const [label, ...cells] = rows[index].children;
       write(label, String(one.name));

@@ -18,6 +18,7 @@ const follow_share = 0.4;  // of the whole path's width that is seen while follo
 const zoom_max = 16;
 const colour_names = ["surface", "sunk", "grid", "axis", "accent", "ink", "quiet", "two"];
 const settle_ms = 110;     // time constant of the view's movement
+const origin = { x: 0, y: 0, heading: 0 };
 
 // A ring of points. A set `broken` bit says that what lies between a point and the one before it is not
 // known.
@@ -100,6 +101,9 @@ export class path_view {
   // To be called when a layer changed.
   touch() { this.dirty = true; }
 
+  // Where the robot is, as far as somebody has to know: without poses what it sees is around the origin.
+  get place() { return this.pose ?? (this.above.length > 0 ? origin : null); }
+
   clear() {
     this.trail.clear();
     this.pose = null;
@@ -156,10 +160,8 @@ export class path_view {
     for (const layer of this.below) layer.draw(this);
     this.#draw_grid(cell);
     this.#draw_trail();
-    if (this.pose) {
-      for (const layer of this.above) layer.draw(this);
-      this.#draw_robot();
-    }
+    if (this.place) for (const layer of this.above) layer.draw(this);
+    if (this.pose) this.#draw_robot();
     this.#draw_scale(cell);
   }
 
@@ -182,8 +184,9 @@ export class path_view {
 
   // Chooses the view to move to. The one that holds the whole path stays as it is while the path fits well.
   #aim() {
-    if (!this.pose || this.mode === "free") return;
-    let [left, right, low, high] = [this.pose.x, this.pose.x, this.pose.y, this.pose.y];
+    const { place: at } = this;
+    if (!at || this.mode === "free") return;
+    let [left, right, low, high] = [at.x, at.x, at.y, at.y];
     for (let index = 0; index < this.trail.size; index += 1) {
       const place = this.trail.at(index);
       left = Math.min(left, this.trail.xs[place]);
@@ -194,14 +197,14 @@ export class path_view {
     // A map says how far the world goes; without one, a scan does.
     const bounds = (layers) => layers.map((layer) => layer.bounds(this)).filter(Boolean);
     const mapped = bounds(this.below);
-    for (const at of mapped.length > 0 ? mapped : bounds(this.above)) {
-      [left, right] = [Math.min(left, at.left), Math.max(right, at.right)];
-      [low, high] = [Math.min(low, at.low), Math.max(high, at.high)];
+    for (const box of mapped.length > 0 ? mapped : bounds(this.above)) {
+      [left, right] = [Math.min(left, box.left), Math.max(right, box.right)];
+      [low, high] = [Math.min(low, box.low), Math.max(high, box.high)];
     }
     const wanted = Math.max(span_min, Math.max(right - left, high - low) / (1 - 2 * margin));
     if (this.mode === "follow") {
       const span = Math.max(span_min, wanted * follow_share) / this.zoomed;
-      this.goal = { x: this.pose.x, y: this.pose.y, span };
+      this.goal = { x: at.x, y: at.y, span };
       return;
     }
     const reach = this.goal.span * (0.5 - margin / 2);
@@ -217,7 +220,7 @@ export class path_view {
     const jump = this.still || !this.settled;
     const share = jump ? 1 : 1 - Math.exp(-Math.min(100, now - this.drawn_at) / settle_ms);
     this.drawn_at = now;
-    if (this.pose) this.settled = true;
+    if (this.place) this.settled = true;
     for (const name of ["x", "y", "span"]) view[name] += (goal[name] - view[name]) * share;
     const far = Math.max(...["x", "y", "span"].map((name) => Math.abs(goal[name] - view[name])));
     if (far > goal.span / 2000) this.dirty = true;  // still moving: one more frame

@@ -123,9 +123,11 @@ export class plot_view {
   toggle(name) {
     const { names } = this;
     if (names.includes(name)) this.show(names.filter((each) => each !== name));
-    else if (names.length < plots_max) this.show([...names, name]);
+    else if (this.full) return;
+    else this.show([...names, name]);
     this.changed();
   }
+  get full() { return this.#lanes.length >= plots_max; }
 
   visible(visible) {
     if (visible === this.#visible) return;

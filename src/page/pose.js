@@ -42,4 +42,5 @@ export function pose_of(message) {
 // The types whose topics hold poses without our having to look, in ROS 1 and ROS 2 spelling.
 const odometry = /^nav_msgs\/(msg\/)?Odometry$/;
 const pose = /^geometry_msgs\/(msg\/)?Pose(2D|Stamped|WithCovarianceStamped)?$/;
-export const is_pose_type = (type) => odometry.test(type) || pose.test(type);
+export const is_odometry = (type) => odometry.test(type);
+export const is_pose_type = (type) => is_odometry(type) || pose.test(type);

@@ -3,7 +3,7 @@
 // at a time, for one message.
 
 import { moment, since_ms } from "../../clients/js/src/link.js";
-import { is_pose_type, pose_of } from "./pose.js";
+import { is_odometry, is_pose_type, pose_of } from "./pose.js";
 
 const look_ms_max = 3000;      // a topic is looked at for so long …
 const look_bytes_max = 4096;   // … if its messages are this small …
@@ -26,7 +26,12 @@ export class pose_topics {
     return this.#looked.get(topic) ?? is_pose_type(told?.type);
   }
 
-  get all() { return this.#told.map(({ topic }) => topic).filter((topic) => this.has(topic)); }
+  // Odometry first: it moves with the robot, and steadily.
+  get all() {
+    const known = this.#told.filter(({ topic }) => this.has(topic));
+    return [true, false].flatMap((first) =>
+      known.filter(({ type }) => is_odometry(type) === first).map(({ topic }) => topic));
+  }
 
   // What was seen elsewhere of a topic.
   found(topic) { this.#looked.set(topic, true); }

@@ -44,16 +44,16 @@ export class scan_layer {
   }
 
   // Metres, around the robot.
-  bounds({ pose }) {
+  bounds({ place }) {
     if (this.reach === 0) return null;
-    const { x, y } = pose;
+    const { x, y } = place;
     return { left: x - this.reach, right: x + this.reach, low: y - this.reach, high: y + this.reach };
   }
 
   // `view` as path_view.
   draw(view) {
-    const { pen, pose, colours } = view;
-    const { x, y, heading } = pose;
+    const { pen, place, colours } = view;
+    const { x, y, heading } = place;
     const [c, s] = Number.isFinite(heading) ? [Math.cos(heading), Math.sin(heading)] : [1, 0];
     pen.fillStyle = this.fresh() ? colours.two : colours.quiet;
     const points = this.#points;

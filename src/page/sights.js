@@ -3,7 +3,7 @@
 // one camera beside it, which a person chooses where there are several.
 
 import { camera } from "./camera.js";
-import { element, mark, write } from "./dom.js";
+import { choose_from, element, mark, write } from "./dom.js";
 import { grid_layer } from "./grid.js";
 import { scan_layer } from "./scan.js";
 import { text } from "./text.js";
@@ -13,7 +13,8 @@ const map_type = /^nav_msgs\/(msg\/)?OccupancyGrid$/;
 const image_type = /^sensor_msgs\/(msg\/)?CompressedImage$/;
 const scans_max = 2;       // in front and behind
 const [scan_hz, map_hz, image_hz] = [10, 2, 10];
-const [large_cells, large_map_hz] = [250000, 0.2];  // reading such a map keeps everything else waiting
+const [large_cells, large_map_hz] = [250000, 0.2];  // while it reads such a map a browser does nothing else
+const large = { apart: true };                      // not on the connection of the stop
 const stale_ms = 1500;
 
 // Those that are shown stay in front: a topic that comes later takes nobody's place.
@@ -97,7 +98,7 @@ export class sights {
       layer.take(msg);
       if (layer.cells > large_cells && this.#visible) feed.at(large_map_hz);
       this.#view.touch();
-    }, this.#visible ? hz : 0);
+    }, this.#visible ? hz : 0, large);
     layer.fresh = () => feed.fresh(stale_ms);
     this.#layers.set(topic, { feed, layer, hz });
   }
@@ -109,7 +110,7 @@ export class sights {
     this.#image?.end();
     this.#camera.clear();
     this.#image = topic === undefined ? null
-      : this.#feeds.want(topic, (msg) => this.#camera.take(msg), this.#visible ? image_hz : 0);
+      : this.#feeds.want(topic, (msg) => this.#camera.take(msg), this.#visible ? image_hz : 0, large);
     this.#write();
   }
 
@@ -130,12 +131,7 @@ export class sights {
     mark(element("stage"), "data-front", this.#image ? front : "alone");
     element("swap").hidden = this.#image === null;
     mark(element("swap"), "aria-pressed", front === "camera");
-    const choice = element("cameras");
-    if (this.#cameras.join() !== [...choice.options].map((option) => option.value).join()) {
-      choice.replaceChildren(...this.#cameras.map((topic) => new Option(topic, topic)));
-    }
-    if (this.#image && choice.value !== this.#image.topic) choice.value = this.#image.topic;
-    choice.parentElement.hidden = this.#cameras.length < 2;
+    choose_from(element("cameras"), this.#cameras, this.#image?.topic);
     this.#view.touch();
   }
 

@@ -9,6 +9,7 @@ import { causes, latch, refusals, text } from "./text.js";
 import { moment, since_ms } from "../../clients/js/src/link.js";
 
 const hold_ms = 2000;
+const aim_ms = 500;               // a button that has just come is where a hand meant something else
 const unknown_ms_max = 1000;    // nothing is shown for so long while it is not known whether there is a stop
 const alarm_ms = [200, 100, 200, 100, 400];
 
@@ -28,6 +29,7 @@ export class stop_panel {
   #told = null;       // {state, number, began, at}: what the robot said last, and when, by the clock here
   #refused = null;    // the last refusal, until something else is asked for
   #guarded = false;   // this page guarded when it was looked at last
+  #guard_came = moment();
   driving = () => false;
 
   // `time` as robot_clock.
@@ -198,7 +200,10 @@ export class stop_panel {
     dismiss.value = silent?.name ?? "";
     write(dismiss, silent ? text.dismiss(silent.name) : "");
     const guard = element("guard");
+    const was_hidden = guard.hidden;
     guard.hidden = !may("guard") || (stopped && !of.guarding && !this.#lacks_guard);
+    if (was_hidden && !guard.hidden) this.#guard_came = moment();
+    guard.disabled = since_ms(this.#guard_came) < aim_ms;
     mark(guard, "aria-pressed", of.guarding);
     write(guard, of.guarding ? text.guarding : text.guard);
     element("reset").hidden = !stopped || !may("reset") || !dismiss.hidden || this.#lacks_guard;

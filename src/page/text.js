@@ -124,7 +124,7 @@ export const text = {
   reset: "Hold 2 s to reset",
   reset_hold: (s) => `Keep holding, ${s} s`,
 
-  drive_label: "Drive",
+  drive_label: "Drive", driven_label: "Topic that is driven",
   you_drive: "You drive",
   drives: (name) => `Driven by ${address(name)}`,
   nobody_drives: "Nobody drives",
@@ -172,6 +172,7 @@ export const text = {
   items: (length) => `${length} items`,
   copy: "Copy", copy_of: (topic) => `Copy the last message of ${topic}`, copied: "Copied",
   nothing_yet: "Nothing has come yet",
+  plots_full: " \u00b7 four plots at most: remove one first",
   topic_about: (bytes, readers) => `${bytes} bytes \u00b7 ${readers} ${readers === 1 ? "reader" : "readers"}`,
   parameters: "Parameters", set: "Set", is_set: "Set",
   services: "Services", call: "Call", call_of: (name) => `Call ${name}`, calling: "Calling\u2026",

@@ -98,12 +98,13 @@ export class topics_view {
     if (!open) return;
     const [tree, said, take] = body.children;
     const plots = {
+      full: this.#plots.full,
       has: (path) => this.#plots.names.includes(`${topic}:${path}`),
       toggle: (path) => this.#plots.toggle(`${topic}:${path}`),
     };
     if (open.last !== undefined) show_tree(tree, open.last, plots);
     take.hidden = open.last === undefined;
     write(said, open.feed.refused ? text.says(open.feed.refused) : open.last === undefined
-      ? text.nothing_yet : text.topic_about(bytes, subscribers));
+      ? text.nothing_yet : text.topic_about(bytes, subscribers) + (plots.full ? text.plots_full : ""));
   }
 }

@@ -8,6 +8,10 @@ import { text } from "./text.js";
 const leaves_max = 256;    // shown of one message
 const items_max = 16;      // of a list, one by one; longer ones by their length
 
+// What has a meaning in a path is written as %2E, say, in a name.
+const escaped = (sign) => `%${sign.charCodeAt().toString(16).toUpperCase()}`;
+const unescaped = (step) => step.replace(/%(2[5CE]|3A|5[BD])/g, (_, code) => String.fromCharCode(`0x${code}`));
+
 // [path, value] of all that is no object. A list of more than a few items is one value.
 export function leaves_of(value, path = "", into = []) {
   if (into.length >= leaves_max) return into;
@@ -18,14 +22,15 @@ export function leaves_of(value, path = "", into = []) {
     return into;
   }
   for (const [name, each] of Object.entries(value)) {
-    leaves_of(each, path === "" ? name : Array.isArray(value) ? `${path}[${name}]` : `${path}.${name}`, into);
+    const step = name.replace(/[.,:%[\]]/g, escaped);
+    leaves_of(each, path === "" ? step : Array.isArray(value) ? `${path}[${step}]` : `${path}.${step}`, into);
   }
   return into;
 }
 
 // What a path leads to; undefined: nothing.
 export function at_path(value, path) {
-  return path.split(/[.[\]]+/).filter(Boolean).reduce((at, name) => at?.[name], value);
+  return path.split(/[.[\]]+/).filter(Boolean).map(unescaped).reduce((at, name) => at?.[name], value);
 }
 
 // In few characters: a number with the digits that count, a list by its length.
@@ -39,7 +44,8 @@ export function shown_value(value) {
 }
 
 // Shows what `message` holds now; rows stay as long as their paths do. Numbers can be plotted:
-// `plots.has(path)` says whether one is, `plots.toggle(path)` changes that.
+// `plots.has(path)` says whether one is, `plots.toggle(path)` changes that, unless there are as many as can be
+// (`plots.full`).
 export function show_tree(at, message, plots) {
   const leaves = leaves_of(message);
   const rows = children_of(at, leaves.map(([path]) => path), (path) => {
@@ -52,7 +58,9 @@ export function show_tree(at, message, plots) {
     const [, shown, plot] = rows[index].children;
     write(shown, shown_value(value));
     plot.hidden = typeof value !== "number";
-    mark(plot, "aria-pressed", plots.has(path));
+    const has = plots.has(path);
+    mark(plot, "aria-pressed", has);
+    plot.disabled = plots.full && !has;
   });
 }
 

@@ -7,18 +7,34 @@
 import { moment, since_ms } from "../../clients/js/src/link.js";
 
 const stale_ms_min = 500;
+const stale_ms_max = 5000;
+const gaps_max = 5;
 const ask_clock_ms = 60000;
 
-// How old a value may be that comes `hz` times a second at most.
-export const stale_ms = (hz) => Math.max(stale_ms_min, 3000 / hz);
+// How old a value may be before it is stale: three times as old as it usually gets. Asked for `hz` times a
+// second at most, it may come less often.
+export class usual_age {
+  #gaps = [];
+
+  came(gap_ms) {
+    if (Number.isFinite(gap_ms)) this.#gaps = [...this.#gaps, gap_ms].slice(-gaps_max);
+  }
+
+  // `told_hz`: how often the robot says that it comes; holds until gaps are known.
+  stale_ms(hz, told_hz) {
+    const sorted = [...this.#gaps].sort((one, other) => one - other);
+    const usual = sorted[Math.floor((sorted.length - 1) / 2)] ?? (told_hz > 0 ? 1000 / told_hz : 0);
+    return Math.min(stale_ms_max, Math.max(stale_ms_min, 3 * Math.max(usual, 1000 / hz)));
+  }
+}
 
 // connecting, disconnected, waiting (for the first pose), stale or live. `link` is the client's state, `pose`
-// the feed of poses.
-export function judge(link, pose) {
+// the feed of poses, and `stale_ms` how old one may be.
+export function judge(link, pose, stale_ms) {
   if (link === "connecting") return "connecting";
   if (link !== "open") return "disconnected";
   if (pose.age_ms === Infinity) return "waiting";
-  return pose.fresh(stale_ms(pose.hz)) ? "live" : "stale";
+  return pose.fresh(stale_ms) ? "live" : "stale";
 }
 
 // The robot's clock, which is not that of this machine: asked for now and then, and believed as of the middle

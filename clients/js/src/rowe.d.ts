@@ -146,6 +146,11 @@ export interface subscribe_options {
    * the last value of this connection at once.
    */
   qos?: qos;
+  /**
+   * On a second connection, which all such subscriptions share: for images and maps. Beside them the answer
+   * to a stop does not wait until they have come.
+   */
+  apart?: boolean;
   /** How values come; all but `none` need connect()'s `decode`. */
   encoding?: "none" | "cbor" | "cbor-raw";
 }

@@ -32,6 +32,7 @@ function kept_url(url) {
 class robot extends wire {
   #drives = new Set();
   #unlisten = new AbortController();
+  #apart = null;
 
   constructor(url, options) {
     const sockets = options_of(options);
@@ -66,6 +67,19 @@ class robot extends wire {
     });
   }
 
+  // What is large gets a connection of its own: on this one the answer to a stop would wait behind it.
+  subscribe(topic, fn, options = {}) {
+    return options.apart ? this.#wire_apart.subscribe(topic, fn, options) : super.subscribe(topic, fn, options);
+  }
+
+  get #wire_apart() {
+    if (!this.#apart) {
+      this.#apart = new wire(this.link.url, this.link.options);
+      this.#apart.on("status", (what) => this.emit("status", what));
+    }
+    return this.#apart;
+  }
+
   drive(topic, options) {
     const made = new drive(this, topic, options);
     this.#drives.add(made);
@@ -77,6 +91,7 @@ class robot extends wire {
     this.#unlisten.abort();
     this.halt();
     super.close();
+    this.#apart?.close();
     this.stop.close();
   }
 
@@ -91,7 +106,7 @@ class robot extends wire {
       this.halt();
       this.stop.let_go().catch(() => {});
     };
-    const hurry = () => this.link.turn(true);
+    const hurry = () => [this, this.#apart].forEach((each) => each?.link.turn(true));
     listen(globalThis, ["blur"], () => this.halt());
     listen(globalThis, ["pagehide"], hide);
     listen(globalThis, ["online", "pageshow", "focus"], hurry);

@@ -78,6 +78,77 @@ test("a topic of unknown type is looked at once, and offered if it holds poses",
   assert.deepEqual(await topics_of(shown), ["/mine", "/odom"]);
 });
 
+test("a pose that comes once a second is live all the time", limit, async () => {
+  let said = 0;
+  const seldom = () => ((said += 1) % 20 === 1 ? { ...flat, x: said } : undefined);
+  const stats = { ...stats_of([["/odom", "nav_msgs/Odometry"]]) };
+  stats.topics[0].rate_hz = 1;
+  const shown = await open({ "/odom": seldom, "/rowe/stats": stats });
+  await shown.says("x", "1.000");
+  const states = new Set();
+  await until("three of them", async () => {
+    states.add(await shown.page.getAttribute("body", "data-state"));
+    return Number(await shown.text("x")) >= 61;
+  });
+  assert.deepEqual([...states], ["live"]);
+});
+
+test("odometry is shown before other poses", limit, async () => {
+  const topics = [["/goal", "geometry_msgs/PoseStamped"], ["/base", "nav_msgs/Odometry"]];
+  const shown = await open({ "/goal": { pose: { position: { x: 9, y: 9 } } }, "/base": flat,
+    "/rowe/stats": stats_of(topics) });
+  await shown.says("x", "1.250");
+});
+
+test("a name with a dot in it is plotted", limit, async () => {
+  const battery = { "cell.1": { volts: 3.7 } };
+  const topics = [["/odom", ""], ["/battery", ""]];
+  const shown = await open({ "/odom": flat, "/battery": battery, "/rowe/stats": stats_of(topics) },
+    { hash: "#view=data" });
+  await shown.page.click("#rates .row:has-text('/battery') > button");
+  await shown.page.click("#rates button.plot:visible");
+  await shown.page.click("#view_plot");
+  const value = shown.page.locator("#lanes b");
+  await until("its value", async () => (await value.textContent()) === "3.7000");
+  assert.match(shown.page.url(), /plot=\/battery:cell%252E1.volts/);
+});
+
+test("what can be driven is chosen by its type, and by hand where there are several", limit, async () => {
+  const topics = [["/arm", "mine/Joints"], ["/odom", ""], ["/one", "geometry_msgs/Twist"],
+    ["/two", "geometry_msgs/msg/TwistStamped"]];
+  const listed = ["/arm", "/one", "/two"].map((topic) => ({ topic, lease_ms: 300, hold_ms: 2000,
+    driver: null, number: 0, since_ms: 0, age_ms: null }));
+  let tick = 0;
+  const yours = ({ topic, action }) => {
+    const entry = listed.find((each) => each.topic === topic);
+    const takes = action === "take";
+    Object.assign(entry, { driver: takes ? "me" : null, number: entry.number + takes });
+    return { ...entry, yours: takes, tick: (tick += 1), refused: null };
+  };
+  const shown = await open({ "/odom": flat, "/rowe/stats": stats_of(topics),
+    "/rowe/control/state": () => ({ tick: (tick += 1), topics: listed }) },
+  { hash: "#view=drive", services: { "/rowe/control": yours,
+    "/rowe/rights": ({ asked }) => ({ allowed: asked.map(() => true) }) } });
+  const { page } = shown;
+  const options = page.locator("#driven option");
+  await until("a choice", async () => (await options.allTextContents()).join() === "/one,/two");
+  const moves = (topic) => shown.asked.filter((each) => each.op === "publish" && each.topic === topic);
+  const driven = async (topic) => {
+    await page.click("#take");
+    await page.waitForFunction(() => document.body.dataset.drive === "mine");
+    await page.keyboard.down("KeyW");
+    await until("commands", () => moves(topic).length > 2);
+    await page.keyboard.up("KeyW");
+    return moves(topic)[0].msg;
+  };
+  assert.deepEqual(await driven("/one"), { linear: { x: 0.5 }, angular: { z: 0 } });
+  await page.selectOption("#driven", "/two");
+  await page.waitForFunction(() => document.body.dataset.drive !== "mine");
+  assert.deepEqual(await driven("/two"), { twist: { linear: { x: 0.5 }, angular: { z: 0 } } });
+  assert.deepEqual(moves("/arm"), []);
+  assert.match(page.url(), /drive=\/two/);
+});
+
 test("a robot without /odom shows the topic it has", limit, async () => {
   const stats = stats_of([["/base/odom", "nav_msgs/Odometry"]]);
   const shown = await open({ "/base/odom": flat, "/rowe/stats": stats });
@@ -161,7 +232,7 @@ test("statistics without a single member do no harm", limit, async () => {
   for (const stats of [{}, null, [], { topics: 3, losses: null, real_time: null }, { topics: [null, {}] }]) {
     const shown = await open({ "/odom": flat, "/rowe/stats": stats });
     await shown.says("x", "1.250");
-    await until("statistics sent", () => [...shown.wanted.values()].includes("/rowe/stats"));
+    await until("statistics sent", () => shown.wanted.includes("/rowe/stats"));
     assert.equal(await shown.text("name"), "127.0.0.1");
     assert.deepEqual(shown.page.faults, []);
   }
@@ -187,6 +258,9 @@ test("a scan, a map and cameras are found by their types, shown, and asked for w
     assert.equal(asked("subscribe", "/rear/compressed").length, 0);
     assert.equal(asked("subscribe", "/scan").at(-1).throttle_rate, 100);
     assert.equal(asked("subscribe", "/map").at(-1).throttle_rate, 500);
+    const [main, apart] = shown.connections.map((each) => [...each.wanted.values()]);
+    assert.deepEqual(apart.sort(), ["/front/compressed", "/map", "/scan"]);
+    assert.ok(main.includes("/rowe/stop/state"), "which does not wait for them");
     const pixels = (id) => page.evaluate((of) => {
       const canvas = document.getElementById(of);
       if (canvas.width === 0) return 0;
@@ -217,7 +291,7 @@ test("a scan, a map and cameras are found by their types, shown, and asked for w
     delete messages["/rear/compressed"];
     await page.click("#view_data");
     await until("nothing of it is asked for", () => ["/scan", "/map", "/rear/compressed"].every(
-      (topic) => ![...shown.wanted.values()].includes(topic)));
+      (topic) => !shown.wanted.includes(topic)));
     await page.goto(`${server.origin}/`);
     await page.reload();
     await until("it is as it was arranged", async () =>

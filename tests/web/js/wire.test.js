@@ -225,6 +225,30 @@ test("an encoding is asked for, and needs somebody who reads it", limit, () => {
   other.close();
 });
 
+test("what is large has a second connection, which ends with the first", limit, () => {
+  socket().open();
+  const first = socket();
+  const images = [];
+  const one = robot.subscribe("/camera", (msg) => images.push(msg), { apart: true });
+  robot.subscribe("/map", () => {}, { apart: true });
+  const second = socket();
+  assert.notEqual(second, first);
+  assert.deepEqual([second.url, second.protocols], [first.url, first.protocols]);
+  second.open();
+  assert.deepEqual(asked("subscribe").map(({ topic }) => topic), ["/camera", "/map"]);
+  assert.deepEqual(first.of("subscribe").filter(({ topic }) => !topic.startsWith("/rowe/")), []);
+  second.publish("/camera", 1);
+  assert.deepEqual([images, one.fresh()], [[1], true]);
+  const said = [];
+  robot.on("status", ({ msg }) => said.push(msg));
+  second.say({ op: "status", level: "error", msg: "no" });
+  assert.deepEqual(said, ["no"]);
+  second.end();
+  assert.deepEqual([robot.state, one.fresh()], ["open", false], "the first one does not end with it");
+  robot.close();
+  assert.equal(fake_socket.made.every((each) => each.closed), true);
+});
+
 // ---- publishing
 
 test("what is published without a connection is dropped and counted, never kept", limit, async () => {

@@ -5,7 +5,7 @@ import { load } from "./load.js";
 
 const { read, remember, remembered, written } = await load("arranged.js");
 const views = ["overview", "drive", "plot", "data"];
-const usual = { view: "overview", topic: null, plot: [], span: null, camera: null, front: null };
+const usual = { view: "overview", topic: null, drive: null, plot: [], span: null, camera: null, front: null };
 
 test("what is as usual is not said", () => {
   assert.equal(written(usual), "");
@@ -13,10 +13,11 @@ test("what is as usual is not said", () => {
 });
 
 test("whatever is arranged comes back from the words for it", () => {
-  const all = { view: "plot", topic: "/a b&c#d+e", plot: ["/gps:pose.x", "/power:cells[0].volts"], span: 10,
+  const all = { view: "plot", topic: "/a b&c#d+e", drive: "/base/cmd_vel",
+    plot: ["/gps:pose.x", "/power:cells[0].volts"], span: 10,
     camera: "/front/compressed", front: "map" };
   const words = written(all);
-  assert.ok(words.startsWith("#view=plot&topic=/a%20b%26c%23d%2Be&plot=/gps:pose.x,/power:cells%5B0%5D."));
+  assert.ok(words.startsWith("#view=plot&topic=/a%20b%26c%23d%2Be&drive=/base/cmd_vel&plot=/gps:pose.x,/power:cells%5B0%5D."));
   assert.deepEqual(read(words, views), all);
 });
 

@@ -6,7 +6,7 @@ import { load } from "./load.js";
 
 const { feeds } = await load("feeds.js");
 const { rights } = await load("rights.js");
-const { judge, robot_clock, stale_ms } = await load("truth.js");
+const { judge, robot_clock, usual_age } = await load("truth.js");
 
 const settled = () => new Promise((done) => setImmediate(done));
 class fake_robot {
@@ -67,12 +67,24 @@ test("what is not looked at is asked for more slowly, or not at all", () => {
 
 test("a state is judged by the age of the pose, never by the socket alone", () => {
   const pose = (age_ms, fresh) => ({ hz: 30, age_ms, fresh: () => fresh });
-  assert.equal(judge("connecting", pose(Infinity)), "connecting");
-  assert.equal(judge("retrying", pose(5, true)), "disconnected");
-  assert.equal(judge("open", pose(Infinity, false)), "waiting");
-  assert.equal(judge("open", pose(5, true)), "live");
-  assert.equal(judge("open", pose(900, false)), "stale");
-  assert.deepEqual([30, 5, 2].map(stale_ms), [500, 600, 1500]);
+  const judged = (link, of) => judge(link, of, 500);
+  assert.equal(judged("connecting", pose(Infinity)), "connecting");
+  assert.equal(judged("retrying", pose(5, true)), "disconnected");
+  assert.equal(judged("open", pose(Infinity, false)), "waiting");
+  assert.equal(judged("open", pose(5, true)), "live");
+  assert.equal(judged("open", pose(900, false)), "stale");
+});
+
+test("a pose may be three times as old as it usually gets, within half a second and five", () => {
+  const usual = new usual_age();
+  assert.deepEqual([30, 5, 2].map((hz) => usual.stale_ms(hz)), [500, 600, 1500]);
+  assert.equal(usual.stale_ms(30, 1), 3000, "before the second value the robot's own rate holds");
+  for (const gap_ms of [Infinity, 1000, 990, 40, 1010, 1020]) usual.came(gap_ms);
+  assert.equal(usual.stale_ms(30, 100), 3000, "one gap that is unusual changes nothing");
+  for (let more = 0; more < 5; more += 1) usual.came(60000);
+  assert.equal(usual.stale_ms(30), 5000);
+  for (let more = 0; more < 5; more += 1) usual.came(10);
+  assert.equal(usual.stale_ms(30), 500);
 });
 
 test("the robot's clock is believed as of the middle of the question", async () => {

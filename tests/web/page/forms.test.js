@@ -16,6 +16,14 @@ test("each value of a message has its path, and the path leads to it", () => {
   assert.equal(at_path(message, "pose.gone.deep"), undefined);
 });
 
+test("a name may have in it what paths are made of", () => {
+  const message = { "base.link": { "a,b": 1, "50%": [2], "[x]": 3, "t:u": 4, "%2E": 5, plain: 6 } };
+  const leaves = leaves_of(message);
+  assert.deepEqual(leaves.map(([path]) => path), ["base%2Elink.a%2Cb", "base%2Elink.50%25[0]",
+    "base%2Elink.%5Bx%5D", "base%2Elink.t%3Au", "base%2Elink.%252E", "base%2Elink.plain"]);
+  for (const [path, value] of leaves) assert.equal(at_path(message, path), value, path);
+});
+
 test("a long list is one value, and a message without end is not shown without end", () => {
   assert.deepEqual(leaves_of({ scan: Array(17).fill(1) }).length, 1);
   const wide = Object.fromEntries(Array.from({ length: 1000 }, (_, index) => [`m${index}`, index]));

@@ -18,8 +18,9 @@ export class scripted_page {
   static async open(browser, origin, messages, { hash = "", services = {}, ...options } = {}) {
     const made = new scripted_page();
     Object.assign(made, { messages, services });
-    made.asked = [];
-    made.wanted = new Map();  // the topics subscribed to, by the id of the subscription
+    made.asked = [];        // on all connections,
+    made.connections = [];  // and on each
+    made.timers = [];
     made.page = await new_page(browser, options);
     await made.page.routeWebSocket(/.*/, (socket) => made.#serve(socket));
     await made.page.goto(`${origin}/${hash}`);
@@ -27,29 +28,36 @@ export class scripted_page {
   }
 
   #serve(socket) {
-    const { wanted } = this;
-    wanted.clear();
-    this.say = (message) => socket.send(JSON.stringify(message));
+    const wanted = new Map();  // the topics subscribed to, by the id of the subscription
+    const asked = [];
+    const say = (message) => socket.send(JSON.stringify(message));
+    this.connections.push({ asked, wanted });
+    socket.onClose(() => wanted.clear());
     socket.onMessage((text) => {
       const message = JSON.parse(text);
       this.asked.push(message);
+      asked.push(message);
       if (message.op === "subscribe") wanted.set(message.id, message.topic);
+      if (message.topic === "/rowe/stats") this.say = say;  // the first connection
       if (message.op === "unsubscribe") wanted.delete(message.id);
       if (message.op === "call_service") {
         const { id, service, args } = message;
         const answers = this.services[service];
         const values = answers ? answers(args) : `Service ${service} does not exist`;
-        this.say({ op: "service_response", id, service, values, result: Boolean(answers) });
+        say({ op: "service_response", id, service, values, result: Boolean(answers) });
       }
     });
-    this.timer = setInterval(() => {
+    this.timers.push(setInterval(() => {
       for (const topic of new Set(wanted.values())) {
         const said = this.messages[topic];
         const msg = typeof said === "function" ? said() : said;
-        if (msg !== undefined) this.say({ op: "publish", topic, msg });
+        if (msg !== undefined) say({ op: "publish", topic, msg });
       }
-    }, 50).unref();  // a test that fails before close() must end all the same
+    }, 50).unref());  // a test that fails before close() must end all the same
   }
+
+  // The topics that the page subscribes to now.
+  get wanted() { return this.connections.flatMap(({ wanted }) => [...wanted.values()]); }
 
   text(id) {
     return this.page.locator(`#${id}`).textContent();
@@ -62,7 +70,7 @@ export class scripted_page {
   }
 
   async close() {
-    clearInterval(this.timer);
+    this.timers.forEach(clearInterval);
     await this.page.context().close();
   }
 }
