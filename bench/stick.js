@@ -7,7 +7,8 @@
 // on it ten times a second (touch events of the browser's own protocol), each time to another place, and the
 // page commands that place. Measured is from the event's own time stamp, which is when the browser got it, to
 // the cycle of a loop of 1 kHz whose latest_within() returns this command for the first time. Both are read
-// from one clock. Rounds alternate: alone; and beside 10 Mbit/s of telemetry on the same connection.
+// from one clock. Rounds alternate: alone; and beside 10 Mbit/s of telemetry on the same connection, behind
+// which users of mowglinext saw their commands wait (282).
 //
 // Excluded: the screen and the way from the finger to the browser, and the network between the two machines.
 // What would make it lie: Chromium rounds time stamps to 0.1 ms. It shares two cores with the robot here.

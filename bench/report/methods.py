@@ -23,7 +23,9 @@ Made by `bench/report/main.py --readme` from the opening comments of the program
 a question; each runs by itself, or all of them by [tools/benchmark](../tools/benchmark), which writes
 [docs/benchmarks.md](../docs/benchmarks.md). Everything that is compared runs once in every round of one run,
 because machines drift from minute to minute; ratios are taken inside a round, and their medians over the
-rounds reported. Run by hand: [newcomers.py](newcomers.py): who gets in beside a flood of handshakes.
+rounds reported. Run by hand: [newcomers.py](newcomers.py): who gets in beside a flood of handshakes;
+[stick.js](stick.js): how long it is from a finger in a browser to the loop; [page.js](page.js): when the
+page is there, and what it costs the robot.
 
 """
 

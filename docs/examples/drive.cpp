@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A loop of 1 kHz that somebody drives: drive PORT. It obeys geometry_msgs/Twist on /cmd_vel while a command
-// is in force, stands still otherwise, and never goes faster than the parameter /fastest. The page, roslib
+// is in force, stands still otherwise, and never goes faster than the parameter /speed_max. The page, roslib
 // and `rowe pub` drive it. It may move without a guard; `rowe reset` lets it, the first time too.
 #include <algorithm>
 #include <charconv>
@@ -38,7 +38,7 @@ int main(int count, char** words) {
 
   rowe::rt::periodic loop{1ms};
   auto latch = robot.stop_latch({.name = "base"}).value();
-  auto fastest = robot.parameter<double>("/fastest", 0.5, {0, 2}).value();
+  auto fastest = robot.parameter<double>("/speed_max", 0.5, {0, 2}).value();
   auto commands = robot.subscribe<rowe::ros::twist>("/cmd_vel", {.lease = 300ms}).value();
   while (auto now = loop.wait()) {
     if (latch.engaged(*now)) {

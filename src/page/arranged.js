@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a person arranged, as words that the address carries and this browser remembers for this address:
-// #view=plot&topic=/gps&drive=/cmd_vel&plot=/gps:pose.x,/power:volts&span=60&camera=/front/compressed&front=map.
-// A topic alone, #/gps, is read as well. Speeds are not part of it: nobody drives faster by following a link.
+// #view=plot&topic=/gps&drive=/cmd_vel&plot=/gps:pose.x,/power:volts&span=60&camera=/front&front=map. A topic
+// alone, #/gps, is read as well. Speeds are not part of it: nobody drives faster by following a link.
 
 const remembered_as = "rowe.arranged";
 const usual = {

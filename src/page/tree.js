@@ -10,7 +10,8 @@ const items_max = 16;      // of a list, one by one; longer ones by their length
 
 // What has a meaning in a path is written as %2E, say, in a name.
 const escaped = (sign) => `%${sign.charCodeAt().toString(16).toUpperCase()}`;
-const unescaped = (step) => step.replace(/%(2[5CE]|3A|5[BD])/g, (_, code) => String.fromCharCode(`0x${code}`));
+const unescaped = (step) =>
+  step.replace(/%(2[5CE]|3A|5[BD])/g, (_, code) => String.fromCharCode(`0x${code}`));
 
 // [path, value] of all that is no object. A list of more than a few items is one value.
 export function leaves_of(value, path = "", into = []) {
@@ -44,8 +45,7 @@ export function shown_value(value) {
 }
 
 // Shows what `message` holds now; rows stay as long as their paths do. Numbers can be plotted:
-// `plots.has(path)` says whether one is, `plots.toggle(path)` changes that, unless there are as many as can be
-// (`plots.full`).
+// `plots.has(path)` says whether one is, `plots.toggle(path)` changes that; `plots.full`: no other one can be.
 export function show_tree(at, message, plots) {
   const leaves = leaves_of(message);
   const rows = children_of(at, leaves.map(([path]) => path), (path) => {

@@ -32,7 +32,10 @@ export interface connect_options {
   WebSocket?: new (url: string, protocols?: string[]) => any;
   /** Who this client is, where the robot wants to know; a function is asked at each attempt. */
   token?: string | (() => string | undefined);
-  /** What others are shown as the name of a guard or a driver: 31 bytes at most. Made up if left out. */
+  /**
+   * What others are shown as the name of a guard or a driver: of a guard 31 bytes at most, of a driver 64;
+   * longer ones are refused or cut. Made up if left out.
+   */
   name?: string;
   /** Reads CBOR, for subscriptions with an encoding: `decode` of the package `cbor-x`, for example. */
   decode?: (bytes: Uint8Array) => unknown;
@@ -280,6 +283,8 @@ export interface drive_options<Message = any> {
 export interface control {
   topic: string;
   driver: string | null;
+  /** Another one for each driver. */
+  number: number;
   yours: boolean;
   lease_ms: number;
   hold_ms: number;

@@ -69,7 +69,8 @@ class robot extends wire {
 
   // What is large gets a connection of its own: on this one the answer to a stop would wait behind it.
   subscribe(topic, fn, options = {}) {
-    return options.apart ? this.#wire_apart.subscribe(topic, fn, options) : super.subscribe(topic, fn, options);
+    if (!options.apart) return super.subscribe(topic, fn, options);
+    return this.#wire_apart.subscribe(topic, fn, options);
   }
 
   get #wire_apart() {
