@@ -45,7 +45,7 @@ export function shown_value(value) {
 }
 
 // Shows what `message` holds now; rows stay as long as their paths do. Numbers can be plotted:
-// `plots.has(path)` says whether one is, `plots.toggle(path)` changes that; `plots.full`: no other one can be.
+// `plots.has(path)` says whether one is, `plots.toggle(path)` changes that, and `plots.full` forbids others.
 export function show_tree(at, message, plots) {
   const leaves = leaves_of(message);
   const rows = children_of(at, leaves.map(([path]) => path), (path) => {

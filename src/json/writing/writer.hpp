@@ -108,6 +108,11 @@ class writer {
       number(value);
     }
   }
+  // A string, or null if that is empty.
+  ROWE_RT void member_or_null(std::string_view name, std::string_view text) noexcept {
+    key(name);
+    text.empty() ? null() : string(text);
+  }
   ROWE_RT void member_raw(std::string_view name, std::string_view json) noexcept {
     key(name);
     raw(json);

@@ -10,14 +10,6 @@
 #include "json/reading/reader.hpp"
 
 namespace rowe::service {
-namespace {
-
-void write_text(json::writer& into, std::string_view key, std::string_view text) noexcept {
-  into.key(key);
-  text.empty() ? into.null() : into.string(text);
-}
-
-} // namespace
 
 control_service::decision control_service::carry_out(connection* c, std::string_view args) noexcept {
   using refusal = driver_rules::refusal;
@@ -69,15 +61,15 @@ void control_service::write_answer(json::writer& into, const decision& made) con
   if (made.topic) {
     const driver_rules& rules = command_gate_.at(made.topic).rules;
     into.member("topic", state_.topics.name(command_gate_.at(made.topic).topic));
-    write_text(into, "driver", rules.driver());
+    into.member_or_null("driver", rules.driver());
     into.member("number", rules.number());
     into.member("yours", made.own);
     into.member("lease_ms", whole_ms(rules.lease()));
     into.member("hold_ms", whole_ms(rules.kept_for()));
   }
   into.member("tick", stop_rules_.tick(state_.cycle.now));
-  write_text(into, "refused", driver_rules::name_of(made.refused));
-  if (made.refused == refusal::role) write_text(into, "right", access::name_of(made.needed));
+  into.member_or_null("refused", driver_rules::name_of(made.refused));
+  if (made.refused == refusal::role) into.member_or_null("right", access::name_of(made.needed));
   into.end_object();
 }
 
@@ -92,7 +84,7 @@ void control_service::write_state(json::writer& into) const noexcept {
     into.member("topic", state_.topics.name(p.topic));
     into.member("lease_ms", whole_ms(p.rules.lease()));
     into.member("hold_ms", whole_ms(p.rules.kept_for()));
-    write_text(into, "driver", p.rules.driver());
+    into.member_or_null("driver", p.rules.driver());
     into.member("number", p.rules.number());
     into.member("since_ms", whole_ms(now - p.rules.since()));
     into.key("age_ms");

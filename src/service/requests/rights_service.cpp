@@ -16,11 +16,6 @@ constexpr std::array all_rights{access::right::subscribe, access::right::publish
                                 access::right::call,      access::right::provide, access::right::set,
                                 access::right::reset,     access::right::guard,   access::right::take_over};
 
-void write_text(json::writer& into, std::string_view key, std::string_view text) noexcept {
-  into.key(key);
-  text.empty() ? into.null() : into.string(text);
-}
-
 } // namespace
 
 void rights_service::write_answer(json::writer& into, const connection* c,
@@ -28,8 +23,8 @@ void rights_service::write_answer(json::writer& into, const connection* c,
   const bool has_role = c != nullptr && state_.rights.apply_to(*c);
   const access::policy& policy = state_.rights.policy();
   into.begin_object();
-  write_text(into, "role", has_role ? policy.role_name(c->who.role) : std::string_view{});
-  write_text(into, "identity", has_role ? policy.identity_name(c->who.identity) : std::string_view{});
+  into.member_or_null("role", has_role ? policy.role_name(c->who.role) : std::string_view{});
+  into.member_or_null("identity", has_role ? policy.identity_name(c->who.identity) : std::string_view{});
   into.begin_array("allowed");
   if (const auto asked = args.empty() ? std::nullopt : json::find(json::root(args).raw, "asked")) {
     std::array<char, 16> right_buffer;

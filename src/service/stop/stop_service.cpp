@@ -20,11 +20,6 @@ void write_time(json::writer& into, std::string_view key, rt::time_point t) noex
   into.string({digits.data(), static_cast<std::size_t>(end - digits.data())});
 }
 
-void write_text(json::writer& into, std::string_view key, std::string_view text) noexcept {
-  into.key(key);
-  text.empty() ? into.null() : into.string(text);
-}
-
 std::int64_t integer_of(std::string_view args, std::string_view member) noexcept {
   const auto found = json::find(args, member);
   return found ? json::to_integer(*found).value_or(-1) : -1;
@@ -167,8 +162,8 @@ void stop_service::write_answer(json::writer& into, stop_verb which, const decis
   into.member("number", stop_rules_.number());
   switch (which) {
   case stop_verb::stop:
-    write_text(into, "cause", stop_rules_.cause_name());
-    write_text(into, "source", stop_rules_.source());
+    into.member_or_null("cause", stop_rules_.cause_name());
+    into.member_or_null("source", stop_rules_.source());
     write_time(into, "accepted_ns", made.accepted);
     write_time(into, "observed_ns", stop_rules_.observed());
     break;
@@ -179,8 +174,8 @@ void stop_service::write_answer(json::writer& into, stop_verb which, const decis
     into.member("tick", stop_rules_.tick(state_.cycle.now));
     [[fallthrough]];
   default:
-    write_text(into, "refused", stop_rules::name_of(made.refused));
-    if (made.refused == stop_rules::refusal::role) write_text(into, "right", access::name_of(made.needed));
+    into.member_or_null("refused", stop_rules::name_of(made.refused));
+    if (made.refused == stop_rules::refusal::role) into.member_or_null("right", access::name_of(made.needed));
     break;
   }
   into.end_object();

@@ -27,7 +27,7 @@ async function touch(page, type, forward = 0) {
   await session.send("Input.dispatchTouchEvent", { type, touchPoints });
 }
 
-test("a stick held still drives on (ArloBot 181); let go it stands still (teleop_tools 45)", limit, async () => {
+test("a stick held still drives on (ArloBot 181), let go it stands (teleop_tools 45)", limit, async () => {
   const page = await seat.driving_page({ size: phone });
   await touch(page, "touchStart");
   await touch(page, "touchMove", 1);
@@ -93,7 +93,7 @@ const with_pad = (page) => page.evaluate(() => {
   window.trembling = setInterval(() => window.pad && (window.pad.timestamp = performance.now()), 20);
 });
 
-test("a gamepad unplugged, or frozen with its stick out, has let go (joystick_drivers 92)", limit, async () => {
+test("a gamepad unplugged, or frozen with its stick out, lets go (joystick_drivers 92)", limit, async () => {
   const page = await seat.driving_page({ size: desk });
   await with_pad(page);
   for (const harm of [() => (window.pad = null), () => clearInterval(window.trembling)]) {
