@@ -2,7 +2,8 @@
 // A hub whose peers have roles. They come and go with all kinds of tokens, and ask for what is their right
 // and for what is not, in both codecs, while the policy changes. What it allows is written once more, by hand
 // (flow_policies.hpp), so the policy is not compared with itself. What is denied must leave no trace: nobody
-// hears it, and it changes neither who provides a service nor the stop.
+// hears it, and it changes neither who provides a service nor the stop. What they are told that they may do
+// is that, however they ask (swarm_rights.hpp).
 #pragma once
 #include <algorithm>
 #include <array>
@@ -20,6 +21,7 @@
 
 #include "flow.hpp"
 #include "flow_policies.hpp"
+#include "swarm_rights.hpp"
 
 namespace flow {
 
@@ -28,6 +30,7 @@ class roles final : public world {
   roles(std::uint64_t seed, swarm::coverage& seen, const std::set<std::string>& without, bool trace)
       : world{seed, options(seed), seen, without, trace},
         policy_{seed},
+        asking_{seed ^ swarm::of_rights},
         loop_{on_.offer(rowe::detail::latch_request({.name = "loop", .loop_timeout = 10s}))} {
     cycle(1ms);
     latch_.emplace(harness::core_harness::handle_of(loop_));
@@ -265,6 +268,48 @@ class roles final : public world {
     });
   }
 
+  // Drawn apart, so that these questions change nothing else. They are a peer's only ones at that time.
+  void ask_for_rights() {
+    std::vector<guest*> all;
+    for (guest& one : guests_)
+      if (!one.stop_only) all.push_back(&one);
+    guest& by = *all[asking_.below(all.size())];
+    const std::string_view operation = asking_.one_in(3) ? "rights_in_plain" : "rights";
+    swarm::recipe what =
+        swarm::choose_recipe(asking_, shapes_, swarm::operation_named(operation), asking_.one_in(4) ? 2 : 0);
+    const std::string_view id = swarm::value_of(what, "message_id");
+    if (id == "absent" || id == "null") swarm::give_value(what, "message_id", "short"); // else it is no call
+    const swarm::saying asked = swarm::render(asking_, what, known_);
+    if (asked.text.size() > known_.bounds.message_bytes_max) return; // who says that is closed
+    const std::string text = swarm::shortened(asked.text);
+    settle();
+    const auto denied_before = on_.count(counter::denied);
+    say(name_of(by) + " asks " + text);
+    by.link->say(asked.text);
+    std::vector<std::string> answers;
+    for (int i = 0; i < 2; ++i) {
+      cycle(1ms);
+      for (const std::string& heard : by.link->hear()) {
+        answer(by, heard);
+        if (std::string told = swarm::rights_answer_in(heard); !told.empty())
+          answers.push_back(std::move(told));
+      }
+    }
+    const std::string identity = by.token == 0 ? std::string{} : name_of(by);
+    const std::string expected = swarm::rights_answer(
+        name_of(by), identity, asked.rights,
+        [&](std::string_view right, std::string_view name) { return policy_.is_told(by.is, right, name); });
+    if (on_.count(counter::denied) != denied_before) fail("rights", name_of(by) + " is denied " + text);
+    if (answers.size() > 1 || (answers.empty() && asked.good))
+      fail("rights", name_of(by) + " gets " + std::to_string(answers.size()) + " answers to " + text);
+    if (!answers.empty() && answers.front() != expected)
+      fail("rights", name_of(by) + " is told " + answers.front() + " and not " + expected + ": " + text);
+    if (answers.empty()) return seen_.add(flow_event::rights_refused);
+    seen_.add(static_cast<flow_event>(static_cast<std::size_t>(flow_event::rights_of_observer) +
+                                      static_cast<std::size_t>(by.is)));
+    if (by.token == 0) seen_.add(flow_event::rights_by_address);
+  }
+
   // ---- the stop
 
   bool moves() {
@@ -345,6 +390,7 @@ class roles final : public world {
       default: ask(); break;
       }
     }
+    if (!broken()) ask_for_rights();
   }
   guest& some_guest() { return *std::next(guests_.begin(), static_cast<int>(random_.below(guests_.size()))); }
   void leave() {
@@ -381,6 +427,9 @@ class roles final : public world {
   }
 
   policies policy_;
+  swarm::seeded_choices asking_;
+  swarm::weights shapes_{swarm::rows().size()};
+  swarm::knowledge known_{.bounds = on_.options.limits, .made_up = {}};
   rowe::detail::queue_pair& loop_;
   std::optional<rowe::stop_latch> latch_;
   std::list<guest> guests_; // the first two stay
