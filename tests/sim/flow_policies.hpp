@@ -79,6 +79,33 @@ class policies {
     return false;
   }
 
+  // Whether it is told that it has this right, which may be any text, for any name.
+  bool is_told(role who, std::string_view right, std::string_view said) const {
+    if (who == nobody) return false;
+    if (right == "reset") return who == supervisor;
+    if (right == "guard") return who == supervisor || who == guard;
+    if (right == "take_over") return who == driver || who == supervisor || who == peer_role;
+    const std::string name = said.starts_with('/') ? std::string{said} : "/" + std::string{said};
+    const bool arms = in_folder(name, "/arm/");
+    const bool by_all = who == driver || who == supervisor || who == peer_role;
+    if (right == "subscribe") {
+      if (name == "/rowe/stop/state" || by_all || who == observer) return true;
+      if (who != arm || said.empty() || name == "/rowe/stats") return false; // that one must be spelled out
+      return name.starts_with("/arm/") || in_folder(name, "/rowe/") || (arm_ == grown && name == "/odom");
+    }
+    if (right == "call") {
+      if (name.starts_with("/rowe/stop") || name == "/rowe/rights" || by_all) return true;
+      if (who == observer)
+        return name.starts_with("/rosapi/") || name == "/rowe/stats" || name == "/rowe/types";
+      return who == arm && (arms || in_folder(name, "/rosapi/"));
+    }
+    if (right == "publish")
+      return by_all || (who == arm && (arms || (arm_ != shrunk && !said.empty() && in_folder(name, "/"))));
+    if (right == "advertise") return by_all || (who == arm && arms);
+    if (right == "provide") return who == peer_role || (who == arm && arms);
+    return right == "set" && who == supervisor;
+  }
+
   // Changes one thing. Those that stay to the end of the world keep what they have.
   void change(swarm::seeded_choices& random) {
     before_ = {arm_, local_};
@@ -106,8 +133,8 @@ class policies {
     if (of.is == nobody) return revoked; // it has come to stop only
     if (of.token != 0) {
       if (tokens_[of.is] != of.token) return revoked;
-      const bool lost = of.is == arm && (before_.arm == grown ? arm_ != grown
-                                                              : before_.arm == base && arm_ == shrunk);
+      const bool lost =
+          of.is == arm && (before_.arm == grown ? arm_ != grown : before_.arm == base && arm_ == shrunk);
       return {lost && !of.stop_only ? "role changed" : "", of.is};
     }
     if (local_ == nobody) return revoked;
@@ -117,6 +144,10 @@ class policies {
 
  private:
   enum level : std::uint8_t { base, shrunk, grown };
+  // Of the names directly in there.
+  static bool in_folder(std::string_view name, std::string_view folder) {
+    return name.starts_with(folder) && name.find('/', folder.size()) == name.npos;
+  }
   struct before {
     level arm = base;
     role local = nobody;

@@ -2,7 +2,8 @@
 // A hub whose peers have roles. They come and go with all kinds of tokens, and ask for what is their right
 // and for what is not, in both codecs, while the policy changes. What it allows is written once more, by hand
 // (flow_policies.hpp), so the policy is not compared with itself. What is denied must leave no trace: nobody
-// hears it, and it changes neither who provides a service nor the stop.
+// hears it, and it changes neither who provides a service nor the stop. What they are told that they may do
+// is that, however they ask (flow_rights.hpp).
 #pragma once
 #include <algorithm>
 #include <array>
@@ -20,6 +21,7 @@
 
 #include "flow.hpp"
 #include "flow_policies.hpp"
+#include "flow_rights.hpp"
 
 namespace flow {
 
@@ -28,6 +30,7 @@ class roles final : public world {
   roles(std::uint64_t seed, swarm::coverage& seen, const std::set<std::string>& without, bool trace)
       : world{seed, options(seed), seen, without, trace},
         policy_{seed},
+        asking_{seed},
         loop_{on_.offer(rowe::detail::latch_request({.name = "loop", .loop_timeout = 10s}))} {
     cycle(1ms);
     latch_.emplace(harness::core_harness::handle_of(loop_));
@@ -265,6 +268,37 @@ class roles final : public world {
     });
   }
 
+  void ask_for_rights() {
+    std::vector<guest*> all;
+    for (guest& one : guests_)
+      if (!one.stop_only) all.push_back(&one);
+    guest& by = *all[asking_.below(all.size())];
+    const auto asked = asking_.ask(on_.options.limits);
+    if (!asked) return;
+    settle();
+    const auto denied_before = on_.count(counter::denied);
+    say(name_of(by) + " asks " + swarm::shortened(asked->text));
+    by.link->say(asked->text);
+    std::vector<std::string> heard;
+    for (int i = 0; i < 2; ++i) {
+      cycle(1ms);
+      for (std::string& text : by.link->hear()) {
+        answer(by, text);
+        heard.push_back(std::move(text));
+      }
+    }
+    if (on_.count(counter::denied) != denied_before) fail("rights", name_of(by) + " is denied an answer");
+    const std::string identity = by.token == 0 ? std::string{} : name_of(by);
+    const auto [wrong, answered] = rights_questions::judge(
+        *asked, heard, name_of(by), identity,
+        [&](std::string_view right, std::string_view name) { return policy_.is_told(by.is, right, name); });
+    if (!wrong.empty()) fail("rights", name_of(by) + wrong + swarm::shortened(asked->text));
+    if (!answered) return seen_.add(flow_event::rights_refused);
+    seen_.add(static_cast<flow_event>(static_cast<std::size_t>(flow_event::rights_of_observer) +
+                                      static_cast<std::size_t>(by.is)));
+    if (by.token == 0) seen_.add(flow_event::rights_by_address);
+  }
+
   // ---- the stop
 
   bool moves() {
@@ -345,6 +379,7 @@ class roles final : public world {
       default: ask(); break;
       }
     }
+    if (!broken()) ask_for_rights();
   }
   guest& some_guest() { return *std::next(guests_.begin(), static_cast<int>(random_.below(guests_.size()))); }
   void leave() {
@@ -381,6 +416,7 @@ class roles final : public world {
   }
 
   policies policy_;
+  rights_questions asking_;
   rowe::detail::queue_pair& loop_;
   std::optional<rowe::stop_latch> latch_;
   std::list<guest> guests_; // the first two stay

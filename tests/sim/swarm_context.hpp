@@ -82,6 +82,7 @@ struct context {
   bool stop_in_use = false;
   bool running = false;
   bool drives = false;     // there is a driven topic
+  bool rights = false;     // peers ask what they may do
   bool takes_rest = false; // the transport, of large frames
   rowe::duration jumped{}; // of time: nothing was done in it
 

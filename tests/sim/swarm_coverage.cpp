@@ -287,7 +287,19 @@ std::string_view name_of(flow_event what) {
                                         "anybody, command of another",
                                         "anybody, command while stopped",
                                         "anybody, unreadable command",
-                                        "anybody, driven topic reopened"};
+                                        "anybody, driven topic reopened",
+                                        "anybody hears its rights",
+                                        "anybody, rights in plain",
+                                        "anybody, rights here",
+                                        "anybody, rights elsewhere",
+                                        "rights, asked by observer",
+                                        "rights, asked by driver",
+                                        "rights, asked by supervisor",
+                                        "rights, asked by peer",
+                                        "rights, asked by arm",
+                                        "rights, asked by guard",
+                                        "rights, asked by address",
+                                        "rights, not asked well"};
   static_assert(std::size(names) == flow_events);
   return names[static_cast<std::size_t>(what)];
 }

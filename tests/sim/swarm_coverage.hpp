@@ -219,8 +219,23 @@ enum class flow_event : std::uint8_t {
   anybody_stopped,
   anybody_unreadable,
   anybody_reopened, // the driven topic, while somebody's command is in force
+  // Who is told what it may do: anybody in the swarm world (swarm_rights.hpp), by both codecs in which it has
+  // a name.
+  anybody_rights,
+  anybody_rights_plain,
+  anybody_rights_here, // by its address
+  anybody_rights_elsewhere,
+  // Likewise where there are roles: one for each, in the order of flow::role.
+  rights_of_observer,
+  rights_of_driver,
+  rights_of_supervisor,
+  rights_of_peer,
+  rights_of_arm,
+  rights_of_guard,
+  rights_by_address, // its role is by its address
+  rights_refused,    // the question is none
 };
-inline constexpr std::size_t flow_events = 117;
+inline constexpr std::size_t flow_events = 129;
 std::string_view name_of(flow_event what);
 
 class coverage {

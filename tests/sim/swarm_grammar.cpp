@@ -4,24 +4,13 @@
 #include <algorithm>
 #include <array>
 
+#include "swarm_rights.hpp"
+#include "swarm_text.hpp"
+
 namespace swarm {
 namespace {
 
 // ---- writing
-
-std::string quoted(std::string_view plain) { return '"' + std::string{plain} + '"'; }
-
-// Each byte as \u00xx.
-std::string escaped(std::string_view plain) {
-  constexpr std::string_view digits = "0123456789abcdef";
-  std::string text;
-  for (const char c : plain) {
-    text += "\\u00";
-    text += digits[static_cast<unsigned char>(c) >> 4];
-    text += digits[static_cast<unsigned char>(c) & 15];
-  }
-  return text;
-}
 
 // One text that is being made.
 class writing {
@@ -225,6 +214,11 @@ class writing {
     case domain::driver_name: return driver_name(how);
     case domain::command_tick:
     case domain::control_tick: return control_tick(how);
+    case domain::rights_service: return called_rights_service(how);
+    case domain::rights_args:
+    case domain::rights_asked: return asked_rights(is, how);
+    case domain::right: // in that list
+    case domain::right_of:
     case domain::payload:
     case domain::raw:
     case domain::list:
@@ -638,6 +632,27 @@ class writing {
     if (how == "negative") return "-5";
     if (how == "fraction") return "0.5";
     return how == "null" ? "null" : "\"soon\"";
+  }
+
+  // ---- what it may do
+
+  std::string called_rights_service(std::string_view how) {
+    said_.service = rights_service;
+    said_.asks_rights = true;
+    if (how == "no_slash") return quoted(rights_service.substr(1));
+    if (how == "escaped") return quoted("\\/rowe\\/" + escaped("ri") + "ghts");
+    if (how == "with_id" && of_.goes == form::rosbridge) {
+      const std::string id = "ri" + std::to_string(from_.below(4));
+      if (said_.id_raw.empty()) service_id_ = quoted(id);
+      return quoted(said_.service + "#" + id);
+    }
+    return quoted(rights_service);
+  }
+  std::string asked_rights(domain is, std::string_view how) {
+    rights_question question{from_, value_named("right"), value_named("of")};
+    std::string text = is == domain::rights_args ? question.arguments(how) : question.text(how);
+    said_.rights = std::move(question.asked);
+    return text;
   }
 
   // ---- the rest

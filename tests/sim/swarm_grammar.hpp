@@ -92,6 +92,12 @@ enum class domain : std::uint8_t {
   control_action,
   driver_name,
   control_tick,
+  // Of what a peer may do.
+  rights_service, // the spellings of one name
+  rights_args,
+  rights_asked, // the list in them
+  right,        // of its elements
+  right_of,     // likewise: of which name
 };
 
 struct value_class {
@@ -181,7 +187,8 @@ inline constexpr opposites pairs_of_operations[] = {{"subscribe", "unsubscribe"}
 // Of what only Foxglove's protocol has: its choices are drawn apart, so that worlds without it stay.
 inline constexpr std::size_t opposites_of_foxglove = 2;
 inline constexpr std::string_view first_of_foxglove = "get_parameters"; // and all up to
-inline constexpr std::string_view first_of_driving = "command";         // and all behind it, likewise
+inline constexpr std::string_view first_of_driving = "command";         // likewise
+inline constexpr std::string_view first_of_rights = "rights";           // and all behind it, likewise
 
 // A class of a member of an operation has a number: its row in the coverage table. Each operation begins with
 // a row for itself.
@@ -234,6 +241,12 @@ struct numbered {
   std::string topic;                            // plain; empty: none that is known
 };
 
+// What a peer asks whether it may, as it is meant. A text that cannot be read is empty.
+struct asked_right {
+  std::string right;
+  std::string name;
+};
+
 // What was said, for those who record it.
 struct saying {
   std::size_t operation = 0;
@@ -255,6 +268,8 @@ struct saying {
   std::int64_t tick = -1;
   std::uint32_t message = 0; // its "n"
   std::vector<numbered> elements{};
+  bool asks_rights = false;
+  std::vector<asked_right> rights{};
 };
 
 // The class that a recipe has of a member; empty where there is none.

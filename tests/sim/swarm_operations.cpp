@@ -155,6 +155,19 @@ const std::vector<std::vector<value_class>>& all_classes() {
       /* control_tick */
       classes({"newest", "absent", "before_last", "old", "future", "zero", "huge", "beyond_64_bits",
                "negative", "fraction", "no_number", "null"}),
+      /* rights_service */ classes({"plain", "no_slash", "escaped", "with_id"}),
+      /* rights_args */
+      classes({"one", "every", "few", "most", "too_many", "empty", "no_list", "object", "text", "null", "odd",
+               "twice", "escaped", "nothing", "other", "no_args", "array", "!number", "!no_object"}),
+      /* rights_asked */
+      classes({"one", "every", "few", "most", "too_many", "empty", "no_list", "object", "text", "null", "odd",
+               "absent"}),
+      /* right */
+      classes({"each", "of_stop", "unknown", "upper_case", "blank", "escaped", "long", "long_escaped",
+               "empty", "no_text", "twice", "absent"}),
+      /* right_of */
+      classes({"arm", "topic", "service", "endpoints", "flat", "no_slash", "escaped", "pattern", "long",
+               "long_escaped", "empty", "no_text", "twice", "absent"}),
   };
   return all;
 }
@@ -385,6 +398,19 @@ std::vector<operation> made_operations() {
        {{"id", id}, {"topic", control_state}, {"throttle_rate", period}, {"queue_length", depth}},
        {d::connection},
        "subscribe"},
+      {"rights",
+       form::rosbridge,
+       {{"id", id}, {"service", rights_service}, {"args", rights_args}, {"right", right}, {"of", right_of}},
+       {d::connection},
+       "call_service"},
+      {"rights_in_plain",
+       form::plain,
+       {{"message_id", id},
+        {"service", rights_service},
+        {"asked", rights_asked},
+        {"right", right},
+        {"of", right_of}},
+       {d::connection}},
   };
   for (operation& one : all) {
     if (speaker_of(one.goes) != speaker::thread) one.of.push_back(d::times);

@@ -15,6 +15,7 @@
 
 #include "service/core/fragments.hpp"
 #include "swarm_context.hpp"
+#include "swarm_rights.hpp"
 #include "wire/plain/plain.hpp"
 #include "wire/png_text.hpp"
 #include "wire/rosbridge/rosbridge.hpp"
@@ -154,6 +155,7 @@ class untrusted_peer {
             : value_of(how, "codec") == "unknown" ? std::string_view{"unknown.v0"}
                                                   : std::string_view{})},
         only_stops_{value_of(how, "path") == "stop"},
+        local_{value_of(how, "address") == "loopback"},
         speaks_numbers_{in.numbers && value_of(how, "codec") == "numbers"},
         tongue_{tongue_of(in, how)},
         number_{++in.untrusted},
@@ -386,6 +388,7 @@ class untrusted_peer {
     said_something_ = true;
     for (const numbered& one : said.elements) given_numbers_.insert(one.number);
     if (of.name == "command" && said.message != 0) note_command(said);
+    if (said.asks_rights) rights_.insert(said.id_raw + rights_answer_without_roles(said.rights, local_));
     if (!accepted(said)) return;
     if (of.name == "subscribe" || of.name == "watch_control") return note_subscribe(said);
     if (of.name == "unsubscribe") return note_unsubscribe(said);
@@ -400,7 +403,7 @@ class untrusted_peer {
       return;
     }
     if (of.name == "call_service" || of.name == "send_action_goal" || of.name == "invocation" ||
-        of.name == "call_by_number" || of.name.starts_with("control")) {
+        of.name == "call_by_number" || of.name.starts_with("control") || said.asks_rights) {
       if (known_.own_calls.size() < 8 && !said.id_raw.empty()) known_.own_calls.push_back(said.id_raw);
       if (said.id_raw.empty()) unnamed_calls_ = true;
     }
@@ -588,6 +591,19 @@ class untrusted_peer {
     }
     if (h.is == kind::publish) hear_publication(h);
     if (in_.drives) hear_of_control(text);
+    if (in_.rights && h.is == kind::answer)
+      hear_of_rights(text, h.id_raw,
+                     h.in_plain ? flow_event::anybody_rights_plain : flow_event::anybody_rights);
+  }
+
+  // Each answer must be one to what it asked under this id.
+  void hear_of_rights(std::string_view text, const std::string& id, flow_event by) {
+    const std::string answer = rights_answer_in(text);
+    if (answer.empty()) return;
+    if (!rights_.contains(id + answer))
+      return in_.fail("rights", name_ + " is told of its rights what is not so: " + shortened(text, 700));
+    in_.seen.add(by);
+    in_.seen.add(local_ ? flow_event::anybody_rights_here : flow_event::anybody_rights_elsewhere);
   }
 
   void hear_of_control(const std::string& text) {
@@ -676,6 +692,7 @@ class untrusted_peer {
   codec_check& check_;
   std::unique_ptr<far_end> link_;
   bool only_stops_;
+  bool local_;
   bool speaks_numbers_;
   fragments::reassembly fragments_; // of what it asked for
   tongue tongue_;
@@ -687,6 +704,7 @@ class untrusted_peer {
   std::set<std::string> subscribed_once_;
   std::map<std::string, bool> advertised_; // whether latched
   std::set<std::string> services_;
+  std::set<std::string> rights_;          // what it may be told of them, behind the id
   std::set<std::uint32_t> given_numbers_; // to subscriptions and channels
   bool spoke_plain_last_ = false;
   bool said_something_ = false;

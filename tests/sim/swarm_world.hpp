@@ -21,6 +21,7 @@
 #include "swarm_honest_numbers.hpp"
 #include "swarm_peer.hpp"
 #include "swarm_process.hpp"
+#include "swarm_rights.hpp"
 
 namespace swarm {
 
@@ -57,6 +58,7 @@ inline const std::vector<invariant>& invariants() {
        "a goal reaches its provider, its end who sent it, and that nobody wants it any more its "
        "provider, within 40 cycles"},
       {"throttle", "a subscription gets a message each throttle_rate, by the options of the moment"},
+      {"rights", "a peer that asks what it may do is told that, whatever else it asks"},
       {"honest_cut", "the honest peer is not disconnected"},
       {"honest_refused", "the honest peer is refused nothing"},
       {"statistics", "rates are those of the last seconds"},
@@ -95,10 +97,11 @@ struct plan {
   bool foxglove = false; // likewise by Foxglove's protocol
   bool goals = false;    // two honest peers have an action
   bool drives = false;   // there is a driven topic
+  bool rights = false;   // peers ask what they may do
 };
 
 // Whether those who speak by numbers speak Foxglove's protocol. The seed draws it from a stream of its own.
-// Only worlds `by_seed` have a driven topic.
+// Only worlds `by_seed` have a driven topic, or peers that ask what they may do.
 enum class tongues : std::uint8_t { by_seed, numbers, foxglove };
 
 inline plan draw_plan(std::uint64_t seed, tongues speak) {
@@ -182,8 +185,10 @@ inline plan draw_plan(std::uint64_t seed, tongues speak) {
   if (p.goals) l.connections_max += 2;
   seeded_choices others{seed ^ of_foxglove};
   p.foxglove = p.numbers && (speak == tongues::foxglove || (speak == tongues::by_seed && others.one_in(2)));
-  p.drives = speak == tongues::by_seed && seed % 4 == 0 && p.ours == rowe::service::side::server &&
-             o.profile == rowe::websocket_profile::standard;
+  const bool may_have_more = speak == tongues::by_seed && p.ours == rowe::service::side::server &&
+                             o.profile == rowe::websocket_profile::standard;
+  p.drives = may_have_more && seed % 4 == 0;
+  p.rights = may_have_more && seed % 4 == 2;
   if (p.drives) l.handles_max += 3; // one of them may be closing
   p.crowd = p.has_honest && random.one_in(4);
   if (p.crowd) {
@@ -225,6 +230,7 @@ class world {
     context_.numbers = plan_.numbers;
     context_.foxglove = plan_.foxglove;
     context_.drives = plan_.drives;
+    context_.rights = plan_.rights;
     if (plan_.foxglove) honest_by_number_.speaks = tongue::foxglove;
     context_.known.bounds = plan_.options.limits;
     context_.takes_rest = plan_.crowd || random_.one_in(2);
@@ -242,7 +248,10 @@ class world {
     const std::size_t driving = operation_named(first_of_driving);
     uses_.randomise(others, row_of(first), row_of(driving));
     seeded_choices of_drivers{seed, of_driving};
-    uses_.randomise(of_drivers, row_of(driving), rows().size());
+    const std::size_t asking = operation_named(first_of_rights);
+    uses_.randomise(of_drivers, row_of(driving), row_of(asking));
+    seeded_choices of_askers{seed, of_rights};
+    uses_.randomise(of_askers, row_of(asking), rows().size());
     for (const auto& [operation, member] : mostly_good)
       uses_[row_of(operation_named(operation), member, 0)] += 12; // the first class is the usual one
     for (std::size_t row = 0; row < rows().size(); ++row) {
@@ -254,9 +263,11 @@ class world {
     operations_ = weights{operations().size()};
     operations_.randomise(random_, 0, first);
     operations_.randomise(others, first, driving);
-    operations_.randomise(of_drivers, driving, operations().size());
-    for (std::size_t i = driving; i < operations().size(); ++i)
-      operations_[i] = plan_.drives ? operations_[i] + 2 : 0;
+    operations_.randomise(of_drivers, driving, asking);
+    for (std::size_t i = driving; i < asking; ++i) operations_[i] = plan_.drives ? operations_[i] + 2 : 0;
+    operations_.randomise(of_askers, asking, operations().size());
+    for (std::size_t i = asking; i < operations().size(); ++i)
+      operations_[i] = plan_.rights ? operations_[i] + 8 : 0;
     if (plan_.drives) operations_[driving] += 12;
     if (plan_.drives && of_drivers.one_in(2)) { // they contend for control
       const std::size_t control = operation_named("control");
@@ -396,9 +407,9 @@ class world {
                  (o.relay ? " relay" : "") + (o.answers_any ? " answers_any" : "") +
                  (o.plain_unasked ? " plain_unasked" : "") + (plan_.roomy ? " roomy" : " tight") +
                  (plan_.has_honest ? " honest" : "") + (plan_.numbers ? " numbers" : "") +
-                 (plan_.foxglove ? " foxglove" : "") + (plan_.drives ? " drives" : "") + " profile " +
-                 std::to_string(static_cast<int>(o.profile)) + " idle " +
-                 std::to_string(static_cast<int>(o.idle_policy)));
+                 (plan_.foxglove ? " foxglove" : "") + (plan_.drives ? " drives" : "") +
+                 (plan_.rights ? " rights" : "") + " profile " + std::to_string(static_cast<int>(o.profile)) +
+                 " idle " + std::to_string(static_cast<int>(o.idle_policy)));
   }
 
   untrusted_peer* one() {

@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include <rowe/detail/mutation_points.hpp>
 #include <rowe/detail/queue_pair.hpp>
 
 #include "service/base/service_limits.hpp"
@@ -22,8 +23,9 @@ void rights_service::write_answer(json::writer& into, const connection* c,
                                   std::string_view args) const noexcept {
   const bool has_role = c != nullptr && state_.rights.apply_to(*c);
   const access::policy& policy = state_.rights.policy();
+  const access::role_number told = ROWE_MUTANT(rights_of_others) || !has_role ? 0 : c->who.role;
   into.begin_object();
-  into.member_or_null("role", has_role ? policy.role_name(c->who.role) : std::string_view{});
+  into.member_or_null("role", has_role ? policy.role_name(told) : std::string_view{});
   into.member_or_null("identity", has_role ? policy.identity_name(c->who.identity) : std::string_view{});
   into.begin_array("allowed");
   if (const auto asked = args.empty() ? std::nullopt : json::find(json::root(args).raw, "asked")) {
@@ -49,8 +51,10 @@ bool rights_service::allowed(const connection* c, std::string_view right,
     if (access::name_of(each) != right) continue;
     if (c == nullptr) return true;
     const bool of_stop = each == access::right::reset || each == access::right::guard;
-    if (of_stop) return access_control_.may(*c, each);
-    state_.cycle.work_bytes += state_.rights.policy().patterns(c->who.role, each) * pattern_work_bytes;
+    if (of_stop) return access_control_.may(*c, each) || ROWE_MUTANT(rights_stop);
+    const std::size_t patterns = state_.rights.policy().patterns(c->who.role, each);
+    state_.cycle.work_bytes += patterns * pattern_work_bytes;
+    if (ROWE_MUTANT(rights_names) && patterns != 0) return true;
     return each == access::right::call ? state_.rights.calls(*c, name) : state_.rights.allow(*c, each, name);
   }
   return false; // there is no such right
