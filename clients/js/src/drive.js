@@ -169,7 +169,8 @@ export class drive extends emitter {
     if (this.commanding) {
       const number = stop.state?.number;
       this.#number ??= number;
-      const lapsed = since_ms(this.#alive) > this.lease_ms;
+      // The robot counts a command's age from its tick: with an old one nothing is in force any more.
+      const lapsed = [this.#alive, this.#tick_came].some((then) => since_ms(then) > this.lease_ms);
       if (lapsed || stop.pending || stop.stopped || number !== this.#number) {
         this.#command = null;
         this.emit("changed");

@@ -335,9 +335,10 @@ export interface drive<Message = any> extends emitter<drive_events> {
   release(): Promise<void>;
   /**
    * Holds a command: sends it, and repeats it twenty times a second until the next one or halt(). It is
-   * dropped when the robot is stopped, and when it could not be repeated within the lease; then set() it
-   * again. False: nothing was sent, since this client does not drive, the robot is stopped, nobody sees this
-   * page, or the network does not move. Throws a TypeError for a number that is not finite.
+   * dropped when the robot is stopped, when it could not be repeated within the lease, and when nothing came
+   * from the robot for as long; then set() it again. False: nothing was sent, since this client does not
+   * drive, the robot is stopped, nobody sees this page, or the network does not move. Throws a TypeError for
+   * a number that is not finite.
    */
   set(command: Message): boolean;
   /** Sends one command to stand still, at once, and keeps control. False: nothing was sent. */

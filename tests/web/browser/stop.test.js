@@ -23,9 +23,13 @@ after(async () => {
 });
 afterEach(() => close_pages(browser));
 
-const shown = (page, id, pattern) =>
-  page.waitForFunction(([of, wanted]) => new RegExp(wanted).test(document.getElementById(of).innerText),
-    [id, pattern.source]);
+async function shown(page, id, pattern) {
+  const words = () => page.locator(`#${id}`).innerText();
+  await until(`${id} says ${pattern}`, async () => pattern.test(await words())).catch(async ({ message }) => {
+    const { stop, state } = await page.evaluate(() => ({ ...document.body.dataset }));
+    throw new Error(`${message}; it says "${await words()}", the page ${state}, the robot ${stop}`);
+  });
+}
 const stop_is = (page, name) =>
   page.waitForFunction((wanted) => document.body.dataset.stop === wanted, name);
 

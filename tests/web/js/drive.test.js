@@ -267,6 +267,19 @@ test("a command that lapsed while the page stood still does not come back by its
   assert.ok(base.set(twist(0.5)), "somebody still holds it");
 });
 
+test("a command lapses, too, while the robot or the network says nothing", limit, async () => {
+  await taken();
+  await clock.pass(50);
+  base.set(twist(0.5));
+  await drive_on(200);
+  await clock.pass(250);
+  assert.ok(base.commanding);
+  await clock.pass(100);
+  const count = commands().length;
+  await drive_on(300);
+  assert.deepEqual([commands().length, base.commanding, base.held], [count, false, true]);
+});
+
 test("on a network that does not move commands are left out, and lapse; not halt()", limit, async () => {
   await taken();
   await clock.pass(50);
