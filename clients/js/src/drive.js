@@ -14,6 +14,7 @@ const service = "/rowe/control";
 const repeat_ms = 50;
 const change_ms = 20;            // another command goes at once, but not more often than this
 const beat_ms = 500;
+const state_hz = 40;             // it comes twenty times a second, and whenever who drives changes
 const tick_ms_max = 1000;        // one that is older is not sent with a request: the answer has a new one
 const waiting_bytes_max = 1024;  // a command that would wait behind more is left out: the next one is newer
 
@@ -60,7 +61,7 @@ export class drive extends emitter {
     this.#robot = robot;
     this.#args = { topic: this.topic, name };
     this.#zero = zero;
-    const state = robot.subscribe("/rowe/control/state", (said) => this.#take(said));
+    const state = robot.subscribe("/rowe/control/state", (said) => this.#take(said), { hz: state_hz });
     this.#offs = [
       () => state.unsubscribe(),
       robot.on("turned", () => this.#turn()),
@@ -130,7 +131,7 @@ export class drive extends emitter {
     this.#asking += 1;
     let answer;
     try {
-      answer = await ask(this.#robot, service, request);
+      answer = await ask(this.#robot, service, request, {}, () => mine === this.#asked);
       if (mine !== this.#asked) throw new robot_error("closed", `${service}: released before the answer`);
     } finally {
       this.#asking -= 1;

@@ -28,10 +28,10 @@ export class link {
 
   // `events`: opened(), received(message) for each object with an `op`, closed({code, reason}, was_open), and
   // turned() twenty times a second. `options`: WebSocket, subprotocols() for each attempt, decode(bytes) for
-  // binary messages.
+  // binary messages, may(): whether there is to be a connection now.
   constructor(url, events, options) {
-    Object.assign(this, { url, events, options, attempt: 0 });
-    this.#connect();
+    Object.assign(this, { url, events, options, attempt: 0, state: "disconnected", since: moment() });
+    if (this.#may) this.#connect();
     this.#timer = setInterval(() => this.turn(), turn_ms);
   }
 
@@ -50,17 +50,26 @@ export class link {
 
   // Looks at the clocks. To be called by others only with `hurry`: the page or the network came back.
   turn(hurry) {
+    this.#look(hurry);
+    this.events.turned?.();
+  }
+
+  get #may() { return this.options.may?.() ?? true; }
+
+  #look(hurry) {
     const idle_ms = since_ms(this.since);
     const idle_ms_max = this.state === "open" ? silence_ms_max : attempt_ms_max;
+    const may = this.#may;
     if (this.state === "disconnected") {
-      if (hurry || idle_ms >= retry_ms(this.attempt)) {
+      if (may && (hurry || idle_ms >= retry_ms(this.attempt))) {
         this.attempt += 1;
         this.#connect();
       }
+    } else if (this.state !== "closed" && !may) {
+      this.#lost({ code: 1000, reason: "not wanted any more" });
     } else if (this.state !== "closed" && idle_ms >= idle_ms_max) {
       this.#lost({ code: 1006, reason: `silent for ${idle_ms_max} ms` });
     }
-    this.events.turned?.();
   }
 
   // For good. The timer must not keep Node from ending.
@@ -70,10 +79,17 @@ export class link {
   }
 
   #connect() {
-    const socket = new this.options.WebSocket(this.url, this.options.subprotocols?.() ?? []);
-    this.#socket = socket;
     this.state = this.attempt ? "retrying" : "connecting";
     this.since = moment();
+    this.#socket = null;
+    let socket;
+    try {
+      socket = new this.options.WebSocket(this.url, this.options.subprotocols?.() ?? []);
+    } catch ({ message }) {
+      // A token that cannot be offered, say. Whoever made this link knows it by then.
+      return queueMicrotask(() => this.#lost({ code: 1006, reason: message }));
+    }
+    this.#socket = socket;
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.state = "open";
@@ -106,10 +122,10 @@ export class link {
     if (this.state === "closed") return;
     const socket = this.#socket;
     const was_open = this.state === "open";
-    socket.onopen = socket.onmessage = socket.onclose = null;
+    if (socket) socket.onopen = socket.onmessage = socket.onclose = null;
     this.state = state;
     this.since = moment();
-    socket.close();
+    socket?.close();
     this.events.closed(why, was_open);
   }
 }

@@ -124,7 +124,8 @@ export interface robot<Topics extends object = any_topics, Services extends obje
     topic: Topic, options?: drive_options<Topics[Topic]>): drive<Topics[Topic]>;
 
   /**
-   * All that this client drives stands still. A page does so by itself when it is hidden or loses the focus.
+   * All that this client drives stands still. A page does so by itself when it loses the focus; when it is
+   * hidden, it also releases what it drives.
    */
   halt(): void;
 
@@ -151,7 +152,8 @@ export interface subscribe_options {
   qos?: qos;
   /**
    * On a second connection, which all such subscriptions share: for images and maps. Beside them the answer
-   * to a stop does not wait until they have come.
+   * to a stop does not wait until they have come. It is there while the first one is, and takes another
+   * place of the robot's `connections_max`.
    */
   apart?: boolean;
   /** How values come; all but `none` need connect()'s `decode`. */

@@ -70,15 +70,20 @@ class robot extends wire {
   // What is large gets a connection of its own: on this one the answer to a stop would wait behind it.
   subscribe(topic, fn, options = {}) {
     if (!options.apart) return super.subscribe(topic, fn, options);
-    return this.#wire_apart.subscribe(topic, fn, options);
+    this.#apart ??= this.#make_apart();
+    const made = this.#apart.subscribe(topic, fn, options);
+    this.#apart.link.turn(true);
+    return made;
   }
 
-  get #wire_apart() {
-    if (!this.#apart) {
-      this.#apart = new wire(this.link.url, this.link.options);
-      this.#apart.on("status", (what) => this.emit("status", what));
-    }
-    return this.#apart;
+  // It never takes a place that the first one needs: it is there while that one is, and somebody wants it.
+  #make_apart() {
+    const may = () => this.state === "open" && this.#apart?.wanted === true;
+    const made = new wire(this.link.url, { ...this.link.options, may });
+    made.on("status", (what) => this.emit("status", what));
+    for (const name of ["open", "closed"]) this.on(name, () => made.link.turn(true));
+    if (this.state === "closed") made.close();
+    return made;
   }
 
   drive(topic, options) {
@@ -104,10 +109,10 @@ class robot extends wire {
     const { signal } = this.#unlisten;
     const listen = (to, what, fn) => what.forEach((name) => to.addEventListener(name, fn, { signal }));
     const hide = () => {
-      this.halt();
+      for (const one of this.#drives) one.release().catch(() => {});
       this.stop.let_go().catch(() => {});
     };
-    const hurry = () => [this, this.#apart].forEach((each) => each?.link.turn(true));
+    const hurry = () => this.link.turn(true);
     listen(globalThis, ["blur"], () => this.halt());
     listen(globalThis, ["pagehide"], hide);
     listen(globalThis, ["online", "pageshow", "focus"], hurry);

@@ -19,11 +19,11 @@ const late_ms = 500;           // who has not connected by then is late
 const between_ms = (from, to) => Number(BigInt(to) - BigInt(from)) / 1e6;
 
 // Asks a service whose answer has a member `refused`, which becomes an error. Who knows no tick yet gets one
-// with the refusal, and asks once more.
-export async function ask(wire, service, args, options) {
+// with the refusal, and asks once more, if that is `wanted()` then.
+export async function ask(wire, service, args, options, wanted = () => true) {
   const answer = await wire.call(service, args, options);
   if (!answer.refused) return answer;
-  if (answer.refused === "tick" && !args.tick && answer.tick) {
+  if (answer.refused === "tick" && !args.tick && answer.tick && wanted()) {
     return ask(wire, service, { ...args, tick: answer.tick }, options);
   }
   const error = new robot_error("refused", `${service}: refused: ${answer.refused}`, answer.refused);

@@ -109,6 +109,7 @@ export class wire extends emitter {
   }
 
   get state() { return this.link.state; }
+  get wanted() { return this.#topics.size > 0; }
   get retry_in_ms() { return this.link.retry_in_ms; }
 
   // Ends at once if there is no connection: calls are not kept for later either.

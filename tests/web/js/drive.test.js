@@ -165,6 +165,14 @@ test("a release before the answer to a take wins", limit, async () => {
   assert.ok(!base.held);
 });
 
+test("what was released while its answer was awaited is not asked for again", limit, async () => {
+  const take = base.take().catch(({ code }) => code);
+  base.close().catch(() => {});
+  await answer({ refused: "tick", yours: false, driver: null }, asked("take").at(-1));
+  assert.equal(await take, "refused");
+  assert.deepEqual(asked().map(({ args }) => args.action), ["take", "release"]);
+});
+
 test("control is lost with the connection, and not taken again by itself", limit, async () => {
   await taken();
   await clock.pass(50);

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
 import { link, retry_ms } from "../../../clients/js/src/link.js";
-import { fake_socket, fakes } from "./fakes.js";
+import { fake_socket, fakes, settled } from "./fakes.js";
 
 const limit = { timeout: 20000 };
 const clock = fakes();
@@ -143,4 +143,15 @@ test("after close() no attempt comes and no timer is left that keeps Node from e
   await clock.pass(60000);
   made.turn(true);
   assert.deepEqual([count(), made.state], [1, "closed"]);
+});
+
+test("a token that no socket can offer is a refused attempt, and the clock goes on", limit, async () => {
+  let turned = 0;
+  const odd = new link("ws://robot/", { closed: (why) => closed.push(why), turned: () => (turned += 1) },
+    { WebSocket: class { constructor() { throw new SyntaxError("odd"); } } });
+  await settled();
+  assert.deepEqual([odd.state, closed.at(-1)], ["disconnected", { code: 1006, reason: "odd" }]);
+  await clock.pass(1000);
+  assert.ok(closed.length > 1 && turned > 15, `${closed.length} attempts, ${turned} turns`);
+  odd.close();
 });

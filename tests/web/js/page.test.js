@@ -48,11 +48,12 @@ test("a page that is left stands still", limit, () => {
   assert.deepEqual([speeds(), base.commanding], [[1, 0], false]);
 });
 
-test("a page that is hidden stands still, and drives no more until it is seen", limit, async () => {
+test("a page that is hidden stands still, and lets others drive", limit, async () => {
+  const released = () => socket.calls("/rowe/control").filter(({ args }) => args.action === "release").length;
   hides(true);
-  assert.deepEqual([speeds(), base.set({ x: 2 })], [[1, 0], false]);
+  assert.deepEqual([speeds(), released(), base.held], [[1, 0], 1, false]);
   hides(false);
-  assert.ok(base.set({ x: 3 }));
+  assert.equal(base.set({ x: 3 }), false, "somebody must take control anew");
 });
 
 test("a page that is hidden or left guards no more", limit, () => {

@@ -225,12 +225,12 @@ test("an encoding is asked for, and needs somebody who reads it", limit, () => {
   other.close();
 });
 
-test("what is large has a second connection, which ends with the first", limit, () => {
+test("what is large has a second connection, which ends with the first", limit, async () => {
   socket().open();
   const first = socket();
   const images = [];
   const one = robot.subscribe("/camera", (msg) => images.push(msg), { apart: true });
-  robot.subscribe("/map", () => {}, { apart: true });
+  const other = robot.subscribe("/map", () => {}, { apart: true });
   const second = socket();
   assert.notEqual(second, first);
   assert.deepEqual([second.url, second.protocols], [first.url, first.protocols]);
@@ -245,6 +245,23 @@ test("what is large has a second connection, which ends with the first", limit, 
   assert.deepEqual(said, ["no"]);
   second.end();
   assert.deepEqual([robot.state, one.fresh()], ["open", false], "the first one does not end with it");
+  await clock.pass(300);
+  assert.ok(socket() !== second && socket().url === second.url, "it comes back");
+  socket().open();
+  const third = socket();
+  first.end();
+  assert.ok(third.closed, "it takes no place that the first one needs");
+  await clock.pass(300);
+  const again = socket();
+  assert.deepEqual(asked("subscribe"), []);
+  again.open();
+  socket().open();
+  assert.deepEqual([again === socket(), asked("subscribe").length], [false, 2]);
+  const fourth = socket();
+  one.unsubscribe();
+  other.unsubscribe();
+  await clock.pass(50);
+  assert.ok(fourth.closed && !again.closed, "nobody wants it any more");
   robot.close();
   assert.equal(fake_socket.made.every((each) => each.closed), true);
 });
