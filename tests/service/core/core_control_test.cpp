@@ -102,6 +102,23 @@ TEST_F(driving, a_command_whose_lease_is_over_when_it_comes_is_dropped_and_count
   EXPECT_TRUE(has(told, R"("level":"warning")"));
 }
 
+TEST_F(driving, a_commands_own_time_to_live_counts_from_when_it_was_sent_too) {
+  peer page{on};
+  const auto short_lived = [](const std::string& then) {
+    return R"({"op":"publish","ttl_ms":100,)" + command(0.5, then).substr(16);
+  };
+  const std::string then = tick(page);
+  on.cycle(60ms);
+  page.tell(short_lived(then));
+  EXPECT_EQ(drives(), 0.5);
+  on.cycle(45ms);
+  EXPECT_EQ(drives(), std::nullopt);
+  const auto before = on.count(counter::expired);
+  page.tell(short_lived(then));
+  EXPECT_EQ(drives(), std::nullopt);
+  EXPECT_EQ(on.count(counter::expired), before + 1);
+}
+
 TEST_F(driving, a_tick_of_the_future_proves_nothing) {
   peer page{on};
   const std::string then = std::to_string(std::stoll(tick(page)) + 1'000'000);
