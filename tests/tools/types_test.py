@@ -39,6 +39,9 @@ class types(unittest.TestCase):
                      '  "/rosapi/topics": { request: '):
             self.assertIn(part, text)
 
+    def test_are_typescript_by_name_too(self):
+        self.assertEqual(self.said("--ts"), self.said())
+
     def test_are_one_schema_for_each_name(self):
         schemas = json.loads(self.said("--json-schema")[0])
         odom = schemas["topics"]["/odom"]
@@ -90,7 +93,8 @@ class types(unittest.TestCase):
             self.assertEqual(run("types", f"ws://127.0.0.1:{empty.port}", "--ros").code, 0)
 
     def test_need_one_form_and_somebody_who_answers(self):
-        run("types", "127.0.0.1:1", "--ros", "--json-schema", code=2, first="choose one")
+        for form in ("--json-schema", "--ts"):
+            run("types", "127.0.0.1:1", "--ros", form, code=2, first="choose one")
 
 
 if __name__ == "__main__":

@@ -31,6 +31,7 @@ constexpr rt::duration types_timeout = 2s;
 struct types_settings {
   remote_place at;
   std::optional<rt::duration> timeout;
+  bool ts = false;
   bool json_schema = false;
   bool ros = false;
   bool c = false;
@@ -49,6 +50,7 @@ command types_table(types_settings& o) {
       .options = with_remote(
           o.at,
           {
+              {"--ts", "", "", "declarations for TypeScript, as without a form", &o.ts},
               {"--json-schema", "", "", "one JSON object: topics and services, by name", &o.json_schema},
               {"--ros", "", "", "the text of each message in ROS", &o.ros},
               {"--c", "", "", "structs and tables for C (rowe/struct.h)", &o.c},
@@ -272,8 +274,8 @@ exit_code types(argument_list arguments) {
   types_settings chosen;
   if (const auto end = read(types_table(chosen), arguments)) return *end;
   const console to{"types"};
-  if (chosen.json_schema + chosen.ros + chosen.c > 1)
-    return usage_error("types", "--json-schema, --ros and --c are forms: choose one");
+  if (chosen.ts + chosen.json_schema + chosen.ros + chosen.c > 1)
+    return usage_error("types", "--ts, --json-schema, --ros and --c are forms: choose one");
   const spelled_url url = read_url(chosen.at.url);
   if (url.url.empty()) return usage_error("types", url.wrong);
   const auto bounds = limits_for("types");
