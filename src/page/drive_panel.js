@@ -15,6 +15,8 @@ const state_topic = "/rowe/control/state";
 const state_hz = 10;
 const turn_max = 1;                             // rad/s of a stick that is out
 const own_limit = { max: 1, value: 0.5 };       // m/s, of a robot that names none
+const usual_share = 0.5;                        // of what a robot allows
+const aim_ms = 500;                             // a hand that aimed at the button meant what it said before
 const limit_least = 0.05;
 
 // Messages that say how fast, by the names of their types; one of unknown type is taken for the first.
@@ -37,7 +39,10 @@ export class drive_panel {
   #held = false;   // a command is held by a hand
   #spent = false;  // a command ended before the hand did
   #last = null;    // the hand that was said last
+  driver = null;   // who drives any of them, also where this role may not
   #looked = moment();
+  #chosen = false; // somebody moved the slider
+  #takes_over_since = moment();  // since when its button says so
   #hands;
   changed = () => {};
 
@@ -56,7 +61,10 @@ export class drive_panel {
     element("take").onclick = () => this.#ask();
     element("driven").onchange = ({ target }) => this.#choose(target);
     const limit = element("limit");
-    limit.oninput = () => this.#command();
+    limit.oninput = () => {
+      this.#chosen = true;
+      this.#command();
+    };
     limit.onpointerup = () => limit.blur();  // so that arrows drive again
     robot.on("turned", () => this.#turn());
     // The client itself stands still then; the hands are let go, wherever they are.
@@ -68,10 +76,8 @@ export class drive_panel {
   get drives() { return this.#base?.held ?? false; }
   get topic() { return this.#base?.topic ?? null; }
   // The role may drive, and there is something to drive.
-  get offered() {
-    const { topic } = this;
-    return topic !== null && this.#rights.has("publish", topic) && this.#rights.has("call", service);
-  }
+  get offered() { return this.topic !== null && this.#may(this.topic); }
+  #may(topic) { return this.#rights.has("publish", topic) && this.#rights.has("call", service); }
   get #seen() { return element("stick").offsetParent !== null; }
 
   // What a link carries.
@@ -83,10 +89,11 @@ export class drive_panel {
 
   // The fastest that the robot allows, by its parameter.
   fastest(speed) {
-    if (!(speed >= 0) || speed === this.#limit_max) return;
-    const share = this.#limit_max > 0 ? Number(element("limit").value) / this.#limit_max : 0.5;
+    if (typeof speed !== "number" || !(speed >= 0) || speed === this.#limit_max) return;
     this.#limit_max = speed;
-    this.#allow(share * speed);
+    // What somebody chose, or drives by, never rises by itself.
+    const stays = this.#chosen || this.drives;
+    this.#allow(stays ? Math.min(Number(element("limit").value), speed) : usual_share * speed);
   }
 
   #allow(value) {
@@ -103,8 +110,9 @@ export class drive_panel {
   }
 
   #take(topics) {
+    this.driver = topics.find(({ driver }) => driver)?.driver ?? null;
     const may = topics.map(({ topic }) => topic).filter((topic) => typeof topic === "string" &&
-      shape_of(this.#types.get(topic)));
+      shape_of(this.#types.get(topic)) && this.#may(topic));
     const topic = [this.#wanted, this.topic, ...may].find((each) => may.includes(each)) ?? null;
     choose_from(element("driven"), may, topic);
     if (topic === this.topic && (topic === null || shape_of(this.#types.get(topic)) === this.#shape)) return;
@@ -139,6 +147,7 @@ export class drive_panel {
     this.#said = null;
     try {
       await base[element("take").value]();  // what the button said when it was pressed
+      this.#drop();  // what is out already was not meant for this robot
     } catch ({ code, said, answer }) {
       if (code === "closed") return;
       const words = control_refusals[code === "refused" ? said : "lost"] ?? control_refusals.lost;
@@ -152,10 +161,12 @@ export class drive_panel {
     return this.#seen ? on_screen.where ?? pressed.where ?? held.where : null;
   }
 
+  #let_go() { for (const hand of Object.values(this.#hands)) hand.let_go(); }
+
   // Whatever hands hold does not count until they were let go.
   #drop() {
-    for (const hand of Object.values(this.#hands)) hand.let_go();
-    if (this.#held) this.#base?.halt();
+    this.#let_go();
+    if (this.#held && this.#base?.commanding) this.#base.halt();
     this.#held = false;
     this.show();
   }
@@ -193,6 +204,7 @@ export class drive_panel {
 
   #turn() {
     this.#hands.pad.look();
+    if (!this.#seen) this.#let_go();
     if (this.drives) this.#command();
     this.#looked = moment();
   }
@@ -207,10 +219,13 @@ export class drive_panel {
     write(element("driver"), this.drives ? text.you_drive
       : base.driver ? text.drives(base.driver) : text.nobody_drives);
     write(element("driver_says"), this.#line(keeps));
+    mark(element("driver_says"), "aria-live", this.#held ? "off" : "polite");  // speeds are not read out
     const take = element("take");
     const over = !this.drives && base.driver !== null;
     take.hidden = over && !this.#rights.has("take_over");
+    if (over && take.value !== "take_over") this.#takes_over_since = moment();
     take.value = this.drives ? "release" : over ? "take_over" : "take";
+    take.disabled = over && since_ms(this.#takes_over_since) < aim_ms;
     write(take, this.drives ? text.release : over ? text.take_over(base.driver) : text.take);
     this.#write_stick(keeps);
     this.#write_limit();

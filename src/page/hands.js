@@ -83,6 +83,10 @@ export class keys {
       changed();
     });
     from.addEventListener("keyup", ({ code }) => this.#down.delete(code) && changed());
+    // What the browser opens on the page gets the end of a key, and tells nobody.
+    from.addEventListener("contextmenu", () => this.#end(changed), true);
+    const opens = ({ target }) => target?.closest?.("select") && this.#end(changed);
+    from.addEventListener("pointerdown", opens, true);
   }
 
   get where() {
@@ -101,13 +105,15 @@ export class keys {
   }
 }
 
-// The left stick of the first gamepad that is out. Browsers tell nobody when a pad moves: it is to be looked
-// at.
+// The left stick of the gamepad that is out: of several that are there, the one that a person pushes.
+// Browsers tell nobody when a pad moves: it is to be looked at.
 export class pad {
   #pads;
   #now;
-  #armed = false;  // its stick was seen in the middle
-  #seen = null;    // {index, timestamp, at}: when the pad said something new last
+  // Of each pad by its index {timestamp, at, armed}: what it said last, when that came, and whether its stick
+  // was seen in the middle since somebody let go.
+  #known = new Map();
+  #last = null;  // the index of the one that counts
   where = null;
   frozen = false;
   count = 0;
@@ -119,29 +125,34 @@ export class pad {
   }
 
   let_go() {
-    this.#armed = false;
+    for (const one of this.#known.values()) one.armed = false;
     this.where = null;
   }
 
   look() {
-    const there = [...(this.#pads() ?? [])].filter((one) => one?.connected && one.axes.length >= 2);
+    const all = [...(this.#pads() ?? [])].filter((one) => one?.connected && one.axes.length >= 2);
+    const is_there = (wanted) => all.some(({ index }) => index === wanted);
+    if (!is_there(this.#last)) this.let_go();  // nobody holds it any more
+    for (const index of this.#known.keys()) if (!is_there(index)) this.#known.delete(index);
+    const there = all.map((one) => this.#judge(one));
     this.count = there.length;
-    const held = there.find((one) => one.index === this.#seen?.index) ?? there[0];
-    if (!held || held.index !== this.#seen?.index) this.let_go();
-    if (!held) {
-      this.#seen = null;
-      this.frozen = false;
-      return;
-    }
-    const { index, timestamp, axes } = held;
-    if (this.#seen?.index !== index || this.#seen.timestamp !== timestamp) {
-      this.#seen = { index, timestamp, at: this.#now() };
-    }
-    const out = within(-axes[1], -axes[0], middle);
-    // A pad that fell silent, out of its radio's range or out of power, still shows where its stick was.
-    this.frozen = out !== null && this.#now() - this.#seen.at > pad_frozen_ms_max;
-    if (!out) this.#armed = true;
+    const last = there.find(({ index }) => index === this.#last);
+    const pushed = there.find(({ out, frozen }) => out && !frozen);
+    const held = last?.out ? last : pushed ?? last ?? there[0];
+    this.#last = held?.index ?? null;
+    this.frozen = held?.frozen ?? false;
     if (this.frozen) this.let_go();
-    this.where = this.#armed ? out : null;
+    this.where = held && this.#known.get(held.index).armed ? held.out : null;
+  }
+
+  // Where its stick is, and whether that is old: a pad that fell silent, out of its radio's range or out of
+  // power, still shows where its stick was.
+  #judge({ index, timestamp, axes }) {
+    let known = this.#known.get(index);
+    if (!known) this.#known.set(index, known = { armed: false });
+    if (known.timestamp !== timestamp) Object.assign(known, { timestamp, at: this.#now() });
+    const out = within(-axes[1], -axes[0], middle);
+    if (!out) known.armed = true;
+    return { index, out, frozen: out !== null && this.#now() - known.at > pad_frozen_ms_max };
   }
 }

@@ -9,6 +9,7 @@ import { causes, latch, refusals, text } from "./text.js";
 import { moment, since_ms } from "../../clients/js/src/link.js";
 
 const hold_ms = 2000;
+const stood_still_ms = 500;
 const aim_ms = 500;               // a button that has just come is where a hand meant something else
 const unknown_ms_max = 1000;    // nothing is shown for so long while it is not known whether there is a stop
 const alarm_ms = [200, 100, 200, 100, 400];
@@ -30,6 +31,7 @@ export class stop_panel {
   #refused = null;    // the last refusal, until something else is asked for
   #guarded = false;   // this page guarded when it was looked at last
   #guard_came = moment();
+  #shown = moment();
   driving = () => false;
 
   // `time` as robot_clock.
@@ -63,9 +65,9 @@ export class stop_panel {
   // drives it stops in any case.
   #key(event) {
     const space = event.key === " " && (this.driving() || !takes_blanks(event.target));
-    if (event.repeat || (event.key !== "Escape" && !space)) return;
+    if (event.key !== "Escape" && !space) return;
     event.preventDefault();
-    this.#press();
+    if (!event.repeat) this.#press();
   }
 
   // blank, none, unreachable, unknown, running or stopped.
@@ -102,6 +104,7 @@ export class stop_panel {
   // Writes what is known now.
   show() {
     const { state } = this;
+    this.#shown = moment();
     mark(document.body, "data-stop", state);
     if (state === "blank" || state === "none") return;
     const of = this.#of;
@@ -244,7 +247,9 @@ export class stop_panel {
     if (this.#hold || !this.stopped || this.#of.limited) return;
     const { number } = this.#of.state;
     const timer = setTimeout(() => {
+      const stood_still = since_ms(this.#shown) > stood_still_ms;  // the end of the hold may wait behind this
       this.#end_hold();
+      if (stood_still) return;
       this.#act("reset", () => this.#of.reset(number));
     }, hold_ms);
     this.#hold = { number, timer, since: moment() };

@@ -59,6 +59,47 @@ test("keys drive while they are held; the limit is the slider's", limit, async (
   await seat.stands();
 });
 
+test("a hand that is out when control is taken, or its view comes back, must let go", limit, async () => {
+  const page = await seat.driving_page({ size: desk });
+  await page.click("#take");  // lets go
+  await is_mine(page, false);
+  await page.keyboard.down("KeyW");
+  await page.click("#take");
+  await is_mine(page, true);
+  const still = async () => {
+    await page.waitForTimeout(300);
+    assert.equal(seat.speed(), 0);
+  };
+  await seat.stands();
+  await still();
+  await page.keyboard.up("KeyW");
+  await page.focus("#view_data");
+  await page.keyboard.down("KeyW");
+  await seat.moves();
+  await page.click("#view_data");
+  await seat.stands();
+  await page.click("#view_drive");
+  await still();
+  await page.keyboard.up("KeyW");
+  await page.keyboard.down("KeyW");
+  await seat.moves();
+  await page.mouse.click(600, 400, { button: "right" });  // its menu would get the end of the key
+  await seat.stands();
+});
+
+test("the limit never rises by itself", limit, async () => {
+  const page = await seat.driving_page({ size: desk });
+  await page.locator("#limit").fill("0.3");
+  const most = Number(await page.getAttribute("#limit", "max"));
+  const set = (value) => client.send({ op: "call_service", id: "p", service: "/rosapi/set_param",
+    args: { name: "/robot/speed_max", value: String(value) } });
+  set(most / 2);
+  await page.waitForFunction((wanted) => Number(document.getElementById("limit").max) === wanted, most / 2);
+  set(most);
+  await page.waitForFunction((wanted) => Number(document.getElementById("limit").max) === wanted, most);
+  assert.equal(await page.inputValue("#limit"), "0.3");
+});
+
 test("the space bar and Escape stop the robot, wherever the focus is, and keys do not drive it then", limit,
   async () => {
     const page = await seat.driving_page({ size: desk });

@@ -112,6 +112,17 @@ test("Meta lets go of all keys: where it is held, no end of a key is told", () =
   assert.equal(pressed.where, null);
 });
 
+test("what the browser opens on the page lets go of all keys, for it gets their ends", () => {
+  key("keydown", "KeyW");
+  key("contextmenu");
+  assert.equal(pressed.where, null);
+  key("keydown", "KeyW");
+  const inside = new Event("pointerdown");
+  Object.defineProperty(inside, "target", { value: { closest: (of) => of === "select" } });
+  from.dispatchEvent(inside);
+  assert.equal(pressed.where, null);
+});
+
 // ---- pads
 
 let pads, now, held;
@@ -174,6 +185,30 @@ test("another pad does not take the place of one that is gone, stick out", () =>
   is_at(0, 0);
   is_at(0, 1, { index: 1 });
   assert.equal(held.where, null);
+});
+
+test("of two pads the one that is pushed drives, whichever is listed first", () => {
+  const both = (first, second) => {
+    pads = [first, second].map((forward, index) =>
+      ({ index, connected: true, timestamp: (now += 16), axes: [0, -forward] }));
+    held.look();
+    return held.where?.forward ?? null;
+  };
+  assert.deepEqual([both(0, 0), both(0, 1), both(0, 0), both(1, 0), both(1, 1)], [null, 1, null, 1, 1]);
+});
+
+test("a pad that has been silent with its stick out does not drive when another one is let go", () => {
+  const both = (first, second, at) => {
+    pads = [{ index: 0, connected: true, timestamp: (now += 16), axes: [0, -first] },
+      { index: 1, connected: true, timestamp: at, axes: [0, -second] }];
+    held.look();
+    return held.where;
+  };
+  both(0, 0, 1);
+  both(1, 1, 2);
+  now += 5000;
+  near(both(1, 1, 2), 1, 0);
+  assert.equal(both(0, 1, 2), null);
 });
 
 test("a browser without pads has none", () => {
