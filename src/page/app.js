@@ -25,12 +25,14 @@ import { is_known, token } from "./token.js";
 import { judge, robot_clock, usual_age } from "./truth.js";
 
 const default_topic = "/odom";
-const stats_hz = 10;
+const stats_hz = 10;          // where numbers are shown …
+const stats_hz_unseen = 2;    // … and elsewhere, for the list of topics
 const pose_hz = 30;           // where the path is seen …
 const pose_hz_unseen = 5;     // … and elsewhere, for the bar
 const stats_stale_ms = 1500;
 const parameters_hz = 2;
 const words_ms = 100;
+const note_ms = 15000;
 
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 const views = ["overview", "drive", "plot", "data"];
@@ -53,6 +55,7 @@ const seen = {
   pose: null,        // the last one, kept when the connection goes
   heard: null,       // when that came, by the clock here
   gaps: new usual_age(),
+  noted: null,       // when the robot reported what is shown
   pose_written: false,
   stats: null,
   stats_written: false,
@@ -97,8 +100,9 @@ async function refused() {
 
 function introduce(event) {
   event.preventDefault();
-  who.set(element("token").value);
+  const may = who.set(element("token").value);
   element("token").value = "";
+  if (!may) element("who_says").textContent = text.token_unknown;
   robot.link.turn(true);
 }
 
@@ -137,13 +141,20 @@ const entry_of = (topic) => seen.stats?.topics.find((entry) => entry.topic === t
 
 function take_parameters(values) {
   data.parameters.take(values);
-  const fastest = Object.entries(values).find(([name]) => /(^|\/)speed_max$/.test(name));
-  if (fastest) drive.fastest(Number(fastest[1]));
+  const named = Object.entries(values).filter(([name]) => /(^|\/)speed_max$/.test(name));
+  const [fastest] = named.sort(([one], [other]) => one.length - other.length);
+  if (fastest) drive.fastest(fastest[1]);
 }
 
 function take_status({ level, msg }) {
+  if (level !== "error" && level !== "warning") return;
+  seen.noted = moment();
   element("note").textContent = text.says(String(msg));
-  element("note").hidden = level !== "error" && level !== "warning";
+  element("note").hidden = false;
+}
+function end_note() {
+  seen.noted = null;
+  element("note").hidden = true;
 }
 
 // --- what is shown -----------------------------------------------------------------------------------------
@@ -165,6 +176,7 @@ function show_view() {
     else button.removeAttribute("aria-current");
   }
   pose_feed.at(shown.view === "data" || shown.view === "plot" ? pose_hz_unseen : pose_hz);
+  stats_feed.at(shown.view === "data" ? stats_hz : stats_hz_unseen);
   plots.visible(shown.view === "plot");
   seen_by_robot.visible(shown.view);
   data.visible(shown.view === "data");
@@ -178,8 +190,9 @@ function go(to) {
 }
 
 function keeps() {
-  const { state } = seen;
-  return state === "live" || state === "waiting" ? panel.keeps : state === "blank" ? "connecting" : state;
+  const { state, heard } = seen;
+  if (state === "live" || (state === "waiting" && heard === null)) return panel.keeps;
+  return state === "blank" ? "connecting" : state === "waiting" ? "stale" : state;
 }
 
 // --- words -------------------------------------------------------------------------------------------------
@@ -187,7 +200,7 @@ function keeps() {
 const stale_ms = () => seen.gaps.stale_ms(pose_feed.hz, entry_of(pose_feed.topic)?.rate_hz);
 
 function write_state() {
-  seen.state = judge(robot.state, pose_feed, stale_ms());
+  seen.state = judge(robot.state, pose_feed, stale_ms(), seen.heard !== null);
   const { stats, heard } = seen;
   const answers = stats !== null && stats_feed.fresh(stats_stale_ms);
   document.body.dataset.stats = answers || !stats ? "live" : "stale";
@@ -200,6 +213,7 @@ function write_state() {
     name: stats?.name || location.hostname,
     clock_ms: time.ahead_ms === null ? null : time.at(Date.now()),
     uptime: answers ? text.uptime(stats.uptime_s, stats.peers) : "",
+    driver: drive.drives ? text.you_drive : drive.driver ? text.drives(drive.driver) : "",
   }, panel.stopped ? { sign: latch.stopped.sign, word: text.stopped } : null);
   if (robot.state === "open") element("who").hidden = true;
   if (changed) view.recolour();
@@ -233,6 +247,7 @@ function write_stats() {
 
 function tick() {
   if (!document.hidden) time.turn();
+  if (seen.noted && since_ms(seen.noted) > note_ms) end_note();
   write_state();
   panel.show();
   drive.show();
@@ -255,7 +270,9 @@ for (const each of document.querySelectorAll("[data-label]")) each.ariaLabel = t
 robot.on("refused", refused);
 robot.on("closed", refused);
 robot.on("status", take_status);
+robot.on("open", end_note);
 for (const each of views) element(`view_${each}`).onclick = () => go({ view: each });
+element("find_topic").oninput = () => (seen.stats_written = false);
 element("topic").onchange = ({ target }) => {
   go({ topic: target.value });
   look_at(target.value);

@@ -11,8 +11,8 @@ export class bar {
   #written_at = 0;
   #state = null;
 
-  // `state` of truth.js; `seen`: {topic, age_ms, heard_at, retry_in_ms, answers, name, clock_ms, uptime};
-  // `stopped`: what is more than the link, or null.
+  // `state` of truth.js; `seen`: {topic, age_ms, heard_at, retry_in_ms, answers, name, clock_ms, uptime,
+  // driver}; `stopped`: what is more than the link, or null.
   show(state, seen, stopped) {
     const { draws, sign, word, about, veil } = states[state];
     const changed = state !== this.#state;
@@ -25,7 +25,7 @@ export class bar {
       write(element("age"), known ? words(seen.age_ms) : "");
     }
     write(element("name"), seen.name);
-    write(element("about"), about(seen) || (seen.clock_ms === null ? seen.uptime
+    write(element("about"), about(seen) || seen.driver || (seen.clock_ms === null ? seen.uptime
       : text.robot_clock(clock(seen.clock_ms))));
     element("about").title = seen.uptime;
     write(element("veil"), veil?.(seen) ?? "");

@@ -37,7 +37,7 @@ export class data_view {
 
   // `at` is the endpoint's time in seconds.
   show(stats, at) {
-    this.topics.show(stats.topics, at);
+    this.topics.show(stats.topics, at, stats.topics_left_out);
     this.health.show(stats, at);
   }
 
@@ -57,9 +57,9 @@ export class data_view {
   async #ask_peers() {
     const section = element("peers").closest("section");
     try {
-      const { connections } = await this.#robot.call("/rowe/stats");
-      section.hidden = !Array.isArray(connections);
-      if (!section.hidden) this.health.show_peers(connections);
+      const answer = await this.#robot.call("/rowe/stats");
+      section.hidden = !Array.isArray(answer?.connections);
+      this.health.show_answer(answer ?? {});
     } catch ({ code }) {
       if (code === "refused") section.hidden = true;
     }

@@ -3,11 +3,14 @@
 // seen is not asked for, and a hidden page asks for nothing but the state of the stop, which the client
 // keeps.
 
+import { moment, since_ms } from "../../clients/js/src/link.js";
+
 const usual = { queue_length: 1 };  // the newest value, never a row of old ones
 
 class feed {
   #owner;
   #of = null;
+  #asked = null;
 
   constructor(owner, topic, fn, hz, ways) {
     this.#owner = owner;
@@ -19,6 +22,8 @@ class feed {
   get age_ms() { return this.#of?.age_ms() ?? Infinity; }
   // Whether the last value is of this connection, and not older than `ms_max`.
   fresh(ms_max = 3 * this.period_ms) { return this.#of?.fresh(ms_max) ?? false; }
+  // Since it was asked for, at this rate.
+  get asked_ms() { return this.#asked ? since_ms(this.#asked) : 0; }
   get refused() { return this.#of?.refused ?? null; }
 
   // Another rate, from now on; 0: nothing.
@@ -32,6 +37,7 @@ class feed {
   start(robot) {
     if (this.#of || !this.hz) return;
     const { hz, topic, fn, ways } = this;
+    this.#asked = moment();
     this.#of = robot.subscribe(topic, (msg) => fn(msg, this), { hz, ...usual, ...ways });
   }
 

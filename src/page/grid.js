@@ -15,7 +15,7 @@ export function grid_of(map) {
   const is_side = (side) => Number.isInteger(side) && side > 0 && side <= side_max;
   const cells = width * height;
   if (!is_side(width) || !is_side(height) || cells > cells_max) return null;
-  if (!Array.isArray(data) || data.length !== cells) return null;
+  if (!Array.isArray(data) || data.length !== cells || !data.every(Number.isFinite)) return null;
   if (!(resolution > 0 && resolution * Math.max(width, height) <= far)) return null;
   const { x, y } = origin?.position ?? {};
   if (!is_place(x, y)) return null;
@@ -34,9 +34,10 @@ export class grid_layer {
   #picture = null;
   #drawn_in = "";  // the colours of the picture
 
-  get cells() { return this.#grid?.cells.length ?? 0; }
+  cells = 0;  // also of what is not drawn
 
   take(map) {
+    this.cells = map?.data?.length ?? 0;
     this.#grid = grid_of(map);
     this.#picture = null;
   }

@@ -5,7 +5,7 @@
 import { children_of, element, make, write } from "./dom.js";
 import { rate_meter } from "./meters.js";
 import { address, age, count, period_ms, rate } from "./numbers.js";
-import { losses, text, thinned } from "./text.js";
+import { commands, losses, text, thinned } from "./text.js";
 
 const names_max = 32;  // counters shown: no message can grow the page without end
 const peers_max = 64;
@@ -46,17 +46,18 @@ class counters {
 }
 
 export class health_view {
-  #lost = new counters(element("losses"), losses);
+  #lost = new counters(element("losses"), { ...losses, ...commands });
+  #commands = {};  // those of `commands`
   #thinned = new counters(element("thinned"), thinned);
 
   // `at` is the endpoint's time in seconds.
   show(stats, at) {
-    const all = stats.losses ?? {};
-    const strangers = Object.keys(all).filter((name) => !(name in losses) && !(name in thinned));
-    const some = this.#lost.show(all, at, strangers);
+    const all = { ...stats.losses, ...this.#commands };
+    const names = Object.keys(all).filter((name) => !(name in thinned));
+    const known = { ...losses, ...commands };
+    const some = this.#lost.show(all, at, names.filter((name) => !(name in known)));
     this.#thinned.show(all, at);
-    write(element("losses_say"),
-      some === 0 ? text.no_losses(Object.keys(all).length) : text.some_losses(some));
+    write(element("losses_say"), some === 0 ? text.no_losses(names.length) : text.some_losses(some));
     element("losses_table").hidden = some === 0;
     this.#show_loops(stats.loops);
     const { real_time, cycle_us_max } = stats;
@@ -80,11 +81,14 @@ export class health_view {
     element("loops_table").hidden = listed.length === 0;
   }
 
-  // `connections` as of the service /rowe/stats.
-  show_peers(connections) {
+  // `answer` as of the service /rowe/stats.
+  show_answer({ connections, connections_left_out: left_out = 0, counters: counted = {} }) {
+    this.#commands = Object.fromEntries(
+      Object.keys(commands).filter((name) => name in counted).map((name) => [name, counted[name]]));
+    if (!Array.isArray(connections)) return;
     const slow = (one) => (one.blocked ? 1e9 : 0) + one.queued;
     const listed = [...connections].sort((one, other) => slow(other) - slow(one)).slice(0, peers_max);
-    write(element("peers_count"), count(connections.length));
+    write(element("peers_count"), count(connections.length + left_out));
     const rows = children_of(element("peers"), listed.map((one) => one.address), row_of(3));
     listed.forEach((one, index) => {
       const [label, waiting, silent] = rows[index].children;

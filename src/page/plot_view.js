@@ -15,19 +15,22 @@ const rest_share = 10;         // a press of STOP waits for what is being drawn
 const spans_s = [60, 10, 300];  // what is usual first
 const colours = ["--accent", "--two", "--three", "--four"];
 const lane_px = 150;
+const load_again_ms = 5000;
 
-let dygraphs = null;
+let dygraphs = null;  // once it is loaded
+let loading = false;
 // A script of its own kind, which leaves its name in the window; its style comes with it.
 function load() {
-  dygraphs ??= import("./dygraph.min.js").then(() => {
+  if (loading) return;
+  loading = true;
+  import("./dygraph.min.js").then(() => {
     document.head.append(make("link", { rel: "stylesheet", href: "dygraph.min.css" }));
     const { Dygraph } = globalThis;
     // Its legend writes style attributes, which the page's content policy forbids. Names and values stand
     // above each plot.
     Dygraph.PLUGINS = Dygraph.PLUGINS.filter((each) => each !== Dygraph.Plugins.Legend);
-    return Dygraph;
-  }).catch(() => (dygraphs = null));  // it is asked for again
-  return dygraphs;
+    dygraphs = Dygraph;
+  }).catch(() => setTimeout(() => (loading = false), load_again_ms));
 }
 
 class lane {
@@ -37,7 +40,7 @@ class lane {
   constructor(feeds, name) {
     const [topic, path] = name.split(/:(.*)/s);
     Object.assign(this, { name, topic, path });
-    this.feed = feeds.want(topic, (msg) => this.#take(msg), 0);
+    this.feed = feeds.want(topic, (msg) => this.#take(msg), 0, { apart: true });  // it may be large
   }
 
   // Nothing is asked for that nobody sees; the line has a gap there.
@@ -165,9 +168,9 @@ export class plot_view {
     });
   }
 
-  async #draw(one, at) {
-    const Dygraph = await load();
-    if (!Dygraph || !at.isConnected || one.points.length === 0) return;
+  #draw(one, at) {
+    if (!dygraphs) return load();
+    if (one.points.length === 0) return;
     const end = this.#paused_at ?? Date.now();
     const style = getComputedStyle(at);
     const options = {
@@ -187,7 +190,7 @@ export class plot_view {
       return;
     }
     const { file, ...more } = options;
-    this.#graphs.set(one.name, new Dygraph(at, file, {
+    this.#graphs.set(one.name, new dygraphs(at, file, {
       ...more, labels: ["t", one.name], strokeWidth: 2, height: lane_px,
       width: at.clientWidth, interactionModel: {}, axisLabelFontSize: 12,
       axes: { x: { axisLabelFormatter: (at_ms) => clock(this.#time.at(Number(at_ms))) } },

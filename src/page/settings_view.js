@@ -66,8 +66,9 @@ export class parameters_view {
     said.setAttribute("role", "status");
     const at = make("form", { className: "row" }, made.at, set, said);
     const row = { at, made, set, said, changed: false };
-    at.oninput = () => {
-      row.changed = true;
+    at.oninput = ({ target }) => {
+      row.changed = target.value !== "";  // who empties a field wants to see what holds
+      write(said, "");
       this.#write(name);
     };
     at.onsubmit = (event) => {

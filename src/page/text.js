@@ -170,6 +170,8 @@ export const text = {
   topic: "name and type", rate: "Hz", gap: "gap, ms",
   untyped: "untyped",
   items: (length) => `${length} items`,
+  show_items: "Show", show_items_of: (path) => `Show the items of ${path}`,
+  leaves: (shown) => ` \u00b7 its first ${shown} values`,
   copy: "Copy", copy_of: (topic) => `Copy the last message of ${topic}`, copied: "Copied",
   nothing_yet: "Nothing has come yet",
   plots_full: " \u00b7 four plots at most: remove one first",
@@ -236,6 +238,14 @@ export const losses = {
   replies_foreign: "replies to no call",
   replies_unsent: "answers to nobody left",
   stop_answers_lost: "answers to a stop",
+};
+
+// The same of commands to drive that nothing obeyed; only the answer of the service /rowe/stats has them.
+export const commands = {
+  commands_refused: "commands, another one drives",
+  commands_unproven: "commands of unknown age",
+  commands_stale: "commands, too old",
+  commands_stopped: "commands while stopped",
 };
 
 // Counters of messages that somebody chose not to have.

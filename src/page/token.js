@@ -9,12 +9,14 @@ const prefix = "#token=";
 // other one.
 const other = "rowe.v1";
 const subprotocol = "rowe.token.";
+const possible = /^[A-Za-z0-9._~-]{1,128}$/;  // what a robot takes, and a WebSocket can offer
 
 export class token {
   // `storage` as sessionStorage, `place` as location, `trail` as history.
   constructor(storage, place, trail) {
     Object.assign(this, { storage, place, trail });
-    this.value = storage.getItem(kept_as) ?? "";
+    this.value = "";
+    this.set(storage.getItem(kept_as) ?? "");
     this.take_fragment();
   }
 
@@ -26,15 +28,20 @@ export class token {
     return true;
   }
 
+  // False, and there is none: no robot has such a token.
   set(value) {
-    this.value = value.trim();
-    this.storage.setItem(kept_as, this.value);
+    const words = value.trim();
+    if (!possible.test(words)) return this.forget();
+    this.value = words;
+    this.storage.setItem(kept_as, words);
+    return true;
   }
 
   // The robot does not know it, or does not any more: to show it again would look like guessing.
   forget() {
     this.value = "";
     this.storage.removeItem(kept_as);
+    return false;
   }
 
   // For a WebSocket. One that needs no token offers nothing.

@@ -8,7 +8,9 @@ import { text } from "./text.js";
 import { copy, show_tree } from "./tree.js";
 
 const value_hz = 5;       // of an opened topic
+const copied_ms = 2000;   // so long a button says what it did
 const topics_max = 64;    // shown: search finds the others
+const large = { apart: true };  // whatever its size, it is not on the connection of the stop
 const is_own = ({ topic }) => topic.startsWith("/rowe/");
 
 export class topics_view {
@@ -33,14 +35,14 @@ export class topics_view {
 
   // `at` is the endpoint's time in seconds. The rate is that of the count of messages; the endpoint's own, of
   // a tenth of a second, stands in.
-  show(topics, at) {
+  show(topics, at, left_out = 0) {
     const wanted = element("find_topic").value.trim().toLowerCase();
     const found = topics.filter(({ topic, type }) => `${topic} ${type}`.toLowerCase().includes(wanted));
     const listed = found.sort((one, other) => is_own(one) - is_own(other)).slice(0, topics_max);
     const names = topics.map(({ topic }) => topic);
     for (const name of this.#meters.keys()) if (!names.includes(name)) this.#meters.delete(name);
-    write(element("topics_count"), listed.length < topics.length
-      ? text.some_of(listed.length, topics.length) : count(topics.length));
+    const all = topics.length + left_out;
+    write(element("topics_count"), listed.length < all ? text.some_of(listed.length, all) : count(all));
     const rows = children_of(this.body, listed.map(({ topic }) => topic), (topic) => this.#row(topic));
     for (const entry of topics) this.#measure(entry, at);
     listed.forEach((entry, index) => this.#write(rows[index], entry));
@@ -66,6 +68,7 @@ export class topics_view {
     take.onclick = async () => {
       await copy(JSON.stringify(this.#opened.get(topic)?.last ?? null, null, 2));
       write(take, text.copied);
+      setTimeout(() => write(take, text.copy), copied_ms);
     };
     const said = make("p", { className: "quiet" });
     const body = make("div", { className: "tree" }, tree, said, take);
@@ -79,8 +82,8 @@ export class topics_view {
       open.feed.end();
       this.#opened.delete(topic);
     } else {
-      const made = { last: undefined, feed: null };
-      made.feed = this.#feeds.want(topic, (msg) => (made.last = msg), this.#visible ? value_hz : 0);
+      const made = { last: undefined, feed: null, opened: new Set() };  // the lists whose items are shown
+      made.feed = this.#feeds.want(topic, (msg) => (made.last = msg), this.#visible ? value_hz : 0, large);
       this.#opened.set(topic, made);
     }
     mark(head, "aria-expanded", !open);
@@ -97,14 +100,16 @@ export class topics_view {
     const open = this.#opened.get(topic);
     if (!open) return;
     const [tree, said, take] = body.children;
-    const plots = {
+    const ways = {
+      opened: open.opened,
       full: this.#plots.full,
       has: (path) => this.#plots.names.includes(`${topic}:${path}`),
       toggle: (path) => this.#plots.toggle(`${topic}:${path}`),
     };
-    if (open.last !== undefined) show_tree(tree, open.last, plots);
+    const cut = open.last !== undefined && show_tree(tree, open.last, ways);
     take.hidden = open.last === undefined;
+    const more = (cut ? text.leaves(cut) : "") + (ways.full ? text.plots_full : "");
     write(said, open.feed.refused ? text.says(open.feed.refused) : open.last === undefined
-      ? text.nothing_yet : text.topic_about(bytes, subscribers) + (plots.full ? text.plots_full : ""));
+      ? text.nothing_yet : text.topic_about(bytes, subscribers) + more);
   }
 }

@@ -5,26 +5,29 @@ import { children_of, element, make, mark, write } from "./dom.js";
 import { absent } from "./numbers.js";
 import { text } from "./text.js";
 
-const leaves_max = 256;    // shown of one message
-const items_max = 16;      // of a list, one by one; longer ones by their length
+export const leaves_max = 1024;  // shown of one message
+const items_max = 16;            // of a list, one by one; a longer one by its length until it is opened
+const is_long = (value) => Array.isArray(value) && value.length > items_max;
 
 // What has a meaning in a path is written as %2E, say, in a name.
 const escaped = (sign) => `%${sign.charCodeAt().toString(16).toUpperCase()}`;
 const unescaped = (step) =>
-  step.replace(/%(2[5CE]|3A|5[BD])/g, (_, code) => String.fromCharCode(`0x${code}`));
+  step === "%00" ? "" : step.replace(/%(2[5CE]|3A|5[BD])/g, (_, code) => String.fromCharCode(`0x${code}`));
 
-// [path, value] of all that is no object. A list of more than a few items is one value.
-export function leaves_of(value, path = "", into = []) {
+// [path, value] of all that is no object. A list of more than a few items is one value, unless its path is
+// among `opened`.
+export function leaves_of(value, opened = new Set(), path = "", into = []) {
   if (into.length >= leaves_max) return into;
   const inner = value !== null && typeof value === "object" &&
-    !(Array.isArray(value) && (value.length > items_max || value.length === 0));
+    !(is_long(value) && !opened.has(path)) && !(Array.isArray(value) && value.length === 0);
   if (!inner) {
     into.push([path, value]);
     return into;
   }
   for (const [name, each] of Object.entries(value)) {
-    const step = name.replace(/[.,:%[\]]/g, escaped);
-    leaves_of(each, path === "" ? step : Array.isArray(value) ? `${path}[${step}]` : `${path}.${step}`, into);
+    const step = name === "" ? "%00" : name.replace(/[.,:%[\]]/g, escaped);
+    const inside = path === "" ? step : Array.isArray(value) ? `${path}[${step}]` : `${path}.${step}`;
+    leaves_of(each, opened, inside, into);
   }
   return into;
 }
@@ -45,23 +48,34 @@ export function shown_value(value) {
 }
 
 // Shows what `message` holds now; rows stay as long as their paths do. Numbers can be plotted:
-// `plots.has(path)` says whether one is, `plots.toggle(path)` changes that, and `plots.full` forbids others.
-export function show_tree(at, message, plots) {
-  const leaves = leaves_of(message);
+// `ways.has(path)` says whether one is, `ways.toggle(path)` changes that, and `ways.full` forbids others.
+// Lists in `ways.opened` are shown by their items. Returns how many values are shown if that is not all, else
+// 0.
+export function show_tree(at, message, ways) {
+  const leaves = leaves_of(message, ways.opened);
   const rows = children_of(at, leaves.map(([path]) => path), (path) => {
-    const plot = make("button", { type: "button", className: "plot", textContent: text.plot });
-    plot.ariaLabel = text.plot_value(path);
-    plot.onclick = () => plots.toggle(path);
-    return make("div", {}, make("code", { textContent: path }), make("span"), plot);
+    const act = make("button", { type: "button", className: "plot" });
+    return make("div", {}, make("code", { textContent: path }), make("span"), act);
   });
   leaves.forEach(([path, value], index) => {
-    const [, shown, plot] = rows[index].children;
+    const [, shown, act] = rows[index].children;
     write(shown, shown_value(value));
-    plot.hidden = typeof value !== "number";
-    const has = plots.has(path);
-    mark(plot, "aria-pressed", has);
-    plot.disabled = plots.full && !has;
+    if (is_long(value)) {
+      write(act, text.show_items);
+      mark(act, "aria-label", text.show_items_of(path));
+      act.onclick = () => ways.opened.add(path);
+      return;
+    }
+    act.hidden = typeof value !== "number";
+    if (act.hidden) return;
+    const has = ways.has(path);
+    write(act, text.plot);
+    mark(act, "aria-label", text.plot_value(path));
+    mark(act, "aria-pressed", has);
+    act.disabled = ways.full && !has;
+    act.onclick = () => ways.toggle(path);
   });
+  return leaves.length >= leaves_max ? leaves.length : 0;
 }
 
 // Puts words where others can paste them. Pages without TLS have no clipboard, but for what is selected.

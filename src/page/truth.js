@@ -29,11 +29,12 @@ export class usual_age {
 }
 
 // connecting, disconnected, waiting (for the first pose), stale or live. `link` is the client's state, `pose`
-// the feed of poses, and `stale_ms` how old one may be.
-export function judge(link, pose, stale_ms) {
+// the feed of poses, and `stale_ms` how old one may be; `heard`: one came before, on this feed or before it
+// was asked for anew.
+export function judge(link, pose, stale_ms, heard) {
   if (link === "connecting") return "connecting";
   if (link !== "open") return "disconnected";
-  if (pose.age_ms === Infinity) return "waiting";
+  if (pose.age_ms === Infinity) return heard && pose.asked_ms > stale_ms ? "stale" : "waiting";
   return pose.fresh(stale_ms) ? "live" : "stale";
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // usage: node tests/web/pictures.js [FOLDER]
 //
-// Takes the pictures of the page that docs/drive.md shows, at three widths in both schemes, of a robot in a
+// Takes the pictures of the page that docs/page.md shows, at three widths in both schemes, of a robot in a
 // room that is scripted: they look alike whenever they are taken. FOLDER: docs/pictures, unless it is said.
 // Needs tests/web/run --install, Chromium, and build/release/bin/rowe.
 import { mkdirSync, writeFileSync } from "node:fs";

@@ -93,6 +93,20 @@ test("a pose that comes once a second is live all the time", limit, async () => 
   assert.deepEqual([...states], ["live"]);
 });
 
+test("a pose that went silent stays STALE through other views, and nobody drives by it", limit, async () => {
+  const shown = await open({ "/odom": flat, "/rowe/stats": stats_of([["/odom", "nav_msgs/Odometry"]]) });
+  await shown.says("x", "1.250");
+  delete shown.messages["/odom"];
+  const { page } = shown;
+  const is_stale = () => page.waitForFunction(() => document.body.dataset.state === "stale");
+  await is_stale();
+  await page.click("#view_data");
+  await is_stale();
+  await page.click("#view_overview");
+  await is_stale();
+  assert.equal(await shown.text("state"), "STALE");
+});
+
 test("odometry is shown before other poses", limit, async () => {
   const topics = [["/goal", "geometry_msgs/PoseStamped"], ["/base", "nav_msgs/Odometry"]];
   const shown = await open({ "/goal": { pose: { position: { x: 9, y: 9 } } }, "/base": flat,
@@ -107,6 +121,7 @@ test("a name with a dot in it is plotted", limit, async () => {
     { hash: "#view=data" });
   await shown.page.click("#rates .row:has-text('/battery') > button");
   await shown.page.click("#rates button.plot:visible");
+  assert.equal(shown.connections.length, 2, "what may be large does not come beside the stop");
   await shown.page.click("#view_plot");
   const value = shown.page.locator("#lanes b");
   await until("its value", async () => (await value.textContent()) === "3.7000");

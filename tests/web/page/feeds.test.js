@@ -67,12 +67,14 @@ test("what is not looked at is asked for more slowly, or not at all", () => {
 
 test("a state is judged by the age of the pose, never by the socket alone", () => {
   const pose = (age_ms, fresh) => ({ hz: 30, age_ms, fresh: () => fresh });
-  const judged = (link, of) => judge(link, of, 500);
+  const judged = (link, of, heard = false) => judge(link, { asked_ms: 600, ...of }, 500, heard);
   assert.equal(judged("connecting", pose(Infinity)), "connecting");
   assert.equal(judged("retrying", pose(5, true)), "disconnected");
   assert.equal(judged("open", pose(Infinity, false)), "waiting");
   assert.equal(judged("open", pose(5, true)), "live");
   assert.equal(judged("open", pose(900, false)), "stale");
+  assert.equal(judged("open", pose(Infinity), true), "stale", "it was asked for anew, and does not come");
+  assert.equal(judged("open", { ...pose(Infinity), asked_ms: 100 }, true), "waiting", "yet");
 });
 
 test("a pose may be three times as old as it usually gets, within half a second and five", () => {

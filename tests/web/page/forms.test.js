@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { load } from "./load.js";
 
-const { at_path, leaves_of, shown_value } = await load("tree.js");
+const { at_path, leaves_max, leaves_of, shown_value } = await load("tree.js");
 const { blank_of } = await load("forms.js");
 
 test("each value of a message has its path, and the path leads to it", () => {
@@ -25,9 +25,11 @@ test("a name may have in it what paths are made of", () => {
 });
 
 test("a long list is one value, and a message without end is not shown without end", () => {
-  assert.deepEqual(leaves_of({ scan: Array(17).fill(1) }).length, 1);
-  const wide = Object.fromEntries(Array.from({ length: 1000 }, (_, index) => [`m${index}`, index]));
-  assert.equal(leaves_of(wide).length, 256);
+  const scan = { ranges: Array(17).fill(1) };
+  assert.equal(leaves_of(scan).length, 1);
+  assert.deepEqual(leaves_of(scan, new Set(["ranges"])).at(-1), ["ranges[16]", 1], "until it is opened");
+  const wide = Object.fromEntries(Array.from({ length: 5000 }, (_, index) => [`m${index}`, index]));
+  assert.equal(leaves_of(wide).length, leaves_max);
 });
 
 test("numbers are shown with the digits that count", () => {

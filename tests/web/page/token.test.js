@@ -27,6 +27,16 @@ test("without a token nothing is offered", () => {
   assert.equal(trail.shown, null);
 });
 
+test("what no robot has as a token, and no socket can offer, is none", () => {
+  for (const odd of ["abc)", "a=b", "abc/", "a b", "\u00fc", "x".repeat(129), ""]) {
+    kept.set("rowe.token", odd);
+    const who = made();
+    assert.deepEqual([who.set(odd), who.value, kept.has("rowe.token")], [false, "", false]);
+    assert.deepEqual(who.subprotocols, []);
+  }
+  assert.equal(made().set(" good-one_.~ "), true);
+});
+
 test("the fragment's token is taken out of the address, and kept for the tab", () => {
   place.hash = "#token=0123456789abcdef";
   const who = made();
