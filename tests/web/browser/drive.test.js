@@ -27,11 +27,21 @@ async function touch(page, type, forward = 0) {
   await session.send("Input.dispatchTouchEvent", { type, touchPoints });
 }
 
+async function push(page, forward) {
+  const out = async () => {
+    await touch(page, "touchStart");
+    await touch(page, "touchMove", forward);
+  };
+  await out();
+  await seat.moves(forward, async () => {
+    await touch(page, "touchEnd");
+    await out();
+  });
+}
+
 test("a stick held still drives on (ArloBot 181), let go it stands (teleop_tools 45)", limit, async () => {
   const page = await seat.driving_page({ size: phone });
-  await touch(page, "touchStart");
-  await touch(page, "touchMove", 1);
-  await seat.moves();
+  await push(page, 1);
   await line(page, /^0\.50 m\/s, /);
   const sent = client.published("/odom").length;
   await until("it goes on", () => client.published("/odom").length > sent + 50);
@@ -40,9 +50,7 @@ test("a stick held still drives on (ArloBot 181), let go it stands (teleop_tools
   await touch(page, "touchEnd");
   await seat.stands();
   await line(page, /^Standstill/);
-  await touch(page, "touchStart");
-  await touch(page, "touchMove", -1);
-  await seat.moves(-1);
+  await push(page, -1);
   await touch(page, "touchCancel");
   await seat.stands();
 });
@@ -52,8 +60,7 @@ test("keys drive while they are held; the limit is the slider's", limit, async (
   await page.locator("#limit").fill("0.2");
   await page.keyboard.press("KeyW", { delay: 120 });  // letters drive there, too; arrows move the slider
   await page.focus("#view_data");
-  await page.keyboard.down("ArrowUp");
-  await seat.moves();
+  await seat.holds(page, "ArrowUp");
   await until("as fast as the limit", () => Math.abs(seat.speed() - 0.2) < 0.02);
   await page.keyboard.up("ArrowUp");
   await seat.stands();
@@ -74,15 +81,13 @@ test("a hand that is out when control is taken, or its view comes back, must let
   await still();
   await page.keyboard.up("KeyW");
   await page.focus("#view_data");
-  await page.keyboard.down("KeyW");
-  await seat.moves();
+  await seat.holds(page);
   await page.click("#view_data");
   await seat.stands();
   await page.click("#view_drive");
   await still();
   await page.keyboard.up("KeyW");
-  await page.keyboard.down("KeyW");
-  await seat.moves();
+  await seat.holds(page);
   await page.mouse.click(600, 400, { button: "right" });  // its menu would get the end of the key
   await seat.stands();
 });
@@ -140,8 +145,13 @@ test("a gamepad unplugged, or frozen with its stick out, lets go (joystick_drive
   for (const harm of [() => (window.pad = null), () => clearInterval(window.trembling)]) {
     await with_pad(page);
     await page.waitForTimeout(200);  // its stick is seen in the middle
-    await page.evaluate(() => window.pushed([0, -1]));
-    await seat.moves();
+    const pushed = (forward) => page.evaluate((axis) => window.pushed([0, -axis]), forward);
+    await pushed(1);
+    await seat.moves(1, async () => {
+      await pushed(0);
+      await page.waitForTimeout(200);
+      await pushed(1);
+    });
     await page.evaluate(harm);
     await seat.stands();
   }
@@ -154,8 +164,7 @@ test("two pages: one drives, the other sees who, and takes over; the robot stand
     const second = await seat.page_of({ size: desk });
     await second.waitForFunction(() => /^Driven by page-\w+$/.test(
       document.getElementById("driver").textContent));
-    await first.keyboard.down("KeyW");
-    await seat.moves();
+    await seat.holds(first);
     await second.click("#take");
     await is_mine(second, true);
     await is_mine(first, false);
@@ -194,16 +203,14 @@ const harms = {
 for (const [what, harm] of Object.entries(harms)) {
   test(`a page that ${what} does not drive on (turtlebot_apps 55, teleop_twist_joy 25)`, limit, async () => {
     const page = await seat.driving_page({ size: desk });
-    await page.keyboard.down("KeyW");
-    await seat.moves();
+    await seat.holds(page);
     await harm(page);
     await seat.stands();
     if (/focus|while|frozen/.test(what)) {
       await page.waitForTimeout(300);
       assert.equal(seat.speed(), 0, "nor by itself later");
       await page.keyboard.up("KeyW");
-      await page.keyboard.down("KeyW");
-      await seat.moves();
+      await seat.holds(page);
     }
   });
 }

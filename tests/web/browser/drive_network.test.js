@@ -32,8 +32,7 @@ const state_is = (page, state) =>
 test("behind a stall of the network the robot stands still, and what comes out of it does not move it " +
   "(duckietown 200)", limit, async () => {
   const page = await seat.driving_page({ size: desk });
-  await page.keyboard.down("KeyW");
-  await seat.moves();
+  await seat.holds(page);
   network.hold();
   await seat.stands();
   await page.waitForTimeout(1000);  // commands that are repeated meanwhile wait in the network
@@ -47,8 +46,7 @@ test("behind a stall of the network the robot stands still, and what comes out o
 
 test("a cut connection ends control; the page comes back, says so, and drives if asked", limit, async () => {
   const page = await seat.driving_page({ size: desk });
-  await page.keyboard.down("KeyW");
-  await seat.moves();
+  await seat.holds(page);
   network.cut();
   await seat.stands();
   await seat.nobody();
@@ -59,14 +57,12 @@ test("a cut connection ends control; the page comes back, says so, and drives if
   await page.keyboard.up("KeyW");
   await page.click("#take");
   await is_mine(page, true);
-  await page.keyboard.down("KeyW");
-  await seat.moves();
+  await seat.holds(page);
 });
 
 test("a robot that restarts is not driven by what was held before", limit, async () => {
   const page = await seat.driving_page({ size: desk });
-  await page.keyboard.down("KeyW");
-  await seat.moves();
+  await seat.holds(page);
   await server.kill();
   await state_is(page, "disconnected");
   await server.restart();

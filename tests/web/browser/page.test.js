@@ -147,7 +147,7 @@ test("a robot that died makes the page say disconnected, and live when it is bac
   await state_is(page, "live");
   assert.equal(await words(page, "veil"), "");
   // It asks why it is refused, and nobody is there.
-  const of_the_dead = /WebSocket connection to .* failed|net::ERR_CONNECTION_REFUSED/;
+  const of_the_dead = /WebSocket connection to .* failed|net::ERR_(CONNECTION_\w+|EMPTY_RESPONSE)/;
   const others = page.faults.filter((fault) => !of_the_dead.test(fault));
   assert.deepEqual(others, []);
 });

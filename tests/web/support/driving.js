@@ -6,6 +6,8 @@ import { new_page } from "./browser.js";
 import { rosbridge_client } from "./rosbridge.js";
 import { until } from "./watchdog.js";
 
+const again_ms = 3000;
+
 export const is_mine = (page, mine) =>
   page.waitForFunction((wanted) => (document.body.dataset.drive === "mine") === wanted, mine);
 export const line = (page, pattern) => page.waitForFunction((wanted) =>
@@ -31,10 +33,25 @@ export class driving {
   get #control() { return this.client.published("/rowe/control/state").at(-1)?.topics[0]; }
   speed() { return this.client.published("/odom").at(-1)?.twist.twist.linear.x ?? NaN; }
   stands() { return until("it stands still", () => this.speed() === 0); }
-  moves(sign = 1) {
+  // `again()` lets a hand go and holds it out anew, where a busy machine let its command lapse.
+  moves(sign = 1, again = null) {
+    let held = Date.now();
     return until("it moves", async () => {
       await this.server.let_run();
-      return this.speed() * sign > 0.1;
+      if (this.speed() * sign > 0.1) return true;
+      if (again && Date.now() - held > again_ms) {
+        await again();
+        held = Date.now();
+      }
+      return false;
+    });
+  }
+  // A key is held, and the robot moves.
+  async holds(page, key = "KeyW") {
+    await page.keyboard.down(key);
+    await this.moves(1, async () => {
+      await page.keyboard.up(key);
+      await page.keyboard.down(key);
     });
   }
   nobody() { return until("nobody drives", () => this.#control?.driver === null); }
