@@ -22,7 +22,7 @@
 
 namespace {
 
-constexpr std::uint64_t seeds = 200; // of each kind
+constexpr std::uint64_t seeds = 100; // of each kind
 constexpr std::uint64_t steps = 1500;
 
 template <class Harness>
