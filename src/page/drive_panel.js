@@ -111,8 +111,9 @@ export class drive_panel {
 
   #take(topics) {
     this.driver = topics.find(({ driver }) => driver)?.driver ?? null;
+    // What is driven stays while it is not known, after a cut, what this role may do.
     const may = topics.map(({ topic }) => topic).filter((topic) => typeof topic === "string" &&
-      shape_of(this.#types.get(topic)) && this.#may(topic));
+      shape_of(this.#types.get(topic)) && (topic === this.topic || this.#may(topic)));
     const topic = [this.#wanted, this.topic, ...may].find((each) => may.includes(each)) ?? null;
     choose_from(element("driven"), may, topic);
     if (topic === this.topic && (topic === null || shape_of(this.#types.get(topic)) === this.#shape)) return;

@@ -122,12 +122,14 @@ test("a page that loses the focus stands still, keeps control, and may drive on"
   await drives(page);
 });
 
-test("a page that is hidden stands still, and does not drive until it is seen", limit, async () => {
+test("a page that is hidden stands still, and lets others drive", limit, async () => {
   const page = await driving_page();
   await hides(page, true);
   await driven.stands();
-  assert.equal(await page.evaluate(() => window.hold()), false);
+  await until("nobody drives", () => driven.driver === null);
   await hides(page, false);
+  assert.equal(await page.evaluate(() => window.hold()), false);
+  await page.evaluate(() => window.base.take());
   await drives(page);
 });
 
