@@ -61,6 +61,7 @@ export function show_tree(at, message, ways) {
     const [, shown, act] = rows[index].children;
     write(shown, shown_value(value));
     if (is_long(value)) {
+      act.hidden = false;
       write(act, text.show_items);
       mark(act, "aria-label", text.show_items_of(path));
       act.onclick = () => ways.opened.add(path);

@@ -205,10 +205,13 @@ test("an opened topic shows its values as they come; a closed one is not asked f
   await until("values", async () => (await values.count()) === 4);
   const shown_values = await values.allTextContents();
   assert.deepEqual(shown_values.map((words) => words.replace(/Plot$/, "")),
-    ["joints[0].namea", "joints[0].angle\u22120.1235", "samples40 items", "uptrue"]);
+    ["joints[0].namea", "joints[0].angle\u22120.1235", "samples40 itemsShow", "uptrue"]);
   arm.joints[0].angle = 2;
   await page.waitForFunction(() => /angle2Plot$/.test(
     document.querySelectorAll("#rates .values > div")[1].textContent));
+  await page.getByRole("button", { name: "Show the items of samples" }).click();
+  await until("its items", async () => (await values.count()) === 43);
+  assert.equal(await values.nth(41).textContent(), "samples[39]0Plot");
   const asked = shown.asked.filter(({ op, topic }) => op === "subscribe" && topic === "/arm").at(-1);
   assert.equal(asked.throttle_rate, 200);
   await page.click("#rates [data-key='/arm'] button");
