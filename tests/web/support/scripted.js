@@ -31,7 +31,7 @@ export class scripted_page {
     const wanted = new Map();  // the topics subscribed to, by the id of the subscription
     const asked = [];
     const say = (message) => socket.send(JSON.stringify(message));
-    this.connections.push({ asked, wanted });
+    this.connections.push({ asked, wanted, end: () => socket.close() });
     socket.onClose(() => wanted.clear());
     socket.onMessage((text) => {
       const message = JSON.parse(text);
