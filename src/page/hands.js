@@ -137,11 +137,11 @@ export class pad {
     const there = all.map((one) => this.#judge(one));
     this.count = there.length;
     const last = there.find(({ index }) => index === this.#last);
+    if (last?.frozen && !this.frozen) this.let_go();  // nor this one
     const pushed = there.find(({ out, frozen }) => out && !frozen);
-    const held = last?.out ? last : pushed ?? last ?? there[0];
+    const held = last?.out && !last.frozen ? last : pushed ?? last ?? there[0];
     this.#last = held?.index ?? null;
     this.frozen = held?.frozen ?? false;
-    if (this.frozen) this.let_go();
     this.where = held && this.#known.get(held.index).armed ? held.out : null;
   }
 

@@ -211,6 +211,26 @@ test("a pad that has been silent with its stick out does not drive when another 
   assert.equal(both(0, 1, 2), null);
 });
 
+test("a pad that died with its stick out keeps no other one from driving", () => {
+  const both = (second) => {
+    pads = [{ index: 0, connected: true, timestamp: 2, axes: [0, -1] },
+      { index: 1, connected: true, timestamp: (now += 16), axes: [0, -second] }];
+    held.look();
+    return held.where?.forward ?? null;
+  };
+  const dies = (second) => {
+    pads = [{ index: 0, connected: true, timestamp: (now += 16), axes: [0, 0] }];
+    held.look();
+    assert.equal(both(second), 1);
+    now += 5000;
+  };
+  dies(0);
+  assert.deepEqual([both(0), held.frozen, both(0), both(1), held.frozen, both(0)],
+    [null, true, null, 1, false, null]);
+  dies(1);
+  assert.deepEqual([both(1), both(1), both(0), both(1)], [null, null, null, 1], "who was out comes anew");
+});
+
 test("a browser without pads has none", () => {
   const none = new pad(() => undefined, () => now);
   none.look();
