@@ -22,16 +22,7 @@ void flag(writer& into, std::string_view name, bool given) noexcept {
 }
 
 void write_number(writer& into, const value_description& d) noexcept {
-  if (!d.enumerators.empty()) {
-    into.begin_array("names");
-    for (const enumerator_description& e : d.enumerators) {
-      into.begin_array();
-      into.string(e.name);
-      into.number(e.value);
-      into.end_array();
-    }
-    into.end_array();
-  }
+  write_names(into, d.enumerators);
   if (d.unit.denominator == 0) return;
   into.begin_array("unit");
   into.number(d.unit.numerator);
@@ -89,6 +80,18 @@ std::size_t shortest_value(const value_description& d, const member_description&
 array_count count_of(const value_description& array, const member_description* owner) noexcept {
   if (owner != nullptr && owner->count != nullptr) return {owner->count_limit, false};
   return {array.count_max, array.count == nullptr};
+}
+
+void write_names(writer& into, std::span<const enumerator_description> all) noexcept {
+  if (all.empty()) return;
+  into.begin_array("names");
+  for (const enumerator_description& e : all) {
+    into.begin_array();
+    into.string(e.name);
+    into.number(e.value);
+    into.end_array();
+  }
+  into.end_array();
 }
 
 void write_description(writer& into, const schema_description& type) noexcept {

@@ -12,6 +12,8 @@
 //
 // Flags of a member that are true: "as_string", "by_name", "as_seconds". Nothing waits or allocates.
 #pragma once
+#include <span>
+
 #include <rowe/schema.hpp>
 
 #include "json/writing/writer.hpp"
@@ -30,6 +32,8 @@ array_count count_of(const value_description& array, const member_description* o
 // digit.
 std::size_t shortest_text(const schema_description& type) noexcept;
 
+// The member "names" of an enum; nothing if there are none.
+void write_names(writer& into, std::span<const enumerator_description> all) noexcept;
 void write_description(writer& into, const schema_description& type) noexcept;
 
 } // namespace rowe::json

@@ -62,7 +62,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                          statistics_report_.name()}},
       parameter_services_{{state_, access_control_, outbox_, call_completion_, parameters_}},
       graph_services_{{state_, advertisement_table_, service_directory_, stop_rules_, statistics_report_}},
-      type_services_{{state_, stop_rules_, outbox_, call_completion_}},
+      type_services_{{state_, stop_rules_, outbox_, call_completion_, parameters_}},
       endpoint_services_{{state_, outbox_, call_completion_, statistics_report_, graph_services_,
                           parameter_services_, type_services_, control_service_, rights_service_}},
       call_requests_{{state_, message_store_, outbox_, local_delivery_, receiver_, direct_messages_,

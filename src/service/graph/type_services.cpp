@@ -94,8 +94,9 @@ void type_services::complete(call_index call, slot_id slot, bool too_large, std:
 
 // ---- /rowe/types
 
-// Topics by their rows, then services by theirs, then the endpoint's own services; a page ends where the next
-// entry does not fit. One that needs a large slot has one entry: whoever asks may take less than that slot.
+// Topics by their rows, then services by theirs, then parameters, then the endpoint's own services; a page
+// ends where the next entry does not fit. One that needs a large slot has one entry: whoever asks may take
+// less than that slot.
 struct type_services::pages {
   json::writer& into;
   const std::uint64_t from;
@@ -127,6 +128,7 @@ void type_services::answer_page(call_index call, const wire::call_args& what, co
   const auto from = said ? json::to_unsigned(*said) : std::optional<std::uint64_t>{0};
   if (!from)
     return call_completion_.fail(call, errc::refused, "the member `from` must be a number, 0 or more");
+  parameters_.take();
   std::string_view first_name;
   bool too_large = false;
   unsigned tries = 0;
@@ -153,6 +155,18 @@ void type_services::answer_page(call_index call, const wire::call_args& what, co
         write_entry(into, "service", one.name(), one.type());
         write_member(into, "request", responds ? one.decoded : one.encoded);
         write_member(into, "answer", responds ? one.encoded : one.decoded);
+        into.end_object();
+      });
+    }
+    for (const parameter_id which : parameters_.ids()) {
+      // Who may call this service may read all parameters.
+      if (parameters_.is_read_only(which) || !calls(wire::get_param_name, by)) break;
+      if (!parameters_.in_use(which)) continue;
+      const std::string_view name = parameters_.name(which, {});
+      page.add(name, [&] {
+        write_entry(into, "parameter", name, {});
+        into.key("value");
+        parameters_.write_description(which, into);
         into.end_object();
       });
     }

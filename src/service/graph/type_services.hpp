@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The services that say what types look like, of the topics and services for which a handle of this process
-// has a schema, and of the endpoint's own: /rowe/types for programs that make declarations of them, and
-// rosapi's for ROS's clients. A peer learns nothing of what its role may not subscribe to or call. Service
-// thread only; nothing waits or allocates.
+// has a schema, of its parameters, and of the endpoint's own topics and services: /rowe/types for programs
+// that make declarations or forms of them, and rosapi's for ROS's clients. A peer learns nothing of what its
+// role may not subscribe to, call or read. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -11,6 +11,7 @@
 
 #include "service/calls/call_completion.hpp"
 #include "service/outgoing/outbox.hpp"
+#include "service/parameters/parameters.hpp"
 #include "service/state/core_state.hpp"
 #include "service/threads/stop_rules.hpp"
 #include "service/topics/own_types.hpp"
@@ -23,6 +24,7 @@ struct type_services_needs {
   const stop_rules& stop_rules_;
   outbox& outbox_;
   call_completion& call_completion_;
+  parameters& parameters_;
 };
 
 class type_services : type_services_needs {

@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "service/base/service_limits.hpp"
 #include "json/reading/numbers.hpp"
 #include "json/reading/reader.hpp"
+#include "json/structs/description.hpp"
 #include "json/text/utf8.hpp"
 
 namespace rowe::service {
@@ -116,6 +119,28 @@ void add_wanted(wire::text_out& into, const parameter_description& what) noexcep
   }
 }
 
+std::string_view number_word(const parameter_description& what) noexcept {
+  if (what.kind == parameter_kind::integer) return "int64";
+  if (what.kind == parameter_kind::natural) return "uint64";
+  return what.single ? "float32" : "float64";
+}
+
+// The lowest and the largest value of a real number's type bound nothing that a person types.
+bool bounds(const parameter_description& what, const parameter_value& value) noexcept {
+  if (what.kind != parameter_kind::real) return true;
+  const double at = std::abs(value.number<double>());
+  const double all = what.single ? static_cast<double>((std::numeric_limits<float>::max)())
+                                 : (std::numeric_limits<double>::max)();
+  return at < all;
+}
+
+void write_bound(json::writer& into, std::string_view name, const parameter_description& what,
+                 const parameter_value& value) noexcept {
+  if (!bounds(what, value)) return;
+  into.key(name);
+  write_value(what, value, into);
+}
+
 } // namespace
 
 bool is_allowed(const parameter_description& what, const parameter_value& value) noexcept {
@@ -158,6 +183,29 @@ void write_value(const parameter_description& what, const parameter_value& value
       return into.string(named->name);
     return into.number(value.number<std::int64_t>());
   }
+}
+
+void write_description(const parameter_description& what, json::writer& into) noexcept {
+  into.begin_object();
+  switch (what.kind) {
+  case parameter_kind::boolean: into.member("is", "boolean"); break;
+  case parameter_kind::text:
+    into.member("is", "text");
+    into.member("most", what.text_bytes_max);
+    break;
+  case parameter_kind::choice:
+    into.member("is", "int64");
+    json::write_names(into, what.names);
+    into.member("by_name", true);
+    break;
+  case parameter_kind::integer:
+  case parameter_kind::natural:
+  case parameter_kind::real:
+    into.member("is", number_word(what));
+    write_bound(into, "least", what, what.least);
+    write_bound(into, "most", what, what.most);
+  }
+  into.end_object();
 }
 
 } // namespace rowe::service

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values of parameters as JSON, and the checks of what is to become one. Pure functions; nothing waits or
-// allocates.
+// Values of parameters and what they may be, as JSON, and the checks of what is to become a value. Pure
+// functions; nothing waits or allocates.
 #pragma once
 #include <string_view>
 
@@ -21,5 +21,9 @@ bool read_value(const detail::parameter_description& what, std::string_view json
 
 void write_value(const detail::parameter_description& what, const detail::parameter_value& value,
                  json::writer& into) noexcept;
+
+// Writes what it may be, as one object in the form of a member's value in json/structs/description.hpp. Of a
+// number it also says "least" and "most", unless its type alone bounds it there.
+void write_description(const detail::parameter_description& what, json::writer& into) noexcept;
 
 } // namespace rowe::service

@@ -92,6 +92,10 @@ void parameters::write_value(parameter_id which, json::writer& into) const noexc
   into.number(read_count(state_.shared, std::span{state_.pairs.begin(), state_.pairs.end()}, counted));
 }
 
+void parameters::write_description(parameter_id which, json::writer& into) const noexcept {
+  service::write_description(cell(which).what, into);
+}
+
 bool parameters::set(parameter_id which, std::string_view json, wire::text_out& why) noexcept {
   if (!is_of_handle(which)) {
     why.add("it is one of the endpoint's own, which are read-only");

@@ -61,6 +61,8 @@ class parameters : parameters_needs {
   }
 
   void write_value(parameter_id which, json::writer& into) const noexcept;
+  // What it may be; of one that is in use and not read only.
+  void write_description(parameter_id which, json::writer& into) const noexcept;
   // Sets it to the value of a valid JSON text. False: it may not have this value, and `why` says what may be
   // and what was found.
   bool set(parameter_id which, std::string_view json, wire::text_out& why) noexcept;

@@ -187,9 +187,9 @@ template <>
 inline constexpr auto schema<own_structs::types_request> = fields<&own_structs::types_request::from>{};
 template <>
 inline constexpr auto schema<own_structs::type_row> =
-    fields<&own_structs::type_row::topic, &own_structs::type_row::service, &own_structs::type_row::type,
-           &own_structs::type_row::message, &own_structs::type_row::request,
-           &own_structs::type_row::answer>{};
+    fields<&own_structs::type_row::topic, &own_structs::type_row::service, &own_structs::type_row::parameter,
+           &own_structs::type_row::type, &own_structs::type_row::message, &own_structs::type_row::request,
+           &own_structs::type_row::answer, &own_structs::type_row::value>{};
 template <>
 inline constexpr auto schema<own_structs::types_answer> =
     fields<&own_structs::types_answer::types, &own_structs::types_answer::next>{};

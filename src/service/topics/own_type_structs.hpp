@@ -202,9 +202,9 @@ struct types_request {
   std::optional<std::uint64_t> from;
 };
 struct type_row {
-  std::optional<name_text> topic, service;
+  std::optional<name_text> topic, service, parameter;
   name_text type;
-  std::optional<anything> message, request, answer;
+  std::optional<anything> message, request, answer, value;
 };
 struct types_answer {
   list<type_row> types;

@@ -47,7 +47,7 @@ rowe::endpoint_options with_roles(Change change) {
 // Opens a parameter of the process.
 template <class T>
 rowe::parameter<T> open_parameter(core_harness& on, std::string_view name, const T& first,
-                                  const rowe::range<T>& allowed) {
+                                  const rowe::range<T>& allowed = {}) {
   auto* const cell = on.shared.parameters.open(rowe::detail::parameter_request_of(name, first, allowed), -1);
   EXPECT_NE(cell, nullptr);
   on.cycle();

@@ -36,6 +36,8 @@ rowe::endpoint_options with_a_part() {
   rowe::endpoint_options options = with_roles();
   options.access.roles.push_back(
       {.name = "part", .subscribe = {"/arm/**"}, .call = {"/arm/*", "/rowe/types", "/rosapi/**"}});
+  options.access.roles.push_back({.name = "lister", .call = {"/rowe/types"}});
+  options.access.identities.push_back({"lister", "lister", rowe::hash_token(token_of("lister"))});
   options.access.identities.push_back({"part", "part", rowe::hash_token(token_of("part"))});
   return options;
 }
@@ -90,6 +92,35 @@ TEST_F(types, of_topics_and_services_are_described) {
                               std::string{path_json} + "}"))
       << answer;
   EXPECT_TRUE(has(answer, R"("next":null)"));
+}
+
+TEST_F(types, of_parameters_say_what_they_may_be) {
+  const auto gain = open_parameter<double>(on, "/gain", 0.5, {0, 2});
+  const auto any = open_parameter<double>(on, "/any", 0.5);
+  const auto single = open_parameter<float>(on, "/single", 0.5F, {.least = 0.1F});
+  const auto count = open_parameter<std::int8_t>(on, "/count", 3);
+  const auto size = open_parameter<std::uint64_t>(on, "/size", 3);
+  const auto flag = open_parameter<bool>(on, "/flag", true);
+  const auto frame = open_parameter<rowe::fixed_string<8>>(on, "/frame", "map");
+  const auto mode = open_parameter<core_types_mode>(on, "/mode", core_types_mode::on);
+  peer& boss = comes("supervisor");
+  const std::string all = all_types(boss);
+  const auto told = [&all](std::string_view name, std::string_view value) {
+    return has(all, R"({"parameter":")" + std::string{name} + R"(","type":"","value":)" + std::string{value} +
+                        "}");
+  };
+  EXPECT_TRUE(told("/gain", R"({"is":"float64","least":0,"most":2})")) << all;
+  EXPECT_TRUE(told("/any", R"({"is":"float64"})"));
+  EXPECT_TRUE(told("/single", R"({"is":"float32","least":0.1})"));
+  EXPECT_TRUE(told("/count", R"({"is":"int64","least":-128,"most":127})"));
+  EXPECT_TRUE(told("/size", R"({"is":"uint64","least":0,"most":18446744073709551615})"));
+  EXPECT_TRUE(told("/flag", R"({"is":"boolean"})"));
+  EXPECT_TRUE(told("/frame", R"({"is":"text","most":8})"));
+  EXPECT_TRUE(told("/mode", R"({"is":"int64","names":[["off",-1],["on",2]],"by_name":true})"));
+  EXPECT_FALSE(has(all, R"("parameter":"/rowe/)")) << "those are read only";
+  on.shared.parameters.close(*on.shared.parameters.find("/mode"));
+  EXPECT_FALSE(has(all_types(boss), R"("parameter":"/mode")")) << "it went with its handle";
+  EXPECT_FALSE(has(all_types(comes("lister")), R"("parameter":)")) << "it may not read them";
 }
 
 TEST_F(types, come_page_after_page_each_once) {

@@ -41,8 +41,11 @@ struct call_router_test : call_parts::call_parts {
                                        .service_directory_ = directory,
                                        .stop_rules_ = rules,
                                        .statistics_report_ = report}};
-  rowe::service::type_services of_types{
-      {.state_ = state, .stop_rules_ = rules, .outbox_ = out, .call_completion_ = completion}};
+  rowe::service::type_services of_types{{.state_ = state,
+                                         .stop_rules_ = rules,
+                                         .outbox_ = out,
+                                         .call_completion_ = completion,
+                                         .parameters_ = values}};
   rowe::service::rights_service of_rights{{.state_ = state, .access_control_ = access}};
   rowe::service::endpoint_services own{{.state_ = state,
                                         .outbox_ = out,
