@@ -4,7 +4,7 @@
 import { moment, since_ms } from "../../clients/js/src/link.js";
 import { element } from "./dom.js";
 import { health_view } from "./health_view.js";
-import { parameters_view, services_view } from "./settings_view.js";
+import { ask_types, parameters_view, services_view } from "./settings_view.js";
 import { topics_view } from "./topics_view.js";
 
 const peers_ms = 1000;
@@ -45,13 +45,18 @@ export class data_view {
     if (!this.#visible || document.hidden || this.#robot.state !== "open") return;
     if (!this.#asked_lists || since_ms(this.#asked_lists) > lists_ms) {
       this.#asked_lists = moment();
-      this.parameters.ask();
-      this.services.ask();
+      this.#ask_lists();
     }
     if (!this.#asked_peers || since_ms(this.#asked_peers) > peers_ms) {
       this.#asked_peers = moment();
       this.#ask_peers();
     }
+  }
+
+  async #ask_lists() {
+    const types = await ask_types(this.#robot).catch(() => null);  // a role without the right: plain forms
+    this.parameters.ask(types);
+    this.services.ask(types);
   }
 
   async #ask_peers() {

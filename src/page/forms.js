@@ -7,6 +7,7 @@ import { text } from "./text.js";
 
 const whole = /^u?int/;
 const lengths_max = 256;
+const plain = (number) => String(number).replace("-", "\u2212");
 
 // What a value is before anybody has filled in one.
 export function blank_of(value) {
@@ -26,9 +27,18 @@ function json_of(words, name) {
   }
 }
 
+// The robot refuses what is not in this range, so a person is told before.
+function range_of({ is, least, most }) {
+  if (is === "text" || is === "array") return "";
+  if (least !== undefined && most !== undefined) return text.from_to(plain(least), plain(most));
+  if (least !== undefined) return text.from(plain(least));
+  return most === undefined ? "" : text.up_to(plain(most));
+}
+
 // One field, and what reads it.
 function field_of(name, value) {
-  const label = make("span", { textContent: name });
+  const bounds = range_of(value);
+  const label = make("span", {}, name, ...(bounds ? [make("small", { textContent: bounds })] : []));
   if (value.is === "boolean") {
     const box = make("input", { type: "checkbox" });
     return [make("label", {}, label, box), () => box.checked, (now) => (box.checked = now === true)];
@@ -53,6 +63,9 @@ function field_of(name, value) {
     const number = Number(box.value.trim().replace("\u2212", "-") || NaN);
     if (!Number.isFinite(number)) throw new TypeError(text.no_number(name));
     if (whole.test(value.is) && !Number.isInteger(number)) throw new TypeError(text.no_integer(name));
+    if (whole.test(value.is) && !value.as_string && !Number.isSafeInteger(number)) {
+      throw new TypeError(text.too_large(name));
+    }
     return value.as_string ? box.value.trim() : number;
   };
   return [made, read, (now) => (box.value = String(now))];

@@ -13,11 +13,39 @@ const services_ms_max = 10000;
 const kinds = { boolean: "boolean", number: "float64", string: "text" };
 const kind_of = (value) => ({ is: kinds[typeof value] ?? "json" });
 
+// What /rowe/types says of services and parameters, by their names.
+export async function ask_types(robot) {
+  const services = new Map();
+  const parameters = new Map();
+  for (let from = 0; from !== null && from !== undefined;) {
+    const { types, next } = await robot.call("/rowe/types", { from });
+    for (const each of types) {
+      if (each.service) services.set(each.service, each);
+      if (each.parameter) parameters.set(each.parameter, each);
+    }
+    from = next;
+  }
+  return { services, parameters };
+}
+
+// A row with a form keeps what somebody typed in it, unless it was made from another type than holds now.
+const made_from = new WeakMap();
+function rows_of(parent, names, types, make_row) {
+  const type_of = (name) => JSON.stringify(types.get(name));
+  for (const row of [...parent.children]) if (made_from.get(row) !== type_of(row.dataset.key)) row.remove();
+  return children_of(parent, names, (name) => {
+    const row = make_row(name);
+    made_from.set(row, type_of(name));
+    return row;
+  });
+}
+
 export class parameters_view {
   #robot;
   #rights;
   #rows = new Map();
   #values = new Map();
+  #types = new Map();
 
   constructor(robot, rights) {
     this.#robot = robot;
@@ -32,8 +60,9 @@ export class parameters_view {
     this.show();
   }
 
-  // Asks for all there are, when somebody looks.
-  async ask() {
+  // Asks for all there are, when somebody looks. `types` as of ask_types(); null: nobody told them.
+  async ask(types) {
+    this.#types = types?.parameters ?? this.#types;
     try {
       const { names } = await this.#robot.call("/rosapi/get_param_names");
       for (const name of names.filter((each) => !is_own(each))) {
@@ -55,12 +84,12 @@ export class parameters_view {
     const names = [...this.#values.keys()].sort();
     element("parameters").closest("section").hidden = names.length === 0;
     write(element("parameters_count"), count(names.length));
-    children_of(element("parameters"), names, (name) => this.#row(name));
+    rows_of(element("parameters"), names, this.#types, (name) => this.#row(name));
     for (const name of names) this.#write(name);
   }
 
   #row(name) {
-    const made = new form(name, kind_of(this.#values.get(name)));
+    const made = new form(name, this.#types.get(name)?.value ?? kind_of(this.#values.get(name)));
     const set = make("button", { type: "submit", className: "b", textContent: text.set });
     const said = make("p", { className: "quiet" });
     said.setAttribute("role", "status");
@@ -84,7 +113,7 @@ export class parameters_view {
     const may = this.#rights.has("set", name);
     set.hidden = !may || !changed;
     for (const field of made.at.querySelectorAll("input, select")) {
-      field.disabled = field.type === "checkbox" && !may;
+      field.disabled = !may && field.type !== "text";  // others cannot be read only
       field.readOnly = !may;
     }
     if (!changed) made.write(this.#values.get(name));
@@ -107,7 +136,7 @@ export class parameters_view {
 export class services_view {
   #robot;
   #rights;
-  #types = new Map();  // name → {type, request}
+  #types = new Map();  // {type, request}
   #names = [];
 
   constructor(robot, rights) {
@@ -115,11 +144,12 @@ export class services_view {
     this.#rights = rights;
   }
 
-  async ask() {
+  // `types` as of ask_types(); null: nobody told them.
+  async ask(types) {
+    this.#types = types?.services ?? this.#types;
     try {
       const { services } = await this.#robot.call("/rosapi/services");
-      await this.#ask_types();
-      this.#names = services.filter((name) => !is_own(name)).sort();  // last: rows need types
+      this.#names = services.filter((name) => !is_own(name)).sort();
     } catch {
       return;
     }
@@ -130,16 +160,8 @@ export class services_view {
   show() {
     element("services").closest("section").hidden = this.#names.length === 0;
     write(element("services_count"), count(this.#names.length));
-    const rows = children_of(element("services"), this.#names, (name) => this.#row(name));
+    const rows = rows_of(element("services"), this.#names, this.#types, (name) => this.#row(name));
     rows.forEach((row, at) => (row.lastChild.hidden = !this.#rights.has("call", this.#names[at])));
-  }
-
-  async #ask_types() {
-    for (let from = 0; from !== null && from !== undefined;) {
-      const { types, next } = await this.#robot.call("/rowe/types", { from });
-      for (const each of types) if (each.service) this.#types.set(each.service, each);
-      from = next;
-    }
   }
 
   #row(name) {

@@ -182,6 +182,9 @@ export const text = {
   no_json: (name) => `${name}: this is not JSON`,
   no_number: (name) => `${name}: this is not a number`,
   no_integer: (name) => `${name}: this is not a whole number`,
+  too_large: (name) => `${name}: a browser is exact up to ${Number.MAX_SAFE_INTEGER} only`,
+  from_to: (least, most) => `${least} to ${most}`,
+  from: (least) => `${least} or more`, up_to: (most) => `up to ${most}`,
   losses: "Losses",
   no_losses: (counters) => `None since start; all of ${counters} counters are zero`,
   some_losses: (counters) =>

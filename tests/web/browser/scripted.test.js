@@ -318,3 +318,45 @@ test("a scan, a map and cameras are found by their types, shown, and asked for w
       new URL(page.url()).hash === "#view=data&camera=/rear/compressed&front=camera");
     assert.deepEqual(page.faults, []);
   });
+
+test("a form of a parameter is made from its type, and made anew with it", limit, async () => {
+  const types = {
+    "/mode": { is: "int64", names: [["slow", 3], ["fast", 4]], by_name: true },
+    "/count": { is: "int64", least: -5, most: 5 }, "/gain": { is: "float32", least: 0.5 },
+    "/size": { is: "uint64", least: 0, most: 2 ** 64 },
+  };
+  const values = { "/mode": "fast", "/count": 3, "/gain": 1, "/size": 1 };
+  const set = [];
+  const services = {
+    ...scenery().services,
+    "/rosapi/get_param_names": () => ({ names: Object.keys(values) }),
+    "/rosapi/get_param": ({ name }) => ({ value: JSON.stringify(values[name]), successful: true }),
+    "/rosapi/set_param": ({ name, value }) => (set.push([name, value]), { successful: true }),
+    "/rowe/types": ({ from }) => {  // one a page
+      const all = Object.entries(types).map(([parameter, value]) => ({ parameter, type: "", value }));
+      return { types: all.slice(from, from + 1), next: from + 1 < all.length ? from + 1 : null };
+    },
+  };
+  const shown = await open({ "/rowe/stats": stats_of([]) }, { services, hash: "#view=data" });
+  const row = (name) => shown.page.locator(`#parameters [data-key='${name}']`);
+  const submit = async (name, typed, said) => {
+    await row(name).locator("input").fill(typed);
+    await row(name).locator("button").click();
+    await until(`"${said}" about ${name}`, async () => (await row(name).locator("p").textContent()) === said);
+  };
+  await row("/mode").locator("select").selectOption("slow");
+  await row("/mode").locator("button").click();
+  await until("it is set", async () => set.length === 1);
+  assert.deepEqual(set[0], ["/mode", '"slow"']);
+  assert.equal(await row("/count").locator("small").textContent(), "\u22125 to 5");
+  assert.equal(await row("/gain").locator("small").textContent(), "0.5 or more");
+  await submit("/count", "1.5", "/count: this is not a whole number");
+  await submit("/size", "9007199254740993", "/size: a browser is exact up to 9007199254740991 only");
+  await submit("/count", "-4", "Set");
+  assert.deepEqual(set.at(-1), ["/count", "-4"]);
+  await row("/gain").locator("input").fill("7");
+  types["/count"] = { is: "int64", least: 0, most: 9 };
+  shown.connections[0].end();  // as a robot that starts anew with other types
+  await until("another range", async () => (await row("/count").locator("small").textContent()) === "0 to 9");
+  assert.equal(await row("/gain").locator("input").inputValue(), "7", "what is typed elsewhere stays");
+});
