@@ -22,6 +22,7 @@
 #include "flow.hpp"
 #include "flow_policies.hpp"
 #include "flow_rights.hpp"
+#include "flow_roles_texts.hpp"
 
 namespace flow {
 
@@ -191,31 +192,6 @@ class roles final : public world {
 
   // ---- what they say
 
-  static std::string subscribe(std::string_view topic) {
-    return R"({"op":"subscribe","queue_length":16,"topic":")" + std::string{topic} + "\"}";
-  }
-  static std::string provide(std::string_view service) {
-    return R"({"op":"advertise_service","type":"a/B","service":")" + std::string{service} + "\"}";
-  }
-
-  std::string text_of(verb what, std::string_view name, std::int64_t number) {
-    const std::string n = std::to_string(number);
-    switch (what) {
-    case verb::subscribe: return subscribe(name);
-    case verb::publish:
-      return R"({"op":"publish","topic":")" + std::string{name} + R"(","msg":{"n":)" + n + "}}";
-    case verb::advertise: return R"({"op":"advertise","type":"a/B","topic":")" + std::string{name} + "\"}";
-    case verb::call:
-      if (random_.one_in(2))
-        return R"({"message_id":)" + n + R"(,"service":")" + std::string{name} + R"(","n":)" + n + "}";
-      return R"({"op":"call_service","id":")" + n + R"(","service":")" + std::string{name} +
-             R"(","args":{"n":)" + n + "}}";
-    case verb::provide: return provide("/new" + std::string{name});
-    case verb::plain: return R"({"n":)" + n + "}";
-    }
-    return {};
-  }
-
   void ask() {
     guest& by = some_guest();
     if (by.stop_only) return;
@@ -228,7 +204,7 @@ class roles final : public world {
     if (what == verb::subscribe && random_.one_in(4)) name = "/rowe/stats";
     const bool allowed = policy_.may(by.is, what, what == verb::provide && by.is == arm ? "/new" : name);
     const std::int64_t number = ++number_;
-    const std::string text = text_of(what, name, number);
+    const std::string text = text_of(what, name, number, random_);
     const auto denied_before = on_.count(counter::denied);
     say(name_of(by) + " says " + text);
     by.link->say(text);
@@ -238,7 +214,7 @@ class roles final : public world {
       fail("denied", name_of(by) + (allowed ? " was denied: " : " was allowed: ") + text);
     seen_.add(allowed ? flow_event::role_allowed : denied(what));
     const bool leaves_trace = what == verb::publish || what == verb::call || what == verb::plain;
-    if (leaves_trace && heard(number) != allowed)
+    if (leaves_trace && has_number(heard_, number) != allowed)
       fail("denied",
            name_of(by) + (allowed ? " said in vain: " : " was heard, though it had no right: ") + text);
     if (what != verb::provide) return;
@@ -248,14 +224,6 @@ class roles final : public world {
   static flow_event denied(verb what) {
     return static_cast<flow_event>(static_cast<std::size_t>(flow_event::role_denied_subscribe) +
                                    static_cast<std::size_t>(what));
-  }
-  // Whether anybody heard the number since the last settle().
-  bool heard(std::int64_t number) const {
-    const std::string n = "\"n\":" + std::to_string(number) + "}";
-    const std::string with_more = "\"n\":" + std::to_string(number) + ",";
-    return std::any_of(heard_.begin(), heard_.end(), [&](const std::string& one) {
-      return one.find(n) != std::string::npos || one.find(with_more) != std::string::npos;
-    });
   }
   // Whether calls of the service reach this peer.
   bool provides(guest& one, const std::string& service) {
