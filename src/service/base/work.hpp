@@ -57,6 +57,8 @@ inline constexpr std::size_t eviction_pass_work = 16; // for each entry that is 
 // A look at a message that waits in an inbox.
 inline constexpr std::size_t looked_at_work = 8;
 inline constexpr std::size_t answer_work = 10 * 1024;
+// The percentiles of one loop, which are looked for in a histogram of 30 KiB.
+inline constexpr std::size_t percentiles_work = 4 * 1024;
 static_assert(push_work < eviction_work && answer_work / read_work_bytes < read_work_per_cycle);
 // Messages that may be dropped until one slot is free.
 inline constexpr unsigned evictions_max = 64;

@@ -170,6 +170,7 @@ void statistics_report::write_loops(json::writer& into) noexcept {
   into.begin_array("loops");
   for (pair_index i{0}; i.value < state_.shared.pairs_used(); ++i.value) {
     if (!state_.pair_rows[i].loop) continue;
+    state_.cycle.work_bytes += percentiles_work;
     const detail::queue_pair& latch = state_.pairs[i];
     const rt::histogram& cycles = latch.timing->cycles();
     constexpr std::array percents{50.0, 99.0, 99.9};

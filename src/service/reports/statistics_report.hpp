@@ -20,7 +20,7 @@
 namespace rowe::service {
 
 struct statistics_report_needs {
-  const core_state& state_;
+  core_state& state_;
   const stop_rules& stop_rules_;
   const outbox& outbox_;
   const topic_rates& topic_rates_;
