@@ -264,6 +264,8 @@ class driving final : public world {
                                                  {counter::commands_unproven, event::drive_unproven},
                                                  {counter::commands_refused, event::drive_refused},
                                                  {counter::commands_stopped, event::drive_stopped}};
+    const std::uint64_t expired = on_.count(counter::expired);
+    if (expired != std::exchange(expired_, expired)) seen_.add(event::drive_expired);
     for (std::size_t i = 0; i < std::size(counted); ++i) {
       const std::uint64_t now = on_.count(counted[i].first);
       if (now == std::exchange(dropped_[i], now)) continue;
@@ -363,6 +365,7 @@ class driving final : public world {
   std::int64_t stop_number_ = -1, stop_tick_ = 0;
   std::vector<std::pair<std::string, std::string>> given_; // control of a topic, to whom
   std::array<std::uint64_t, 4> dropped_{};
+  std::uint64_t expired_ = 0;
   bool flushed_ = false; // what was said without a connection
   bool drives_itself_ = false;
   bool quiet_ = false;

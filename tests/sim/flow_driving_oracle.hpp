@@ -83,6 +83,11 @@ class driving_oracle {
     note_said(by, topic, counted(now, tick));
   }
   void release(author by, const std::string& topic, time_point now) { topics_[topic].released[by] = now; }
+  // Of what a command is sent with: each fourth has a time to live of its own.
+  static duration ttl(std::int64_t n) {
+    constexpr duration ttls[] = {10ms, 40ms, 120ms, 2000ms};
+    return n % 4 == 0 ? ttls[index(n / 4) % std::size(ttls)] : rowe::rt::for_ever;
+  }
   author author_of(std::int64_t n) const { return known(n) ? commands_[index(n)].by : nobody; }
   time_point sent(std::int64_t n) const { return commands_[index(n)].at; }
   bool known(std::int64_t n) const { return n > 0 && index(n) < commands_.size(); }
@@ -237,6 +242,8 @@ class driving_oracle {
   void check_age(const std::string& topic, std::int64_t n, time_point now, const char* what) {
     if (now - sent(n) >= lease(topic))
       fail_("drive_lease", named(n, now) + ' ' + what + ", and the lease is " + text(lease(topic)));
+    if (author_of(n) != this_process && now - sent(n) >= ttl(n))
+      fail_("drive_ttl", named(n, now) + ' ' + what + ", and its time to live is " + text(ttl(n)));
   }
   // The connection that the state of control shows so; nobody: none, or not one alone.
   author shown_as(std::string_view driver) const {

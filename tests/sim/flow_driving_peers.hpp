@@ -180,6 +180,8 @@ class driving_peer {
     std::string text =
         R"({"op":"publish","topic":")" + who_.topic + R"(","msg":{"n":)" + std::to_string(n) + '}';
     if (tick && *tick >= 0) text += R"(,"tick":)" + std::to_string(*tick);
+    if (const duration ttl = driving_oracle::ttl(n); ttl != rowe::rt::for_ever)
+      text += R"(,"ttl_ms":)" + std::to_string(ttl / 1ms);
     return text + '}';
   }
   void flush() {

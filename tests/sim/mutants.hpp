@@ -100,6 +100,7 @@ inline constexpr mutant mutants[] = {
     {"drive_on", "it ends, too, when its sender lets go, is silent or is gone"},
     {"drive_refused", "commands of who does not drive are dropped"},
     {"drive_stale", "so are those whose lease is over when they come"},
+    {"drive_ttl", "a command's own time to live counts from when it was sent"},
     {"drive_reset", "and those that were sent before the newest stop or reset"},
     {"drive_stopped", "and those that come while the robot is stopped"},
     {"drive_unproven", "and those without a tick, until a ping behind the first one is answered"},

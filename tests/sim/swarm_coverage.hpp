@@ -191,6 +191,7 @@ enum class flow_event : std::uint8_t {
   drive_unproven,
   drive_refused,
   drive_stopped,
+  drive_expired, // by a time to live of its own
   drive_flushed,       // dropped commands, given without a connection
   drive_reset_between, // commands are under way
   drive_flood,         // of who drives

@@ -156,7 +156,8 @@ void broker::relay(connection& c, const wire::request& asked, text_id body) noex
     const auto passed = command_gate_.admit(c, asked, index);
     if (!passed) return;
     // As the lease, its time to live counts from when it was sent.
-    if (over != rt::never) over -= std::max(c.said_at - passed->sent, rt::duration{0});
+    if (over != rt::never && !ROWE_MUTANT(drive_ttl))
+      over -= std::max(c.said_at - passed->sent, rt::duration{0});
     if (over <= state_.cycle.now) return state_.counts.add(counter::expired);
     over = std::min(over, passed->until);
     who.sent = passed->sent;

@@ -72,6 +72,19 @@ TEST_F(outbox_test, takes_nothing_from_who_comes_to_the_place_of_one_that_held_m
   EXPECT_EQ(out.of(hoarder).replies.count, 4U);
 }
 
+TEST_F(outbox_test, takes_from_who_does_not_read_before_who_waits_for_others) {
+  const auto waits = join(0), slow = join(1), waits_too = join(2), reader = join(3);
+  out.of(waits).waits_to_begin = out.of(waits_too).waits_to_begin = true;
+  out.of(slow).blocked = true;
+  for (int i = 0; i < 2; ++i) {
+    for (const peer_index each : {waits, slow, waits_too, reader}) ASSERT_TRUE(reply(each, "kept"));
+  }
+  ASSERT_TRUE(reply(reader, "one more"));
+  EXPECT_EQ(out.of(slow).replies.count, 1U);
+  EXPECT_EQ(out.of(waits).replies.count, 2U);
+  EXPECT_EQ(out.of(waits_too).replies.count, 2U);
+}
+
 TEST_F(outbox_test, says_whose_reply_was_evicted_to_whoever_tracks_it) {
   const auto peer = join(0);
   for (int i = 0; i < 8; ++i) ASSERT_TRUE(reply(peer, "reply"));
