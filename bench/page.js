@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// usage: node bench/page.js [--rounds=5] [--seconds=5]
+// usage: node bench/page.js [--rounds=15] [--seconds=2]
 //
 // Questions: how soon does a phone show the page, and what does an open page cost the robot?
 //
@@ -9,11 +9,12 @@
 //
 // `service thread`, `loop`: the processor time of the two threads of `rowe serve --demo` (a loop of 1 kHz),
 // in percent of a core, in turns: with nobody; with a peer that asks for nothing, by which the service thread
-// looks for values each poll_period; and with the page, seen and hidden. What a page costs is its difference
-// to the peer that asks for nothing. Times of threads are the kernel's, in ticks of 10 ms, hence the seconds.
+// looks for values each poll_period; with one that asks for what the page does; and with the page, seen and
+// hidden. What a page costs is its difference to the peer that asks for nothing. Times are the kernel's, in
+// nanoseconds; said are the lower quartile, for a busy host only adds to them, and the median.
 //
-// What would make it lie: other load. The browser shares the machine with the robot, and throttles itself by
-// its own timers, not by a slower processor.
+// What would make it lie: other load. The browser shares the machine and its caches with the robot, which a
+// page elsewhere does not, and throttles itself by its own timers, not by a slower processor.
 //
 // Needs tests/web/run --install, Chromium, and build/release/bin/rowe.
 import { readdirSync, readFileSync } from "node:fs";
@@ -25,8 +26,8 @@ import { rosbridge_client } from "../tests/web/support/rosbridge.js";
 process.env.ROWE_BIN ??= fileURLToPath(new URL("../build/release/bin/rowe", import.meta.url));
 const option = (name, usual) =>
   Number(process.argv.find((each) => each.startsWith(`--${name}=`))?.split("=")[1] ?? usual);
-const rounds = option("rounds", 5);
-const seconds = option("seconds", 5);
+const rounds = option("rounds", 15);
+const seconds = option("seconds", 2);
 const slow = { offline: false, latency: 150, downloadThroughput: 1.6e6 / 8, uploadThroughput: 0.75e6 / 8 };
 const wait = (ms) => new Promise((passed) => setTimeout(passed, ms));
 const middle = (values) => values.sort((a, b) => a - b)[Math.floor(values.length / 2)];
@@ -50,23 +51,26 @@ async function paint(throttled) {
   return { first, live };
 }
 
-// The processor time of the robot's threads so far, in ticks of 10 ms.
-function ticks() {
+// The processor time of the robot's threads so far, in nanoseconds.
+function spent() {
   const tasks = `/proc/${server.child.pid}/task`;
   const all = { "service thread": 0, loop: 0 };
   for (const task of readdirSync(tasks)) {
-    const [, name, rest] = /^\d+ \((.*)\) (.*)/s.exec(readFileSync(`${tasks}/${task}/stat`, "latin1"));
-    const [user, system] = rest.split(" ").slice(11, 13).map(Number);
-    all[name === "robot" ? "loop" : "service thread"] += user + system;
+    const name = readFileSync(`${tasks}/${task}/comm`, "latin1").trim();
+    const [ns] = readFileSync(`${tasks}/${task}/schedstat`, "latin1").split(" ");
+    all[name === "robot" ? "loop" : "service thread"] += Number(ns);
   }
   return all;
 }
 async function cost() {
   await wait(1000);
-  const before = ticks();
+  const before = spent();
+  const began = performance.now();
   await wait(seconds * 1000);
-  const after = ticks();
-  return Object.fromEntries(Object.keys(after).map((name) => [name, (after[name] - before[name]) / seconds]));
+  const after = spent();
+  const percent_ns = (performance.now() - began) * 1e4;
+  const of = (name) => (after[name] - before[name]) / percent_ns;
+  return Object.fromEntries(Object.keys(after).map((name) => [name, of(name)]));
 }
 const hide = (page) => page.evaluate(() => {
   Object.defineProperty(document, "hidden", { get: () => true, configurable: true });
@@ -76,6 +80,15 @@ const with_whom = {
   nobody: async () => () => {},
   "a peer that asks for nothing": async () => {
     const client = await rosbridge_client.connect(server.url);
+    return () => client.close();
+  },
+  "a peer that asks for what the page does": async () => {
+    const client = await rosbridge_client.connect(server.url);
+    const wanted = { "/odom": 33, "/rowe/control/state": 50, "/rowe/stats": 500, "/rowe/parameters": 0,
+      "/rowe/stop/state": 0 };
+    for (const [topic, throttle_rate] of Object.entries(wanted)) {
+      client.send({ op: "subscribe", topic, throttle_rate, queue_length: 1 });
+    }
     return () => client.close();
   },
   "the page": async () => {
@@ -110,7 +123,9 @@ for (const [name, all] of Object.entries(paints)) {
   console.log(`${name}: first paint ${first} ms, live ${live} ms (medians of ${all.length})`);
 }
 for (const [name, all] of Object.entries(costs)) {
-  const [service, loop] = ["service thread", "loop"].map((who) =>
-    middle(all.map((each) => each[who])).toFixed(1));
-  console.log(`with ${name}: service thread ${service} %, loop ${loop} % of a core`);
+  const said = ["service thread", "loop"].map((who) => {
+    const sorted = all.map((each) => each[who]).sort((a, b) => a - b);
+    return `${who} ${sorted[sorted.length >> 2].toFixed(1)} % (median ${middle(sorted).toFixed(1)} %)`;
+  });
+  console.log(`with ${name}: ${said.join(", ")} of a core`);
 }
