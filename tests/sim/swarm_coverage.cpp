@@ -261,6 +261,7 @@ std::string_view name_of(flow_event what) {
                                         "drive, unproven command",
                                         "drive, command of another",
                                         "drive, command while stopped",
+                                        "drive, command of a time to live",
                                         "drive, offline commands dropped",
                                         "drive, under way at a reset",
                                         "drive, flood of the driver",

@@ -191,7 +191,7 @@ enum class flow_event : std::uint8_t {
   drive_unproven,
   drive_refused,
   drive_stopped,
-  drive_expired, // by a time to live of its own
+  drive_expired,       // by a time to live of its own
   drive_flushed,       // dropped commands, given without a connection
   drive_reset_between, // commands are under way
   drive_flood,         // of who drives
@@ -236,7 +236,7 @@ enum class flow_event : std::uint8_t {
   rights_by_address, // its role is by its address
   rights_refused,    // the question is none
 };
-inline constexpr std::size_t flow_events = 129;
+inline constexpr std::size_t flow_events = 1 + static_cast<std::size_t>(flow_event::rights_refused);
 std::string_view name_of(flow_event what);
 
 class coverage {
