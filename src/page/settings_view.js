@@ -17,13 +17,13 @@ const kind_of = (value) => ({ is: kinds[typeof value] ?? "json" });
 export async function ask_types(robot) {
   const services = new Map();
   const parameters = new Map();
-  for (let from = 0; from !== null && from !== undefined;) {
+  for (let from = 0, before = -1; from > before;) {  // null is none; nor does a robot have us ask for ever
     const { types, next } = await robot.call("/rowe/types", { from });
     for (const each of types) {
       if (each.service) services.set(each.service, each);
       if (each.parameter) parameters.set(each.parameter, each);
     }
-    from = next;
+    [before, from] = [from, next];
   }
   return { services, parameters };
 }

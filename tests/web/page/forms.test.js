@@ -7,6 +7,7 @@ import { load } from "./load.js";
 
 const { at_path, leaves_max, leaves_of, shown_value } = await load("tree.js");
 const { blank_of } = await load("forms.js");
+const { ask_types } = await load("settings_view.js");
 
 test("each value of a message has its path, and the path leads to it", () => {
   const message = { pose: { x: 1.5, frame: "odom" }, arms: [{ up: true }], none: null };
@@ -48,4 +49,15 @@ test("a type has a value before anybody has filled one in", () => {
   assert.deepEqual(blank_of({ is: "object", object: { members } }), {
     speed: 0, on: false, name: "", mode: "slow", gear: 3, inner: { x: 0 }, list: [], maybe: null,
   });
+});
+
+test("types are asked for page after page, and not for ever", async () => {
+  const pages = {
+    0: { types: [{ parameter: "/a" }], next: 3 }, 3: { types: [{ service: "/b" }], next: null },
+  };
+  const { parameters, services } = await ask_types({ call: async (_, { from }) => pages[from] });
+  assert.deepEqual([[...parameters.keys()], [...services.keys()]], [["/a"], ["/b"]]);
+  let asked = 0;
+  await ask_types({ call: async () => ({ types: [], next: asked++ < 100 ? 3 : null }) });
+  assert.equal(asked, 2, "the second page ends where it begins");
 });
