@@ -62,6 +62,7 @@ def libraries_stay_in_their_room(t):
              r"#include <(ros|xmlrpcpp)/": "tools/ros1/",
              r"toml\+\+/": "src/config/toml_file.cpp",
              r"qrencode\.h": "tools/rowe/setup/qr_code",
+             r"lz4frame|zstd\.h|zlib\.h": "src/mcap/",
              r"moodycamel|concurrentqueue": "src/service/threads/number_queue"}
     for pattern, home in homes.items():
         homes_of_it = (home,) if isinstance(home, str) else home
