@@ -62,8 +62,10 @@ set(rowe_libdir "\${prefix}")
 cmake_path(APPEND rowe_libdir ${CMAKE_INSTALL_LIBDIR})
 set(rowe_includedir "\${prefix}")
 cmake_path(APPEND rowe_includedir ${CMAKE_INSTALL_INCLUDEDIR})
+list(JOIN rowe_packing_wanted ", " rowe_packing_listed)
 string(REPLACE ">=" " >= " rowe_pc_requires
-               "${rowe_lws_wanted}, ${rowe_simdjson_wanted}, ${rowe_crypto_wanted}, ${rowe_tls_wanted}")
+               "${rowe_lws_wanted}, ${rowe_simdjson_wanted}, ${rowe_crypto_wanted}, ${rowe_tls_wanted}, "
+               ${rowe_packing_listed})
 get_target_property(rowe_cxx_libraries rowe_c INTERFACE_LINK_LIBRARIES)
 list(FILTER rowe_cxx_libraries EXCLUDE REGEX "[<:]")
 list(TRANSFORM rowe_cxx_libraries PREPEND "-l")

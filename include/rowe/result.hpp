@@ -58,6 +58,7 @@ namespace rowe {
   X(refused, "the service answered with an error")                                                           \
   X(too_many_calls, "%v calls are in flight; the limit is %l")                                               \
   X(too_many_services, "%v services exist; the limit `services_max` is %l")                                  \
+  X(bad_recording, "the recording cannot be written or read; `why` says the file and the reason")            \
   X(parameter_taken, "a parameter of that name exists already")                                              \
   X(too_many_parameters, "%v parameters exist; the limit `parameters_max` is %l")                            \
   X(service_taken, "the service is provided already")                                                        \
@@ -89,7 +90,7 @@ enum class errc : std::uint8_t {
   X(subscriptions_max) X(subscriptions_per_connection_max) X(advertisements_per_connection_max)              \
   X(small_slots) X(small_slot_bytes) X(large_slots) X(queue_depth_max) X(queued_max) X(latched_bytes) X(services_max) \
   X(calls_max) X(calls_per_connection_max) X(parameters_max) X(door_slots) X(door_slot_bytes) X(handles_max) X(handle_bytes)     \
-  X(events_max) X(guard_timeout) X(tick) X(service_timeout) X(observe_timeout) X(loop_timeout) X(lease)
+  X(events_max) X(guard_timeout) X(tick) X(service_timeout) X(observe_timeout) X(loop_timeout) X(lease) X(buffer_bytes)
 // clang-format on
 
 enum class argument : std::uint8_t {

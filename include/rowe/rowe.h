@@ -75,7 +75,8 @@ extern "C" {
   X(43, forked)            /* the endpoint is of the process that this one was forked from */                \
   X(44, not_utf8)          /* a name that is not UTF-8 */                                                    \
   X(45, control_character) /* a name with one of them */                                                     \
-  X(46, too_many_leases)   /* topics with a lease_ms */
+  X(46, too_many_leases)   /* topics with a lease_ms */                                                      \
+  X(47, bad_recording)     /* a file that cannot be written or read */
 // clang-format on
 
 enum rowe_error {

@@ -9,9 +9,11 @@
 #include <string>
 #include <string_view>
 
+#include <rowe/recording.hpp>
+
 namespace rowe::mcap {
 
-enum class compression : std::uint8_t { none, lz4, zstd };
+using rowe::compression;
 
 // As files name it: "", "lz4", "zstd".
 std::string_view name_of(compression which) noexcept;

@@ -11,6 +11,8 @@ namespace {
 
 // A summary that is longer is not read: the file is looked through instead.
 constexpr std::uint64_t summary_bytes_max = std::uint64_t{1} << 30;
+// Of one record of it.
+constexpr std::uint64_t metadata_bytes_max = std::uint64_t{16} << 20;
 
 } // namespace
 
@@ -110,6 +112,18 @@ bool reader::read_summary_records(std::string_view records) {
 bool reader::is_sound(const chunk_index& one) const noexcept {
   return one.offset >= magic.size() && one.bytes >= record_head_bytes && one.offset <= from_.bytes() &&
          one.bytes <= from_.bytes() - one.offset && one.bytes <= chunk_bytes_max;
+}
+
+bool reader::read_metadata(const metadata_index& at, text_map& into) {
+  if (at.bytes > metadata_bytes_max) return false;
+  std::string text(static_cast<std::size_t>(at.bytes), '\0');
+  if (!from_.read(at.offset, text)) return false;
+  std::string_view from{text};
+  const auto record = next_record(from);
+  if (!record || record->what != opcode::metadata) return false;
+  auto read = mcap::read_metadata(record->content);
+  if (read) into = std::move(read->second);
+  return read.has_value();
 }
 
 // ---- messages

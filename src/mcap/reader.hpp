@@ -32,13 +32,15 @@ class reader {
   const header& head() const noexcept { return head_; }
   const summary& all() const noexcept { return all_; }
   bool has_summary() const noexcept { return has_summary_; }
+  // Reads one of all().metadata. False: it is not there, or damaged.
+  bool read_metadata(const metadata_index& at, text_map& into);
   // What could not be read so far.
   const std::vector<damage>& damaged() const noexcept { return damaged_; }
 
-  // Only messages logged from then on, before `end_ns`, and of these channels (none: all).
+  // Only messages logged from then on, until `end_ns` (itself included), and of these channels (none: all).
   struct selection {
     std::uint64_t begin_ns = 0;
-    std::uint64_t end_ns = std::numeric_limits<std::uint64_t>::max(); // the last possible one counts, too
+    std::uint64_t end_ns = std::numeric_limits<std::uint64_t>::max();
     std::set<channel_number> channels{};
   };
   void select(selection wanted);

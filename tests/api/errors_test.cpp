@@ -16,6 +16,8 @@
 #include <stdexcept>
 #include <string>
 
+#include <rowe/recording.hpp>
+
 #include "endpoints.hpp"
 
 struct errors_test_request {
@@ -166,6 +168,7 @@ error bad_web() {
   options.web = "/nowhere";
   return of(rowe::endpoint::listen(0, options));
 }
+error bad_recording() { return of(rowe::recording_reader::open("/nowhere/run.mcap")); }
 error bad_config() { return of(rowe::endpoint_options::from_file("/dev/null/rowe.toml")); }
 error too_many_handles() {
   auto endpoint = with([](rowe::limits& l) { l.handles_max = 1; });

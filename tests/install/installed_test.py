@@ -80,7 +80,8 @@ class by_find_package(installed):
             said = self.asks(f"find_package(rowe CONFIG REQUIRED {asked})", PKG_CONFIG_LIBDIR=self.nothing)
             self.assertIsNotNone(said, asked)
             self.assertRegex(said, r"pkg-config does not find"
-                                   r" libwebsockets>=\S+, simdjson>=\S+, libcrypto>=\S+, libssl>=", asked)
+                                   r" libwebsockets>=\S+, simdjson>=\S+, libcrypto>=\S+, libssl>=\S+,"
+                                   r" liblz4>=\S+, libzstd>=\S+, zlib>=", asked)
         self.assertIsNone(self.asks("find_package(rowe CONFIG REQUIRED COMPONENTS rt OPTIONAL_COMPONENTS c)\n"
                                     "if(rowe_c_FOUND OR NOT rowe_rt_FOUND)\n  message(FATAL_ERROR wrong)\n"
                                     "endif()", PKG_CONFIG_LIBDIR=self.nothing))

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// The files of a recording, one behind the other: when one ends and the next begins, which of the old ones
+// go, and what happens when the disk takes no more. One ordinary thread; allocates, and waits for the disk.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <rowe/recording.hpp>
+
+#include "mcap/files.hpp"
+#include "mcap/writer.hpp"
+#include "recording/file_names.hpp"
+
+namespace rowe::recording {
+
+class series {
+ public:
+  static constexpr rt::duration chunk_time = std::chrono::milliseconds{150};
+  static constexpr std::size_t chunks_max = 131'072; // of a file: their list stands at its end, and in memory
+  static constexpr rt::duration retry_time = std::chrono::seconds{1};
+  static constexpr std::uint64_t disk_free_min = 4
+                                                 << 20; // before another file begins on a disk that was full
+
+  explicit series(recording_options chosen);
+
+  // Makes the first file. False: fault() says why.
+  bool begin(rt::time_point now);
+
+  void set_topic(std::uint32_t number, std::string name, std::string type, std::string schema);
+  // `number` was set.
+  void add(std::uint32_t number, std::string_view json, std::int64_t logged_ns, std::int64_t published_ns);
+  // Messages of it never came here.
+  void note_lost(std::uint32_t number, std::uint64_t count, std::int64_t logged_ns);
+  // Ends what is due: a chunk, a file. To be called every 10 ms or so.
+  void tend(rt::time_point now);
+  // All that was added lies in the file; with `sync`, on the disk. False: not all of it; fault() says why.
+  bool flush();
+  // Likewise, and the file is ended.
+  bool close();
+
+  // Why nothing is written now; empty: all is well.
+  const std::string& fault() const noexcept { return fault_; }
+  // Whether it will be tried again.
+  bool waits_for_room() const noexcept { return chosen_.total_bytes != 0; }
+  // Adds what is known here.
+  void describe(recording_figures& into) const;
+  // Files of this series that an earlier program did not end.
+  const std::vector<std::string>& unended() const noexcept { return unended_; }
+
+ private:
+  struct topic {
+    std::string name;
+    std::string type;
+    std::string schema;
+    std::uint32_t sequence = 0;
+    mcap::channel_number channel = 0; // in the present file; 0: none yet
+  };
+  struct file {
+    std::string path;
+    rt::time_point began;
+    mcap::file_sink to{};
+    std::optional<mcap::writer> writes{};
+    std::uint64_t added = 0;
+  };
+
+  bool open_next(rt::time_point now);
+  bool open_one(const std::string& path, rt::time_point now);
+  void end_file();
+  void lose_file();
+  void end_chunk();
+  void delete_oldest();
+  void split_if_due(rt::time_point now);
+  bool give_channel(topic& to);
+  void write(topic& of, std::string_view json, std::int64_t logged_ns, std::int64_t published_ns);
+
+  const recording_options chosen_;
+  file_names names_;
+  std::uint32_t attempts_ = 0; // of the names of files
+  std::optional<file> file_;
+  std::vector<recorded_file> ended_; // of the series, the oldest first
+  std::vector<std::string> unended_;
+  std::vector<topic> topics_;
+  topic losses_;
+  rt::time_point chunk_due_{};
+  rt::time_point retry_at_{};
+  std::string fault_;
+  std::uint64_t files_ = 0;
+  std::uint64_t deleted_ = 0;
+  std::uint64_t messages_ = 0; // in files that have ended
+  std::uint64_t bytes_ = 0;    // likewise
+  std::uint64_t lost_ = 0;     // that the disk did not take
+  std::string last_path_;
+};
+
+} // namespace rowe::recording
