@@ -13,6 +13,8 @@ namespace {
 constexpr std::uint64_t summary_bytes_max = std::uint64_t{1} << 30;
 // Of one record of it.
 constexpr std::uint64_t metadata_bytes_max = std::uint64_t{16} << 20;
+// As many schemas and channels as there can be; what has more is looked through as fast.
+constexpr int unlisted_records_max = 2 * 65535;
 
 } // namespace
 
@@ -66,13 +68,12 @@ bool reader::read_summary() {
   }
   const std::string_view without_footer =
       std::string_view{records}.substr(0, static_cast<std::size_t>(bytes - tail_bytes - begin));
-  if (read_summary_records(without_footer)) return true;
+  if (read_summary_records(without_footer) && lists_all_until(begin)) return true;
   all_ = {};
   return false;
 }
 
-// True if it can take the place of looking through the file: without indexes of chunks, or with fewer
-// messages than these could have, it cannot.
+// False: they are damaged, or do not say all that there is.
 bool reader::read_summary_records(std::string_view records) {
   bool counted = false;
   while (!records.empty()) {
@@ -105,8 +106,48 @@ bool reader::read_summary_records(std::string_view records) {
       counted = true;
     }
   }
-  if (!counted) return false;
-  return all_.chunks.size() == all_.counts.chunks && (!all_.chunks.empty() || all_.counts.messages == 0);
+  return counted && says_all();
+}
+
+// Whether the summary lists all that it counts, and describes the channels that have messages: else it cannot
+// take the place of looking through the file.
+bool reader::says_all() const {
+  const statistics& counts = all_.counts;
+  if (all_.chunks.size() != counts.chunks || all_.attachments.size() != counts.attachments ||
+      all_.metadata.size() != counts.metadata)
+    return false;
+  return std::all_of(counts.messages_of.begin(), counts.messages_of.end(), [this](const auto& one) {
+    if (one.second == 0) return true;
+    const auto of = all_.channels.find(one.first);
+    return of != all_.channels.end() && (of->second.schema == 0 || all_.schemas.contains(of->second.schema));
+  });
+}
+
+// Whether all messages in front of the summary lie in the chunks that it lists: other messages are in no
+// list. What lies between all that it lists is little: what describes channels.
+bool reader::lists_all_until(std::uint64_t end) {
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> listed{{end, 0}}; // offsets and bytes
+  for (const chunk_index& one : all_.chunks) listed.emplace_back(one.offset, one.bytes + one.indexes_bytes);
+  for (const attachment_index& one : all_.attachments) listed.emplace_back(one.offset, one.bytes);
+  for (const metadata_index& one : all_.metadata) listed.emplace_back(one.offset, one.bytes);
+  std::sort(listed.begin(), listed.end());
+  std::uint64_t at = magic.size();
+  int records_left = unlisted_records_max;
+  std::string head(record_head_bytes, '\0');
+  for (const auto& [offset, bytes] : listed) {
+    if (offset > end) return false;
+    while (at < offset) {
+      if (--records_left < 0 || !from_.read(at, head)) return false;
+      field_reader fields{head};
+      const auto what = static_cast<opcode>(fields.number<std::uint8_t>());
+      const auto content_bytes = fields.number<std::uint64_t>();
+      if (what == opcode::message || what == opcode::chunk || content_bytes > end - at) return false;
+      at += record_head_bytes + content_bytes;
+    }
+    if (at != offset || bytes > end - at) return false;
+    at += bytes;
+  }
+  return true;
 }
 
 bool reader::is_sound(const chunk_index& one) const noexcept {

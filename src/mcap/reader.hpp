@@ -67,6 +67,8 @@ class reader {
 
   bool read_summary();
   bool read_summary_records(std::string_view records);
+  bool says_all() const;
+  bool lists_all_until(std::uint64_t end);
   bool is_sound(const chunk_index& one) const noexcept;
   bool wants(const piece& one) const;
   void open_piece_at(std::size_t number);

@@ -117,6 +117,52 @@ TEST(damage, to_the_summary_has_the_file_looked_through) {
   EXPECT_EQ(all_of(reads), expected(100));
 }
 
+// As writers leave it that are told to leave something out.
+TEST(summary, that_does_not_say_all_has_the_file_looked_through) {
+  const std::vector<void (*)(mcap::summary&)> without{
+      [](mcap::summary& all) { all.channels.erase(2); },
+      [](mcap::summary& all) { all.schemas.clear(); },
+      [](mcap::summary& all) { all.chunks.pop_back(); },
+      [](mcap::summary& all) { all.metadata.clear(); },
+      [](mcap::summary& all) { all.counts.attachments = 1; },
+  };
+  for (std::size_t i = 0; i < without.size(); ++i) {
+    file made = recording(40, mcap::compression::none, false);
+    mcap::summary all = mcap::scan(made).all;
+    without[i](all);
+    std::string end;
+    mcap::write_end(end, made.bytes(), all);
+    made.write(end);
+    mcap::reader reads{made};
+    ASSERT_TRUE(reads.open()) << i;
+    EXPECT_FALSE(reads.has_summary()) << i;
+    EXPECT_EQ(all_of(reads), expected(40)) << i;
+    EXPECT_EQ(reads.all().channels.at(2).topic, "/even") << i;
+    EXPECT_EQ(reads.all().schemas.size(), 1U) << i;
+    EXPECT_EQ(reads.all().metadata.size(), 1U) << i;
+  }
+}
+
+// As a writer leaves it that appends them to a file of chunks.
+TEST(summary, that_does_not_list_messages_behind_chunks_has_the_file_looked_through) {
+  file made = recording(40, mcap::compression::none, false);
+  mcap::summary all = mcap::scan(made).all;
+  const std::string text = body(40);
+  std::string more;
+  mcap::record_writer into{more};
+  mcap::write(into, mcap::message{.channel = 2, .logged_ns = 40'000'000, .data = text});
+  made.write(more);
+  ++all.counts.messages;
+  ++all.counts.messages_of[2];
+  std::string end;
+  mcap::write_end(end, made.bytes(), all);
+  made.write(end);
+  mcap::reader reads{made};
+  ASSERT_TRUE(reads.open());
+  EXPECT_FALSE(reads.has_summary());
+  EXPECT_EQ(all_of(reads), expected(41));
+}
+
 TEST(other_files, are_refused) {
   file empty;
   file text;
