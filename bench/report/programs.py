@@ -63,6 +63,8 @@ programs = (
     program("tls_load", "A thousand clients under TLS"),
     program("standstill", "Standstill when a driver is gone", kind="text", source="standstill.cpp",
             command=("{bin}/bench_standstill", "--trials=2000"), takes_rounds=False),
+    program("record", "What a recording costs", kind="text",
+            command=("{bin}/bench_record", "/tmp"), takes_rounds=True),
     program("stop_on_silence", "The stop when a guard falls silent", kind="text", source="stop_on_silence",
             command=("bench/stop_on_silence", "{bin}/bench_stop_robot", "--runs", "5"), takes_rounds=False),
 )

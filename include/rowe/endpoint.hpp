@@ -30,6 +30,9 @@
 
 namespace rowe {
 
+class recorder;        // rowe/recording.hpp
+struct record_options; // likewise
+
 // One counter of an endpoint, by the name under which /rowe/stats has it too.
 struct count {
   std::string_view name;
@@ -169,6 +172,13 @@ class endpoint {
   // Refuses a call, with a diagnostic (cut at 192 bytes), and returns at once. Errors: as try_reply().
   status refuse(const received& call, std::string_view diagnostic);
 
+  // ---- recording: see rowe/recording.hpp
+
+  // Records topics into files, from now on until the recorder is closed or destroyed. Takes a handle. Errors:
+  // bad_recording, and `why`, if given, is assigned what is wrong; too_many_recordings (6), too_many_handles,
+  // no_memory, no_thread, bad_argument (buffer_bytes), closed.
+  result<recorder> record(const record_options& options, std::string* why = nullptr);
+
   // ---- peers and events
 
   // Waits until at least one peer is connected, at most `timeout` (negative: for ever). Errors: timed_out,
@@ -213,7 +223,8 @@ class endpoint {
   std::size_t memory_unlocked_bytes() const noexcept;
 
   // Waits up to `drain` until everything published so far is written, sends the peers a close frame, and
-  // stops the service thread. Handles say errc::closed from then on. Errors: timed_out (something was not
+  // stops the service thread. Each recording that is under way has up to 10 s more to write what it has.
+  // Handles say errc::closed from then on. Errors: timed_out (something was not
   // written in time; it is closed all the same).
   status close(duration drain = duration::zero());
 

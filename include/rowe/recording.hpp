@@ -9,13 +9,14 @@
 //   file->add(*odom, R"({"x":1})", rowe::wall_clock_ns());
 //   file->close(&why);
 #pragma once
+#include <concepts>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include <rowe/result.hpp>
@@ -33,9 +34,19 @@ using recording_metadata = std::map<std::string, std::string, std::less<>>;
 
 // ---- writing
 
+// A recording that is kept in memory, and written when something happens: then the files have what led to it.
+struct black_box_options {
+  rt::duration before{};                        // how far back a file goes; 0: there is no black box
+  rt::duration after = std::chrono::seconds{5}; // how long it goes on
+  std::size_t bytes = 32 << 20;                 // in memory, compressed; at least 1 MiB
+  std::uint32_t files_max = 20;                 // of each cause: the oldest ones are deleted
+  bool on_stop = true;                          // when the robot was stopped
+  bool on_lease = true;                         // when who drives fell silent
+};
+
 struct recording_options {
-  // A file, which must not be there yet; or a folder (it exists, or ends in '/'), which gets files that are
-  // called by `name` and the time of their begin: "ang-01_2026-11-30T04-09-58Z.mcap".
+  // Not empty. A file, which must not be there yet; or a folder (it exists, or ends in '/'), which gets files
+  // that are called by `name` and the time of their begin: "ang-01_2026-11-30T04-09-58Z.mcap".
   std::string path{};
   std::string name{}; // of the robot; also written into the file
   compression packed = compression::lz4;
@@ -43,8 +54,12 @@ struct recording_options {
   rt::duration split_time{};           // likewise, since its begin; 0: never
   std::uint64_t total_bytes = 0;       // of all files of this path: the oldest ones are deleted; 0: no limit
   bool sync = false;                   // each chunk lies on the disk before the next one is written
-  std::size_t buffer_bytes = 32 << 20; // of messages that wait for the disk; 1 MiB to 1 GiB
-  recording_metadata metadata{};       // written into each file, as "rowe"
+  std::size_t buffer_bytes = 32 << 20; // of messages that wait for the disk; 1 MiB to 1 GiB, rounded down
+  // to a power of two; what is longer is not recorded
+  recording_metadata metadata{}; // written into each file, as "rowe"
+  // With one, `path` is a folder. Its files are called by `name`, cause and time:
+  // "ang-01-stop_2026-11-30T04-09-58Z.mcap"; `split_bytes`, `split_time` and `total_bytes` do not count.
+  black_box_options black_box{};
 };
 
 // What a recording has done so far.
@@ -55,6 +70,7 @@ struct recording_figures {
   std::uint64_t messages = 0;  // that were written
   std::uint64_t bytes = 0;     // of all files, as they lie on the disk
   std::uint64_t lost = 0;      // there was no room in the buffer, or the disk took them no more
+  std::uint64_t retained = 0;  // bytes in the memory of a black box
   std::uint64_t waiting = 0;   // bytes in the buffer
   std::uint64_t disk_free = 0; // bytes that are free where the file is
   std::string fault;           // why nothing is written now; empty: all is well
@@ -115,7 +131,78 @@ class recording_writer {
   std::unique_ptr<parts> parts_;
 };
 
+// ---- recording an endpoint
+
+struct record_options {
+  recording_options file{}; // with an empty `name`, that of the endpoint
+  // Names of topics: `*` stands for any text without a slash, `**` for any text. None: all topics, those of
+  // the endpoint below /rowe/ included, which say when it was stopped, who drove, and what was lost.
+  std::vector<std::string> topics{};
+  std::vector<std::string> exclude{}; // likewise; what is described here is not recorded, but for the two
+                                      // topics by which a black box learns what happens
+};
+
+// Records what is published on an endpoint, by this process or by peers: endpoint::record() makes one. The
+// service thread copies each message into the buffer, and a thread of the recorder writes it. So no loop, and
+// no peer, waits for the disk; what the buffer has no room for is counted, and the file says so. Set-up calls
+// and queries, from any thread, one at a time.
+class recorder {
+ public:
+  recorder() noexcept; // none: calls say misuse, or nothing
+  recorder(recorder&&) noexcept;
+  recorder& operator=(recorder&&) noexcept;
+  ~recorder(); // close()
+
+  explicit operator bool() const noexcept { return parts_ != nullptr; }
+
+  // Of an endpoint that connects: subscribes to a topic there, if the options want it to be recorded; without
+  // that, what its handles subscribe to is recorded. A black box there learns what happens only if it
+  // subscribes to /rowe/stop/state and /rowe/control/state. `schema`: of its messages; it has to stay valid
+  // until the recorder is closed; null: it is not known. Takes a handle. Errors: as endpoint::subscribe().
+  status subscribe(std::string_view topic, std::string_view type = {},
+                   const schema_description* schema = nullptr);
+
+  // Files of the same name that an earlier program did not end: repair_recording() does it.
+  std::vector<std::string> unended() const;
+  // Of a black box: writes what it retains, and what comes for a while (`after`). `cause` stands in the file.
+  // Returns at once. Errors: misuse (it is none).
+  status snapshot(std::string_view cause = {});
+  recording_figures figures() const;
+  // Waits until what the service thread has taken is written, at most `timeout` (negative: for ever). Values
+  // that still wait for that thread are not among it. Errors: timed_out; bad_recording (see figures().fault),
+  // misuse, forked.
+  status flush(rt::duration timeout);
+  // Ends the recording and its file. Waits for the disk. Errors: bad_recording, and `why` is assigned what is
+  // wrong.
+  status close(std::string* why = nullptr);
+
+ private:
+  friend class endpoint;
+  struct parts;
+  explicit recorder(std::unique_ptr<parts> made) noexcept;
+  std::unique_ptr<parts> parts_;
+};
+
 // ---- reading
+
+// Who is told how many bytes of a file were read, and of how many: anything that is called with both. It is
+// referred to, and called by the function that it is given to, on the same thread.
+class recording_progress {
+ public:
+  recording_progress() noexcept = default; // nobody
+  template <std::invocable<std::uint64_t, std::uint64_t> Tell>
+  recording_progress(Tell&& tell) noexcept // NOLINT(google-explicit-constructor): a lambda is given
+      : to_{const_cast<void*>(static_cast<const void*>(std::addressof(tell)))},
+        tell_{[](void* to, std::uint64_t bytes, std::uint64_t of) {
+          (*static_cast<std::remove_reference_t<Tell>*>(to))(bytes, of);
+        }} {}
+  explicit operator bool() const noexcept { return tell_ != nullptr; }
+  void operator()(std::uint64_t bytes, std::uint64_t of) const { tell_(to_, bytes, of); }
+
+ private:
+  void* to_ = nullptr;
+  void (*tell_)(void* to, std::uint64_t bytes, std::uint64_t of) = nullptr;
+};
 
 struct recorded_topic {
   std::string name;
@@ -167,9 +254,8 @@ class recording_reader {
  public:
   // `on_progress` is told how many bytes were read, and of how many, where a whole file has to be looked
   // through because its summary is missing. Errors: bad_recording, and `why` is assigned what is wrong.
-  static result<recording_reader>
-  open(const std::string& path, std::string* why = nullptr,
-       const std::function<void(std::uint64_t bytes, std::uint64_t of)>& on_progress = {});
+  static result<recording_reader> open(const std::string& path, std::string* why = nullptr,
+                                       recording_progress on_progress = {});
   recording_reader(recording_reader&&) noexcept;
   recording_reader& operator=(recording_reader&&) noexcept;
   ~recording_reader();
@@ -194,7 +280,7 @@ class recording_reader {
   // these places (empty: all).
   struct selection {
     std::int64_t from_ns = 0;
-    std::int64_t until_ns = std::numeric_limits<std::int64_t>::max(); // the last possible time is included
+    std::int64_t until_ns = (std::numeric_limits<std::int64_t>::max)(); // the last possible time is included
     std::vector<std::size_t> topics{};
   };
   void select(const selection& wanted);
@@ -220,8 +306,7 @@ struct recording_repair {
 // Makes a recording whole that its program left without an end, or that is damaged. What lacks only its end
 // gets one. What is damaged elsewhere is copied without the damaged parts, to NAME.repaired.mcap. Either is
 // read back before it counts as done. Errors: bad_recording, and `why` is assigned what is wrong.
-result<recording_repair>
-repair_recording(const std::string& path, std::string* why = nullptr,
-                 const std::function<void(std::uint64_t bytes, std::uint64_t of)>& on_progress = {});
+result<recording_repair> repair_recording(const std::string& path, std::string* why = nullptr,
+                                          recording_progress on_progress = {});
 
 } // namespace rowe

@@ -50,6 +50,7 @@ namespace rowe {
   X(type_conflict, "the topic exists with another type (an event names both)")                               \
   X(too_many_latches, "%v stop latches exist; the limit is %l")                                              \
   X(too_many_leases, "%v topics with a lease exist; the limit is %l")                                        \
+  X(too_many_recordings, "%v recordings are under way; the limit is %l")                                     \
   X(no_memory, "cannot allocate or lock %v bytes of memory (limit %l)")                                      \
   X(no_thread, "the service thread cannot be started (errno %v)")                                            \
   X(expired, "the time to live passed before it was sent")                                                   \

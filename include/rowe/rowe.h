@@ -76,7 +76,8 @@ extern "C" {
   X(44, not_utf8)          /* a name that is not UTF-8 */                                                    \
   X(45, control_character) /* a name with one of them */                                                     \
   X(46, too_many_leases)   /* topics with a lease_ms */                                                      \
-  X(47, bad_recording)     /* a file that cannot be written or read */
+  X(47, bad_recording)     /* a file that cannot be written or read */                                       \
+  X(48, too_many_recordings)
 // clang-format on
 
 enum rowe_error {

@@ -125,11 +125,13 @@ status check_request(const pair_request& asked, const endpoint_options& options)
     }
     return in_range(argument::loop_timeout, asked.loop_timeout, 1ms, longest_loop_timeout);
   }
+  if (asked.kind == pair_kind::record) return {};
   const std::size_t most{name_bytes_max};
   if (const status ok = in_range(argument::name, asked.name.size(), std::size_t{1}, most); !ok) return ok;
   if (const status ok = check_text(argument::name, asked.name); !ok) return ok;
   if (const status ok = in_range(argument::type, asked.type.size(), std::size_t{0}, most); !ok) return ok;
   if (const status ok = check_text(argument::type, asked.type); !ok) return ok;
+  if (asked.kind == pair_kind::listen) return {};
   // A responder's `out` is derived from its `in`; a caller's queues are equally deep.
   const std::uint32_t depth = asked.in_depth != 0 || responds(asked.kind) || subscribes(asked.kind)
                                   ? asked.in_depth

@@ -12,6 +12,7 @@
 #include <rowe/detail/calls.hpp>
 
 #include "api/check_options.hpp"
+#include "api/endpoint_recorder.hpp"
 #include "api/forks.hpp"
 #include "page/page.hpp"
 #include "service/base/service_limits.hpp"
@@ -293,6 +294,7 @@ status endpoint_state::close(duration drain) noexcept {
   stops_->end();
   submissions_->finish();
   shared_->parameters.end();
+  for (endpoint_recorder* const one : recorders_) one->finish(endpoint_recorder::closing_time_max);
   for (queue_pair& one : pairs_) {
     one.audience.close();
     count_left(one);

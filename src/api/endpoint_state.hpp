@@ -37,6 +37,8 @@ class kernel_entropy final : public service::entropy {
   void fill(std::span<std::byte> bytes) noexcept override;
 };
 
+class endpoint_recorder;
+
 class endpoint_state {
  public:
   // Takes all memory and starts the service thread. Errors: no_memory, no_thread, bad_argument.
@@ -53,6 +55,12 @@ class endpoint_state {
 
   result<queue_pair*> open_pair(const pair_request& asked);
   void close_pair(queue_pair& gone) noexcept;
+  // From then on the recorder hears what is published, until end_recording() returns: it waits for the
+  // service thread. Errors: too_many_recordings, too_many_handles, closed.
+  result<queue_pair*> begin_recording(endpoint_recorder& by);
+  void end_recording(queue_pair& gone, endpoint_recorder& by) noexcept;
+  std::size_t topics_max() const noexcept { return options_.limits.topics_max; }
+  const std::string& name() const noexcept { return name_; }
   result<parameter_cell*> open_parameter(const parameter_request& asked);
   void close_parameter(parameter_cell& gone) noexcept;
   // Has the service thread look at queue pairs and submissions now. Any thread.
@@ -121,6 +129,7 @@ class endpoint_state {
   std::vector<bool> pair_locked_;   // of the queue pair with the same index
   std::vector<pair_codecs> codecs_; // of the queue pair with the same index
   std::vector<bool> given_up_;      // likewise: release_pairs() has waited for it in vain
+  std::vector<endpoint_recorder*> recorders_;
   service::submission_queue* submissions_ = nullptr;
   service::shared_inbox* inbox_ = nullptr;
   std::optional<local_stops> stops_;

@@ -153,6 +153,7 @@ void build_pair(queue_pair& built, const pair_request& asked,
   built.decoder = nullptr;
   built.granted = nullptr;
   built.loop_timeout = asked.loop_timeout;
+  built.sink = asked.sink;
   built.latch.reset();
   built.user = {};
   built.service = {};
@@ -209,7 +210,7 @@ result<pair_codecs> pair_codecs::compile(const pair_request& asked, const limits
         made.other->ros1.emplace(std::move(ros1).value());
     }
   }
-  if (asked.decoded != nullptr) {
+  if (asked.decoded != nullptr && asked.kind != pair_kind::listen) {
     auto decoder =
         json::decoder::compile(*asked.decoded, asked.fill_missing ? json::decoder::missing::filled
                                                                   : json::decoder::missing::refused);

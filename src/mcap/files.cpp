@@ -50,10 +50,11 @@ bool file_sink::truncate(std::uint64_t bytes) {
   return check(::ftruncate(file_.number(), end) == 0 && ::lseek(file_.number(), end, SEEK_SET) == end);
 }
 
-bool file_sink::close() {
+bool file_sink::close(bool waits) {
   const int number = file_.number();
   if (number < 0) return true;
-  const bool done = ::fsync(number) == 0 || errno == EINVAL || errno == EROFS; // what is no file has no sync
+  const bool done =
+      !waits || ::fsync(number) == 0 || errno == EINVAL || errno == EROFS; // what is no file has no sync
   file_ = descriptor{};
   return check(done);
 }

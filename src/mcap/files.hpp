@@ -37,7 +37,8 @@ class file_sink final : public sink {
   bool sync();
   // Cuts it off there; what is written from now on stands behind.
   bool truncate(std::uint64_t bytes);
-  bool close();
+  // `waits`: until it lies on the disk.
+  bool close(bool waits = true);
   int error() const noexcept { return error_; } // the first one; 0: none
   std::string why() const;                      // in words
 

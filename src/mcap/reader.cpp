@@ -196,7 +196,7 @@ const message* reader::next() {
     at = earliest();
   }
   if (at == opened_.end()) return nullptr;
-  const writer::placed_message& placed = at->messages[at->at++];
+  const placed_message& placed = at->messages[at->at++];
   std::string_view from = std::string_view{at->records}.substr(placed.offset);
   current_ = *read_message(next_record(from)->content); // it was read before
   return &current_;
@@ -214,7 +214,7 @@ void reader::open_piece_at(std::size_t number) {
       damaged_.push_back({one.offset, one.bytes, std::move(why)});
     return;
   }
-  std::erase_if(made.messages, [this](const writer::placed_message& each) {
+  std::erase_if(made.messages, [this](const placed_message& each) {
     const bool in_time = each.logged_ns >= wanted_.begin_ns && each.logged_ns <= wanted_.end_ns;
     return !in_time || (!wanted_.channels.empty() && !wanted_.channels.contains(each.channel));
   });

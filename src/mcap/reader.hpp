@@ -60,7 +60,7 @@ class reader {
   struct open_piece {
     std::uint64_t offset = 0;
     std::string records;
-    std::vector<writer::placed_message> messages; // the wanted ones, by time
+    std::vector<placed_message> messages; // the wanted ones, by time
     std::size_t at = 0;
     std::uint64_t next_ns() const noexcept { return messages[at].logged_ns; }
   };

@@ -137,7 +137,7 @@ class repairer {
   const std::string& path_;
   const std::function<void(std::uint64_t, std::uint64_t)>& on_progress_;
   repair_result done_;
-  std::vector<writer::placed_message> last_messages_;
+  std::vector<placed_message> last_messages_;
 };
 
 } // namespace

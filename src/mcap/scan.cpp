@@ -196,7 +196,7 @@ class scanner {
     scan_visitor inner;
     inner.on_schema = [this](const schema& one) { add(found_.all.schemas, one, tell_.on_schema); };
     inner.on_channel = [this](const channel& one) { add(found_.all.channels, one, tell_.on_channel); };
-    std::vector<writer::placed_message> again;
+    std::vector<placed_message> again;
     (void)list_messages(records_, again, inner);
     const auto head = read_chunk_head(content);
     chunk_index index{.offset = at_,
@@ -205,7 +205,7 @@ class scanner {
                       .compressed_bytes = head->first.packed_bytes,
                       .plain_bytes = head->first.plain_bytes};
     std::set<channel_number> channels;
-    for (const writer::placed_message& one : placed_) {
+    for (const placed_message& one : placed_) {
       index.times.add(one.logged_ns);
       count(one.channel, one.logged_ns);
       if (channels.insert(one.channel).second) index.indexes.emplace_back(one.channel, 0);
@@ -296,7 +296,7 @@ class scanner {
   findings found_;
   decompressor unpacks_;
   std::string records_;
-  std::vector<writer::placed_message> placed_;
+  std::vector<placed_message> placed_;
   std::uint64_t at_ = 0;
   bool data_ended_ = false;
   bool ended_ = false;
@@ -325,8 +325,7 @@ std::string unpack_chunk(std::string_view content, decompressor& by, std::string
   return {};
 }
 
-bool list_messages(std::string_view records, std::vector<writer::placed_message>& into,
-                   const scan_visitor& tell) {
+bool list_messages(std::string_view records, std::vector<placed_message>& into, const scan_visitor& tell) {
   for (std::string_view rest = records; !rest.empty();) {
     const std::size_t at = records.size() - rest.size();
     const auto one = next_record(rest);

@@ -53,8 +53,7 @@ struct scan_visitor {
   std::function<void(const schema&)> on_schema{};
   std::function<void(const channel&)> on_channel{};
   // With the whole record, and where its messages lie in its plain records.
-  std::function<void(const chunk_index&, std::string_view, const std::vector<writer::placed_message>&)>
-      on_chunk{};
+  std::function<void(const chunk_index&, std::string_view, const std::vector<placed_message>&)> on_chunk{};
   std::function<void(const message&)> on_loose_message{};
   std::function<void(const attachment_index&, std::string_view)> on_attachment{};
   std::function<void(const metadata_index&, std::string_view)> on_metadata{};
@@ -69,7 +68,7 @@ findings scan(source& from, const scan_visitor& tell = {});
 std::string unpack_chunk(std::string_view content, decompressor& by, std::string& records);
 
 // The messages in records, by their places; what describes them is told. False: they are damaged.
-bool list_messages(std::string_view records, std::vector<writer::placed_message>& into,
+bool list_messages(std::string_view records, std::vector<placed_message>& into,
                    const scan_visitor& tell = {});
 
 } // namespace rowe::mcap

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "mcap/check_sum.hpp"
 #include "mcap/record_writer.hpp"
 
 namespace rowe::mcap {
@@ -24,7 +23,7 @@ std::string key_of(Record one) {
 
 } // namespace
 
-writer::writer(sink& to, writer_options chosen) : to_{to}, chosen_{std::move(chosen)}, packs_{chosen_.how} {
+writer::writer(sink& to, writer_options chosen) : to_{to}, chosen_{std::move(chosen)}, chunk_{chosen_.how} {
   out_.assign(magic);
   record_writer into{out_};
   write_header(into, chosen_.profile, chosen_.library);
@@ -34,7 +33,7 @@ writer::writer(sink& to, writer_options chosen) : to_{to}, chosen_{std::move(cho
 writer::writer(sink& to, writer_options chosen, std::uint64_t bytes, summary so_far)
     : to_{to},
       chosen_{std::move(chosen)},
-      packs_{chosen_.how},
+      chunk_{chosen_.how},
       all_{std::move(so_far)},
       bytes_{bytes},
       whole_bytes_{bytes} {
@@ -46,15 +45,16 @@ std::optional<schema_number> writer::add_schema(std::string_view name, std::stri
                                                 std::string_view data) {
   schema one{.name = std::string{name}, .encoding = std::string{encoding}, .data = std::string{data}};
   const auto [at, is_new] = schema_of_.try_emplace(key_of(one), schema_number{0});
-  if (!is_new) return at->second;
+  if (!is_new && at->second != 0) return at->second;
   if (all_.schemas.size() == numbers_max) {
     schema_of_.erase(at);
     return {};
   }
-  at->second = one.id = static_cast<schema_number>(all_.schemas.size() + 1);
+  one.id = static_cast<schema_number>(all_.schemas.size() + 1);
+  all_.schemas.emplace(one.id, one);
+  at->second = one.id;
   put_record(one);
-  all_.schemas.emplace(one.id, std::move(one));
-  return at->second;
+  return one.id;
 }
 
 std::optional<channel_number> writer::add_channel(schema_number schema, std::string_view topic,
@@ -62,15 +62,16 @@ std::optional<channel_number> writer::add_channel(schema_number schema, std::str
   channel one{
       .schema = schema, .topic = std::string{topic}, .encoding = std::string{encoding}, .metadata = metadata};
   const auto [at, is_new] = channel_of_.try_emplace(key_of(one), channel_number{0});
-  if (!is_new) return at->second;
+  if (!is_new && at->second != 0) return at->second;
   if (all_.channels.size() == numbers_max) {
     channel_of_.erase(at);
     return {};
   }
-  at->second = one.id = static_cast<channel_number>(all_.channels.size() + 1);
+  one.id = static_cast<channel_number>(all_.channels.size() + 1);
+  all_.channels.emplace(one.id, one);
+  at->second = one.id;
   put_record(one);
-  all_.channels.emplace(one.id, std::move(one));
-  return at->second;
+  return one.id;
 }
 
 // Not in a chunk: so no damage to one makes others unreadable.
@@ -83,71 +84,27 @@ void writer::put_record(const Record& one) {
 }
 
 void writer::add(const message& one) {
-  placed_.push_back({one.channel, one.logged_ns, gathered_.size()});
-  record_writer into{gathered_};
-  write(into, one);
-  times_.add(one.logged_ns);
-  ++gathered_messages_;
-  if (gathered_.size() >= chosen_.chunk_bytes) end_chunk();
+  chunk_.add(one);
+  if (chunk_.bytes() >= chosen_.chunk_bytes) end_chunk();
 }
 
 void writer::end_chunk() {
-  if (gathered_.empty()) return;
-  chunk_index index{.times = times_,
-                    .offset = bytes_,
-                    .compression = std::string{name_of(chosen_.how)},
-                    .plain_bytes = gathered_.size()};
+  if (chunk_.empty()) return;
   out_.clear();
-  record_writer into{out_};
-  into.begin(opcode::chunk);
-  into.time(times_);
-  into.number(index.plain_bytes);
-  into.number(check_sum(gathered_));
-  into.text(index.compression);
-  const std::size_t length_at = out_.size();
-  into.number(std::uint64_t{0});
-  packs_.append(out_, gathered_);
-  index.compressed_bytes = out_.size() - length_at - sizeof(std::uint64_t);
-  into.patch(length_at, index.compressed_bytes);
-  into.end();
-  index.bytes = out_.size();
-  append_indexes(index, placed_, index.offset);
+  std::vector<placed_message> messages;
+  chunk_index index = chunk_.finish(out_, bytes_, messages);
   put(out_);
-  if (writes_) {
-    all_.counts.messages += gathered_messages_;
-    all_.counts.times.add(times_);
-    ++all_.counts.chunks;
-    for (const placed_message& one : placed_) ++all_.counts.messages_of[one.channel];
-    all_.chunks.push_back(std::move(index));
-  }
-  gathered_.clear();
-  placed_.clear();
-  times_ = {};
-  gathered_messages_ = 0;
+  if (writes_) note_chunk(std::move(index), messages);
 }
 
-// A message index for each channel, behind what is in `out_`, which will lie at `out_at`.
-void writer::append_indexes(chunk_index& of, std::vector<placed_message>& messages, std::uint64_t out_at) {
-  std::stable_sort(messages.begin(), messages.end(), [](const placed_message& a, const placed_message& b) {
-    return std::pair{a.channel, a.logged_ns} < std::pair{b.channel, b.logged_ns};
-  });
-  const std::size_t begin = out_.size();
-  record_writer into{out_};
-  for (auto first = messages.begin(); first != messages.end();) {
-    const auto last = std::find_if(
-        first, messages.end(), [first](const placed_message& one) { return one.channel != first->channel; });
-    of.indexes.emplace_back(first->channel, out_at + out_.size());
-    into.begin(opcode::message_index);
-    into.number(first->channel);
-    into.list([&] {
-      for (; first != last; ++first) {
-        into.number(first->logged_ns);
-        into.number(first->offset);
-      }
-    });
-    into.end();
-  }
-  of.indexes_bytes = out_.size() - begin;
+void writer::note_chunk(chunk_index index, const std::vector<placed_message>& messages) {
+  all_.counts.messages += messages.size();
+  all_.counts.times.add(index.times);
+  ++all_.counts.chunks;
+  for (const placed_message& one : messages) ++all_.counts.messages_of[one.channel];
+  index_entries_ += index.indexes.size();
+  index.indexes.shrink_to_fit();
+  all_.chunks.push_back(std::move(index));
 }
 
 void writer::add_metadata(std::string_view name, const text_map& values) {
@@ -209,7 +166,7 @@ void writer::index_last_chunk(std::vector<placed_message> messages) {
   chunk_index& of = all_.chunks.back();
   of.indexes.clear();
   out_.clear();
-  append_indexes(of, messages, bytes_);
+  chunk_builder::append_indexes(out_, of, messages, bytes_);
   put(out_);
 }
 
@@ -218,16 +175,10 @@ void writer::copy(chunk_index of, std::string_view whole_record, std::vector<pla
   of.offset = bytes_;
   of.indexes.clear();
   out_.assign(whole_record);
-  append_indexes(of, messages, of.offset);
+  chunk_builder::append_indexes(out_, of, messages, of.offset + out_.size());
   put(out_);
   if (!writes_) return;
-  all_.counts.messages += messages.size();
-  ++all_.counts.chunks;
-  for (const placed_message& one : messages) {
-    all_.counts.times.add(one.logged_ns);
-    ++all_.counts.messages_of[one.channel];
-  }
-  all_.chunks.push_back(std::move(of));
+  note_chunk(std::move(of), messages);
 }
 
 } // namespace rowe::mcap

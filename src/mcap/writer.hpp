@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "mcap/chunk_builder.hpp"
 #include "mcap/compression.hpp"
 #include "mcap/format.hpp"
 #include "mcap/sink.hpp"
@@ -52,8 +53,8 @@ class writer {
   bool writes() const noexcept { return writes_; }
   std::uint64_t bytes() const noexcept { return bytes_; }             // that the sink was given
   std::uint64_t whole_bytes() const noexcept { return whole_bytes_; } // with the last record that it took
-  std::size_t gathered_bytes() const noexcept { return gathered_.size(); }
-  std::uint64_t messages() const noexcept { return all_.counts.messages + gathered_messages_; }
+  std::size_t gathered_bytes() const noexcept { return chunk_.bytes(); }
+  std::uint64_t messages() const noexcept { return all_.counts.messages + chunk_.messages().size(); }
 
   // ---- for repair: what another file holds, as it is there
 
@@ -62,11 +63,6 @@ class writer {
   void copy(const metadata_index& of, std::string_view whole_record);
   // A whole chunk; of `of` the offsets are those of the other file. `messages` are what it holds, in their
   // order, by the offset of each in its plain records.
-  struct placed_message {
-    channel_number channel;
-    std::uint64_t logged_ns;
-    std::uint64_t offset;
-  };
   void copy(chunk_index of, std::string_view whole_record, std::vector<placed_message> messages);
   // The message index of the chunk that was written last, if the file ends behind that.
   void index_last_chunk(std::vector<placed_message> messages);
@@ -74,24 +70,23 @@ class writer {
   void copy(const channel& one);
 
   const summary& written() const noexcept { return all_; }
+  // How many channels all chunks have together: each takes 16 bytes in memory, and in the file's summary.
+  std::uint64_t index_entries() const noexcept { return index_entries_; }
 
  private:
   void put(std::string_view bytes);
   template <class Record>
   void put_record(const Record& one);
-  void append_indexes(chunk_index& of, std::vector<placed_message>& messages, std::uint64_t out_at);
+  void note_chunk(chunk_index index, const std::vector<placed_message>& messages);
 
   sink& to_;
   writer_options chosen_;
-  compressor packs_;
+  chunk_builder chunk_;
   summary all_;
   std::map<std::string, schema_number, std::less<>> schema_of_;   // by all that it says
   std::map<std::string, channel_number, std::less<>> channel_of_; // likewise
-  std::string gathered_;                                          // the plain records of a chunk
-  std::vector<placed_message> placed_;
-  time_span times_; // of these
-  std::uint64_t gathered_messages_ = 0;
   std::string out_;
+  std::uint64_t index_entries_ = 0;
   std::uint64_t bytes_ = 0;
   std::uint64_t whole_bytes_ = 0;
   bool writes_ = true;

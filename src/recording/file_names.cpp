@@ -65,7 +65,7 @@ file_names::file_names(std::string_view path, std::string_view robot) {
 
 std::string file_names::name(std::int64_t begin_ns, std::uint32_t attempt) const {
   std::string text = (folder_ == "./" ? "" : folder_) + stem_;
-  if (in_folder_) text += stamp_of(begin_ns);
+  if (in_folder_) text += std::max(stamp_of(begin_ns), newest_);
   if (attempt != 0) text += '_' + std::to_string(attempt + 1);
   return text.append(ending);
 }
@@ -92,11 +92,13 @@ std::vector<recorded_file> file_names::there() const {
   for (fs::directory_iterator at{folder_, wrong}; !wrong && at != fs::directory_iterator{};
        at.increment(wrong)) {
     std::error_code gone; // meanwhile
-    place ignored;
+    place at_time;
     const std::string file = at->path().filename().string();
-    if (!read(file, ignored) || !at->is_regular_file(gone)) continue;
+    if (!read(file, at_time) || !at->is_regular_file(gone)) continue;
     const std::uint64_t bytes = at->file_size(gone);
-    if (!gone) found.emplace_back(file, bytes);
+    if (gone) continue;
+    found.emplace_back(file, bytes);
+    newest_ = std::max(newest_, std::string{at_time.stamp});
   }
   std::ranges::sort(found, {}, [this](const auto& one) {
     place at;

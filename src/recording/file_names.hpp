@@ -21,7 +21,9 @@ class file_names {
 
   bool in_folder() const noexcept { return in_folder_; }
   const std::string& folder() const noexcept { return folder_; } // with a slash at the end
-  // The `attempt`th name (from 0 on) for a file that begins then.
+  // The `attempt`th name (from 0 on) for a file that begins then. In a folder it is not before those that are
+  // there already, as of the last call of there(): where a clock begins in the past, new files stay the
+  // newest.
   std::string name(std::int64_t begin_ns, std::uint32_t attempt) const;
   // What has such a name, the oldest first.
   std::vector<recorded_file> there() const;
@@ -36,7 +38,8 @@ class file_names {
 
   bool in_folder_;
   std::string folder_;
-  std::string stem_; // "ang-01_", or "run"
+  std::string stem_;           // "ang-01_", or "run"
+  mutable std::string newest_; // the latest stamp that is there
 };
 
 // Whether a file ends as a recording does whose program ended it.

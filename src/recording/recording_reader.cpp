@@ -3,6 +3,7 @@
 #include <rowe/recording.hpp>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <utility>
 
@@ -41,9 +42,8 @@ recording_reader::recording_reader(recording_reader&&) noexcept = default;
 recording_reader& recording_reader::operator=(recording_reader&&) noexcept = default;
 recording_reader::~recording_reader() = default;
 
-result<recording_reader>
-recording_reader::open(const std::string& path, std::string* why,
-                       const std::function<void(std::uint64_t bytes, std::uint64_t of)>& on_progress) {
+result<recording_reader> recording_reader::open(const std::string& path, std::string* why,
+                                                recording_progress on_progress) {
   const auto fail = [&](const std::string& reason) {
     if (why != nullptr) *why = path + ": " + reason;
     return errc::bad_recording;
@@ -154,10 +154,11 @@ const recorded_message* recording_reader::next() {
 
 // ---- repair
 
-result<recording_repair>
-repair_recording(const std::string& path, std::string* why,
-                 const std::function<void(std::uint64_t bytes, std::uint64_t of)>& on_progress) {
-  mcap::repair_result done = mcap::repair(path, on_progress);
+result<recording_repair> repair_recording(const std::string& path, std::string* why,
+                                          recording_progress on_progress) {
+  std::function<void(std::uint64_t, std::uint64_t)> progress;
+  if (on_progress) progress = on_progress;
+  mcap::repair_result done = mcap::repair(path, progress);
   if (!done.wrong.empty()) {
     if (why != nullptr) *why = path + ": " + done.wrong;
     return errc::bad_recording;

@@ -21,7 +21,8 @@ using recording::record_kind;
 
 namespace {
 constexpr std::size_t topic_texts_max = 256 * 1024;
-}
+constexpr std::uint32_t topics_max = 4096;
+} // namespace
 
 std::int64_t wall_clock_ns() noexcept {
   return std::chrono::nanoseconds{std::chrono::system_clock::now().time_since_epoch()}.count();
@@ -34,12 +35,17 @@ struct recording_writer::parts {
 
 recording_writer::recording_writer(std::unique_ptr<parts> made) noexcept : parts_{std::move(made)} {}
 recording_writer::recording_writer(recording_writer&&) noexcept = default;
-recording_writer& recording_writer::operator=(recording_writer&&) noexcept = default;
-recording_writer::~recording_writer() = default;
+recording_writer& recording_writer::operator=(recording_writer&& from) noexcept {
+  if (this == &from) return *this;
+  (void)close(); // as the destructor
+  parts_ = std::move(from.parts_);
+  return *this;
+}
+recording_writer::~recording_writer() { (void)close(); } // who wants to know what is wrong closes it first
 
 result<recording_writer> recording_writer::create(const recording_options& options, std::string* why) {
   try {
-    auto started = recording::recorder::start(options, why);
+    auto started = recording::recorder::start(options, topics_max, why);
     if (!started) return started.error();
     return recording_writer{std::make_unique<parts>(parts{.to = std::move(started).value()})};
   } catch (const std::bad_alloc&) {
@@ -50,8 +56,7 @@ result<recording_writer> recording_writer::create(const recording_options& optio
 result<recording_writer::topic_number>
 recording_writer::add_topic(std::string_view topic, std::string_view type, std::string_view schema) {
   if (!parts_ || parts_->to->closed()) return errc::closed;
-  if (parts_->topics == recording::topics_max)
-    return error{errc::too_many_topics, parts_->topics, recording::topics_max};
+  if (parts_->topics == topics_max) return error{errc::too_many_topics, parts_->topics, topics_max};
   const std::size_t bytes = topic.size() + type.size() + schema.size();
   if (bytes > topic_texts_max) return error{errc::too_big, static_cast<std::int64_t>(bytes), topic_texts_max};
   std::array<std::uint32_t, 3> lengths{static_cast<std::uint32_t>(topic.size()),

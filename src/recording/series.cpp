@@ -8,21 +8,9 @@
 
 #include <unistd.h>
 
-#include "json/writing/writer.hpp"
+#include "recording/losses.hpp"
 
 namespace rowe::recording {
-namespace {
-
-constexpr std::string_view losses_topic = "/rowe/record/lost";
-constexpr std::string_view losses_type = "rowe/RecordLoss";
-constexpr std::string_view losses_schema =
-    R"({"type":"object","title":"rowe/RecordLoss","properties":{"topic":{"type":"string"},)"
-    R"("messages":{"type":"integer"}},"required":["topic","messages"]})";
-// What has no schema of its own, in place of one: programs that show recordings want one.
-constexpr std::string_view any_schema = R"({"type":"object"})";
-
-} // namespace
-
 series::series(recording_options chosen)
     : chosen_{std::move(chosen)},
       names_{chosen_.path, chosen_.name},
@@ -83,7 +71,8 @@ bool series::open_one(const std::string& path, rt::time_point now) {
 
 void series::end_file() {
   file_->writes->end();
-  if (!file_->writes->writes() || !file_->to.close()) return lose_file();
+  if (!file_->writes->writes() || !file_->to.close(chosen_.sync)) return lose_file();
+  lost_ += file_->added - file_->writes->messages(); // none, but where there was no memory
   messages_ += file_->writes->messages();
   bytes_ += file_->writes->bytes();
   ended_.push_back({file_->path, file_->writes->bytes()});
@@ -103,7 +92,7 @@ void series::lose_file() {
     bytes = ends.bytes();
   else
     (void)file_->to.truncate(bytes);
-  (void)file_->to.close(); // there is a fault already
+  (void)file_->to.close(chosen_.sync); // there is a fault already
   messages_ += whole.counts.messages;
   bytes_ += bytes;
   ended_.push_back({file_->path, bytes});
@@ -118,7 +107,9 @@ void series::delete_oldest() {
     const bool too_many = all > chosen_.total_bytes;
     const bool too_full = !file_ && disk_free(names_.folder()) < disk_free_min;
     if (!too_many && !too_full) return;
-    if (::unlink(ended_.front().path.c_str()) == 0) ++deleted_;
+    const bool gone = ::unlink(ended_.front().path.c_str()) == 0;
+    if (!gone && errno != ENOENT) return; // it may be possible later
+    deleted_ += gone ? 1U : 0U;
     all -= ended_.front().bytes;
     ended_.erase(ended_.begin());
   }
@@ -127,16 +118,33 @@ void series::delete_oldest() {
 void series::split_if_due(rt::time_point now) {
   const bool has_bytes = chosen_.split_bytes != 0 && file_->writes->bytes() >= chosen_.split_bytes;
   const bool has_time = chosen_.split_time > rt::duration{0} && now - file_->began >= chosen_.split_time;
-  if (!has_bytes && !has_time && file_->writes->written().chunks.size() < chunks_max) return;
+  const bool has_chunks = file_->writes->written().chunks.size() >= chunks_max ||
+                          file_->writes->index_entries() >= index_entries_max;
+  if (!has_bytes && !has_time && !has_chunks) return;
   end_file();
   if (fault_.empty()) (void)open_next(now); // fault_ says what is wrong
+}
+
+// What no file had room for, in the first one that has.
+void series::say_lost() {
+  const std::int64_t now_ns = wall_clock_ns();
+  for (topic& one : topics_) {
+    if (one.unsaid == 0 || !file_) continue;
+    write(losses_, loss_text(one.name, std::exchange(one.unsaid, 0)), now_ns, now_ns);
+  }
 }
 
 // ---- messages
 
 void series::set_topic(std::uint32_t number, std::string name, std::string type, std::string schema) {
   if (topics_.size() <= number) topics_.resize(std::size_t{number} + 1);
-  topics_[number] = {.name = std::move(name), .type = std::move(type), .schema = std::move(schema)};
+  topic& its = topics_[number];
+  if (its.name == name && its.type == type && its.schema == schema) return;
+  topic made;
+  made.name = std::move(name);
+  made.type = std::move(type);
+  made.schema = std::move(schema);
+  its = std::move(made);
 }
 
 bool series::give_channel(topic& to) {
@@ -153,9 +161,14 @@ bool series::give_channel(topic& to) {
 }
 
 void series::write(topic& of, std::string_view json, std::int64_t logged_ns, std::int64_t published_ns) {
-  if (of.channel == 0 && !give_channel(of)) {
-    ++lost_;
-    return;
+  if (of.channel == 0 && !give_channel(of)) { // a file has no more than 65 535
+    const rt::time_point began = file_->began;
+    end_file();
+    if (!fault_.empty() || !open_next(began) || !give_channel(of)) {
+      ++lost_;
+      ++of.unsaid;
+      return;
+    }
   }
   file_->writes->add({.channel = of.channel,
                       .sequence = of.sequence++,
@@ -169,22 +182,25 @@ void series::write(topic& of, std::string_view json, std::int64_t logged_ns, std
 
 void series::add(std::uint32_t number, std::string_view json, std::int64_t logged_ns,
                  std::int64_t published_ns) {
+  if (number >= topics_.size()) { // there was no memory for what describes it
+    ++lost_;
+    return;
+  }
   if (!file_) {
     ++lost_;
+    ++topics_[number].unsaid;
     return;
   }
   write(topics_[number], json, logged_ns, published_ns);
 }
 
 void series::note_lost(std::uint32_t number, std::uint64_t count, std::int64_t logged_ns) {
-  if (!file_) return;
-  std::string json(topics_[number].name.size() * 6 + 64, '\0'); // each byte escaped
-  json::writer out{json};
-  out.begin_object();
-  out.member("topic", topics_[number].name);
-  out.member("messages", count);
-  out.end_object();
-  write(losses_, out.text(), logged_ns, logged_ns);
+  if (number >= topics_.size()) return;
+  if (!file_) {
+    topics_[number].unsaid += count;
+    return;
+  }
+  write(losses_, loss_text(topics_[number].name, count), logged_ns, logged_ns);
 }
 
 void series::end_chunk() {
@@ -198,7 +214,7 @@ void series::tend(rt::time_point now) {
     if (!waits_for_room() || now < retry_at_) return;
     retry_at_ = now + retry_time;
     delete_oldest();
-    if (disk_free(names_.folder()) >= disk_free_min) (void)open_next(now); // fault_ says why not
+    if (disk_free(names_.folder()) >= disk_free_min && open_next(now)) say_lost(); // else fault_ says why not
     return;
   }
   if (now >= chunk_due_) {

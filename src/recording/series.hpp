@@ -13,42 +13,35 @@
 #include "mcap/files.hpp"
 #include "mcap/writer.hpp"
 #include "recording/file_names.hpp"
+#include "recording/messages_target.hpp"
 
 namespace rowe::recording {
 
-class series {
+class series final : public messages_target {
  public:
   static constexpr rt::duration chunk_time = std::chrono::milliseconds{150};
   static constexpr std::size_t chunks_max = 131'072; // of a file: their list stands at its end, and in memory
+  static constexpr std::uint64_t index_entries_max =
+      2'000'000; // likewise: of all chunks, one for each channel
   static constexpr rt::duration retry_time = std::chrono::seconds{1};
   static constexpr std::uint64_t disk_free_min = 4
                                                  << 20; // before another file begins on a disk that was full
 
   explicit series(recording_options chosen);
 
-  // Makes the first file. False: fault() says why.
-  bool begin(rt::time_point now);
+  bool begin(rt::time_point now) override;
 
-  void set_topic(std::uint32_t number, std::string name, std::string type, std::string schema);
-  // `number` was set.
-  void add(std::uint32_t number, std::string_view json, std::int64_t logged_ns, std::int64_t published_ns);
-  // Messages of it never came here.
-  void note_lost(std::uint32_t number, std::uint64_t count, std::int64_t logged_ns);
-  // Ends what is due: a chunk, a file. To be called every 10 ms or so.
-  void tend(rt::time_point now);
-  // All that was added lies in the file; with `sync`, on the disk. False: not all of it; fault() says why.
-  bool flush();
-  // Likewise, and the file is ended.
-  bool close();
+  void set_topic(std::uint32_t number, std::string name, std::string type, std::string schema) override;
+  void add(std::uint32_t number, std::string_view json, std::int64_t logged_ns,
+           std::int64_t published_ns) override;
+  void note_lost(std::uint32_t number, std::uint64_t count, std::int64_t logged_ns) override;
+  void tend(rt::time_point now) override;
+  bool flush() override;
+  bool close() override;
 
-  // Why nothing is written now; empty: all is well.
-  const std::string& fault() const noexcept { return fault_; }
-  // Whether it will be tried again.
-  bool waits_for_room() const noexcept { return chosen_.total_bytes != 0; }
-  // Adds what is known here.
-  void describe(recording_figures& into) const;
-  // Files of this series that an earlier program did not end.
-  const std::vector<std::string>& unended() const noexcept { return unended_; }
+  const std::string& fault() const noexcept override { return fault_; }
+  void describe(recording_figures& into) const override;
+  const std::vector<std::string>& unended() const noexcept override { return unended_; }
 
  private:
   struct topic {
@@ -56,6 +49,7 @@ class series {
     std::string type;
     std::string schema;
     std::uint32_t sequence = 0;
+    std::uint64_t unsaid = 0;         // messages that the disk did not take
     mcap::channel_number channel = 0; // in the present file; 0: none yet
   };
   struct file {
@@ -66,6 +60,8 @@ class series {
     std::uint64_t added = 0;
   };
 
+  // Whether what has failed will be tried again.
+  bool waits_for_room() const noexcept { return chosen_.total_bytes != 0; }
   bool open_next(rt::time_point now);
   bool open_one(const std::string& path, rt::time_point now);
   void end_file();
@@ -74,6 +70,7 @@ class series {
   void delete_oldest();
   void split_if_due(rt::time_point now);
   bool give_channel(topic& to);
+  void say_lost();
   void write(topic& of, std::string_view json, std::int64_t logged_ns, std::int64_t published_ns);
 
   const recording_options chosen_;

@@ -13,6 +13,7 @@
 #include <array>
 #include <cerrno>
 #include <cstddef>
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 
@@ -246,6 +247,21 @@ error too_many_latches() {
     auto one = endpoint.stop_latch();
     if (!one) return of(one);
     latches.push_back(std::move(*one));
+  }
+}
+error too_many_recordings() {
+  auto endpoint = alone();
+  const std::string path = testing::TempDir() + "rowe-too-many-" + std::to_string(::getpid());
+  std::vector<rowe::recorder> all;
+  for (int i = 0;; ++i) {
+    auto one = endpoint.record({.file = {.path = path + "/", .buffer_bytes = 1 << 20}});
+    if (one) {
+      all.push_back(std::move(*one));
+      continue;
+    }
+    all.clear();
+    std::filesystem::remove_all(path);
+    return one.error();
   }
 }
 error too_many_leases() {

@@ -296,7 +296,8 @@ static bool out_of_reach(int code) {
   return code == rowe_error_too_many_topics || code == rowe_error_too_many_services ||
          code == rowe_error_bad_access || code == rowe_error_bad_certificate || code == rowe_error_bad_web ||
          code == rowe_error_no_memory || code == rowe_error_no_thread || code == rowe_error_no_service ||
-         code == rowe_error_no_peer || code == rowe_error_bad_recording;
+         code == rowe_error_no_peer || code == rowe_error_bad_recording ||
+         code == rowe_error_too_many_recordings;
 }
 
 static void each_error_has_its_diagnostic(void) {

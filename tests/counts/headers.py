@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 LIMITS = {  # 1 % above what it is with libstdc++ 12, where <string>, <vector> and <memory> alone are 38,346
-    "rowe/rowe.hpp": 52_400,
+    "rowe/rowe.hpp": 52_900,
     "rowe/schema.hpp": 39_300,
     "rowe/rt/spsc_ring.hpp": 26_900,
 }

@@ -39,7 +39,7 @@ bool put(feed& into, std::string_view text, std::uint32_t topic = 0, std::int64_
 }
 
 TEST(feed, gives_records_of_each_length_as_they_were_put) {
-  const auto tried = std::make_unique<feed>(std::size_t{1} << 20);
+  const auto tried = std::make_unique<feed>(std::size_t{1} << 20, 512);
   ASSERT_TRUE(*tried);
   std::string rest;
   for (std::size_t bytes = 0; bytes < 400; ++bytes) {
@@ -61,12 +61,14 @@ TEST(feed, gives_records_of_each_length_as_they_were_put) {
 }
 
 TEST(feed, counts_what_has_no_room_and_says_so_in_its_place) {
-  const auto tried = std::make_unique<feed>(64 * std::size_t{64});
+  const auto tried = std::make_unique<feed>(64 * std::size_t{64}, 8);
   ASSERT_TRUE(*tried);
   std::string rest;
+  for (const std::uint32_t topic : {3U, 4U})
+    ASSERT_TRUE(tried->put({.kind = record_kind::topic, .topic = topic}, {}));
   std::size_t put_in = 0;
   while (put(*tried, "x", 3)) ++put_in;
-  EXPECT_EQ(put_in, 64U);
+  EXPECT_EQ(put_in, 62U);
   EXPECT_FALSE(put(*tried, "x", 3));
   EXPECT_FALSE(put(*tried, "x", 4));
   EXPECT_EQ(tried->lost(), 3U);
@@ -88,19 +90,61 @@ TEST(feed, counts_what_has_no_room_and_says_so_in_its_place) {
   EXPECT_EQ(tried->lost(), 3U);
 }
 
+// Who reads the feed knows a topic only from when it was told what it is called.
+TEST(feed, says_a_loss_under_the_topics_name_and_not_before_it) {
+  const auto tried = std::make_unique<feed>(64 * std::size_t{64}, 8);
+  ASSERT_TRUE(*tried);
+  std::string rest;
+  tried->count_lost(5, 3);
+  EXPECT_TRUE(tried->put_lost(1));
+  EXPECT_TRUE(take_all(*tried, rest).empty());
+  ASSERT_TRUE(tried->put({.kind = record_kind::topic, .topic = 5}, {}));
+  ASSERT_TRUE(put(*tried, "x", 5, 2));
+  const auto all = take_all(*tried, rest);
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_EQ(all[0].head.kind, record_kind::topic);
+  EXPECT_EQ(all[1].head.kind, record_kind::lost);
+  EXPECT_EQ(all[1].head.count, 3U);
+  EXPECT_EQ(all[1].head.logged_ns, 2);
+  EXPECT_EQ(all[2].content, "x");
+}
+
 TEST(feed, refuses_what_would_never_fit) {
-  const auto tried = std::make_unique<feed>(64 * std::size_t{64});
+  const auto tried = std::make_unique<feed>(64 * std::size_t{64}, 8);
   EXPECT_TRUE(tried->fits(64 * 62));
   EXPECT_FALSE(tried->fits(64 * 64));
+}
+
+// While the parts of long messages come, others come between them. What was begun has room.
+TEST(feed, gives_messages_in_parts_whatever_comes_between) {
+  const auto tried = std::make_unique<feed>(std::size_t{64} * 1024, 8);
+  ASSERT_TRUE(*tried);
+  const std::string text(20'000, 'y');
+  ASSERT_TRUE(tried->begin_long({.place = 2, .topic = 1, .logged_ns = 5}, text.size(), 1000));
+  EXPECT_FALSE(tried->begin_long({.place = 1, .topic = 1}, 64'000, 1000));
+  EXPECT_EQ(tried->lost(), 1U);
+  while (put(*tried, "between")) {
+  }
+  for (std::size_t at = 0; at < text.size(); at += 1000)
+    tried->put_part(2, std::string_view{text}.substr(at, 1000));
+  std::string rest;
+  std::string whole;
+  for (const record& one : take_all(*tried, rest))
+    if (one.head.kind == record_kind::long_part) whole += one.content;
+  EXPECT_EQ(whole, text);
+  std::size_t all = 0; // what was reserved is free again
+  while (put(*tried, "x", 2)) ++all;
+  EXPECT_EQ(all, 1024U);
 }
 
 // One thread puts in as fast as it can, another takes out: what comes is whole and in order, and what does
 // not come was said to be lost, at its place.
 TEST(feed, loses_nothing_in_silence_between_two_threads) {
   constexpr std::uint32_t messages = 200'000;
-  const auto tried = std::make_unique<feed>(std::size_t{64} * 1024);
+  const auto tried = std::make_unique<feed>(std::size_t{64} * 1024, 8);
   ASSERT_TRUE(*tried);
   std::atomic<bool> ended{false};
+  ASSERT_TRUE(tried->put({.kind = record_kind::topic}, {}));
   std::thread puts{[&] {
     std::string text;
     for (std::uint32_t i = 0; i < messages; ++i) {
@@ -117,6 +161,7 @@ TEST(feed, loses_nothing_in_silence_between_two_threads) {
   for (bool over = false; !over;) {
     over = ended;
     for (const record& one : take_all(*tried, rest)) {
+      if (one.head.kind == record_kind::topic) continue;
       if (one.head.kind == record_kind::lost) {
         next += one.head.count;
         lost += one.head.count;

@@ -340,6 +340,22 @@ class robot(unittest.TestCase):
         says("robot", "65536", code=1, stderr=["the argument port is out of range: 65536 (limit 65535)"])
 
 
+class record(unittest.TestCase):
+    def test_has_a_file_of_all_and_one_of_its_black_box(self):
+        with tempfile.TemporaryDirectory() as there:
+            with example("record", there) as robot:
+                robot.end()
+                robot.expect(0, prints=r"^\d+ messages, 0 lost$")
+            files = [name for name in os.listdir(there) if name.endswith(".mcap")]
+            boxes = os.listdir(os.path.join(there, "black_box"))
+            self.assertEqual((len(files), len(boxes)), (1, 1))
+            self.assertIn("-asked_", boxes[0])
+
+    def test_says_how_it_is_used_and_what_is_wrong(self):
+        says("record", code=2, stderr=["usage: record FOLDER"])
+        says("record", "/proc/nowhere", code=1, stderr=["/proc/nowhere/: No such file or directory"])
+
+
 class configured(unittest.TestCase):
     def test_listens_as_the_file_and_the_environment_say(self):
         with tempfile.NamedTemporaryFile("w") as file:

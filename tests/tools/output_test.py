@@ -57,6 +57,7 @@ class output(unittest.TestCase):
             "param": [("list", url, "--all")],
             "peers": [(url,), (url, "--json")],
             "pub": [],
+            "record": [],
             "replay": [],
             "reset": [(url,)],
             "serve": [],  # until it is told to end: below

@@ -39,6 +39,8 @@ struct pair_request {
   const schema_description* encoded = nullptr; // of the values that go out
   const schema_description* decoded = nullptr; // of those that come in
   bool fill_missing = false;                   // where they leave out members
+
+  service::record_sink* sink = nullptr; // record
 };
 
 // Opens queue pairs for types that only run time knows (src/capi).
@@ -176,6 +178,14 @@ constexpr pair_request latch_request(const latch_options& options) noexcept {
   return {.kind = pair_kind::stop_latch,
           .name = options.name,
           .loop_timeout = left_open ? loop_timeout_default(false) : options.loop_timeout};
+}
+
+constexpr pair_request record_request(service::record_sink& sink) noexcept {
+  return {.kind = pair_kind::record, .sink = &sink};
+}
+constexpr pair_request listen_request(std::string_view topic, std::string_view type,
+                                      const schema_description* schema) noexcept {
+  return {.kind = pair_kind::listen, .name = topic, .type = type, .decoded = schema};
 }
 
 constexpr pair_request talk_request(const lane_options& options) noexcept {

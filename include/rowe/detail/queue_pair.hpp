@@ -38,6 +38,10 @@ namespace rowe {
 struct schema_description;
 } // namespace rowe
 
+namespace rowe::service {
+class record_sink;
+} // namespace rowe::service
+
 namespace rowe::json {
 class encoder;
 struct other_encoders;
@@ -57,17 +61,20 @@ enum class pair_kind : std::uint8_t {
   call_value, // out: calls; completions: replies
   call_text,
   stop_latch, // no queue: the permit and the latch's words
+  listen,     // no queue: a subscription of who records (a client)
+  record,     // no queue: who records
 };
 constexpr bool publishes(pair_kind k) noexcept {
   return k == pair_kind::publish_value || k == pair_kind::publish_text;
 }
 constexpr bool subscribes(pair_kind k) noexcept {
-  return k == pair_kind::subscribe_value || k == pair_kind::subscribe_text;
+  return k == pair_kind::subscribe_value || k == pair_kind::subscribe_text || k == pair_kind::listen;
 }
 constexpr bool responds(pair_kind k) noexcept {
   return k == pair_kind::respond_value || k == pair_kind::respond_text;
 }
 constexpr bool is_latch(pair_kind k) noexcept { return k == pair_kind::stop_latch; }
+constexpr bool has_queue(pair_kind k) noexcept { return k < pair_kind::stop_latch; }
 constexpr bool calls(pair_kind k) noexcept { return k == pair_kind::call_value || k == pair_kind::call_text; }
 
 // A connection, by its place and the generation of that place. Generation 0: none; as an address: everyone.
@@ -207,6 +214,7 @@ struct queue_pair {
   const permit_word<>* granted = nullptr; // stop_latch
   duration loop_timeout = rt::for_ever;   // stop_latch: the longest pause between two looks
   loop_timing* timing = nullptr;          // stop_latch: in `memory`; else null
+  service::record_sink* sink = nullptr;   // record
   std::span<std::byte> memory;            // of the rings and slots; stays with the queue pair when it is free
   errc closed_as = errc::closed; // what calls fail with then; a child of the endpoint's process: forked
 

@@ -24,7 +24,6 @@ inline void core::arm_what_stays() noexcept {
   call_completion_.arm_open();
 }
 
-// Wakes submitters that wait for room: there may be some.
 inline void core::notify_room() noexcept {
   const bool came = thread_submissions_.notify_room(direct_messages_.parking().renew_room());
   handle_submissions_.notify_room(came);
@@ -132,6 +131,7 @@ void core::expire() noexcept {
     case timer::graph: connection_graph_.show(); break;
     case timer::clock: clock_feed_.show(); break;
     case timer::control: break; // it only wakes this thread
+    case timer::recording: broker_.recorded().copy_long_values(); break;
     }
     if (state_.peers.wants_close()) close_marked();
     direct_messages_.take_outcomes();

@@ -59,6 +59,7 @@ void handle_registry::attach(pair_index pair) noexcept {
 status handle_registry::attach_to_part(pair_index pair) noexcept {
   const detail::pair_kind kind = state_.pairs[pair].kind;
   if (detail::publishes(kind) || detail::subscribes(kind)) return topic_handles_.attach(pair);
+  if (kind == detail::pair_kind::record) return topic_handles_.recorders().attach(pair);
   if (!detail::is_latch(kind)) return attach_talker(pair);
   const status done = stop_service_.attach(pair);
   state_.pair_rows[pair].attached = static_cast<bool>(done);
@@ -136,6 +137,7 @@ void handle_registry::detach(pair_index pair) noexcept {
 void handle_registry::detach_talker(pair_index pair) noexcept {
   const pair_row& row = state_.pair_rows[pair];
   if (row.loop) return stop_service_.detach(pair);
+  if (state_.pairs[pair].kind == detail::pair_kind::record) return topic_handles_.recorders().detach(pair);
   call_completion_.forget_pair(pair);
   receiver_.detach(pair);
   if (row.service) service_directory_.remove(row.service);

@@ -18,7 +18,7 @@ std::int64_t& next_parked(const detail::pair_slots& slots, pair_slot slot) noexc
 
 void handle_submissions::take(pair_index pair) noexcept {
   detail::queue_pair& queues = state_.pairs[pair];
-  if (detail::is_latch(queues.kind)) return;            // stop_service looks at it
+  if (!detail::has_queue(queues.kind)) return;          // stop_service looks at latches
   if (state_.options.handles_wake) queues.epoch.mark(); // before looking
   if (!state_.pair_rows[pair].topic) return take_entries(pair);
   if (state_.pair_rows[pair].long_texts) [[unlikely]]

@@ -26,6 +26,7 @@ core_state::core_state(rt::arena& memory, const core_options& chosen, const shar
       long_pages{chunks},
       rights{outside.access},
       topics{memory, options.bounds, outside.protocols.envelope},
+      recordings{topics, chunks},
       subscriptions{memory, options.bounds, topics},
       pairs{with_threads.pairs},
       pair_rows{memory.carve<pair_row>(options.bounds.handles_max)},

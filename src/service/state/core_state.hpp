@@ -24,6 +24,7 @@
 #include "service/state/pair_table.hpp"
 #include "service/state/peer_rights.hpp"
 #include "service/state/peer_table.hpp"
+#include "service/state/recordings.hpp"
 #include "service/state/subscription_table.hpp"
 #include "service/state/timers.hpp"
 #include "service/state/topic_table.hpp"
@@ -75,6 +76,7 @@ struct core_state {
   page_texts long_pages;
   peer_rights rights;
   topic_table topics;
+  class recordings recordings;
   subscription_table subscriptions;
   const rows<pair_index, detail::queue_pair> pairs;
   const rows<pair_index, pair_row> pair_rows;

@@ -29,6 +29,7 @@ enum class timer : std::uint8_t {
   graph,
   clock,
   control,
+  recording, // of long values
 };
 
 class timers {
@@ -79,7 +80,7 @@ class timers {
 
  private:
   static constexpr std::uint32_t first_single = static_cast<std::uint32_t>(timer::statistics);
-  static constexpr std::uint32_t singles = 1 + static_cast<std::uint32_t>(timer::control) - first_single;
+  static constexpr std::uint32_t singles = 1 + static_cast<std::uint32_t>(timer::recording) - first_single;
 
   // Where the nodes of each kind begin. A slot's node has its number.
   struct first_nodes {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include <rowe/options.hpp>
 #include <rowe/rt/clock.hpp>
@@ -102,8 +103,22 @@ struct topic {
   rt::time_point
       loss_reported_at{}; // when it was reported here that a value of ours is too long, or not retained
   last_value_id asked{};  // for who asks over HTTP, where somebody did lately
+  // Who gets its values besides subscribers: a bit for each that records it (recordings.hpp), one that says
+  // that others may, and one for `asked`.
+  static constexpr std::uint8_t recorders = 0x3f;
+  static constexpr std::uint8_t recorders_unknown = 0x80;
+  static constexpr std::uint8_t asked_over_http = 0x40;
+  std::uint8_t aside = recorders_unknown;
 
-  bool has_audience() const noexcept { return !subscriptions.empty() || !inboxes.empty() || asked; }
+  // Returns what `asked` was before.
+  last_value_id set_asked(last_value_id now) noexcept {
+    aside = static_cast<std::uint8_t>((aside & ~asked_over_http) | (now ? asked_over_http : 0));
+    return std::exchange(asked, now);
+  }
+  bool has_audience() const noexcept {
+    return !subscriptions.empty() || !inboxes.empty() || asked || is_recorded();
+  }
+  bool is_recorded() const noexcept { return (aside & recorders) != 0; }
 
   // For /rowe/stats.
   std::uint64_t messages = 0;

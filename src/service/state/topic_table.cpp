@@ -112,6 +112,7 @@ void topic_table::replace_type(topic_id index, std::string_view wanted) noexcept
   assert(wanted.size() <= name_bytes_max_);
   std::memcpy(names(index) + name_bytes_max_, wanted.data(), wanted.size());
   topics_[index].type_bytes = static_cast<std::uint16_t>(wanted.size());
+  topics_[index].aside |= topic::recorders_unknown;
   if (topics_[index].holders == 0) return; // it was not announced
   topics_[index].channel = next_channel(); // a peer that knows it by number also knows its type
   ++changes_.listed;
@@ -122,6 +123,7 @@ void topic_table::set_schema(topic_id index, const schema_description* schema) n
   topic& its = topics_[index];
   if (its.schema == schema) return;
   its.schema = schema;
+  its.aside |= topic::recorders_unknown;
   if (its.holders <= 1) return;
   its.channel = next_channel();
   ++changes_.listed;
@@ -142,7 +144,7 @@ bool topic_table::let_go(topic_id index) noexcept {
   topic& held = topics_[index];
   assert(held.holders > 0);
   if (--held.holders != 0) return false;
-  assert(!held.has_audience());
+  assert(held.subscriptions.empty() && held.inboxes.empty() && !held.asked); // who records holds no topic
   topic_id* link = &bucket(held.hash);
   while (*link != index) link = &topics_[*link].next;
   *link = held.next;

@@ -30,7 +30,7 @@ void stop_state_feed::show_if_due() noexcept {
   // In a client, handles that subscribe to the topic get the server's state, and never both in turn.
   const bool of_server =
       state_.options.ours == side::client && state_.seams.protocols.any(&wire::capabilities::topics);
-  if (on.inboxes.head && !of_server) show_handles(state, changed);
+  if ((on.inboxes.head || on.is_recorded()) && !of_server) show_handles(state, changed);
 }
 
 void stop_state_feed::show_subscribers(message& state, bool changed) noexcept {
@@ -125,6 +125,7 @@ void stop_state_feed::show_handles(message& state, bool changed) noexcept {
     delivered_at_ = state_.cycle.now;
     write(state);
     broker_.deliver(state_.topics.at(topic_), state.body(), rt::never, {});
+    (void)broker_.recorded().keep(topic_, state.body(), state_.cycle.now); // it may have no other audience
   }
   due_ = std::min(due_, delivered_at_ + period);
 }

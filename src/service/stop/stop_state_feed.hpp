@@ -65,7 +65,7 @@ class stop_state_feed : stop_state_feed_needs {
   void send(const subscription& to, const message& state) noexcept;
 
   rows<peer_index, rt::time_point> shown_at_;
-  rt::time_point delivered_at_{}; // to handles of this process
+  rt::time_point delivered_at_{}; // to handles of this process, and to who records
   rt::time_point due_ = rt::never;
   std::uint64_t version_shown_ = 0;
   std::uint32_t audience_seen_ = 0; // audience_changes of the topic, as of the last look,

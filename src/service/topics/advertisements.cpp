@@ -77,6 +77,7 @@ bool advertisements::advertise(connection& c, const wire::request& asked) noexce
   advertisement_table_.add(
       peer, {.topic = topic, .lifespan_ns = asked.lifespan_ns, .latched = keeps_all, .tag = asked.tag});
   state_.topics.changes().note_publishers(state_.topics.at(topic));
+  (void)state_.recordings.look(topic); // so that its first message finds who records it
   return true;
 }
 

@@ -25,6 +25,7 @@ class audiences : audiences_needs {
     using detail::audience;
     topic& on = state_.topics.at(index);
     ++on.audience_changes;
+    (void)state_.recordings.look(index);
     const bool heard = on.has_audience();
     if (!heard) on.newest_at = {};   // no values come from now on, and the pause must not count as a gap
     if (on.own_holders == 0) return; // no handle of this process publishes it

@@ -18,7 +18,7 @@ namespace rowe::service {
 
 // Whether anybody takes a message of this topic now. Counts why not.
 bool broker::is_wanted_now(const topic& on) noexcept {
-  if (on.inboxes.head || on.asked) return true;
+  if (on.inboxes.head || on.asked || on.is_recorded()) return true;
   if (!on.subscriptions.head) {
     state_.counts.add(counter::no_peer);
     return false;
@@ -37,27 +37,8 @@ bool broker::keep_latched(topic_id index, slot_id slot, latch_owner owner, const
   if (state_.latches.keep(state_.topics.at(index).latched, {body.data(), body.size()}, owner,
                           message_store_.slots().published(slot), over))
     return true;
-  report_not_latched(index, body.size(), who);
+  missed_.report_not_latched(index, body.size(), who);
   return false;
-}
-
-// Reports to the publisher that a late subscriber will not get the value: to a peer, or to this process by an
-// event.
-void broker::report_not_latched(topic_id index, std::size_t bytes, const published_by& who) noexcept {
-  state_.counts.add(counter::not_latched);
-  connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
-  const bool reports = c != nullptr
-                           ? c->open() && c->may_report(index, state_.cycle.now)
-                           : may_report_again(state_.topics.at(index).loss_reported_at, state_.cycle.now);
-  if (!reports) return;
-  wire::text_of<wire::refusal::text_bytes_max> text;
-  text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
-  text.add(": its last value, of ").add(bytes);
-  text.add(" bytes, is not retained for late subscribers: there is no room for it, or its publisher has its "
-           "share of latched_bytes and of the room for long messages");
-  if (c != nullptr) return refusals_.send_status(*c, who.id_raw, text.text(), wire::severity::warning);
-  state_.events.report(event::kind::warning, {}, json::utf8_prefix(text.text(), event_text_bytes_max),
-                       "raise the limit latched_bytes", {});
 }
 
 void broker::publish_whole(topic_id index, const whole_source& of, latch_owner latches,
@@ -65,7 +46,7 @@ void broker::publish_whole(topic_id index, const whole_source& of, latch_owner l
   topic& on = state_.topics.at(index);
   const bool keeps = latches.who != latch_owner::kind::nobody;
   const bool wants_json = of.value.others == nullptr || on.of_types != on.subscriptions.count || keeps ||
-                          on.inboxes.head || on.asked;
+                          on.inboxes.head || on.aside != 0;
   if (!wants_json) return subscription_queues_.fan_out(index, {}, false, of);
   const auto write = [&](json::writer& out) { text.write(out); };
   const slot_id slot = outbox_.compose_message(index, of.published, of.expires, write);
@@ -78,8 +59,16 @@ void broker::publish_whole(topic_id index, const whole_source& of, latch_owner l
   if (!slot) return;
   const std::span<const char> body = message_store_.slots().body(slot);
   on.driven ? deliver_command(on, body, of.published, of.expires, who) : deliver(on, body, of.expires, who);
-  if (on.asked) state_.last_values.keep(on.asked, {body.data(), body.size()}, of.published, of.expires);
+  if (on.aside != 0) keep_aside(index, body, of.published, of.expires);
   message_store_.release(slot);
+}
+
+[[gnu::noinline, gnu::cold]] void broker::keep_aside(topic_id index, std::span<const char> body,
+                                                     rt::time_point published,
+                                                     rt::time_point expires) noexcept {
+  const topic& on = state_.topics.at(index);
+  if (on.asked) state_.last_values.keep(on.asked, {body.data(), body.size()}, published, expires);
+  (void)recorded_.keep(index, body, published); // who records has an audience of its own
 }
 
 // ---- long values
@@ -96,7 +85,7 @@ void broker::publish_long(topic_id index, rt::time_point published, rt::time_poi
   if (keeps) {
     const auto lifetime = message_lifetime::of_topic(expires, state_.cycle.now);
     kept = state_.latches.keep_long(on.latched, value, latches, published, lifetime.ttl_over());
-    if (!kept) report_not_latched(index, on.bytes, who);
+    if (!kept) missed_.report_not_latched(index, on.bytes, who);
   }
   if (on.subscriptions.head) {
     if (const slot_id slot = long_outbox_.compose(index, published, expires, value)) {
@@ -108,6 +97,7 @@ void broker::publish_long(topic_id index, rt::time_point published, rt::time_poi
   }
   deliver_long(on, value, expires, who);
   if (on.asked) state_.last_values.keep_long(on.asked, value, published, expires);
+  (void)recorded_.keep_long(index, value, published); // likewise
 }
 
 // Handles with a lease read structs, which are never long. So a peer's long command does not count.
@@ -169,10 +159,18 @@ void broker::relay(connection& c, const wire::request& asked, text_id body) noex
     return publish(
         index, state_.cycle.now, over, keeper, [&](json::writer& into) { into.raw(asked.body_raw); }, who);
   }
+  deliver_relayed(index, asked, body, over, who);
+}
+
+// In a client, or an endpoint that is no hub: to the handles of this process, and to who records.
+void broker::deliver_relayed(topic_id index, const wire::request& asked, text_id body, rt::time_point over,
+                             const published_by& who) noexcept {
   topic& on = state_.topics.at(index);
   topic_rates::note(on, state_.cycle.now);
   on.bytes = body ? state_.chunks.bytes(body) : asked.body_raw.size();
-  if (!on.inboxes.head) return state_.counts.add(counter::no_peer);
+  const bool recorded = on.aside != 0 && (body ? recorded_.keep_long(index, body, state_.cycle.now)
+                                               : recorded_.keep(index, asked.body_raw, state_.cycle.now));
+  if (!on.inboxes.head) return recorded ? void() : state_.counts.add(counter::no_peer);
   if (!body)
     return on.driven ? deliver_command(on, asked.body_raw, state_.cycle.now, over, who)
                      : deliver(on, asked.body_raw, over, who);

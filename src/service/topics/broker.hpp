@@ -20,6 +20,7 @@
 #include "service/state/core_state.hpp"
 #include "service/topics/missed_values.hpp"
 #include "service/topics/published_by.hpp"
+#include "service/topics/recorded_values.hpp"
 #include "service/topics/topic_rates.hpp"
 #include "wire/codec/request.hpp"
 #include "json/writing/writer.hpp"
@@ -67,14 +68,19 @@ class broker : broker_needs {
   void deliver_latched(pair_index pair) noexcept;
   // Copies this cycle's share of the long values that are under way to handles.
   void deliver_long_values() noexcept;
+  recorded_values& recorded() noexcept { return recorded_; }
 
  private:
   bool is_wanted_now(const topic& on) noexcept;
   // The same for a topic with subscribers whose codecs write whole messages.
   void publish_whole(topic_id topic, const whole_source& of, latch_owner latches, const wire::body& text,
                      const published_by& who) noexcept;
+  // For who asks over HTTP, and for who records.
+  void keep_aside(topic_id index, std::span<const char> body, rt::time_point published,
+                  rt::time_point expires) noexcept;
+  void deliver_relayed(topic_id index, const wire::request& asked, text_id body, rt::time_point over,
+                       const published_by& who) noexcept;
   bool keep_latched(topic_id index, slot_id slot, latch_owner owner, const published_by& who) noexcept;
-  void report_not_latched(topic_id index, std::size_t bytes, const published_by& who) noexcept;
   // As many as the peer may have waiting in the handle's queue.
   void deliver_share(pair_index pair, std::span<const char> body, rt::time_point over,
                      const published_by& who) noexcept {
@@ -91,6 +97,7 @@ class broker : broker_needs {
   bool deliver_long_to(pair_index pair, text_id value, rt::time_point over, const published_by& who) noexcept;
 
   missed_values missed_{state_, refusals_};
+  recorded_values recorded_{state_, message_store_, long_outbox_};
 };
 
 // ---- inline definitions
@@ -107,16 +114,16 @@ void broker::publish(topic_id index, rt::time_point published, rt::time_point ex
     return publish_whole(index, {published, expires, who.value}, latches, wire::body{write_body}, who);
   const slot_id slot = outbox_.compose_message(index, published, expires, write_body);
   if (!slot) return;
-  on.bytes = message_store_.slots().body(slot).size();
+  const std::span<const char> body = message_store_.slots().body(slot);
+  on.bytes = body.size();
   const bool kept = keeps && keep_latched(index, slot, latches, who);
   subscription_queues_.fan_out(index, slot, kept);
-  const std::span<const char> body = message_store_.slots().body(slot);
   if (on.driven) [[unlikely]]
     deliver_command(on, body, published, expires, who);
   else
     deliver(on, body, expires, who);
-  if (on.asked) [[unlikely]]
-    state_.last_values.keep(on.asked, {body.data(), body.size()}, published, expires);
+  if (on.aside != 0) [[unlikely]]
+    keep_aside(index, body, published, expires);
   message_store_.release(slot);
 }
 

@@ -54,4 +54,23 @@ void missed_values::report_undecodable(pair_index pair, const published_by& who,
                        c != nullptr ? c->identity.view() : std::string_view{});
 }
 
+// Reports to the publisher that a late subscriber will not get the value: to a peer, or to this process by an
+// event.
+void missed_values::report_not_latched(topic_id index, std::size_t bytes, const published_by& who) noexcept {
+  state_.counts.add(counter::not_latched);
+  connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
+  const bool reports = c != nullptr
+                           ? c->open() && c->may_report(index, state_.cycle.now)
+                           : may_report_again(state_.topics.at(index).loss_reported_at, state_.cycle.now);
+  if (!reports) return;
+  wire::text_of<wire::refusal::text_bytes_max> text;
+  text.add("publish ").add_name(state_.topics.name(index), event_topic_bytes_shown);
+  text.add(": its last value, of ").add(bytes);
+  text.add(" bytes, is not retained for late subscribers: there is no room for it, or its publisher has its "
+           "share of latched_bytes and of the room for long messages");
+  if (c != nullptr) return refusals_.send_status(*c, who.id_raw, text.text(), wire::severity::warning);
+  state_.events.report(event::kind::warning, {}, json::utf8_prefix(text.text(), event_text_bytes_max),
+                       "raise the limit latched_bytes", {});
+}
+
 } // namespace rowe::service

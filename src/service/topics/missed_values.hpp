@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a handle that subscribed did not get, and why: counted, and reported to who published it. Service
+// What a handle that subscribed did not get, or late subscribers will not, and why: counted, and reported to
+// who published it. Service
 // thread only; nothing waits or allocates.
 #pragma once
 #include <string_view>
@@ -19,6 +20,8 @@ class missed_values {
   void report(pair_index pair, const published_by& who, const status& done,
               const json::decoder::diagnosis& why) noexcept;
   void report_too_big(pair_index pair, const error& why, const published_by& who) noexcept;
+  // There is no room to retain a value of so many bytes.
+  void report_not_latched(topic_id index, std::size_t bytes, const published_by& who) noexcept;
 
  private:
   void report_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept;

@@ -43,9 +43,10 @@ status topic_handles::attach(pair_index pair) noexcept {
   row.attached = true;
   state_.topics.set_schema(topic_index, schema_of(topic_index));
   if (reads) {
-    on.inboxes.push_front(state_.pair_rows, pair);
+    if (queues.kind != detail::pair_kind::listen) on.inboxes.push_front(state_.pair_rows, pair);
     topic_rates_.begin_for(topic_index);
-    if (!row.driven) broker_.deliver_latched(pair); // what was published once is no command
+    if (on.inboxes.head == pair && !row.driven)
+      broker_.deliver_latched(pair); // what was published once is no command
   } else {
     begin_publishing(pair);
   }
@@ -87,7 +88,9 @@ void topic_handles::detach(pair_index pair) noexcept {
   pair_row& row = state_.pair_rows[pair];
   const topic_id topic = row.topic;
   command_gate_.detach(pair);
-  if (detail::subscribes(state_.pairs[pair].kind)) {
+  if (state_.pairs[pair].kind == detail::pair_kind::listen) {
+    // it has no inbox
+  } else if (detail::subscribes(state_.pairs[pair].kind)) {
     state_.topics.at(topic).inboxes.erase(state_.pair_rows, pair);
   } else if (!state_.pairs[pair].shared) {
     --state_.topics.at(topic).own_alone;

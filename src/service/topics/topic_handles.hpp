@@ -19,6 +19,7 @@
 #include "service/topics/audiences.hpp"
 #include "service/topics/broker.hpp"
 #include "service/topics/publish_predictor.hpp"
+#include "service/topics/recorder_handles.hpp"
 #include "service/topics/subscriptions.hpp"
 #include "service/topics/topic_places.hpp"
 #include "service/topics/topic_rates.hpp"
@@ -57,6 +58,8 @@ class topic_handles : topic_handles_needs {
     const std::uint32_t depth = state_.bounds().queue_depth_max;
     return depth - std::min(towards->count, depth);
   }
+  // Those that record belong to no topic.
+  recorder_handles& recorders() noexcept { return recorders_; }
   // How many values of its topic may be taken from a handle besides the usual `taken`.
   std::size_t ample_budget(pair_index pair, std::size_t taken) const noexcept;
 
@@ -69,6 +72,8 @@ class topic_handles : topic_handles_needs {
   void report_conflict(topic_id topic, const detail::queue_pair& asked) noexcept;
   const schema_description* schema_of(topic_id topic) const noexcept;
   void begin_publishing(pair_index pair) noexcept;
+
+  recorder_handles recorders_{{state_, audiences_, topic_rates_, broker_}};
 };
 
 } // namespace rowe::service

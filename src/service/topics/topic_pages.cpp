@@ -140,13 +140,13 @@ http_answer topic_pages::page_of(const latched_value& value, std::span<char> out
 void topic_pages::begin(topic_id topic) noexcept {
   last_value_store& values = state_.last_values;
   if (values.in_use() == asked_topics_max) end(values.replaceable(state_.cycle.now));
-  state_.topics.at(topic).asked = values.add(topic, state_.cycle.now);
+  state_.topics.at(topic).set_asked(values.add(topic, state_.cycle.now));
   audiences_.update(topic);
   topic_rates_.begin_for(topic);
 }
 
 void topic_pages::end(topic_id topic) noexcept {
-  state_.last_values.remove(std::exchange(state_.topics.at(topic).asked, {}));
+  state_.last_values.remove(state_.topics.at(topic).set_asked({}));
   audiences_.update(topic);
 }
 

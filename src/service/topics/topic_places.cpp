@@ -95,6 +95,7 @@ bool topic_places::check(std::uint64_t own_held) const noexcept {
     }
     if (t.holders == 0 && (!t.latched.empty() || t.asked)) return false;
     if (t.asked && state_.last_values.topic_of(t.asked) != i) return false;
+    if (static_cast<bool>(t.asked) != ((t.aside & topic::asked_over_http) != 0)) return false;
     asked += static_cast<bool>(t.asked);
   }
   return holders == held + own_held && own_holders == own_held && values == state_.latches.count() &&

@@ -57,7 +57,7 @@ class topic_places : topic_places_needs {
     struct topic& on = state_.topics.at(topic);
     if (on.holders != 1) return;
     state_.latches.clear(on.latched);
-    state_.last_values.remove(std::exchange(on.asked, {}));
+    state_.last_values.remove(on.set_asked({}));
   }
 
   std::uint32_t charged_ = 0; // counts of claims_now()

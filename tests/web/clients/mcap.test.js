@@ -27,7 +27,7 @@ const compressions = {
   zstd: (data) => ({ compression: "zstd", compressedData: zstd.compress(data) }),
 };
 
-// ---- what is in a file, in the words of tests/mcap/samples.cpp
+// ---- what is in a file, in the words of tests/recording/mcap_samples.cpp
 
 // What the program says of each file, by its path.
 function samples(...args) {

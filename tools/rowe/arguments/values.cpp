@@ -44,6 +44,17 @@ std::optional<double> factor_of(std::string_view name, std::span<const unit> uni
 constexpr std::array<unit, 7> time_units{
     {{"ns", 1}, {"us", 1e3}, {"µs", 1e3}, {"ms", 1e6}, {"s", 1e9}, {"m", 60e9}, {"h", 3600e9}}};
 constexpr std::array<unit, 5> rate_units{{{"", 1}, {"Hz", 1}, {"hz", 1}, {"kHz", 1e3}, {"khz", 1e3}}};
+constexpr std::array<unit, 11> byte_units{{{"", 1},
+                                           {"B", 1},
+                                           {"kB", 1e3},
+                                           {"KB", 1e3},
+                                           {"MB", 1e6},
+                                           {"GB", 1e9},
+                                           {"TB", 1e12},
+                                           {"KiB", 1024},
+                                           {"MiB", 1024.0 * 1024},
+                                           {"GiB", 1024.0 * 1024 * 1024},
+                                           {"TiB", 1024.0 * 1024 * 1024 * 1024}}};
 
 } // namespace
 
@@ -72,6 +83,16 @@ std::optional<double> rate_of(std::string_view text) noexcept {
   const auto factor = factor_of(read->unit, rate_units);
   if (!factor) return std::nullopt;
   return read->number * *factor;
+}
+
+std::optional<std::uint64_t> bytes_of(std::string_view text) noexcept {
+  const auto read = quantity_of(text);
+  if (!read) return std::nullopt;
+  const auto factor = factor_of(read->unit, byte_units);
+  if (!factor) return std::nullopt;
+  const double bytes = std::floor(read->number * *factor);
+  if (!(bytes >= 1) || !(bytes < 0x1p63)) return std::nullopt;
+  return static_cast<std::uint64_t>(bytes);
 }
 
 // Optimal string alignment: the edit distance of Levenshtein with swaps of neighbours, three rows of its

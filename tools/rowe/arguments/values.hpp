@@ -20,6 +20,9 @@ std::optional<rt::duration> duration_of(std::string_view text) noexcept;
 // "1kHz", "250Hz", "0.5"; in hertz, above 0.
 std::optional<double> rate_of(std::string_view text) noexcept;
 
+// "1GiB", "500MB", "4096"; in bytes, above 0. kB and so on are powers of 1000, KiB of 1024.
+std::optional<std::uint64_t> bytes_of(std::string_view text) noexcept;
+
 // How many single-letter slips (one letter added, lost, changed, or two neighbours swapped) turn one word
 // into the other; words of more than 32 letters are as far apart as the longer one is long.
 std::size_t slips_between(std::string_view one, std::string_view other) noexcept;

@@ -13,11 +13,10 @@
 #include "../arguments/command_line.hpp"
 #include "../arguments/limit_options.hpp"
 #include "../console.hpp"
-#include "../interrupt.hpp"
 #include "../network/remote.hpp"
+#include "../network/robot_types.hpp"
 #include "../output.hpp"
 #include "../text/c_tables.hpp"
-#include "../text/described_types.hpp"
 #include "../text/json_values.hpp"
 #include "verbs.hpp"
 
@@ -58,100 +57,6 @@ command types_table(types_settings& o) {
                time_span{&o.timeout}},
           })};
 }
-
-// What one topic or service is called, and its types; null: the program has JSON text there.
-struct typed_name {
-  std::string name;
-  std::string type; // that the endpoint says of it; may be empty
-  bool is_service = false;
-  const schema_description* message = nullptr; // of a service: what it is asked
-  const schema_description* answer = nullptr;
-};
-
-class types_reader {
- public:
-  types_reader(endpoint& hub, remote& connection, rt::duration timeout, const console& to)
-      : hub_{hub}, waits_{connection}, timeout_{timeout}, to_{to} {}
-
-  // False, and the reason was printed.
-  bool read_all() {
-    auto opened = hub_.client<json_text, json_text>(
-        "/rowe/types", {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
-    if (!opened) {
-      to_.error("cannot ask: ", opened.error().message());
-      return false;
-    }
-    for (std::uint64_t from = 0;;) {
-      const auto answer = waits_.during(
-          [&] { return opened->call(joined(R"({"from":)", std::to_string(from), "}"), timeout_); });
-      if (!answer) return fail(answer.error(), opened->refusal());
-      const json_value page = read_json(answer->value());
-      if (!read_page(page)) return false;
-      const auto next = page.get<std::uint64_t>("next");
-      if (!next) return true;
-      if (*next <= from) {
-        to_.error("the answer's page ends where it begins");
-        return false;
-      }
-      from = *next;
-    }
-  }
-  const std::vector<typed_name>& found() const noexcept { return found_; }
-  exit_code end() const noexcept { return end_; }
-
- private:
-  bool fail(const error& why, std::string_view refusal) {
-    end_ = why.code == errc::timed_out ? exit_code::timed_out : exit_code::failed;
-    if (interrupt::seen())
-      end_ = exit_code::interrupted;
-    else if (why.code == errc::refused)
-      to_.error(printable(refusal));
-    else
-      to_.error(why.code == errc::no_service ? std::string{"it does not say its types"} : why.message());
-    return false;
-  }
-  bool read_page(json_value page) {
-    const auto list = page.find("types");
-    if (!list) {
-      to_.error("the answer has no member `types`");
-      return false;
-    }
-    for (const json_value one : list->elements()) {
-      const auto topic = one.get<std::string>("topic");
-      const auto service = one.get<std::string>("service");
-      const auto said = one.get<std::string>("type");
-      if (!topic && !service) continue;
-      typed_name its{.name = service ? *service : *topic,
-                     .type = said ? *said : std::string{},
-                     .is_service = service.has_value()};
-      if (!read_type(one, service ? "request" : "message", its.name, its.message) ||
-          !read_type(one, "answer", its.name, its.answer))
-        return false;
-      // Several handles of one name say the same.
-      const auto same = [&](const typed_name& known) {
-        return known.is_service == its.is_service && known.name == its.name;
-      };
-      if (std::ranges::none_of(found_, same)) found_.push_back(std::move(its));
-    }
-    return true;
-  }
-  bool read_type(json_value from, std::string_view member, const std::string& name,
-                 const schema_description*& into) {
-    const auto its = from.find(member);
-    if (!its) return true;
-    into = types_.read(*its);
-    if (into == nullptr) to_.error("cannot read the type of ", printable(name), ": ", types_.wrong());
-    return into != nullptr;
-  }
-
-  endpoint& hub_;
-  watcher waits_;
-  rt::duration timeout_;
-  const console& to_;
-  described_types types_;
-  std::vector<typed_name> found_;
-  exit_code end_ = exit_code::failed;
-};
 
 // "/arm/add request": arm_add_request.
 std::string plain_name(std::string_view from) {
@@ -258,8 +163,12 @@ exit_code types_from(endpoint hub, const std::string& url, const types_settings&
   const rt::duration timeout = o.timeout.value_or(types_timeout);
   remote connection{hub, url, to};
   if (const auto end = connection.wait(timeout)) return *end;
-  types_reader reads{hub, connection, timeout, to};
-  if (!reads.read_all()) return reads.end();
+  watcher waits{connection};
+  robot_types reads;
+  if (!reads.read_all(hub, waits, timeout)) {
+    if (!reads.wrong().empty()) to.error(reads.wrong());
+    return reads.end();
+  }
   bool complete = true;
   emit(o.json_schema ? as_json_schema(reads.found())
        : o.ros       ? as_ros(reads.found(), to, complete)

@@ -17,6 +17,7 @@ exit_code reset(argument_list arguments);
 exit_code param(argument_list arguments);
 exit_code types(argument_list arguments);
 exit_code peers(argument_list arguments);
+exit_code record(argument_list arguments);
 exit_code replay(argument_list arguments);
 exit_code setup(argument_list arguments);
 exit_code token(argument_list arguments);

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot_types.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "../interrupt.hpp"
+#include "../text/json_values.hpp"
+
+namespace rowe::tools {
+namespace {
+constexpr std::size_t types_max = 10'000; // more than an endpoint can have
+}
+
+bool robot_types::read_all(endpoint& hub, watcher& waits, rt::duration timeout) {
+  found_.clear();
+  auto opened = hub.client<json_text, json_text>("/rowe/types",
+                                                 {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
+  if (!opened) {
+    wrong_ = joined("cannot ask: ", opened.error().message());
+    return false;
+  }
+  for (std::uint64_t from = 0;;) {
+    const auto answer =
+        waits.during([&] { return opened->call(joined(R"({"from":)", std::to_string(from), "}"), timeout); });
+    if (!answer) return fail(answer.error(), opened->refusal());
+    const json_value page = read_json(answer->value());
+    if (!read_page(page)) return false;
+    const auto next = page.get<std::uint64_t>("next");
+    if (!next) return true;
+    if (*next <= from || found_.size() > types_max) {
+      wrong_ =
+          *next <= from ? "the answer's page ends where it begins" : "it has more types than there can be";
+      return false;
+    }
+    from = *next;
+  }
+}
+
+const typed_name* robot_types::find_topic(std::string_view name) const noexcept {
+  const auto found = std::ranges::find_if(
+      found_, [&](const typed_name& one) { return !one.is_service && one.name == name; });
+  return found == found_.end() ? nullptr : &*found;
+}
+
+bool robot_types::fail(const error& why, std::string_view refusal) {
+  end_ = why.code == errc::timed_out ? exit_code::timed_out : exit_code::failed;
+  if (interrupt::seen())
+    end_ = exit_code::interrupted;
+  else if (why.code == errc::refused)
+    wrong_ = printable(refusal);
+  else
+    wrong_ = why.code == errc::no_service ? "it does not say its types" : why.message();
+  return false;
+}
+
+bool robot_types::read_page(json_value page) {
+  const auto list = page.find("types");
+  if (!list) {
+    wrong_ = "the answer has no member `types`";
+    return false;
+  }
+  for (const json_value one : list->elements()) {
+    const auto topic = one.get<std::string>("topic");
+    const auto service = one.get<std::string>("service");
+    const auto said = one.get<std::string>("type");
+    if (!topic && !service) continue;
+    typed_name its{.name = service ? *service : *topic,
+                   .type = said ? *said : std::string{},
+                   .is_service = service.has_value()};
+    if (!read_type(one, service ? "request" : "message", its.name, its.message) ||
+        !read_type(one, "answer", its.name, its.answer))
+      return false;
+    // Several handles of one name say the same.
+    const auto same = [&](const typed_name& known) {
+      return known.is_service == its.is_service && known.name == its.name;
+    };
+    if (std::ranges::none_of(found_, same)) found_.push_back(std::move(its));
+  }
+  return true;
+}
+
+bool robot_types::read_type(json_value from, std::string_view member, const std::string& name,
+                            const schema_description*& into) {
+  const auto its = from.find(member);
+  if (!its) return true;
+  into = types_.read(*its);
+  if (into == nullptr) wrong_ = joined("cannot read the type of ", printable(name), ": ", types_.wrong());
+  return into != nullptr;
+}
+
+} // namespace rowe::tools

@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: Apache-2.0
+// rowe record: writes what a robot publishes into files, and repairs such files.
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <unistd.h>
+
+#include <rowe/endpoint.hpp>
+#include <rowe/recording.hpp>
+
+#include "../arguments/command_line.hpp"
+#include "../arguments/limit_options.hpp"
+#include "../arguments/values.hpp"
+#include "../console.hpp"
+#include "../interrupt.hpp"
+#include "../network/remote.hpp"
+#include "../network/robot_types.hpp"
+#include "../output.hpp"
+#include "../text/amounts.hpp"
+#include "../text/json_values.hpp"
+#include "verbs.hpp"
+
+namespace rowe::tools {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr rt::duration answer_time = 2s;
+constexpr rt::duration topics_period = 1s; // for topics that are new
+constexpr rt::duration progress_period = 500ms;
+constexpr std::uint32_t recorded_topics_max = 900;
+
+struct record_settings {
+  remote_place at;
+  std::vector<std::string> words; // topics, or files to be repaired
+  std::vector<std::string> exclude;
+  std::string to;
+  std::string split;
+  std::string total;
+  std::size_t packed = 0;
+  std::optional<rt::duration> duration;
+  std::optional<rt::duration> timeout;
+  bool sync = false;
+  bool repair = false;
+  bool quiet = false;
+};
+
+constexpr std::array<std::string_view, 3> packings{"lz4", "zstd", "none"};
+
+command table_of(record_settings& o) {
+  return {
+      .verb = "record",
+      .examples = {{{"rowe record ws://127.0.0.1:8080", "all topics, until Ctrl-C"},
+                    {"rowe record 127.0.0.1:8080 /odom '/arm/**' -o run.mcap", "some of them"}}},
+      .description =
+          "Records topics into a file (MCAP, which Foxglove opens), until Ctrl-C or SIGTERM. In a TOPIC `*`\n"
+          "stands for any text without a slash, `**` for any text. Without TOPICs all are recorded, those\n"
+          "of the endpoint below /rowe/ included: they say when it was stopped, and what was lost. What the\n"
+          "recorder itself loses is counted, and the file says so. A file whose program was killed, or that\n"
+          "is damaged, is made whole by --repair: its words are FILEs then.\n",
+      .operands =
+          {[&] {
+             operand url = url_operand(o.at.url);
+             url.left_out = &o.repair;
+             return url;
+           }(),
+           {.name = "TOPIC", .meaning = "their names, or patterns", .into = &o.words, .optional = true}},
+      .options = with_remote(
+          o.at,
+          {
+              {"--output", "-o", "PATH",
+               "a file, or a folder for files with the robot's name and the time (default: the present one)",
+               &o.to},
+              {"--exclude", "", "TOPIC", "but not these", &o.exclude},
+              {"--split", "", "SIZE|TIME", "another file begins after 1GiB, or 10m", &o.split},
+              {"--max-total", "", "SIZE", "of all files of this name: the oldest ones are deleted", &o.total},
+              {"--compression", "", "NAME", "lz4 (the default), zstd or none", choice{&o.packed, packings}},
+              {"--sync", "", "", "wait for the disk after each chunk: for when the power may fail", &o.sync},
+              {"--duration", "", "TIME", "end after so long", time_span{&o.duration}},
+              {"--timeout", "", "TIME", "how long to wait for the connection (default: until Ctrl-C)",
+               time_span{&o.timeout}},
+              {"--repair", "", "", "make the FILEs whole; nothing is recorded", &o.repair},
+              {"--quiet", "-q", "", "print errors only", &o.quiet},
+          })};
+}
+
+// What is wrong with the options; empty: they are in `file` now.
+std::string read_file_options(const record_settings& o, recording_options& file) {
+  file.path = o.to.empty() ? "./" : o.to;
+  file.packed = o.packed == 0 ? compression::lz4 : o.packed == 1 ? compression::zstd : compression::none;
+  file.sync = o.sync;
+  if (!o.split.empty()) {
+    const auto bytes = bytes_of(o.split);
+    const auto time = duration_of(o.split);
+    if (!bytes && (!time || *time <= rt::duration{0}))
+      return joined("--split takes a size or a time (1GiB, 10m), not ", quoted(o.split));
+    file.split_bytes = bytes.value_or(0);
+    if (!bytes) file.split_time = *time;
+  }
+  if (!o.total.empty()) {
+    const auto bytes = bytes_of(o.total);
+    if (!bytes) return joined("--max-total takes a size (10GiB), not ", quoted(o.total));
+    if (*bytes < 1 << 20) return joined("--max-total needs 1MiB at least, not ", quoted(o.total));
+    file.total_bytes = *bytes;
+  }
+  return {};
+}
+
+bool is_pattern(std::string_view topic) noexcept { return topic.find('*') != std::string_view::npos; }
+
+// ---- repairing
+
+exit_code repair(const record_settings& o, const console& to) {
+  exit_code end = exit_code::done;
+  if (o.words.empty()) return usage_error("record", "--repair needs a FILE");
+  for (const std::string& path : o.words) {
+    std::string why;
+    const auto done = repair_recording(path, &why);
+    if (!done) {
+      to.error(printable(why));
+      end = exit_code::failed;
+      continue;
+    }
+    for (const recording_damage& part : done->damaged)
+      to.note(printable(path), ": ", counted(part.bytes, "byte"), " at ", part.offset,
+              " cannot be read: ", printable(part.why));
+    if (done->was_whole) {
+      to.note(printable(path), " is whole: ", counted(done->messages, "message"));
+    } else {
+      to.note(printable(done->path), done->in_place ? " got its end: " : " has what could be read: ",
+              counted(done->messages, "message"));
+    }
+  }
+  return end;
+}
+
+// ---- recording
+
+// Subscribes to the robot's topics as they come.
+class topics_of_robot {
+ public:
+  topics_of_robot(endpoint& hub, watcher& waits, recorder& into, const record_settings& o, const console& to)
+      : hub_{hub}, waits_{waits}, into_{into}, chosen_{o}, to_{to} {}
+
+  // Those without a pattern need not be there yet.
+  void subscribe_named() {
+    for (const std::string& name : chosen_.words)
+      if (!is_pattern(name)) subscribe(name[0] == '/' ? name : "/" + name, {});
+  }
+
+  // Looks which there are. False: the robot does not say.
+  bool look() {
+    const auto answer = ask("/rosapi/topics", "{}");
+    if (!answer) return false;
+    const json_value list = read_json(*answer);
+    const json_value names = list.find("topics").value_or(json_value{});
+    const json_value types = list.find("types").value_or(json_value{});
+    std::vector<std::string> all;
+    for (const json_value one : names.elements()) all.push_back(plain_text_of(one));
+    std::size_t at = 0;
+    std::vector<std::string> type_of(all.size());
+    for (const json_value one : types.elements())
+      if (at < type_of.size()) type_of[at++] = plain_text_of(one);
+    const bool is_new = std::ranges::any_of(all, [&](const std::string& n) { return !known_.contains(n); });
+    if (is_new && describes_) describes_ = types_.read_all(hub_, waits_, answer_time);
+    for (std::size_t i = 0; i < all.size(); ++i) subscribe(all[i], type_of[i]);
+    return true;
+  }
+
+  // The answer of a service; nothing: there is none.
+  std::optional<std::string> ask(std::string_view name, const std::string& what) {
+    auto opened =
+        hub_.client<json_text, json_text>(name, {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
+    if (!opened) return std::nullopt;
+    const auto answer = waits_.during([&] { return opened->call(what, answer_time); });
+    if (!answer) return std::nullopt;
+    return std::string{answer->value()};
+  }
+
+  std::size_t count() const noexcept { return known_.size(); }
+
+ private:
+  void subscribe(const std::string& name, std::string_view type) {
+    if (known_.contains(name) || name.empty()) return;
+    if (known_.size() == recorded_topics_max) {
+      if (!std::exchange(too_many_, true))
+        to_.error("there are more topics than ", recorded_topics_max, ": the others are not recorded");
+      return;
+    }
+    const typed_name* const described = types_.find_topic(name);
+    const status done = into_.subscribe(name, type, described == nullptr ? nullptr : described->message);
+    if (!done) to_.error("cannot record ", quoted(name), ": ", done.error().message());
+    known_.emplace(name, static_cast<bool>(done));
+  }
+
+  endpoint& hub_;
+  watcher& waits_;
+  recorder& into_;
+  const record_settings& chosen_;
+  const console& to_;
+  robot_types types_;
+  bool describes_ = true; // the robot says its types
+  bool too_many_ = false;
+  std::map<std::string, bool> known_;
+};
+
+// A line on a terminal that is written over and over.
+class progress_line {
+ public:
+  explicit progress_line(bool quiet) : shown_{!quiet && ::isatty(STDERR_FILENO) == 1} {}
+  ~progress_line() { clear(); }
+  progress_line(const progress_line&) = delete;
+  progress_line& operator=(const progress_line&) = delete;
+
+  void show(const recording_figures& now, rt::time_point at) {
+    if (!shown_ || at - at_ < progress_period) return;
+    const double seconds = std::chrono::duration<double>(at - at_).count();
+    const double rate = at_ == rt::time_point{} ? 0 : static_cast<double>(now.bytes - bytes_) / seconds;
+    at_ = at;
+    bytes_ = now.bytes;
+    write_to_stderr(joined("\r\033[K", counted(now.messages, "message"), ", ", bytes_text(now.bytes), ", ",
+                           bytes_text(static_cast<std::uint64_t>(rate)), "/s, ", bytes_text(now.disk_free),
+                           " free", now.lost == 0 ? "" : joined(", lost ", now.lost)));
+    drawn_ = true;
+  }
+  void clear() {
+    if (std::exchange(drawn_, false)) write_to_stderr("\r\033[K");
+  }
+
+ private:
+  bool shown_;
+  bool drawn_ = false;
+  rt::time_point at_{};
+  std::uint64_t bytes_ = 0;
+};
+
+// Until a signal, the end of --duration, or a disk that takes no more.
+exit_code run(endpoint& hub, remote& connection, recorder& into, topics_of_robot& topics,
+              const record_settings& o, const console& to) {
+  const auto begin = rt::monotonic_clock::now();
+  const auto end = rt::deadline_after(begin, o.duration.value_or(rt::for_ever));
+  const bool looks = o.words.empty() || std::ranges::any_of(o.words, is_pattern);
+  auto next_look = begin;
+  bool warned = false;
+  std::string path;
+  std::string fault;
+  progress_line line{o.quiet};
+  topics.subscribe_named();
+  while (!interrupt::seen() && rt::monotonic_clock::now() < end) {
+    const auto now = rt::monotonic_clock::now();
+    if (now >= next_look) {
+      next_look = now + topics_period;
+      const bool told = topics.look();
+      if (!told && looks && hub.peers() != 0 && !std::exchange(warned, true)) {
+        line.clear();
+        to.error("it does not say which topics it has: name those to be recorded");
+      }
+    }
+    const recording_figures figures = into.figures();
+    if (figures.path != path) {
+      line.clear();
+      path = figures.path;
+      to.note("recording into ", printable(path));
+    }
+    if (figures.fault != fault) {
+      line.clear();
+      fault = figures.fault;
+      if (!fault.empty()) to.error(printable(fault), o.total.empty() ? "" : "; trying again");
+      if (!fault.empty() && o.total.empty()) return exit_code::failed;
+    }
+    line.show(figures, now);
+    connection.report();
+    interrupt::sleep_until(std::min({end, next_look, now + interrupt::slice}));
+  }
+  return exit_code::done;
+}
+
+exit_code record_from(endpoint hub, const std::string& url, const record_settings& o, recording_options file,
+                      const console& to) {
+  remote connection{hub, url, to};
+  if (const auto end = connection.wait(o.timeout)) return *end;
+  watcher waits{connection};
+  recorder none;
+  topics_of_robot asks{hub, waits, none, o, to};
+  if (const auto stats = asks.ask("/rowe/stats", "{}")) {
+    if (const auto name = read_json(*stats).get<std::string>("name")) file.name = *name;
+  }
+  std::string why;
+  auto made = hub.record({.file = file, .topics = o.words, .exclude = o.exclude}, &why);
+  if (!made) {
+    to.error(why.empty() ? made.error().message() : printable(why));
+    return exit_code::failed;
+  }
+  recorder into = std::move(*made);
+  for (const std::string& one : into.unended())
+    to.note(printable(one), " was not ended by its program; `rowe record --repair` does it");
+  topics_of_robot topics{hub, waits, into, o, to};
+  exit_code end = run(hub, connection, into, topics, o, to);
+  const bool whole = static_cast<bool>(into.close(&why));
+  if (!whole && end == exit_code::done) {
+    to.error(printable(why));
+    end = exit_code::failed;
+  }
+  const recording_figures figures = into.figures();
+  to.note(counted(figures.messages, "message"), ", ", bytes_text(figures.bytes), " in ",
+          counted(figures.files, "file"), figures.lost == 0 ? "" : joined(", lost ", figures.lost));
+  return end == exit_code::done && figures.lost != 0 ? exit_code::lost : end;
+}
+
+} // namespace
+
+exit_code record(argument_list arguments) {
+  record_settings chosen;
+  if (const auto end = read(table_of(chosen), arguments)) return *end;
+  console to{"record"};
+  to.be_quiet(chosen.quiet);
+  if (chosen.repair) return repair(chosen, to);
+  recording_options file;
+  if (const std::string wrong = read_file_options(chosen, file); !wrong.empty())
+    return usage_error("record", wrong);
+  const spelled_url url = read_url(chosen.at.url);
+  if (url.url.empty()) return usage_error("record", url.wrong);
+  auto bounds = limits_for("record");
+  if (!bounds) return exit_code::usage;
+  bounds->handles_max = std::max(bounds->handles_max, recorded_topics_max + 64);
+  bounds->topics_max = std::max(bounds->topics_max, recorded_topics_max + 64);
+  bounds->subscriptions_max = std::max(bounds->subscriptions_max, recorded_topics_max + 64);
+  endpoint_options options{.limits = *bounds};
+  if (const auto end = use(chosen.at, options, to)) return *end;
+  auto hub = endpoint::connect(url.url, options);
+  if (!hub) return cannot_open(url.url, hub.error(), to);
+  return record_from(std::move(hub).value(), url.url, chosen, std::move(file), to);
+}
+
+} // namespace rowe::tools
