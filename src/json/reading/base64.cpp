@@ -25,12 +25,12 @@ constexpr auto values_at(unsigned shift) noexcept {
     all[static_cast<std::uint8_t>(alphabet[i])] = static_cast<std::uint32_t>(i) << shift;
   return all;
 }
-constexpr std::array values{values_at(18), values_at(12), values_at(6), values_at(0)};
+constexpr std::array digit_values{values_at(18), values_at(12), values_at(6), values_at(0)};
 
 // The 24 bits of four digits; more bits: one of them is no digit.
 std::uint32_t bits_of(const char* four) noexcept {
-  return values[0][byte_of(four[0])] | values[1][byte_of(four[1])] | values[2][byte_of(four[2])] |
-         values[3][byte_of(four[3])];
+  return digit_values[0][byte_of(four[0])] | digit_values[1][byte_of(four[1])] |
+         digit_values[2][byte_of(four[2])] | digit_values[3][byte_of(four[3])];
 }
 
 char* store_bits(char* into, std::uint32_t bits, std::size_t bytes) noexcept {
