@@ -60,6 +60,8 @@ namespace rowe {
   X(too_many_calls, "%v calls are in flight; the limit is %l")                                               \
   X(too_many_services, "%v services exist; the limit `services_max` is %l")                                  \
   X(bad_recording, "the recording cannot be written or read; `why` says the file and the reason")            \
+  X(bad_definition, "the definition of the type of ROS is wrong; `why` says the line and the reason")        \
+  X(bad_message, "the bytes are no message of the type (at byte %v); `why` says the member")                 \
   X(parameter_taken, "a parameter of that name exists already")                                              \
   X(too_many_parameters, "%v parameters exist; the limit `parameters_max` is %l")                            \
   X(service_taken, "the service is provided already")                                                        \

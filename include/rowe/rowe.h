@@ -77,7 +77,9 @@ extern "C" {
   X(45, control_character) /* a name with one of them */                                                     \
   X(46, too_many_leases)   /* topics with a lease_ms */                                                      \
   X(47, bad_recording)     /* a file that cannot be written or read */                                       \
-  X(48, too_many_recordings)
+  X(48, too_many_recordings)                                                                                 \
+  X(49, bad_definition)    /* a type of ROS that cannot be read */                                           \
+  X(50, bad_message)       /* bytes that are no message of ROS */
 // clang-format on
 
 enum rowe_error {

@@ -18,6 +18,7 @@
 #include <string>
 
 #include <rowe/recording.hpp>
+#include <rowe/ros_type.hpp>
 
 #include "endpoints.hpp"
 
@@ -170,6 +171,12 @@ error bad_web() {
   return of(rowe::endpoint::listen(0, options));
 }
 error bad_recording() { return of(rowe::recording_reader::open("/nowhere/run.mcap")); }
+error bad_definition() { return of(rowe::ros_type::parse("a/A", "float x", rowe::ros_version::ros1)); }
+error bad_message() {
+  const auto type = rowe::ros_type::parse("a/A", "float32 x", rowe::ros_version::ros1).value();
+  std::string json;
+  return of(type.to_json(rowe::ros_encoding::ros1, "abc", json, 100));
+}
 error bad_config() { return of(rowe::endpoint_options::from_file("/dev/null/rowe.toml")); }
 error too_many_handles() {
   auto endpoint = with([](rowe::limits& l) { l.handles_max = 1; });

@@ -291,13 +291,14 @@ static void errors_of_services(void) {
 }
 
 // Those a C program cannot meet: its endpoints have more topics and services than handles; memory and threads
-// run out where the machine says so; and it has no recordings.
+// run out where the machine says so; and it has no recordings, and no messages of ROS.
 static bool out_of_reach(int code) {
   return code == rowe_error_too_many_topics || code == rowe_error_too_many_services ||
          code == rowe_error_bad_access || code == rowe_error_bad_certificate || code == rowe_error_bad_web ||
          code == rowe_error_no_memory || code == rowe_error_no_thread || code == rowe_error_no_service ||
          code == rowe_error_no_peer || code == rowe_error_bad_recording ||
-         code == rowe_error_too_many_recordings;
+         code == rowe_error_too_many_recordings || code == rowe_error_bad_definition ||
+         code == rowe_error_bad_message;
 }
 
 static void each_error_has_its_diagnostic(void) {

@@ -9,7 +9,7 @@ import pathlib
 # build an area's programs anew, but do not make it due.
 about = {
     "rt": ["rt"], "json": ["src/json"], "access": ["src/access"], "wire": ["src/wire"], "net": ["src/net"],
-    "mcap": ["src/mcap"],
+    "mcap": ["src/mcap"], "rosmsg": ["src/rosmsg"],
     "service": ["src/service", "tests/memory_transport"], "sim": ["tests/memory_transport"],
     "page": ["src/page"], "web": ["clients", "src/page"], "api": ["src/api", "include"], "capi": ["src/capi"],
     "install": ["include", "rt", "README.md"], "tools": ["tools"],
