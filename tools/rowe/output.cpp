@@ -13,6 +13,7 @@
 
 #include "console.hpp"
 #include "interrupt.hpp"
+#include "status_line.hpp"
 
 namespace rowe::tools {
 namespace {
@@ -85,7 +86,9 @@ bool emit(std::string_view text) {
 bool output_failed() noexcept { return stdout_failure != 0 && stdout_failure != EPIPE; }
 
 void write_to_stderr(std::string_view text) noexcept {
-  if (write_all(STDERR_FILENO, text) < text.size()) stderr_failure.store(errno, std::memory_order_seq_cst);
+  const std::string_view before = status_line::taken_away();
+  if (write_all(STDERR_FILENO, before) < before.size() || write_all(STDERR_FILENO, text) < text.size())
+    stderr_failure.store(errno, std::memory_order_seq_cst);
 }
 
 int run_program(int count, char** words, exit_code (*program)(argument_list)) {

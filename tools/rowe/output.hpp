@@ -26,7 +26,8 @@ bool emit(std::string_view text);
 // Whether stdout could not be written, for another reason than that nobody reads it.
 bool output_failed() noexcept;
 
-// Writes to stderr, on any thread. run_program() finds out whether that failed.
+// Writes to stderr, on any thread, in place of a status line (see status_line.hpp). run_program() finds out
+// whether that failed.
 void write_to_stderr(std::string_view text) noexcept;
 
 // What main() does: watches for signals, runs the program with the arguments behind its name, closes its
