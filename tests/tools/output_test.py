@@ -8,6 +8,7 @@ import tempfile
 import unittest
 
 from program import ROWE, hub, of_the_machine, run, timeout, verbs, with_timeout
+from recordings import message, record
 
 folder = os.path.dirname(ROWE)
 no_space = "rowe: cannot write to standard output: No space left on device (0 bytes written)"
@@ -45,6 +46,8 @@ class output(unittest.TestCase):
         # What each verb is asked so that it prints something.
         url, cls.made, new = cls.demo.url, *(os.path.join(cls.folders, name) for name in ("made", "new"))
         run("setup", "--name", "bot", "--dir", cls.made, code=0)
+        cls.recording = os.path.join(cls.folders, "run.mcap")
+        record(cls.recording, [message("/a", 0, {})])
         cls.prints = {
             "bench": [("idle", "-D", "100ms", "--json", "-")],
             "call": [(url, "/rosapi/topics"), (url, "/rosapi/topics", "--json"),
@@ -54,6 +57,7 @@ class output(unittest.TestCase):
             "doctor": [("--quick",), ("--quick", "--json")],
             "echo": [(url,), (url, "/odom"), (url, "/odom", "--csv", "-n", "3")],
             "help": [(), ("echo",)],
+            "info": [(cls.recording,), (cls.recording, "--json")],
             "param": [("list", url, "--all")],
             "peers": [(url,), (url, "--json")],
             "pub": [],

@@ -18,6 +18,7 @@ exit_code param(argument_list arguments);
 exit_code types(argument_list arguments);
 exit_code peers(argument_list arguments);
 exit_code record(argument_list arguments);
+exit_code info(argument_list arguments);
 exit_code replay(argument_list arguments);
 exit_code setup(argument_list arguments);
 exit_code token(argument_list arguments);

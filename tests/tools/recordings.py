@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings for tests, by record_lines and mcap_samples, which are built beside the program under test."""
+import json
+import os
+import struct
+import subprocess
+
+from program import ROWE, timeout
+
+begin_ns = 1_764_475_798_000_000_000  # 2025-11-30T04:09:58Z
+ms = 1_000_000
+magic = b"\x89MCAP0\r\n"
+
+
+def beside(name):
+    return os.path.join(os.path.dirname(ROWE), name)
+
+
+def at(milliseconds):
+    return begin_ns + round(milliseconds * ms)
+
+
+def message(topic, milliseconds, msg, **more):
+    return {"topic": topic, "logged_ns": at(milliseconds), "msg": msg, **more}
+
+
+end_of_chunk = {"flush": True}
+
+
+def record(path, lines, packed="none", cut=False):
+    """`cut`: as by a program that was killed."""
+    text = "".join(json.dumps(line) + "\n" for line in lines)
+    subprocess.run([beside("record_lines"), path, packed, *(["cut"] if cut else [])], input=text.encode(),
+                   check=True, timeout=timeout)
+
+
+def samples(folder):
+    subprocess.run([beside("mcap_samples"), "write", folder], check=True, stdout=subprocess.DEVNULL,
+                   timeout=timeout)
+
+
+def damage(path, what):
+    """Makes the one place that has these bytes something else."""
+    with open(path, "r+b") as file:
+        data = file.read()
+        assert data.count(what) == 1, data.count(what)
+        file.seek(data.index(what))
+        file.write(bytes(byte ^ 0x55 for byte in what))
+
+
+def write_with_attachment(path):
+    """A file without a summary that has an attachment, and a message behind it."""
+    def record_of(opcode, content):
+        return struct.pack("<BQ", opcode, len(content)) + content
+
+    def text(words):
+        return struct.pack("<I", len(words)) + words.encode()
+
+    attached = struct.pack("<QQ", at(0), at(0)) + text("map.png") + text("image/png")
+    attached += struct.pack("<Q", 5) + b"12345" + struct.pack("<I", 0)
+    with open(path, "wb") as file:
+        file.write(magic + record_of(1, text("ros2") + text("another writer")) + record_of(9, attached) +
+                   record_of(4, struct.pack("<HH", 1, 0) + text("/a") + text("json") + struct.pack("<I", 0)) +
+                   record_of(5, struct.pack("<HIQQ", 1, 1, at(0), at(0)) + b"{}"))
