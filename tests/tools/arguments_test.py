@@ -25,7 +25,7 @@ class arguments(unittest.TestCase):
         self.refused("serve", "--listen", "127.0.0.1:70000", says=["70000", "0 to 65535"])
         self.refused("serve", "--port", "0", "--listen", "127.0.0.1:0", says=["exclude"])
         self.refused("serve", "now", says=["'now'"])
-        self.refused("replay", "ws://127.0.0.1:1", says=["--tum FILE is missing"])
+        self.refused("replay", "ws://127.0.0.1:1", says=["the argument FILE is missing"])
         self.refused("replay", "ws://127.0.0.1:1", "--tum", "x", says=["--topic NAME is missing"])
         self.refused("replay", "ws://127.0.0.1:1", "--tum", "x", "--topic", "/t", "--rate", "1MHz", says=["'1MHz'"])
         self.refused("replay", "ws://127.0.0.1:1", "--tum", "x", "--topic", "/t", "--rate", "200kHz",

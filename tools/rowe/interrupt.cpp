@@ -13,7 +13,13 @@ namespace {
 std::atomic<bool> signalled{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "the handler may only touch what is lock-free");
 
-void note_signal(int) noexcept { signalled.store(true, std::memory_order_seq_cst); }
+std::atomic<void (*)() noexcept> action_at_first{nullptr};
+static_assert(std::atomic<void (*)() noexcept>::is_always_lock_free);
+
+void note_signal(int) noexcept {
+  signalled.store(true, std::memory_order_seq_cst);
+  if (auto* const action = action_at_first.load(std::memory_order_seq_cst)) action();
+}
 
 } // namespace
 
@@ -30,6 +36,10 @@ void watch() noexcept {
   struct sigaction ignoring {};
   ignoring.sa_handler = SIG_IGN;
   for (const int signal : {SIGPIPE, SIGXFSZ}) ::sigaction(signal, &ignoring, nullptr);
+}
+
+void at_first_signal(void (*action)() noexcept) noexcept {
+  action_at_first.store(action, std::memory_order_seq_cst);
 }
 
 bool seen() noexcept { return signalled.load(std::memory_order_seq_cst); }

@@ -18,6 +18,10 @@ void watch() noexcept;
 // Whether one of the signals came.
 bool seen() noexcept;
 
+// What is done at once when the first of them comes, on whichever thread: only what a handler of signals may
+// do. Null: nothing.
+void at_first_signal(void (*action)() noexcept) noexcept;
+
 // Waits until then, or until a signal comes. On the main thread.
 void sleep_until(rt::time_point deadline) noexcept;
 

@@ -33,7 +33,7 @@ constexpr std::array verbs{
     verb{"peers", "list who is connected to an endpoint, and what was lost", peers},
     verb{"record", "record topics into a file, or repair one", record},
     verb{"info", "say what is in a recording", info},
-    verb{"replay", "publish a recorded trajectory at its own pace", replay},
+    verb{"replay", "publish what was recorded, at its own pace", replay},
     verb{"setup", "make certificate, tokens and settings, to put a robot on a network", setup},
     verb{"token", "add, remove or list who may connect to a robot that was set up", token},
     verb{"discover", "list the robots that are announced on the network", discover},

@@ -146,7 +146,9 @@ const char* from_environment(const operand& o) noexcept {
   return value != nullptr && *value != '\0' ? value : nullptr;
 }
 
-bool is_left_out(const operand& o) noexcept { return o.left_out != nullptr && *o.left_out; }
+bool is_left_out(const operand& o) noexcept {
+  return (o.left_out != nullptr && *o.left_out) || (o.instead != nullptr && !o.instead->empty());
+}
 
 // The environment's value for `o`, if it is to be used: when there are fewer words than arguments that must
 // be given, or the next word is none of its kind.
@@ -233,7 +235,7 @@ std::string spelling_of(const option& o) {
 
 std::string spelling_of(const operand& o) {
   const bool repeated = std::holds_alternative<std::vector<std::string>*>(o.into);
-  const bool brackets = o.optional || o.left_out != nullptr;
+  const bool brackets = o.optional || o.left_out != nullptr || o.instead != nullptr;
   return joined(brackets ? "[" : "", o.name, repeated ? "..." : "", brackets ? "]" : "");
 }
 

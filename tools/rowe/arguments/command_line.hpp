@@ -76,7 +76,8 @@ struct operand {
   // Where the environment has a value, what does not read like this one is the argument behind it already.
   bool (*reads_like_it)(std::string_view) = nullptr;
   bool optional = false;
-  const bool* left_out = nullptr; // an option that does away with it
+  const bool* left_out = nullptr;       // an option that does away with it
+  const std::string* instead = nullptr; // the value of one that does, too
 };
 
 struct example {

@@ -3,6 +3,8 @@
 // whether a message was too long for it.
 #pragma once
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -23,5 +25,8 @@ bool is_answer(const result<bool>& asked) noexcept;
 // Who refused a message of so many bytes, and by which limit, where `said`, the server's own words, names
 // one. Empty: it does not.
 std::string refusal_of(std::string_view server, std::size_t bytes, std::string_view said);
+
+// How many bytes a message may have there, as `said`: the limit that it names. Nothing: it names none.
+std::optional<std::uint64_t> bytes_taken_by_server(std::string_view said) noexcept;
 
 } // namespace rowe::tools

@@ -1,224 +1,114 @@
 // SPDX-License-Identifier: Apache-2.0
-// rowe replay: publishes a recorded trajectory at its own pace. Deadlines are absolute and come from the
-// file's times, so the pace does not drift; every pose is sent: where there is no room, or no connection for
-// a while, it waits. Only what was on its way when a connection broke may be lost; the summary counts it.
-#include <algorithm>
-#include <cstdint>
+// rowe replay: publishes what was recorded, at its own pace. What the file is, its first bytes say.
+#include <cmath>
 #include <optional>
 #include <string>
-#include <vector>
-
-#include <rowe/endpoint.hpp>
-#include <rowe/ros.hpp>
 
 #include "../arguments/command_line.hpp"
-#include "../arguments/limit_options.hpp"
+#include "../arguments/values.hpp"
 #include "../console.hpp"
-#include "../interrupt.hpp"
-#include "../network/remote.hpp"
-#include "../text/tum.hpp"
+#include "replaying.hpp"
 #include "sending.hpp"
 #include "verbs.hpp"
 
 namespace rowe::tools {
 namespace {
 
-using namespace std::chrono_literals;
-
-constexpr std::uint32_t queue_depth = 256;
-constexpr std::int64_t ns_per_second = 1'000'000'000;
-
-struct replay_options {
-  remote_place at;
-  std::string file;
-  std::string topic;
-  std::optional<double> rate;
-  std::optional<rt::duration> timeout;
-  bool loop = false;
-  bool quiet = false;
-};
+constexpr double factor_max = 1000;
 
 command table_of(replay_options& o) {
   return {
       .verb = "replay",
-      .examples = {{{"rowe replay ws://127.0.0.1:8080 --tum path.txt --topic /odom",
-                     "at the file's own pace"},
-                    {"rowe replay ws://127.0.0.1:8080 --tum path.txt --topic /odom --rate 1kHz --loop",
-                     "as fast as a loop, for ever"}}},
-      .description = "Publishes the poses of a TUM trajectory (`time tx ty tz qx qy qz qw` a line) as\n"
-                     "nav_msgs/Odometry. Every pose is sent; a summary on stderr ends it. A replay that is\n"
-                     "interrupted before its end exits with 130, unless --loop was given.\n",
-      .operands = {url_operand(o.at.url)},
+      .examples = {{{"rowe replay ws://127.0.0.1:8080 run.mcap --from 1:30 --rate 0.5",
+                     "a recording, at half its pace"},
+                    {"rowe replay ws://127.0.0.1:8080 path.txt --topic /odom --rate 1kHz --loop",
+                     "a trajectory, for ever"}}},
+      .description =
+          "Publishes what a file has, each message at its time and all in their order. FILE is one of:\n"
+          "  a recording (MCAP) with messages in JSON\n"
+          "  lines as `rowe echo --json` prints them: {\"topic\":NAME,\"msg\":BODY}, each with a member\n"
+          "  \"time\" (seconds since 1970, or in ISO 8601), or with --rate HZ; with --topic lines are "
+          "bodies\n"
+          "  a TUM trajectory (`time tx ty tz qx qy qz qw` a line), published as nav_msgs/Odometry\n"
+          "\n"
+          "What cannot be played is named and counted: topics below /rowe/, which are the endpoint's own,\n"
+          "other encodings, damaged parts, and messages that are longer than 1 MiB or what\n"
+          "ROWE_LIMITS_LONG_MESSAGE_BYTES_MAX says. The summary on stderr says how late messages were.\n"
+          "\n"
+          "On a terminal: space pauses and goes on, s or the right arrow takes one message while it pauses,\n"
+          "[ and ] or the arrows go back and forward by 5 s, q ends.\n"
+          "\n"
+          "It exits with 1 if parts of the file could not be read, with 6 if messages were not sent, and\n"
+          "with 130 if it is interrupted before its end, unless --loop was given.\n",
+      .operands = {url_operand(o.at.url),
+                   {.name = "FILE", .meaning = "what was recorded", .into = &o.file, .instead = &o.tum}},
       .options = with_remote(
-          o.at, {
-                    {"--tum", "", "FILE", "the trajectory; stamps are the file's times, to the nanosecond",
-                     &o.file},
-                    {"--topic", "", "NAME", "where to publish, such as /odom", &o.topic},
-                    {"--rate", "", "HZ", "a fixed rate (250Hz, 2kHz) in place of the file's pace",
-                     rate{&o.rate, rate_max}},
-                    {"--loop", "", "", "begin again at the end; stamps go on", &o.loop},
-                    {"--timeout", "", "TIME", "how long to wait for the connection (default: until Ctrl-C)",
-                     time_span{&o.timeout}},
-                    {"--quiet", "-q", "", "print errors only", &o.quiet},
-                })};
-}
-
-// When pose i of a lap is due, counted from the lap's begin; and how long a lap is.
-class pace {
- public:
-  pace(const std::vector<tum_pose>& poses, std::optional<double> rate) : poses_{poses} {
-    if (rate) period_ns_ = static_cast<double>(ns_per_second) / *rate;
-  }
-  rt::duration due(std::size_t i) const noexcept {
-    return period_ns_ ? scaled(i) : rt::duration{poses_[i].time_ns - poses_.front().time_ns};
-  }
-  // From one lap's first pose to the next one's: a step of mean length follows the last pose.
-  rt::duration lap() const noexcept { return period_ns_ ? scaled(poses_.size()) : recorded_lap(); }
-  // By how much the stamps of a lap go on from those of the lap before.
-  rt::duration recorded_lap() const noexcept {
-    const std::int64_t span = poses_.back().time_ns - poses_.front().time_ns;
-    const auto steps = static_cast<std::int64_t>(std::max<std::size_t>(poses_.size() - 1, 1));
-    return rt::duration{span + span / steps};
-  }
-
- private:
-  rt::duration scaled(std::size_t i) const noexcept {
-    return rt::duration{static_cast<std::int64_t>(static_cast<double>(i) * *period_ns_)};
-  }
-
-  const std::vector<tum_pose>& poses_;
-  std::optional<double> period_ns_;
-};
-
-ros::odometry blank_message() noexcept {
-  ros::odometry message; // twist and covariances stay zero: the file does not know them
-  message.header.frame_id = "odom";
-  message.child_frame_id = "base_link";
-  return message;
-}
-
-void describe(const tum_pose& pose, rt::duration later, ros::odometry& in) noexcept {
-  const std::int64_t stamp_ns = pose.time_ns + later.count();
-  in.header.stamp = {static_cast<std::uint32_t>(stamp_ns / ns_per_second),
-                     static_cast<std::uint32_t>(stamp_ns % ns_per_second)};
-  in.pose.pose.position = {pose.position[0], pose.position[1], pose.position[2]};
-  in.pose.pose.orientation = {pose.orientation[0], pose.orientation[1], pose.orientation[2],
-                              pose.orientation[3]};
-}
-
-class player {
- public:
-  player(publisher<ros::odometry> odom, remote& hub, const replay_options& chosen, const console& to)
-      : odom_{std::move(odom)}, hub_{hub}, chosen_{chosen}, to_{to} {}
-
-  // Plays the poses once, or again and again. Nothing: to the end.
-  std::optional<exit_code> play(const std::vector<tum_pose>& poses) {
-    const pace steps{poses, chosen_.rate};
-    begin_ = rt::monotonic_clock::now();
-    rt::duration later{0};
-    do {
-      for (std::size_t i = 0; i < poses.size(); ++i) {
-        interrupt::sleep_until(begin_ + steps.due(i));
-        if (interrupt::seen()) return exit_code::interrupted;
-        describe(poses[i], later, message_);
-        if (const auto end = send()) return end;
-      }
-      begin_ += steps.lap();
-      later += steps.recorded_lap();
-    } while (chosen_.loop);
-    return std::nullopt;
-  }
-
-  std::uint64_t sent() const noexcept { return sent_; }
-
- private:
-  // Sends the message, whatever it takes. Nothing: sent.
-  std::optional<exit_code> send() {
-    for (;;) {
-      const auto now = rt::monotonic_clock::now();
-      const status done = odom_.publish(message_, now);
-      if (done) break;
-      if (done.code() == errc::full) {
-        interrupt::sleep_until(now + room_period);
-      } else if (done.code() == errc::no_peer) {
-        if (const auto end = hub_.wait(chosen_.timeout)) return end;
-        begin_ += rt::monotonic_clock::now() - now; // the pace goes on where it was broken off
-      } else {
-        to_.error(done.error().message());
-        return exit_code::failed;
-      }
-      if (interrupt::seen()) return exit_code::interrupted;
-    }
-    ++message_.header.seq;
-    ++sent_;
-    hub_.report();
-    return std::nullopt;
-  }
-
-  publisher<ros::odometry> odom_;
-  remote& hub_;
-  const replay_options& chosen_;
-  const console& to_;
-  ros::odometry message_ = blank_message();
-  rt::time_point begin_{}; // of the lap
-  std::uint64_t sent_ = 0;
-};
-
-exit_code play_to(endpoint hub, const std::string& url, const std::vector<tum_pose>& poses,
-                  const replay_options& o, const console& to) {
-  auto odom = hub.advertise<ros::odometry>(o.topic, {.keep = keep::all, .depth = queue_depth});
-  if (!odom) {
-    to.error("cannot publish on ", quoted(o.topic), ": ", odom.error().message());
-    return exit_code_of(odom.error());
-  }
-  remote connection{hub, url, to};
-  if (const auto end = connection.wait(o.timeout)) return *end;
-
-  player playing{std::move(odom).value(), connection, o, to};
-  const auto begin = rt::monotonic_clock::now();
-  auto end = playing.play(poses);
-  const status drained = hub.close(o.timeout.value_or(drain_time));
-  const auto elapsed = rt::monotonic_clock::now() - begin;
-  const std::uint64_t lost = lost_here(hub);
-  if (!drained) to.error("at the end: ", drained.error().message());
-
-  to.note("sent ", o.loop ? "" : joined(playing.sent(), " of "),
-          counted(o.loop ? playing.sent() : poses.size(), "pose"), " in ", seconds_text(elapsed),
-          lost == 0 ? std::string{} : joined(", dropped ", lost));
-  const bool looped =
-      o.loop && end == exit_code::interrupted && playing.sent() > 0; // the one way a loop ends
-  if (end && !looped) return *end;
-  return drained && lost == 0 ? exit_code::done : exit_code::lost;
+          o.at,
+          {
+              {"--rate", "", "FACTOR|HZ",
+               "0.5 or 2x of the recorded pace; for what has no times, and for trajectories, 250Hz or 2kHz",
+               &o.rate},
+              {"--loop", "", "", "begin again at the end", &o.loop},
+              {"--from", "", "TIME", "from there: 90s or 1:30; -10s from the end; 2026-11-30T04:10:00Z",
+               &o.from},
+              {"--to", "", "TIME", "until there, likewise", &o.to},
+              {"--topics", "", "PATTERN",
+               "only these, such as /odom,/arm/*; ** is for any number of levels (repeatable)",
+               &o.wishes.only},
+              {"--exclude", "", "PATTERN", "not these (repeatable)", &o.wishes.without},
+              {"--remap", "", "FROM:=TO", "publish a topic under another name (repeatable)",
+               &o.wishes.remaps},
+              {"--topic", "", "NAME", "where to publish a trajectory, or lines that are bodies", &o.topic},
+              {"--tum", "", "FILE", "the FILE, which is a TUM trajectory in any case", &o.tum},
+              {"--ttl", "", "TIME", "an older message is not sent", time_span{&o.ttl}},
+              {"--timeout", "", "TIME", "how long to wait for the connection (default: until Ctrl-C)",
+               time_span{&o.timeout}},
+              {"--quiet", "-q", "", "print errors only", &o.quiet},
+          })};
 }
 
 } // namespace
+
+std::optional<rate_wish> rate_wish_of(std::string_view text, std::string& wrong) {
+  rate_wish wish;
+  if (text.empty()) return wish;
+  const bool is_factor = text.ends_with('x') || text.ends_with('X');
+  const auto number = rate_of(is_factor ? text.substr(0, text.size() - 1) : text);
+  const bool has_unit = text.ends_with('z');
+  if (!number || (is_factor && text.find_first_not_of("0123456789.") != text.size() - 1)) {
+    wrong = joined("--rate needs a factor such as 0.5 or 2x, or a rate such as 250Hz, not ", quoted(text));
+    return std::nullopt;
+  }
+  if (is_factor && (*number > factor_max || *number < 1 / factor_max)) {
+    wrong = joined("--rate ", printable(text), " is out of range: 0.001x to 1000x");
+    return std::nullopt;
+  }
+  if (!is_factor && *number > rate_max) {
+    wrong = joined("--rate ", printable(text), " is out of range: at most ", std::lround(rate_max), " Hz");
+    return std::nullopt;
+  }
+  (is_factor ? wish.factor : has_unit ? wish.hz : wish.plain) = *number;
+  return wish;
+}
 
 exit_code replay(argument_list arguments) {
   replay_options chosen;
   if (const auto end = read(table_of(chosen), arguments)) return *end;
   console to{"replay"};
   to.be_quiet(chosen.quiet);
-  if (chosen.file.empty()) return usage_error("replay", "--tum FILE is missing");
-  if (chosen.topic.empty()) return usage_error("replay", "--topic NAME is missing");
-  const spelled_url url = read_url(chosen.at.url);
-  if (url.url.empty()) return usage_error("replay", url.wrong);
-
-  const tum_file file = read_tum_file(chosen.file);
-  if (!file.fault.what.empty()) {
-    const std::string line = file.fault.line == 0 ? "" : joined(":", file.fault.line);
-    to.error(printable(chosen.file), line, ": ", file.fault.what);
+  std::string why;
+  const auto pace = rate_wish_of(chosen.rate, why);
+  if (!pace) return usage_error("replay", why);
+  if (!chosen.tum.empty()) return replay_trajectory(chosen, *pace, to);
+  if (const spelled_url url = read_url(chosen.at.url); url.url.empty())
+    return usage_error("replay", url.wrong);
+  const auto kind = kind_of_file(chosen.file, why);
+  if (!kind) {
+    to.error(why);
     return exit_code::failed;
   }
-  if (chosen.loop && !chosen.rate && pace{file.poses, {}}.lap() <= rt::duration{0}) {
-    return usage_error("replay", "a trajectory without duration has no pace to --loop at: give a --rate");
-  }
-  const auto bounds = limits_for("replay");
-  if (!bounds) return exit_code::usage;
-  endpoint_options options{.limits = *bounds};
-  if (const auto end = use(chosen.at, options, to)) return *end;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
-  return play_to(std::move(hub).value(), url.url, file.poses, chosen, to);
+  if (*kind == kept_as::trajectory) return replay_trajectory(chosen, *pace, to);
+  return replay_messages(chosen, *pace, *kind, to);
 }
 
 } // namespace rowe::tools
