@@ -124,8 +124,8 @@ class arguments(unittest.TestCase):
 
     def test_help_lists_every_verb_and_every_exit_code(self):
         text = "\n".join(run("help").stdout)
-        these = ("serve", "config", "pub", "echo", "call", "peers", "info", "replay", "setup", "token",
-                 "discover", "doctor", "bench", "version")
+        these = ("serve", "config", "pub", "echo", "call", "peers", "record", "info", "replay", "setup",
+                 "token", "discover", "doctor", "bench", "version")
         for word in (*these, "0", "1", "2", "3", "4", "5", "6", "130"):
             self.assertRegex(text, rf"(?m)^ +{word} ")
         for mode in bench_modes:

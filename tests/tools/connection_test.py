@@ -31,6 +31,7 @@ class connection(unittest.TestCase):
         """Each verb with a place, as it connects to `url`."""
         some = {"call": (url, "/x"), "echo": (url, "/x"), "param": ("list", url), "peers": (url,),
                 "pub": (url, "/x", "{}"), "replay": (url, "--tum", self.trajectory, "--topic", "/x"),
+                "record": (url, "-o", self.bot.at("none.mcap")),
                 "reset": (url,), "stop": (url,), "types": (url,)}
         self.assertEqual(set(some), set(verbs_with_a_place()))
         yield from ([ROWE, verb, *arguments] for verb, arguments in some.items())
