@@ -34,7 +34,7 @@ std::optional<header> read_header(std::string_view content) {
   field_reader from{content};
   header read;
   read.profile = from.text();
-  read.library = from.text();
+  read.program = from.text();
   return if_whole(from, std::move(read));
 }
 

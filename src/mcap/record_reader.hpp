@@ -65,7 +65,7 @@ std::optional<record> next_record(std::string_view& from) noexcept;
 
 struct header {
   std::string profile;
-  std::string library;
+  std::string program;
 };
 struct footer {
   std::uint64_t summary_at = 0; // 0: there is none

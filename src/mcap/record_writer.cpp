@@ -90,10 +90,10 @@ void write(record_writer& into, const statistics& one, std::size_t schemas, std:
   into.end();
 }
 
-void write_header(record_writer& into, std::string_view profile, std::string_view library) {
+void write_header(record_writer& into, std::string_view profile, std::string_view program) {
   into.begin(opcode::header);
   into.text(profile);
-  into.text(library);
+  into.text(program);
   into.end();
 }
 

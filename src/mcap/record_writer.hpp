@@ -79,7 +79,7 @@ void write(record_writer& into, const chunk_index& one);
 void write(record_writer& into, const attachment_index& one);
 void write(record_writer& into, const metadata_index& one);
 void write(record_writer& into, const statistics& one, std::size_t schemas, std::size_t channels);
-void write_header(record_writer& into, std::string_view profile, std::string_view library);
+void write_header(record_writer& into, std::string_view profile, std::string_view program);
 void write_metadata(record_writer& into, std::string_view name, const text_map& values);
 void write_data_end(record_writer& into);
 

@@ -94,7 +94,7 @@ class repairer {
     const std::string unfinished = path + ".unfinished";
     file_sink to;
     if (!to.open(unfinished, file_sink::access::replace)) return failed(unfinished + ": " + to.why());
-    writer copies{to, {.profile = done_.found.head.profile, .library = done_.found.head.library}};
+    writer copies{to, {.profile = done_.found.head.profile, .program = done_.found.head.program}};
     const scan_visitor tell{
         .on_schema = [&](const schema& one) { copies.copy(one); },
         .on_channel = [&](const channel& one) { copies.copy(one); },

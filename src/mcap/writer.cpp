@@ -26,7 +26,7 @@ std::string key_of(Record one) {
 writer::writer(sink& to, writer_options chosen) : to_{to}, chosen_{std::move(chosen)}, chunk_{chosen_.how} {
   out_.assign(magic);
   record_writer into{out_};
-  write_header(into, chosen_.profile, chosen_.library);
+  write_header(into, chosen_.profile, chosen_.program);
   put(out_);
 }
 

@@ -24,7 +24,7 @@ struct writer_options {
   std::size_t chunk_bytes =
       1 << 20; // a chunk ends when it holds as many; a longer message has one of its own
   std::string profile{};
-  std::string library{};
+  std::string program{};
 };
 
 class writer {

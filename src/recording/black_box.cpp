@@ -238,7 +238,7 @@ void black_box::begin_file(std::string_view what, std::string_view cause) {
   fault_.clear();
   ++files_;
   last_path_ = file_->path;
-  file_->writes.emplace(file_->to, mcap::writer_options{.how = chosen_.packed, .library = "rowe"});
+  file_->writes.emplace(file_->to, mcap::writer_options{.how = chosen_.packed, .program = "rowe"});
   add_notes(what, cause);
   for (const auto& [key, one] : schemas_) file_->writes->copy(one);
   for (const auto& [key, one] : channels_) file_->writes->copy(one);

@@ -84,7 +84,7 @@ std::int64_t recording_reader::end_ns() const noexcept {
   return times.empty() ? 0 : as_time(times.latest_ns);
 }
 std::uint64_t recording_reader::file_bytes() const noexcept { return parts_->from.bytes(); }
-const std::string& recording_reader::written_by() const noexcept { return parts_->reads.head().library; }
+const std::string& recording_reader::written_by() const noexcept { return parts_->reads.head().program; }
 const std::string& recording_reader::profile() const noexcept { return parts_->reads.head().profile; }
 bool recording_reader::is_ended() const noexcept { return parts_->reads.has_summary(); }
 std::vector<recording_damage> recording_reader::damaged() const {

@@ -53,7 +53,7 @@ bool series::open_next(rt::time_point now) {
 bool series::open_one(const std::string& path, rt::time_point now) {
   file_.emplace(path, now);
   if (!file_->to.open(path, mcap::file_sink::access::create)) return false;
-  file_->writes.emplace(file_->to, mcap::writer_options{.how = chosen_.packed, .library = "rowe"});
+  file_->writes.emplace(file_->to, mcap::writer_options{.how = chosen_.packed, .program = "rowe"});
   mcap::text_map notes{chosen_.metadata.begin(), chosen_.metadata.end()};
   if (!chosen_.name.empty()) notes.insert_or_assign("name", chosen_.name);
   file_->writes->add_metadata("rowe", notes);

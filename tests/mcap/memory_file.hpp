@@ -81,7 +81,7 @@ inline std::vector<heard> expected(std::uint64_t count) {
 inline file recording(std::uint64_t count, mcap::compression how = mcap::compression::zstd,
                       bool ends = true) {
   file made;
-  mcap::writer into{made, {.how = how, .library = "rowe"}};
+  mcap::writer into{made, {.how = how, .program = "rowe"}};
   fill(into, count);
   into.add_metadata("robot", {{"name", "crawler"}});
   if (ends) into.end();

@@ -17,7 +17,7 @@ TEST_P(reader, gives_back_what_was_written) {
   mcap::reader reads{made};
   ASSERT_TRUE(reads.open()) << reads.wrong();
   EXPECT_TRUE(reads.has_summary());
-  EXPECT_EQ(reads.head().library, "rowe");
+  EXPECT_EQ(reads.head().program, "rowe");
   EXPECT_EQ(all_of(reads), expected(95));
   EXPECT_EQ(reads.all().channels.at(2).topic, "/even");
   EXPECT_EQ(reads.all().channels.at(2).metadata.at("latched"), "true");

@@ -78,7 +78,7 @@ TEST_F(repair, of_a_damaged_chunk_saves_all_others_into_another_file) {
   ASSERT_TRUE(reads.open() && reads.has_summary());
   EXPECT_EQ(all_of(reads), all);
   EXPECT_EQ(reads.all().metadata.size(), 1U);
-  EXPECT_EQ(reads.head().library, "rowe");
+  EXPECT_EQ(reads.head().program, "rowe");
 }
 
 TEST_F(repair, of_a_file_without_its_header_makes_another_file) {

@@ -50,7 +50,7 @@ TEST(writer, says_what_is_whole_when_its_sink_is_full) {
   for (std::uint64_t room = 0; room < whole.bytes_written.size(); room += 7) {
     file to;
     to.room = room;
-    mcap::writer into{to, {.library = "rowe"}};
+    mcap::writer into{to, {.program = "rowe"}};
     fill(into, 100);
     into.add_metadata("robot", {{"name", "crawler"}});
     into.end();

@@ -72,7 +72,7 @@ class sample {
     if (!to_.open(path, mcap::file_sink::access::replace)) std::perror(path.c_str());
     std::printf("file %s\n", path.c_str());
     into_.emplace(to_, mcap::writer_options{
-                           .how = how, .chunk_bytes = chunk_bytes, .profile = "sample", .library = "rowe"});
+                           .how = how, .chunk_bytes = chunk_bytes, .profile = "sample", .program = "rowe"});
     const auto number = *into_->add_schema("test/Number", "jsonschema", R"({"type":"object"})");
     const auto other = *into_->add_schema("test/Größe", "ros2msg", "float64 value\n");
     channels_ = {*into_->add_channel(number, "/a", "json"),
@@ -198,7 +198,7 @@ bool read(const std::string& path) {
     std::printf("wrong %s\n", reads.wrong().c_str());
     return false;
   }
-  std::printf("header %s %s\nsummary %s\n", reads.head().profile.c_str(), reads.head().library.c_str(),
+  std::printf("header %s %s\nsummary %s\n", reads.head().profile.c_str(), reads.head().program.c_str(),
               reads.has_summary() ? "yes" : "no");
   while (const mcap::message* one = reads.next()) say(reads.all(), *one);
   for (const mcap::attachment_index& one : reads.all().attachments) {
