@@ -58,6 +58,10 @@ struct access_options {
   bool anonymous_may_stop = false;
 };
 
+// Whether a pattern, as a role has it, describes the name. Any thread; never waits, never allocates. Steps in
+// proportion to the product of the lengths at most, for each byte that a `**` takes.
+bool pattern_matches(std::string_view pattern, std::string_view name) noexcept;
+
 // What is wrong with the options, in words that name the value and what is allowed; empty: nothing.
 std::string check_access(const access_options& options);
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "access/pattern.hpp"
 #include "access/token.hpp"
 
 namespace rowe {
@@ -175,6 +176,10 @@ std::vector<access::fault> access::faults_of(const access_options& options) {
               "have no effect");
   }
   return found.take();
+}
+
+bool pattern_matches(std::string_view pattern, std::string_view name) noexcept {
+  return access::matches(pattern, name);
 }
 
 std::string check_access(const access_options& options) {

@@ -15,11 +15,15 @@ namespace {
 
 constexpr rt::duration chunk_time = std::chrono::milliseconds{150};
 constexpr std::size_t chunk_bytes = 1 << 20;
-constexpr std::size_t channels_max = 65'535;
-constexpr std::size_t name_bytes_max = 40; // of the robot's, in the names of files
-constexpr int longest = 12;                // times `after`, a file goes on at most
-constexpr std::size_t notes_max = 100;     // of what happened while a file was written
+constexpr std::size_t forget_bytes_min = 1 << 20; // of descriptions: fewer are not worth the look
+constexpr std::size_t name_bytes_max = 40;        // of the robot's, in the names of files
+constexpr int longest = 12;                       // times `after`, a file goes on at most
+constexpr std::uint32_t attempts_max = 1000;
+constexpr std::size_t notes_max = 100; // of what happened while a file was written
 constexpr std::string_view cause_names[] = {"stop", "lease", "asked"};
+
+// What it takes in memory to describe a topic or a type, roughly.
+constexpr std::size_t description_bytes(std::string_view key) noexcept { return 2 * key.size() + 200; }
 
 recording_options in_a_folder(recording_options chosen) {
   if (!chosen.path.ends_with('/')) chosen.path += '/';
@@ -30,14 +34,11 @@ recording_options in_a_folder(recording_options chosen) {
 } // namespace
 
 black_box::black_box(recording_options chosen)
-    : chosen_{in_a_folder(std::move(chosen))},
-      chunk_{chosen_.packed},
-      losses_{.name = std::string{losses_topic},
-              .type = std::string{losses_type},
-              .schema = std::string{losses_schema}} {}
+    : chosen_{in_a_folder(std::move(chosen))}, chunk_{chosen_.packed}, losses_{losses()} {}
 
 bool black_box::begin(rt::time_point now) {
   now_ = now;
+  forget_at_ = forget_bytes_min;
   std::error_code wrong;
   std::filesystem::create_directories(chosen_.path, wrong);
   if (wrong) fault_ = chosen_.path + ": " + wrong.message();
@@ -53,98 +54,98 @@ bool black_box::begin(rt::time_point now) {
 // ---- messages
 
 void black_box::set_topic(std::uint32_t number, std::string name, std::string type, std::string schema) {
-  if (topics_.size() <= number) topics_.resize(std::size_t{number} + 1);
-  topic& its = topics_[number];
-  if (its.name == name && its.type == type && its.schema == schema) return;
-  topic made;
-  made.name = std::move(name);
-  made.type = std::move(type);
-  made.schema = std::move(schema);
-  its = std::move(made);
+  topics_.set(number, std::move(name), std::move(type), std::move(schema));
 }
 
-// Peers can make up topics: what describes them has its share of the memory. Where that is used up, what no
-// retained message needs is forgotten.
-void black_box::give_channel(topic& to) {
-  if (names_bytes_ > chosen_.black_box.bytes / 8 || channels_.size() == channels_max) forget_unused();
-  const bool has_schema = !to.type.empty() || !to.schema.empty();
-  mcap::schema its{.name = to.type.empty() ? to.name : to.type,
-                   .encoding = "jsonschema",
-                   .data = to.schema.empty() ? std::string{any_schema} : to.schema};
-  mcap::schema_number schema = 0;
-  if (has_schema) {
-    std::string key = its.name + '\n' + its.data;
-    if (const auto known = schemas_.find(key); known != schemas_.end()) {
-      schema = known->second.id;
-    } else {
-      its.id = schema = static_cast<mcap::schema_number>(schemas_.size() + 1);
-      if (file_) file_->writes->copy(its);
-      names_bytes_ += 2 * key.size() + 200;
-      schemas_.emplace(std::move(key), std::move(its));
-    }
-  }
+mcap::schema_number black_box::give_schema(const described_topic& of) {
+  if (!of.has_schema()) return 0;
+  mcap::schema its{
+      .name = std::string{of.schema_name()}, .encoding = "jsonschema", .data = std::string{of.schema_text()}};
+  std::string key = its.name + '\n' + its.data;
+  if (const auto known = schemas_.find(key); known != schemas_.end()) return known->second.id;
+  const mcap::schema_number id = its.id = schema_numbers_.take();
+  if (id == 0) return 0; // its messages are written all the same
+  names_bytes_ += description_bytes(key);
+  if (file_) file_->writes().copy(its);
+  schemas_.emplace(std::move(key), std::move(its));
+  return id;
+}
+
+// Peers can make up topics. What describes them counts as messages do: it pushes out the oldest. Numbers of
+// what nobody needs are given again, but not while a file is open in which they mean something else.
+bool black_box::give_channel(described_topic& to) {
+  if (!file_) make_room_for_a_topic();
+  const mcap::schema_number schema = give_schema(to);
   std::string key = to.name + '\n' + std::to_string(schema);
   if (const auto known = channels_.find(key); known != channels_.end()) {
     to.channel = known->second.id;
-    return;
+    return true;
   }
-  mcap::channel made{.id = static_cast<mcap::channel_number>(channels_.size() + 1),
-                     .schema = schema,
-                     .topic = to.name,
-                     .encoding = "json"};
-  if (file_) file_->writes->copy(made);
-  names_bytes_ += 2 * key.size() + 200;
-  const mcap::channel_number id = made.id;
-  channels_.emplace(std::move(key), std::move(made));
+  const mcap::channel_number id = channel_numbers_.take();
+  if (id == 0) return false;
+  const mcap::channel made{.id = id, .schema = schema, .topic = to.name, .encoding = "json"};
+  names_bytes_ += description_bytes(key);
+  if (file_) file_->writes().copy(made);
+  channels_.emplace(std::move(key), made);
   to.channel = id;
+  return true;
 }
 
-// Numbers would be given again to others, so no file goes on beyond this, and what is retained begins anew: a
-// peer has used up what describes topics. What was retained is written first, if it is evidence: a file that
-// is open is ended, with all that came.
+void black_box::make_room_for_a_topic() {
+  if (names_bytes_ < forget_at_ && channel_numbers_.has_free()) return;
+  forget_unused();
+  while (!channel_numbers_.has_free() && !pieces_.empty()) {
+    drop_first();
+    forget_unused();
+  }
+}
+
 void black_box::forget_unused() {
   end_chunk();
-  if (file_) end_file();
-  for (const piece& one : pieces_) lost_ += one.messages.size();
-  pieces_.clear();
-  bytes_ = names_bytes_ = 0;
-  schemas_.clear();
-  channels_.clear();
-  for (topic& one : topics_) one.channel = 0;
-  losses_.channel = 0;
+  std::vector<bool> channels(number_pool::numbers), schemas(number_pool::numbers);
+  for (const piece& one : pieces_)
+    for (const mcap::channel_number each : one.channels) channels[each] = true;
+  std::erase_if(channels_, [&](const auto& one) { return !channels[one.second.id]; });
+  for (const auto& [key, one] : channels_) schemas[one.schema] = true;
+  std::erase_if(schemas_, [&](const auto& one) { return !schemas[one.second.id]; });
+  names_bytes_ = 0;
+  for (const auto& [key, one] : channels_) names_bytes_ += description_bytes(key);
+  for (const auto& [key, one] : schemas_) names_bytes_ += description_bytes(key);
+  for (described_topic& one : topics_)
+    if (!channels[one.channel]) one.channel = 0;
+  if (!channels[losses_.channel]) losses_.channel = 0;
+  channel_numbers_.set_taken(std::move(channels));
+  schema_numbers_.set_taken(std::move(schemas));
+  forget_at_ = std::max(2 * names_bytes_, forget_bytes_min);
 }
 
-void black_box::add_message(topic& of, std::string_view json, std::int64_t logged_ns,
+void black_box::add_message(described_topic& of, std::string_view json, std::int64_t logged_ns,
                             std::int64_t published_ns) {
-  if (of.channel == 0) give_channel(of);
-  const auto as_time = [](std::int64_t ns) {
-    return static_cast<std::uint64_t>(std::max<std::int64_t>(ns, 0));
-  };
-  chunk_.add({.channel = of.channel,
-              .sequence = of.sequence++,
-              .logged_ns = as_time(logged_ns),
-              .published_ns = as_time(published_ns != 0 ? published_ns : logged_ns),
-              .data = json});
+  if (of.channel == 0 && !give_channel(of)) { // 65 535 are in use, or were while a file is open
+    ++lost_;
+    return;
+  }
+  chunk_.add(of.next(json, logged_ns, published_ns));
   if (chunk_.bytes() >= chunk_bytes) end_chunk();
 }
 
 void black_box::add(std::uint32_t number, std::string_view json, std::int64_t logged_ns,
                     std::int64_t published_ns) {
-  if (number >= topics_.size()) { // there was no memory for what describes it
+  described_topic* const of = topics_.find(number);
+  if (of == nullptr) {
     ++lost_;
     return;
   }
-  topic& of = topics_[number];
-  add_message(of, json, logged_ns, published_ns);
-  const auto happened = triggers_.in(of.name, json);
+  add_message(*of, json, logged_ns, published_ns);
+  const auto happened = triggers_.in(of->name, json);
   if (!happened) return;
   if (*happened == "stop" && chosen_.black_box.on_stop) begin_file("stop", json);
   if (*happened == "lease" && chosen_.black_box.on_lease) begin_file("lease", json);
 }
 
 void black_box::note_lost(std::uint32_t number, std::uint64_t count, std::int64_t logged_ns) {
-  if (number >= topics_.size()) return;
-  add_message(losses_, loss_text(topics_[number].name, count), logged_ns, logged_ns);
+  if (const described_topic* const of = topics_.find(number))
+    add_message(losses_, loss_text(of->name, count), logged_ns, logged_ns);
 }
 
 void black_box::end_chunk() {
@@ -154,24 +155,29 @@ void black_box::end_chunk() {
   made.record.resize(made.index.bytes); // without its message index, which is made anew in each file
   made.record.shrink_to_fit();          // compressing takes room for what does not shrink
   made.messages.shrink_to_fit();
-  made.index.indexes = {};
+  for (const auto& [channel, offset] : std::exchange(made.index.indexes, {}))
+    made.channels.push_back(channel);
+  made.channels.shrink_to_fit();
   if (file_) {
-    file_->writes->copy(made.index, made.record, made.messages);
-    if (!file_->writes->writes() || (chosen_.sync && !file_->to.sync())) end_file();
+    file_->writes().copy(made.index, made.record, made.messages);
+    if (!file_->works() || (chosen_.sync && !file_->sync())) end_file();
   }
   bytes_ += made.bytes();
   pieces_.push_back(std::move(made));
   drop_oldest();
 }
 
+void black_box::drop_first() {
+  bytes_ -= pieces_.front().bytes();
+  pieces_.pop_front();
+}
+
 void black_box::drop_oldest() {
   const auto before = static_cast<std::uint64_t>(chosen_.black_box.before.count());
   const std::uint64_t newest = pieces_.back().index.times.latest_ns;
-  while (pieces_.size() > 1 &&
-         (bytes_ > chosen_.black_box.bytes || pieces_.front().index.times.latest_ns + before < newest)) {
-    bytes_ -= pieces_.front().bytes();
-    pieces_.pop_front();
-  }
+  while (pieces_.size() > 1 && (bytes_ + names_bytes_ > chosen_.black_box.bytes ||
+                                pieces_.front().index.times.latest_ns + before < newest))
+    drop_first();
 }
 
 // ---- files
@@ -182,21 +188,19 @@ file_names black_box::names_of(std::string_view what) const {
   return {chosen_.path, chosen_.name.substr(0, name_bytes_max) + "-" + std::string{what}};
 }
 
-bool black_box::open_file(std::string_view what) {
+bool black_box::open_file(std::string_view what, std::string_view cause) {
   const file_names names = names_of(what);
-  auto there = names.there();
-  for (std::size_t i = 0; i < there.size() && there.size() - i >= std::max(chosen_.black_box.files_max, 1U);
-       ++i)
+  const auto there = names.there();
+  const std::size_t most = std::max(chosen_.black_box.files_max, 1U);
+  for (std::size_t i = 0; i < there.size() && there.size() - i >= most; ++i)
     if (::unlink(there[i].path.c_str()) == 0) ++deleted_;
   const std::int64_t begin_ns = wall_clock_ns();
-  for (std::uint32_t attempt = 0; attempt < 1000; ++attempt) {
-    const rt::time_point until = rt::deadline_after(now_, chosen_.black_box.after);
-    const rt::time_point latest = rt::deadline_after(now_, longest * chosen_.black_box.after);
-    file_.emplace(names.name(begin_ns, attempt), until, latest, std::string{what});
-    if (file_->to.open(file_->path, mcap::file_sink::access::create)) return true;
-    if (file_->to.error() != EEXIST) break;
+  for (std::uint32_t attempt = 0; attempt < attempts_max; ++attempt) {
+    file_.emplace(names.name(begin_ns, attempt), chosen_.packed);
+    if (file_->open(notes_of(what, cause))) return true;
+    if (!file_->is_there()) break;
   }
-  fault_ = file_->path + ": " + file_->to.why();
+  fault_ = file_->why();
   file_.reset();
   return false;
 }
@@ -205,63 +209,52 @@ bool black_box::open_file(std::string_view what) {
 void black_box::rename_to(std::string_view what) {
   const file_names names = names_of(what);
   (void)names.there(); // names are not before these
-  for (std::uint32_t attempt = 0; attempt < 1000; ++attempt) {
-    const std::string path = names.name(wall_clock_ns(), attempt);
-    if (::link(file_->path.c_str(), path.c_str()) != 0) {
-      if (errno == EEXIST) continue;
-      return; // it keeps its name
+  const std::int64_t begin_ns = wall_clock_ns();
+  for (std::uint32_t attempt = 0; attempt < attempts_max; ++attempt) {
+    if (file_->rename(names.name(begin_ns, attempt))) {
+      last_path_ = file_->path();
+      what_ = what;
+      return;
     }
-    ::unlink(file_->path.c_str());
-    last_path_ = file_->path = path;
-    file_->what = what;
-    return;
+    if (errno != EEXIST) return; // it keeps its name
   }
 }
 
-void black_box::add_notes(std::string_view what, std::string_view cause) {
+mcap::text_map black_box::notes_of(std::string_view what, std::string_view cause) const {
   mcap::text_map notes{chosen_.metadata.begin(), chosen_.metadata.end()};
   notes.insert_or_assign("happened", std::string{what});
   notes.insert_or_assign("cause", std::string{cause});
   if (!chosen_.name.empty()) notes.insert_or_assign("name", chosen_.name);
-  if (file_->writes->written().metadata.size() < notes_max) file_->writes->add_metadata("rowe", notes);
+  return notes;
 }
 
 // What happens while a file is being written makes that one go on for longer.
 void black_box::begin_file(std::string_view what, std::string_view cause) {
+  until_ = rt::deadline_after(now_, chosen_.black_box.after);
   if (file_) {
-    file_->until = std::min(rt::deadline_after(now_, chosen_.black_box.after), file_->latest);
-    if (what == "stop" && file_->what != "stop") rename_to(what);
-    return add_notes(what, cause);
+    until_ = std::min(until_, until_latest_);
+    if (what == "stop" && what_ != "stop") rename_to(what);
+    if (file_->writes().written().metadata.size() < notes_max)
+      file_->writes().add_metadata("rowe", notes_of(what, cause));
+    return;
   }
   end_chunk();
-  if (!open_file(what)) return;
+  if (!open_file(what, cause)) return;
   fault_.clear();
   ++files_;
-  last_path_ = file_->path;
-  file_->writes.emplace(file_->to, mcap::writer_options{.how = chosen_.packed, .program = "rowe"});
-  add_notes(what, cause);
-  for (const auto& [key, one] : schemas_) file_->writes->copy(one);
-  for (const auto& [key, one] : channels_) file_->writes->copy(one);
-  for (const piece& one : pieces_) file_->writes->copy(one.index, one.record, one.messages);
-  if (!file_->writes->writes()) end_file();
+  what_ = what;
+  last_path_ = file_->path();
+  until_latest_ = rt::deadline_after(now_, longest * chosen_.black_box.after);
+  for (const auto& [key, one] : schemas_) file_->writes().copy(one);
+  for (const auto& [key, one] : channels_) file_->writes().copy(one);
+  for (const piece& one : pieces_) file_->writes().copy(one.index, one.record, one.messages);
+  if (!file_->works()) end_file();
 }
 
 void black_box::end_file() {
-  if (file_->writes->writes()) file_->writes->end();
-  std::uint64_t bytes = file_->writes->bytes();
-  if (!file_->writes->writes()) {
-    fault_ = file_->path + ": " + file_->to.why();
-    const mcap::summary& whole = file_->writes->written();
-    bytes = file_->writes->whole_bytes();
-    (void)file_->to.truncate(bytes); // else there is more behind it, which a reader leaves out
-    mcap::writer ends{file_->to, {}, bytes, whole};
-    ends.end();
-    if (!ends.writes()) (void)file_->to.truncate(bytes);
-  }
-  // A file of evidence is worth the wait.
-  if (!file_->to.close() && fault_.empty()) fault_ = file_->path + ": " + file_->to.why();
-  written_messages_ += file_->writes->written().counts.messages;
-  written_bytes_ += bytes;
+  fault_ = file_->end(true); // a file of evidence is worth the wait
+  written_messages_ += file_->messages();
+  written_bytes_ += file_->bytes();
   file_.reset();
 }
 
@@ -271,7 +264,7 @@ void black_box::tend(rt::time_point now) {
     end_chunk();
     chunk_due_ = now + chunk_time;
   }
-  if (!file_ || now < file_->until) return;
+  if (!file_ || now < until_) return;
   end_chunk();
   if (file_) end_file(); // the disk took the chunk
 }
@@ -291,8 +284,8 @@ void black_box::describe(recording_figures& into) const {
   into.path = last_path_;
   into.files = files_;
   into.deleted = deleted_;
-  into.messages = written_messages_ + (file_ ? file_->writes->written().counts.messages : 0);
-  into.bytes = written_bytes_ + (file_ ? file_->writes->bytes() : 0);
+  into.messages = written_messages_ + (file_ ? file_->messages() : 0);
+  into.bytes = written_bytes_ + (file_ ? file_->bytes() : 0);
   into.retained = bytes_ + names_bytes_ + chunk_.bytes();
   into.lost += lost_;
   into.disk_free = disk_free(chosen_.path);

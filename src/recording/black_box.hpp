@@ -2,22 +2,51 @@
 // Retains the newest messages in memory, compressed, and writes them into a file when something happens, with
 // those that come for a while after it. One ordinary thread; allocates, and waits for the disk.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "mcap/chunk_builder.hpp"
-#include "mcap/files.hpp"
-#include "mcap/writer.hpp"
+#include "recording/described_topics.hpp"
 #include "recording/file_names.hpp"
 #include "recording/messages_target.hpp"
+#include "recording/recording_file.hpp"
 #include "recording/triggers.hpp"
 
 namespace rowe::recording {
+
+// The numbers 1 to 65 535, which schemas and channels have.
+class number_pool {
+ public:
+  static constexpr std::size_t numbers = 65'536;
+  // One that is free; 0: none is.
+  std::uint16_t take() noexcept {
+    for (std::size_t looked = 0; looked < numbers; ++looked) {
+      const auto number = static_cast<std::uint16_t>(next_++ % numbers);
+      if (number == 0 || taken_[number]) continue;
+      taken_[number] = true;
+      ++taken_count_;
+      return number;
+    }
+    return 0;
+  }
+  bool has_free() const noexcept { return taken_count_ < numbers - 1; }
+  void set_taken(std::vector<bool> those) noexcept {
+    taken_ = std::move(those);
+    taken_count_ = static_cast<std::size_t>(std::count(taken_.begin() + 1, taken_.end(), true));
+  }
+
+ private:
+  std::vector<bool> taken_ = std::vector<bool>(numbers);
+  std::size_t taken_count_ = 0;
+  std::size_t next_ = 1;
+};
 
 class black_box final : public messages_target {
  public:
@@ -39,56 +68,51 @@ class black_box final : public messages_target {
   const std::vector<std::string>& unended() const noexcept override { return unended_; }
 
  private:
-  struct topic {
-    std::string name;
-    std::string type;
-    std::string schema;
-    std::uint32_t sequence = 0;
-    mcap::channel_number channel = 0; // 0: none yet
-  };
   struct piece { // a chunk
     mcap::chunk_index index;
     std::string record;
     std::vector<mcap::placed_message> messages;
+    std::vector<mcap::channel_number> channels;
     std::size_t bytes() const noexcept {
-      return sizeof(piece) + record.capacity() + messages.capacity() * sizeof messages[0];
+      return sizeof(piece) + record.capacity() + messages.capacity() * sizeof messages[0] +
+             channels.capacity() * sizeof channels[0];
     }
   };
-  struct file {
-    std::string path;
-    rt::time_point until;
-    rt::time_point latest; // it ends then, whatever happens
-    std::string what;
-    mcap::file_sink to{};
-    std::optional<mcap::writer> writes{};
-  };
-
   void end_chunk();
+  void drop_first();
   void drop_oldest();
-  void give_channel(topic& to);
+  bool give_channel(described_topic& to);
+  mcap::schema_number give_schema(const described_topic& of);
+  void make_room_for_a_topic();
   void forget_unused();
-  void add_message(topic& of, std::string_view json, std::int64_t logged_ns, std::int64_t published_ns);
-  void forget_all();
+  void add_message(described_topic& of, std::string_view json, std::int64_t logged_ns,
+                   std::int64_t published_ns);
   // `what`: a part of the file's name.
   void begin_file(std::string_view what, std::string_view cause);
-  bool open_file(std::string_view what);
+  bool open_file(std::string_view what, std::string_view cause);
   void rename_to(std::string_view what);
   file_names names_of(std::string_view what) const;
-  void add_notes(std::string_view what, std::string_view cause);
+  mcap::text_map notes_of(std::string_view what, std::string_view cause) const;
   void end_file();
 
   const recording_options chosen_;
   mcap::chunk_builder chunk_;
   std::deque<piece> pieces_;    // the oldest first
   std::size_t bytes_ = 0;       // of these
-  std::size_t names_bytes_ = 0; // of what describes topics: an eighth of what all may have
-  std::vector<topic> topics_;
-  topic losses_;
+  std::size_t names_bytes_ = 0; // of what describes topics
+  std::size_t forget_at_ = 0;   // when these are as many, what no piece needs is forgotten
+  described_topics topics_;
+  described_topic losses_;
   // What describes topics, by all that it says, so that who comes again takes no more.
   std::map<std::string, mcap::schema, std::less<>> schemas_;
   std::map<std::string, mcap::channel, std::less<>> channels_;
+  number_pool schema_numbers_;
+  number_pool channel_numbers_;
   triggers triggers_;
-  std::optional<file> file_;
+  std::optional<recording_file> file_;
+  std::string what_;              // has happened, for which it is written
+  rt::time_point until_{};        // it ends then,
+  rt::time_point until_latest_{}; // and then, whatever happens
   rt::time_point now_{};
   rt::time_point chunk_due_{};
   std::string fault_;

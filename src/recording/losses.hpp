@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "recording/described_topics.hpp"
 #include "json/writing/writer.hpp"
 
 namespace rowe::recording {
@@ -14,8 +15,12 @@ inline constexpr std::string_view losses_type = "rowe/RecordLoss";
 inline constexpr std::string_view losses_schema =
     R"({"type":"object","title":"rowe/RecordLoss","properties":{"topic":{"type":"string"},)"
     R"("messages":{"type":"integer"}},"required":["topic","messages"]})";
-// What has no schema of its own has this one: programs that show recordings want one.
-inline constexpr std::string_view any_schema = R"({"type":"object"})";
+// That topic itself.
+inline described_topic losses() {
+  return {.name = std::string{losses_topic},
+          .type = std::string{losses_type},
+          .schema = std::string{losses_schema}};
+}
 
 inline std::string loss_text(std::string_view topic, std::uint64_t count) {
   std::string text(topic.size() * 6 + 64, '\0'); // each byte escaped

@@ -10,10 +10,10 @@
 
 #include <rowe/recording.hpp>
 
-#include "mcap/files.hpp"
-#include "mcap/writer.hpp"
+#include "recording/described_topics.hpp"
 #include "recording/file_names.hpp"
 #include "recording/messages_target.hpp"
+#include "recording/recording_file.hpp"
 
 namespace rowe::recording {
 
@@ -44,43 +44,27 @@ class series final : public messages_target {
   const std::vector<std::string>& unended() const noexcept override { return unended_; }
 
  private:
-  struct topic {
-    std::string name;
-    std::string type;
-    std::string schema;
-    std::uint32_t sequence = 0;
-    std::uint64_t unsaid = 0;         // messages that the disk did not take
-    mcap::channel_number channel = 0; // in the present file; 0: none yet
-  };
-  struct file {
-    std::string path;
-    rt::time_point began;
-    mcap::file_sink to{};
-    std::optional<mcap::writer> writes{};
-    std::uint64_t added = 0;
-  };
-
   // Whether what has failed will be tried again.
   bool waits_for_room() const noexcept { return chosen_.total_bytes != 0; }
   bool open_next(rt::time_point now);
-  bool open_one(const std::string& path, rt::time_point now);
   void end_file();
-  void lose_file();
   void end_chunk();
   void delete_oldest();
   void split_if_due(rt::time_point now);
-  bool give_channel(topic& to);
+  bool give_channel(described_topic& to);
   void say_lost();
-  void write(topic& of, std::string_view json, std::int64_t logged_ns, std::int64_t published_ns);
+  void write(described_topic& of, std::string_view json, std::int64_t logged_ns, std::int64_t published_ns);
 
   const recording_options chosen_;
   file_names names_;
   std::uint32_t attempts_ = 0; // of the names of files
-  std::optional<file> file_;
+  std::optional<recording_file> file_;
+  rt::time_point began_{};           // when it did
+  std::uint64_t added_ = 0;          // messages to it
   std::vector<recorded_file> ended_; // of the series, the oldest first
   std::vector<std::string> unended_;
-  std::vector<topic> topics_;
-  topic losses_;
+  described_topics topics_;
+  described_topic losses_;
   rt::time_point chunk_due_{};
   rt::time_point retry_at_{};
   std::string fault_;

@@ -6,6 +6,8 @@
 #include <random>
 #include <string>
 
+#include <rowe/access.hpp>
+
 #include "meaning.hpp"
 
 namespace pattern_test {
@@ -19,6 +21,11 @@ TEST(pattern, without_a_star_stands_for_itself) {
   EXPECT_FALSE(matches("/odom", "/odo"));
   EXPECT_FALSE(matches("/odom", "/odom2"));
   EXPECT_FALSE(matches("/odom", "/Odom"));
+}
+
+TEST(pattern, is_the_same_for_programs) {
+  EXPECT_TRUE(rowe::pattern_matches("/arm/*", "arm/left"));
+  EXPECT_FALSE(rowe::pattern_matches("/arm/*", "/arm/left/pose"));
 }
 
 TEST(pattern, means_the_same_with_and_without_the_first_slash) {

@@ -5,12 +5,21 @@
 #include <map>
 #include <string_view>
 
+#include <rowe/access.hpp>
+
 #include "../console.hpp"
-#include "../text/topic_pattern.hpp"
 #include "own_topics.hpp"
 
 namespace rowe::tools {
 namespace {
+
+// "x" and "/x" are the same name.
+std::string_view without_slash(std::string_view name) noexcept {
+  return name.starts_with('/') ? name.substr(1) : name;
+}
+bool is_same_topic(std::string_view one, std::string_view other) noexcept {
+  return without_slash(one) == without_slash(other);
+}
 
 struct wished_pattern {
   std::string text;
@@ -33,7 +42,7 @@ std::vector<wished_pattern> patterns_in(const std::vector<std::string>& lists) {
 bool is_met(std::vector<wished_pattern>& patterns, std::string_view name) {
   bool any = false;
   for (wished_pattern& one : patterns) {
-    if (!topic_matches(one.text, name)) continue;
+    if (!pattern_matches(one.text, name)) continue;
     one.met = true;
     any = true;
   }
