@@ -164,9 +164,9 @@ std::string_view impossible(std::size_t row, std::size_t column) {
 }
 
 std::string_view name_of(handle_kind kind) {
-  constexpr std::string_view names[] = {"publisher of text", "publisher", "subscriber of text",
-                                        "subscriber",        "responder", "caller",
-                                        "waiting caller",    "lane",      "stop latch"};
+  constexpr std::string_view names[] = {"publisher of text", "publisher", "subscriber of text", "subscriber",
+                                        "responder",         "caller",    "waiting caller",     "lane",
+                                        "stop latch",        "recorder"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -341,10 +341,11 @@ std::string_view impossible(handle_kind of, moment when) {
   switch (when) {
   case moment::opened_latched:
     return is(publish_text, publish_value) ? "" : "nothing is kept of what it does";
-  case moment::refused: return is(call, call_wait, talk, latch) ? "it takes no place that others want" : "";
+  case moment::refused:
+    return is(call, call_wait, talk, latch, record) ? "it takes no place that others want" : "";
   case moment::closed_unused: return is(call_wait, latch) ? "it is used in each step" : "";
   case moment::closed_holding:
-    return is(publish_text, publish_value, subscribe_value, latch) ? "it holds nothing" : "";
+    return is(publish_text, publish_value, subscribe_value, latch, record) ? "it holds nothing" : "";
   case moment::outlived:
     return is(subscribe_text, respond, talk) ? "" : "it gives out nothing that could outlive it";
   default: return {};

@@ -82,8 +82,9 @@ enum class handle_kind : std::uint8_t {
   call_wait, // as caller::call() does, which gives up
   talk,
   latch,
+  record,
 };
-inline constexpr std::size_t handle_kinds = 9;
+inline constexpr std::size_t handle_kinds = 10;
 std::string_view name_of(handle_kind kind);
 
 enum class moment : std::uint8_t {

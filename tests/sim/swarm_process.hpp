@@ -21,6 +21,7 @@
 
 #include "swarm_context.hpp"
 #include "swarm_parameters.hpp"
+#include "swarm_recorder.hpp"
 #include "swarm_threads.hpp"
 
 namespace swarm {
@@ -57,6 +58,7 @@ class handle {
     case handle_kind::call_wait: user_ = rowe::caller<json_text, json_text>{held()}; break;
     case handle_kind::talk: user_ = rowe::lane{held()}; break;
     case handle_kind::latch: user_ = rowe::stop_latch{held()}; break;
+    case handle_kind::record: break; // hears by its sink
     }
     text_max_ = asked.out_bytes;
     depth_ = asked.completions_depth;
@@ -71,6 +73,13 @@ class handle {
   bool is_detached() const { return phase() == pair_phase::held; } // only its memory is left
   bool honest = false;                                             // its owner alone uses it
   bool told = false;                                               // that it was refused
+  // Of a recorder: nobody calls its sink once the handle is gone.
+  void hears_by(recorder& sink) { sink_ = &sink; }
+  ~handle() {
+    if (sink_ != nullptr) sink_->gone = true;
+  }
+  handle(const handle&) = delete;
+  handle& operator=(const handle&) = delete;
   bool of_topic() const { return kind_ <= handle_kind::subscribe_value; }
 
   // Of a latch: whether the loop moves. Anybody may look.
@@ -89,6 +98,7 @@ class handle {
     case handle_kind::call_wait: return; // in each step: wait()
     case handle_kind::talk: return say_something();
     case handle_kind::latch: return;
+    case handle_kind::record: sink_->is_full = in_.random.one_in(2); return;
     }
   }
 
@@ -318,6 +328,7 @@ class handle {
   std::string name_;
   std::string type_;
   rowe::detail::queue_pair* pair_;
+  recorder* sink_ = nullptr; // which lives as long as the process
   bool latched_ = false;
   bool used_ = false;
   std::size_t text_max_ = 0;
@@ -417,7 +428,17 @@ class process {
                   .completions_bytes = 2000});
       return;
     case handle_kind::latch: open_latch(); return;
+    case handle_kind::record: open_recorder(); return;
     }
+  }
+  void open_recorder() {
+    if (std::ranges::count(handles_, handle_kind::record, &handle::kind) +
+            std::ranges::count(closing_, handle_kind::record, &handle::kind) >=
+        4)
+      return;
+    recorders_.push_back(std::make_unique<recorder>(in_));
+    if (handle* const made = open(handle_kind::record, rowe::detail::record_request(*recorders_.back())))
+      made->hears_by(*recorders_.back());
   }
   void open_latch() {
     constexpr rowe::duration times[] = {1ms, 50ms, 100ms, 1s, 10s};
@@ -569,6 +590,7 @@ class process {
 
   context& in_;
   weights uses_;
+  std::vector<std::unique_ptr<recorder>> recorders_; // all that there were
   std::vector<std::unique_ptr<handle>> handles_;
   std::vector<std::unique_ptr<handle>> closing_;
   threads threads_;

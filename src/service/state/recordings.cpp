@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include <rowe/detail/mutation_points.hpp>
+
 namespace rowe::service {
 
 std::uint8_t recordings::add(record_sink& sink) noexcept {
@@ -16,7 +18,7 @@ std::uint8_t recordings::add(record_sink& sink) noexcept {
 
 void recordings::remove(record_sink& sink) noexcept {
   auto* const place = std::ranges::find(sinks_, &sink);
-  if (place == sinks_.end()) return;
+  if (place == sinks_.end() || ROWE_MUTANT(recorder_gone)) return;
   const auto bit = static_cast<std::uint8_t>(1U << (place - sinks_.begin()));
   *place = nullptr;
   --count_;
@@ -35,7 +37,8 @@ bool recordings::find(topic_id index) noexcept {
   for (std::size_t i = 0; i < sinks_max; ++i) {
     if (sinks_[i] == nullptr || !sinks_[i]->wants(topics_.name(index))) continue;
     on.aside |= static_cast<std::uint8_t>(1U << i);
-    complete &= sinks_[i]->describe(index.value, topics_.name(index), topics_.type(index), on.schema);
+    complete &= ROWE_MUTANT(recorder_told) ||
+                sinks_[i]->describe(index.value, topics_.name(index), topics_.type(index), on.schema);
   }
   if (!complete) on.aside |= topic::recorders_unknown; // the next value tries again
   return on.is_recorded();
@@ -60,7 +63,7 @@ void recordings::keep_long(topic_id index, text_id value, rt::time_point now, rt
   });
   if (begun == 0) return;
   *place = {.text = value, .sinks = begun};
-  chunks_.retain(value);
+  if (!ROWE_MUTANT(recorded_text)) chunks_.retain(value);
   ++long_count_;
 }
 
