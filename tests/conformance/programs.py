@@ -54,7 +54,7 @@ def give_up():
     os._exit(1)
 
 
-watchdog = threading.Timer(240, give_up)
+watchdog = threading.Timer(540, give_up)
 watchdog.daemon = True
 watchdog.start()
 

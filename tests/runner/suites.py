@@ -17,7 +17,7 @@ import terminal
 
 output_lines_max = 100
 shown_max = 10
-unsteady_max = 3
+unsteady_max = 6
 of_sanitizers = re.compile(r"(ERROR|WARNING): \w+Sanitizer|runtime error: ")
 
 # What a test of ctest was: `count` and `failed` are of single tests, since a script, or a file of tests, can

@@ -9,8 +9,9 @@ import tempfile
 import unittest
 
 from program import hub, kept_port, program, run
+from robot import round_trip
 from trajectory import bits, numbers_of, time_of, trajectory
-from websocket import peer, settle
+from websocket import peer
 
 seed = int(os.environ.get("ROWE_SEED", random.SystemRandom().randrange(2**32)))
 
@@ -32,7 +33,7 @@ class listening:
             while not self.echo.stdout:  # published into the void until somebody is there
                 probes += 1
                 p.send({"op": "publish", "topic": topic, "msg": {"probe": probes}})
-                settle(p)
+                round_trip(p)
                 if self.echo.process.poll() is not None:
                     raise AssertionError(self.echo.stderr)
                 with self.echo.changed:
