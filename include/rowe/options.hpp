@@ -172,6 +172,10 @@ struct topic_options {
   // (docs/drive.md); 20 ms to 10 s. 0: the messages are no commands. Implies keep::newest. If several handles
   // of a topic have one, the shortest holds for all.
   duration lease = {};
+  // subscribe, in an endpoint that connects: the server is asked for at most one message in so much time, and
+  // discards the others; 1 ms to 1 h, rounded down to milliseconds. 0: for all. If several handles of a topic
+  // ask, the shortest holds for all. A server that is none of ours may send more.
+  duration throttle = {};
 };
 
 // endpoint::serve and endpoint::client.

@@ -158,9 +158,10 @@ class recorder {
   // Of an endpoint that connects: subscribes to a topic there, if the options want it to be recorded; without
   // that, what its handles subscribe to is recorded. A black box there learns what happens only if it
   // subscribes to /rowe/stop/state and /rowe/control/state. `schema`: of its messages; it has to stay valid
-  // until the recorder is closed; null: it is not known. Takes a handle. Errors: as endpoint::subscribe().
+  // until the recorder is closed; null: it is not known. `throttle`: see topic_options. Takes a handle.
+  // Errors: as endpoint::subscribe().
   status subscribe(std::string_view topic, std::string_view type = {},
-                   const schema_description* schema = nullptr);
+                   const schema_description* schema = nullptr, rt::duration throttle = {});
 
   // Files of the same name that an earlier program did not end: repair_recording() does it.
   std::vector<std::string> unended() const;

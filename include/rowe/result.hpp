@@ -93,7 +93,7 @@ enum class errc : std::uint8_t {
   X(subscriptions_max) X(subscriptions_per_connection_max) X(advertisements_per_connection_max)              \
   X(small_slots) X(small_slot_bytes) X(large_slots) X(queue_depth_max) X(queued_max) X(latched_bytes) X(services_max) \
   X(calls_max) X(calls_per_connection_max) X(parameters_max) X(door_slots) X(door_slot_bytes) X(handles_max) X(handle_bytes)     \
-  X(events_max) X(guard_timeout) X(tick) X(service_timeout) X(observe_timeout) X(loop_timeout) X(lease) X(buffer_bytes)
+  X(events_max) X(guard_timeout) X(tick) X(service_timeout) X(observe_timeout) X(loop_timeout) X(lease) X(throttle) X(buffer_bytes)
 // clang-format on
 
 enum class argument : std::uint8_t {

@@ -49,6 +49,12 @@ status check_lease(const pair_request& asked) noexcept {
   return in_range(argument::lease, asked.lease, 20ms, 10s);
 }
 
+status check_throttle(const pair_request& asked) noexcept {
+  if (asked.throttle == duration::zero()) return {};
+  using namespace std::chrono_literals;
+  return in_range(argument::throttle, asked.throttle, 1ms, 1h);
+}
+
 // "x" and "/x" are the same service, so the slash counts in any case.
 status check_service(const pair_request& asked, const endpoint_options& options) noexcept {
   if (!responds(asked.kind) && !calls(asked.kind)) return {};
@@ -131,13 +137,16 @@ status check_request(const pair_request& asked, const endpoint_options& options)
   if (const status ok = check_text(argument::name, asked.name); !ok) return ok;
   if (const status ok = in_range(argument::type, asked.type.size(), std::size_t{0}, most); !ok) return ok;
   if (const status ok = check_text(argument::type, asked.type); !ok) return ok;
-  if (asked.kind == pair_kind::listen) return {};
+  if (asked.kind == pair_kind::listen) return check_throttle(asked);
   // A responder's `out` is derived from its `in`; a caller's queues are equally deep.
   const std::uint32_t depth = asked.in_depth != 0 || responds(asked.kind) || subscribes(asked.kind)
                                   ? asked.in_depth
                                   : asked.out_depth;
   if (const status ok = in_range(argument::depth, depth, 1U, depth_max); !ok) return ok;
-  if (subscribes(asked.kind)) return check_lease(asked);
+  if (subscribes(asked.kind)) {
+    const status lease = check_lease(asked);
+    return lease ? check_throttle(asked) : lease;
+  }
   return publishes(asked.kind) ? check_topic(asked, options) : check_service(asked, options);
 }
 

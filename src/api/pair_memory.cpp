@@ -139,6 +139,7 @@ void build_pair(queue_pair& built, const pair_request& asked,
   built.ttl = asked.ttl;
   built.period = asked.period;
   built.lease = asked.lease;
+  built.throttle = asked.throttle;
   built.turn.reset();
   built.receives = asked.receives;
   built.peer_generations = peer_generations;

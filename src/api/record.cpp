@@ -94,12 +94,13 @@ result<recorder> endpoint::record(const record_options& options, std::string* wh
   }
 }
 
-status recorder::subscribe(std::string_view topic, std::string_view type, const schema_description* schema) {
+status recorder::subscribe(std::string_view topic, std::string_view type, const schema_description* schema,
+                           rt::duration throttle) {
   if (!parts_ || parts_->pair == nullptr) return errc::misuse;
   if (!parts_->by->wants(topic)) return {};
   if (parts_->on->forked()) return errc::forked;
   parts_->subscribed.reserve(parts_->subscribed.size() + 1);
-  auto opened = parts_->on->open_pair(detail::listen_request(topic, type, schema));
+  auto opened = parts_->on->open_pair(detail::listen_request(topic, type, schema, throttle));
   if (!opened) return opened.error();
   parts_->subscribed.emplace_back(parts_->on, **opened);
   return {};

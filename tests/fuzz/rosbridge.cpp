@@ -141,7 +141,7 @@ void check_request(reader& validator, const request& asked, std::string_view tex
     require(again.what == verb::publish && again.topic == asked.topic, "a publish says the same topic");
     require(asked.body_raw.empty() || again.body_raw == asked.body_raw, "a publish says the same message");
   }
-  require(!written(buffer, write_subscribe, asked.topic, asked.type).empty() &&
+  require(!written(buffer, write_subscribe, asked.topic, asked.type, asked.throttle_ms).empty() &&
               !written(buffer, write_advertise, asked.topic, asked.type, asked.latch).empty(),
           "requests fit their room");
 }

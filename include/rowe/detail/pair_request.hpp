@@ -26,6 +26,7 @@ struct pair_request {
   duration ttl = rt::for_ever;
   duration period = {};
   duration lease = {};                  // subscribe: of commands; 0: they are none
+  duration throttle = {};               // subscribe, listen: at a server; 0: there is none
   bool receives = false;                // talk
   duration loop_timeout = rt::for_ever; // stop_latch
 
@@ -120,6 +121,7 @@ constexpr pair_request subscribe_request(std::string_view topic, const topic_opt
   // A view of the newest text would change while it is read.
   if (type == nullptr) asked.keep = keep::all;
   asked.lease = options.lease;
+  asked.throttle = options.throttle;
   if (asked.lease != duration{} && type != nullptr) asked.keep = keep::newest;
   asked.in_bytes = bytes;
   asked.in_depth = of_topics.or_asked(options.depth, bytes);
@@ -184,8 +186,8 @@ constexpr pair_request record_request(service::record_sink& sink) noexcept {
   return {.kind = pair_kind::record, .sink = &sink};
 }
 constexpr pair_request listen_request(std::string_view topic, std::string_view type,
-                                      const schema_description* schema) noexcept {
-  return {.kind = pair_kind::listen, .name = topic, .type = type, .decoded = schema};
+                                      const schema_description* schema, duration throttle) noexcept {
+  return {.kind = pair_kind::listen, .name = topic, .type = type, .throttle = throttle, .decoded = schema};
 }
 
 constexpr pair_request talk_request(const lane_options& options) noexcept {

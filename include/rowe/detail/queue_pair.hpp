@@ -205,6 +205,7 @@ struct queue_pair {
   duration ttl = rt::for_ever;            // of what is published
   duration period{};                      // likewise; 0: not known
   duration lease{};                       // of commands, which are what it subscribes to; 0: they are none
+  duration throttle{};                    // of what it subscribes to at a server; 0: there is none
   rt::waker<>* waker = nullptr; // woken for whatever is pushed to `out`; null except under idle::wake
   bool receives = false;        // talk: it may be the generic receiver
   // The generations of the endpoint's connections (shared_state): a peer that is gone has another one.

@@ -197,23 +197,35 @@ void topic_handles::announce_to_servers(pair_index pair, bool begins) noexcept {
   }
 }
 
-// Whether this handle is the one to announce the topic: no other handle of its kind has announced it already,
-// or still uses it.
-bool topic_handles::speaks_for_all(pair_index pair, bool begins) const noexcept {
+// What the other handles of a topic have already announced, or still use.
+topic_handles::others topic_handles::others_of(pair_index pair) const noexcept {
+  others found;
   for (const pair_index i : state_.pairs.ids()) {
     // A pair that is not attached must not be read: set-up may be building it.
     if (i == pair || !state_.pair_rows[i].attached ||
         state_.pair_rows[i].topic != state_.pair_rows[pair].topic)
       continue;
-    if (detail::subscribes(state_.pairs[i].kind) != detail::subscribes(state_.pairs[pair].kind)) continue;
-    if (!begins || i.value < pair.value) return false;
+    const detail::queue_pair& its = state_.pairs[i];
+    if (detail::subscribes(its.kind) != detail::subscribes(state_.pairs[pair].kind)) continue;
+    found.any = true;
+    found.any_before |= i.value < pair.value;
+    found.throttle = std::min(found.throttle, its.throttle);
   }
-  return true;
+  return found;
 }
 
+// The first handle of a topic announces it, and the last one takes that back. One that wants more messages
+// than the others has the subscription changed, when it comes and when it goes.
 void topic_handles::announce(connection& c, pair_index pair, bool begins) noexcept {
-  if (!c.protocol->can.topics || !speaks_for_all(pair, begins)) return;
+  if (!c.protocol->can.topics) return;
   const detail::queue_pair& queues = state_.pairs[pair];
+  const others besides = others_of(pair);
+  const bool speaks = begins ? !besides.any_before : !besides.any;
+  const bool changes = besides.any && queues.throttle < besides.throttle;
+  if (!speaks && !changes) return;
+  const rt::duration throttle = !besides.any ? queues.throttle
+                                : begins     ? std::min(queues.throttle, besides.throttle)
+                                             : besides.throttle;
   const topic_id topic_index = state_.pair_rows[pair].topic;
   const topic& on = state_.topics.at(topic_index);
   std::array<char, wire::announcement_bytes_max> buffer;
@@ -221,8 +233,12 @@ void topic_handles::announce(connection& c, pair_index pair, bool begins) noexce
   const bool reads = detail::subscribes(queues.kind);
   const bool unslashed = reads ? on.asked_unslashed : on.offered_unslashed;
   const std::string_view name = state_.topics.name(topic_index).substr(unslashed ? 1 : 0);
-  const wire::announcement what{
-      .name = name, .type = queues.type(), .latch = queues.latched, .begins = begins};
+  const wire::announcement what{.name = name,
+                                .type = queues.type(),
+                                .latch = queues.latched,
+                                .begins = begins || besides.any,
+                                .throttle_ms =
+                                    std::chrono::duration_cast<std::chrono::milliseconds>(throttle).count()};
   const auto kind = reads ? c.protocol->topics.write_subscription(text, what)
                           : c.protocol->topics.write_advertisement(text, what);
   outbox_.reply_written({c.id.index}, text, kind);

@@ -68,7 +68,13 @@ class topic_handles : topic_handles_needs {
   void note_holders(pair_index pair) noexcept;
   void announce_to_servers(pair_index pair, bool begins) noexcept;
   bool has_other(topic_id topic, bool that_reads) const noexcept;
-  bool speaks_for_all(pair_index pair, bool begins) const noexcept;
+  // Other handles that do the same with a topic: both subscribe, or both publish.
+  struct others {
+    bool any = false;
+    bool any_before = false; // of a lower number
+    rt::duration throttle = rt::for_ever;
+  };
+  others others_of(pair_index pair) const noexcept;
   void report_conflict(topic_id topic, const detail::queue_pair& asked) noexcept;
   const schema_description* schema_of(topic_id topic) const noexcept;
   void begin_publishing(pair_index pair) noexcept;

@@ -157,7 +157,8 @@ struct announcement {
   std::string_view name;
   std::string_view type; // empty: none
   bool latch = false;
-  bool begins = true; // else it is taken back
+  bool begins = true;           // else it is taken back
+  std::int64_t throttle_ms = 0; // of a subscription
 };
 
 // One delivery of a topic's message, or of a plain message.

@@ -90,7 +90,8 @@ void write_status(json::writer& out, severity how, std::string_view id_raw, std:
 // What we send as a client, with ids such as "subscribe:/odom:1": what ends another request has the id of
 // that. Nothing is written for topics of more than 980 bytes. A type that is empty is left out; rosbridge
 // servers want one of whoever advertises.
-void write_subscribe(json::writer& out, std::string_view topic, std::string_view type) noexcept;
+void write_subscribe(json::writer& out, std::string_view topic, std::string_view type,
+                     std::int64_t throttle_ms) noexcept;
 void write_unsubscribe(json::writer& out, std::string_view topic) noexcept;
 void write_advertise(json::writer& out, std::string_view topic, std::string_view type, bool latch) noexcept;
 void write_unadvertise(json::writer& out, std::string_view topic) noexcept;

@@ -112,7 +112,7 @@ message_kind rosbridge_codec::write_error(json::writer& out, const error_context
 }
 
 message_kind rosbridge_codec::write_subscription(json::writer& out, const announcement& what) const noexcept {
-  what.begins ? rosbridge::write_subscribe(out, what.name, what.type)
+  what.begins ? rosbridge::write_subscribe(out, what.name, what.type, what.throttle_ms)
               : rosbridge::write_unsubscribe(out, what.name);
   return message_kind::text;
 }

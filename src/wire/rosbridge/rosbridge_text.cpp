@@ -69,12 +69,13 @@ void write_status(json::writer& out, severity how, std::string_view id_raw, std:
   out.end_object();
 }
 
-void write_subscribe(json::writer& out, std::string_view topic, std::string_view type) noexcept {
+void write_subscribe(json::writer& out, std::string_view topic, std::string_view type,
+                     std::int64_t throttle_ms) noexcept {
   if (!begin_request(out, "subscribe", "subscribe", topic)) return;
   if (!type.empty()) out.member("type", type);
   out.member("topic", topic);
   out.member("compression", "none");
-  out.member("throttle_rate", 0);
+  out.member("throttle_rate", throttle_ms);
   out.member("queue_length", 0);
   out.end_object();
 }

@@ -28,11 +28,11 @@ TEST_F(rosbridge_encode, needs_no_more_for_a_publish_head_than_it_says) {
 }
 
 TEST_F(rosbridge_encode, writes_subscribe_and_unsubscribe_with_one_id) {
-  EXPECT_EQ(written(buffer_, write_subscribe, "/odom", "nav_msgs/Odometry"),
+  EXPECT_EQ(written(buffer_, write_subscribe, "/odom", "nav_msgs/Odometry", 0),
             R"({"op":"subscribe","id":"subscribe:/odom:1","type":"nav_msgs/Odometry","topic":"/odom",)"
             R"("compression":"none","throttle_rate":0,"queue_length":0})");
   EXPECT_EQ(
-      written(buffer_, write_subscribe, "/odom", ""),
+      written(buffer_, write_subscribe, "/odom", "", 0),
       R"({"op":"subscribe","id":"subscribe:/odom:1","topic":"/odom","compression":"none","throttle_rate":0,)"
       R"("queue_length":0})");
   EXPECT_EQ(written(buffer_, write_unsubscribe, "/odom"),
@@ -54,21 +54,21 @@ TEST_F(rosbridge_encode, writes_nothing_where_it_does_not_fit) {
   for (std::size_t bytes = 0; bytes < 40; ++bytes) {
     const std::span<char> small = std::span{buffer_}.first(bytes);
     EXPECT_TRUE(written(small, write_status, severity::error, "1", "too long for the room").empty());
-    EXPECT_TRUE(written(small, write_subscribe, "/t", "").empty());
+    EXPECT_TRUE(written(small, write_subscribe, "/t", "", 0).empty());
     EXPECT_TRUE(written(small, write_unsubscribe, "/t").empty());
     EXPECT_TRUE(written(small, write_advertise, "/t", "", false).empty());
     EXPECT_TRUE(written(small, write_unadvertise, "/t").empty());
     EXPECT_TRUE(written(small, write_publish_head, "a longer topic").empty());
   }
   std::vector<char> plenty(20'000);
-  EXPECT_TRUE(written(plenty, write_subscribe, std::string(1100, 't'), "").empty());
+  EXPECT_TRUE(written(plenty, write_subscribe, std::string(1100, 't'), "", 0).empty());
 }
 
 TEST_F(rosbridge_encode, needs_no_more_for_requests_than_it_says) {
   const name_limits limits{.name_bytes_max = 128, .id_bytes_max = 256};
   const std::string worst(limits.name_bytes_max, '\x01');
   std::vector<char> exact(request_bytes_max(limits));
-  EXPECT_FALSE(written(exact, write_subscribe, worst, worst).empty());
+  EXPECT_FALSE(written(exact, write_subscribe, worst, worst, 3'600'000).empty());
   EXPECT_FALSE(written(exact, write_advertise, worst, worst, false).empty());
   EXPECT_FALSE(written(exact, write_unsubscribe, worst).empty());
   EXPECT_FALSE(written(exact, write_unadvertise, worst).empty());
