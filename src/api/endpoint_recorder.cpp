@@ -99,4 +99,8 @@ void endpoint_recorder::put_part(std::uint32_t place, std::span<const std::byte>
                               {reinterpret_cast<const char*>(part.data()), part.size()});
 }
 
+bool endpoint_recorder::snapshot(std::string_view cause) noexcept {
+  return is_black_box_ && files_->messages().put({.kind = record_kind::snapshot}, std::array{cause});
+}
+
 } // namespace rowe::detail

@@ -42,6 +42,7 @@ class endpoint_recorder final : public service::record_sink {
   bool begin_long(std::uint32_t place, std::uint32_t topic, std::size_t bytes, rt::time_point logged,
                   rt::time_point published) noexcept override;
   void put_part(std::uint32_t place, std::span<const std::byte> part) noexcept override;
+  bool snapshot(std::string_view cause) noexcept override;
 
  private:
   endpoint_recorder(const record_options& options, std::size_t topics);

@@ -27,6 +27,7 @@ enum class record_kind : std::uint16_t {
   long_begin, // a message in parts: how many bytes it has (std::uint64_t)
   long_part,  // a part of it
   lost,       // `count` messages of the topic had no room
+  snapshot,   // the cause for which a black box is asked to write
 };
 
 struct record_head {

@@ -149,6 +149,7 @@ void recorder::take(const record_head& head, std::string_view content) {
   case record_kind::typed: return take_topic(head, content);
   case record_kind::message: return target_->add(head.topic, content, head.logged_ns, head.published_ns);
   case record_kind::lost: return target_->note_lost(head.topic, head.count, head.logged_ns);
+  case record_kind::snapshot: return target_->snapshot(content);
   case record_kind::long_begin: {
     long_message& begun = long_messages_[head.place];
     not_taken_ += begun.bytes > begun.text.size() ? 1U : 0U; // nobody ended it

@@ -58,6 +58,12 @@ class recorder final : public rowe::service::record_sink {
     left_[place] -= part.size();
   }
 
+  bool snapshot(std::string_view cause) noexcept override {
+    live("asks for a snapshot");
+    if (cause.size() > 256) wrong("a cause is longer than the service lets it be");
+    return !is_full;
+  }
+
  private:
   void live(std::string_view does) const noexcept {
     if (gone) wrong("the endpoint " + std::string{does} + " when its handle is gone");

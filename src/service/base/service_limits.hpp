@@ -221,6 +221,7 @@ inline constexpr std::size_t parameter_json_bytes_max =
     escaped_bytes_max * detail::parameter_text_bytes_max + 2;
 // How many peers get the changes of parameters in one cycle, each by a message of its own.
 inline constexpr unsigned parameter_announcements_per_cycle = 4;
+inline constexpr std::size_t record_cause_bytes_max = 256; // of the service /rowe/record
 // What a message says of a parameter besides its name and its value, at most; and around all of them, besides
 // the id.
 inline constexpr std::size_t parameter_update_bytes = 48;

@@ -64,10 +64,12 @@ void endpoint_services::answer(call_index index, std::string_view service,
       return call_completion_.fail_for_room(index);
     if (service == wire::control_name) return answer_control(index, c, what);
     if (service == wire::rights_name) return answer_rights(index, c, what);
+    if (service == wire::record_name) return answer_record(index, what);
     if (c != nullptr && !state_.rights.apply_to(*c)) c = nullptr;
   }
   if (service == wire::control_name) return answer_control(index, nullptr, what);
   if (service == wire::rights_name) return answer_rights(index, nullptr, what);
+  if (service == wire::record_name) return answer_record(index, what);
   if (parameter_services::answers(service)) return parameter_services_.answer(index, service, what);
   if (type_services::answers(service)) return type_services_.answer(index, service, what, c);
   state_.cycle.work_bytes += answer_work;
@@ -137,6 +139,26 @@ void endpoint_services::answer_rights(call_index index, const connection* c,
                                       const wire::call_args& what) noexcept {
   const slot_id slot = outbox_.compose(
       message_lifetime{}, [&](json::writer& into) { rights_service_.write_answer(into, c, what.text); });
+  slot ? call_completion_.complete(index, slot) : call_completion_.fail_for_room(index);
+}
+
+// The threads of the black boxes write; nobody waits for them.
+void endpoint_services::answer_record(call_index index, const wire::call_args& what) noexcept {
+  std::array<char, record_cause_bytes_max> buffer;
+  std::string_view cause;
+  if (const auto said = what.text.empty() ? std::nullopt : json::find(json::root(what.text).raw, "cause")) {
+    const auto text = json::to_string(*said, buffer);
+    if (!text || text->size() > buffer.size())
+      return call_completion_.fail(index, errc::refused,
+                                   "the member `cause` must be a text of 256 bytes at most");
+    cause = *text;
+  }
+  const std::uint32_t asked = state_.recordings.snapshot(cause);
+  const slot_id slot = outbox_.compose(message_lifetime{}, [&](json::writer& into) {
+    into.begin_object();
+    into.member("black_boxes", asked);
+    into.end_object();
+  });
   slot ? call_completion_.complete(index, slot) : call_completion_.fail_for_room(index);
 }
 

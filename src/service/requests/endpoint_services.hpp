@@ -45,6 +45,7 @@ class endpoint_services : endpoint_services_needs {
  private:
   void answer_control(call_index call, connection* c, const wire::call_args& what) noexcept;
   void answer_rights(call_index call, const connection* c, const wire::call_args& what) noexcept;
+  void answer_record(call_index call, const wire::call_args& what) noexcept;
 };
 
 } // namespace rowe::service

@@ -86,4 +86,10 @@ void recordings::copy_long(std::size_t bytes) noexcept {
   }
 }
 
+std::uint32_t recordings::snapshot(std::string_view cause) noexcept {
+  std::uint32_t asked = 0;
+  for (record_sink* const sink : sinks_) asked += sink != nullptr && sink->snapshot(cause) ? 1U : 0U;
+  return asked;
+}
+
 } // namespace rowe::service

@@ -45,6 +45,9 @@ class recordings {
   void copy_long(std::size_t bytes) noexcept;
   bool any_long() const noexcept { return long_count_ != 0; }
 
+  // Asks all black boxes to write what they retain. How many will.
+  std::uint32_t snapshot(std::string_view cause) noexcept;
+
  private:
   bool find(topic_id index) noexcept;
   struct long_value {

@@ -181,6 +181,11 @@ inline constexpr auto schema<own_structs::rights_answer> =
            &own_structs::rights_answer::allowed>{};
 
 template <>
+inline constexpr auto schema<own_structs::record_request> = fields<&own_structs::record_request::cause>{};
+template <>
+inline constexpr auto schema<own_structs::record_answer> = fields<&own_structs::record_answer::black_boxes>{};
+
+template <>
 inline constexpr auto schema<own_structs::parameter_values> =
     fields<&own_structs::parameter_values::values>{}.type("rowe/Parameters");
 template <>

@@ -193,6 +193,15 @@ struct rights_answer {
   list<bool> allowed;
 };
 
+// ---- recordings
+
+struct record_request {
+  std::optional<name_text> cause;
+};
+struct record_answer {
+  std::uint32_t black_boxes = 0; // that write what they retain
+};
+
 // ---- types and parameters
 
 struct parameter_values {

@@ -82,6 +82,7 @@ constexpr std::array service_types{
     typed<own_structs::of_name, own_structs::anything>(wire::delete_param_name, "rosapi/DeleteParam"),
     typed<own_structs::control_request, own_structs::control_answer>(wire::control_name, "rowe/Control"),
     typed<own_structs::rights_request, own_structs::rights_answer>(wire::rights_name, "rowe/Rights"),
+    typed<own_structs::record_request, own_structs::record_answer>(wire::record_name, "rowe/Record"),
 };
 
 static_assert(service_types.size() >= numbered_own_services);

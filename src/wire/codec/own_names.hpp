@@ -22,6 +22,7 @@ inline constexpr std::string_view control_state_name = "/rowe/control/state"; //
 
 inline constexpr std::string_view types_name = "/rowe/types";   // a service
 inline constexpr std::string_view rights_name = "/rowe/rights"; // a service
+inline constexpr std::string_view record_name = "/rowe/record"; // a service
 
 // Paths of HTTP that the endpoint answers itself, as it does those below /rowe/.
 inline constexpr std::string_view metrics_path = "/metrics";
