@@ -16,6 +16,7 @@
 #include <vector>
 
 #include <rowe/options.hpp>
+#include <rowe/recording.hpp>
 #include <rowe/result.hpp>
 
 namespace rowe {
@@ -36,10 +37,42 @@ struct serve_options {
   bool quiet = false; // print errors and warnings only
 };
 
+// A recording of all that happens, as recording_options has it.
+struct record_settings {
+  std::string path; // empty: there is none
+  std::vector<std::string> topics{};
+  std::vector<std::string> exclude{};
+  compression packed = compression::lz4;
+  std::uint64_t split_bytes = 0;
+  duration split_time{};
+  std::uint64_t total_bytes = 0;
+  bool sync = false;
+};
+
+// A black box, as black_box_options has it.
+struct black_box_settings {
+  std::string path; // of a folder; empty: there is none
+  std::vector<std::string> topics{};
+  std::vector<std::string> exclude{};
+  compression packed = compression::lz4;
+  duration before = std::chrono::seconds{30};
+  duration after = std::chrono::seconds{5};
+  std::uint64_t bytes = 32 << 20;
+  std::uint32_t files_max = 20;
+  bool on_stop = true;
+  bool on_lease = true;
+};
+
 struct configuration {
   endpoint_options endpoint;
   serve_options serve;
+  record_settings record{};
+  black_box_settings black_box{};
 };
+
+// What a configuration wants to be recorded, for endpoint::record(): `rowe serve` does, and a program of its
+// own may.
+std::vector<record_options> recordings_of(const configuration& chosen);
 
 // A key, for programs that make options or documents of all of them.
 struct setting_key {

@@ -239,10 +239,17 @@ status settings::check(std::string* why) const {
       faults.add(origins_[at].line, subject(at) + ": " + wrong);
     }
   }
-  if (values_.serve.guarded && !values_.serve.demo) {
-    const std::size_t at = config::find("serve", "guarded");
-    faults.add(origins_[at].line, subject(at) + " is for the robot of serve.demo, or --demo");
-  }
+  const auto add_about = [&](std::string_view section, std::string_view name, const std::string& text) {
+    const std::size_t at = config::find(section, name);
+    faults.add(origins_[at].line, subject(at) + text);
+  };
+  if (values_.serve.guarded && !values_.serve.demo)
+    add_about("serve", "guarded", " is for the robot of serve.demo, or --demo");
+  constexpr std::uint64_t total_min = 1 << 20;
+  if (const std::uint64_t total = values_.record.total_bytes; total != 0 && total < total_min)
+    add_about("record", "total",
+              " is out of range: " + config::written_size(static_cast<std::int64_t>(total)) +
+                  " (1 MiB or more, or 0)");
   return faults.finish(why);
 }
 
@@ -250,6 +257,33 @@ status settings::check_access(std::string* why) const {
   setting_faults faults;
   find_access_faults(faults, false);
   return faults.finish(why);
+}
+
+std::vector<record_options> recordings_of(const configuration& chosen) {
+  std::vector<record_options> all;
+  if (const record_settings& one = chosen.record; !one.path.empty()) {
+    all.push_back({.file = {.path = one.path,
+                            .packed = one.packed,
+                            .split_bytes = one.split_bytes,
+                            .split_time = one.split_time,
+                            .total_bytes = one.total_bytes,
+                            .sync = one.sync},
+                   .topics = one.topics,
+                   .exclude = one.exclude});
+  }
+  if (const black_box_settings& one = chosen.black_box; !one.path.empty()) {
+    all.push_back({.file = {.path = one.path.ends_with('/') ? one.path : one.path + "/",
+                            .packed = one.packed,
+                            .black_box = {.before = one.before,
+                                          .after = one.after,
+                                          .bytes = static_cast<std::size_t>(one.bytes),
+                                          .files_max = one.files_max,
+                                          .on_stop = one.on_stop,
+                                          .on_lease = one.on_lease}},
+                   .topics = one.topics,
+                   .exclude = one.exclude});
+  }
+  return all;
 }
 
 std::uint64_t file_version(const std::string& path) noexcept { return access::version_of(path); }

@@ -91,13 +91,15 @@ bool settings_reader::read_value(const item& from, std::string_view section, con
   const auto* const number = std::get_if<std::int64_t>(&from.is);
   if (what.is == kind::boolean && std::holds_alternative<bool>(from.is)) {
     into = std::get<bool>(from.is);
-  } else if (what.is == kind::integer && number != nullptr) {
+  } else if ((what.is == kind::integer || what.is == kind::size) && number != nullptr) {
     into = *number;
     wrong = config::check_range(what, *number);
   } else if (what.is == kind::path && text != nullptr) {
     wrong = config::check_text(*text);
     into = beside(file, *text);
-  } else if ((what.is == kind::time || what.is == kind::word || what.is == kind::text) && text != nullptr) {
+  } else if ((what.is == kind::time || what.is == kind::size || what.is == kind::word ||
+              what.is == kind::text) &&
+             text != nullptr) {
     wrong = config::read(what, *text, into);
   } else if (const auto* const list = std::get_if<config::array>(&from.is);
              what.is == kind::texts && list != nullptr) {

@@ -175,6 +175,66 @@ constexpr std::array serve_rows{
                                               named("quiet", "--quiet", "print errors and warnings only")),
 };
 
+constexpr std::array<std::string_view, 3> packing_words{"none", "lz4", "zstd"};
+static_assert(static_cast<std::size_t>(compression::zstd) + 1 == packing_words.size());
+constexpr std::int64_t file_bytes_most = std::int64_t{1} << 50;
+template <auto Member>
+consteval key<configuration> of_record(const facts& of) noexcept {
+  return row<configuration, Member>("record", of);
+}
+constexpr std::array record_rows{
+    of_record<&record_settings::path>(
+        named("path", "--record", "record into this file, or into files in this folder (it ends in /)")
+            .path()),
+    of_record<&record_settings::topics>(
+        named("topics", "--record-topic", "only these topics, or patterns; none: all")),
+    of_record<&record_settings::exclude>(named("exclude", "--record-exclude", "but not these")),
+    of_record<&record_settings::packed>(
+        named("compression", "--record-compression", "of the files").one_of(packing_words)),
+    of_record<&record_settings::split_bytes>(
+        named("split_size", "--record-split-size",
+              "a file that has as much ends, and the next begins; 0: never")
+            .bytes(0, file_bytes_most)),
+    of_record<&record_settings::split_time>(
+        named("split_time", "--record-split-time", "likewise, when it is as old; 0: never")
+            .within(0, 366 * day, argument::unnamed)),
+    of_record<&record_settings::total_bytes>(
+        named("total", "--record-total", "of all files: the oldest ones are deleted; 0: no limit")
+            .bytes(0, file_bytes_most)
+            .bounded_by("1 MiB or more, or 0")),
+    of_record<&record_settings::sync>(
+        named("sync", "--record-sync", "wait for the disk after each chunk: for when the power may fail")),
+};
+template <auto Member>
+consteval key<configuration> of_black_box(const facts& of) noexcept {
+  return row<configuration, Member>("black_box", of);
+}
+constexpr std::array black_box_rows{
+    of_black_box<&black_box_settings::path>(
+        named("path", "--black-box", "the folder for what led to a stop; empty: there is no black box")
+            .path()),
+    of_black_box<&black_box_settings::topics>(
+        named("topics", "--black-box-topic", "only these topics, or patterns; none: all")),
+    of_black_box<&black_box_settings::exclude>(named("exclude", "--black-box-exclude", "but not these")),
+    of_black_box<&black_box_settings::packed>(
+        named("compression", "--black-box-compression", "of the memory and the files").one_of(packing_words)),
+    of_black_box<&black_box_settings::before>(
+        named("before", "--black-box-before", "how far back a file goes")
+            .within(ns(1s), ns(1h), argument::unnamed)),
+    of_black_box<&black_box_settings::after>(
+        named("after", "--black-box-after", "how long it goes on").within(0, ns(1min), argument::unnamed)),
+    of_black_box<&black_box_settings::bytes>(
+        named("memory", "--black-box-memory", "that it takes at most, compressed")
+            .bytes(1 << 20, std::int64_t{1} << 40)),
+    of_black_box<&black_box_settings::files_max>(
+        named("files_max", "--black-box-files", "of each cause: the oldest ones are deleted")
+            .within(1, 100'000, argument::unnamed)),
+    of_black_box<&black_box_settings::on_stop>(
+        named("on_stop", "--black-box-on-stop", "write when the robot is stopped")),
+    of_black_box<&black_box_settings::on_lease>(
+        named("on_lease", "--black-box-on-lease", "write when who drives falls silent")),
+};
+
 template <std::size_t Index>
 consteval key<configuration> limit_row() noexcept {
   constexpr const service::limit_row& of = service::limit_table[Index];
@@ -236,8 +296,8 @@ consteval auto joined(const std::array<key<configuration>, Sizes>&... parts) noe
    ...);
   return all;
 }
-constexpr auto all_rows =
-    joined(endpoint_rows, tls_rows, client_rows, stop_rows, access_rows, limit_rows, serve_rows);
+constexpr auto all_rows = joined(endpoint_rows, tls_rows, client_rows, stop_rows, access_rows, limit_rows,
+                                 record_rows, black_box_rows, serve_rows);
 
 // ---- none is missing: a struct has as many members as it can be initialised with
 
@@ -267,6 +327,9 @@ static_assert(has_members<tls_options>(tls_rows.size() + client_rows.size() - en
 static_assert(has_members<stop_options>(stop_rows.size()), "each option of the stop has its key");
 static_assert(has_members<access_options>(access_rows.size() + lists_of_access),
               "each option of access has its key");
+static_assert(has_members<record_settings>(record_rows.size()), "each option of recordings has its key");
+static_assert(has_members<black_box_settings>(black_box_rows.size()),
+              "each option of black boxes has its key");
 static_assert(has_members<serve_options>(serve_rows.size()), "each option of the program has its key");
 static_assert(has_members<role>(of_roles.size()), "each right has its key");
 static_assert(has_members<identity>(of_identities.size()), "each member has its key");

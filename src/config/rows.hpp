@@ -24,6 +24,8 @@ auto& part(is_a<endpoint_options> auto& all, tls_options*) noexcept { return all
 auto& part(is_a<role> auto& all, role*) noexcept { return all; }
 auto& part(is_a<identity> auto& all, identity*) noexcept { return all; }
 auto& part(is_a<configuration> auto& all, serve_options*) noexcept { return all.serve; }
+auto& part(is_a<configuration> auto& all, record_settings*) noexcept { return all.record; }
+auto& part(is_a<configuration> auto& all, black_box_settings*) noexcept { return all.black_box; }
 template <class Struct>
 auto& part(is_a<configuration> auto& all, Struct* which) noexcept {
   return part(all.endpoint, which);
@@ -93,6 +95,11 @@ std::int64_t number(const endpoint_options& of) noexcept {
     return static_cast<std::int64_t>(found);
 }
 
+template <class Struct>
+concept of_endpoint = requires(endpoint_options& all, Struct* which) {
+  part(all, which);
+};
+
 // What a row says besides the member itself.
 struct facts {
   std::string_view name;
@@ -104,6 +111,7 @@ struct facts {
   argument which = argument::unnamed;
   std::string_view bound{};
   bool is_path = false;
+  bool is_size = false;
 
   consteval facts within(std::int64_t from, std::int64_t to, argument called) const noexcept {
     facts all = *this;
@@ -125,6 +133,12 @@ struct facts {
     all.bound = what;
     return all;
   }
+  // Of an integer that counts bytes.
+  consteval facts bytes(std::int64_t from, std::int64_t to) const noexcept {
+    facts all = within(from, to, argument::unnamed);
+    all.is_size = true;
+    return all;
+  }
   // Of a text.
   consteval facts path() const noexcept {
     facts all = *this;
@@ -143,15 +157,18 @@ consteval key<Owner> row(std::string_view section, const facts& of) noexcept {
   const std::int64_t most = of.words.empty() ? of.most : static_cast<std::int64_t>(of.words.size()) - 1;
   key<Owner> made{.section = section,
                   .name = of.name,
-                  .what = {of.is_path ? kind::path : kind_of<type>(), of.least, most, of.words},
+                  .what = {of.is_path   ? kind::path
+                           : of.is_size ? kind::size
+                                        : kind_of<type>(),
+                           of.least, most, of.words},
                   .get = get<Owner, Member>,
                   .set = set<Owner, Member>,
                   .option = of.option,
                   .meaning = of.meaning,
                   .which = of.which,
                   .bounded_by = of.bound};
-  constexpr bool of_program = std::same_as<typename member<decltype(Member)>::owner, serve_options>;
-  if constexpr (std::same_as<Owner, configuration> && is_number<type> && !of_program)
+  if constexpr (std::same_as<Owner, configuration> && is_number<type> &&
+                of_endpoint<typename member<decltype(Member)>::owner>)
     made.number = number<Member>;
   return made;
 }

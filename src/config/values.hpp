@@ -18,15 +18,15 @@
 namespace rowe::config {
 
 // A path is a text; in a file it is relative to the folder of that.
-enum class kind : std::uint8_t { boolean, integer, time, word, text, path, texts };
+enum class kind : std::uint8_t { boolean, integer, size, time, word, text, path, texts };
 
-// Times are nanoseconds, words are indices.
+// Times are nanoseconds, sizes are bytes, words are indices.
 using value = std::variant<bool, std::int64_t, std::string, std::vector<std::string>>;
 
 // What a value may be.
 struct form {
   kind is = kind::text;
-  std::int64_t least = 0; // of integers and times
+  std::int64_t least = 0; // of integers, sizes and times
   std::int64_t most = 0;
   std::span<const std::string_view> words = {};
 };
@@ -58,10 +58,15 @@ std::string written(const form& what, const value& of);
 
 // "250 us", "1 h", "forever": the largest unit that leaves a whole number.
 std::string written_time(std::int64_t ns);
+// "64 MiB", "1500 B": likewise.
+std::string written_size(std::int64_t bytes);
 // A TOML string in quotes.
 std::string quoted(std::string_view text);
 
 // "250 us", "1.5s", "forever"; a time has a unit, except 0.
 std::optional<std::int64_t> time_of(std::string_view text) noexcept;
+
+// "64 MiB", "1.5GB", "0"; a size has a unit, except 0.
+std::optional<std::int64_t> size_of(std::string_view text) noexcept;
 
 } // namespace rowe::config

@@ -20,6 +20,7 @@
 #include "../interrupt.hpp"
 #include "../network/host_addresses.hpp"
 #include "../output.hpp"
+#include "../recorders.hpp"
 #include "../service_log.hpp"
 #include "../service_manager.hpp"
 #include "../upkeep.hpp"
@@ -132,6 +133,8 @@ exit_code serve_on(endpoint hub, const configuration& of, const console& to, ser
                    upkeep looks) {
   const endpoint_options& asked = of.endpoint;
   const auto begin = rt::monotonic_clock::now();
+  recorders records; // before the robot moves
+  if (!records.begin(hub, of, to)) return exit_code::failed;
   std::optional<demo> loop;
   if (of.serve.demo) {
     auto handles = demo::open(hub, asked.stop.service_timeout);
@@ -175,14 +178,17 @@ exit_code serve_on(endpoint hub, const configuration& of, const console& to, ser
     const auto now = rt::monotonic_clock::now();
     log.report(hub, now);
     looks.look(hub, now);
+    records.look(to);
     if (manager.watches()) manager.cycles_are(cycles_of(hub), now);
     interrupt::sleep_until(now + event_period);
   }
   manager.stopping("asked to end");
+  records.end_black_boxes(to);
   const demo_report driven = loop ? loop->stop() : demo_report{};
   (void)hub.close(drain_time); // a peer that does not read in that time gets nothing more
   log.report(hub, rt::monotonic_clock::now());
   log.finish();
+  records.end_all(to);
   summarise(hub, rt::monotonic_clock::now() - begin, to);
   if (loop) summarise(driven, to);
   return exit_code::done;
