@@ -27,7 +27,7 @@ same_everywhere = ["^(tidy|runner)/", "^model/promela", "^json/refused$", "^arm6
                    "^sim/delays.let_all_messages"]
 # What AddressSanitizer's preset leaves out besides: scripts that start a thousand processes to look at what
 # they print. Each start costs it a tenth of a second; what these processes do, others do as well.
-only_words = ["^tools/(arguments|output)$", "^bench/(programs)$"]
+only_words = ["^tools/(arguments|completion|output)$", "^bench/(programs)$"]
 # What ThreadSanitizer's preset leaves out besides: scripts of verbs whose one thread talks to an endpoint, of
 # which others test that it may.
 one_thread = ["^tools/(arguments|bench|config|connection|doctor|echo|info|network|output)$",

@@ -99,6 +99,8 @@ class arguments(unittest.TestCase):
         self.refused("cal", says=["did you mean call?"])
         self.refused("peers", "ws://127.0.0.1:1", "--token", "x", says=["did you mean --token-file?"])
         self.refused("serve", "--demmo", says=["'--demmo'", "did you mean --demo?"])
+        self.refused("servics", says=["did you mean services?"])
+        self.refused("sevre", says=["did you mean serve?"])
         self.refused("xyzzy-plugh", says=["'xyzzy-plugh'", "rowe help"])
 
     def test_a_number_below_0_says_how_it_is_written(self):

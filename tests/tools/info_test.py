@@ -155,7 +155,7 @@ class info(unittest.TestCase):
     def test_takes_words_that_are_no_files_for_something_else(self):
         for word in ("/odom", "odom", "/a.b/c", ".mcap"):
             run("info", word, code=2, stdout=[], says=(f"there is no file '{word}'", "*.mcap"))
-        run("info", code=2, first="the argument FILE is missing")
+        run("info", code=2, first="the argument FILE|URL TOPIC|SERVICE|ACTION is missing")
 
     def test_fits_a_narrow_terminal(self):
         record(self.path, some())

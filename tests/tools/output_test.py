@@ -49,15 +49,23 @@ class output(unittest.TestCase):
         cls.recording = os.path.join(cls.folders, "run.mcap")
         record(cls.recording, [message("/a", 0, {})])
         cls.prints = {
+            "actions": [(url, "--json")],
             "bench": [("idle", "-D", "100ms", "--json", "-")],
+            "bw": [(url, "/odom", "--once")],
             "call": [(url, "/rosapi/topics"), (url, "/rosapi/topics", "--json"),
                      (url, "/rosapi/topics", "--repeat", "3")],
+            "completion": [("bash",), ("zsh",), ("fish",)],
             "config": [("show",)],
+            "delay": [(url, "/odom", "--once")],
             "discover": [],  # what is there is the network's
             "doctor": [("--quick",), ("--quick", "--json")],
             "echo": [(url,), (url, "/odom"), (url, "/odom", "--csv", "-n", "3")],
             "help": [(), ("echo",)],
-            "info": [(cls.recording,), (cls.recording, "--json")],
+            "hz": [(url, "/odom", "--once"), (url, "/odom", "--once", "--json")],
+            "info": [(cls.recording,), (cls.recording, "--json"),
+                     (url, "/odom", "--timeout", "60s"), (url, "/odom", "--json", "--timeout", "60s")],
+            "list": [(url,), (url, "--json")],
+            "man": [(), ("echo",)],
             "param": [("list", url, "--all")],
             "peers": [(url,), (url, "--json")],
             "pub": [],
@@ -65,9 +73,12 @@ class output(unittest.TestCase):
             "replay": [],
             "reset": [(url,)],
             "serve": [],  # until it is told to end: below
+            "services": [(url,)],
             "setup": [("--name", "bot", "--dir", new)],
             "stop": [(url,), (url, "--json")],
             "token": [("list", "--dir", cls.made)],
+            "top": [(url, "--once", "--timeout", "60s")],
+            "topics": [(url,)],
             "types": [(url,), (url, "--ros"), (url, "--json-schema")],
             "version": [(), ("--json",)],
         }

@@ -29,7 +29,7 @@ for one in (signal.SIGINT, signal.SIGHUP):
         signal.signal(one, signal.SIG_DFL)
 
 timeout = 60.0  # seconds; far above what anything here takes, sanitizers included
-asking = ("call", "peers", "reset", "stop")  # verbs that give up by themselves after a second or two
+asking = ("actions", "call", "list", "peers", "reset", "services", "stop", "topics")  # verbs that give up by themselves after a second or two
 
 
 def with_timeout(arguments):
@@ -171,7 +171,8 @@ def on_a_terminal(columns, *arguments, **options):
 
 def verbs():
     """Those that `rowe help` lists."""
-    return re.findall(r"^  (\w+) ", "\n".join(run("help").stdout).split("verbs:\n")[1].split("\n\n")[0], re.M)
+    text = "\n".join(run("help").stdout).split("usage: ")[1].split("exit codes:")[0]
+    return re.findall(r"^  ([\w-]+) +\S", text, re.M)
 
 
 def given_time(attempt, came_to_it, seconds=0.2):

@@ -11,6 +11,10 @@
 #include "../rowe/console.hpp"
 #include "../rowe/network/remote.hpp"
 #include "../rowe/output.hpp"
+#include "../rowe/status_line.hpp"
+#include "../rowe/text/colour.hpp"
+#include "../rowe/text/page.hpp"
+#include "../rowe/verbs/verb_list.hpp"
 #include "../rowe/verbs/verbs.hpp"
 #include "compare.hpp"
 #include "modes.hpp"
@@ -18,33 +22,36 @@
 namespace rowe::tools::bench {
 namespace {
 
-struct mode {
-  std::string_view name;
-  std::string_view meaning;
-  exit_code (*run)(argument_list);
-};
-
-constexpr std::array modes{
-    mode{"rpc", "the round trip of a call to a robot", rpc},
-    mode{"send", "from publishing to the arrival in the subscriber's thread", send},
-    mode{"stop", "from asking for a stop to the loop's brake, and the parts of that", stop},
-    mode{"loop", "how late a periodic loop wakes up", loop},
-    mode{"expiry", "what it costs to expire a message among many that wait", expiry},
-    mode{"idle", "what an idle endpoint costs", idle},
-    mode{"peer", "the other end, for measuring between two processes or hosts", peer},
+constexpr std::array all_modes{
+    verb{"rpc", "the round trip of a call to a robot", rpc},
+    verb{"send", "from publishing to the arrival in the subscriber's thread", send},
+    verb{"stop", "from asking for a stop to the loop's brake, and the parts of that", stop},
+    verb{"loop", "how late a periodic loop wakes up", loop},
+    verb{"expiry", "what it costs to expire a message among many that wait", expiry},
+    verb{"idle", "what an idle endpoint costs", idle},
+    verb{"peer", "the other end, for measuring between two processes or hosts", peer},
 };
 
 std::string overview() {
-  std::string text =
-      "examples:\n"
-      "  rowe bench loop -D 60s --cpu 3 --prio 80         is this machine fit for a loop of 1 kHz\n"
-      "  rowe bench rpc --max 2ms --p99.9 300us           exit code 5 when a call takes longer\n"
-      "\nusage: rowe bench MODE [arguments]    (`rowe bench MODE --help` says which)\n\n"
-      "Prints a distribution, never a mean alone, and first of all the machine. The times of the messages\n"
-      "are fixed before the run begins, so a stall counts for every message that it delayed.\n\nmodes:\n";
-  for (const mode& m : modes)
-    text.append("  ").append(m.name).append(9 - m.name.size(), ' ').append(m.meaning) += '\n';
-  return text;
+  const std::size_t columns = columns_of_stdout();
+  const auto heading = [](std::string_view text) { return colour::heading(text) + "\n"; };
+  std::string text = heading("examples:");
+  term_list examples;
+  examples.add("rowe bench loop -D 60s --cpu 3 --prio 80", "is this machine fit for a loop of 1 kHz");
+  examples.add("rowe bench rpc --max 2ms --p99.9 300us", "exit code 5 when a call takes longer");
+  text += examples.text(columns) + "\n";
+  text += wrapped(colour::heading("usage:") + " ",
+                  "rowe bench MODE [arguments]    (`rowe bench MODE --help` says which)", 4, columns);
+  text +=
+      "\n" + wrapped("",
+                     "Prints a distribution, never a mean alone, and first of all the machine. The times of "
+                     "the messages are fixed before the run begins, so a stall counts for every message "
+                     "that it delayed.",
+                     0, columns == 0 ? 100 : columns);
+  text += "\n" + heading("modes:");
+  term_list modes;
+  for (const verb& one : all_modes) modes.add(std::string{one.name}, one.meaning);
+  return text + modes.text(columns);
 }
 
 // As far as can be told without touching it.
@@ -95,13 +102,10 @@ exit_code run(argument_list arguments) {
     return exit_code::done;
   }
   if (name.empty()) return usage_error("bench", "a mode is missing");
-  const auto* const found = std::ranges::find(modes, name, &mode::name);
-  if (found != modes.end()) return found->run(arguments.subspan(1));
-  std::array<std::string_view, modes.size()> names;
-  std::ranges::transform(modes, names.begin(), &mode::name);
-  const std::string_view meant = nearest(name, names);
-  return usage_error("bench", joined("there is no mode ", quoted(name),
-                                     meant.empty() ? "" : joined("; did you mean ", meant, "?")));
+  if (const verb* const found = find_verb(all_modes, name)) return found->run(arguments.subspan(1));
+  return usage_error("bench", joined("there is no mode ", quoted(name), meant_instead(name, all_modes)));
 }
+
+std::span<const verb> modes() noexcept { return all_modes; }
 
 } // namespace rowe::tools::bench

@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
+#include <mutex>
+#include <string>
 #include <system_error>
 
 #include "console.hpp"
@@ -42,6 +44,10 @@ void fill_closed_streams() noexcept {
 void close_stdout() {
   if (::close(STDOUT_FILENO) != 0 && stdout_bytes != 0 && stdout_failure == 0) note_failure(errno);
 }
+
+std::mutex held_mutex; // what follows
+bool is_held = false;
+std::string held_text;
 
 } // namespace
 
@@ -85,7 +91,23 @@ bool emit(std::string_view text) {
 
 bool output_failed() noexcept { return stdout_failure != 0 && stdout_failure != EPIPE; }
 
+void hold_stderr(bool held) {
+  std::string text;
+  {
+    const std::lock_guard lock{held_mutex};
+    is_held = held;
+    if (!held) text.swap(held_text);
+  }
+  if (!text.empty()) write_to_stderr(text);
+}
+
 void write_to_stderr(std::string_view text) noexcept {
+  {
+    const std::lock_guard lock{held_mutex};
+    constexpr std::size_t held_bytes_max = 1 << 20;
+    if (is_held && held_text.size() + text.size() <= held_bytes_max) held_text += text;
+    if (is_held) return;
+  }
   const std::string_view before = status_line::taken_away();
   if (write_all(STDERR_FILENO, before) < before.size() || write_all(STDERR_FILENO, text) < text.size())
     stderr_failure.store(errno, std::memory_order_seq_cst);

@@ -30,6 +30,10 @@ bool output_failed() noexcept;
 // whether that failed.
 void write_to_stderr(std::string_view text) noexcept;
 
+// While the whole screen is drawn, what is written to stderr is kept, and written when it is no longer. Main
+// thread.
+void hold_stderr(bool held);
+
 // What main() does: watches for signals, runs the program with the arguments behind its name, closes its
 // streams, and says how it ended.
 int run_program(int count, char** words, exit_code (*program)(argument_list));

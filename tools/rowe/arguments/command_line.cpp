@@ -7,6 +7,9 @@
 
 #include "../console.hpp"
 #include "../output.hpp"
+#include "../status_line.hpp"
+#include "../text/colour.hpp"
+#include "../text/page.hpp"
 #include "values.hpp"
 
 namespace rowe::tools {
@@ -106,8 +109,20 @@ bool is_called(const option& o, std::string_view name) noexcept {
 bool is_switch(const option& o) noexcept { return std::holds_alternative<switch_text>(o.into); }
 bool takes_value(const option& o) noexcept { return !std::holds_alternative<bool*>(o.into) && !is_switch(o); }
 
+std::size_t colour_chosen = 0;
+
+const option* find_option(const command& table, std::string_view name) noexcept {
+  for (const std::span<const option> some : {std::span<const option>{table.options}, common_options()}) {
+    const auto found =
+        std::find_if(some.begin(), some.end(), [&](const option& o) { return is_called(o, name); });
+    if (found != some.end()) return &*found;
+  }
+  return nullptr;
+}
+
 diagnostic unknown_option(const command& table, std::string_view name) {
   std::vector<std::string_view> names{"--help"};
+  for (const option& o : common_options()) names.push_back(o.name);
   for (const option& o : table.options) names.push_back(o.name);
   const auto begins = [&](std::string_view one) { return one.starts_with(joined(name, "-")); };
   const bool begins_one = name.size() > 2 && std::count_if(names.begin(), names.end(), begins) == 1;
@@ -126,9 +141,8 @@ diagnostic read_option(const command& table, argument_list arguments, std::size_
     value = name.substr(equals + 1);
     name = name.substr(0, equals);
   }
-  const auto found = std::find_if(table.options.begin(), table.options.end(),
-                                  [&](const option& o) { return is_called(o, name); });
-  if (found == table.options.end()) return unknown_option(table, name);
+  const option* const found = find_option(table, name);
+  if (found == nullptr) return unknown_option(table, name);
   if (is_switch(*found) && !value) value = "true";
   if (!takes_value(*found) && !is_switch(*found) && value) return joined(name, " takes no value");
   if (takes_value(*found) && !value) {
@@ -228,73 +242,110 @@ bool asks_for_help(argument_list arguments) noexcept {
   return false;
 }
 
-std::string spelling_of(const option& o) {
-  const std::string_view number = std::holds_alternative<numbered_times>(o.into) ? "N" : "";
-  return joined(o.letter, o.letter.empty() ? "" : ", ", o.name, number, o.value.empty() ? "" : " ", o.value);
-}
-
-std::string spelling_of(const operand& o) {
-  const bool repeated = std::holds_alternative<std::vector<std::string>*>(o.into);
-  const bool brackets = o.optional || o.left_out != nullptr || o.instead != nullptr;
-  return joined(brackets ? "[" : "", o.name, repeated ? "..." : "", brackets ? "]" : "");
-}
-
-// Rows of two columns.
-class columns {
- public:
-  void add(std::string left, std::string_view right) {
-    width_ = std::max(width_, left.size());
-    rows_.push_back({std::move(left), right});
-  }
-  void write(std::string& to) const {
-    for (const row& r : rows_) {
-      to.append("  ").append(r.left).append(width_ - r.left.size() + 2, ' ').append(r.right).append("\n");
+// Lines of a paragraph are joined and wrapped; those that begin with a blank stand as they are.
+std::string paragraphs(std::string_view text, std::size_t columns) {
+  if (columns == 0) return std::string{text};
+  std::string all;
+  std::string words;
+  const auto end_paragraph = [&] {
+    if (!words.empty()) all += wrapped("", words, 0, columns);
+    words.clear();
+  };
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.empty() || line.starts_with(' ')) {
+      end_paragraph();
+      all.append(line).append("\n");
+    } else {
+      words.append(words.empty() ? "" : " ").append(line);
     }
   }
+  end_paragraph();
+  return all;
+}
 
- private:
-  struct row {
-    std::string left;
-    std::string_view right;
-  };
-  std::vector<row> rows_;
-  std::size_t width_ = 0;
-};
+const std::function<void(const command&)>* looks_at_table = nullptr; // in place of reading
 
 } // namespace
 
+std::span<const option> common_options() {
+  static const std::array<option, 1> all{
+      {{"--color", "", "auto|always|never", "colours (default auto: on a terminal, without $NO_COLOR)",
+        choice{&colour_chosen, colour::words}}}};
+  return all;
+}
+
 std::optional<exit_code> read(const command& table, argument_list arguments) {
+  if (looks_at_table != nullptr) {
+    (*looks_at_table)(table);
+    return exit_code::done;
+  }
   if (asks_for_help(arguments)) {
-    emit(help_of(table));
+    emit(help_of(table, columns_of_stdout()));
     return exit_code::done;
   }
   const diagnostic wrong = read_all(table, arguments);
-  if (wrong.empty()) return std::nullopt;
-  return usage_error(table.verb, wrong);
+  if (!wrong.empty()) return usage_error(table.verb, wrong);
+  colour::choose(static_cast<colour::when>(colour_chosen));
+  return std::nullopt;
 }
 
-std::string help_of(const command& table) {
-  std::string text = "examples:\n";
-  columns examples;
-  for (const example& e : table.examples) examples.add(std::string{e.line}, e.meaning);
-  examples.write(text);
+void look_at_table(exit_code (*run)(argument_list), const std::function<void(const command&)>& look) {
+  looks_at_table = &look;
+  (void)run({}); // it reads its arguments before all else
+  looks_at_table = nullptr;
+}
 
-  text.append("\nusage: ").append(typed(table.verb)).append(table.options.empty() ? "" : " [options]");
-  for (const operand& o : table.operands) text.append(" ").append(spelling_of(o));
-  text.append("\n\n").append(table.description);
+const verb* find_verb(std::span<const verb> all, std::string_view name) noexcept {
+  const auto found = std::ranges::find(all, name, &verb::name);
+  return found == all.end() ? nullptr : &*found;
+}
+
+std::string meant_instead(std::string_view name, std::span<const verb> all) {
+  std::vector<std::string_view> names;
+  for (const verb& one : all) names.push_back(one.name);
+  const std::string_view meant = nearest(name, names);
+  return meant.empty() ? std::string{} : joined("; did you mean ", meant, "?");
+}
+
+std::string spelling_of(const option& one) {
+  const std::string_view number = std::holds_alternative<numbered_times>(one.into) ? "N" : "";
+  return joined(one.letter, one.letter.empty() ? "" : ", ", one.name, number, one.value.empty() ? "" : " ",
+                one.value);
+}
+
+std::string spelling_of(const operand& one) {
+  const bool repeated = std::holds_alternative<std::vector<std::string>*>(one.into);
+  const bool brackets = one.optional || one.left_out != nullptr || one.instead != nullptr;
+  return joined(brackets ? "[" : "", one.name, repeated ? "..." : "", brackets ? "]" : "");
+}
+
+std::string help_of(const command& table, std::size_t columns) {
+  const auto heading = [](std::string_view text) { return colour::heading(text) + "\n"; };
+  std::string text = heading("examples:");
+  term_list examples;
+  for (const example& e : table.examples) examples.add(std::string{e.line}, e.meaning);
+  text += examples.text(columns);
+
+  std::string usage = joined(typed(table.verb), " [options]");
+  for (const operand& o : table.operands) usage.append(" ").append(spelling_of(o));
+  text += "\n" + wrapped(colour::heading("usage:") + " ", usage, 4, columns) + "\n";
+  text += paragraphs(table.description, columns);
 
   if (!table.operands.empty()) {
-    text.append("\narguments:\n");
-    columns operands;
+    text += "\n" + heading("arguments:");
+    term_list operands;
     for (const operand& o : table.operands) operands.add(std::string{o.name}, o.meaning);
-    operands.write(text);
+    text += operands.text(columns);
   }
-  text.append("\noptions:\n");
-  columns options;
+  text += "\n" + heading("options:");
+  term_list options;
   for (const option& o : table.options) options.add(spelling_of(o), o.meaning);
+  for (const option& o : common_options()) options.add(spelling_of(o), o.meaning);
   options.add("-h, --help", "this text");
-  options.write(text);
-  return text;
+  return text + options.text(columns);
 }
 
 exit_code usage_error(std::string_view verb, std::string_view text) {

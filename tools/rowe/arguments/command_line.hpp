@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -90,7 +91,14 @@ struct command {
   std::array<example, 2> examples;
   std::string_view description; // some lines, each ended by a newline
   std::vector<operand> operands;
-  std::vector<option> options; // --help is always among them
+  std::vector<option> options; // --help and --color are always among them
+};
+
+// Something that is typed behind the program's name, or behind a verb's.
+struct verb {
+  std::string_view name;
+  std::string_view meaning;
+  exit_code (*run)(argument_list);
 };
 
 // Reads the arguments into the table's targets. Nothing: they are read. Otherwise the verb ends with this:
@@ -98,8 +106,24 @@ struct command {
 // be (usage).
 std::optional<exit_code> read(const command& table, argument_list arguments);
 
-// The text of --help.
-std::string help_of(const command& table);
+// The text of --help, for a terminal of so many columns; 0: for none.
+std::string help_of(const command& table, std::size_t columns);
+
+// Those that every verb has.
+std::span<const option> common_options();
+
+// How an option, and an operand, stand in help: "-o, --output PATH"; "[TOPIC...]".
+std::string spelling_of(const option& one);
+std::string spelling_of(const operand& one);
+
+// Has the table of a verb looked at, in place of reading arguments by it and doing what they say. Main
+// thread.
+void look_at_table(exit_code (*run)(argument_list), const std::function<void(const command&)>& look);
+
+// The verb of `all` that a word names; null: there is none.
+const verb* find_verb(std::span<const verb> all, std::string_view name) noexcept;
+// "; did you mean call?", or nothing.
+std::string meant_instead(std::string_view name, std::span<const verb> all);
 
 // Says on stderr what is wrong with the arguments of `verb`, and where the help is.
 exit_code usage_error(std::string_view verb, std::string_view text);

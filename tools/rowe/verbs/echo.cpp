@@ -12,10 +12,15 @@
 #include "../arguments/limit_options.hpp"
 #include "../console.hpp"
 #include "../interrupt.hpp"
+#include "../network/missing_publishers.hpp"
 #include "../network/remote.hpp"
+#include "../network/robot_names.hpp"
+#include "../network/subscriptions.hpp"
 #include "../output.hpp"
+#include "../status_line.hpp"
 #include "../text/json_values.hpp"
 #include "../text/message_format.hpp"
+#include "../text/page.hpp"
 #include "verbs.hpp"
 
 namespace rowe::tools {
@@ -23,14 +28,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Between the socket and us: room for a burst while the reader of our output is slow. Several topics share
-// it.
 constexpr std::uint32_t short_bytes_max = limits{}.message_bytes_max;
-constexpr std::uint32_t queue_depth = 512;            // messages that are no long ones: 30 MiB
-constexpr std::size_t queue_bytes = 64 * 1024 * 1024; // where they may be long; two for each topic at least
-constexpr std::size_t topics_max = 16;
+constexpr std::uint32_t plain_depth = 512;
+constexpr std::size_t long_bytes_max = 64 * 1024 * 1024; // of as many messages as are waited for
 constexpr rt::duration drain_time = 250ms;
-constexpr rt::duration look_period = 1ms; // how often several topics are looked at; nothing tells of all
+constexpr rt::duration list_timeout = 2s;
 
 struct echo_options {
   remote_place at;
@@ -43,6 +45,7 @@ struct echo_options {
   bool once = false;
   std::int64_t count = 0; // 0: no end
   std::optional<rt::duration> timeout;
+  std::optional<double> hertz; // nothing: all messages
   std::size_t profile = 0;
   bool quiet = false;
   bool takes_long = false;
@@ -50,6 +53,13 @@ struct echo_options {
 
   message_format::kind format() const noexcept {
     return json ? message_format::kind::json : csv ? message_format::kind::csv : message_format::kind::pretty;
+  }
+  // Hop's programs know no topics.
+  bool asks_publishers() const { return !plain && profile_of(profile) == websocket_profile::standard; }
+  subscriptions_wanted wanted() const {
+    return {.topics = topics,
+            .text_bytes_max = text_bytes_max,
+            .throttle = hertz ? throttle_of(*hertz) : rt::duration{}};
   }
 };
 
@@ -83,6 +93,9 @@ command table_of(echo_options& o) {
               {"--field", "", "PATH", "only this part, such as pose.x or ranges[0]", &o.field},
               {"-n", "", "N", "end after this many messages", integer{&o.count, 1, INT64_MAX}},
               {"--once", "", "", "end after one message", &o.once},
+              {"--hz", "", "N",
+               "at most as many messages of a topic a second: the robot leaves out the others",
+               rate{&o.hertz, 1000}},
               {"--timeout", "", "TIME", "for the connection and for each message (default: until Ctrl-C)",
                time_span{&o.timeout}},
               {"--long", "", "", "also long messages, such as maps", &o.takes_long},
@@ -103,95 +116,19 @@ std::string contradiction(const echo_options& o) {
     return joined("--field: ", printable(field.error().message()));
   if (o.csv && o.topics.size() > 1)
     return joined("--csv makes a table of one topic, not of ", o.topics.size());
-  if (o.topics.size() > topics_max) {
-    return joined(o.topics.size(), " topics are too many: at most ", topics_max);
-  }
+  if (o.topics.size() > subscriptions::topics_max)
+    return joined(o.topics.size(), " topics are too many: at most ", subscriptions::topics_max);
+  if (o.hertz && o.plain) return "--hz is for topics, which --plain messages have none of";
   return {};
 }
-
-// Of each topic.
-std::uint32_t depth_for(const echo_options& o) noexcept {
-  const bool is_short = o.text_bytes_max <= short_bytes_max;
-  const std::size_t all =
-      is_short ? queue_depth : std::min<std::size_t>(queue_bytes / o.text_bytes_max, queue_depth);
-  return static_cast<std::uint32_t>(
-      std::max<std::size_t>(all / std::max<std::size_t>(o.topics.size(), 1), 2));
-}
-
-// A message, and the topic it is of.
-struct incoming {
-  std::string_view topic; // empty: a plain message
-  message_view body;
-};
-
-// Several subscribers as one: of what has arrived, the earliest first.
-class subscriptions {
- public:
-  // Subscribes to all of them; otherwise says why not.
-  static std::optional<subscriptions> open(endpoint& hub, const echo_options& o, const console& to,
-                                           exit_code& otherwise) {
-    subscriptions all;
-    for (const std::string& topic : o.topics) {
-      auto one = hub.subscribe<json_text>(topic, {.depth = depth_for(o), .text_bytes_max = o.text_bytes_max});
-      if (!one) {
-        to.error("cannot subscribe to ", quoted(topic), ": ", one.error().message());
-        otherwise = exit_code_of(one.error());
-        return std::nullopt;
-      }
-      all.all_.push_back({topic, std::move(one).value(), std::nullopt});
-    }
-    return all;
-  }
-
-  result<incoming> take(rt::duration timeout) {
-    if (all_.size() == 1) {
-      auto taken = all_.front().from.take(timeout);
-      if (!taken) return taken.error();
-      return incoming{all_.front().topic, std::move(*taken)};
-    }
-    const auto end = rt::deadline_after(rt::monotonic_clock::now(), timeout);
-    for (;;) {
-      if (auto taken = try_take(); taken || taken.code() != errc::empty) return taken;
-      const auto now = rt::monotonic_clock::now();
-      if (now >= end || interrupt::seen()) return errc::timed_out;
-      interrupt::sleep_until(std::min(end, now + look_period));
-    }
-  }
-
- private:
-  struct one {
-    std::string topic;
-    subscriber<json_text> from;
-    std::optional<message_view> next; // taken, and not the earliest so far
-  };
-
-  result<incoming> try_take() {
-    one* earliest = nullptr;
-    for (one& o : all_) {
-      if (!o.next) {
-        auto taken = o.from.try_take();
-        if (!taken && taken.code() != errc::empty) return taken.error();
-        if (!taken) continue;
-        o.next.emplace(std::move(*taken));
-      }
-      if (earliest == nullptr || o.next->arrived() < earliest->next->arrived()) earliest = &o;
-    }
-    if (earliest == nullptr) return errc::empty;
-    incoming taken{earliest->topic, std::move(*earliest->next)};
-    earliest->next.reset();
-    return taken;
-  }
-
-  std::vector<one> all_;
-};
 
 // Plain messages. A call among them is printed as well, and refused: nobody here has an answer.
 class plain_messages {
  public:
-  static std::optional<plain_messages> open(endpoint& hub, const echo_options&, const console& to,
+  static std::optional<plain_messages> open(endpoint& hub, const subscriptions_wanted&, const console& to,
                                             exit_code& otherwise) {
     auto opened = hub.open_lane(
-        {.depth = 16, .inbox_depth = queue_depth, .calls = 1, .text_bytes_max = limits{}.message_bytes_max});
+        {.depth = 16, .inbox_depth = plain_depth, .calls = 1, .text_bytes_max = limits{}.message_bytes_max});
     if (!opened) {
       to.error("cannot receive: ", opened.error().message());
       otherwise = exit_code_of(opened.error());
@@ -214,58 +151,6 @@ class plain_messages {
   explicit plain_messages(lane from) noexcept : from_{std::move(from)} {}
 
   lane from_;
-};
-
-// Says which of the topics nobody publishes, as far as the server tells: what is misspelt looks like what is
-// silent. Asked once, and not waited for.
-class missing_publishers {
- public:
-  missing_publishers(endpoint& hub, const remote& at, const echo_options& o, const console& to)
-      : at_{at}, to_{to} {
-    if (o.plain || profile_of(o.profile) != websocket_profile::standard)
-      return; // Hop's programs know no topics
-    auto opened = hub.client<json_text, json_text>("/rosapi/publishers",
-                                                   {.depth = static_cast<std::uint32_t>(o.topics.size())});
-    if (!opened) return;
-    from_ = std::move(*opened);
-    const auto now = rt::monotonic_clock::now();
-    for (const std::string& topic : o.topics) {
-      const std::string request = joined(R"({"topic":)", json_string_of(topic), "}");
-      if (const auto started = from_.start(request, answer_time, now)) asked_.push_back({*started, topic});
-    }
-  }
-
-  void report() {
-    while (!asked_.empty()) {
-      const auto end = from_.try_finish();
-      if (!end) return;
-      const auto about =
-          std::find_if(asked_.begin(), asked_.end(), [&](const one& o) { return o.call == end->id; });
-      if (about == asked_.end()) return;
-      if (end->reply && says_nobody(end->reply->json())) {
-        to_.note("nobody publishes ", printable(about->topic), " at ", at_.url(),
-                 " yet; waiting for it (Ctrl-C to stop)");
-      }
-      asked_.erase(about);
-    }
-  }
-
- private:
-  struct one {
-    call_id call;
-    std::string topic;
-  };
-  static constexpr rt::duration answer_time = 10s;
-
-  static bool says_nobody(json_value answer) noexcept {
-    const auto publishers = answer.find("publishers");
-    return publishers && publishers->kind() == json_kind::array && !publishers->find("[0]");
-  }
-
-  const remote& at_;
-  const console& to_;
-  caller<json_text, json_text> from_;
-  std::vector<one> asked_; // and not answered yet
 };
 
 template <class Source>
@@ -350,60 +235,34 @@ class printer {
 };
 
 // The topics there are, by name and type.
-std::string list_of_topics(json_value answer) {
-  const auto texts_at = [&](std::string_view member) {
-    std::vector<std::string> texts;
-    for (const json_value one : answer.find(member).value_or(json_value{}).elements())
-      texts.push_back(plain_text_of(one));
-    return texts;
-  };
-  const std::vector<std::string> names = texts_at("topics");
-  std::vector<std::string> types = texts_at("types");
-  types.resize(names.size());
-  std::size_t width = 0;
-  for (const std::string& name : names) width = std::max(width, name.size());
-  std::vector<std::string> lines;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const std::string gap = types[i].empty() ? "" : std::string(width - names[i].size() + 2, ' ');
-    lines.push_back(joined(names[i], gap, types[i], "\n"));
+exit_code list_topics(const echo_options& o, const console& to) {
+  asked_robot robot{"echo", o.timeout.value_or(list_timeout), to};
+  if (const auto end = robot.connect(o.at, o.timeout)) return *end;
+  if (o.json) {
+    const auto answer = robot.ask("/rosapi/topics");
+    if (!answer) return robot.give_up("what topics it has");
+    emit(on_one_line(*answer));
+  } else {
+    const auto all = names_of(robot, name_kind::topic);
+    if (!all) return robot.give_up("what topics it has");
+    text_table table{{{"TOPIC"}, {"TYPE"}}};
+    for (const robot_name& one : *all)
+      table.add({printable(one.name), one.type.empty() ? "-" : printable(one.type)});
+    emit(table.text(columns_of_stdout()));
   }
-  std::sort(lines.begin(), lines.end());
-  std::string text;
-  for (const std::string& line : lines) text += line;
-  return text;
-}
-
-exit_code list_topics(endpoint hub, const std::string& url, const echo_options& o, const console& to) {
-  auto topics = hub.client<json_text, json_text>("/rosapi/topics",
-                                                 {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
-  if (!topics) {
-    to.error("cannot ask for the topics: ", topics.error().message());
-    return exit_code_of(topics.error());
-  }
-  remote connection{hub, url, to};
-  if (const auto end = connection.wait(o.timeout)) return *end;
-  const rt::duration timeout = o.timeout.value_or(2s);
-  watcher waits{connection};
-  const auto answer = waits.during([&] { return topics->call("{}", timeout); });
-  if (!answer) {
-    if (interrupt::seen()) return exit_code::interrupted;
-    to.error(url, " does not say what topics it has: ",
-             answer.code() == errc::refused ? printable(topics->refusal()) : answer.error().message());
-    return answer.code() == errc::timed_out ? exit_code::timed_out : exit_code::failed;
-  }
-  emit(o.json ? on_one_line(answer->value()) : list_of_topics(answer->json()));
-  to.note("rowe echo ", url, " TOPIC prints the messages of one");
+  to.note("rowe echo ", robot.url(), " TOPIC prints the messages of one");
   return exit_code::done;
 }
 
 template <class Source>
 exit_code print_from(endpoint hub, const std::string& url, const echo_options& o, const console& to) {
   exit_code otherwise = exit_code::failed;
-  auto source = Source::open(hub, o, to, otherwise);
+  auto source = Source::open(hub, o.wanted(), to, otherwise);
   if (!source) return otherwise;
   remote connection{hub, url, to};
   if (const auto end = connection.wait(o.timeout)) return *end;
-  missing_publishers missing{hub, connection, o, to};
+  missing_publishers missing{hub, connection, o.asks_publishers() ? o.topics : std::vector<std::string>{},
+                             to};
   printer<Source> printing{std::move(*source), missing, connection, o, to};
   const exit_code end = printing.run();
   (void)hub.close(drain_time); // for the refusals of calls; a peer that does not read in that time gets none
@@ -431,22 +290,19 @@ exit_code echo(argument_list arguments) {
   const spelled_url url = read_url(chosen.at.url);
   if (url.url.empty()) return usage_error("echo", url.wrong);
 
+  if (!chosen.plain && chosen.topics.empty()) return list_topics(chosen, to);
   auto bounds = limits_for("echo");
   if (!bounds) return exit_code::usage;
   const std::uint32_t longest = std::max(short_bytes_max, bounds->long_message_bytes_max);
   // So few are kept, however fast they come.
   const auto wanted = static_cast<std::uint64_t>(chosen.count);
-  if (wanted != 0 && wanted <= queue_bytes / longest) chosen.takes_long = true;
+  if (wanted != 0 && wanted <= long_bytes_max / longest) chosen.takes_long = true;
   if (!chosen.plain && chosen.takes_long) chosen.text_bytes_max = longest;
-  const std::size_t depth =
-      chosen.plain ? queue_depth : depth_for(chosen) * std::max<std::size_t>(chosen.topics.size(), 1);
-  bounds->handle_bytes = std::max(bounds->handle_bytes, depth * (chosen.text_bytes_max + std::size_t{1024}) +
-                                                            std::size_t{64} * (short_bytes_max + 1024));
+  bounds->handle_bytes = std::max(bounds->handle_bytes, subscriptions::bytes_for(chosen.wanted()));
   endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
   if (const auto end = use(chosen.at, options, to)) return *end;
   auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
-  if (!chosen.plain && chosen.topics.empty()) return list_topics(std::move(hub).value(), url.url, chosen, to);
   return chosen.plain ? print_from<plain_messages>(std::move(hub).value(), url.url, chosen, to)
                       : print_from<subscriptions>(std::move(hub).value(), url.url, chosen, to);
 }

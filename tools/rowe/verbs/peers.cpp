@@ -11,13 +11,13 @@
 #include <rowe/endpoint.hpp>
 
 #include "../arguments/command_line.hpp"
-#include "../arguments/limit_options.hpp"
 #include "../console.hpp"
-#include "../interrupt.hpp"
-#include "../network/remote.hpp"
+#include "../network/asked_robot.hpp"
 #include "../output.hpp"
+#include "../status_line.hpp"
 #include "../text/json_values.hpp"
 #include "../text/message_format.hpp"
+#include "../text/page.hpp"
 #include "verbs.hpp"
 
 namespace rowe::tools {
@@ -27,7 +27,6 @@ using namespace std::chrono_literals;
 
 constexpr std::string_view service = "/rowe/stats";
 constexpr rt::duration timeout_default = 2s;
-constexpr std::uint32_t answer_bytes_max = limits{}.message_bytes_max;
 
 struct peers_options {
   remote_place at;
@@ -56,47 +55,24 @@ command table_of(peers_options& o) {
 }
 
 struct column {
-  std::string_view heading;
+  table_column as;
   std::string_view member;
-  bool if_any = false; // left out where no peer has it
 };
-constexpr std::array<column, 9> columns{{{"ADDRESS", "address"},
-                                         {"IDENTITY", "identity", true},
-                                         {"ROLE", "identity_role", true},
-                                         {"DIALECT", "dialect"},
-                                         {"SINCE_S", "since_s"},
-                                         {"SILENT_S", "silent_s"},
-                                         {"QUEUED", "queued"},
-                                         {"IN", "messages_in"},
-                                         {"OUT", "messages_out"}}};
+const std::array<column, 9> columns{{{{"ADDRESS"}, "address"},
+                                     {{.heading = "IDENTITY", .if_any = true}, "identity"},
+                                     {{.heading = "ROLE", .if_any = true}, "identity_role"},
+                                     {{"DIALECT"}, "dialect"},
+                                     {{"SINCE_S", cell_side::right}, "since_s"},
+                                     {{"SILENT_S", cell_side::right}, "silent_s"},
+                                     {{"QUEUED", cell_side::right}, "queued"},
+                                     {{"IN", cell_side::right}, "messages_in"},
+                                     {{"OUT", cell_side::right}, "messages_out"}}};
 
 // A member's value for a table; `-` where there is none.
 std::string cell_of(json_value object, std::string_view member) {
   const auto value = object.find(member);
   const std::string text = value ? plain_text_of(*value) : "";
   return text.empty() ? "-" : text;
-}
-
-using row = std::array<std::string, columns.size()>;
-
-// The first row has the headings.
-std::string table_of_rows(const std::vector<row>& rows) {
-  std::array<std::size_t, columns.size()> widths{};
-  for (const row& r : rows) {
-    for (std::size_t i = 0; i < r.size(); ++i) widths[i] = std::max(widths[i], r[i].size());
-  }
-  const auto shows = [&](std::size_t i) {
-    return !columns[i].if_any ||
-           std::any_of(rows.begin() + 1, rows.end(), [i](const row& r) { return r[i] != "-"; });
-  };
-  std::string text;
-  for (const row& r : rows) {
-    for (std::size_t i = 0; i + 1 < r.size(); ++i) {
-      if (shows(i)) text.append(r[i]).append(widths[i] - r[i].size() + 2, ' ');
-    }
-    text.append(r.back()).append("\n");
-  }
-  return text;
 }
 
 // "losses: expired 3, full 1".
@@ -113,43 +89,17 @@ std::string losses_line(json_value report) {
 }
 
 std::string page_of(json_value report) {
-  std::vector<row> rows(1);
-  for (std::size_t i = 0; i < columns.size(); ++i) rows[0][i] = columns[i].heading;
+  std::vector<table_column> shown;
+  for (const column& one : columns) shown.push_back(one.as);
+  text_table table{std::move(shown)};
   const json_value connections = report.find("connections").value_or(json_value{});
   for (const json_value one : connections.elements()) {
-    row& r = rows.emplace_back();
-    for (std::size_t i = 0; i < columns.size(); ++i) r[i] = cell_of(one, columns[i].member);
+    std::vector<std::string> cells;
+    for (const column& each : columns) cells.push_back(cell_of(one, each.member));
+    table.add(std::move(cells));
   }
   return joined(cell_of(report, "name"), ", up for ", cell_of(report, "uptime_s"), " s, peers ",
-                cell_of(report, "peers"), "\n", table_of_rows(rows), losses_line(report));
-}
-
-exit_code ask(endpoint hub, const std::string& url, const peers_options& o, const console& to) {
-  auto stats = hub.client<json_text, json_text>(service, {.depth = 1, .text_bytes_max = answer_bytes_max});
-  if (!stats) {
-    to.error("cannot call ", service, ": ", stats.error().message());
-    return exit_code::failed;
-  }
-  const rt::duration timeout = o.timeout.value_or(timeout_default);
-  remote connection{hub, url, to};
-  if (const auto end = connection.wait(timeout)) return *end;
-
-  watcher waits{connection};
-  const auto answer = waits.during([&] { return stats->call("{}", timeout); });
-  if (answer) {
-    emit(o.json ? on_one_line(answer->value()) : page_of(answer->json()));
-    return exit_code::done;
-  }
-  if (interrupt::seen()) return exit_code::interrupted;
-  if (answer.code() == errc::timed_out) {
-    to.error(url, " does not answer within ", seconds_text(timeout));
-    return exit_code::timed_out;
-  }
-  const bool unknown = answer.code() == errc::no_service || answer.code() == errc::refused;
-  to.error(url,
-           unknown ? " does not let us call /rowe/stats: our role may not, or it is no rowe endpoint" : ": ",
-           unknown ? "" : answer.error().message());
-  return exit_code::failed;
+                cell_of(report, "peers"), "\n", table.text(columns_of_stdout()), losses_line(report));
 }
 
 } // namespace
@@ -159,15 +109,16 @@ exit_code peers(argument_list arguments) {
   if (const auto end = read(table_of(chosen), arguments)) return *end;
   console to{"peers"};
   to.be_quiet(chosen.quiet);
-  const spelled_url url = read_url(chosen.at.url);
-  if (url.url.empty()) return usage_error("peers", url.wrong);
-  const auto bounds = limits_for("peers");
-  if (!bounds) return exit_code::usage;
-  endpoint_options options{.limits = *bounds};
-  if (const auto end = use(chosen.at, options, to)) return *end;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
-  return ask(std::move(hub).value(), url.url, chosen, to);
+  asked_robot robot{"peers", chosen.timeout.value_or(timeout_default), to};
+  if (const auto end = robot.connect(chosen.at)) return *end;
+  const auto answer = robot.ask(service);
+  if (!answer && robot.has_no_such()) {
+    to.error(robot.url(), " does not let us call /rowe/stats: our role may not, or it is no rowe endpoint");
+    return exit_code::failed;
+  }
+  if (!answer) return robot.give_up("who is connected");
+  emit(chosen.json ? on_one_line(*answer) : page_of(read_json(*answer)));
+  return exit_code::done;
 }
 
 } // namespace rowe::tools

@@ -19,9 +19,11 @@
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
 #include "../network/robot_types.hpp"
+#include "../network/subscriptions.hpp"
 #include "../output.hpp"
 #include "../text/amounts.hpp"
 #include "../text/json_values.hpp"
+#include "record_modes.hpp"
 #include "verbs.hpp"
 
 namespace rowe::tools {
@@ -33,6 +35,7 @@ constexpr rt::duration answer_time = 2s;
 constexpr rt::duration topics_period = 1s; // for topics that are new
 constexpr rt::duration progress_period = 500ms;
 constexpr std::uint32_t recorded_topics_max = 900;
+constexpr std::size_t parameters_max = 500;
 
 struct record_settings {
   remote_place at;
@@ -44,8 +47,11 @@ struct record_settings {
   std::size_t packed = 0;
   std::optional<rt::duration> duration;
   std::optional<rt::duration> timeout;
+  std::optional<double> hertz; // of each topic at most; nothing: all messages
+  std::string cause;           // of a snapshot
   bool sync = false;
   bool repair = false;
+  bool snapshot = false;
   bool quiet = false;
 };
 
@@ -61,7 +67,9 @@ command table_of(record_settings& o) {
           "stands for any text without a slash, `**` for any text. Without TOPICs all are recorded, those\n"
           "of the endpoint below /rowe/ included: they say when it was stopped, and what was lost. What the\n"
           "recorder itself loses is counted, and the file says so. A file whose program was killed, or that\n"
-          "is damaged, is made whole by --repair: its words are FILEs then.\n",
+          "is damaged, is made whole by --repair: its words are FILEs then. --snapshot asks the black boxes "
+          "of a\n"
+          "robot to write what they retain, on the robot.\n",
       .operands =
           {[&] {
              operand url = url_operand(o.at.url);
@@ -83,6 +91,12 @@ command table_of(record_settings& o) {
               {"--duration", "", "TIME", "end after so long", time_span{&o.duration}},
               {"--timeout", "", "TIME", "how long to wait for the connection (default: until Ctrl-C)",
                time_span{&o.timeout}},
+              {"--throttle", "", "HZ",
+               "at most as many messages of a topic a second: the robot leaves out the others",
+               rate{&o.hertz, 1000}},
+              {"--snapshot", "", "", "have the robot's black boxes write; nothing is recorded here",
+               &o.snapshot},
+              {"--cause", "", "TEXT", "with --snapshot: why, for who looks into the file", &o.cause},
               {"--repair", "", "", "make the FILEs whole; nothing is recorded", &o.repair},
               {"--quiet", "-q", "", "print errors only", &o.quiet},
           })};
@@ -111,32 +125,6 @@ std::string read_file_options(const record_settings& o, recording_options& file)
 }
 
 bool is_pattern(std::string_view topic) noexcept { return topic.find('*') != std::string_view::npos; }
-
-// ---- repairing
-
-exit_code repair(const record_settings& o, const console& to) {
-  exit_code end = exit_code::done;
-  if (o.words.empty()) return usage_error("record", "--repair needs a FILE");
-  for (const std::string& path : o.words) {
-    std::string why;
-    const auto done = repair_recording(path, &why);
-    if (!done) {
-      to.error(printable(why));
-      end = exit_code::failed;
-      continue;
-    }
-    for (const recording_damage& part : done->damaged)
-      to.note(printable(path), ": ", counted(part.bytes, "byte"), " at ", part.offset,
-              " cannot be read: ", printable(part.why));
-    if (done->was_whole) {
-      to.note(printable(path), " is whole: ", counted(done->messages, "message"));
-    } else {
-      to.note(printable(done->path), done->in_place ? " got its end: " : " has what could be read: ",
-              counted(done->messages, "message"));
-    }
-  }
-  return end;
-}
 
 // ---- recording
 
@@ -192,7 +180,8 @@ class topics_of_robot {
       return;
     }
     const typed_name* const described = types_.find_topic(name);
-    const status done = into_.subscribe(name, type, described == nullptr ? nullptr : described->message);
+    const status done = into_.subscribe(name, type, described == nullptr ? nullptr : described->message,
+                                        chosen_.hertz ? throttle_of(*chosen_.hertz) : rt::duration{});
     if (!done) to_.error("cannot record ", quoted(name), ": ", done.error().message());
     known_.emplace(name, static_cast<bool>(done));
   }
@@ -279,6 +268,20 @@ exit_code run(endpoint& hub, remote& connection, recorder& into, topics_of_robot
   return exit_code::done;
 }
 
+// The parameters of the robot's program as they are when the recording begins.
+recording_metadata parameters_of(topics_of_robot& robot) {
+  recording_metadata all;
+  const auto answer = robot.ask("/rosapi/get_param_names", "{}");
+  const json_value names = answer ? read_json(*answer).find("names").value_or(json_value{}) : json_value{};
+  for (const json_value one : names.elements()) {
+    const std::string name = plain_text_of(one);
+    if (name.starts_with("/rowe/") || all.size() == parameters_max) continue;
+    const auto got = robot.ask("/rosapi/get_param", joined(R"({"name":)", json_string_of(name), "}"));
+    if (got) all.emplace(name, plain_text_of(read_json(*got).find("value").value_or(json_value{})));
+  }
+  return all;
+}
+
 exit_code record_from(endpoint hub, const std::string& url, const record_settings& o, recording_options file,
                       const console& to) {
   remote connection{hub, url, to};
@@ -289,6 +292,7 @@ exit_code record_from(endpoint hub, const std::string& url, const record_setting
   if (const auto stats = asks.ask("/rowe/stats", "{}")) {
     if (const auto name = read_json(*stats).get<std::string>("name")) file.name = *name;
   }
+  file.metadata = parameters_of(asks);
   std::string why;
   auto made = hub.record({.file = file, .topics = o.words, .exclude = o.exclude}, &why);
   if (!made) {
@@ -318,7 +322,14 @@ exit_code record(argument_list arguments) {
   if (const auto end = read(table_of(chosen), arguments)) return *end;
   console to{"record"};
   to.be_quiet(chosen.quiet);
-  if (chosen.repair) return repair(chosen, to);
+  if (chosen.repair && chosen.snapshot)
+    return usage_error("record", "--repair and --snapshot exclude each other");
+  if (chosen.repair) return repair_recordings(chosen.words, to);
+  if (!chosen.cause.empty() && !chosen.snapshot) return usage_error("record", "--cause is for --snapshot");
+  if (chosen.snapshot && !chosen.words.empty())
+    return usage_error("record", "--snapshot takes no TOPIC: a black box has its own");
+  if (chosen.snapshot)
+    return ask_for_snapshot(chosen.at, chosen.cause, chosen.timeout.value_or(answer_time), to);
   recording_options file;
   if (const std::string wrong = read_file_options(chosen, file); !wrong.empty())
     return usage_error("record", wrong);

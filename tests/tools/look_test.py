@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`rowe topics`, `services`, `actions`, `list` and `info URL NAME`: what a robot has, and who does what."""
+import json
+import unittest
+
+from program import hub, on_a_terminal, run
+from websocket import listener, peer, settle
+
+
+def rows(ended):
+    return [line.split() for line in ended.stdout]
+
+
+class look(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.demo = cls.enterClassContext(hub("--demo"))
+        cls.url = cls.demo.url
+
+    def test_lists_topics_with_their_types(self):
+        listed = rows(run("topics", self.url, code=0))
+        self.assertEqual(listed[0], ["TOPIC", "TYPE"])
+        for row in (["/odom", "nav_msgs/Odometry"], ["/cmd_vel", "geometry_msgs/Twist"]):
+            self.assertIn(row, listed)
+        self.assertNotIn("/rowe/stats", [row[0] for row in listed])
+        self.assertIn(["/rowe/stats", "rowe/Stats"], rows(run("topics", self.url, "--all", code=0)))
+        said = json.loads("".join(run("topics", self.url, "--json", code=0).stdout))
+        self.assertIn({"name": "/odom", "type": "nav_msgs/Odometry"}, said["topics"])
+
+    def test_lists_the_services_of_the_program_and_counts_the_others(self):
+        ended = run("services", self.url, code=0, says="services are the endpoint's own (--all)")
+        self.assertEqual(rows(ended), [["SERVICE"], ["/robot/set_speed"]])
+        everything = rows(run("services", self.url, "--all", code=0, stderr=[]))
+        self.assertIn(["/rowe/stats", "rowe/GetStats"], everything)
+        self.assertIn(["/rowe/record", "rowe/Record"], everything)
+
+    def test_lists_actions_and_says_that_there_are_none(self):
+        run("actions", self.url, code=0, stdout=[], says="it has no actions of its program")
+        with hub() as serving, peer(serving.port) as p:
+            p.send({"op": "advertise_action", "action": "/fetch", "type": "a/Fetch"})
+            settle(p)
+            self.assertIn(["/fetch", "a/Fetch"], rows(run("actions", serving.url, code=0)))
+            said = json.loads("".join(run("list", serving.url, "--json", code=0).stdout))
+            self.assertEqual(said["actions"], [{"name": "/fetch", "type": "a/Fetch"}])
+            self.assertIn("/fetch (action)", run("info", serving.url, "/fetch", code=0).stdout)
+
+    def test_lists_all_of_it(self):
+        listed = rows(run("list", self.url, code=0))
+        for row in (["TOPIC", "TYPE"], ["/odom", "nav_msgs/Odometry"], ["SERVICE"], ["/robot/set_speed"]):
+            self.assertIn(row, listed)
+        self.assertEqual(set(json.loads("".join(run("list", self.url, "--json").stdout))),
+                         {"topics", "services", "actions"})
+
+    def test_a_server_that_knows_only_topics_is_listed_all_the_same(self):
+        from program import program  # pylint: disable=import-outside-toplevel
+        with listener() as there, program("list", there.url) as asking, there.accept() as p:
+            while asking.process.poll() is None:
+                call = p.called()
+                if call["service"] == "/rosapi/topics":
+                    p.answer(call, {"topics": ["/a"], "types": ["x/A"]})
+                else:
+                    p.answer(call, "no such service", False)
+                if call["service"] == "/rosapi/action_servers":
+                    break
+            self.assertEqual(asking.end(), 0)
+            self.assertEqual(rows(asking), [["TOPIC", "TYPE"], ["/a", "x/A"]])
+
+    def test_says_what_a_topic_is(self):
+        text = "\n".join(run("info", self.url, "/odom", code=0).stdout)
+        for like in (r"^/odom \(topic\)$", r"(?m)^  type +nav_msgs/Odometry$", r"(?m)^  publishers +\S",
+                     r"(?m)^  subscribers +", r"(?m)^  rate +", r"(?m)^  geometry_msgs/PoseWithCovariance pose$"):
+            self.assertRegex(text.split("\n")[0] if like.startswith("^/") else text, like)
+        said = json.loads("".join(run("info", self.url, "odom", "--json", code=0).stdout))
+        self.assertEqual((said["kind"], said["name"], said["type"]), ("topic", "/odom", "nav_msgs/Odometry"))
+        self.assertEqual(said["message"]["title"], "nav_msgs/Odometry")
+
+    def test_says_what_a_service_is_asked_and_answers(self):
+        text = "\n".join(run("info", self.url, "/robot/set_speed", code=0).stdout)
+        for part in ("/robot/set_speed (service)", "\nrequest\n", "\nanswer\n", "speed"):
+            self.assertIn(part, text)
+
+    def test_names_what_was_probably_meant(self):
+        run("info", self.url, "/odmo", code=1, stdout=[],
+            says="there is no topic, service or action '/odmo' at ws://", ends=r"; did you mean /odom\?$")
+        run("info", self.url, "set_speed", code=1, ends=r"; did you mean /robot/set_speed\?$")
+
+    def test_takes_the_robot_from_the_environment(self):
+        at_demo = {"ROWE_URL": self.url}
+        run("info", "/odom", code=0, environment=at_demo)
+        run("topics", code=0, environment=at_demo)
+        run("info", self.url, code=2, says="a TOPIC or SERVICE is missing")
+
+    def test_fits_narrow_terminals_and_has_colours_there(self):
+        for columns in (40, 80):
+            for arguments in (("topics", self.url), ("services", self.url, "--all"), ("info", self.url, "/odom"),
+                              ("list", self.url), ("peers", self.url), ("help",), ("echo", "--help")):
+                shown = on_a_terminal(columns, *arguments, "--color", "never") \
+                    if arguments[0] != "help" else on_a_terminal(columns, *arguments)
+                for line in shown.replace("\x1b[1m", "").replace("\x1b[0m", "").split("\n"):
+                    blank = line.find(" ", len(line) - len(line.lstrip(" ")))
+                    # A word that is longer than the terminal is wide stands whole.
+                    self.assertTrue(len(line) <= columns or blank in (-1, len(line) - 1), (arguments, line))
+        coloured = on_a_terminal(80, "topics", self.url, env={**__import__("os").environ, "TERM": "xterm"})
+        self.assertIn("\x1b[1mTOPIC", coloured)
+        self.assertNotIn("\x1b", on_a_terminal(80, "topics", self.url, "--color", "never"))
+        self.assertIn("\x1b[1mTOPIC", "\n".join(run("topics", self.url, "--color=always", code=0).stdout))
+        run("topics", self.url, "--color", "blue", code=2, says="--color is auto or always or never, not 'blue'")
+
+
+if __name__ == "__main__":
+    unittest.main()

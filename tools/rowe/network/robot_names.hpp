@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a robot has, by name: its topics, services and actions, with their types. Also what other servers of
+// rosbridge have.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "asked_robot.hpp"
+
+namespace rowe::tools {
+
+struct robot_name {
+  std::string name;
+  std::string type{}; // empty: it is not known
+};
+
+enum class name_kind : std::uint8_t { topic, service, action };
+std::string_view word_of(name_kind which) noexcept; // "topic"
+
+// Sorted by name. Nothing: the robot does not say; see asked_robot::why(). `left_out`: how many names found
+// no room in the answer.
+std::optional<std::vector<robot_name>> names_of(asked_robot& robot, name_kind which, bool with_types = true,
+                                                std::uint64_t* left_out = nullptr);
+
+// Whether it is one of those that every endpoint has.
+bool is_endpoints_own(std::string_view name) noexcept;
+
+// Who does what with a topic, or provides a service or an action, as /rosapi/ says it; nothing: it does not.
+std::optional<std::vector<std::string>> holders_of(asked_robot& robot, std::string_view service,
+                                                   std::string_view key, std::string_view name,
+                                                   std::string_view list);
+
+// The name of `all` that `name` is most likely a slip of; empty: none is near.
+std::string nearest_name(std::string_view name, const std::vector<robot_name>& all);
+
+} // namespace rowe::tools
