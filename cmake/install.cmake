@@ -37,6 +37,26 @@ if(TARGET rowe_cli)
     string(REPLACE \"ExecStart=rowe \" \"ExecStart=\${program} \" unit \"\${unit}\")
     file(WRITE \"${rowe_made}/rowe@.service\" \"\${unit}\")" COMPONENT rowe_programs)
   install(FILES ${rowe_made}/rowe@.service DESTINATION lib/systemd/system COMPONENT rowe_programs)
+  # Manual pages and completion come out of the program itself.
+  if(NOT CMAKE_CROSSCOMPILING OR CMAKE_CROSSCOMPILING_EMULATOR)
+    set(manual ${rowe_made}/manual)
+    add_custom_command(OUTPUT ${manual}/written ${manual}/rowe.bash ${manual}/_rowe ${manual}/rowe.fish
+      COMMAND ${CMAKE_COMMAND} -E make_directory ${manual}/man1
+      COMMAND rowe_cli man --output ${manual}/man1
+      COMMAND ${CMAKE_COMMAND} -E touch ${manual}/written
+      COMMAND rowe_cli completion bash > ${manual}/rowe.bash
+      COMMAND rowe_cli completion zsh > ${manual}/_rowe
+      COMMAND rowe_cli completion fish > ${manual}/rowe.fish
+      DEPENDS rowe_cli VERBATIM)
+    add_custom_target(rowe_manual ALL DEPENDS ${manual}/written)
+    install(DIRECTORY ${manual}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT rowe_programs)
+    install(FILES ${manual}/rowe.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
+            RENAME rowe COMPONENT rowe_programs)
+    install(FILES ${manual}/_rowe DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions
+            COMPONENT rowe_programs)
+    install(FILES ${manual}/rowe.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d
+            COMPONENT rowe_programs)
+  endif()
 endif()
 
 if(TARGET rowe_ros1) # what else is installed needs no ROS, so this is asked for by its name

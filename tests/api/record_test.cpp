@@ -225,6 +225,29 @@ TEST(record, of_a_black_box_begins_when_the_robot_is_stopped) {
   EXPECT_EQ(plain.snapshot().code(), rowe::errc::misuse);
 }
 
+TEST(record, of_a_black_box_is_written_when_a_peer_asks) {
+  const folder in;
+  auto robot = rowe::endpoint::listen(0, quick()).value();
+  auto asks = robot.client<rowe::json_text, rowe::json_text>("/rowe/record", {}).value();
+  auto plain = begun(robot, {.file = {.path = in / "run.mcap"}});
+  EXPECT_EQ(asks.call("{}", timeout).value().value(), R"({"black_boxes":0})");
+  auto poses = robot.advertise<record_test_pose>("/pose", {}).value();
+  auto box =
+      begun(robot, {.file = {.path = in.path() + "/box/", .name = "ang", .black_box = {.before = 30s, .after = 0s}}});
+  EXPECT_TRUE(poses.publish({}));
+  EXPECT_TRUE(eventually([&] { return box.flush(timeout) && box.figures().retained != 0; }));
+  EXPECT_EQ(asks.call(R"({"cause":"it shakes"})", timeout).value().value(), R"({"black_boxes":1})");
+  EXPECT_TRUE(eventually([&] { return box.figures().files == 1; }));
+  EXPECT_TRUE(box.close());
+  const std::string path = box.figures().path;
+  EXPECT_NE(path.find("/ang-asked_"), path.npos) << path;
+  EXPECT_FALSE(of_topic(path, "/pose").empty());
+  const auto notes = rowe::recording_reader::open(path).value().metadata();
+  EXPECT_TRUE(std::ranges::any_of(notes, [](const rowe::recording_notes& one) {
+    return std::ranges::any_of(one.values, [](const auto& pair) { return pair.second == "it shakes"; });
+  }));
+}
+
 TEST(record, is_whole_when_its_endpoint_closes_first) {
   const folder in;
   rowe::recorder records;

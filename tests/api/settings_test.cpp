@@ -113,6 +113,49 @@ token_sha256 = ")" +
   EXPECT_EQ(options->silence_max, rowe::endpoint_options{}.silence_max); // not said
 }
 
+TEST(a_file, says_what_is_recorded) {
+  const toml file{R"([record]
+path = "all/"
+topics = ["/odom", "/arm/**"]
+compression = "zstd"
+split_size = "1 GiB"
+split_time = "10 m"
+total = 50_000_000_000
+sync = true
+
+[black_box]
+path = "/var/lib/robot"
+exclude = ["/camera/*"]
+before = "1 m"
+memory = "8 MiB"
+on_lease = false
+)"};
+  rowe::settings chosen;
+  std::string why;
+  ASSERT_TRUE(chosen.read_file(file.path(), &why)) << why;
+  EXPECT_TRUE(chosen.check(&why)) << why;
+  const auto all = rowe::recordings_of(chosen.values());
+  ASSERT_EQ(all.size(), 2U);
+  const rowe::recording_options& plain = all[0].file;
+  EXPECT_EQ(plain.path, file.path().substr(0, file.path().rfind('/') + 1) + "all/");
+  EXPECT_EQ(all[0].topics, (std::vector<std::string>{"/odom", "/arm/**"}));
+  EXPECT_EQ(plain.packed, rowe::compression::zstd);
+  EXPECT_EQ(plain.split_bytes, 1U << 30);
+  EXPECT_EQ(plain.split_time, 10min);
+  EXPECT_EQ(plain.total_bytes, 50'000'000'000U);
+  EXPECT_TRUE(plain.sync);
+  EXPECT_EQ(plain.black_box.before, 0s);
+  const rowe::recording_options& box = all[1].file;
+  EXPECT_EQ(box.path, "/var/lib/robot/");
+  EXPECT_EQ(all[1].exclude, std::vector<std::string>{"/camera/*"});
+  EXPECT_EQ(box.black_box.before, 1min);
+  EXPECT_EQ(box.black_box.after, 5s);
+  EXPECT_EQ(box.black_box.bytes, 8U << 20);
+  EXPECT_TRUE(box.black_box.on_stop);
+  EXPECT_FALSE(box.black_box.on_lease);
+  EXPECT_TRUE(rowe::recordings_of({}).empty());
+}
+
 TEST(an_endpoint, listens_where_its_options_say) {
   const toml file{"[endpoint]\nport = 0\n"};
   const auto options = rowe::endpoint_options::from_file(file.path());
@@ -191,7 +234,7 @@ TEST(what_is_wrong_in_a_file, is_told_with_file_line_key_value_and_what_is_allow
   EXPECT_EQ(lines[6], file.at(8) + "endpoint.name needs a text, not 5");
   EXPECT_EQ(lines[7], file.at(9) +
                           "limit is no section; there are [endpoint], [tls], [client], [stop], [access], "
-                          "[limits], [serve], [[role]] and [[identity]]");
+                          "[limits], [record], [black_box], [serve], [[role]] and [[identity]]");
   EXPECT_EQ(lines[8], file.at(11) + "limits.topics_max needs a whole number, not the real number 1.5 "
                                     "(3 to 1048576)");
 }
@@ -227,6 +270,8 @@ TEST(what_is_wrong_together, is_told_with_the_line_of_the_value) {
   const toml name{"[endpoint]\naddress = \"robot.local\"\n"};
   EXPECT_EQ(judge(name).why, name.at(2) + "endpoint.address needs a numeric address such as \"127.0.0.1\" or "
                                           "\"::\", not \"robot.local\"");
+  const toml total{"[record]\ntotal = \"1 KiB\"\n"};
+  EXPECT_EQ(judge(total).why, total.at(2) + "record.total is out of range: 1 KiB (1 MiB or more, or 0)");
   const toml guarded{"[serve]\nguarded = true\n"};
   EXPECT_EQ(judge(guarded).why, guarded.at(2) + "serve.guarded is for the robot of serve.demo, or --demo");
 }

@@ -42,7 +42,7 @@ TEST(keys, set_what_they_get_and_nothing_else) {
 TEST(keys, have_defaults_within_their_ranges) {
   const configuration all;
   for (const auto& one : keys()) {
-    if (one.what.is == kind::integer || one.what.is == kind::time) {
+    if (one.what.is == kind::integer || one.what.is == kind::size || one.what.is == kind::time) {
       EXPECT_EQ(check_range(one.what, std::get<std::int64_t>(one.get(all))), "") << one.name;
     }
   }

@@ -29,6 +29,9 @@ void add_section(std::string& to, std::string_view name) {
   } else if (name == "serve") {
     to += "Of the program `rowe serve` only.\n\n| key | option | default | may be | meaning |\n"
           "|---|---|---|---|---|\n";
+  } else if (name == "record" || name == "black_box") {
+    to += "Of `rowe serve`, and of programs that ask `recordings_of()` ([recording](record.md)).\n\n"
+          "| key | option | default | may be | meaning |\n|---|---|---|---|---|\n";
   } else if (name == "client") {
     to += "Of endpoints that connect, `endpoint::connect`; `rowe serve` listens, so it has no options for "
           "them. The certificate that a client shows is that of `[tls]`.\n\n"

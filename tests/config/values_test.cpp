@@ -65,6 +65,31 @@ TEST(times, are_written_so_that_they_read_back) {
   }
 }
 
+TEST(sizes, have_a_number_and_a_unit) {
+  for (const auto& [text, bytes] : {std::pair<std::string_view, std::int64_t>{"64 MiB", 64 << 20},
+                                    {"64MiB", 64 << 20},
+                                    {"1.5 GB", 1'500'000'000},
+                                    {"10 kB", 10'000},
+                                    {"2 TiB", std::int64_t{2} << 40},
+                                    {"7 B", 7},
+                                    {"0", 0}}) {
+    EXPECT_EQ(size_of(text), bytes) << text;
+  }
+  for (const std::string_view none : {"", "5", "MiB", "-1 B", "1 mib", "1 MB ", "0.1 B", "9000000 TiB", "1 s"})
+    EXPECT_EQ(size_of(none), std::nullopt) << none;
+}
+
+TEST(sizes, are_written_so_that_they_read_back) {
+  EXPECT_EQ(written_size(64 << 20), "64 MiB");
+  EXPECT_EQ(written_size(1500), "1500 B");
+  EXPECT_EQ(written_size(0), "0");
+  std::mt19937_64 random{7};
+  for (int i = 0; i < 20'000; ++i) {
+    const auto bytes = static_cast<std::int64_t>(random() >> (2 + random() % 60));
+    EXPECT_EQ(size_of(written_size(bytes)), bytes) << bytes;
+  }
+}
+
 TEST(texts, are_written_so_that_toml_reads_them) {
   EXPECT_EQ(quoted("ang-01"), "\"ang-01\"");
   EXPECT_EQ(quoted("a\"b\\c\n\x7f"), "\"a\\\"b\\\\c\\u000A\\u007F\"");
@@ -80,6 +105,9 @@ TEST(values, that_are_wrong_are_named_with_what_is_allowed) {
   EXPECT_EQ(wrong(time, "20 us"), "is out of range: 20 us (50 us to 10 ms)");
   EXPECT_EQ(wrong(time, "20"),
             "needs a time such as \"250 us\", \"20 ms\" or \"5 s\", not \"20\" (50 us to 10 ms)");
+  constexpr form size{kind::size, 1 << 20, 1 << 30, {}};
+  EXPECT_EQ(wrong(size, "2 GiB"), "is out of range: 2 GiB (1 MiB to 1 GiB)");
+  EXPECT_EQ(wrong(size, "2"), "needs a size such as \"64 MiB\" or \"10 GB\", not \"2\" (1 MiB to 1 GiB)");
   EXPECT_EQ(wrong(word, "sleep"), "needs poll, spin or wake, not \"sleep\"");
   EXPECT_EQ(wrong(boolean, "yes"), "needs true or false, not \"yes\"");
 }

@@ -148,7 +148,7 @@ std::string_view impossible(std::size_t row, std::size_t column) {
         is(state::service_peers, state::service_own, state::service_endpoints))
       return "it names no service that there is";
     const bool lists = how.starts_with("list_") || how.ends_with("_type") || how.ends_with("_details") ||
-                       how == "publishers" || how == "graph" || how == "types";
+                       how == "publishers" || how == "graph" || how == "types" || how == "record";
     const bool endpoints = how == "stats" || lists || how.find("_param") != how.npos;
     if (endpoints && !is(state::service_endpoints) && state_names()[column].of == dimension::service)
       return "it is the endpoint's";

@@ -44,6 +44,7 @@ const std::vector<std::vector<value_class>>& all_classes() {
                "has_param",
                "delete_param",
                "types",
+               "record",
                "message_details",
                "service_request_details",
                "service_response_details",

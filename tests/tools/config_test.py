@@ -105,10 +105,12 @@ class config(unittest.TestCase):
                          [f"{path}:{n}" for n in range(1, len(usual) + 1)])
 
         # docs/config.md says which option a key has, and config/reference that it says so rightly.
-        options = dict(re.findall(r"\| `(\w+)` \| `(--[\w-]+)` \|", documented()))
+        options = {(heading, name): option for heading, rows in re.findall(
+            r"(?ms)^### \[(\w+)\]$(.*?)(?=^### |\Z)", documented())
+            for name, option in re.findall(r"\| `(\w+)` \| `(--[\w-]+)` \|", rows)}
         has_option = [value != "[]" and section != "client" for section, _, value in values]
         words = [f"--limit={name}={plain[section, name]}" if section == "limits" else
-                 f"{options[name]}={plain[section, name]}"
+                 f"{options[section, name]}={plain[section, name]}"
                  for (section, name, _), has in zip(values, has_option) if has]
         shown = [line for line in run("config", "show", *words).stdout if " = " in line]
         self.assertEqual([line.split("  #")[1].strip().startswith("--") for line in shown], has_option)

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """`rowe topics`, `services`, `actions`, `list` and `info URL NAME`: what a robot has, and who does what."""
 import json
+import os
+import re
+import subprocess
 import unittest
 
-from program import hub, on_a_terminal, run
+from program import hub, on_a_terminal, program, run
 from websocket import listener, peer, settle
 
 
@@ -29,7 +32,7 @@ class look(unittest.TestCase):
 
     def test_lists_the_services_of_the_program_and_counts_the_others(self):
         ended = run("services", self.url, code=0, says="services are the endpoint's own (--all)")
-        self.assertEqual(rows(ended), [["SERVICE"], ["/robot/set_speed"]])
+        self.assertEqual(rows(ended), [["SERVICE", "TYPE"], ["/robot/set_speed", "rowe_demo/SetSpeed"]])
         everything = rows(run("services", self.url, "--all", code=0, stderr=[]))
         self.assertIn(["/rowe/stats", "rowe/GetStats"], everything)
         self.assertIn(["/rowe/record", "rowe/Record"], everything)
@@ -46,13 +49,13 @@ class look(unittest.TestCase):
 
     def test_lists_all_of_it(self):
         listed = rows(run("list", self.url, code=0))
-        for row in (["TOPIC", "TYPE"], ["/odom", "nav_msgs/Odometry"], ["SERVICE"], ["/robot/set_speed"]):
+        for row in (["TOPIC", "TYPE"], ["/odom", "nav_msgs/Odometry"], ["SERVICE", "TYPE"],
+                    ["/robot/set_speed", "rowe_demo/SetSpeed"]):
             self.assertIn(row, listed)
         self.assertEqual(set(json.loads("".join(run("list", self.url, "--json").stdout))),
                          {"topics", "services", "actions"})
 
     def test_a_server_that_knows_only_topics_is_listed_all_the_same(self):
-        from program import program  # pylint: disable=import-outside-toplevel
         with listener() as there, program("list", there.url) as asking, there.accept() as p:
             while asking.process.poll() is None:
                 call = p.called()
@@ -94,13 +97,12 @@ class look(unittest.TestCase):
         for columns in (40, 80):
             for arguments in (("topics", self.url), ("services", self.url, "--all"), ("info", self.url, "/odom"),
                               ("list", self.url), ("peers", self.url), ("help",), ("echo", "--help")):
-                shown = on_a_terminal(columns, *arguments, "--color", "never") \
-                    if arguments[0] != "help" else on_a_terminal(columns, *arguments)
-                for line in shown.replace("\x1b[1m", "").replace("\x1b[0m", "").split("\n"):
+                shown = on_a_terminal(columns, *arguments, stderr=subprocess.DEVNULL)
+                for line in re.sub("\x1b\\[[01]m", "", shown).split("\n"):
                     blank = line.find(" ", len(line) - len(line.lstrip(" ")))
                     # A word that is longer than the terminal is wide stands whole.
                     self.assertTrue(len(line) <= columns or blank in (-1, len(line) - 1), (arguments, line))
-        coloured = on_a_terminal(80, "topics", self.url, env={**__import__("os").environ, "TERM": "xterm"})
+        coloured = on_a_terminal(80, "topics", self.url, env={**os.environ, "TERM": "xterm"})
         self.assertIn("\x1b[1mTOPIC", coloured)
         self.assertNotIn("\x1b", on_a_terminal(80, "topics", self.url, "--color", "never"))
         self.assertIn("\x1b[1mTOPIC", "\n".join(run("topics", self.url, "--color=always", code=0).stdout))

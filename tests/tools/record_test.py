@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`rowe record`: what is in its files, however it ends. ROWE_KILLS=N: kills it so often."""
+import json
 import os
 import random
 import re
@@ -110,6 +111,49 @@ class recording_test(unittest.TestCase):
         for name in names:
             self.assertRegex(name, r"_\d{4}-\d\d-\d\dT\d\d-\d\d-\d\dZ(_\d+)?\.mcap$")
             self.assertTrue(recording(os.path.join(self.folder, name)).ended)
+
+    def test_has_the_parameters_of_the_robot(self):
+        self.recorded()
+        said = json.loads(run("info", "--json", self.path, code=0).stdout[0])
+        self.assertIn("/robot/speed_max", next(one["values"] for one in said["metadata"]
+                                               if one["name"] == "rowe"))
+
+    def test_is_thinned_at_the_robot(self):
+        with hub() as serving, peer(serving.port) as p:
+            with program("record", serving.url, "/t", "-o", self.path, "--throttle", "0.001Hz") as records:
+                records.line("recording into")
+                p.send({"op": "advertise", "topic": "/t", "type": "x/T"})
+                while not p.call("/rosapi/subscribers", topic="/t")["values"]["subscribers"]:
+                    pass
+                for i in range(200):
+                    p.send({"op": "publish", "topic": "/t", "msg": {"i": i}})
+                p.call("/rosapi/get_time")
+                self.assertEqual(serving.summary()["throttled"], 199)
+                self.assertEqual(records.end(signal.SIGINT), 0)
+        self.assertEqual(recording(self.path).count("/t"), 1)
+
+    def test_is_done_by_the_robot_itself_as_its_settings_say(self):
+        boxes = os.path.join(self.folder, "boxes")
+        with hub("--demo", "--record", self.folder + "/all/", "--black-box", boxes, "--black-box-after",
+                 "100 ms", "--record-exclude", "/rowe/**") as robot:
+            robot.line("a black box keeps the last 30.000 s for .*/boxes/")
+            robot.line("recording into .*/all/")
+            run("record", robot.url, "--snapshot", "--cause", "it shakes", "--timeout", "60s", code=0,
+                says="its black box writes")
+            self.until(lambda: os.path.isdir(boxes) and os.listdir(boxes))
+            self.assertEqual(robot.end(signal.SIGTERM), 0)
+        name, = os.listdir(boxes)
+        self.assertRegex(name, r"-asked_.*\.mcap$")  # that the robot ends is no stop
+        said = json.loads(run("info", "--json", os.path.join(boxes, name), code=0).stdout[0])
+        self.assertIn("it shakes", [value for one in said["metadata"] for value in one["values"].values()])
+        whole = recording(os.path.join(self.folder, "all", os.listdir(os.path.join(self.folder, "all"))[0]))
+        self.assertTrue(whole.ended)
+        self.assertEqual(set(whole.topics), {"/odom"})
+
+    def test_asks_for_a_snapshot_where_there_is_a_black_box(self):
+        run("record", self.demo.url, "--snapshot", "--timeout", "60s", code=1, says="has no black box")
+        run("record", self.demo.url, "/odom", "--snapshot", code=2, says="--snapshot takes no TOPIC")
+        run("record", self.demo.url, "--cause", "why", code=2, says="--cause is for --snapshot")
 
     def test_says_when_the_disk_takes_no_more_and_keeps_what_is_whole(self):
         limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))

@@ -48,17 +48,34 @@ def damage(path, what):
         file.write(bytes(byte ^ 0x55 for byte in what))
 
 
+def record_of(opcode, content):
+    return struct.pack("<BQ", opcode, len(content)) + content
+
+
+def text(words):
+    return struct.pack("<I", len(words)) + words.encode()
+
+
 def write_with_attachment(path):
     """A file without a summary that has an attachment, and a message behind it."""
-    def record_of(opcode, content):
-        return struct.pack("<BQ", opcode, len(content)) + content
-
-    def text(words):
-        return struct.pack("<I", len(words)) + words.encode()
-
     attached = struct.pack("<QQ", at(0), at(0)) + text("map.png") + text("image/png")
     attached += struct.pack("<Q", 5) + b"12345" + struct.pack("<I", 0)
     with open(path, "wb") as file:
         file.write(magic + record_of(1, text("ros2") + text("another writer")) + record_of(9, attached) +
                    record_of(4, struct.pack("<HH", 1, 0) + text("/a") + text("json") + struct.pack("<I", 0)) +
                    record_of(5, struct.pack("<HIQQ", 1, 1, at(0), at(0)) + b"{}"))
+
+
+def write_ros(path, topics):
+    """A recording as others write it: {topic: (encoding, schema's encoding, type, schema, message)}."""
+    records = [record_of(0x01, text("") + text("by hand"))]
+    for number, (topic, (encoding, schema_encoding, name, schema, data)) in enumerate(topics.items(), 1):
+        records.append(record_of(0x03, struct.pack("<H", number) + text(name) + text(schema_encoding)
+                                 + text(schema)))
+        records.append(record_of(0x04, struct.pack("<HH", number, number) + text(topic) + text(encoding)
+                                 + struct.pack("<I", 0)))
+        records.append(record_of(0x05, struct.pack("<HIQQ", number, 1, number * 10**6, 0) + data))
+    records.append(record_of(0x0f, struct.pack("<I", 0)))
+    records.append(record_of(0x02, struct.pack("<QQI", 0, 0, 0)))
+    with open(path, "wb") as file:
+        file.write(magic + b"".join(records) + magic)

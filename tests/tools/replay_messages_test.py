@@ -5,6 +5,7 @@ import json
 import os
 import signal
 import socket
+import struct
 import subprocess
 import tempfile
 import threading
@@ -12,7 +13,8 @@ import time
 import unittest
 
 from program import hub, kept_port, nobody_at, on_a_terminal, program, run, timeout
-from recordings import beside, damage, end_of_chunk, magic, message, record, samples, write_with_attachment
+from recordings import (beside, damage, end_of_chunk, magic, message, record, samples, write_ros,
+                        write_with_attachment)
 from websocket import closed, listener
 
 
@@ -245,6 +247,18 @@ class odd_files(replaying):
     def test_a_file_that_was_cut_off_is_played_as_far_as_it_goes(self):
         record(self.path, [message("/a", i, {"n": i}) for i in range(20)], "lz4", cut=True)
         self.assertEqual(self.numbers(), list(range(20)))
+
+    def test_messages_of_ros_are_played_as_json(self):
+        text = "float64 x\nuint8[] bytes\n"
+        body = struct.pack("<d", 0.5), struct.pack("<I2s", 2, b"ab")
+        write_ros(self.path, {"/ros1": ("ros1", "ros1msg", "a/T", text, b"".join(body)),
+                              "/ros2": ("cdr", "ros2msg", "a/msg/T", text, b"\0\1\0\0" + b"".join(body)),
+                              "/broken": ("cdr", "ros2msg", "a/msg/T", "nonsense", b""),
+                              "/short": ("ros1", "ros1msg", "a/T", text, body[0])})
+        got, ended, _ = self.play(code=None)
+        self.assertEqual(sorted(got), [("/ros1", {"x": 0.5, "bytes": "YWI="}),
+                                       ("/ros2", {"x": 0.5, "bytes": "YWI="})])
+        ended.expect(says=("in the encoding 'cdr', which cannot be decoded: /broken (1 message)", "/short"))
 
     def test_other_encodings_are_named_and_counted(self):
         samples(self.folder)

@@ -84,6 +84,46 @@ TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_th
   EXPECT_TRUE(has(heard[1], R"("op":"unadvertise")"));
 }
 
+TEST_F(core_client, asks_for_as_many_messages_as_the_handle_wants_that_wants_most) {
+  const auto in_for = [&](rowe::duration throttle) -> auto& {
+    return on.offer(rowe::detail::subscribe_request<rowe::json_text>("/in", {.throttle = throttle}));
+  };
+  auto& seldom = in_for(1s);
+  on.cycle();
+  peer server{on, side::client};
+  const auto asks_for = [](const texts& heard, const char* ms) {
+    return heard.size() == 1 && has(heard[0], "\"op\":\"subscribe\"") &&
+           has(heard[0], "\"throttle_rate\":" + std::string{ms} + ",");
+  };
+  EXPECT_TRUE(asks_for(server.hear_after(2), "1000"));
+  auto& more_seldom = in_for(5s);
+  EXPECT_EQ(server.hear_after(2), texts{});
+  auto& often = in_for(20'900us);
+  EXPECT_TRUE(asks_for(server.hear_after(2), "20"));
+  often.lifecycle.close();
+  EXPECT_TRUE(asks_for(server.hear_after(3), "1000"));
+  more_seldom.lifecycle.close();
+  EXPECT_EQ(server.hear_after(3), texts{});
+  auto& all = in_for(0s);
+  EXPECT_TRUE(asks_for(server.hear_after(2), "0"));
+  seldom.lifecycle.close();
+  EXPECT_EQ(server.hear_after(3), texts{});
+  all.lifecycle.close();
+  const texts last = server.hear_after(3);
+  ASSERT_EQ(last.size(), 1U);
+  EXPECT_TRUE(has(last[0], R"("op":"unsubscribe")"));
+}
+
+TEST_F(core_client, asks_anew_when_it_is_connected_again) {
+  on.offer(rowe::detail::subscribe_request<rowe::json_text>("/in", {.throttle = 1s}));
+  on.offer(rowe::detail::subscribe_request<rowe::json_text>("/in", {.throttle = 2s}));
+  on.cycle();
+  peer server{on, side::client};
+  const texts heard = server.hear_after(2);
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_TRUE(has(heard[0], R"("throttle_rate":1000,)"));
+}
+
 TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it) {
   auto& pair = on.offer_now(pair_kind::publish_text, "/out", 100);
   peer server{on, side::client};
