@@ -232,8 +232,9 @@ TEST(record, of_a_black_box_is_written_when_a_peer_asks) {
   auto plain = begun(robot, {.file = {.path = in / "run.mcap"}});
   EXPECT_EQ(asks.call("{}", timeout).value().value(), R"({"black_boxes":0})");
   auto poses = robot.advertise<record_test_pose>("/pose", {}).value();
-  auto box =
-      begun(robot, {.file = {.path = in.path() + "/box/", .name = "ang", .black_box = {.before = 30s, .after = 0s}}});
+  auto box = begun(
+      robot,
+      {.file = {.path = in.path() + "/box/", .name = "ang", .black_box = {.before = 30s, .after = 0s}}});
   EXPECT_TRUE(poses.publish({}));
   EXPECT_TRUE(eventually([&] { return box.flush(timeout) && box.figures().retained != 0; }));
   EXPECT_EQ(asks.call(R"({"cause":"it shakes"})", timeout).value().value(), R"({"black_boxes":1})");

@@ -75,7 +75,8 @@ TEST(sizes, have_a_number_and_a_unit) {
                                     {"0", 0}}) {
     EXPECT_EQ(size_of(text), bytes) << text;
   }
-  for (const std::string_view none : {"", "5", "MiB", "-1 B", "1 mib", "1 MB ", "0.1 B", "9000000 TiB", "1 s"})
+  for (const std::string_view none :
+       {"", "5", "MiB", "-1 B", "1 mib", "1 MB ", "0.1 B", "9000000 TiB", "1 s"})
     EXPECT_EQ(size_of(none), std::nullopt) << none;
 }
 

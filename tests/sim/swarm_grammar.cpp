@@ -508,9 +508,14 @@ class writing {
     const std::string topic{from_.one_in(2) ? one_of_few(shared_topics) : one_of_few(own_topics)};
     constexpr std::string_view parameters[] = {"/p0", "p1", "/p2", "/rowe/limits/topics_max", "/none"};
     constexpr std::string_view values[] = {R"("3")", "2", R"("5")", R"("\"a\"")", "null", R"("[1")"};
-    const std::string causes[] = {"\"why\"", "null", "7", quoted(escaped("line") + "\\n\\u0000"),
-                                  quoted(std::string(256, 'c')), quoted(std::string(257, 'c'))};
-    return "{\"cause\":" + from_.one_of(causes) + ",\"topic\":\"" + topic + "\",\"service\":\"" + std::string{one_of_few(shared_services)} +
+    const std::string causes[] = {"\"why\"",
+                                  "null",
+                                  "7",
+                                  quoted(escaped("line") + "\\n\\u0000"),
+                                  quoted(std::string(256, 'c')),
+                                  quoted(std::string(257, 'c'))};
+    return "{\"cause\":" + from_.one_of(causes) + ",\"topic\":\"" + topic + "\",\"service\":\"" +
+           std::string{one_of_few(shared_services)} +
            "\",\"node\":\"robot\",\"type\":\"sim/Usual\",\"name\":\"" +
            std::string{from_.one_of(parameters)} + "\",\"value\":" + std::string{from_.one_of(values)} + "}";
   }

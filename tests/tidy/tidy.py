@@ -62,6 +62,7 @@ def libraries_stay_in_their_room(t):
              r"#include <(ros|xmlrpcpp)/": "tools/ros1/",
              r"toml\+\+/": "src/config/toml_file.cpp",
              r"qrencode\.h": "tools/rowe/setup/qr_code",
+             r"curses\.h": "tools/rowe/live/screen",
              r"lz4frame|zstd\.h|zlib\.h": "src/mcap/",
              r"moodycamel|concurrentqueue": "src/service/threads/number_queue"}
     for pattern, home in homes.items():
@@ -109,8 +110,8 @@ kernel_headers = re.compile(
     r"(sys|arpa|net|netinet|linux|asm)/\w+\.h|"
     r"(dirent|dlfcn|errno|execinfo|fcntl|ifaddrs|link|malloc|netdb|poll|pthread|pwd|sched|semaphore|signal|"
     r"spawn|stdlib|string|syscall|termios|time|ucontext|unistd)\.h")
-# What set-up is made with, and the program alone; libraries_stay_in_their_room() says where.
-setup_headers = re.compile(r"openssl/\w+\.h|qrencode\.h")
+# What set-up and the live view are made with, and the program alone; libraries_stay_in_their_room() says where.
+program_headers = re.compile(r"openssl/\w+\.h|qrencode\.h|curses\.h")
 c_types = re.compile(r"std(bool|def|int)\.h")
 c_headers = re.compile(r"(inttypes|math|signal|std(bool|def|int|io|lib)|string|time)\.h")
 
@@ -139,7 +140,7 @@ def outsiders_include_the_interface_only(t):
                 beside = target.startswith(folder + "/") and t.exists(target)
                 own = name.startswith("rowe/rt/" if folder == "rt" else "rowe/")
                 standard = re.fullmatch(r"\w+", name) or (kernel and kernel_headers.fullmatch(name)) or (
-                    folder == "tools" and setup_headers.fullmatch(name)) or (
+                    folder == "tools" and program_headers.fullmatch(name)) or (
                     path.startswith("tools/ros1/") and re.fullmatch(r"((ros|xmlrpcpp)/\w+|fnmatch)\.h", name))
                 if not (beside if quoted else own or standard):
                     yield finding(path, number, "interface", f"{folder} may not include {name}")

@@ -13,7 +13,8 @@ folder = os.path.dirname(ROWE)
 
 
 def words(*line, environment=None):
-    return [one.split("\t")[0] for one in run("complete", "--", *line, code=0, environment=environment or {}).stdout]
+    said = run("complete", "--", *line, code=0, environment=environment or {}).stdout
+    return [one.split("\t")[0] for one in said]
 
 
 class candidates(unittest.TestCase):
@@ -111,7 +112,8 @@ class manual(unittest.TestCase):
 
     def test_has_what_the_help_has(self):
         page = "\n".join(run("man", "echo", code=0).stdout)
-        for part in (".TH ROWE-ECHO 1", "\\-\\-pretty", "rowe echo ws://127.0.0.1:8080 /odom", ".SH EXAMPLES"):
+        for part in (".TH ROWE-ECHO 1", "\\-\\-pretty", "rowe echo ws://127.0.0.1:8080 /odom",
+                     ".SH EXAMPLES"):
             self.assertIn(part, page)
         run("man", "nonsense", code=2, says="there is no verb 'nonsense'")
         run("man", "--output", "/nowhere", code=1, says="cannot write '/nowhere/rowe.1'")

@@ -71,7 +71,8 @@ class look(unittest.TestCase):
     def test_says_what_a_topic_is(self):
         text = "\n".join(run("info", self.url, "/odom", code=0).stdout)
         for like in (r"^/odom \(topic\)$", r"(?m)^  type +nav_msgs/Odometry$", r"(?m)^  publishers +\S",
-                     r"(?m)^  subscribers +", r"(?m)^  rate +", r"(?m)^  geometry_msgs/PoseWithCovariance pose$"):
+                     r"(?m)^  subscribers +", r"(?m)^  rate +",
+                     r"(?m)^  geometry_msgs/PoseWithCovariance pose$"):
             self.assertRegex(text.split("\n")[0] if like.startswith("^/") else text, like)
         said = json.loads("".join(run("info", self.url, "odom", "--json", code=0).stdout))
         self.assertEqual((said["kind"], said["name"], said["type"]), ("topic", "/odom", "nav_msgs/Odometry"))
@@ -95,8 +96,9 @@ class look(unittest.TestCase):
 
     def test_fits_narrow_terminals_and_has_colours_there(self):
         for columns in (40, 80):
-            for arguments in (("topics", self.url), ("services", self.url, "--all"), ("info", self.url, "/odom"),
-                              ("list", self.url), ("peers", self.url), ("help",), ("echo", "--help")):
+            for arguments in (("topics", self.url), ("services", self.url, "--all"),
+                              ("info", self.url, "/odom"), ("list", self.url), ("peers", self.url), ("help",),
+                              ("echo", "--help")):
                 shown = on_a_terminal(columns, *arguments, stderr=subprocess.DEVNULL)
                 for line in re.sub("\x1b\\[[01]m", "", shown).split("\n"):
                     blank = line.find(" ", len(line) - len(line.lstrip(" ")))
@@ -106,7 +108,8 @@ class look(unittest.TestCase):
         self.assertIn("\x1b[1mTOPIC", coloured)
         self.assertNotIn("\x1b", on_a_terminal(80, "topics", self.url, "--color", "never"))
         self.assertIn("\x1b[1mTOPIC", "\n".join(run("topics", self.url, "--color=always", code=0).stdout))
-        run("topics", self.url, "--color", "blue", code=2, says="--color is auto or always or never, not 'blue'")
+        run("topics", self.url, "--color", "blue", code=2,
+            says="--color is auto or always or never, not 'blue'")
 
 
 if __name__ == "__main__":

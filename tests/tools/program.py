@@ -29,7 +29,8 @@ for one in (signal.SIGINT, signal.SIGHUP):
         signal.signal(one, signal.SIG_DFL)
 
 timeout = 60.0  # seconds; far above what anything here takes, sanitizers included
-asking = ("actions", "call", "list", "peers", "reset", "services", "stop", "topics")  # verbs that give up by themselves after a second or two
+# Verbs that give up by themselves after a second or two.
+asking = ("actions", "call", "list", "peers", "reset", "services", "stop", "topics")
 
 
 def with_timeout(arguments):

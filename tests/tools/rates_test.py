@@ -38,7 +38,8 @@ class rates(unittest.TestCase):
             prints=r"^/odom: \S+ [kM]?B/s, \d+ messages of \S+ k?B on average$")
 
     def test_of_several_topics_stand_below_each_other(self):
-        said = reports(run("hz", self.url, "odom", "/nothing", "--json", "-n", "2", "--every", "300ms", code=0))
+        said = reports(run("hz", self.url, "odom", "/nothing", "--json", "-n", "2", "--every", "300ms",
+                           code=0))
         self.assertEqual([one["topic"] for one in said], ["/odom", "/nothing"] * 2)
         self.assertEqual([one["messages"] for one in said if one["topic"] == "/nothing"], [0, 0])
 

@@ -91,7 +91,8 @@ class top(unittest.TestCase):
         with hub("--demo") as robot:
             run("stop", robot.url, code=0)
             text = "\n".join(run("top", robot.url, "--once", "--timeout", "60s", code=0).stdout)
-            for like in (r"^\S+, up for 0:\d\d, \d+ peers?, longest cycle \d+ us$", r"(?m)^stop: stopped, number \d+, request",
+            for like in (r"^\S+, up for 0:\d\d, \d+ peers?, longest cycle \d+ us$",
+                         r"(?m)^stop: stopped, number \d+, request",
                          r"(?m)^lost: none$", r"(?m)^PEER +FORMAT? *"):
                 self.assertRegex(text.split("\n")[0] if "up for" in like else text, like)
 
@@ -100,7 +101,8 @@ class top(unittest.TestCase):
         run("top", self.demo.url, "--sort", "size", code=2, says="--sort is rate or bytes or gap or name")
 
     def test_fits_a_narrow_terminal(self):
-        for line in on_a_terminal(40, "top", self.demo.url, "--once", "--timeout", "60s", "--color=never").split("\n"):
+        shown = on_a_terminal(40, "top", self.demo.url, "--once", "--timeout", "60s", "--color=never")
+        for line in shown.split("\n"):
             self.assertLessEqual(len(line), 40)
 
 

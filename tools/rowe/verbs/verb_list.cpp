@@ -119,8 +119,8 @@ std::string overview(std::size_t columns) {
   examples.add("rowe serve --demo", "a robot to look at: open the URL that is printed");
   examples.add("rowe echo ws://127.0.0.1:8080 /odom", "its messages");
   text += examples.text(columns) + "\n";
-  text += wrapped(colour::heading("usage:") + " ", "rowe VERB [arguments]    (`rowe VERB --help` says which)", 4,
-                  columns);
+  text += wrapped(colour::heading("usage:") + " ", "rowe VERB [arguments]    (`rowe VERB --help` says which)",
+                  4, columns);
   std::size_t widest = 0;
   for (const verb& one : all_verbs()) widest = std::max(widest, one.name.size());
   for (const verb_group& group : groups) {
