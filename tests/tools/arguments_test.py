@@ -120,7 +120,7 @@ class arguments(unittest.TestCase):
                       *(["bench", mode, "--help"] for mode in bench_modes)):
             ended = run(*words, code=0, stderr=[])
             self.assertEqual(ended.stdout[0], "examples:")
-            self.assertRegex(ended.stdout[1], "^  rowe ")
+            self.assertRegex(ended.stdout[1], r'^  (eval "\$\()?rowe ')
             self.assertRegex(ended.stdout[2], "^  rowe ")
             self.assertEqual(ended.stdout[3], "")
 

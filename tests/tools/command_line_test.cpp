@@ -116,7 +116,7 @@ TEST(command_line, suggests_the_option_that_was_meant) {
   fixture f;
   EXPECT_EQ(f.read({"u", "t", "--prot", "1"}), exit_code::usage);
   EXPECT_NE(f.said.find("did you mean --port?"), std::string::npos) << f.said;
-  EXPECT_EQ(f.read({"u", "t", "--colour", "1"}), exit_code::usage);
+  EXPECT_EQ(f.read({"u", "t", "--flavour", "1"}), exit_code::usage);
   EXPECT_EQ(f.said.find("did you mean"), std::string::npos) << f.said;
 }
 

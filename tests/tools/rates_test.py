@@ -99,7 +99,8 @@ class thinned(unittest.TestCase):
                 counts = serving.summary()
                 self.assertEqual(echo.line(r'^\{"i"', "stdout")[0], '{"i"')
                 self.assertEqual(len(echo.stdout), 1)
-                self.assertEqual(counts["throttled"], 199)
+                # Some before the first one is written, the others within the second behind it.
+                self.assertEqual(counts["throttled"] + counts["replaced"], 199)
                 echo.end(signal.SIGINT)
 
     def test_the_handle_that_wants_most_gets_it(self):

@@ -50,7 +50,7 @@ struct core_record_service : core_test {
 };
 
 TEST_F(core_record_service, says_that_there_is_no_black_box) {
-  EXPECT_TRUE(has(asked(""), R"("values":{"black_boxes":0},"result":true)")) << asked("");
+  EXPECT_TRUE(has(asked(""), R"("result":true,"values":{"black_boxes":0})")) << asked("");
 }
 
 TEST_F(core_record_service, asks_every_black_box_and_counts_those_that_write) {
