@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake -DGZIP= -DID= -DFILE= -DCOMPRESSED= -DASSEMBLER= -P embed.cmake
+# cmake -DID= -DFILE= [-DGZIP= -DCOMPRESSED=] -DASSEMBLER= -P embed.cmake
 #
-# Compresses FILE to COMPRESSED and writes ASSEMBLER, which defines, on x86-64 and on arm64,
+# Compresses FILE to COMPRESSED, if that is given, and writes ASSEMBLER. On x86-64 and on arm64 this defines
 #
 #   rowe_asset_ID       … rowe_asset_ID_end         the bytes of FILE
 #   rowe_asset_ID_etag                              its ETag, quoted, `etag_chars` long
 #   rowe_asset_ID_gzip  … and so on                 the same of COMPRESSED
 #
 # A strong ETag names bytes, so each form has its own: the first half of its SHA-256.
-execute_process(COMMAND ${GZIP} -9nc ${FILE} OUTPUT_FILE ${COMPRESSED} COMMAND_ERROR_IS_FATAL ANY)
-
 set(text "        .section .rodata.rowe_page,\"a\",%progbits\n")
 function(embed symbol file)
   file(SHA256 ${file} hash)
@@ -22,6 +20,9 @@ function(embed symbol file)
   set(text "${text}" PARENT_SCOPE)
 endfunction()
 embed(rowe_asset_${ID} ${FILE})
-embed(rowe_asset_${ID}_gzip ${COMPRESSED})
+if(COMPRESSED)
+  execute_process(COMMAND ${GZIP} -9nc ${FILE} OUTPUT_FILE ${COMPRESSED} COMMAND_ERROR_IS_FATAL ANY)
+  embed(rowe_asset_${ID}_gzip ${COMPRESSED})
+endif()
 string(APPEND text "        .section .note.GNU-stack,\"\",%progbits\n")
 file(WRITE ${ASSEMBLER} "${text}")

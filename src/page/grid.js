@@ -23,7 +23,7 @@ export function grid_of(map) {
   return { width, height, resolution, x, y, heading: Number.isFinite(heading) ? heading : 0, cells: data };
 }
 
-// A colour as style.css has them, #rgb or #rrggbb.
+// A colour as colours.css has them, #rgb or #rrggbb.
 const rgb_of = (colour) => {
   const digits = colour.slice(1).replace(/^(.)(.)(.)$/, "$1$1$2$2$3$3");
   return [0, 2, 4].map((at) => parseInt(digits.slice(at, at + 2), 16));

@@ -4,6 +4,7 @@
 
 import { children_of, element, make, mark, write } from "./dom.js";
 import { clock } from "./numbers.js";
+import { colours, look_of, without_legend } from "./plot_look.js";
 import { text } from "./text.js";
 import { at_path, shown_value } from "./tree.js";
 
@@ -13,7 +14,6 @@ const points_max = 9000;       // five minutes of them
 const draw_ms = 100;           // at the least; and drawing takes no more than a tenth of the time:
 const rest_share = 10;         // a press of STOP waits for what is being drawn
 const spans_s = [60, 10, 300];  // what is usual first
-const colours = ["--accent", "--two", "--three", "--four"];
 const lane_px = 150;
 const load_again_ms = 5000;
 
@@ -25,11 +25,7 @@ function load() {
   loading = true;
   import("./dygraph.min.js").then(() => {
     document.head.append(make("link", { rel: "stylesheet", href: "dygraph.min.css" }));
-    const { Dygraph } = globalThis;
-    // Its legend writes style attributes, which the page's content policy forbids. Names and values stand
-    // above each plot.
-    Dygraph.PLUGINS = Dygraph.PLUGINS.filter((each) => each !== Dygraph.Plugins.Legend);
-    dygraphs = Dygraph;
+    dygraphs = without_legend(globalThis.Dygraph);
   }).catch(() => setTimeout(() => (loading = false), load_again_ms));
 }
 
@@ -175,10 +171,7 @@ export class plot_view {
     const style = getComputedStyle(at);
     const options = {
       file: one.since(end - this.#span_s * 1000), dateWindow: [end - this.#span_s * 1000, end],
-      colors: [style.getPropertyValue("--line-of").trim()],
-      axisLineColor: style.getPropertyValue("--line").trim(),
-      gridLineColor: style.getPropertyValue("--grid").trim(),
-      axisLabelColor: style.getPropertyValue("--quiet").trim(),
+      ...look_of(style), colors: [style.getPropertyValue("--line-of").trim()],
     };
     const graph = this.#graphs.get(one.name);
     const began = performance.now();
@@ -191,8 +184,7 @@ export class plot_view {
     }
     const { file, ...more } = options;
     this.#graphs.set(one.name, new dygraphs(at, file, {
-      ...more, labels: ["t", one.name], strokeWidth: 2, height: lane_px,
-      width: at.clientWidth, interactionModel: {}, axisLabelFontSize: 12,
+      ...more, labels: ["t", one.name], height: lane_px, width: at.clientWidth, interactionModel: {},
       axes: { x: { axisLabelFormatter: (at_ms) => clock(this.#time.at(Number(at_ms))) } },
     }));
   }

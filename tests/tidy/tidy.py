@@ -63,6 +63,8 @@ def libraries_stay_in_their_room(t):
              r"toml\+\+/": "src/config/toml_file.cpp",
              r"qrencode\.h": "tools/rowe/setup/qr_code",
              r"curses\.h": "tools/rowe/live/screen",
+             r"<png\.h>|PNG_IMAGE": "tools/rowe/plot/png",
+             r"ft2build\.h|FT_FREETYPE_H": "tools/rowe/plot/lettering",
              r"lz4frame|zstd\.h|zlib\.h": "src/mcap/",
              r"moodycamel|concurrentqueue": "src/service/threads/number_queue"}
     for pattern, home in homes.items():
@@ -110,8 +112,9 @@ kernel_headers = re.compile(
     r"(sys|arpa|net|netinet|linux|asm)/\w+\.h|"
     r"(dirent|dlfcn|errno|execinfo|fcntl|ifaddrs|link|malloc|netdb|poll|pthread|pwd|sched|semaphore|signal|"
     r"spawn|stdlib|string|syscall|termios|time|ucontext|unistd)\.h")
-# What set-up and the live view are made with, and the program alone; libraries_stay_in_their_room() says where.
-program_headers = re.compile(r"openssl/\w+\.h|qrencode\.h|curses\.h")
+# What set-up, pictures and the live view are made with, and the program alone; libraries_stay_in_their_room()
+# says where.
+program_headers = re.compile(r"openssl/\w+\.h|qrencode\.h|curses\.h|png\.h|ft2build\.h")
 c_types = re.compile(r"std(bool|def|int)\.h")
 c_headers = re.compile(r"(inttypes|math|signal|std(bool|def|int|io|lib)|string|time)\.h")
 

@@ -38,6 +38,7 @@ class candidates(unittest.TestCase):
         self.assertEqual(words("completion", "z"), ["zsh"])
         self.assertEqual(words("record", "--output", ""), [":files"])
         self.assertEqual(words("info", ""), [":files"])
+        self.assertEqual(words("echo", "--field", ""), [])
         self.assertEqual(words("bench", "rpc", "--ma"), ["--max"])
 
     def test_are_what_the_robot_has(self):

@@ -29,10 +29,12 @@ class connection(unittest.TestCase):
 
     def commands(self, url):
         """Each verb with a place, as it connects to `url`."""
-        some = {"call": (url, "/x"), "echo": (url, "/x"), "param": ("list", url), "peers": (url,),
-                "pub": (url, "/x", "{}"), "replay": (url, "--tum", self.trajectory, "--topic", "/x"),
-                "record": (url, "-o", self.bot.at("none.mcap")),
-                "reset": (url,), "stop": (url,), "types": (url,)}
+        some = {**{verb: (url,) for verb in ("actions", "list", "peers", "reset", "services", "stop", "topics",
+                                             "types")},
+                **{verb: (url, "/x") for verb in ("bw", "call", "delay", "echo", "hz", "info")},
+                "param": ("list", url), "plot": (url, "--field", "/x:y", "-o", self.bot.at("none.svg")),
+                "pub": (url, "/x", "{}"), "top": (url, "--once"), "replay": (url, "--tum", self.trajectory, "--topic", "/x"),
+                "record": (url, "-o", self.bot.at("none.mcap"))}
         self.assertEqual(set(some), set(verbs_with_a_place()))
         yield from ([ROWE, verb, *arguments] for verb, arguments in some.items())
         yield [ROWE, "echo", url]  # the list of topics

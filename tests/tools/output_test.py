@@ -47,7 +47,7 @@ class output(unittest.TestCase):
         url, cls.made, new = cls.demo.url, *(os.path.join(cls.folders, name) for name in ("made", "new"))
         run("setup", "--name", "bot", "--dir", cls.made, code=0)
         cls.recording = os.path.join(cls.folders, "run.mcap")
-        record(cls.recording, [message("/a", 0, {})])
+        record(cls.recording, [message("/a", 0, {"n": 1})])
         cls.prints = {
             "actions": [(url, "--json")],
             "bench": [("idle", "-D", "100ms", "--json", "-")],
@@ -68,6 +68,8 @@ class output(unittest.TestCase):
             "man": [(), ("echo",)],
             "param": [("list", url, "--all")],
             "peers": [(url,), (url, "--json")],
+            "plot": [(cls.recording, "--field", "/a:n", "--output", "-", "--format", kind)
+                     for kind in ("svg", "png", "html")],
             "pub": [],
             "record": [],
             "replay": [],

@@ -3,9 +3,9 @@
 //
 //   record_lines FILE [none|lz4|zstd] [cut]
 //
-// A line is {"topic":NAME,"type":NAME,"logged_ns":N,"published_ns":N,"msg":BODY} with all members but topic
-// and msg optional, or {"metadata":{NAME:TEXT}}, which comes first, or {"flush":true}, which ends a chunk.
-// With `cut` the file is left as by a program that was killed.
+// A line is {"topic":NAME,"type":NAME,"schema":TEXT,"logged_ns":N,"published_ns":N,"msg":BODY} with all
+// members but topic and msg optional, or {"metadata":{NAME:TEXT}}, which comes first, or {"flush":true},
+// which ends a chunk. With `cut` the file is left as by a program that was killed.
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -64,9 +64,9 @@ int main(int argc, char** argv) {
       continue;
     }
     const std::string topic = *line.get<std::string>("topic");
-    const auto type = line.get<std::string>("type");
+    const auto type = line.get<std::string>("type"), schema = line.get<std::string>("schema");
     if (!topics.contains(topic)) {
-      const auto number = file->add_topic(topic, type ? *type : "");
+      const auto number = file->add_topic(topic, type ? *type : "", schema ? *schema : "");
       if (!number) return fail(topic);
       topics.emplace(topic, *number);
     }

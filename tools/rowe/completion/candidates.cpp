@@ -27,7 +27,7 @@ void add_values(completion_answer& to, std::string_view name) {
     }
     return;
   }
-  if (has("FILE") || has("PATH") || has("DIR")) to.files = true;
+  if (has("FILE") || has("DIR") || name == "PATH") to.files = true;
   if (has("TOPIC") && has("SERVICE"))
     to.names = asked_names::topics_and_services;
   else if (has("TOPIC"))
@@ -64,7 +64,7 @@ class verb_words {
       if (answer_.url.empty() && reads_like_url(word)) answer_.url = word;
     const std::size_t equals = last.find('=');
     if (open != nullptr)
-      add_values(answer_, open->value);
+      add_values_of(*open);
     else if (!options_end && last.starts_with("--") && equals != last.npos)
       add_after_equals(last.substr(0, equals));
     else if (!options_end && last.starts_with('-'))
@@ -83,10 +83,15 @@ class verb_words {
     return nullptr;
   }
 
+  // A path into a message is none of a file.
+  void add_values_of(const option& one) {
+    if (one.name != "--field" || one.value != "PATH") add_values(answer_, one.value);
+  }
+
   void add_after_equals(const std::string& name) {
     const option* const found = find(name);
     if (found == nullptr) return;
-    add_values(answer_, found->value);
+    add_values_of(*found);
     for (candidate& one : answer_.words) one.word.insert(0, name + "=");
   }
 

@@ -65,4 +65,9 @@ struct lines_options {
 std::unique_ptr<recorded_messages> open_lines(const std::string& path, const lines_options& how,
                                               std::string& why, const opening_progress& on_progress);
 
+// A TUM trajectory, as nav_msgs/Odometry on `topic` without the members that the file does not know. Null:
+// `why` says why not.
+std::unique_ptr<recorded_messages> open_trajectory(const std::string& path, const std::string& topic,
+                                                   std::string& why);
+
 } // namespace rowe::tools

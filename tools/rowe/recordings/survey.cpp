@@ -15,15 +15,6 @@ namespace {
 // How many messages are looked at between two reports of progress.
 constexpr std::uint64_t messages_between = 4096;
 
-std::string text_at(json_value object, std::string_view member) {
-  const auto text = object.get<std::string>(member);
-  return text ? *text : std::string{};
-}
-std::uint64_t count_at(json_value object, std::string_view member) {
-  const auto count = object.get<std::uint64_t>(member);
-  return count ? *count : 0;
-}
-
 // What is remembered of each publisher.
 struct publisher_before {
   std::uint32_t sequence = 0;
@@ -66,38 +57,15 @@ class surveyor {
     ++topic.messages;
     ++into.messages;
     if (topic.encoding != json_encoding) return;
-    if (topic.name == lost_topic) note_lost(one.data);
-    if (topic.name == stop_state_topic) note_state(one);
+    if (topic.name == lost_topic) {
+      if (const auto loss = loss_in(read_json(one.data))) into.lost[loss->topic] += loss->messages;
+    }
+    if (topic.name == stop_state_topic) note_stop_state(read_json(one.data), one.logged_ns, into.stops);
   }
 
   survey into;
 
  private:
-  void note_lost(std::string_view json) {
-    const json_value said = read_json(json);
-    const auto topic = said.get<std::string>("topic");
-    const auto count = said.get<std::uint64_t>("messages");
-    if (topic && count && *count != 0) into.lost[*topic] += *count;
-  }
-
-  void note_state(const recorded_message& one) {
-    const json_value said = read_json(one.data);
-    const auto state = said.get<std::string>("state");
-    if (!state) return;
-    const std::uint64_t number = count_at(said, "number");
-    const bool open = !into.stops.empty() && into.stops.back().until_ns == 0;
-    if (*state != "stopped") {
-      if (open) into.stops.back().until_ns = one.logged_ns;
-      return;
-    }
-    if (open && into.stops.back().number == number) return;
-    if (open) into.stops.back().until_ns = one.logged_ns;
-    into.stops.push_back({.number = number,
-                          .cause = text_at(said, "cause"),
-                          .source = text_at(said, "source"),
-                          .seen_ns = one.logged_ns});
-  }
-
   std::vector<std::size_t> row_of_; // by the reader's places
   std::vector<publisher_before> before_;
 };

@@ -11,6 +11,8 @@
 
 #include <rowe/recording.hpp>
 
+#include "stops.hpp"
+
 namespace rowe::tools {
 
 // A topic with one type and encoding, however many publishers it had.
@@ -32,15 +34,6 @@ struct surveyed_topic {
   std::optional<double> rate_hz() const;
 };
 
-// An emergency stop, as /rowe/stop/state has told it.
-struct surveyed_stop {
-  std::uint64_t number = 0;
-  std::string cause;
-  std::string source;
-  std::int64_t seen_ns = 0;
-  std::int64_t until_ns = 0; // when it had ended; 0: not before the recording
-};
-
 struct survey {
   std::string path;
   std::uint64_t file_bytes = 0;
@@ -53,7 +46,7 @@ struct survey {
   std::int64_t end_ns = 0;
   std::vector<surveyed_topic> topics; // by name
   std::map<std::string, std::uint64_t> lost;
-  std::vector<surveyed_stop> stops;
+  std::vector<recorded_stop> stops;
   std::vector<recording_damage> damaged;
   std::vector<recording_notes> metadata;
   std::vector<recording_attachment> attachments;

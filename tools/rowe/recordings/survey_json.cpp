@@ -59,7 +59,7 @@ std::string topics_json(const survey& about) {
 
 std::string stops_json(const survey& about) {
   json_list all{'['};
-  for (const surveyed_stop& one : about.stops) {
+  for (const recorded_stop& one : about.stops) {
     json_list row{'{'};
     row.text("time", utc_text(one.seen_ns));
     row.raw("until", one.until_ns == 0 ? "null" : json_string_of(utc_text(one.until_ns)));

@@ -107,7 +107,7 @@ void add_head(const survey& about, page& to) {
 void add_stops(const survey& about, page& to) {
   if (about.stops.empty()) return;
   to.line("stops", std::to_string(about.stops.size()));
-  for (const surveyed_stop& one : about.stops) {
+  for (const recorded_stop& one : about.stops) {
     const std::string lasted = one.until_ns == 0 ? std::string{", until the end"}
                                                  : joined(", for ", span_text(one.until_ns - one.seen_ns));
     to.below(joined("at ", clock_text(rt::duration{one.seen_ns - about.begin_ns}), ": number ", one.number,

@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <optional>
 #include <string>
@@ -16,6 +15,7 @@
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
 #include "../output.hpp"
+#include "../recordings/reading_progress.hpp"
 #include "../recordings/survey_text.hpp"
 #include "../status_line.hpp"
 #include "robot_info.hpp"
@@ -23,8 +23,6 @@
 
 namespace rowe::tools {
 namespace {
-
-using namespace std::chrono_literals;
 
 struct info_options {
   std::vector<std::string> files; // or a URL and names
@@ -78,31 +76,6 @@ bool is_meant_as_file(const std::string& word) {
   return point != word.npos && point > name && point + 1 < word.size();
 }
 
-// Shows how far a file was looked through, once that takes long.
-class progress_of {
- public:
-  progress_of(const std::string& path, bool quiet)
-      : path_{path}, shown_{!quiet && status_line::is_possible()} {}
-  ~progress_of() { status_line::clear(); }
-  progress_of(const progress_of&) = delete;
-  progress_of& operator=(const progress_of&) = delete;
-
-  // False: a signal came.
-  bool operator()(double part) {
-    const auto now = rt::monotonic_clock::now();
-    if (shown_ && now >= next_) {
-      next_ = now + 200ms;
-      status_line::show(joined(printable(path_), ": ", std::lround(part * 100), " %"));
-    }
-    return !interrupt::seen();
-  }
-
- private:
-  const std::string& path_;
-  bool shown_;
-  rt::time_point next_ = rt::monotonic_clock::now() + 1s;
-};
-
 struct info_outcome {
   bool printed = false; // something
   bool failed = false;
@@ -114,7 +87,7 @@ std::optional<exit_code> print(const std::string& path, const info_options& o, c
   std::string why;
   std::optional<survey> found;
   {
-    progress_of progress{path, o.quiet};
+    reading_progress progress{path, o.quiet};
     found = survey_of(path, o.quick, why, [&](double part) { return progress(part); });
   }
   if (!found && interrupt::seen()) return exit_code::interrupted;

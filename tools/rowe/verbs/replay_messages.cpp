@@ -2,12 +2,10 @@
 // rowe replay of recorded messages: what is chosen of the file, the endpoint for it, and the summary.
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include <rowe/endpoint.hpp>
 #include <rowe/rt/thread.hpp>
@@ -15,6 +13,8 @@
 #include "../arguments/limit_options.hpp"
 #include "../interrupt.hpp"
 #include "../recordings/player.hpp"
+#include "../recordings/reading_progress.hpp"
+#include "../recordings/time_range.hpp"
 #include "../status_line.hpp"
 #include "../text/times.hpp"
 #include "delivery.hpp"
@@ -38,65 +38,33 @@ struct chosen_part {
   std::uint32_t longest = 0; // bytes that may be sent
 };
 
-// When a place is, in a file.
-std::int64_t time_of_place(const place_in_time& place, const recorded_messages& file) {
-  if (const auto* const offset = std::get_if<from_begin>(&place))
-    return file.begin_ns() + std::min(offset->offset.count(), INT64_MAX - file.begin_ns());
-  if (const auto* const offset = std::get_if<from_end>(&place)) return file.end_ns() - offset->offset.count();
-  return std::get<absolute_time>(place).since_1970_ns;
-}
-
-// Reads --from or --to. Empty: it is in `time_ns`, which it leaves alone where the option was not given.
-std::string read_place(std::string_view option, const std::string& text, const recorded_messages& file,
-                       std::int64_t& time_ns) {
-  if (text.empty()) return {};
-  const auto place = place_in_time_of(text);
-  if (!place)
-    return joined(option, " needs a time such as 90s, 1:30, -10s or 2026-11-30T04:10:00Z, not ",
-                  quoted(text));
-  time_ns = time_of_place(*place, file);
-  return {};
-}
-
 // The part of the file between --from and --to. Empty: it is set.
 std::string set_range(const replay_options& o, chosen_part& part) {
   const recorded_messages& file = *part.file;
-  std::int64_t from = file.begin_ns(), to = file.end_ns();
-  std::string wrong = read_place("--from", o.from, file, from);
-  if (wrong.empty()) wrong = read_place("--to", o.to, file, to);
-  if (!wrong.empty()) return wrong;
-  from = std::max(from, file.begin_ns());
-  const std::string spans = joined("the recording is from ", iso_text(file.begin_ns(), time_zone::local),
-                                   " to ", iso_text(file.end_ns(), time_zone::local), ", ",
-                                   clock_text(rt::duration{file.end_ns() - file.begin_ns()}));
-  if (from > file.end_ns()) return joined("--from ", printable(o.from), " is behind its end: ", spans);
-  const bool to_the_end = o.to.empty() || to > file.end_ns();
-  if (!to_the_end && to <= from)
-    return joined("--to ", printable(o.to), " is not behind ",
-                  o.from.empty() ? "its begin" : joined("--from ", printable(o.from)), ": ", spans);
-  part.range.from_ns = part.playing.from_ns = from;
-  part.playing.to_ns = to_the_end ? file.end_ns() : to;
-  part.range.until_ns = to_the_end ? std::numeric_limits<std::int64_t>::max() : to;
+  std::string wrong;
+  const auto range = time_range_of(o.from, o.to, file, wrong);
+  if (!range) return wrong;
+  part.range.from_ns = part.playing.from_ns = range->from_ns;
+  part.playing.to_ns = range->to_ns;
+  part.range.until_ns = range->until_ns;
   // A step of mean length lies between the last message and the first one of the next lap.
   const auto steps = static_cast<std::int64_t>(std::max<std::uint64_t>(file.messages(), 2) - 1);
-  const std::int64_t step = to_the_end ? (file.end_ns() - file.begin_ns()) / steps : 0;
-  part.playing.lap_ns = part.playing.to_ns - from + step;
+  const std::int64_t step = range->to_the_end ? (file.end_ns() - file.begin_ns()) / steps : 0;
+  part.playing.lap_ns = range->to_ns - range->from_ns + step;
   return {};
 }
 
 // Opens the file. Nothing: the verb ends with `end`, and the reason was printed.
 std::unique_ptr<recorded_messages> open_kept(const replay_options& o, const rate_wish& pace, kept_as kind,
                                              const console& to) {
-  const rt::time_point shown_from = rt::monotonic_clock::now() + 1s;
-  const auto show = [&](double part) {
-    if (!to.quiet() && status_line::is_possible() && rt::monotonic_clock::now() >= shown_from)
-      status_line::show(joined(printable(o.file), ": ", static_cast<int>(part * 100), " %"));
-  };
   std::string why;
-  auto file = kind == kept_as::recording
-                  ? open_recording(o.file, why, show)
-                  : open_lines(o.file, {.topic = o.topic, .rate_hz = pace.hz}, why, show);
-  status_line::clear();
+  std::unique_ptr<recorded_messages> file;
+  {
+    reading_progress progress{o.file, to.quiet()};
+    const auto show = [&](double part) { progress(part); };
+    file = kind == kept_as::recording ? open_recording(o.file, why, show)
+                                      : open_lines(o.file, {.topic = o.topic, .rate_hz = pace.hz}, why, show);
+  }
   if (file && file->messages() == 0) {
     why = joined(printable(o.file), ": there is no message in it");
     file.reset();

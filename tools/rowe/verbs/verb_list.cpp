@@ -40,6 +40,7 @@ constexpr std::array do_verbs{
 constexpr std::array record_verbs{
     verb{"record", "record topics into a file, or repair one", record},
     verb{"replay", "publish what was recorded, at its own pace", replay},
+    verb{"plot", "draw fields of a recording, or of a robot, as SVG, PNG or HTML", plot},
 };
 constexpr std::array serve_verbs{
     verb{"serve", "run a hub, with the page at /; --demo drives a simulated robot", serve},

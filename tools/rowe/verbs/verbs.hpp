@@ -31,6 +31,7 @@ exit_code peers(argument_list arguments);
 exit_code record(argument_list arguments);
 exit_code info(argument_list arguments);
 exit_code replay(argument_list arguments);
+exit_code plot(argument_list arguments);
 exit_code setup(argument_list arguments);
 exit_code token(argument_list arguments);
 exit_code discover(argument_list arguments);
