@@ -8,11 +8,12 @@ import { bar } from "./bar.js";
 import { moment, since_ms } from "../../clients/js/src/link.js";
 import { connect } from "../../clients/js/src/rowe.js";
 import { data_view } from "./data_view.js";
-import { choose_from, element, write } from "./dom.js";
+import { choose_from, element, mark, write } from "./dom.js";
 import { drive_panel } from "./drive_panel.js";
-import { feeds } from "./feeds.js";
+import { take_files } from "./drop.js";
+import { feeds, live_source } from "./feeds.js";
 import { map_hands } from "./map_hands.js";
-import { clock, fixed, metres } from "./numbers.js";
+import { clock, day, fixed, metres } from "./numbers.js";
 import { path_view } from "./path.js";
 import { plot_view } from "./plot_view.js";
 import { pose_of } from "./pose.js";
@@ -29,6 +30,7 @@ const stats_hz = 10;          // where numbers are shown …
 const stats_hz_unseen = 2;    // … and elsewhere, for the list of topics
 const pose_hz = 30;           // where the path is seen …
 const pose_hz_unseen = 5;     // … and elsewhere, for the bar
+const path_ms = 60000;        // of what was driven before, where it is known
 const stats_stale_ms = 1500;
 const parameters_hz = 2;
 const words_ms = 100;
@@ -40,20 +42,23 @@ const views = ["overview", "drive", "plot", "data"];
 const who = new token(sessionStorage, location, history); // first: it takes its part of the address
 const named = `page-${Math.random().toString(36).slice(2, 6)}`;
 const robot = connect(location.origin, { name: named, token: () => who.value });
-const asked = new feeds(robot, document);
-const allowed = new rights(robot);
 const time = new robot_clock(robot);
+const live = new live_source(robot, time);
+const asked = new feeds(live, document);   // what is shown: of the robot, or of a recording
+const always = new feeds(live, document);  // what is the robot's in any case
+const allowed = new rights(robot);
 const panel = new stop_panel(robot, allowed, time);
 const top_bar = new bar();
 const poses = new pose_topics(asked);
 const view = new path_view(element("path"), text, still.matches);
 const seen_by_robot = new sights(asked, view);
-const plots = new plot_view(robot, asked, time);
+const plots = new plot_view(robot, asked);
 const data = new data_view(robot, asked, plots, allowed);
 
 const seen = {
   pose: null,        // the last one, kept when the connection goes
   heard: null,       // when that came, by the clock here
+  told_ms: null,     // … and by the time of the source
   gaps: new usual_age(),
   noted: null,       // when the robot reported what is shown
   pose_written: false,
@@ -62,11 +67,16 @@ const seen = {
   state: "blank",
 };
 let shown = { view: "overview", topic: null };
-let pose_feed = asked.want(default_topic, take_pose, pose_hz);
-const stats_feed = asked.want("/rowe/stats", take_stats, stats_hz);
-const drive = new drive_panel(robot, allowed, asked, keeps);
+let opened = null;   // the recording that is shown, or is being opened
+let recorded = null; // … once it is shown
+const want_pose = (topic) => asked.want(topic, take_pose, pose_hz, { past_ms: path_ms, jumped: forget_pose });
+let pose_feed = want_pose(default_topic);
+const stats_feed = asked.want("/rowe/stats", take_stats, stats_hz, { listing: true });
+const drive = new drive_panel(robot, allowed, always, keeps);
 panel.driving = () => drive.drives;
-asked.want("/rowe/parameters", ({ values }) => take_parameters(values ?? {}), parameters_hz);
+panel.alone = () => recorded === null;
+data.asks = () => recorded === null;
+always.want("/rowe/parameters", ({ values }) => take_parameters(values ?? {}), parameters_hz);
 
 // What is shown goes into the address, and is remembered for the next time.
 function note_arranged() {
@@ -77,7 +87,8 @@ function note_arranged() {
 }
 
 function arrange(all) {
-  shown = { view: all.view, topic: all.topic };
+  const view_of = recorded && all.view === "drive" ? "overview" : all.view;  // nobody drives by a recording
+  shown = { view: view_of, topic: all.topic };
   look_at(shown.topic ?? default_topic);
   show_view();
   drive.arrange(all);
@@ -109,7 +120,10 @@ function introduce(event) {
 // --- messages ----------------------------------------------------------------------------------------------
 
 function take_pose(message) {
-  const gap_ms = seen.heard === null ? Infinity : since_ms(seen.heard);
+  const told_ms = pose_feed.at_ms;
+  const gap_ms = seen.heard === null ? Infinity
+    : asked.knows_past ? told_ms - seen.told_ms : since_ms(seen.heard);
+  seen.told_ms = told_ms;
   const missed = gap_ms > stale_ms();
   seen.gaps.came(gap_ms);
   seen.pose = pose_of(message);
@@ -127,8 +141,9 @@ function take_stats(message) {
   if (seen.stats?.epoch !== undefined && message.epoch !== seen.stats.epoch) view.clear();
   seen.stats = { ...message, topics: topics.filter((entry) => typeof entry?.topic === "string") };
   seen.stats_written = false;
+  mark(document.body, "data-told", message.unknown !== true);
   poses.take(seen.stats.topics);
-  drive.listed(seen.stats.topics);
+  if (!recorded) drive.listed(seen.stats.topics);
   seen_by_robot.take(seen.stats.topics);
   if (shown.topic === null && !poses.has(pose_feed.topic)) {
     const [other] = poses.all;
@@ -148,8 +163,11 @@ function take_parameters(values) {
 
 function take_status({ level, msg }) {
   if (level !== "error" && level !== "warning") return;
+  say_note(text.says(String(msg)));
+}
+function say_note(words) {
   seen.noted = moment();
-  element("note").textContent = text.says(String(msg));
+  element("note").textContent = words;
   element("note").hidden = false;
 }
 function end_note() {
@@ -163,9 +181,13 @@ function end_note() {
 function look_at(topic) {
   if (topic === pose_feed.topic) return;
   pose_feed.end();
-  Object.assign(seen, { pose: null, heard: null, gaps: new usual_age(), pose_written: false });
+  forget_pose();
+  pose_feed = want_pose(topic);
+}
+
+function forget_pose() {
+  Object.assign(seen, { pose: null, heard: null, told_ms: null, gaps: new usual_age(), pose_written: false });
   view.clear();
-  pose_feed = asked.want(topic, take_pose, pose_hz);
 }
 
 function show_view() {
@@ -191,6 +213,7 @@ function go(to) {
 
 function keeps() {
   const { state, heard } = seen;
+  if (recorded) return "recording";
   if (state === "live" || (state === "waiting" && heard === null)) return panel.keeps;
   return state === "blank" ? "connecting" : state === "waiting" ? "stale" : state;
 }
@@ -199,7 +222,21 @@ function keeps() {
 
 const stale_ms = () => seen.gaps.stale_ms(pose_feed.hz, entry_of(pose_feed.topic)?.rate_hz);
 
+// Nothing of the robot stands in the bar while a recording is shown.
+function write_recorded() {
+  seen.state = "recording";
+  document.body.dataset.stats = "live";
+  const { now_ms } = recorded.source;
+  const changed = top_bar.show("recording", {
+    name: recorded.name, age_ms: NaN, stopped: recorded.stopped,
+    recorded: text.recorded_at(day(now_ms), clock(now_ms), recorded.robot),
+  }, null);
+  if (changed) view.recolour();
+}
+
 function write_state() {
+  if (robot.state === "open") element("who").hidden = true;
+  if (recorded) return write_recorded();
   seen.state = judge(robot.state, pose_feed, stale_ms(), seen.heard !== null);
   const { stats, heard } = seen;
   const answers = stats !== null && stats_feed.fresh(stats_stale_ms);
@@ -215,7 +252,6 @@ function write_state() {
     uptime: answers ? text.uptime(stats.uptime_s, stats.peers) : "",
     driver: drive.drives ? text.you_drive : drive.driver ? text.drives(drive.driver) : "",
   }, panel.stopped ? { sign: latch.stopped.sign, word: text.stopped } : null);
-  if (robot.state === "open") element("who").hidden = true;
   if (changed) view.recolour();
 }
 
@@ -241,6 +277,53 @@ function write_stats() {
   const at = typeof stats.uptime_s === "number" ? stats.uptime_s : performance.now() / 1000;
   if (shown.view === "data") data.show(stats, at);
   write_choice();
+}
+
+// --- recordings --------------------------------------------------------------------------------------------
+
+async function open_recording(file) {
+  leave_recording();
+  try {
+    const { recording } = await import("./recording.js").catch(() => {
+      throw new Error(text.not_loaded);
+    });
+    const made = new recording(file, leave_recording);
+    opened = made;
+    const source = await made.opened;
+    if (opened === made) show_recording(made, source);
+  } catch ({ message }) {
+    if (opened && opened.name !== file.name) return;
+    leave_recording();
+    say_note(text.not_opened(file.name, message));
+  }
+}
+
+function show_recording(made, source) {
+  recorded = made;
+  drive.off(true);
+  if (shown.view === "drive") go({ view: "overview" });
+  show_from(source);
+}
+
+function leave_recording() {
+  opened?.end();
+  opened = null;
+  if (!recorded) return;
+  recorded = null;
+  drive.off(false);
+  show_from(live);
+}
+
+// What is shown from now on has nothing to do with what was shown.
+function show_from(source) {
+  poses.clear();
+  seen.stats = null;
+  end_note();
+  look_at(shown.topic ?? default_topic);
+  asked.from(source);
+  seen_by_robot.take([]);
+  write_choice();
+  write_state();
 }
 
 // --- clocks and hands --------------------------------------------------------------------------------------
@@ -278,6 +361,7 @@ element("topic").onchange = ({ target }) => {
   look_at(target.value);
 };
 element("who").onsubmit = introduce;
+take_files(open_recording);
 addEventListener("hashchange", () => {
   if (who.take_fragment()) return robot.link.turn(true);
   arrange(read(location.hash, views));

@@ -25,6 +25,9 @@ export class data_view {
     robot.on("open", () => (this.#asked_lists = this.#asked_peers = null));
   }
 
+  // A recording answers no questions.
+  asks = () => true;
+
   visible(visible) {
     this.#visible = visible;
     this.topics.visible(visible);
@@ -42,7 +45,7 @@ export class data_view {
   }
 
   turn() {
-    if (!this.#visible || document.hidden || this.#robot.state !== "open") return;
+    if (!this.#visible || document.hidden || this.#robot.state !== "open" || !this.asks()) return;
     if (!this.#asked_lists || since_ms(this.#asked_lists) > lists_ms) {
       this.#asked_lists = moment();
       this.#ask_lists();

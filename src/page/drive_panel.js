@@ -44,6 +44,7 @@ export class drive_panel {
   #chosen = false; // somebody moved the slider
   #takes_over_since = moment();  // since when its button says so
   #hands;
+  #off = false;    // a recording is shown: nobody drives by it
   changed = () => {};
 
   // `feeds` as in feeds.js; `keeps()` names what keeps a person from driving now.
@@ -76,7 +77,13 @@ export class drive_panel {
   get drives() { return this.#base?.held ?? false; }
   get topic() { return this.#base?.topic ?? null; }
   // The role may drive, and there is something to drive.
-  get offered() { return this.topic !== null && this.#may(this.topic); }
+  get offered() { return !this.#off && this.topic !== null && this.#may(this.topic); }
+
+  // Off: who drives stands still and lets go.
+  off(off) {
+    this.#off = off;
+    if (off) this.leave();
+  }
   #may(topic) { return this.#rights.has("publish", topic) && this.#rights.has("call", service); }
   get #seen() { return element("stick").offsetParent !== null; }
 
@@ -110,6 +117,7 @@ export class drive_panel {
   }
 
   #take(topics) {
+    if (this.#off) return;
     this.driver = topics.find(({ driver }) => driver)?.driver ?? null;
     // What is driven stays while it is not known, after a cut, what this role may do.
     const may = topics.map(({ topic }) => topic).filter((topic) => typeof topic === "string" &&

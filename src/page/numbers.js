@@ -44,6 +44,9 @@ export const address = (source) => String(source).replace(/^(\d+(?:\.\d+){3}|\[[
 // The calendar's time of day: "07:39:05".
 export const clock = (at) => new Date(at).toTimeString().slice(0, 8);
 
+// Its day: "2026-11-30".
+export const day = (at) => new Date(at).toLocaleDateString("sv");
+
 // How old something is: "18 ms", "2.4 s", "3 min".
 export function age(ms) {
   if (ms < 1000) return `${Math.round(ms)} ms`;

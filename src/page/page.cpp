@@ -18,6 +18,8 @@
   X(page_css, "/page.css", css)                                                                              \
   X(style_css, "/style.css", css)                                                                            \
   X(favicon_svg, "/favicon.svg", svg)                                                                        \
+  X(recording_js, "/recording.js", javascript)                                                               \
+  X(recording_worker_js, "/recording_worker.js", javascript)                                                 \
   X(dygraph_min_js, "/dygraph.min.js", javascript)                                                           \
   X(dygraph_min_css, "/dygraph.min.css", css)                                                                \
   X(dygraphs_txt, "/dygraphs.txt", plain_text)

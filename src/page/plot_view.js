@@ -33,10 +33,11 @@ class lane {
   points = [];   // [date here, number]; the number is null where nothing was known
   last = null;
 
-  constructor(feeds, name) {
+  constructor(feeds, name, past_ms) {
     const [topic, path] = name.split(/:(.*)/s);
-    Object.assign(this, { name, topic, path });
-    this.feed = feeds.want(topic, (msg) => this.#take(msg), 0, { apart: true });  // it may be large
+    Object.assign(this, { name, topic, path, feeds });
+    this.ways = { apart: true, past_ms, jumped: () => this.#forget() };  // it may be large
+    this.feed = feeds.want(topic, (msg, { at_ms }) => this.#take(msg, at_ms), 0, this.ways);
   }
 
   // Nothing is asked for that nobody sees; the line has a gap there.
@@ -51,23 +52,37 @@ class lane {
     return this.points.slice(first < 0 ? -1 : Math.max(0, first - 1));
   }
 
-  gap() { if (this.points.at(-1)?.[1] !== null) this.#add(null); }
-
-  #take(msg) {
-    const value = at_path(msg, this.path);
-    this.last = typeof value === "number" && Number.isFinite(value) ? value : null;
-    this.#add(this.last);
+  gap() {
+    if (this.feeds.knows_past || this.points.at(-1)?.[1] === null) return;
+    this.#add(null, this.feeds.now_ms);
   }
 
-  #add(value) {
-    this.points.push([new Date(), value]);
+  // More is shown of the time before, or less.
+  look_back(past_ms) {
+    if (past_ms === this.ways.past_ms) return;
+    this.ways.past_ms = past_ms;
+    if (this.feeds.knows_past) this.feed.again();
+  }
+
+  #forget() {
+    this.points = [];
+    this.last = null;
+  }
+
+  #take(msg, at_ms) {
+    const value = at_path(msg, this.path);
+    this.last = typeof value === "number" && Number.isFinite(value) ? value : null;
+    this.#add(this.last, at_ms);
+  }
+
+  #add(value, at_ms) {
+    this.points.push([new Date(at_ms), value]);
     if (this.points.length > points_max) this.points.splice(0, points_max / 10);
   }
 }
 
 export class plot_view {
   #feeds;
-  #time;
   #lanes = [];
   #graphs = new Map();  // of the lanes, by their name
   #visible = false;
@@ -76,15 +91,12 @@ export class plot_view {
   #draws_at = 0;
   changed = () => {};
 
-  // `time` as robot_clock: by it the axis is written. Points have the time here, which does not jump when the
-  // robot's becomes known.
-  constructor(robot, feeds, time) {
+  constructor(robot, feeds) {
     this.#feeds = feeds;
-    this.#time = time;
     robot.on("closed", () => this.#lanes.forEach((one) => one.gap()));
     const pause = element("pause");
     pause.onclick = () => {
-      this.#paused_at = this.#paused_at === null ? Date.now() : null;
+      this.#paused_at = this.#paused_at === null ? feeds.now_ms : null;
       mark(pause, "aria-pressed", this.#paused_at !== null);
     };
     const span = element("span");
@@ -93,6 +105,7 @@ export class plot_view {
     span.value = this.#span_s;
     span.onchange = () => {
       this.#span_s = Number(span.value);
+      this.#look_back();
       this.changed();
     };
   }
@@ -102,8 +115,12 @@ export class plot_view {
   arrange({ plot, span }) {
     this.#span_s = spans_s.includes(span) ? span : spans_s[0];
     element("span").value = this.#span_s;
+    this.#look_back();
     this.show(plot);
   }
+
+  get #past_ms() { return this.#span_s * 1000; }
+  #look_back() { for (const one of this.#lanes) one.look_back(this.#past_ms); }
 
   get names() { return this.#lanes.map(({ name }) => name); }
 
@@ -112,7 +129,7 @@ export class plot_view {
     const wanted = [...new Set(names)].filter((name) => /^\/[^:]*:./.test(name)).slice(0, plots_max);
     for (const one of this.#lanes) if (!wanted.includes(one.name)) this.#end(one);
     this.#lanes = wanted.map((name) =>
-      this.#lanes.find((one) => one.name === name) ?? new lane(this.#feeds, name));
+      this.#lanes.find((one) => one.name === name) ?? new lane(this.#feeds, name, this.#past_ms));
     for (const one of this.#lanes) one.feed.at(this.#visible ? plot_hz : 0);
     element("plot_none").hidden = wanted.length > 0;
     const rows = children_of(element("lanes"), wanted, (name) => this.#row(name));
@@ -157,8 +174,8 @@ export class plot_view {
     this.#lanes.forEach((one, index) => {
       const row = element("lanes").children[index];
       const fresh = one.feed.fresh(1000);
-      write(row.querySelector("b"), one.feed.refused ? text.says(one.feed.refused)
-        : one.last === null ? text.nothing_yet : shown_value(one.last));
+      const said = one.last === null ? text.nothing_yet : shown_value(one.last);
+      write(row.querySelector("b"), one.feed.refused ?? said);
       mark(row, "data-old", !fresh);
       this.#draw(one, row.querySelector(".lane"));
     });
@@ -167,7 +184,8 @@ export class plot_view {
   #draw(one, at) {
     if (!dygraphs) return load();
     if (one.points.length === 0) return;
-    const end = this.#paused_at ?? Date.now();
+    const now_ms = this.#feeds.now_ms;
+    const end = this.#feeds.knows_past ? now_ms : this.#paused_at ?? now_ms;
     const style = getComputedStyle(at);
     const options = {
       file: one.since(end - this.#span_s * 1000), dateWindow: [end - this.#span_s * 1000, end],
@@ -185,7 +203,7 @@ export class plot_view {
     const { file, ...more } = options;
     this.#graphs.set(one.name, new dygraphs(at, file, {
       ...more, labels: ["t", one.name], height: lane_px, width: at.clientWidth, interactionModel: {},
-      axes: { x: { axisLabelFormatter: (at_ms) => clock(this.#time.at(Number(at_ms))) } },
+      axes: { x: { axisLabelFormatter: (at_ms) => clock(this.#feeds.clock_ms(Number(at_ms))) } },
     }));
   }
 }

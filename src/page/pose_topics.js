@@ -48,6 +48,14 @@ export class pose_topics {
     this.#looking = { topic: next.topic, at: moment(), feed };
   }
 
+  // Of another robot: nothing is known of its topics yet.
+  clear() {
+    this.#looking?.feed.end();
+    this.#looking = null;
+    this.#told = [];
+    this.#looked.clear();
+  }
+
   #end(found) {
     const { topic, feed } = this.#looking;
     feed.end();

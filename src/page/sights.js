@@ -14,7 +14,7 @@ const image_type = /^sensor_msgs\/(msg\/)?CompressedImage$/;
 const scans_max = 2;       // in front and behind
 const [scan_hz, map_hz, image_hz] = [10, 2, 10];
 const [large_cells, large_map_hz] = [250000, 0.2];  // while it reads such a map a browser does nothing else
-const large = { apart: true };                      // not on the connection of the stop
+const apart = true;                                 // not on the connection of the stop
 const stale_ms = 1500;
 
 // Those that are shown stay in front: a topic that comes later takes nobody's place.
@@ -98,7 +98,7 @@ export class sights {
       layer.take(msg);
       if (layer.cells > large_cells && this.#visible) feed.at(large_map_hz);
       this.#view.touch();
-    }, this.#visible ? hz : 0, large);
+    }, this.#visible ? hz : 0, { apart, jumped: () => layer.take(null) });
     layer.fresh = () => feed.fresh(stale_ms);
     this.#layers.set(topic, { feed, layer, hz });
   }
@@ -110,7 +110,8 @@ export class sights {
     this.#image?.end();
     this.#camera.clear();
     this.#image = topic === undefined ? null
-      : this.#feeds.want(topic, (msg) => this.#camera.take(msg), this.#visible ? image_hz : 0, large);
+      : this.#feeds.want(topic, (msg) => this.#camera.take(msg), this.#visible ? image_hz : 0,
+        { apart, jumped: () => this.#camera.clear() });
     this.#write();
   }
 
@@ -140,7 +141,7 @@ export class sights {
     if (!this.#image) return;
     const old = !this.#image.fresh(stale_ms);
     mark(element("image"), "data-old", old);
-    write(element("image_says"), this.#image.refused ? text.says(this.#image.refused)
-      : this.#camera.unreadable ? text.no_image : old ? text.no_new_image : "");
+    const said = this.#camera.unreadable ? text.no_image : old ? text.no_new_image : "";
+    write(element("image_says"), this.#image.refused ?? said);
   }
 }

@@ -33,6 +33,7 @@ export class stop_panel {
   #guard_came = moment();
   #shown = moment();
   driving = () => false;
+  alone = () => true;  // what is shown beside it is the same robot, now
 
   // `time` as robot_clock.
   constructor(robot, rights, time) {
@@ -112,7 +113,7 @@ export class stop_panel {
     const shown = of.pending && state !== "unreachable" ? "stopping" : (latch[state] && state) || "unknown";
     mark(document.body, "data-pending", of.pending);
     draw(element("latch_mark"), latch[shown].draws);
-    write(element("latch"), latch[shown].word);
+    write(element("latch"), this.alone() ? latch[shown].word : text.robot_now(latch[shown].word));
     write(element("latch_by"), this.#line(state));
     this.#write_button(state);
     const [words, alarming] = this.#sentence(state);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every word the page shows. Nothing else in this folder holds text meant for people, but for the sentence in
-// index.html that is shown where scripts are off.
+// index.html that is shown where scripts are off, and recording/words.js, which is loaded with a recording.
 
 import { address, age, duration, fixed, short, until } from "./numbers.js";
 
@@ -27,6 +27,10 @@ export const states = {
     veil: ({ age_ms }) => `Data is ${age(age_ms)} old`,
   },
   live: { draws: "live", sign: "\u25cf", word: "Live", about: () => "" },
+  recording: {
+    draws: "open", sign: "\u25b7", word: "RECORDING",
+    about: ({ recorded }) => recorded, veil: ({ stopped }) => stopped,
+  },
 };
 
 // The same of the robot's stop.
@@ -136,7 +140,8 @@ export const text = {
   release: "Let go",
   no_driving: { stale: "No driving while the data is old", stopped: "Stopped: the stick moves nothing",
     stopping: "Stopping: the stick moves nothing", unknown: "No driving while its stop is not known",
-    disconnected: "No driving without a connection", connecting: "No driving without a connection" },
+    disconnected: "No driving without a connection", connecting: "No driving without a connection",
+    recording: "No driving while a recording is shown" },
   let_go_first: "Let go, then drive again",
   stick_label: "Stick. Hold the arrow keys or W A S D to drive; the robot stands still when you let go.",
   limit: "Speed limit", limit_value: (value) => `${fixed(value, 2)} m/s`,
@@ -203,6 +208,14 @@ export const text = {
   blocked: (queued) => `${queued}, blocked`,
   bar_metres: (length) => `${length} m`,
   axes: "x \u2192  y \u2191",
+
+  open_recording: "Open a recording", drop_here: "Drop a recording to look into it",
+  not_opened: (name, why) => `${name} cannot be opened: ${why}`,
+  not_loaded: "the robot does not answer",
+  robot_now: (word) => `Robot now: ${word}`,
+  recorded_at: (day, time, robot) => [`Recorded ${day} ${time}`, robot].filter(Boolean).join(" \u00b7 "),
+  recorded_about: (bytes, messages) =>
+    `${bytes} bytes` + (messages === null ? "" : ` \u00b7 ${messages} recorded`),
 
   title: (sign, name, word) => `${sign} ${name} ${word}`,
   spoken: (name, word) => `${name} ${word}`,

@@ -10,7 +10,6 @@ import { copy, show_tree } from "./tree.js";
 const value_hz = 5;       // of an opened topic
 const copied_ms = 2000;   // so long a button says what it did
 const topics_max = 64;    // shown: search finds the others
-const large = { apart: true };  // whatever its size, it is not on the connection of the stop
 const is_own = ({ topic }) => topic.startsWith("/rowe/");
 
 export class topics_view {
@@ -48,9 +47,11 @@ export class topics_view {
     listed.forEach((entry, index) => this.#write(rows[index], entry));
   }
 
-  #measure({ topic, messages, gap_ms_max, rate_hz }, at) {
+  #measure({ topic, messages, gap_ms_max, rate_hz, counted }, at) {
     if (!this.#meters.has(topic)) this.#meters.set(topic, { rate: new rate_meter(), gap: new peak_meter() });
     const meters = this.#meters.get(topic);
+    // A recording has counted them itself.
+    if (counted) return Object.assign(meters, { hertz: rate_hz, gap_ms: gap_ms_max });
     const hertz = meters.rate.rate(at, messages);
     meters.hertz = Number.isFinite(hertz) ? hertz : rate_hz;
     // The first gap told may be the pause before anybody listened.
@@ -83,14 +84,16 @@ export class topics_view {
       this.#opened.delete(topic);
     } else {
       const made = { last: undefined, feed: null, opened: new Set() };  // the lists whose items are shown
-      made.feed = this.#feeds.want(topic, (msg) => (made.last = msg), this.#visible ? value_hz : 0, large);
+      // Whatever its size, it is not on the connection of the stop.
+      const ways = { apart: true, jumped: () => (made.last = undefined) };
+      made.feed = this.#feeds.want(topic, (msg) => (made.last = msg), this.#visible ? value_hz : 0, ways);
       this.#opened.set(topic, made);
     }
     mark(head, "aria-expanded", !open);
     body.hidden = Boolean(open);
   }
 
-  #write(row, { topic, type, bytes, subscribers }) {
+  #write(row, { topic, type, bytes, subscribers, counted, messages }) {
     const [head, body] = row.children;
     const [name, hertz, gap] = head.children;
     const meters = this.#meters.get(topic);
@@ -109,7 +112,7 @@ export class topics_view {
     const cut = open.last !== undefined && show_tree(tree, open.last, ways);
     take.hidden = open.last === undefined;
     const more = (cut ? text.leaves(cut) : "") + (ways.full ? text.plots_full : "");
-    write(said, open.feed.refused ? text.says(open.feed.refused) : open.last === undefined
-      ? text.nothing_yet : text.topic_about(bytes, subscribers) + more);
+    write(said, open.feed.refused ?? (open.last === undefined ? text.nothing_yet
+      : counted ? text.recorded_about(bytes, messages) + more : text.topic_about(bytes, subscribers) + more));
   }
 }

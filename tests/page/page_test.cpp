@@ -21,6 +21,7 @@ using rowe::service::http_request;
 
 constexpr std::size_t page_bytes_max = 90'000;  // what a browser loads, compressed, with what draws plots
 constexpr std::size_t first_bytes_max = 45'000; // … and before the page is seen
+constexpr std::size_t recording_bytes_max = 25'000; // … with the first recording that is opened
 
 std::string_view text_of(const http_answer& from) {
   return {reinterpret_cast<const char*>(from.body.data()), from.body.size()};
@@ -60,7 +61,7 @@ std::set<std::string> loaded_paths() {
     const std::string path = std::move(left.back());
     left.pop_back();
     if (!path.ends_with(".js")) continue;
-    for (const std::string_view before : {"import(\"./", "href:\""}) {
+    for (const std::string_view before : {"import(\"./", "href:\"", "new Worker(new URL(\""}) {
       for (const std::string& name : quoted_after(text_of(plain(path)), before)) add(below(path, name));
     }
   }
@@ -97,6 +98,8 @@ TEST(page, serves_every_file_that_the_index_or_a_script_names) {
   EXPECT_TRUE(paths.contains("/page.css"));
   EXPECT_TRUE(paths.contains("/dygraph.min.js"));
   EXPECT_TRUE(paths.contains("/dygraph.min.css"));
+  EXPECT_TRUE(paths.contains("/recording.js"));
+  EXPECT_TRUE(paths.contains("/recording_worker.js"));
   for (const std::string& path : paths) EXPECT_EQ(plain(path).status, 200) << path;
   for (const std::string& path : paths) EXPECT_EQ(plain("/rowe" + path).status, 200) << path;
   EXPECT_EQ(text_of(plain("/rowe/")), text_of(plain("/")));
@@ -137,8 +140,11 @@ TEST(page, shows_the_licence_of_what_draws_plots) {
 
 TEST(page, stays_within_its_budget) {
   std::size_t bytes = 0;
-  for (const std::string& path : loaded_paths()) bytes += compressed(path).body.size();
+  std::size_t of_recordings = 0;
+  for (const std::string& path : loaded_paths())
+    (path.starts_with("/recording") ? of_recordings : bytes) += compressed(path).body.size();
   EXPECT_LE(bytes, page_bytes_max);
+  EXPECT_LE(of_recordings, recording_bytes_max);
   std::size_t first = 0;
   for (const char* path : {"/", "/app.js", "/page.css", "/favicon.svg"})
     first += compressed(path).body.size();

@@ -10,7 +10,7 @@ const pillars = [[0.1, 1.6, 0.3], [-0.4, -1.5, 0.25]];  // x, y, radius; metres
 const lap_s = 24;
 
 // Along a figure of eight.
-function pose_at(s) {
+export function pose_at(s) {
   const u = (2 * Math.PI * s) / lap_s;
   const [vx, vy] = [2 * Math.cos(u), 2 * Math.cos(2 * u)].map((each) => (each * 2 * Math.PI) / lap_s);
   return { x: 2 * Math.sin(u), y: Math.sin(2 * u), heading: Math.atan2(vy, vx), speed: Math.hypot(vx, vy) };
@@ -28,7 +28,7 @@ function range_of(x, y, angle) {
   return Math.min(...walls.filter((each) => each > 0), ...hits);
 }
 
-function scan_at({ x, y, heading }) {
+export function scan_at({ x, y, heading }) {
   const beams = 240;
   const step = (2 * Math.PI) / beams;
   const ranges = Array.from({ length: beams }, (_, beam) => range_of(x, y, heading - Math.PI + beam * step));
