@@ -39,6 +39,7 @@ class candidates(unittest.TestCase):
         self.assertEqual(words("record", "--output", ""), [":files"])
         self.assertEqual(words("info", ""), [":files"])
         self.assertEqual(words("echo", "--field", ""), [])
+        self.assertEqual(words("plot", ""), [":files"])
         self.assertEqual(words("bench", "rpc", "--ma"), ["--max"])
 
     def test_are_what_the_robot_has(self):

@@ -290,7 +290,9 @@ class other_files(plotting):
             ended = run("plot", path, "-f", "/a:n", "-o", self.at("x.svg"), code=1)
             self.assertIn(said, "\n".join(ended.stderr))
         run("plot", self.at("many.lz4.mcap"), "-f", "/größe:n", "-o", self.at("x.svg"), code=1,
-            says="is in the encoding 'cdr', which cannot be decoded")
+            says="50 messages could not be read: no JSON object")
+        run("plot", self.at("many.lz4.mcap"), "-f", "/no/schema:n", "-o", self.at("x.svg"), code=1,
+            says="is in the encoding '', which cannot be decoded")
 
     def test_a_long_read_shows_how_far_it_is_and_ends_at_a_signal(self):
         record(self.path, (message("/a", i, {"n": i}) for i in range(2000)))

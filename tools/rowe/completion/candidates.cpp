@@ -114,9 +114,10 @@ class verb_words {
     for (const operand& one : table_.operands) {
       const bool repeated = std::holds_alternative<std::vector<std::string>*>(one.into);
       const bool is_url = one.variable != nullptr;
-      if (is_url && !url_is_given && left == 0)
-        continue; // a host, which nobody knows, or what comes after it
-      if (is_url && !url_is_given) continue;
+      if (is_url && !url_is_given) { // a host, which nobody knows, a file perhaps, or what comes after it
+        answer_.files = answer_.files || one.name.find("FILE") != one.name.npos;
+        continue;
+      }
       if (left != 0 && !repeated) {
         --left;
         continue;

@@ -48,8 +48,9 @@ command table_of(plot_options& o) {
           "\n"
           "It exits with 1 if there is no such topic or field, or if parts of the file could not be read.\n",
       .operands = {{.name = "FILE|URL",
-                    .meaning = "what was recorded, or where a robot is",
-                    .into = &o.at.url}},
+                    .meaning = "what was recorded, or where a robot is (default $ROWE_URL)",
+                    .into = &o.at.url,
+                    .variable = "ROWE_URL"}},
       .options = with_remote(
           o.at,
           {
