@@ -178,6 +178,9 @@ struct topic_options {
   duration throttle = {};
 };
 
+// How a recording is compressed (rowe/recording.hpp).
+enum class compression : std::uint8_t { none, lz4, zstd };
+
 // endpoint::serve and endpoint::client.
 struct service_options {
   std::uint32_t depth = 0;    // serve: calls that wait to be taken; client: calls in flight; 1 to 4096; 0: as

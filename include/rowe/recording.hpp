@@ -19,6 +19,7 @@
 #include <type_traits>
 #include <vector>
 
+#include <rowe/options.hpp>
 #include <rowe/result.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/schema.hpp>
@@ -27,8 +28,6 @@ namespace rowe {
 
 // Nanoseconds since 1970, in UTC, as all times in recordings are. Enters the kernel where the clock does.
 std::int64_t wall_clock_ns() noexcept;
-
-enum class compression : std::uint8_t { none, lz4, zstd };
 
 using recording_metadata = std::map<std::string, std::string, std::less<>>;
 

@@ -16,12 +16,12 @@
 #include <vector>
 
 #include <rowe/options.hpp>
-#include <rowe/recording.hpp>
 #include <rowe/result.hpp>
 
 namespace rowe {
 
 class setting_faults;
+struct record_options; // rowe/recording.hpp
 namespace config {
 struct fault;
 }
@@ -71,7 +71,7 @@ struct configuration {
 };
 
 // What a configuration wants to be recorded, for endpoint::record(): `rowe serve` does, and a program of its
-// own may.
+// own may. Needs rowe/recording.hpp.
 std::vector<record_options> recordings_of(const configuration& chosen);
 
 // A key, for programs that make options or documents of all of them.

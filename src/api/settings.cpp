@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Settings: values, where each came from, and which of several holds. Set-up.
+#include <rowe/recording.hpp>
 #include <rowe/settings.hpp>
 
 #include <unistd.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Settings: a file, the environment and a command line put together.
+#include <rowe/recording.hpp>
 #include <rowe/settings.hpp>
 
 #include <gtest/gtest.h>

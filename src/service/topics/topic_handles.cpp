@@ -205,11 +205,10 @@ topic_handles::others topic_handles::others_of(pair_index pair) const noexcept {
     if (i == pair || !state_.pair_rows[i].attached ||
         state_.pair_rows[i].topic != state_.pair_rows[pair].topic)
       continue;
-    const detail::queue_pair& its = state_.pairs[i];
-    if (detail::subscribes(its.kind) != detail::subscribes(state_.pairs[pair].kind)) continue;
+    if (detail::subscribes(state_.pairs[i].kind) != detail::subscribes(state_.pairs[pair].kind)) continue;
     found.any = true;
     found.any_before |= i.value < pair.value;
-    found.throttle = std::min(found.throttle, its.throttle);
+    found.throttle = std::min(found.throttle, state_.pairs[i].throttle);
   }
   return found;
 }
