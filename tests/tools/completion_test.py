@@ -8,7 +8,8 @@ import subprocess
 import tempfile
 import unittest
 
-from program import ROWE, hub, run, timeout, verbs
+from program import ROWE, hub, program, run, timeout, verbs
+from websocket import listener
 
 folder = os.path.dirname(ROWE)
 
@@ -50,6 +51,14 @@ class candidates(unittest.TestCase):
         self.assertEqual(words("call", host, "/robot/"), ["/robot/set_speed"])
         self.assertEqual(words("info", host, "/robot/"), ["/robot/set_speed", ":files"])
         self.assertEqual(words("param", "get", host, "/robot/s"), ["/robot/speed_max"])
+
+    def test_are_no_words_that_a_shell_would_carry_out(self):
+        evil = ["/o;touch${IFS}owned", "/o`id`", "/o$(id)", "/o|id", "/o&", "/o>x", "/o'x", "/o x"]
+        with listener() as there, program("complete", "--", "echo", there.url, "/o") as asking:
+            with there.accept() as p:
+                p.answer(p.called(), {"topics": [*evil, "/odom"], "types": ["x/T"] * 9})
+                self.assertEqual(asking.end(), 0)
+        self.assertEqual([line.split("\t")[0] for line in asking.stdout], ["/odom"])
 
     def test_are_none_where_nobody_answers(self):
         self.assertEqual(words("echo", "127.0.0.1:1", "/"), [])

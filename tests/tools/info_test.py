@@ -6,7 +6,7 @@ import tempfile
 import unittest
 
 from program import on_a_terminal, run
-from recordings import damage, end_of_chunk, message, record, samples, write_with_attachment
+from recordings import damage, end_of_chunk, message, record, samples, write_packed_by, write_with_attachment
 
 at_utc = {"TZ": "UTC"}
 
@@ -156,6 +156,14 @@ class info(unittest.TestCase):
         for word in ("/odom", "odom", "/a.b/c", ".mcap"):
             run("info", word, code=2, stdout=[], says=(f"there is no file '{word}'", "*.mcap"))
         run("info", code=2, first="the argument FILE|URL TOPIC|SERVICE|ACTION is missing")
+
+    def test_what_a_recording_says_reaches_no_terminal_as_it_is(self):
+        write_packed_by(self.path, "\x1b]0;owned\x07\x1b[2J\nrobot: FINE")
+        for quick in ((), ("--quick",)):
+            text = "\n".join(run("info", *quick, self.path).stdout)
+            self.assertIn("owned", text)
+            self.assertNotRegex(text, "[\x1b\x07]")
+            self.assertNotIn("\nrobot", text)
 
     def test_fits_a_narrow_terminal(self):
         record(self.path, some())

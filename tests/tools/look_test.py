@@ -7,7 +7,7 @@ import subprocess
 import unittest
 
 from program import hub, on_a_terminal, program, run
-from websocket import listener, peer, settle
+from websocket import closed, listener, peer, settle
 
 
 def rows(ended):
@@ -68,6 +68,38 @@ class look(unittest.TestCase):
             self.assertEqual(asking.end(), 0)
             self.assertEqual(rows(asking), [["TOPIC", "TYPE"], ["/a", "x/A"]])
 
+    def asked(self, answers, *arguments):
+        """A verb that asks a server with these answers, and none for other services."""
+        with listener() as there, program(arguments[0], there.url, *arguments[1:]) as asking:
+            with there.accept() as p:
+                while asking.process.poll() is None:
+                    try:
+                        call = p.called()
+                    except closed:
+                        break
+                    if call["service"] in answers:
+                        answer = answers[call["service"]]
+                        p.answer(call, answer(call) if callable(answer) else answer)
+                asking.end()
+        return asking
+
+    def test_a_server_that_says_no_types_is_not_asked_for_each(self):
+        ended = self.asked({"/rosapi/services": {"services": [f"/s{i}" for i in range(100)]}}, "services",
+                           "--timeout", "300ms")
+        ended.expect(0)
+        self.assertEqual(len(ended.stdout), 101)
+
+    def test_types_without_end_are_refused(self):
+        answers = {"/rowe/types": lambda call: {"types": [], "next": call["args"]["from"] + 1}}
+        self.asked(answers, "types").expect(1, stdout=[], says="it has more types than there can be")
+
+    def test_what_a_server_says_reaches_no_terminal_as_it_is(self):
+        evil = {"name": ["\u009b2J\u202e"], "losses": {"x\u001b": "\u009b1"}, "uptime_s": "\u001b[2J"}
+        for verb in (("peers",), ("top", "--once")):
+            ended = self.asked({"/rowe/stats": evil, "/rowe/stop/state": {"state": "\u009b"}}, *verb)
+            ended.expect(0)
+            self.assertNotRegex("".join(ended.stdout), "[\u0000-\u001f\u0080-\u009f\u202e]")
+
     def test_says_what_a_topic_is(self):
         text = "\n".join(run("info", self.url, "/odom", code=0).stdout)
         for like in (r"^/odom \(topic\)$", r"(?m)^  type +nav_msgs/Odometry$", r"(?m)^  publishers +\S",
@@ -93,6 +125,7 @@ class look(unittest.TestCase):
         run("info", "/odom", code=0, environment=at_demo)
         run("topics", code=0, environment=at_demo)
         run("info", self.url, code=2, says="a TOPIC or SERVICE is missing")
+        run("info", "no-robot", "/odom", "--timeout", "10ms", code=3, says="ws://no-robot:8080")
 
     def test_fits_narrow_terminals_and_has_colours_there(self):
         for columns in (40, 80):

@@ -68,11 +68,17 @@ class rates(unittest.TestCase):
 
     def test_a_message_without_a_time_is_named(self):
         with hub() as serving, peer(serving.port) as p:
-            with program("delay", serving.url, "/t") as asking:
-                self.subscribed(p, "/t")
-                p.send({"op": "publish", "topic": "/t", "msg": {"a": 1}})
-                self.assertEqual(asking.end(), 1)
-                self.assertIn("a message of '/t' has no time at 'header.stamp'", asking.stderr[-1])
+            for stamp in (None, {"sec": 2**63 - 1, "nanosec": 0}, {"secs": 1, "nsecs": 10**9}, -1, 1e300,
+                          "yesterday"):
+                with program("delay", serving.url, "/t") as asking:
+                    self.subscribed(p, "/t")
+                    p.send({"op": "publish", "topic": "/t", "msg": {"header": {"stamp": stamp}}})
+                    self.assertEqual(asking.end(), 1)
+                    self.assertIn("a message of '/t' has no time at 'header.stamp'", asking.stderr[-1])
+
+    def test_of_a_topic_that_is_named_twice_are_those_of_one(self):
+        said = reports(run("hz", self.url, "/odom", "odom", "--json", "--once", code=0))
+        self.assertEqual([one["topic"] for one in said], ["/odom"])
 
     def test_say_that_nobody_publishes_and_what_was_probably_meant(self):
         with program("hz", self.url, "/odmo") as asking:

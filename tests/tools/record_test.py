@@ -118,6 +118,11 @@ class recording_test(unittest.TestCase):
         self.assertIn("/robot/speed_max", next(one["values"] for one in said["metadata"]
                                                if one["name"] == "rowe"))
 
+    def test_has_the_types_of_topics_that_are_named(self):
+        self.recorded("/odom")
+        said = json.loads(run("info", "--json", self.path, code=0).stdout[0])
+        self.assertEqual([one["type"] for one in said["topics"]], ["nav_msgs/Odometry"])
+
     def test_is_thinned_at_the_robot(self):
         with hub() as serving, peer(serving.port) as p:
             with program("record", serving.url, "/t", "-o", self.path, "--throttle", "0.001Hz") as records:

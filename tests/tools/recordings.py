@@ -79,3 +79,19 @@ def write_ros(path, topics):
     records.append(record_of(0x02, struct.pack("<QQI", 0, 0, 0)))
     with open(path, "wb") as file:
         file.write(magic + b"".join(records) + magic)
+
+
+def write_packed_by(path, name):
+    """A recording whose summary says that its chunk is packed by that."""
+    one = record_of(0x05, struct.pack("<HIQQ", 1, 0, 1, 1) + b"{}")
+    before = magic + record_of(0x01, text("") + text(""))
+    chunk = record_of(0x06, struct.pack("<QQQI", 1, 1, len(one), 0) + text("")
+                      + struct.pack("<Q", len(one)) + one)
+    channel = struct.pack("<HH", 1, 0) + text("/a") + text("json") + struct.pack("<I", 0)
+    counts = struct.pack("<QHIIIIQQ", 1, 0, 1, 0, 0, 1, 1, 1) + struct.pack("<IHQ", 10, 1, 1)
+    index = struct.pack("<QQQQIQ", 1, 1, len(before), len(chunk), 0, 0) + text(name)
+    index += struct.pack("<QQ", len(one), len(one))
+    data = before + chunk + record_of(0x0f, struct.pack("<I", 0))
+    summary = record_of(0x04, channel) + record_of(0x0b, counts) + record_of(0x08, index)
+    with open(path, "wb") as file:
+        file.write(data + summary + record_of(0x02, struct.pack("<QQI", len(data), 0, 0)) + magic)

@@ -11,7 +11,7 @@ import termios
 import time
 import unittest
 
-from program import ROWE, hub, on_a_terminal, run, timeout, undisturbed
+from program import ROWE, hub, on_a_terminal, program, run, timeout, undisturbed
 
 
 class screen:
@@ -95,6 +95,24 @@ class top(unittest.TestCase):
                          r"(?m)^stop: stopped, number \d+, request",
                          r"(?m)^lost: none$", r"(?m)^PEER +FORMAT? *"):
                 self.assertRegex(text.split("\n")[0] if "up for" in like else text, like)
+
+    def test_what_was_not_wanted_is_no_loss(self):
+        with program("echo", self.demo.url, "/odom", "--hz", "1") as thinned:
+            thinned.line("", "stdout")
+            for verb, lost in ((("top", self.demo.url, "--once"), "lost: "),
+                               (("peers", self.demo.url), "losses: ")):
+                lines = run(*verb, "--timeout", "60s", code=0).stdout
+                self.assertRegex("\n".join(lines), r"(?m)^thinned on purpose: .*(throttled|replaced) \d+")
+                said = next(line for line in lines if line.startswith(lost))
+                self.assertNotRegex(said, "throttled|replaced")
+
+    def test_has_each_heading_in_bold_once(self):
+        text = "\n".join(run("top", self.demo.url, "--once", "--timeout", "60s", "--color=always").stdout)
+        self.assertIn("\x1b[1mTOPIC", text)
+        self.assertNotIn("\x1b[1m\x1b", text)
+        with screen(self.demo.url, "--timeout", "60s") as shows:
+            shows.see("TOPIC.*q quit")
+            self.assertNotIn("^[[1m", shows.shown)
 
     def test_needs_a_terminal_or_once(self):
         run("top", self.demo.url, code=2, says="--once prints it once anywhere")

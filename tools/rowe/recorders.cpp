@@ -44,7 +44,10 @@ void recorders::end(bool black_boxes_only, const console& to) {
   for (one& each : all_) {
     if (!each.of || (black_boxes_only && !each.is_black_box)) continue;
     std::string why;
-    if (!each.of.close(&why) && why != each.fault) to.error(printable(why));
+    if (!each.of.close(&why)) {
+      all_whole_ = false;
+      if (why != each.fault) to.error(printable(why));
+    }
     const recording_figures done = each.of.figures();
     if (done.files != 0)
       to.note(each.is_black_box ? "black box: " : "recorded: ", counted(done.messages, "message"), ", ",

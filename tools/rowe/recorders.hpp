@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <rowe/endpoint.hpp>
+#include <rowe/recording.hpp>
 #include <rowe/settings.hpp>
 
 #include "console.hpp"
@@ -19,8 +20,11 @@ class recorders {
   void look(const console& to);
   // Before the robot ends: what it does then is no stop that a black box is for.
   void end_black_boxes(const console& to) { end(true, to); }
-  // After the endpoint has closed. Waits for the disk.
-  void end_all(const console& to) { end(false, to); }
+  // After the endpoint has closed. Waits for the disk. False: some of all that was recorded is missing.
+  bool end_all(const console& to) {
+    end(false, to);
+    return all_whole_;
+  }
 
  private:
   struct one {
@@ -31,6 +35,7 @@ class recorders {
   void end(bool black_boxes_only, const console& to);
 
   std::vector<one> all_;
+  bool all_whole_ = true;
 };
 
 } // namespace rowe::tools

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "../console.hpp"
+#include "../network/statistics.hpp"
 #include "../text/amounts.hpp"
 #include "../text/json_values.hpp"
 #include "../text/page.hpp"
@@ -27,15 +28,11 @@ std::uint64_t count_at(json_value of, std::string_view member) {
 }
 json_value list_at(json_value of, std::string_view member) { return of.find(member).value_or(json_value{}); }
 
-// The lines of a text, each of one look; the first one is a heading.
-void add_table(std::vector<view_line>& to, const text_table& table) {
-  const std::string text = table.text(0);
-  bool first = true;
-  for (std::string_view rest = text; !rest.empty();) {
-    const std::size_t end = std::min(rest.find('\n'), rest.size());
-    to.push_back({std::string{rest.substr(0, end)}, first ? line_look::heading : line_look::plain});
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-    first = false;
+void add_table(std::vector<view_line>& to, const text_table& table, std::size_t columns) {
+  const text_table::written made = table.lines(columns);
+  for (const std::string& line : made.lines) {
+    const bool is_heading = made.has_headings && &line == made.lines.data();
+    to.push_back({line, is_heading ? line_look::heading : line_look::plain});
   }
 }
 
@@ -50,7 +47,7 @@ std::string cut_at(const std::string& text, std::size_t columns) {
 
 } // namespace
 
-void robot_view::take(json_value stats, json_value stop, rt::time_point) {
+void robot_view::take(json_value stats, json_value stop) {
   const double up = number_at(stats, "uptime_s");
   head_ = joined(text_at(stats, "name"), ", up for ",
                  clock_text(std::chrono::duration_cast<rt::duration>(std::chrono::duration<double>(up)), 0),
@@ -87,31 +84,29 @@ void robot_view::take(json_value stats, json_value stop, rt::time_point) {
 }
 
 void robot_view::take_losses(json_value stats) {
-  const json_value losses = list_at(stats, "losses");
-  for (auto& [name, of] : losses_) of.before = of.all;
-  if (losses.kind() == json_kind::object) {
-    for (const auto [name, value] : losses.members()) {
-      loss& of = losses_[plain_text_of(name)];
-      of.all = count_at(losses, plain_text_of(name));
-      if (first_) of.before = of.all;
-      (void)value;
-    }
+  std::map<std::string, std::uint64_t, std::less<>> before;
+  for (const auto& [name, of] : losses_) before.emplace(name, of.all);
+  losses_.clear();
+  for (const counted_loss& one : losses_in(stats)) {
+    const auto known = before.find(one.name);
+    losses_[one.name] = {one.count, known == before.end() ? one.count : known->second, one.is_chosen};
   }
-  first_ = false;
 }
 
 void robot_view::add_losses(std::vector<view_line>& to) const {
-  std::string text;
+  std::string lost;
+  std::string thinned;
   bool grows = false;
   for (const auto& [name, of] : losses_) {
     if (of.all == 0) continue;
+    std::string& text = of.is_chosen ? thinned : lost;
     text += joined(text.empty() ? "" : ", ", name, " ", of.all);
-    if (of.all > of.before) {
-      text += joined(" (+", of.all - of.before, ")");
-      grows = true;
-    }
+    if (of.all <= of.before) continue;
+    text += joined(" (+", of.all - of.before, ")");
+    grows = grows || !of.is_chosen;
   }
-  to.push_back({joined("lost: ", text.empty() ? "none" : text), grows ? line_look::bad : line_look::plain});
+  to.push_back({joined("lost: ", lost.empty() ? "none" : lost), grows ? line_look::bad : line_look::plain});
+  if (!thinned.empty()) to.push_back({joined("thinned on purpose: ", thinned)});
 }
 
 void robot_view::add_topics(std::vector<view_line>& to, topic_order by, std::size_t columns) const {
@@ -144,7 +139,7 @@ void robot_view::add_topics(std::vector<view_line>& to, topic_order by, std::siz
   if (table.empty())
     to.push_back({"no topic has had a subscriber"});
   else
-    add_table(to, table);
+    add_table(to, table, columns);
   if (topics_left_out_ != 0) to.push_back({joined("and ", topics_left_out_, " more")});
 }
 
@@ -164,7 +159,7 @@ std::vector<view_line> robot_view::lines(topic_order by, std::size_t columns) co
                       {"SILENT_S", cell_side::right}}};
     for (const std::vector<std::string>& row : peers_) table.add(row);
     all.push_back({});
-    add_table(all, table);
+    add_table(all, table, columns);
     if (peers_left_out_ != 0) all.push_back({joined("and ", peers_left_out_, " more")});
   }
   if (!loops_.empty()) {
@@ -176,7 +171,7 @@ std::vector<view_line> robot_view::lines(topic_order by, std::size_t columns) co
                       {.heading = "BOUND US", .side = cell_side::right, .if_any = true}}};
     for (const std::vector<std::string>& row : loops_) table.add(row);
     all.push_back({});
-    add_table(all, table);
+    add_table(all, table, columns);
   }
   for (view_line& one : all) one.text = cut_at(one.text, columns);
   return all;

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include <rowe/json_value.hpp>
-#include <rowe/rt/clock.hpp>
 
 namespace rowe::tools {
 
@@ -28,7 +27,7 @@ inline constexpr std::array<std::string_view, 4> topic_orders{"rate", "bytes", "
 class robot_view {
  public:
   // Answers that came together. Losses are compared with those of the time before.
-  void take(json_value stats, json_value stop, rt::time_point at);
+  void take(json_value stats, json_value stop);
 
   // `columns`: what does not fit is cut off; 0: nothing is.
   std::vector<view_line> lines(topic_order by, std::size_t columns) const;
@@ -43,6 +42,7 @@ class robot_view {
   struct loss {
     std::uint64_t all = 0;
     std::uint64_t before = 0; // at the time before
+    bool is_chosen = false;   // somebody did not want them
   };
   void take_losses(json_value stats);
   void add_topics(std::vector<view_line>& to, topic_order by, std::size_t columns) const;
@@ -57,7 +57,6 @@ class robot_view {
   std::vector<std::vector<std::string>> peers_;
   std::uint64_t peers_left_out_ = 0;
   std::vector<std::vector<std::string>> loops_;
-  bool first_ = true;
 };
 
 } // namespace rowe::tools

@@ -59,6 +59,7 @@ std::optional<std::vector<robot_name>> names_of(asked_robot& robot, name_kind wh
   for (robot_name& one : all) {
     const auto type = robot.ask(by.of_type, joined("{\"", by.word, "\":", json_string_of(one.name), "}"));
     if (!type && robot.end() == exit_code::interrupted) return std::nullopt;
+    if (!type && robot.end() == exit_code::timed_out) break; // nor will it say the others
     if (type) one.type = plain_text_of(read_json(*type).find("type").value_or(json_value{}));
   }
   return all;

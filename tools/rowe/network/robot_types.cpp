@@ -9,7 +9,8 @@
 
 namespace rowe::tools {
 namespace {
-constexpr std::size_t types_max = 10'000; // more than an endpoint can have
+constexpr std::size_t types_max = 10'000; // more than an endpoint can have; and so many entries
+constexpr std::size_t entries_a_page = 10; // as which a page counts that has fewer
 }
 
 bool robot_types::read_all(endpoint& hub, watcher& waits, rt::duration timeout) {
@@ -20,6 +21,7 @@ bool robot_types::read_all(endpoint& hub, watcher& waits, rt::duration timeout) 
     wrong_ = joined("cannot ask: ", opened.error().message());
     return false;
   }
+  read_ = 0;
   for (std::uint64_t from = 0;;) {
     const auto answer =
         waits.during([&] { return opened->call(joined(R"({"from":)", std::to_string(from), "}"), timeout); });
@@ -28,7 +30,7 @@ bool robot_types::read_all(endpoint& hub, watcher& waits, rt::duration timeout) 
     if (!read_page(page)) return false;
     const auto next = page.get<std::uint64_t>("next");
     if (!next) return true;
-    if (*next <= from || found_.size() > types_max) {
+    if (*next <= from || (read_ += entries_a_page) > types_max) {
       wrong_ =
           *next <= from ? "the answer's page ends where it begins" : "it has more types than there can be";
       return false;
@@ -61,6 +63,7 @@ bool robot_types::read_page(json_value page) {
     return false;
   }
   for (const json_value one : list->elements()) {
+    if (++read_ > types_max) break; // read_all() says so
     const auto topic = one.get<std::string>("topic");
     const auto service = one.get<std::string>("service");
     const auto said = one.get<std::string>("type");

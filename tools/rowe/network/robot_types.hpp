@@ -42,6 +42,7 @@ class robot_types {
 
   described_types types_;
   std::vector<typed_name> found_;
+  std::size_t read_ = 0; // pages, and entries of them
   std::string wrong_;
   exit_code end_ = exit_code::failed;
 };

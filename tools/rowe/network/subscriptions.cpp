@@ -2,6 +2,7 @@
 #include "subscriptions.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "../interrupt.hpp"
@@ -19,7 +20,7 @@ constexpr std::uint32_t short_bytes_max = limits{}.message_bytes_max;
 } // namespace
 
 rt::duration throttle_of(double hertz) noexcept {
-  const double ms = std::clamp(1000 / hertz, 1.0, 3'600'000.0);
+  const double ms = std::ceil(std::clamp(1000 / hertz, 1.0, 3'600'000.0)); // at most as many
   return std::chrono::milliseconds{static_cast<std::int64_t>(ms)};
 }
 

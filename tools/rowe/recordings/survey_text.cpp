@@ -81,7 +81,7 @@ void add_head(const survey& about, page& to) {
   const auto ratio = about.compression_ratio();
   std::string size = bytes_text(about.file_bytes);
   if (!about.packed.empty() && ratio)
-    size.append(joined(", compressed ", decimal_text(*ratio, 1), " to 1 by ", about.packed));
+    size.append(joined(", compressed ", decimal_text(*ratio, 1), " to 1 by ", printable(about.packed)));
   to.line("size", size);
   if (!about.written_by.empty() || !about.profile.empty())
     to.line("written by",

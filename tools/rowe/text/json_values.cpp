@@ -76,7 +76,7 @@ std::string json_string_of(std::string_view utf8) {
 
 std::string plain_text_of(json_value value) {
   const auto text = value.get<std::string>();
-  return text ? printable(*text) : std::string{value.text()};
+  return printable(text ? std::string_view{*text} : value.text());
 }
 
 } // namespace rowe::tools

@@ -60,7 +60,7 @@ std::string term_list::text(std::size_t width) const {
 
 // ---- tables
 
-std::string text_table::text(std::size_t width, std::size_t indent) const {
+text_table::written text_table::lines(std::size_t width) const {
   std::vector<std::size_t> widths(columns_.size());
   std::vector<bool> shown(columns_.size());
   for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -71,9 +71,16 @@ std::string text_table::text(std::size_t width, std::size_t indent) const {
       shown[i] = shown[i] || row[i] != "-";
     }
   }
-  std::size_t all_columns = indent;
+  std::size_t all_columns = 0;
   for (std::size_t i = 0; i < columns_.size(); ++i) all_columns += shown[i] ? widths[i] + 2 : 0;
-  std::string all;
+  written all;
+  const auto add = [&](std::string_view text) {
+    while (!text.empty()) {
+      const std::size_t end = std::min(text.find('\n'), text.size());
+      all.lines.emplace_back(text.substr(0, end));
+      text.remove_prefix(std::min(end + 1, text.size()));
+    }
+  };
   if (width != 0 && all_columns > width + 2) {
     for (const std::vector<std::string>& row : rows_) {
       std::string others;
@@ -81,13 +88,13 @@ std::string text_table::text(std::size_t width, std::size_t indent) const {
         if (!shown[i] || row[i] == "-") continue;
         others.append(others.empty() ? "" : ", ").append(columns_[i].heading).append(" ").append(row[i]);
       }
-      all += wrapped(std::string(indent, ' '), row[0], indent + 2, width);
-      if (!others.empty()) all += wrapped(std::string(indent + 2, ' '), others, indent + 2, width);
+      add(wrapped("", row[0], 2, width));
+      if (!others.empty()) add(wrapped("  ", others, 2, width));
     }
     return all;
   }
   const auto line_of = [&](const auto& cell_at) {
-    std::string line(indent, ' ');
+    std::string line;
     bool first = true;
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       if (!shown[i]) continue;
@@ -99,9 +106,20 @@ std::string text_table::text(std::size_t width, std::size_t indent) const {
     }
     return line.erase(line.find_last_not_of(' ') + 1);
   };
-  all += colour::heading(line_of([&](std::size_t i) { return columns_[i].heading; })) + "\n";
+  all.has_headings = true;
+  all.lines.push_back(line_of([&](std::size_t i) { return columns_[i].heading; }));
   for (const std::vector<std::string>& row : rows_)
-    all += line_of([&](std::size_t i) -> std::string_view { return row[i]; }) + "\n";
+    all.lines.push_back(line_of([&](std::size_t i) -> std::string_view { return row[i]; }));
+  return all;
+}
+
+std::string text_table::text(std::size_t width) const {
+  const written made = lines(width);
+  std::string all;
+  for (const std::string& line : made.lines) {
+    const bool is_heading = made.has_headings && &line == made.lines.data();
+    all.append(is_heading ? colour::heading(line) : line).append("\n");
+  }
   return all;
 }
 

@@ -45,8 +45,14 @@ class text_table {
   explicit text_table(std::vector<table_column> columns) : columns_{std::move(columns)} {}
   void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
   bool empty() const noexcept { return rows_.empty(); }
-  // `indent`: blanks in front of each line.
-  std::string text(std::size_t width, std::size_t indent = 0) const;
+  // The first line has the headings, unless the table is written otherwise.
+  struct written {
+    std::vector<std::string> lines;
+    bool has_headings = false;
+  };
+  written lines(std::size_t width) const;
+  // The same as one text, with colours.
+  std::string text(std::size_t width) const;
 
  private:
   std::vector<table_column> columns_;

@@ -83,6 +83,16 @@ struct shell_script {
 constexpr std::array shells{shell_script{"bash", bash_script}, shell_script{"zsh", zsh_script},
                             shell_script{"fish", fish_script}};
 
+// Whether a shell reads the word as it is: bash inserts what it completes without quotes, and a robot may
+// call a topic whatever it wants.
+bool is_plain_word(std::string_view word) noexcept {
+  constexpr std::string_view others = "_/.~:@%+,=-";
+  return std::ranges::all_of(word, [&](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           others.find(c) != others.npos;
+  });
+}
+
 // Nothing is said where the robot cannot be asked: it is a key that was pressed, not a command.
 void add_names(completion_answer& to) {
   const char* const usual = std::getenv("ROWE_URL");
@@ -139,7 +149,7 @@ exit_code complete(argument_list arguments) {
   add_names(answer);
   std::string text;
   for (const candidate& one : answer.words)
-    if (one.word.starts_with(words.back()))
+    if (one.word.starts_with(words.back()) && is_plain_word(one.word))
       text += joined(printable(one.word), "\t", printable(one.meaning), "\n");
   if (answer.files) text += ":files\n";
   emit(text);

@@ -107,7 +107,9 @@ std::optional<exit_code> print(const std::string& path, const info_options& o, c
 exit_code of_robot(const info_options& o, const console& to) {
   robot_info_options asked{.at = o.at, .names = o.files, .timeout = o.timeout, .json = o.json};
   const char* const usual = std::getenv("ROWE_URL");
-  if (reads_like_url(o.files.front()) && !o.files.front().starts_with('.')) {
+  const std::string& first = o.files.front();
+  const bool is_host = first.find_first_of("/.") != 0 && o.files.size() > 1 && o.files[1].starts_with('/');
+  if ((reads_like_url(first) && !first.starts_with('.')) || is_host) {
     asked.at.url = o.files.front();
     asked.names.erase(asked.names.begin());
   } else if (usual != nullptr && *usual != '\0') {

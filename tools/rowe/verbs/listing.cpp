@@ -73,11 +73,13 @@ std::string listing_json(const std::vector<robot_name>& names) {
   return joined("[", text, "]");
 }
 
-std::string listing_text(const listed& names, std::string_view heading, std::size_t indent) {
+std::string listing_text(const listed& names, name_kind which) {
+  constexpr std::array<std::string_view, 3> headings{"TOPIC", "SERVICE", "ACTION"};
+  const std::string_view heading = headings[static_cast<std::size_t>(which)];
   text_table table{{{heading}, {.heading = "TYPE", .if_any = true}}};
   for (const robot_name& one : names.shown)
     table.add({printable(one.name), one.type.empty() ? "-" : printable(one.type)});
-  return table.empty() ? std::string{} : table.text(columns_of_stdout(), indent);
+  return table.empty() ? std::string{} : table.text(columns_of_stdout());
 }
 
 void note_the_rest(const listed& names, name_kind which, const console& to) {
@@ -95,10 +97,8 @@ exit_code list_one(argument_list arguments, name_kind which, const command& tabl
   if (const auto end = robot.connect(o.at)) return *end;
   const auto found = names_to_show(robot, which, o);
   if (!found) return robot.give_up(joined("what ", word_of(which), "s it has"));
-  constexpr std::array<std::string_view, 3> headings{"TOPIC", "SERVICE", "ACTION"};
-  const std::size_t at = static_cast<std::size_t>(which);
   emit(o.json ? joined("{\"", word_of(which), "s\":", listing_json(found->shown), "}\n")
-              : listing_text(*found, headings[at], 0));
+              : listing_text(*found, which));
   if (found->shown.empty()) to.note("it has no ", word_of(which), "s", o.all ? "" : " of its program");
   note_the_rest(*found, which, to);
   return exit_code::done;
@@ -165,8 +165,7 @@ exit_code list(argument_list arguments) {
     if (chosen.json) {
       text += joined(any ? ",\"" : "{\"", word_of(which), "s\":", listing_json(found->shown));
     } else if (!found->shown.empty()) {
-      constexpr std::array<std::string_view, 3> headings{"TOPIC", "SERVICE", "ACTION"};
-      text += joined(any ? "\n" : "", listing_text(*found, headings[static_cast<std::size_t>(which)], 0));
+      text += joined(any ? "\n" : "", listing_text(*found, which));
     }
     any = any || chosen.json || !found->shown.empty();
     if (!chosen.json) note_the_rest(*found, which, to);

@@ -13,6 +13,7 @@
 #include "../arguments/command_line.hpp"
 #include "../console.hpp"
 #include "../network/asked_robot.hpp"
+#include "../network/statistics.hpp"
 #include "../output.hpp"
 #include "../status_line.hpp"
 #include "../text/json_values.hpp"
@@ -75,17 +76,18 @@ std::string cell_of(json_value object, std::string_view member) {
   return text.empty() ? "-" : text;
 }
 
-// "losses: expired 3, full 1".
-std::string losses_line(json_value report) {
-  std::string line;
-  if (const auto losses = report.find("losses"); losses && losses->kind() == json_kind::object) {
-    for (const auto [name, value] : losses->members()) {
-      if (value.text() == "0") continue;
-      line.append(joined(line.empty() ? "losses: " : ", ", plain_text_of(name), " ", value.text()));
-    }
-    if (line.empty()) line = "losses: none";
+// "losses: expired 3, full 1"; and what somebody did not want, on a line of its own.
+std::string losses_lines(json_value report) {
+  std::string lost;
+  std::string thinned;
+  const std::vector<counted_loss> all = losses_in(report);
+  for (const counted_loss& one : all) {
+    std::string& text = one.is_chosen ? thinned : lost;
+    if (one.count != 0) text += joined(text.empty() ? "" : ", ", one.name, " ", one.count);
   }
-  return line.empty() ? line : line + '\n';
+  if (all.empty()) return {};
+  return joined("losses: ", lost.empty() ? "none" : lost, "\n",
+                thinned.empty() ? "" : joined("thinned on purpose: ", thinned, "\n"));
 }
 
 std::string page_of(json_value report) {
@@ -99,7 +101,7 @@ std::string page_of(json_value report) {
     table.add(std::move(cells));
   }
   return joined(cell_of(report, "name"), ", up for ", cell_of(report, "uptime_s"), " s, peers ",
-                cell_of(report, "peers"), "\n", table.text(columns_of_stdout()), losses_line(report));
+                cell_of(report, "peers"), "\n", table.text(columns_of_stdout()), losses_lines(report));
 }
 
 } // namespace

@@ -124,7 +124,9 @@ class robot_plotter {
 
   void take_all(std::int64_t to_ns) {
     for (source& one : sources_) {
-      while (const auto message = one.from.try_take()) {
+      for (std::size_t left = plotted_depth_all; left != 0 && !interrupt::seen(); --left) {
+        const auto message = one.from.try_take();
+        if (!message) break;
         const std::int64_t time_ns = message->arrived().time_since_epoch().count() + to_ns;
         if (one.fields.empty())
           into_.take_stop_state(message->json(), time_ns);

@@ -78,16 +78,22 @@ command rates_table(rates_options& o, std::string_view verb, std::array<example,
 
 // Seconds since 1970 as ROS 1 and ROS 2 write them, as a number, or as a text of ISO 8601.
 std::optional<std::int64_t> time_in(json_value value) {
+  constexpr std::int64_t seconds_max = 9'000'000'000; // the year 2255
   const auto member = [&](std::string_view name) { return value.get<std::int64_t>(name); };
   for (const auto& [seconds, rest] : {std::pair{"sec", "nanosec"}, std::pair{"secs", "nsecs"}}) {
     const auto s = member(seconds);
     const auto ns = member(rest);
-    if (s && ns) return *s * 1'000'000'000 + *ns;
+    if (!s || !ns) continue;
+    if (*s < 0 || *s > seconds_max || *ns < 0 || *ns >= 1'000'000'000) return std::nullopt;
+    return *s * 1'000'000'000 + *ns;
   }
   if (const auto number = value.get<double>("")) {
-    if (!(*number > 0) || !(*number < 9e18)) return std::nullopt;
-    constexpr double no_seconds = 1e11; // the year 5138: it counts in something smaller
-    return std::llround(*number < no_seconds ? *number * 1e9 : *number < 1e14 ? *number * 1e6 : *number);
+    // Seconds, milliseconds, microseconds or nanoseconds since 1970, by their size: from 1970 on to 2255.
+    for (const double unit_ns : {1e9, 1e6, 1e3, 1.0}) {
+      const double ns = *number * unit_ns;
+      if (ns >= 0 && ns <= static_cast<double>(seconds_max) * 1e9) return std::llround(ns);
+    }
+    return std::nullopt;
   }
   if (value.kind() == json_kind::string) return iso_time_of(plain_text_of(value));
   return std::nullopt;
@@ -244,6 +250,10 @@ exit_code measure(argument_list arguments, rates_options& o, const command& tabl
                        joined(o.topics.size(), " topics are too many: at most ", subscriptions::topics_max));
   for (std::string& topic : o.topics)
     if (!topic.starts_with('/')) topic.insert(0, 1, '/');
+  std::vector<std::string> once;
+  for (std::string& topic : o.topics)
+    if (std::ranges::find(once, topic) == once.end()) once.push_back(std::move(topic));
+  o.topics = std::move(once);
   const spelled_url url = read_url(o.at.url);
   if (url.url.empty()) return usage_error(table.verb, url.wrong);
   auto bounds = limits_for(table.verb);

@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
-
 #include <rowe/endpoint.hpp>
 #include <rowe/recording.hpp>
 
@@ -21,6 +19,7 @@
 #include "../network/robot_types.hpp"
 #include "../network/subscriptions.hpp"
 #include "../output.hpp"
+#include "../status_line.hpp"
 #include "../text/amounts.hpp"
 #include "../text/json_values.hpp"
 #include "record_modes.hpp"
@@ -197,13 +196,13 @@ class topics_of_robot {
   std::map<std::string, bool> known_;
 };
 
-// A line on a terminal that is written over and over.
-class progress_line {
+// Says now and then on a terminal how far it is.
+class recording_progress_line {
  public:
-  explicit progress_line(bool quiet) : shown_{!quiet && ::isatty(STDERR_FILENO) == 1} {}
-  ~progress_line() { clear(); }
-  progress_line(const progress_line&) = delete;
-  progress_line& operator=(const progress_line&) = delete;
+  explicit recording_progress_line(bool quiet) : shown_{!quiet && status_line::is_possible()} {}
+  ~recording_progress_line() { status_line::clear(); }
+  recording_progress_line(const recording_progress_line&) = delete;
+  recording_progress_line& operator=(const recording_progress_line&) = delete;
 
   void show(const recording_figures& now, rt::time_point at) {
     if (!shown_ || at - at_ < progress_period) return;
@@ -211,18 +210,13 @@ class progress_line {
     const double rate = at_ == rt::time_point{} ? 0 : static_cast<double>(now.bytes - bytes_) / seconds;
     at_ = at;
     bytes_ = now.bytes;
-    write_to_stderr(joined("\r\033[K", counted(now.messages, "message"), ", ", bytes_text(now.bytes), ", ",
-                           bytes_text(static_cast<std::uint64_t>(rate)), "/s, ", bytes_text(now.disk_free),
-                           " free", now.lost == 0 ? "" : joined(", lost ", now.lost)));
-    drawn_ = true;
-  }
-  void clear() {
-    if (std::exchange(drawn_, false)) write_to_stderr("\r\033[K");
+    status_line::show(joined(counted(now.messages, "message"), ", ", bytes_text(now.bytes), ", ",
+                             bytes_text(static_cast<std::uint64_t>(rate)), "/s, ", bytes_text(now.disk_free),
+                             " free", now.lost == 0 ? "" : joined(", lost ", now.lost)));
   }
 
  private:
   bool shown_;
-  bool drawn_ = false;
   rt::time_point at_{};
   std::uint64_t bytes_ = 0;
 };
@@ -235,28 +229,26 @@ exit_code run(endpoint& hub, remote& connection, recorder& into, topics_of_robot
   const bool looks = o.words.empty() || std::ranges::any_of(o.words, is_pattern);
   auto next_look = begin;
   bool warned = false;
+  bool named = false;
   std::string path;
   std::string fault;
-  progress_line line{o.quiet};
-  topics.subscribe_named();
+  recording_progress_line line{o.quiet};
   while (!interrupt::seen() && rt::monotonic_clock::now() < end) {
     const auto now = rt::monotonic_clock::now();
     if (now >= next_look) {
       next_look = now + topics_period;
       const bool told = topics.look();
+      if (!std::exchange(named, true)) topics.subscribe_named(); // what is there already has a type
       if (!told && looks && hub.peers() != 0 && !std::exchange(warned, true)) {
-        line.clear();
         to.error("it does not say which topics it has: name those to be recorded");
       }
     }
     const recording_figures figures = into.figures();
     if (figures.path != path) {
-      line.clear();
       path = figures.path;
       to.note("recording into ", printable(path));
     }
     if (figures.fault != fault) {
-      line.clear();
       fault = figures.fault;
       if (!fault.empty()) to.error(printable(fault), o.total.empty() ? "" : "; trying again");
       if (!fault.empty() && o.total.empty()) return exit_code::failed;
@@ -277,7 +269,8 @@ recording_metadata parameters_of(topics_of_robot& robot) {
     const std::string name = plain_text_of(one);
     if (name.starts_with("/rowe/") || all.size() == parameters_max) continue;
     const auto got = robot.ask("/rosapi/get_param", joined(R"({"name":)", json_string_of(name), "}"));
-    if (got) all.emplace(name, plain_text_of(read_json(*got).find("value").value_or(json_value{})));
+    if (!got) break; // nor will it say the others
+    all.emplace(name, plain_text_of(read_json(*got).find("value").value_or(json_value{})));
   }
   return all;
 }
@@ -293,6 +286,7 @@ exit_code record_from(endpoint hub, const std::string& url, const record_setting
     if (const auto name = read_json(*stats).get<std::string>("name")) file.name = *name;
   }
   file.metadata = parameters_of(asks);
+  if (interrupt::seen()) return exit_code::interrupted;
   std::string why;
   auto made = hub.record({.file = file, .topics = o.words, .exclude = o.exclude}, &why);
   if (!made) {

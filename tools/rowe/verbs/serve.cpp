@@ -188,10 +188,10 @@ exit_code serve_on(endpoint hub, const configuration& of, const console& to, ser
   (void)hub.close(drain_time); // a peer that does not read in that time gets nothing more
   log.report(hub, rt::monotonic_clock::now());
   log.finish();
-  records.end_all(to);
+  const bool recorded = records.end_all(to);
   summarise(hub, rt::monotonic_clock::now() - begin, to);
   if (loop) summarise(driven, to);
-  return exit_code::done;
+  return recorded ? exit_code::done : exit_code::failed;
 }
 
 } // namespace

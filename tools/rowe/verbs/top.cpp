@@ -61,7 +61,7 @@ class top_of_robot {
     const auto stats = robot_.ask("/rowe/stats");
     if (!stats) return false;
     const auto stop = robot_.ask("/rowe/stop/state"); // a role may not be let call it
-    view_.take(read_json(*stats), stop ? read_json(*stop) : json_value{}, rt::monotonic_clock::now());
+    view_.take(read_json(*stats), stop ? read_json(*stop) : json_value{});
     return true;
   }
 
