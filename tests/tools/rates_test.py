@@ -45,8 +45,8 @@ class rates(unittest.TestCase):
 
     def test_say_how_old_messages_are(self):
         said, = reports(run("delay", self.url, "/odom", "--once", "--json", "--every", "300ms", code=0))
-        # One clock; and nothing here takes as long as a test may.
-        self.assertGreaterEqual(said["delay_ns"]["min"], 0)
+        # One machine; but the robot's stamps do not follow a clock that is set, or hurried, meanwhile.
+        self.assertGreaterEqual(said["delay_ns"]["min"], -1e9)
         with hub() as serving, peer(serving.port) as p:
             for form in (lambda s: {"sec": int(s), "nanosec": 0}, lambda s: {"secs": int(s), "nsecs": 0},
                          lambda s: s, lambda s: s * 1e3,
