@@ -55,7 +55,7 @@ struct limits {
 
   // Services and calls.
   std::uint32_t services_max = 96;             // of this process and of all peers
-  std::uint32_t calls_max = 128;               // in flight, whoever asked and whoever answers
+  std::uint32_t calls_max = 128;               // in flight; this process has at most three quarters
   std::uint32_t calls_per_connection_max = 32; // asked by one peer and not answered yet
 
   std::uint32_t parameters_max = 32; // of this process

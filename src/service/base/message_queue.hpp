@@ -86,6 +86,10 @@ class queue_entries {
   std::uint32_t held_by(peer_index peer, queued_as what, slot_class of) const noexcept {
     return held_[owner_of(peer, what)].of[index_of(of)];
   }
+  // Whether the front of a queue is the only evictable entry of the class that its connection holds.
+  bool is_all(const queue& of, slot_class size) const noexcept {
+    return !of.empty() && class_of(front(of)) == index_of(size) && held_[of.owner].of[index_of(size)] == 1;
+  }
   // Which connection loses an entry: the one found last, while it holds more than `share` entries that may be
   // evicted; else the one that holds most. Among equals it is the last one for which `rather(peer_index)` is
   // true, or else the first. That search looks at every connection. Counts entries of one size class, or of

@@ -54,8 +54,9 @@ inline bool direct_messages::has_room_for(const direct_message& m, slot_class of
     if (pending() == 0 && !parking_.any_for(i) && has_room_to_share(i, m.priority, of, 0)) return true;
     any = true;
   }
-  // Messages that are pending until a peer comes leave a quarter of the slots free.
-  return !any && pending() < slots_.count() - reserve_of(slots_.count());
+  // One that is pending until a peer comes may hold its slot for long, so it leaves what peers have claims
+  // to: their calls are sent in the same slots.
+  return !any && trackers_.any_unclaimed(of);
 }
 
 // False: it must be parked. Else its sender gets the outcome, at once or later.
@@ -142,9 +143,8 @@ inline void direct_messages::end_queueing(slot_id slot) noexcept {
 
 status direct_messages::send_request(slot_id slot, peer_index to, detail::call_ref call,
                                      bool stops) noexcept {
-  // One that is pending until a peer comes may hold its slot for long: as messages, such requests leave some.
   const slot_class of = slots_.class_of(slot);
-  const bool has_slot = to || stops || trackers_.slots_left(of) != 0;
+  const bool has_slot = to || stops || trackers_.any_unclaimed(of);
   begin(slot, {.everyone = !to, .request_of = call});
   if (!has_slot) {
     add(counter::no_slot);

@@ -67,6 +67,10 @@ class trackers {
     const auto which = static_cast<std::size_t>(of);
     return left_of(slots_max_[which], tracked_[which]);
   }
+  // Whether there is one beyond those that peers have claims to.
+  bool any_unclaimed(slot_class of) const noexcept {
+    return slots_left(of) > claims_[static_cast<std::size_t>(of)].kept();
+  }
   // Whether a peer may have one more slot for messages to it alone. Beyond its claim, a backpressured peer
   // leaves one half of the slots to the others, which release theirs soon.
   bool has_share(peer_index peer, bool backpressured, slot_class of) const noexcept {

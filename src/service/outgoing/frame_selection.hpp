@@ -11,6 +11,7 @@
 
 #include "service/base/counters.hpp"
 #include "service/outgoing/batch.hpp"
+#include "service/outgoing/drop_stale.hpp"
 #include "service/outgoing/mask_keys.hpp"
 #include "service/outgoing/message_frames.hpp"
 #include "service/outgoing/message_store.hpp"
@@ -72,7 +73,6 @@ class frame_selection : frame_selection_needs {
   bool add_others(const recipient& to, std::size_t at, const queue* but, batch& into) noexcept;
   enum class beginning : std::uint8_t { whole, begun, waits };
   beginning begin_in_frames(const recipient& to, batch& into, const batch_piece& piece) noexcept;
-  void drop_older(queue& from, rt::duration lifespan) noexcept;
   bool add_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept;
 
   const rows<subscription_id, subscription> subscription_rows_;
@@ -107,24 +107,12 @@ inline bool frame_selection::add_rest(const recipient& to, partial_frame& frame,
   return message_frames_.add_shared(to.masked, frame.written, into, piece);
 }
 
-// Drops messages from the front that were published longer ago.
-inline void frame_selection::drop_older(queue& from, rt::duration lifespan) noexcept {
-  for (; !from.empty(); outbox_.drop_expired(from)) {
-    const slot_ref front = outbox_.entries().at(from.entries.head);
-    if (rt::deadline_after(slots_.published(front.index), lifespan) >= state_.cycle.now) return;
-    state_.counts.add(counter::expired);
-    outbox_.drop_front(from);
-  }
-}
-
 // Gathers as much of a queue as the batch takes; one message, if the subscription is throttled. False: the
 // batch is full, or the peer's credit is used up. One byte of credit is enough to begin a frame of any
 // length.
 inline bool frame_selection::add_queue(const recipient& to, queue& from, subscription_id of,
                                        batch& into) noexcept {
-  outbox_.drop_expired(from);
-  if (of && subscription_rows_[of].lifespan_ns != wire::unlimited) [[unlikely]]
-    drop_older(from, rt::duration{subscription_rows_[of].lifespan_ns});
+  of ? drop_stale(outbox_, state_, slots_, subscription_rows_[of]) : outbox_.drop_expired(from);
   const bool one = of && subscription_rows_[of].throttle > rt::duration{0};
   const bool own_head = of && subscription_rows_[of].own_head;
   const wire::capabilities& can = to.peer.protocol->can;

@@ -102,14 +102,14 @@ bool outbox::evict_for(slot_class of) noexcept {
   for (unsigned left = evictions_max; left != 0; --left) {
     const peer_index most = holds_most(of);
     if (!most || (ROWE_MUTANT(hoarder) && !queues_[most].backpressured())) return false;
-    evict({most}, of);
-    if (slots_.free_for_all(of) != 0) return true;
+    // A reply to who reads is written in this cycle. One that is evicted is missed in silence.
+    if (!queues_[most].backpressured() && entries_.is_all(queues_[most].replies, of)) return false;
+    if (evict({most}, of); slots_.free_for_all(of) != 0) return true;
   }
   return false;
 }
 
-// The peer found last, while it holds more than an equal share; else a peer that holds most, one that reads
-// slowly if there is any.
+// The peer found last, while it holds more than an equal share; else who holds most, slow readers first.
 peer_index outbox::holds_most(std::optional<slot_class> of) noexcept {
   const std::uint32_t all = of ? slots_.count(*of) : state_.bounds().queued_max;
   return entries_.longest(of, equal_share(all, state_.peers.count()),

@@ -9,6 +9,7 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/base/service_limits.hpp"
+#include "service/outgoing/drop_stale.hpp"
 
 namespace rowe::service {
 
@@ -236,7 +237,7 @@ bool subscription_queues::place_pending_latched(peer_index peer) noexcept {
     for (subscription_id i = on.head; i; i = all[i].next_ready) {
       subscription& s = all[i];
       if (!s.latched_pending) continue;
-      outbox_.drop_expired(s.pending);
+      drop_stale(outbox_, state_, message_store_.slots(), s);
       if (s.pending.count >= s.depth) continue; // the last one is still to be written
       place_latched(s);
       return true;

@@ -54,10 +54,13 @@ call_table::call_table(rt::arena& memory, const limits& bounds, std::uint32_t co
       open_calls_{memory.carve<std::uint32_t>(bounds.connections_max)},
       per_connection_max_{bounds.calls_per_connection_max},
       of_peers_max_{calls_of_peers(bounds)},
+      of_process_max_{bounds.calls_max - reserve_of(bounds.calls_max)},
       claims_{of_peers_max_, connections} {}
 
 call_index call_table::open(const call_endpoint& caller, std::string_view id,
                             std::string_view name) noexcept {
+  const bool by_peer = caller.who == call_endpoint::kind::peer;
+  if (!by_peer && in_flight() - of_peers_ >= of_process_max_) return {};
   const call_index taken = free_.take();
   if (!taken) return {};
   if (id.size() > call_id_bytes_max) id = {};
@@ -72,7 +75,7 @@ call_index call_table::open(const call_endpoint& caller, std::string_view id,
   std::copy(id.begin(), id.end(), texts(index));
   std::copy(name.begin(), name.end(), texts(index) + call_id_bytes_max);
   if (has_bucket(index)) opened.next = std::exchange(bucket(caller.connection(), id), taken);
-  if (caller.who == call_endpoint::kind::peer) {
+  if (by_peer) {
     claims_.take(open_calls_[{caller.index}]);
     ++of_peers_;
   }

@@ -89,14 +89,15 @@ class call_table {
 
   // Whether a peer may make one more call.
   bool admits(peer_index by) const noexcept {
+    const std::uint32_t free = static_cast<std::uint32_t>(calls_.size()) - in_flight();
     return open_calls_[by] < per_connection_max_ &&
-           claims_.may_take(open_calls_[by], left_of(of_peers_max_, of_peers_));
+           claims_.may_take(open_calls_[by], std::min(left_of(of_peers_max_, of_peers_), free));
   }
   // How many calls of a peer are not answered yet.
   std::uint32_t open_calls_of(peer_index by) const noexcept { return open_calls_[by]; }
 
-  // Opens a call. None: all entries are in flight. `id_raw` and `service` are copied; if one is too long, it
-  // becomes empty.
+  // Opens a call. None: all entries are in flight, or this process has all that it may have. `id_raw` and
+  // `service` are copied; if one is too long, it becomes empty.
   call_index open(const call_endpoint& caller, std::string_view id_raw, std::string_view service) noexcept;
   void close(call_index index) noexcept;
 
@@ -149,6 +150,7 @@ class call_table {
   rows<peer_index, std::uint32_t> open_calls_; // how many, by peer
   const std::uint32_t per_connection_max_;
   const std::uint32_t of_peers_max_;
+  const std::uint32_t of_process_max_; // a quarter is never given to it
   std::uint32_t of_peers_ = 0;
   claims claims_;
   std::uint64_t nonce_ = 0;

@@ -25,6 +25,7 @@ class box final : public rowe::service::record_sink {
     return false;
   }
   void put_part(std::uint32_t, std::span<const std::byte>) noexcept override {}
+  bool is_black_box() const noexcept override { return true; }
   bool snapshot(std::string_view cause) noexcept override {
     causes.emplace_back(cause);
     return writes_;
@@ -62,6 +63,16 @@ TEST_F(core_record_service, asks_every_black_box_and_counts_those_that_write) {
   for (const box* const sink : {&one, &full, &other}) EXPECT_EQ(sink->causes, texts{"it shakes"});
   EXPECT_TRUE(has(asked(R"(,"args":{})"), R"("black_boxes":2)"));
   EXPECT_EQ(one.causes.back(), "");
+}
+
+TEST_F(core_record_service, only_counts_them_for_who_wants_no_file) {
+  box one{true};
+  box full{false};
+  for (box* const sink : {&one, &full}) record_by(*sink);
+  EXPECT_TRUE(has(asked(R"(,"args":{"write":false})"), R"("black_boxes":2)"));
+  EXPECT_EQ(one.causes, texts{});
+  EXPECT_TRUE(has(asked(R"(,"args":{"write":true})"), R"("black_boxes":1)"));
+  EXPECT_EQ(one.causes, texts{""});
 }
 
 TEST_F(core_record_service, refuses_a_cause_that_is_none) {

@@ -30,7 +30,7 @@ std::uint64_t random_number() {
 rowe::endpoint_options options(std::uint32_t pending) {
   auto chosen = harness::small_options();
   chosen.limits.small_slot_bytes = 64;
-  chosen.limits.small_slots = pending + pending / 2 + 64;
+  chosen.limits.small_slots = 3 * pending + 64; // those that peers have claims to stay free
   return chosen;
 }
 

@@ -85,7 +85,13 @@ struct listings_test : peer_parts::peer_parts {
     }
     return all;
   }
-  bool evict() { return out.evict_for(rowe::service::slot_class::small); }
+  // What the peer does not read.
+  bool evict() {
+    out.of(peer_index{0}).blocked = true;
+    const bool done = out.evict_for(rowe::service::slot_class::small);
+    out.of(peer_index{0}).blocked = false;
+    return done;
+  }
   // A pause that is long enough for all that may be told without one.
   void rest() { cycle.now += listings_period * rowe::service::listings_burst; }
   void forget(connection& c) {
