@@ -208,7 +208,7 @@ struct recorded_topic {
   std::string name;
   std::string type;            // of its messages; empty: not known
   std::string encoding;        // of its messages: "json", "cdr", "ros1"
-  std::string schema;          // of its type, in the encoding `schema_encoding`
+  std::string schema;          // of its type, in the encoding `schema_encoding`; beyond 64 MiB in all: none
   std::string schema_encoding; // "jsonschema", "ros2msg", "ros1msg"; empty: there is none
   recording_metadata metadata;
   std::uint64_t messages = 0;

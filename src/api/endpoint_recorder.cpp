@@ -100,7 +100,7 @@ void endpoint_recorder::put_part(std::uint32_t place, std::span<const std::byte>
 }
 
 bool endpoint_recorder::snapshot(std::string_view cause) noexcept {
-  return is_black_box_ && files_->messages().put({.kind = record_kind::snapshot}, std::array{cause});
+  return is_black_box_ && files_->messages().ask_for_snapshot(cause, wall_ns(rt::monotonic_clock::now()));
 }
 
 } // namespace rowe::detail

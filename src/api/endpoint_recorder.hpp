@@ -27,8 +27,6 @@ class endpoint_recorder final : public service::record_sink {
                                                           std::string* why);
 
   recording::recorder& files() noexcept { return *files_; }
-  bool is_black_box() const noexcept { return is_black_box_; }
-
   // The service thread does not use it any more: writes what waits, at most so long, and says what was lost.
   void finish(rt::duration timeout);
 
@@ -42,6 +40,7 @@ class endpoint_recorder final : public service::record_sink {
   bool begin_long(std::uint32_t place, std::uint32_t topic, std::size_t bytes, rt::time_point logged,
                   rt::time_point published) noexcept override;
   void put_part(std::uint32_t place, std::span<const std::byte> part) noexcept override;
+  bool is_black_box() const noexcept override { return is_black_box_; }
   bool snapshot(std::string_view cause) noexcept override;
 
  private:

@@ -266,18 +266,19 @@ class scanner {
     return true;
   }
   // A record whose kind or length is damaged may seem to hold what stands behind it.
-  bool swallows_chunk(std::uint64_t bytes) { return next_chunk(at_ + 1) < at_ + bytes; }
+  bool swallows_chunk(std::uint64_t bytes) { return next_chunk(at_ + 1, at_ + bytes) < at_ + bytes; }
 
   // Goes on with the next chunk, or to the end of the file.
   void skip_damage(std::uint64_t at_least, std::string why) {
     const std::uint64_t begin = at_;
-    at_ = next_chunk(begin + at_least);
+    at_ = next_chunk(begin + at_least, file_.bytes());
     found_.damaged.push_back({begin, at_ - begin, std::move(why)});
   }
-  std::uint64_t next_chunk(std::uint64_t from) {
+  // Where one begins before `end`, or `end`.
+  std::uint64_t next_chunk(std::uint64_t from, std::uint64_t end) {
     constexpr std::size_t head_bytes = record_head_bytes + chunk_head_bytes_min + 8;
-    while (from < file_.bytes()) {
-      const std::string_view here = file_.look(from, window_bytes);
+    while (from < end) {
+      const std::string_view here = file_.look(from, std::min<std::uint64_t>(window_bytes, end - from));
       if (here.empty()) break;
       const std::size_t found = here.find(static_cast<char>(opcode::chunk));
       if (found == here.npos) {
@@ -288,7 +289,7 @@ class scanner {
       if (may_be_chunk(file_.look(from, head_bytes), file_.bytes() - from)) return from;
       ++from;
     }
-    return file_.bytes();
+    return end;
   }
 
   window file_;

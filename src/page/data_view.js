@@ -2,6 +2,7 @@
 // The view of data, all of it. What it shows is asked for while it is seen.
 
 import { moment, since_ms } from "../../clients/js/src/link.js";
+import { black_box } from "./black_box.js";
 import { element } from "./dom.js";
 import { health_view } from "./health_view.js";
 import { ask_types, parameters_view, services_view } from "./settings_view.js";
@@ -21,6 +22,7 @@ export class data_view {
     this.topics = new topics_view(feeds, plots);
     this.parameters = new parameters_view(robot, rights);
     this.services = new services_view(robot, rights);
+    this.black_box = new black_box(robot, rights);
     this.health = new health_view();
     robot.on("open", () => (this.#asked_lists = this.#asked_peers = null));
   }
@@ -36,6 +38,8 @@ export class data_view {
   rights_changed() {
     this.parameters.show();
     this.services.show();
+    this.black_box.show();
+    this.#asked_lists = null;  // whoever may call it asks whether there is one
   }
 
   // `at` is the endpoint's time in seconds.
@@ -60,6 +64,7 @@ export class data_view {
     const types = await ask_types(this.#robot).catch(() => null);  // a role without the right: plain forms
     this.parameters.ask(types);
     this.services.ask(types);
+    this.black_box.ask();
   }
 
   async #ask_peers() {

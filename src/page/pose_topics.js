@@ -14,7 +14,7 @@ const is_own = ({ topic }) => topic.startsWith("/rowe/");
 
 export class pose_topics {
   #feeds;
-  #told = [];          // the topics that the robot lists
+  #told = new Map();   // topic → what the robot lists of it
   #looked = new Map(); // topic → whether it holds poses
   #looking = null;     // {topic, at, feed}
 
@@ -22,13 +22,12 @@ export class pose_topics {
 
   // Whether a topic is known to hold poses.
   has(topic) {
-    const told = this.#told.find((entry) => entry.topic === topic);
-    return this.#looked.get(topic) ?? is_pose_type(told?.type);
+    return this.#looked.get(topic) ?? is_pose_type(this.#told.get(topic)?.type);
   }
 
   // Odometry first: it moves with the robot, and steadily.
   get all() {
-    const known = this.#told.filter(({ topic }) => this.has(topic));
+    const known = [...this.#told.values()].filter(({ topic }) => this.has(topic));
     return [true, false].flatMap((first) =>
       known.filter(({ type }) => is_odometry(type) === first).map(({ topic }) => topic));
   }
@@ -38,7 +37,7 @@ export class pose_topics {
 
   // `listed` as in /rowe/stats.
   take(listed) {
-    this.#told = listed;
+    this.#told = new Map(listed.map((entry) => [entry.topic, entry]));
     if (this.#looking && since_ms(this.#looking.at) > look_ms_max) this.#end(false);
     if (this.#looking || this.#looked.size >= looks_max) return;
     const next = listed.find((entry) => !is_own(entry) && !is_pose_type(entry.type) && entry.messages > 0 &&
@@ -52,7 +51,7 @@ export class pose_topics {
   clear() {
     this.#looking?.feed.end();
     this.#looking = null;
-    this.#told = [];
+    this.#told.clear();
     this.#looked.clear();
   }
 

@@ -27,11 +27,11 @@ function facts_of({ layout, topics, begin_ms, end_ms }) {
 }
 
 // What cannot be read, in numbers.
-function damage_of({ layout: { damaged } }) {
+function damage_of({ layout: { damaged }, too_long }) {
   const lines = damaged.reduce((sum, one) => sum + (one.lines ?? 0), 0);
   const cut = damaged.filter(({ why }) => why === "cut");
   const parts = damaged.filter(({ why }) => why !== "cut" && why !== "lines");
-  return { lines, cut_bytes: cut.reduce((sum, { bytes }) => sum + bytes, 0), parts: parts.length,
+  return { lines, cut_bytes: cut.reduce((sum, { bytes }) => sum + bytes, 0), parts: parts.length, too_long,
     why: parts[0]?.why ?? null };
 }
 
@@ -44,7 +44,7 @@ async function search_marks() {
 const answers = {
   async open({ file }) {
     recording = await reading.open(file, (share) => say({ progress: share }));
-    search_marks().catch(() => {});  // what is damaged is counted elsewhere
+    search_marks().catch(() => say({ losses: [] }));  // what is damaged is counted elsewhere
     return facts_of(recording);
   },
   look: ({ topics, at_ms }) => recording.look(topics, at_ms),

@@ -190,6 +190,9 @@ export const text = {
   too_large: (name) => `${name}: a browser is exact up to ${Number.MAX_SAFE_INTEGER} only`,
   from_to: (least, most) => `${least} to ${most}`,
   from: (least) => `${least} or more`, up_to: (most) => `up to ${most}`,
+  black_box: "Black box", keep: "Keep what led here",
+  keep_about: "Writes the last seconds, and what comes for some more, into a file on the robot.",
+  kept: "It writes", not_kept: "It has no room now; try again", kept_by_page: "asked on the page",
   losses: "Losses",
   no_losses: (counters) => `None since start; all of ${counters} counters are zero`,
   some_losses: (counters) =>

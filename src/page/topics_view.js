@@ -38,8 +38,8 @@ export class topics_view {
     const wanted = element("find_topic").value.trim().toLowerCase();
     const found = topics.filter(({ topic, type }) => `${topic} ${type}`.toLowerCase().includes(wanted));
     const listed = found.sort((one, other) => is_own(one) - is_own(other)).slice(0, topics_max);
-    const names = topics.map(({ topic }) => topic);
-    for (const name of this.#meters.keys()) if (!names.includes(name)) this.#meters.delete(name);
+    const names = new Set(topics.map(({ topic }) => topic));
+    for (const name of this.#meters.keys()) if (!names.has(name)) this.#meters.delete(name);
     const all = topics.length + left_out;
     write(element("topics_count"), listed.length < all ? text.some_of(listed.length, all) : count(all));
     const rows = children_of(this.body, listed.map(({ topic }) => topic), (topic) => this.#row(topic));

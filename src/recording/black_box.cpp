@@ -19,7 +19,9 @@ constexpr std::size_t forget_bytes_min = 1 << 20; // of descriptions: fewer are 
 constexpr std::size_t name_bytes_max = 40;        // of the robot's, in the names of files
 constexpr int longest = 12;                       // times `after`, a file goes on at most
 constexpr std::uint32_t attempts_max = 1000;
-constexpr std::size_t notes_max = 100; // of what happened while a file was written
+constexpr std::uint32_t asked_notes_max = 50; // of one file; a stop's are never left out
+constexpr std::uint64_t asked_boxes_max = 4; // times what is in memory, a file that was asked for has at most
+constexpr rt::duration retry_time = std::chrono::seconds{1};
 constexpr std::string_view cause_names[] = {"stop", "lease", "asked"};
 
 // What it takes in memory to describe a topic or a type, roughly.
@@ -188,12 +190,27 @@ file_names black_box::names_of(std::string_view what) const {
   return {chosen_.path, chosen_.name.substr(0, name_bytes_max) + "-" + std::string{what}};
 }
 
-bool black_box::open_file(std::string_view what, std::string_view cause) {
-  const file_names names = names_of(what);
+// The names of these files, of which the oldest are deleted so that there may be one more.
+file_names black_box::with_room_for_one(std::string_view what) {
+  file_names names = names_of(what);
   const auto there = names.there();
   const std::size_t most = std::max(chosen_.black_box.files_max, 1U);
   for (std::size_t i = 0; i < there.size() && there.size() - i >= most; ++i)
     if (::unlink(there[i].path.c_str()) == 0) ++deleted_;
+  return names;
+}
+
+// Who asks again and again leaves room for the file of a stop.
+bool black_box::may_take_more_of_the_disk(std::string_view what) {
+  if (what != "asked" || disk_free(chosen_.path) >= 2 * asked_boxes_max * chosen_.black_box.bytes)
+    return true;
+  fault_ = chosen_.path + ": too little room for a file that was asked for";
+  return false;
+}
+
+bool black_box::open_file(std::string_view what, std::string_view cause) {
+  if (!may_take_more_of_the_disk(what)) return false;
+  const file_names names = with_room_for_one(what);
   const std::int64_t begin_ns = wall_clock_ns();
   for (std::uint32_t attempt = 0; attempt < attempts_max; ++attempt) {
     file_.emplace(names.name(begin_ns, attempt), chosen_.packed);
@@ -207,8 +224,7 @@ bool black_box::open_file(std::string_view what, std::string_view cause) {
 
 // A stop counts for more than what came before it: its files are kept apart.
 void black_box::rename_to(std::string_view what) {
-  const file_names names = names_of(what);
-  (void)names.there(); // names are not before these
+  const file_names names = with_room_for_one(what);
   const std::int64_t begin_ns = wall_clock_ns();
   for (std::uint32_t attempt = 0; attempt < attempts_max; ++attempt) {
     if (file_->rename(names.name(begin_ns, attempt))) {
@@ -228,27 +244,40 @@ mcap::text_map black_box::notes_of(std::string_view what, std::string_view cause
   return notes;
 }
 
-// What happens while a file is being written makes that one go on for longer.
+// What happens while a file is being written makes that one go on for longer. What follows a stop is in one
+// file with it: where the present one must end before, it ends now, and another one begins.
 void black_box::begin_file(std::string_view what, std::string_view cause) {
   until_ = rt::deadline_after(now_, chosen_.black_box.after);
-  if (file_) {
-    until_ = std::min(until_, until_latest_);
-    if (what == "stop" && what_ != "stop") rename_to(what);
-    if (file_->writes().written().metadata.size() < notes_max)
-      file_->writes().add_metadata("rowe", notes_of(what, cause));
+  if (file_ && what == "stop" && until_latest_ < until_) {
+    end_chunk();
+    if (file_) end_file();
+  }
+  if (file_) return go_on(what, cause);
+  end_chunk();
+  if (!open_file(what, cause)) {
+    if (what != "asked")
+      wish_ = wish{std::string{what}, std::string{cause}, rt::deadline_after(now_, retry_time),
+                   rt::deadline_after(now_, chosen_.black_box.before)};
     return;
   }
-  end_chunk();
-  if (!open_file(what, cause)) return;
+  wish_.reset();
   fault_.clear();
   ++files_;
   what_ = what;
+  asked_notes_ = 0;
   last_path_ = file_->path();
   until_latest_ = rt::deadline_after(now_, longest * chosen_.black_box.after);
   for (const auto& [key, one] : schemas_) file_->writes().copy(one);
   for (const auto& [key, one] : channels_) file_->writes().copy(one);
   for (const piece& one : pieces_) file_->writes().copy(one.index, one.record, one.messages);
   if (!file_->works()) end_file();
+}
+
+void black_box::go_on(std::string_view what, std::string_view cause) {
+  until_ = std::min(until_, until_latest_);
+  if (what == "stop" && what_ != "stop") rename_to(what);
+  if (what == "asked" && asked_notes_++ >= asked_notes_max) return;
+  file_->writes().add_metadata("rowe", notes_of(what, cause));
 }
 
 void black_box::end_file() {
@@ -258,13 +287,20 @@ void black_box::end_file() {
   file_.reset();
 }
 
-void black_box::tend(rt::time_point now) {
+void black_box::tend(rt::time_point now, bool drained) {
   now_ = now;
   if (now >= chunk_due_) {
     end_chunk();
     chunk_due_ = now + chunk_time;
   }
-  if (!file_ || now < until_) return;
+  if (wish_ && now >= wish_->next) {
+    const wish again = *std::exchange(wish_, std::nullopt);
+    if (now < again.until) begin_file(again.what, again.cause);
+    if (wish_) wish_->until = again.until;
+  }
+  if (!file_ || !drained) return;
+  const bool too_large = what_ == "asked" && file_->bytes() > asked_boxes_max * chosen_.black_box.bytes;
+  if (now < until_ && !too_large) return;
   end_chunk();
   if (file_) end_file(); // the disk took the chunk
 }

@@ -57,7 +57,7 @@ class black_box final : public messages_target {
   void add(std::uint32_t number, std::string_view json, std::int64_t logged_ns,
            std::int64_t published_ns) override;
   void note_lost(std::uint32_t number, std::uint64_t count, std::int64_t logged_ns) override;
-  void tend(rt::time_point now) override;
+  void tend(rt::time_point now, bool drained) override;
   bool flush() override;
   bool close() override;
   // Asked for by somebody: the file is called "asked", whatever the cause.
@@ -89,7 +89,10 @@ class black_box final : public messages_target {
                    std::int64_t published_ns);
   // `what`: a part of the file's name.
   void begin_file(std::string_view what, std::string_view cause);
+  void go_on(std::string_view what, std::string_view cause);
   bool open_file(std::string_view what, std::string_view cause);
+  bool may_take_more_of_the_disk(std::string_view what);
+  file_names with_room_for_one(std::string_view what);
   void rename_to(std::string_view what);
   file_names names_of(std::string_view what) const;
   mcap::text_map notes_of(std::string_view what, std::string_view cause) const;
@@ -111,11 +114,17 @@ class black_box final : public messages_target {
   triggers triggers_;
   std::optional<recording_file> file_;
   std::string what_;              // has happened, for which it is written
+  std::uint32_t asked_notes_ = 0; // in it, of what was asked for
   rt::time_point until_{};        // it ends then,
   rt::time_point until_latest_{}; // and then, whatever happens
   rt::time_point now_{};
   rt::time_point chunk_due_{};
   std::string fault_;
+  struct wish { // for a file that could not be made: it is tried again while its messages are there
+    std::string what, cause;
+    rt::time_point next{}, until{};
+  };
+  std::optional<wish> wish_;
   std::vector<std::string> unended_;
   std::string last_path_;
   std::uint64_t files_ = 0;

@@ -2,6 +2,7 @@
 #include "recording/feed.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 
@@ -22,7 +23,8 @@ bool feed::put(record_head head, std::span<const std::string_view> content) noex
   for (const std::string_view one : content) bytes += one.size();
   const std::size_t lines = lines_of(bytes);
   const bool names = head.kind == record_kind::topic || head.kind == record_kind::typed;
-  const bool says_lost = !names && lost_of_[head.topic] != 0;
+  const bool of_topic = !names && head.kind != record_kind::snapshot;
+  const bool says_lost = of_topic && lost_of_[head.topic] != 0;
   if (room() < lines + (says_lost ? 1 : 0)) {
     if (head.kind == record_kind::message) count_lost(head.topic, 1);
     return false;
@@ -31,6 +33,13 @@ bool feed::put(record_head head, std::span<const std::string_view> content) noex
   if (names) named_[head.topic] = true;
   head.bytes = static_cast<std::uint32_t>(bytes);
   push(head, content);
+  return true;
+}
+
+bool feed::ask_for_snapshot(std::string_view cause, std::int64_t now_ns) noexcept {
+  if (snapshots_asked_ != snapshots_taken_.get()) return true;
+  if (!put({.kind = record_kind::snapshot, .logged_ns = now_ns}, std::array{cause})) return false;
+  ++snapshots_asked_;
   return true;
 }
 

@@ -68,6 +68,8 @@ class feed {
   ROWE_RT bool begin_long(record_head head, std::uint64_t bytes, std::size_t part_bytes) noexcept;
   ROWE_RT void put_part(std::uint16_t place, std::string_view part) noexcept;
   ROWE_RT void count_lost(std::uint32_t topic, std::uint64_t count) noexcept;
+  // Asks for a snapshot. While one is on its way, it does for another one, too. False: there is no room.
+  ROWE_RT bool ask_for_snapshot(std::string_view cause, std::int64_t now_ns) noexcept;
   // Puts in what could not be said yet of what was lost: of all topics whose names were put in, or of one.
   // False: there is still no room for that.
   bool put_lost(std::int64_t logged_ns) noexcept;
@@ -81,6 +83,8 @@ class feed {
 
   // Appends lines to `into`, some hundred at a time. How many bytes.
   std::size_t take(std::string& into);
+  // A record of the kind `snapshot` was taken.
+  void note_snapshot() noexcept { snapshots_taken_.add(); }
   // How many bytes take() would give now, at least.
   std::size_t pending_bytes() noexcept { return out_->pending_at_least() * sizeof(record_line); }
   // The first record of `bytes`, which is cut off there. False: there is no whole one.
@@ -109,6 +113,8 @@ class feed {
   std::vector<bool> named_;                            // by topic: what it is called was put in
   std::uint32_t topics_with_lost_ = 0;
   rt::counter lost_total_;
+  std::uint64_t snapshots_asked_ = 0;
+  rt::counter snapshots_taken_; // by who writes
 };
 
 } // namespace rowe::recording

@@ -65,8 +65,13 @@ file_names::file_names(std::string_view path, std::string_view robot) {
 
 std::string file_names::name(std::int64_t begin_ns, std::uint32_t attempt) const {
   std::string text = (folder_ == "./" ? "" : folder_) + stem_;
-  if (in_folder_) text += std::max(stamp_of(begin_ns), newest_);
-  if (attempt != 0) text += '_' + std::to_string(attempt + 1);
+  std::uint32_t number = attempt + 1;
+  if (in_folder_) {
+    const std::string stamp = stamp_of(begin_ns);
+    if (stamp <= newest_) number += newest_number_; // where older ones were deleted, their names are free
+    text += std::max(stamp, newest_);
+  }
+  if (number != 1) text += '_' + std::to_string(number);
   return text.append(ending);
 }
 
@@ -98,7 +103,11 @@ std::vector<recorded_file> file_names::there() const {
     const std::uint64_t bytes = at->file_size(gone);
     if (gone) continue;
     found.emplace_back(file, bytes);
-    newest_ = std::max(newest_, std::string{at_time.stamp});
+    if (at_time.stamp > newest_) {
+      newest_ = at_time.stamp;
+      newest_number_ = 0;
+    }
+    if (at_time.stamp == newest_) newest_number_ = std::max(newest_number_, at_time.number);
   }
   std::ranges::sort(found, {}, [this](const auto& one) {
     place at;

@@ -38,8 +38,9 @@ class file_names {
 
   bool in_folder_;
   std::string folder_;
-  std::string stem_;           // "ang-01_", or "run"
-  mutable std::string newest_; // the latest stamp that is there
+  std::string stem_;                        // "ang-01_", or "run"
+  mutable std::string newest_;              // the latest stamp that is there,
+  mutable std::uint32_t newest_number_ = 0; // and the highest number that has it
 };
 
 // Whether a file ends as a recording does whose program ended it.

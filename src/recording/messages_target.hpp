@@ -23,8 +23,9 @@ class messages_target {
                    std::int64_t published_ns) = 0;
   // Messages of it never came here.
   virtual void note_lost(std::uint32_t number, std::uint64_t count, std::int64_t logged_ns) = 0;
-  // Ends what is due: a chunk, a file. To be called every 10 ms or so.
-  virtual void tend(rt::time_point now) = 0;
+  // Ends what is due: a chunk, a file. To be called every 10 ms or so. `drained`: nothing waits that came
+  // before `now`. Else a file that has a time to end goes on.
+  virtual void tend(rt::time_point now, bool drained) = 0;
   // All that was added lies where it is to lie. False: not all of it; fault() says why.
   virtual bool flush() = 0;
   // Likewise, and the file is ended.

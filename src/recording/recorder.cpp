@@ -73,7 +73,7 @@ void recorder::run() noexcept {
     without_failing([&] { work(); });
   }
   without_failing([&] {
-    while (take_all()) continue;
+    while (take_all(rt::monotonic_clock::now())) continue;
     for (const long_message& one : long_messages_) not_taken_ += one.bytes > one.text.size() ? 1U : 0U;
     (void)target_->close(); // the fault says it
     show();
@@ -102,9 +102,10 @@ void recorder::work() {
     wanted = flushes_wanted_;
     snapshots.swap(snapshots_);
   }
-  (void)take_all(); // what comes meanwhile is for the next time
+  const rt::time_point now = rt::monotonic_clock::now();
+  (void)take_all(now); // what comes meanwhile is for the next time
   for (const std::string& cause : snapshots) target_->snapshot(cause);
-  target_->tend(rt::monotonic_clock::now());
+  target_->tend(now, true);
   if (wanted == flushes_done_) return show(); // this thread alone changes it
   const bool all_written = target_->flush();
   show();
@@ -123,8 +124,9 @@ void recorder::show() {
 }
 
 // What is in the feed now. False: that was nothing.
-bool recorder::take_all() {
+bool recorder::take_all(rt::time_point now) {
   const std::size_t there = feed_.pending_bytes();
+  target_->tend(now, false); // what happens from here on happens now, or somewhat before
   for (std::size_t taken = 0; taken < there;) {
     taken += feed_.take(taken_);
     std::string_view rest = taken_;
@@ -138,7 +140,7 @@ bool recorder::take_all() {
       }
     }
     taken_.erase(0, taken_.size() - rest.size());
-    target_->tend(rt::monotonic_clock::now());
+    target_->tend(now, false);
   }
   return there != 0;
 }
@@ -149,7 +151,7 @@ void recorder::take(const record_head& head, std::string_view content) {
   case record_kind::typed: return take_topic(head, content);
   case record_kind::message: return target_->add(head.topic, content, head.logged_ns, head.published_ns);
   case record_kind::lost: return target_->note_lost(head.topic, head.count, head.logged_ns);
-  case record_kind::snapshot: return target_->snapshot(content);
+  case record_kind::snapshot: feed_.note_snapshot(); return target_->snapshot(content);
   case record_kind::long_begin: {
     long_message& begun = long_messages_[head.place];
     not_taken_ += begun.bytes > begun.text.size() ? 1U : 0U; // nobody ended it

@@ -54,7 +54,7 @@ class recorder {
   template <class Does>
   void without_failing(Does&& does) noexcept;
   void work();
-  bool take_all();
+  bool take_all(rt::time_point now);
   void show();
   void take(const record_head& head, std::string_view content);
   void take_topic(const record_head& head, std::string_view content);

@@ -2,7 +2,9 @@
 #include "recording/recording_file.hpp"
 
 #include <cerrno>
+#include <cstdio>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 namespace rowe::recording {
@@ -35,9 +37,21 @@ std::string recording_file::end(bool waits) {
   return fault;
 }
 
+namespace {
+
+// Replaces nothing. Some file systems know the one way, and some the other: FAT has no links.
+bool give_other_name(const char* from, const char* to) noexcept {
+  if (::renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE) == 0) return true;
+  if (errno == EEXIST) return false;
+  if (::link(from, to) != 0) return false;
+  ::unlink(from);
+  return true;
+}
+
+} // namespace
+
 bool recording_file::rename(const std::string& path) {
-  if (::link(path_.c_str(), path.c_str()) != 0) return false; // unlike rename(), it replaces nothing
-  ::unlink(path_.c_str());
+  if (!give_other_name(path_.c_str(), path.c_str())) return false;
   path_ = path;
   return true;
 }

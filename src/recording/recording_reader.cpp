@@ -15,6 +15,8 @@
 namespace rowe {
 namespace {
 
+constexpr std::size_t schema_bytes_max = 64 << 20; // of all topics; the others are not described
+
 std::int64_t as_time(std::uint64_t ns) noexcept {
   return static_cast<std::int64_t>(std::min<std::uint64_t>(ns, INT64_MAX));
 }
@@ -54,6 +56,7 @@ result<recording_reader> recording_reader::open(const std::string& path, std::st
   if (on_progress) progress = [&, of = made->from.bytes()](std::uint64_t bytes) { on_progress(bytes, of); };
   if (!made->reads.open(progress)) return fail(made->reads.wrong());
   const mcap::summary& all = made->reads.all();
+  std::size_t schema_bytes = 0;
   for (const auto& [id, one] : all.channels) {
     recorded_topic topic;
     topic.name = one.topic;
@@ -61,8 +64,11 @@ result<recording_reader> recording_reader::open(const std::string& path, std::st
     topic.metadata = {one.metadata.begin(), one.metadata.end()};
     if (const auto schema = all.schemas.find(one.schema); schema != all.schemas.end()) {
       topic.type = schema->second.name;
-      topic.schema = schema->second.data;
-      topic.schema_encoding = schema->second.encoding;
+      schema_bytes += schema->second.data.size();
+      if (schema_bytes <= schema_bytes_max) {
+        topic.schema = schema->second.data;
+        topic.schema_encoding = schema->second.encoding;
+      }
     }
     if (const auto count = all.counts.messages_of.find(id); count != all.counts.messages_of.end())
       topic.messages = count->second;

@@ -158,7 +158,7 @@ void series::end_chunk() {
   if (!file_->works() || (chosen_.sync && !file_->sync())) end_file();
 }
 
-void series::tend(rt::time_point now) {
+void series::tend(rt::time_point now, bool) {
   if (!file_) {
     if (!waits_for_room() || now < retry_at_) return;
     retry_at_ = now + retry_time;

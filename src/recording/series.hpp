@@ -35,7 +35,7 @@ class series final : public messages_target {
   void add(std::uint32_t number, std::string_view json, std::int64_t logged_ns,
            std::int64_t published_ns) override;
   void note_lost(std::uint32_t number, std::uint64_t count, std::int64_t logged_ns) override;
-  void tend(rt::time_point now) override;
+  void tend(rt::time_point now, bool drained) override;
   bool flush() override;
   bool close() override;
 

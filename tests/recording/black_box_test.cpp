@@ -64,7 +64,7 @@ class boxed : public testing::Test {
     for (int i = 0; i < milliseconds; ++i) {
       box_->add(0, R"({"n":)" + std::to_string(ms_) + "}", wall(), 0);
       ++ms_;
-      if (ms_ % 10 == 0) box_->tend(now());
+      if (ms_ % 10 == 0) box_->tend(now(), true);
     }
   }
   rowe::rt::time_point now() const { return rowe::rt::time_point{1h + std::chrono::milliseconds{ms_}}; }
@@ -218,6 +218,82 @@ TEST_F(boxed, begins_anew_when_there_were_more_topics_than_a_file_can_have) {
   box_->snapshot("");
   EXPECT_TRUE(box_->close());
   EXPECT_EQ(numbers(in_.files()[0]).second, ms_ - 1);
+}
+
+TEST_F(boxed, has_what_followed_a_stop_whoever_asks_meanwhile) {
+  begin({.before = 1s, .after = 100ms});
+  for (int i = 0; i < 23; ++i) {
+    box_->snapshot("again");
+    pass(50);
+  }
+  const int at = ms_; // the file that was asked for must end within 50 ms
+  box_->add(1, state("stopped"), wall(), 0);
+  pass(300);
+  EXPECT_TRUE(box_->close());
+  const auto files = in_.files();
+  const auto stop = std::ranges::find_if(files, [](const auto& n) { return n.starts_with("ang-stop_"); });
+  ASSERT_NE(stop, files.end());
+  EXPECT_GE(numbers(*stop).second, at + 90);
+  EXPECT_LE(numbers(*stop).first, at - 900);
+}
+
+TEST_F(boxed, notes_a_stop_however_often_it_was_asked) {
+  begin({.before = 1s, .after = 1s});
+  for (int i = 0; i < 150; ++i) box_->snapshot("again");
+  box_->add(1, state("stopped"), wall(), 0);
+  EXPECT_TRUE(box_->close());
+  const auto notes = rowe::recording_reader::open(in_ / in_.files()[0]).value().metadata();
+  EXPECT_LT(notes.size(), 100U);
+  EXPECT_TRUE(
+      std::ranges::any_of(notes, [](const auto& one) { return one.values.at("happened") == "stop"; }));
+}
+
+TEST_F(boxed, deletes_the_oldest_of_those_that_were_renamed) {
+  begin({.before = 1s, .after = 10ms, .files_max = 3});
+  for (int i = 0; i < 6; ++i) {
+    box_->snapshot("again");
+    box_->add(1, state("stopped"), wall(), 0);
+    pass(100);
+    box_->add(1, state("running"), wall(), 0);
+  }
+  EXPECT_TRUE(box_->close());
+  EXPECT_EQ(in_.files().size(), 3U);
+  EXPECT_EQ(figures().deleted, 3U);
+}
+
+TEST_F(boxed, ends_no_file_while_messages_wait_that_came_before) {
+  begin({.before = 1s, .after = 1s});
+  pass(100);
+  box_->add(1, state("stopped"), wall(), 0);
+  const int at = ms_;
+  ms_ += 5000; // the thread was kept waiting; what came meanwhile waits
+  box_->tend(now(), false);
+  ms_ = at;
+  for (int i = 0; i < 900; ++i) {
+    box_->add(0, R"({"n":)" + std::to_string(ms_) + "}", wall(), 0);
+    ++ms_;
+  }
+  ms_ = at + 5000;
+  box_->tend(now(), true);
+  ASSERT_EQ(in_.files().size(), 1U);
+  EXPECT_EQ(numbers(in_.files()[0]).second, at + 899);
+}
+
+TEST_F(boxed, tries_again_to_write_what_led_to_a_stop) {
+  begin({.before = 5s, .after = 100ms});
+  pass(1000);
+  const std::filesystem::path here = std::filesystem::path{in_.path()}.parent_path(),
+                              away{here.string() + ".away"};
+  std::filesystem::rename(here, away);
+  box_->add(1, state("stopped"), wall(), 0);
+  pass(500);
+  EXPECT_FALSE(box_->fault().empty());
+  std::filesystem::rename(away, here);
+  pass(1500);
+  EXPECT_TRUE(box_->fault().empty()) << box_->fault();
+  ASSERT_EQ(in_.files().size(), 1U);
+  EXPECT_TRUE(in_.files()[0].starts_with("ang-stop_"));
+  EXPECT_LE(numbers(in_.files()[0]).first, 10);
 }
 
 TEST(black_box, says_why_it_cannot_begin) {

@@ -177,4 +177,29 @@ TEST(feed, loses_nothing_in_silence_between_two_threads) {
   EXPECT_EQ(lost, tried->lost());
 }
 
+TEST(feed, has_one_snapshot_on_its_way_however_often_it_is_asked) {
+  const auto tried = std::make_unique<feed>(std::size_t{1} << 20, 4);
+  std::string rest;
+  for (int i = 0; i < 1000; ++i) EXPECT_TRUE(tried->ask_for_snapshot("why", 7));
+  auto all = take_all(*tried, rest);
+  ASSERT_EQ(all.size(), 1U);
+  EXPECT_EQ(all[0].head.kind, record_kind::snapshot);
+  EXPECT_EQ(all[0].content, "why");
+  EXPECT_EQ(all[0].head.logged_ns, 7);
+  EXPECT_TRUE(tried->ask_for_snapshot("more", 8));
+  EXPECT_TRUE(take_all(*tried, rest).empty());
+  tried->note_snapshot();
+  EXPECT_TRUE(tried->ask_for_snapshot("more", 9));
+  EXPECT_EQ(take_all(*tried, rest).size(), 1U);
+}
+
+TEST(feed, says_what_was_lost_of_a_topic_by_none_that_is_asked) {
+  const auto tried = std::make_unique<feed>(std::size_t{1} << 20, 4);
+  std::string rest;
+  ASSERT_TRUE(tried->put({.kind = record_kind::topic, .topic = 0}, std::array{std::string_view{"name"}}));
+  tried->count_lost(0, 3);
+  ASSERT_TRUE(tried->ask_for_snapshot("why", 7));
+  for (const record& one : take_all(*tried, rest)) EXPECT_NE(one.head.kind, record_kind::lost);
+}
+
 } // namespace

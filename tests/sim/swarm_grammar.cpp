@@ -514,8 +514,9 @@ class writing {
                                   quoted(escaped("line") + "\\n\\u0000"),
                                   quoted(std::string(256, 'c')),
                                   quoted(std::string(257, 'c'))};
-    return "{\"cause\":" + from_.one_of(causes) + ",\"topic\":\"" + topic + "\",\"service\":\"" +
-           std::string{one_of_few(shared_services)} +
+    const bool writes = from_.one_in(2);
+    return std::string{writes ? "{" : "{\"write\":false,"} + "\"cause\":" + from_.one_of(causes) +
+           ",\"topic\":\"" + topic + "\",\"service\":\"" + std::string{one_of_few(shared_services)} +
            "\",\"node\":\"robot\",\"type\":\"sim/Usual\",\"name\":\"" +
            std::string{from_.one_of(parameters)} + "\",\"value\":" + std::string{from_.one_of(values)} + "}";
   }

@@ -19,6 +19,7 @@ const parts_max = 500000;
 const entries_max = 1 << 23;             // channels of all parts
 const described_chars_max = 32 << 20;    // of all names
 const metadata_max = 64;
+const damaged_max = 1000;
 const metadata_bytes_max = 1 << 20;
 const unlisted_records_max = 2 * 65535;  // as many schemas and channels as there can be
 
@@ -36,13 +37,20 @@ export class layout {
 
   #described = 0;
 
-  add_schema({ id, ...more }) { this.#describe(this.schemas, id, more, more.name.length); }
-  add_channel({ id, ...more }) { this.#describe(this.channels, id, more, more.topic.length); }
-  #describe(all, id, what, chars) {
+  add_schema({ id, ...more }) { this.#describe(this.schemas, id, more, more.name); }
+  add_channel({ id, ...more }) { this.#describe(this.channels, id, more, more.topic); }
+  #describe(all, id, what, name) {
     if (all.has(id)) return;
-    check((this.#described += chars) <= described_chars_max, "its topics have names that are too long");
+    this.#described += name.length + what.encoding.length;
+    check(this.#described <= described_chars_max, "its topics have names that are too long");
     all.set(id, what);
   }
+
+  add_metadata({ name, values }) {
+    if (this.metadata.size < metadata_max) this.metadata.set(name, values);
+  }
+  // False: so much is damaged that nobody looks on.
+  add_damage(one) { return this.damaged.push(one) < damaged_max; }
 
   // Of `entries` more channels in parts.
   has_room(entries) { return this.parts.length < parts_max && (this.#entries += entries) <= entries_max; }
@@ -138,8 +146,7 @@ async function read_summary(file) {
   if (!says_all(found, into)) return null;
   if (!await lists_all(file, begin, [...found.chunks, ...found.others, ...found.metadata])) return null;
   for (const { at, bytes: length } of found.metadata.slice(0, metadata_max)) {
-    const { name, values } = read_metadata(await read_record(file, at, length, op.metadata));
-    into.metadata.set(name, values);
+    into.add_metadata(read_metadata(await read_record(file, at, length, op.metadata)));
   }
   into.counts = found.statistics.counts;
   return into;

@@ -8,6 +8,8 @@ const losses_topic = "/rowe/record/lost";
 const looks_max = 600;        // into the file, for stops
 const losses_looked_max = 200;
 const losses_max = 2000;
+const stops_max = 2000;
+const words_max = 64;         // characters of a cause, and of who it was
 
 const parsed = (text) => {
   try {
@@ -73,6 +75,7 @@ class stops_search {
     if (typeof told?.state !== "string") return null;
     const key = `${told.number} ${told.state}`;
     const known = this.#changes.get(key);
+    if (!known && this.#changes.size >= stops_max) return key;
     if (!known || time_ms < known.at_ms) this.#changes.set(key, { ...told, at_ms: time_ms });
     return key;
   }
@@ -86,7 +89,7 @@ class stops_search {
       const next = told[index + 1];
       const end_ms = next ? Math.max(began(next), begin_ms) : last;
       const { number, at_ms: told_ms } = one;
-      const [cause, source] = [one.cause, one.source].map((each) => String(each ?? ""));
+      const [cause, source] = [one.cause, one.source].map((each) => String(each ?? "").slice(0, words_max));
       return [{ begin_ms, told_ms, end_ms, number, cause, source }];
     });
   }
@@ -111,6 +114,7 @@ export async function find_losses(recording, goes_on = () => true) {
     const wanted = [[losses_topic, 0]];
     const told = await recording.span(wanted, part.begin_ms - 0.001, part.end_ms, { parts_max: 8, goes_on });
     for (const { time_ms, text } of told ?? []) {
+      if (found.length >= losses_max) break;
       const { topic, messages } = parsed(text) ?? {};
       if (typeof messages === "number") found.push({ at_ms: time_ms, topic: String(topic), messages });
     }

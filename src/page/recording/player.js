@@ -140,6 +140,7 @@ export class player {
     this.#busy = true;
     try {
       await act();
+      this.fault = null;
     } catch (error) {
       this.fault = error.message;
       this.playing = false;

@@ -13,6 +13,8 @@ const step_parts_max = 256;      // for the message before or behind a time
 const rate_parts_max = 32;
 const rate_ms = 2000;            // over which a rate is counted
 const answer_bytes_max = 32 << 20;
+const message_bytes_least = 256;  // as which a short one counts
+const message_bytes_max = 4 << 20;  // what is longer would keep the page from all else while it is read
 const shown_encodings = ["json", "jsonschema"];
 
 // The first index at which `is_behind(index)` holds, of indices below `count` where it holds from one on.
@@ -25,6 +27,8 @@ export function first_where(count, is_behind) {
   }
   return low;
 }
+
+const may_have = ({ channels }, id) => !channels || channels.includes(id);
 
 // Parts by their begins, with the latest end of those up to each.
 class ordered {
@@ -91,11 +95,10 @@ export class reading {
       }
       if (!part.channels) everywhere.push(part);
     }
-    const by_begin = (one, other) => one.begin_ms - other.begin_ms || one.at - other.at;
+    // Where a part does not say what is in it, every channel may be: one list does for all of them.
+    const shared = everywhere.length > 0 ? this.all : null;
     for (const id of this.layout.channels.keys()) {
-      const own = lists.get(id) ?? [];
-      const list = everywhere.length > 0 ? [...own, ...everywhere].sort(by_begin) : own;
-      this.#of_channel.set(id, new ordered(list));
+      this.#of_channel.set(id, shared ?? new ordered(lists.get(id) ?? []));
     }
     for (const [id, { topic, encoding, schema }] of this.layout.channels) {
       if (!this.#topics.has(topic)) {
@@ -115,7 +118,19 @@ export class reading {
       ({ ...of, shown: shown_encodings.includes(of.encoding) }));
   }
   channels_of(topic) { return this.#topics.get(topic)?.channels ?? []; }
-  parts_of(topic) { return this.channels_of(topic).flatMap((id) => this.#of_channel.get(id).parts); }
+  parts_of(topic) {
+    return this.channels_of(topic).flatMap((id) =>
+      this.#of_channel.get(id).parts.filter((part) => may_have(part, id)));
+  }
+
+  // What is too long to be shown is counted once.
+  #is_short({ lengths, at }, index) {
+    if (lengths[index] <= message_bytes_max) return true;
+    this.#too_long.add(at[index]);
+    return false;
+  }
+  get too_long() { return this.#too_long.size; }
+  #too_long = new Set();
 
   static #message(listed, index, topic) {
     const at = listed.at[index];
@@ -131,6 +146,7 @@ export class reading {
     let best = null;
     for (let at = this.#of_channel.get(id).begun(time_ms) - 1; at >= 0; at -= 1) {
       if (best && best.time_ms > Math.min(ends[at], time_ms)) break;
+      if (!may_have(list[at], id)) continue;
       if (!this.parts.has(list[at]) && (budget.parts -= 1) < 0) break;
       const listed = await this.parts.get(list[at]);
       const places = listed?.of.get(id);
@@ -150,13 +166,17 @@ export class reading {
   async look(topics, time_ms) {
     const budget = { parts: look_parts_max };
     const found = [];
+    let bytes = 0;
     for (const topic of topics) {
+      if (bytes > answer_bytes_max) break;
       let best = null;
       for (const id of this.channels_of(topic)) {
         const one = await this.#latest(id, time_ms, budget);
         if (one && (!best || one.time_ms > best.time_ms)) best = one;
       }
-      if (best) found.push(reading.#message(best.listed, best.index, topic));
+      if (!best || !this.#is_short(best.listed, best.index)) continue;
+      found.push(reading.#message(best.listed, best.index, topic));
+      bytes += found.at(-1).bytes + message_bytes_least;
     }
     return found;
   }
@@ -178,11 +198,13 @@ export class reading {
       const listed = await this.parts.get(part);
       for (const [id, { topic, period_ms }] of listed ? of : []) {
         for (const index of reading.#last_of_periods(listed, id, from_ms, to_ms, period_ms)) {
+          if (bytes >= answer_bytes_max) break;
+          if (!this.#is_short(listed, index)) continue;
           const key = `${Math.floor(listed.times[index] / period_ms)} ${topic}`;
           const before = chosen.get(key);
           if (before && before.time_ms > listed.times[index]) continue;
           const made = reading.#message(listed, index, topic);
-          bytes += made.bytes - (before?.bytes ?? 0);
+          bytes += made.bytes - (before ? before.bytes : -message_bytes_least);
           chosen.set(key, made);
         }
       }

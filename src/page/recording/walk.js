@@ -8,12 +8,12 @@ import {
   read_chunk_head, read_metadata, read_schema,
 } from "./records.js";
 
-const described_bytes_max = 16 << 20;  // of a schema, a channel, or metadata
+const described_bytes_max = 16 << 20;  // of a schema or a channel
+const metadata_bytes_max = 1 << 20;
 const loose_bytes = 1 << 20;           // messages in no chunk are taken together up to this
 const search_bytes_max = 64 << 20;
 const search_step = 1 << 20;
 const progress_bytes = 16 << 20;
-const known_ops_max = 0x7f;            // above, they belong to whoever wrote the file
 
 async function near(file, at, count) {
   if (!file.holds(at, count)) await file.move(at, count);
@@ -52,14 +52,12 @@ class walker {
     if (what === op.chunk) return this.#take_chunk(at, bytes);
     if (what === op.message_index) return bytes < 6 || this.#take_index(content);
     if (what !== op.schema && what !== op.channel && what !== op.metadata) return true;
+    if (what === op.metadata && bytes > metadata_bytes_max) return true;  // it is left out
     if (bytes > described_bytes_max) return false;
     const from = new reader(await this.#file.read(content, bytes));
     if (what === op.schema) this.#into.add_schema(read_schema(from));
     else if (what === op.channel) this.#into.add_channel(read_channel(from));
-    else {
-      const { name, values } = read_metadata(from);
-      this.#into.metadata.set(name, values);
-    }
+    else this.#into.add_metadata(read_metadata(from));
     return true;
   }
 
@@ -103,7 +101,7 @@ class walker {
     part.bytes = part.plain_bytes = at + whole - part.at;
     part.begin_ms = Math.min(part.begin_ms, time_ms);
     part.end_ms = Math.max(part.end_ms, time_ms);
-    if (!part.seen.has(channel)) {
+    if (!part.seen.has(channel) && this.#into.has_room(1)) {
       part.seen.add(channel);
       part.channels.push(channel);
     }
@@ -129,14 +127,14 @@ async function find_chunk(file, at) {
   return null;
 }
 
-// The end of the records at `at`, or where the file is damaged: [what, bytes], or null.
+// The record that begins at `at`: [what, bytes]; null: the file is cut off or damaged there.
 async function head_of(file, at) {
   if (file.size - at < head_bytes) return null;
   const from = await near(file, at, head_bytes);
   const what = from.u8();
   if (what === 0) return null;
   const bytes = from.bytes[from.at + 7] || from.bytes[from.at + 6] > 15 ? Infinity : from.u64();
-  return bytes <= file.size - at - head_bytes && what <= known_ops_max + 128 ? [what, bytes] : null;
+  return bytes <= file.size - at - head_bytes ? [what, bytes] : null;
 }
 
 // Fills `into`, as layout.
@@ -158,8 +156,10 @@ export async function walk(file, into, progress) {
       continue;
     }
     const next = await find_chunk(file, at + 1);
-    into.damaged.push({ at, bytes: (next ?? file.size) - at, why: next === null ? "cut" : "damaged" });
+    const more = into.add_damage({ at, bytes: (next ?? file.size) - at,
+      why: next === null ? "cut" : "damaged" });
     if (next === null) return;
+    if (!more) return into.damaged.push({ at: next, bytes: file.size - next, why: "cut" });
     at = next;
   }
 }

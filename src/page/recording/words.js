@@ -41,17 +41,18 @@ export const words = {
   damaged: (parts, why) => `${some(parts, "part", "parts")} cannot be read (${why})`,
   cut: (bytes) => `the last ${size(bytes)} cannot be read`,
   lines: (lines) => `${some(lines, "line is no message", "lines are no messages")}`,
+  too_long: (messages) => `${some(messages, "message is", "messages are")} too long to be shown`,
   unreadable: (messages) => `${some(messages, "message is", "messages are")} not JSON`,
 };
 
 // What is missing, in sentences; empty: nothing.
 export function missing({ lines: is_lines, indexed, ended, no_times }, damage, unreadable) {
-  const { parts = 0, why, cut_bytes = 0, lines = 0 } = damage ?? {};
+  const { parts = 0, why, cut_bytes = 0, lines = 0, too_long = 0 } = damage ?? {};
   const said = [
     !ended ? words.no_end : !indexed && !is_lines ? words.no_index : "",
     cut_bytes > 0 ? words.cut(cut_bytes) : "", parts > 0 ? words.damaged(parts, why) : "",
     lines > 0 ? words.lines(lines) : "", no_times ? words.no_times : "",
-    unreadable > 0 ? words.unreadable(unreadable) : "",
+    unreadable > 0 ? words.unreadable(unreadable) : "", too_long > 0 ? words.too_long(too_long) : "",
   ].filter(Boolean).join("; ");
   return said && said[0].toUpperCase() + said.slice(1);
 }

@@ -35,6 +35,7 @@ class record_sink {
                           rt::time_point published) noexcept = 0;
   virtual void put_part(std::uint32_t place, std::span<const std::byte> part) noexcept = 0;
 
+  virtual bool is_black_box() const noexcept = 0;
   // Somebody asks a black box to write what it retains. False: it is none, or has no room for that.
   virtual bool snapshot(std::string_view cause) noexcept = 0;
 

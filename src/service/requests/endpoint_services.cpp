@@ -144,16 +144,23 @@ void endpoint_services::answer_rights(call_index index, const connection* c,
 
 // The threads of the black boxes write; nobody waits for them.
 void endpoint_services::answer_record(call_index index, const wire::call_args& what) noexcept {
+  state_.cycle.work_bytes += answer_work;
+  const auto member = [&](std::string_view name) {
+    return what.text.empty() ? std::nullopt : json::find(json::root(what.text).raw, name);
+  };
   std::array<char, record_cause_bytes_max> buffer;
   std::string_view cause;
-  if (const auto said = what.text.empty() ? std::nullopt : json::find(json::root(what.text).raw, "cause")) {
+  if (const auto said = member("cause")) {
     const auto text = json::to_string(*said, buffer);
     if (!text || text->size() > buffer.size())
       return call_completion_.fail(index, errc::refused,
                                    "the member `cause` must be a text of 256 bytes at most");
     cause = *text;
   }
-  const std::uint32_t asked = state_.recordings.snapshot(cause);
+  const auto writes = member("write");
+  const bool only_counted = writes && writes->raw == "false";
+  const std::uint32_t asked =
+      only_counted ? state_.recordings.black_boxes() : state_.recordings.snapshot(cause);
   const slot_id slot = outbox_.compose(message_lifetime{}, [&](json::writer& into) {
     into.begin_object();
     into.member("black_boxes", asked);

@@ -86,6 +86,12 @@ void recordings::copy_long(std::size_t bytes) noexcept {
   }
 }
 
+std::uint32_t recordings::black_boxes() const noexcept {
+  std::uint32_t found = 0;
+  for (const record_sink* const sink : sinks_) found += sink != nullptr && sink->is_black_box() ? 1U : 0U;
+  return found;
+}
+
 std::uint32_t recordings::snapshot(std::string_view cause) noexcept {
   std::uint32_t asked = 0;
   for (record_sink* const sink : sinks_) asked += sink != nullptr && sink->snapshot(cause) ? 1U : 0U;

@@ -45,6 +45,7 @@ class recordings {
   void copy_long(std::size_t bytes) noexcept;
   bool any_long() const noexcept { return long_count_ != 0; }
 
+  std::uint32_t black_boxes() const noexcept;
   // Asks all black boxes to write what they retain. How many will.
   std::uint32_t snapshot(std::string_view cause) noexcept;
 

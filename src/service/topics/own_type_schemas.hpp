@@ -181,7 +181,8 @@ inline constexpr auto schema<own_structs::rights_answer> =
            &own_structs::rights_answer::allowed>{};
 
 template <>
-inline constexpr auto schema<own_structs::record_request> = fields<&own_structs::record_request::cause>{};
+inline constexpr auto schema<own_structs::record_request> =
+    fields<&own_structs::record_request::cause, &own_structs::record_request::write>{};
 template <>
 inline constexpr auto schema<own_structs::record_answer> = fields<&own_structs::record_answer::black_boxes>{};
 

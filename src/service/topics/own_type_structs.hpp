@@ -197,6 +197,7 @@ struct rights_answer {
 
 struct record_request {
   std::optional<name_text> cause;
+  std::optional<bool> write; // false: they are counted only
 };
 struct record_answer {
   std::uint32_t black_boxes = 0; // that write what they retain

@@ -2,10 +2,13 @@
 // The view of data in Chromium, of the demo robot: values, parameters and services with forms, and peers; and
 // of a robot with roles, of which each sees what it may.
 import assert from "node:assert/strict";
+import { mkdtemp, readdir, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { after, afterEach, before, test } from "node:test";
 import { close_pages, desk, new_page } from "../support/browser.js";
 import { browser, limit, server } from "../support/demo.js";
-import { rowe } from "../support/program.js";
+import { program, rowe } from "../support/program.js";
 import { set_up_robot } from "../support/set_up.js";
 import { until } from "../support/watchdog.js";
 
@@ -59,6 +62,27 @@ test("a service is called with a form of its type; its answer or refusal is show
   await form.locator("input").fill("25");
   await form.locator("button").click();
   await until("a refusal", async () => /out of range/.test(await form.locator("pre").textContent()));
+});
+
+test("a key has the robot's black box write; a robot without one shows none", limit, async () => {
+  const none = await page_of();
+  await until("services", async () => (await none.locator("#services .row").count()) > 0);
+  assert.ok(await none.locator("#keep").isHidden());
+  const folder = await mkdtemp(join(tmpdir(), "rowe-"));
+  const serving = program.rowe("serve", "--demo", "--port", "0", "--black-box", folder,
+    "--black-box-after", "0 s");
+  try {
+    const [, origin] = await serving.line(/^rowe serves (http:\/\/\S+)\/ /);
+    const page = await page_of(origin);
+    await page.locator("#keep").waitFor();
+    await page.locator("#keep").click();
+    await until("words", async () => /It writes/.test(await page.locator("#black_box_says").textContent()));
+    await until("a file", async () => (await readdir(folder)).some((name) => /-asked_.*\.mcap$/.test(name)));
+    assert.deepEqual(page.faults, []);
+  } finally {
+    await serving.end("SIGTERM");
+    await rm(folder, { recursive: true });
+  }
 });
 
 test("this page is among the peers, and the loop among the loops", limit, async () => {

@@ -296,12 +296,14 @@ test("a robot without a stop has no STOP, and the page says so", limit, async ()
 async function guarding_page(watching) {
   const page = await page_of(guarded);
   await stop_is(page, "stopped");
-  const gone = page.locator("#dismiss");
-  if (await gone.isVisible()) await gone.tap();  // a guard of the test before
   await page.tap("#guard");
   await page.waitForFunction(() => document.getElementById("guard").getAttribute("aria-pressed") === "true");
-  await until("it runs", async () => (await runs(page)) &&
-    (!watching || (await watching.getAttribute("body", "data-stop")) === "running"));
+  const gone = page.locator("#dismiss");
+  await until("it runs", async () => {
+    if (await gone.isVisible()) await gone.tap();  // the guard of the test before
+    return (await runs(page)) &&
+      (!watching || (await watching.getAttribute("body", "data-stop")) === "running");
+  });
   return page;
 }
 

@@ -374,3 +374,59 @@ test("stops are found by halving, each as long as it was, and losses with their 
   assert.ok(unpacked < 120, `${unpacked} of ${recording.layout.parts.length}`);
   assert.deepEqual(await find_losses(recording), [{ at_ms: 30000, topic: "/scan", messages: 7 }]);
 });
+
+// ---- files that mean harm: each is sound record by record
+
+const u16 = (value) => Buffer.from(Uint16Array.of(value).buffer);
+const u32 = (value) => Buffer.from(Uint32Array.of(value).buffer);
+const u64 = (value) => Buffer.from(BigUint64Array.of(BigInt(value)).buffer);
+const words = (said) => Buffer.concat([u32(Buffer.byteLength(said)), Buffer.from(said)]);
+const record = (op, ...parts) => {
+  const content = Buffer.concat(parts);
+  return Buffer.concat([Buffer.from([op]), u64(content.length), content]);
+};
+const magic = Buffer.from("\x89MCAP0\r\n", "latin1");
+const start = Buffer.concat([magic, record(1, words(""), words(""))]);
+const channel_record = (id, topic) => record(4, u16(id), u16(0), words(topic), words("json"), u32(0));
+const message_record = (id, time, body) =>
+  record(5, u16(id), u32(0), u64(time), u64(time), Buffer.from(body));
+const chunk_record = (time, plain) =>
+  record(6, u64(time), u64(time), u64(plain.length), u32(0), words(""), u64(plain.length), plain);
+
+test("many topics in many parts that do not say what is in them are opened", limit, async () => {
+  const topics = Array.from({ length: 20000 }, (_, id) => channel_record(id + 1, `/t${id}`));
+  const chunks = Array.from({ length: 20000 }, (_, at) =>
+    chunk_record(at + 1, message_record(1, at + 1, "{}")));
+  const made = await reading.open(new Blob([start, ...topics, ...chunks]));
+  assert.equal(made.topics.length, 20000);
+  assert.deepEqual((await made.look(["/t0"], 1)).map(({ text }) => text), ["{}"]);
+});
+
+test("of messages that come in hundreds of thousands an answer has some", limit, async () => {
+  const body = '{"state":"stopped","number":';
+  const chunks = Array.from({ length: 4 }, (_, part) => chunk_record(1 + part, Buffer.concat(
+    Array.from({ length: 60000 }, (_, each) =>
+      message_record(1, 1 + part, `${body}${part * 60000 + each}}`)))));
+  const made = await reading.open(new Blob([start, channel_record(1, "/rowe/stop/state"), ...chunks]));
+  const found = await made.span([["/rowe/stop/state", 0]], 0, 1);
+  assert.ok(found.length <= (32 << 20) / 256 + 1, String(found.length));
+  assert.ok((await find_stops(made)).length <= 2000);
+});
+
+test("a message that would keep the page from all else is left out, and counted", limit, async () => {
+  const long = JSON.stringify({ text: "x".repeat(5 << 20) });
+  const plain = Buffer.concat([message_record(1, 1, '{"n":1}'), message_record(2, 2, long)]);
+  const made = await reading.open(new Blob([start, channel_record(1, "/a"), channel_record(2, "/b"),
+    chunk_record(2, plain)]));
+  assert.deepEqual((await made.look(["/a", "/b"], 3)).map(({ topic }) => topic), ["/a"]);
+  assert.equal(made.too_long, 1);
+});
+
+test("what is damaged again and again, and notes without end, are cut off", limit, async () => {
+  const notes = Array.from({ length: 5000 }, (_, at) => record(12, words(`n${at}`), u32(0)));
+  const torn = Array.from({ length: 5000 }, (_, at) =>
+    Buffer.concat([Buffer.alloc(9), chunk_record(at + 1, message_record(1, at + 1, "{}"))]));
+  const made = await reading.open(new Blob([start, channel_record(1, "/a"), ...notes, ...torn]));
+  assert.ok(made.layout.metadata.size <= 64);
+  assert.ok(made.layout.damaged.length <= 1001);
+});

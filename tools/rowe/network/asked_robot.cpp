@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "asked_robot.hpp"
 
-#include <utility>
-
 #include "../arguments/limit_options.hpp"
-#include "../interrupt.hpp"
 
 namespace rowe::tools {
 
@@ -21,35 +18,19 @@ std::optional<exit_code> asked_robot::connect(const remote_place& at, std::optio
   open_ = std::make_unique<opened>(std::move(*hub), url_, to_);
   if (const auto end = open_->connection.wait(within)) return end;
   open_->waits.emplace(open_->connection);
+  open_->services.emplace(open_->hub, *open_->waits, timeout_);
   return std::nullopt;
 }
 
-std::optional<std::string> asked_robot::ask(std::string_view service, std::string_view request) {
-  why_.clear();
-  end_ = exit_code::failed;
-  auto client =
-      hub().client<json_text, json_text>(service, {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
-  if (!client) {
-    why_ = joined("cannot call ", printable(service), ": ", client.error().message());
-    return std::nullopt;
-  }
-  const auto answer = waits().during([&] { return client->call(request, timeout_); });
-  if (answer) return std::string{answer->value()};
-  code_ = answer.code();
-  if (interrupt::seen()) {
-    end_ = exit_code::interrupted;
-  } else if (code_ == errc::timed_out) {
-    end_ = exit_code::timed_out;
-    why_ = joined("it does not answer within ", seconds_text(timeout_));
-  } else {
-    why_ = code_ == errc::refused ? printable(client->refusal()) : answer.error().message();
-  }
-  return std::nullopt;
+exit_code asked_robot::give_up(std::string_view what) {
+  if (!services().why().empty()) to_.error(url_, " does not say ", what, ": ", services().why());
+  return services().end();
 }
 
-exit_code asked_robot::give_up(std::string_view what) const {
-  if (!why_.empty()) to_.error(url_, " does not say ", what, ": ", why_);
-  return end_;
+exit_code asked_robot::give_up_statistics() {
+  if (!services().has_no_such()) return give_up("how it is");
+  to_.error(url_, " does not let us call /rowe/stats: our role may not, or it is no rowe endpoint");
+  return exit_code::failed;
 }
 
 } // namespace rowe::tools

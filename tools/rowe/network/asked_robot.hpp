@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot whose services are asked one after the other, by a person who waits. One thread.
+// A robot that a verb connects to, in order to ask its services. One thread, which waits.
 #pragma once
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <rowe/endpoint.hpp>
 
 #include "../console.hpp"
 #include "../exit_code.hpp"
 #include "remote.hpp"
+#include "service_asker.hpp"
 
 namespace rowe::tools {
 
@@ -25,28 +27,26 @@ class asked_robot {
   std::optional<exit_code> connect(const remote_place& at, std::optional<rt::duration> within);
   std::optional<exit_code> connect(const remote_place& at) { return connect(at, timeout_); }
 
-  // The answer of a service, in JSON. Nothing: why() and end() say why not.
-  std::optional<std::string> ask(std::string_view service, std::string_view request = "{}");
+  // ---- once it is connected
 
-  // Of the last answer that did not come: what is wrong, for people; empty: a signal came.
-  const std::string& why() const noexcept { return why_; }
-  exit_code end() const noexcept { return end_; }
-  // Whether there is no such service for us: our role may not call it, or nobody provides it.
-  bool has_no_such() const noexcept { return code_ == errc::no_service || code_ == errc::refused; }
-  // Prints that; how the verb ends.
-  exit_code give_up(std::string_view what) const;
+  service_asker& services() noexcept { return *open_->services; }
+  std::optional<std::string> ask(std::string_view service, std::string_view request = "{}") {
+    return services().ask(service, request);
+  }
+  // Prints why there is no answer; how the verb ends. `what` it does not say.
+  exit_code give_up(std::string_view what);
+  // The same of /rowe/stats, which roles may lack the right for.
+  exit_code give_up_statistics();
 
-  endpoint& hub() noexcept { return open_->hub; }
   remote& connection() noexcept { return open_->connection; }
-  watcher& waits() noexcept { return *open_->waits; }
   const std::string& url() const noexcept { return url_; }
-  rt::duration timeout() const noexcept { return timeout_; }
 
  private:
   struct opened { // stays where it is: its members refer to each other
     endpoint hub;
     remote connection;
     std::optional<watcher> waits{};
+    std::optional<service_asker> services{};
     opened(endpoint on, const std::string& url, const console& to)
         : hub{std::move(on)}, connection{hub, url, to} {}
   };
@@ -56,9 +56,6 @@ class asked_robot {
   const console& to_;
   std::string url_;
   std::unique_ptr<opened> open_;
-  std::string why_;
-  errc code_{};
-  exit_code end_ = exit_code::failed;
 };
 
 } // namespace rowe::tools

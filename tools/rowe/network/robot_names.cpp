@@ -39,7 +39,7 @@ bool is_endpoints_own(std::string_view name) noexcept {
   return name.starts_with("/rowe/") || name.starts_with("/rosapi/");
 }
 
-std::optional<std::vector<robot_name>> names_of(asked_robot& robot, name_kind which, bool with_types,
+std::optional<std::vector<robot_name>> names_of(service_asker& robot, name_kind which, bool with_types,
                                                 std::uint64_t* left_out) {
   const listing_service& by = listing_services[static_cast<std::size_t>(which)];
   const auto answer = robot.ask(by.service);
@@ -65,7 +65,7 @@ std::optional<std::vector<robot_name>> names_of(asked_robot& robot, name_kind wh
   return all;
 }
 
-std::optional<std::vector<std::string>> holders_of(asked_robot& robot, std::string_view service,
+std::optional<std::vector<std::string>> holders_of(service_asker& robot, std::string_view service,
                                                    std::string_view key, std::string_view name,
                                                    std::string_view list) {
   const auto answer = robot.ask(service, joined("{\"", key, "\":", json_string_of(name), "}"));

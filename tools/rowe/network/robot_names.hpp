@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "asked_robot.hpp"
+#include "service_asker.hpp"
 
 namespace rowe::tools {
 
@@ -20,16 +20,16 @@ struct robot_name {
 enum class name_kind : std::uint8_t { topic, service, action };
 std::string_view word_of(name_kind which) noexcept; // "topic"
 
-// Sorted by name. Nothing: the robot does not say; see asked_robot::why(). `left_out`: how many names found
+// Sorted by name. Nothing: the robot does not say; see service_asker::why(). `left_out`: how many names found
 // no room in the answer.
-std::optional<std::vector<robot_name>> names_of(asked_robot& robot, name_kind which, bool with_types = true,
+std::optional<std::vector<robot_name>> names_of(service_asker& robot, name_kind which, bool with_types = true,
                                                 std::uint64_t* left_out = nullptr);
 
 // Whether it is one of those that every endpoint has.
 bool is_endpoints_own(std::string_view name) noexcept;
 
 // Who does what with a topic, or provides a service or an action, as /rosapi/ says it; nothing: it does not.
-std::optional<std::vector<std::string>> holders_of(asked_robot& robot, std::string_view service,
+std::optional<std::vector<std::string>> holders_of(service_asker& robot, std::string_view service,
                                                    std::string_view key, std::string_view name,
                                                    std::string_view list);
 

@@ -4,29 +4,25 @@
 #include <algorithm>
 #include <utility>
 
-#include "../interrupt.hpp"
 #include "../text/json_values.hpp"
 
 namespace rowe::tools {
 namespace {
-constexpr std::size_t types_max = 10'000; // more than an endpoint can have; and so many entries
+constexpr std::size_t types_max = 10'000;  // more than an endpoint can have; and so many entries
 constexpr std::size_t entries_a_page = 10; // as which a page counts that has fewer
-}
+} // namespace
 
-bool robot_types::read_all(endpoint& hub, watcher& waits, rt::duration timeout) {
+bool robot_types::read_all(service_asker& robot) {
   found_.clear();
-  auto opened = hub.client<json_text, json_text>("/rowe/types",
-                                                 {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
-  if (!opened) {
-    wrong_ = joined("cannot ask: ", opened.error().message());
-    return false;
-  }
   read_ = 0;
   for (std::uint64_t from = 0;;) {
-    const auto answer =
-        waits.during([&] { return opened->call(joined(R"({"from":)", std::to_string(from), "}"), timeout); });
-    if (!answer) return fail(answer.error(), opened->refusal());
-    const json_value page = read_json(answer->value());
+    const auto answer = robot.ask("/rowe/types", joined(R"({"from":)", from, "}"));
+    if (!answer) {
+      wrong_ = robot.why();
+      end_ = robot.end();
+      return false;
+    }
+    const json_value page = read_json(*answer);
     if (!read_page(page)) return false;
     const auto next = page.get<std::uint64_t>("next");
     if (!next) return true;
@@ -43,17 +39,6 @@ const typed_name* robot_types::find_topic(std::string_view name) const noexcept 
   const auto found = std::ranges::find_if(
       found_, [&](const typed_name& one) { return !one.is_service && one.name == name; });
   return found == found_.end() ? nullptr : &*found;
-}
-
-bool robot_types::fail(const error& why, std::string_view refusal) {
-  end_ = why.code == errc::timed_out ? exit_code::timed_out : exit_code::failed;
-  if (interrupt::seen())
-    end_ = exit_code::interrupted;
-  else if (why.code == errc::refused)
-    wrong_ = printable(refusal);
-  else
-    wrong_ = why.code == errc::no_service ? "it does not say its types" : why.message();
-  return false;
 }
 
 bool robot_types::read_page(json_value page) {

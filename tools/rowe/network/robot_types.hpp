@@ -10,7 +10,7 @@
 
 #include "../exit_code.hpp"
 #include "../text/described_types.hpp"
-#include "remote.hpp"
+#include "service_asker.hpp"
 
 namespace rowe::tools {
 
@@ -27,7 +27,7 @@ struct typed_name {
 class robot_types {
  public:
   // Asks for all of them anew. False: wrong() says why not.
-  bool read_all(endpoint& hub, watcher& waits, rt::duration timeout);
+  bool read_all(service_asker& robot);
 
   const std::vector<typed_name>& found() const noexcept { return found_; }
   const typed_name* find_topic(std::string_view name) const noexcept;
@@ -35,7 +35,6 @@ class robot_types {
   exit_code end() const noexcept { return end_; }
 
  private:
-  bool fail(const error& why, std::string_view refusal);
   bool read_page(json_value page);
   bool read_type(json_value from, std::string_view member, const std::string& name,
                  const schema_description*& into);

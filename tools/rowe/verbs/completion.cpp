@@ -104,7 +104,7 @@ void add_names(completion_answer& to) {
   asked_robot robot{"complete", completing_timeout, silent};
   if (robot.connect(at)) return;
   const auto add = [&](name_kind which) {
-    for (const robot_name& one : names_of(robot, which, false).value_or(std::vector<robot_name>{}))
+    for (const robot_name& one : names_of(robot.services(), which, false).value_or(std::vector<robot_name>{}))
       to.words.push_back({one.name, one.type});
   };
   if (to.names == asked_names::topics || to.names == asked_names::topics_and_services) add(name_kind::topic);

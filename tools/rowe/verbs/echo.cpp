@@ -12,6 +12,7 @@
 #include "../arguments/limit_options.hpp"
 #include "../console.hpp"
 #include "../interrupt.hpp"
+#include "../network/asked_robot.hpp"
 #include "../network/missing_publishers.hpp"
 #include "../network/remote.hpp"
 #include "../network/robot_names.hpp"
@@ -243,7 +244,7 @@ exit_code list_topics(const echo_options& o, const console& to) {
     if (!answer) return robot.give_up("what topics it has");
     emit(on_one_line(*answer));
   } else {
-    const auto all = names_of(robot, name_kind::topic);
+    const auto all = names_of(robot.services(), name_kind::topic);
     if (!all) return robot.give_up("what topics it has");
     text_table table{{{"TOPIC"}, {"TYPE"}}};
     for (const robot_name& one : *all)
@@ -265,9 +266,9 @@ exit_code print_from(endpoint hub, const std::string& url, const echo_options& o
                              to};
   printer<Source> printing{std::move(*source), missing, connection, o, to};
   const exit_code end = printing.run();
+  const std::uint64_t lost = lost_here(hub); // what comes from here on is for nobody
   (void)hub.close(drain_time); // for the refusals of calls; a peer that does not read in that time gets none
   if (printing.unread() && !output_failed()) return exit_code::done;
-  const std::uint64_t lost = lost_here(hub);
   if (printing.odd_rows() > 0)
     to.note(counted(printing.odd_rows(), "message"), " had other members than the table");
   if (interrupt::seen() || lost > 0 || output_failed())

@@ -54,7 +54,7 @@ struct listed {
 // Nothing: the robot does not say.
 std::optional<listed> names_to_show(asked_robot& robot, name_kind which, const listing_options& o) {
   listed found;
-  auto all = names_of(robot, which, true, &found.left_out);
+  auto all = names_of(robot.services(), which, true, &found.left_out);
   if (!all) return std::nullopt;
   for (robot_name& one : *all) {
     if (!o.all && is_endpoints_own(one.name))
@@ -159,7 +159,7 @@ exit_code list(argument_list arguments) {
   for (const name_kind which : {name_kind::topic, name_kind::service, name_kind::action}) {
     const auto found = names_to_show(robot, which, chosen);
     // Servers that are none of ours may know no actions.
-    if (!found && (!robot.has_no_such() || which == name_kind::topic))
+    if (!found && (!robot.services().has_no_such() || which == name_kind::topic))
       return robot.give_up(joined("what ", word_of(which), "s it has"));
     if (!found) continue;
     if (chosen.json) {

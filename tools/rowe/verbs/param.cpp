@@ -5,14 +5,10 @@
 #include <string>
 #include <vector>
 
-#include <rowe/endpoint.hpp>
-
 #include "../arguments/command_line.hpp"
-#include "../arguments/limit_options.hpp"
 #include "../arguments/values.hpp"
 #include "../console.hpp"
-#include "../interrupt.hpp"
-#include "../network/remote.hpp"
+#include "../network/asked_robot.hpp"
 #include "../output.hpp"
 #include "../text/json_values.hpp"
 #include "verbs.hpp"
@@ -80,28 +76,14 @@ std::string reason_of(const json_value& answer) {
 
 class param_asker {
  public:
-  param_asker(endpoint& hub, remote& connection, rt::duration timeout, const console& to)
-      : hub_{hub}, waits_{connection}, timeout_{timeout}, to_{to} {}
+  param_asker(asked_robot& robot, const console& to) : robot_{robot}, to_{to} {}
 
   // The answer; nothing, and the reason was printed.
   std::optional<std::string> ask(std::string_view service, const std::string& what) {
-    auto opened = hub_.client<json_text, json_text>(
-        service, {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
-    if (!opened) {
-      to_.error("cannot ask: ", opened.error().message());
-      return std::nullopt;
-    }
-    const auto answer = waits_.during([&] { return opened->call(what, timeout_); });
-    if (answer) return std::string{answer->value()};
-    end_ = answer.code() == errc::timed_out ? exit_code::timed_out : exit_code::failed;
-    if (interrupt::seen())
-      end_ = exit_code::interrupted;
-    else if (answer.code() == errc::refused)
-      to_.error(printable(opened->refusal()));
-    else
-      to_.error(answer.code() == errc::no_service ? std::string{"it has no parameters"}
-                                                  : answer.error().message());
-    return std::nullopt;
+    auto answer = robot_.ask(service, what);
+    end_ = robot_.services().end();
+    if (!answer && !robot_.services().why().empty()) to_.error(robot_.services().why());
+    return answer;
   }
   // The value in JSON.
   std::optional<std::string> get(const std::string& name) {
@@ -120,9 +102,7 @@ class param_asker {
   exit_code end() const noexcept { return end_; }
 
  private:
-  endpoint& hub_;
-  watcher waits_;
-  rt::duration timeout_;
+  asked_robot& robot_;
   const console& to_;
   exit_code end_ = exit_code::failed;
 };
@@ -158,19 +138,6 @@ exit_code set_param(param_asker& asks, const param_settings& o) {
   return exit_code::failed;
 }
 
-exit_code ask_from(endpoint hub, const std::string& url, const param_settings& o, const console& to) {
-  const rt::duration timeout = o.timeout.value_or(param_timeout);
-  remote connection{hub, url, to};
-  if (const auto end = connection.wait(timeout)) return *end;
-  param_asker asks{hub, connection, timeout, to};
-  if (o.what == "list") return list_params(asks, o);
-  if (o.what == "set") return set_param(asks, o);
-  const auto value = asks.get(o.name);
-  if (!value) return asks.end();
-  emit(joined(printable(*value), "\n"));
-  return exit_code::done;
-}
-
 } // namespace
 
 exit_code param(argument_list arguments) {
@@ -178,15 +145,15 @@ exit_code param(argument_list arguments) {
   if (const auto end = read(param_table(chosen), arguments)) return *end;
   const console to{"param"};
   if (const std::string wrong = param_fault(chosen); !wrong.empty()) return usage_error("param", wrong);
-  const spelled_url url = read_url(chosen.at.url);
-  if (url.url.empty()) return usage_error("param", url.wrong);
-  const auto bounds = limits_for("param");
-  if (!bounds) return exit_code::usage;
-  endpoint_options options{.limits = *bounds};
-  if (const auto end = use(chosen.at, options, to)) return *end;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
-  return ask_from(std::move(hub).value(), url.url, chosen, to);
+  asked_robot robot{"param", chosen.timeout.value_or(param_timeout), to};
+  if (const auto end = robot.connect(chosen.at)) return *end;
+  param_asker asks{robot, to};
+  if (chosen.what == "list") return list_params(asks, chosen);
+  if (chosen.what == "set") return set_param(asks, chosen);
+  const auto value = asks.get(chosen.name);
+  if (!value) return asks.end();
+  emit(joined(printable(*value), "\n"));
+  return exit_code::done;
 }
 
 } // namespace rowe::tools

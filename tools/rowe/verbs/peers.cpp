@@ -114,11 +114,7 @@ exit_code peers(argument_list arguments) {
   asked_robot robot{"peers", chosen.timeout.value_or(timeout_default), to};
   if (const auto end = robot.connect(chosen.at)) return *end;
   const auto answer = robot.ask(service);
-  if (!answer && robot.has_no_such()) {
-    to.error(robot.url(), " does not let us call /rowe/stats: our role may not, or it is no rowe endpoint");
-    return exit_code::failed;
-  }
-  if (!answer) return robot.give_up("who is connected");
+  if (!answer) return robot.give_up_statistics();
   emit(chosen.json ? on_one_line(*answer) : page_of(read_json(*answer)));
   return exit_code::done;
 }

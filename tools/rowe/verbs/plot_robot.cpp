@@ -66,8 +66,9 @@ class robot_plotter {
 
   void ask_units() {
     watcher waits{connection_};
+    service_asker asks{hub_, waits, robot_answer_time};
     robot_types types;
-    if (!types.read_all(hub_, waits, robot_answer_time)) return;
+    if (!types.read_all(asks)) return;
     for (plotted_series& one : into_.series) {
       const typed_name* const described = types.find_topic(one.wish().topic);
       if (described != nullptr && described->message != nullptr)

@@ -16,6 +16,7 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
+#include "../network/robot_names.hpp"
 #include "../network/robot_types.hpp"
 #include "../network/subscriptions.hpp"
 #include "../output.hpp"
@@ -130,8 +131,8 @@ bool is_pattern(std::string_view topic) noexcept { return topic.find('*') != std
 // Subscribes to the robot's topics as they come.
 class topics_of_robot {
  public:
-  topics_of_robot(endpoint& hub, watcher& waits, recorder& into, const record_settings& o, const console& to)
-      : hub_{hub}, waits_{waits}, into_{into}, chosen_{o}, to_{to} {}
+  topics_of_robot(service_asker& robot, recorder& into, const record_settings& o, const console& to)
+      : robot_{robot}, into_{into}, chosen_{o}, to_{to} {}
 
   // Those without a pattern need not be there yet.
   void subscribe_named() {
@@ -141,34 +142,13 @@ class topics_of_robot {
 
   // Looks which there are. False: the robot does not say.
   bool look() {
-    const auto answer = ask("/rosapi/topics", "{}");
-    if (!answer) return false;
-    const json_value list = read_json(*answer);
-    const json_value names = list.find("topics").value_or(json_value{});
-    const json_value types = list.find("types").value_or(json_value{});
-    std::vector<std::string> all;
-    for (const json_value one : names.elements()) all.push_back(plain_text_of(one));
-    std::size_t at = 0;
-    std::vector<std::string> type_of(all.size());
-    for (const json_value one : types.elements())
-      if (at < type_of.size()) type_of[at++] = plain_text_of(one);
-    const bool is_new = std::ranges::any_of(all, [&](const std::string& n) { return !known_.contains(n); });
-    if (is_new && describes_) describes_ = types_.read_all(hub_, waits_, answer_time);
-    for (std::size_t i = 0; i < all.size(); ++i) subscribe(all[i], type_of[i]);
+    const auto all = names_of(robot_, name_kind::topic);
+    if (!all) return false;
+    const auto is_new = [&](const robot_name& one) { return !known_.contains(one.name); };
+    if (describes_ && std::ranges::any_of(*all, is_new)) describes_ = types_.read_all(robot_);
+    for (const robot_name& one : *all) subscribe(one.name, one.type);
     return true;
   }
-
-  // The answer of a service; nothing: there is none.
-  std::optional<std::string> ask(std::string_view name, const std::string& what) {
-    auto opened =
-        hub_.client<json_text, json_text>(name, {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
-    if (!opened) return std::nullopt;
-    const auto answer = waits_.during([&] { return opened->call(what, answer_time); });
-    if (!answer) return std::nullopt;
-    return std::string{answer->value()};
-  }
-
-  std::size_t count() const noexcept { return known_.size(); }
 
  private:
   void subscribe(const std::string& name, std::string_view type) {
@@ -185,8 +165,7 @@ class topics_of_robot {
     known_.emplace(name, static_cast<bool>(done));
   }
 
-  endpoint& hub_;
-  watcher& waits_;
+  service_asker& robot_;
   recorder& into_;
   const record_settings& chosen_;
   const console& to_;
@@ -261,9 +240,9 @@ exit_code run(endpoint& hub, remote& connection, recorder& into, topics_of_robot
 }
 
 // The parameters of the robot's program as they are when the recording begins.
-recording_metadata parameters_of(topics_of_robot& robot) {
+recording_metadata parameters_of(service_asker& robot) {
   recording_metadata all;
-  const auto answer = robot.ask("/rosapi/get_param_names", "{}");
+  const auto answer = robot.ask("/rosapi/get_param_names");
   const json_value names = answer ? read_json(*answer).find("names").value_or(json_value{}) : json_value{};
   for (const json_value one : names.elements()) {
     const std::string name = plain_text_of(one);
@@ -280,9 +259,8 @@ exit_code record_from(endpoint hub, const std::string& url, const record_setting
   remote connection{hub, url, to};
   if (const auto end = connection.wait(o.timeout)) return *end;
   watcher waits{connection};
-  recorder none;
-  topics_of_robot asks{hub, waits, none, o, to};
-  if (const auto stats = asks.ask("/rowe/stats", "{}")) {
+  service_asker asks{hub, waits, answer_time};
+  if (const auto stats = asks.ask("/rowe/stats")) {
     if (const auto name = read_json(*stats).get<std::string>("name")) file.name = *name;
   }
   file.metadata = parameters_of(asks);
@@ -296,7 +274,7 @@ exit_code record_from(endpoint hub, const std::string& url, const record_setting
   recorder into = std::move(*made);
   for (const std::string& one : into.unended())
     to.note(printable(one), " was not ended by its program; `rowe record --repair` does it");
-  topics_of_robot topics{hub, waits, into, o, to};
+  topics_of_robot topics{asks, into, o, to};
   exit_code end = run(hub, connection, into, topics, o, to);
   const bool whole = static_cast<bool>(into.close(&why));
   if (!whole && end == exit_code::done) {

@@ -47,11 +47,11 @@ class robot_info {
   exit_code run() {
     if (const auto end = robot_.connect(chosen_.at)) return *end;
     for (const name_kind which : {name_kind::topic, name_kind::service, name_kind::action}) {
-      auto all = names_of(robot_, which, false);
+      auto all = names_of(robot_.services(), which, false);
       if (!all && which == name_kind::topic) return robot_.give_up("what it has");
       if (all) names_[static_cast<std::size_t>(which)] = std::move(*all);
     }
-    types_known_ = types_.read_all(robot_.hub(), robot_.waits(), robot_.timeout());
+    types_known_ = types_.read_all(robot_.services());
     bool complete = true;
     bool first = true;
     for (const std::string& word : chosen_.names) {
@@ -88,7 +88,7 @@ class robot_info {
     named_thing one{.kind = which, .name = its.name, .type = its.type, .holders = {}};
     const auto add = [&](std::string_view label, std::string_view service, std::string_view key,
                          std::string_view list) {
-      if (auto who = holders_of(robot_, service, key, its.name, list))
+      if (auto who = holders_of(robot_.services(), service, key, its.name, list))
         one.holders.emplace_back(label, std::move(*who));
     };
     const auto type_by = [&](std::string_view service, std::string_view key) {

@@ -56,7 +56,7 @@ class top_of_robot {
   top_of_robot(asked_robot& robot, const top_options& chosen)
       : robot_{robot}, order_{static_cast<topic_order>(chosen.order)}, period_{chosen.every.value_or(1s)} {}
 
-  // False: the robot does not answer; see asked_robot::why().
+  // False: the robot does not answer; see service_asker::why().
   bool ask() {
     const auto stats = robot_.ask("/rowe/stats");
     if (!stats) return false;
@@ -93,7 +93,7 @@ class top_of_robot {
       next = now + period_;
       robot_.connection().report();
       if (paused_) continue;
-      fault_ = ask() ? std::string{} : robot_.why().empty() ? std::string{"no answer"} : robot_.why();
+      fault_ = ask() ? std::string{} : robot_.services().why();
     }
   }
 
@@ -144,11 +144,7 @@ exit_code top(argument_list arguments) {
   asked_robot robot{"top", chosen.timeout.value_or(2s), to};
   if (const auto end = robot.connect(chosen.at)) return *end;
   top_of_robot shows{robot, chosen};
-  if (!shows.ask()) {
-    if (robot.has_no_such())
-      to.error(robot.url(), " does not let us call /rowe/stats: our role may not, or it is no rowe endpoint");
-    return robot.has_no_such() ? exit_code::failed : robot.give_up("how it is");
-  }
+  if (!shows.ask()) return robot.give_up_statistics();
   return chosen.once ? shows.print() : shows.show();
 }
 

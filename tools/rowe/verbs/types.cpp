@@ -11,9 +11,8 @@
 #include <rowe/types.hpp>
 
 #include "../arguments/command_line.hpp"
-#include "../arguments/limit_options.hpp"
 #include "../console.hpp"
-#include "../network/remote.hpp"
+#include "../network/asked_robot.hpp"
 #include "../network/robot_types.hpp"
 #include "../output.hpp"
 #include "../text/c_tables.hpp"
@@ -159,24 +158,6 @@ std::string as_c(const std::vector<typed_name>& all, const console& to, bool& co
   return c_tables(named).text;
 }
 
-exit_code types_from(endpoint hub, const std::string& url, const types_settings& o, const console& to) {
-  const rt::duration timeout = o.timeout.value_or(types_timeout);
-  remote connection{hub, url, to};
-  if (const auto end = connection.wait(timeout)) return *end;
-  watcher waits{connection};
-  robot_types reads;
-  if (!reads.read_all(hub, waits, timeout)) {
-    if (!reads.wrong().empty()) to.error(reads.wrong());
-    return reads.end();
-  }
-  bool complete = true;
-  emit(o.json_schema ? as_json_schema(reads.found())
-       : o.ros       ? as_ros(reads.found(), to, complete)
-       : o.c         ? as_c(reads.found(), to, complete)
-                     : as_typescript(reads.found()));
-  return complete ? exit_code::done : exit_code::failed;
-}
-
 } // namespace
 
 exit_code types(argument_list arguments) {
@@ -185,15 +166,19 @@ exit_code types(argument_list arguments) {
   const console to{"types"};
   if (chosen.ts + chosen.json_schema + chosen.ros + chosen.c > 1)
     return usage_error("types", "--ts, --json-schema, --ros and --c are forms: choose one");
-  const spelled_url url = read_url(chosen.at.url);
-  if (url.url.empty()) return usage_error("types", url.wrong);
-  const auto bounds = limits_for("types");
-  if (!bounds) return exit_code::usage;
-  endpoint_options options{.limits = *bounds};
-  if (const auto end = use(chosen.at, options, to)) return *end;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
-  return types_from(std::move(hub).value(), url.url, chosen, to);
+  asked_robot robot{"types", chosen.timeout.value_or(types_timeout), to};
+  if (const auto end = robot.connect(chosen.at)) return *end;
+  robot_types reads;
+  if (!reads.read_all(robot.services())) {
+    if (!reads.wrong().empty()) to.error(reads.wrong());
+    return reads.end();
+  }
+  bool complete = true;
+  emit(chosen.json_schema ? as_json_schema(reads.found())
+       : chosen.ros       ? as_ros(reads.found(), to, complete)
+       : chosen.c         ? as_c(reads.found(), to, complete)
+                          : as_typescript(reads.found()));
+  return complete ? exit_code::done : exit_code::failed;
 }
 
 } // namespace rowe::tools
