@@ -2,10 +2,12 @@
 // Question: how long does a stop take while other peers flood the robot?
 //
 // Measured, for eight peers that send as fast as the robot takes: messages of 2 bytes, 200 bytes, 60 KiB,
-// the deepest ones, 60 KiB of tokens, and 60 KiB that are refused at their end; and without a flood: a probe
-// calls /rowe/stop every 2 ms, open-loop (from the time it was to be sent), and takes the time to the answer.
-// The robot stands already and its loop has acknowledged, so the answer is the service thread's alone; what a
-// loop adds is one period of its own. p50, p99, p99.9, the largest, and how many of the calls were answered.
+// the deepest ones, 60 KiB of tokens, and 60 KiB that are refused at their end; and without a flood. The
+// first ones again while the robot records all of it (`..._recorded`: into the folder for temporary files). A
+// probe calls /rowe/stop every 2 ms, open-loop (from the time it was to be sent), and takes the time to the
+// answer. The robot stands already and its loop has acknowledged, so the answer is the service thread's
+// alone; what a loop adds is one period of its own. p50, p99, p99.9, the largest, and how many of the calls
+// were answered.
 //
 // Robot: a whole endpoint; its service thread is pinned to core --here, idle policy spin, SCHED_FIFO --prio
 // where that is granted (then it yields: the kernel would take it off its core otherwise). Flooders and probe
@@ -29,6 +31,7 @@
 #include <atomic>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <thread>
@@ -42,6 +45,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <rowe/recording.hpp>
 #include <rowe/rowe.hpp>
 #include <rowe/rt/periodic.hpp>
 
@@ -73,14 +77,20 @@ std::string filled(const char* start, const char* with, const char* end) {
 struct flood {
   const char* name;
   std::string message; // empty: none
+  bool recorded = false;
 };
 
 std::vector<flood> floods() {
   const std::string head = R"({"op":"publish","topic":"/flood","msg":{"data":")";
+  const std::string small = head + std::string(200 - head.size() - 3, 'x') + "\"}}";
+  const std::string large = head + std::string(60 * 1024 - head.size() - 3, 'x') + "\"}}";
   return {{"none", {}},
+          {"none_recorded", {}, true},
           {"2B", "{}"},
-          {"200B", head + std::string(200 - head.size() - 3, 'x') + "\"}}"},
-          {"60KiB", head + std::string(60 * 1024 - head.size() - 3, 'x') + "\"}}"},
+          {"200B", small},
+          {"200B_recorded", small, true},
+          {"60KiB", large},
+          {"60KiB_recorded", large, true},
           {"deepest", deepest()},
           {"tokens", filled(R"({"a":[1)", ",1", "]}")},
           {"refused", filled(R"({"a":[1)", R"(,"")", ",\"\n\"]}")}};
@@ -173,6 +183,14 @@ bool measure(const flood& with, int cpu, figures& into) {
   if (!opened) return false;
   endpoint robot = std::move(*opened);
 
+  recorder records;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "bench_stop_under_flood";
+  if (with.recorded) {
+    auto made = robot.record({.file = {.path = folder.string() + "/", .total_bytes = 256 << 20}});
+    if (!made) return false;
+    records = std::move(*made);
+  }
+
   std::vector<std::unique_ptr<client>> peers;
   for (int i = 0; i < flooders && !with.message.empty(); ++i)
     peers.push_back(std::make_unique<client>(robot.port()));
@@ -195,7 +213,10 @@ bool measure(const flood& with, int cpu, figures& into) {
   into.taken_per_second.push_back(count_of(robot, "messages_in") / seconds);
   for (auto& peer : peers) peer->shut();
   for (auto& sender : senders) sender.join();
-  return true;
+  if (!with.recorded) return true;
+  const bool whole = records.close() || records.figures().messages != 0; // the disk may have been too slow
+  std::filesystem::remove_all(folder);
+  return whole;
 }
 
 void report(const flood& with, figures& seen) {

@@ -2,6 +2,7 @@
 #include "mcap/reader.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "mcap/check_sum.hpp"
@@ -208,6 +209,11 @@ void reader::open_piece_at(std::size_t number) {
   open_piece made{.offset = one.offset, .records = {}, .messages = {}};
   std::string why = load(one, made.records);
   if (why.empty() && !list_messages(made.records, made.messages)) why = "the records of a chunk are damaged";
+  const auto in_memory = std::accumulate(
+      opened_.begin(), opened_.end(), std::size_t{0},
+      [](std::size_t so_far, const open_piece& each) { return so_far + each.records.size(); });
+  if (why.empty() && in_memory != 0 && in_memory + made.records.size() > overlap_bytes_max_)
+    why = "more chunks overlap in time than fit into memory";
   if (!why.empty()) {
     const auto same = [&](const damage& known) { return known.offset == one.offset; };
     if (std::none_of(damaged_.begin(), damaged_.end(), same))

@@ -22,7 +22,10 @@ namespace rowe::mcap {
 
 class reader {
  public:
-  explicit reader(source& from) : from_{from} {}
+  // Of chunks whose messages overlap in time no more bytes are in memory at once than `overlap_bytes_max`,
+  // and one chunk. What would be beyond that is damage.
+  explicit reader(source& from, std::size_t overlap_bytes_max = std::size_t{512} << 20U)
+      : from_{from}, overlap_bytes_max_{overlap_bytes_max} {}
 
   // False: it is no recording, or cannot be read; wrong() says why. `on_progress` is told how many bytes were
   // read, where the whole file has to be.
@@ -75,6 +78,7 @@ class reader {
   std::string load(const piece& one, std::string& records);
 
   source& from_;
+  const std::size_t overlap_bytes_max_;
   std::string wrong_;
   header head_;
   summary all_;

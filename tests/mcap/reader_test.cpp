@@ -74,6 +74,23 @@ TEST(order, is_that_of_time_over_chunks_that_overlap) {
                      {5, "2"}, {10, "1"}, {20, "2"}, {30, "1"}, {30, "2"}, {50, "1"}, {60, "2"}}));
 }
 
+TEST(order, of_chunks_that_overlap_takes_no_more_memory_than_it_may) {
+  file made;
+  mcap::writer into{made, {}};
+  const auto channel = *into.add_channel(0, "/a", "json");
+  const std::string data(10'000, 'x');
+  for (int chunk = 0; chunk < 10; ++chunk) {
+    for (const std::uint64_t ns : {0U, 1000U}) into.add({.channel = channel, .logged_ns = ns, .data = data});
+    into.end_chunk();
+  }
+  into.end();
+  mcap::reader reads{made, 50'000};
+  ASSERT_TRUE(reads.open()) << reads.wrong();
+  EXPECT_EQ(all_of(reads).size(), 4U) << "of two chunks";
+  ASSERT_EQ(reads.damaged().size(), 8U);
+  EXPECT_EQ(reads.damaged()[0].why, "more chunks overlap in time than fit into memory");
+}
+
 TEST(messages, may_lie_outside_of_chunks) {
   file made;
   made.bytes_written.assign(mcap::magic);

@@ -99,6 +99,8 @@ class arguments(unittest.TestCase):
         self.refused("cal", says=["did you mean call?"])
         self.refused("peers", "ws://127.0.0.1:1", "--token", "x", says=["did you mean --token-file?"])
         self.refused("serve", "--demmo", says=["'--demmo'", "did you mean --demo?"])
+        self.refused("bag", says=["rowe: there is no verb 'bag'; did you mean record?"])
+        self.refused("peers", "ws://127.0.0.1:1", "--json", "--bson", says=["'--bson'", "did you mean --json?"])
         self.refused("servics", says=["did you mean services?"])
         self.refused("sevre", says=["did you mean serve?"])
         self.refused("xyzzy-plugh", says=["'xyzzy-plugh'", "rowe help"])

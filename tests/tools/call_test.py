@@ -87,6 +87,18 @@ class services_of_peers(calling):
         for how in ((), ("--plain",)):
             self.fails(1, self.serving.url, "/nope", *how, says=["service /nope: nobody provides it"])
 
+    def test_that_are_misspelt_name_the_one_that_was_meant(self):
+        self.fails(1, self.serving.url, "/ad", says=["nobody provides it", "; did you mean /add?"])
+
+    def test_answers_are_shown_in_part_and_as_a_table(self):
+        asking = ("call", self.serving.url, "/add", '{"a":1,"b":2}')
+        run(*asking, "--field", "sum", code=0, stdout=["3"])
+        run(*asking, "--csv", code=0, stdout=["sum", "3"])
+        run(*asking, "--pretty", code=0, prints="sum")
+        run(*asking, "--field", "nothing", code=1, stdout=[], says="the answer has no 'nothing'")
+        for wrong in (("--json", "--csv"), ("--json", "--field", "sum"), ("--repeat", "2", "--pretty")):
+            run(*asking, *wrong, code=2)
+
     def test_that_do_not_answer_are_a_time_out(self):
         for how in ((), ("--plain",)):
             ended = given_time(lambda time: run("call", self.serving.url, "/silent", "--timeout", time, *how),

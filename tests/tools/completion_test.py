@@ -37,6 +37,8 @@ class candidates(unittest.TestCase):
         self.assertEqual(words("echo", "--profile", "hop_"), ["hop_2014"])
         self.assertEqual(words("echo", "--profile=s"), ["--profile=standard"])
         self.assertEqual(words("completion", "z"), ["zsh"])
+        self.assertEqual(words("record", "x", "--compression", ""), ["lz4", "zstd", "none"])
+        self.assertEqual(words("top", "x", "--sort=b"), ["--sort=bytes"])
         self.assertEqual(words("record", "--output", ""), [":files"])
         self.assertEqual(words("info", ""), [":files"])
         self.assertEqual(words("echo", "--field", ""), [])
@@ -91,6 +93,11 @@ COMP_LINE={line!r}; COMP_POINT=${{#COMP_LINE}}; _rowe; printf '%s\\n' "${{COMPRE
         self.assertEqual(self.bash("rowe echo --profile=hop_"), ["hop_2014"])  # readline's word is behind it
         self.assertIn("--once", self.bash("rowe echo --"))
 
+    def test_bash_finds_the_program_below_the_home_folder(self):
+        script = f"""mkdir "$HOME/bin"; ln -s {ROWE!r} "$HOME/bin/rowe"; source <(rowe completion bash)
+compopt() {{ :; }}; COMP_LINE='~/bin/rowe ec'; COMP_POINT=${{#COMP_LINE}}; _rowe; echo "${{COMPREPLY[@]}}" """
+        self.assertEqual(self.shell("bash", script, "--norc")[0].strip(), "echo")
+
     def test_fish_completes(self):
         out, err = self.shell("fish", "rowe completion fish | source\n"
                                       "complete -C 'rowe ec'\ncomplete -C 'rowe echo /o'\n", "--private")
@@ -128,6 +135,9 @@ class manual(unittest.TestCase):
         for part in (".TH ROWE-ECHO 1", "\\-\\-pretty", "rowe echo ws://127.0.0.1:8080 /odom",
                      ".SH EXAMPLES"):
             self.assertIn(part, page)
+        said = subprocess.run(["groff", "-man", "-Tascii"], input="\n".join(run("man", "pub", code=0).stdout),
+                              capture_output=True, text=True, timeout=timeout, check=True).stdout
+        self.assertIn('"', said)
         run("man", "nonsense", code=2, says="there is no verb 'nonsense'")
         run("man", "--output", "/nowhere", code=1, says="cannot write '/nowhere/rowe.1'")
 

@@ -307,6 +307,8 @@ class your_own_robot(unittest.TestCase):
     def test_has_a_parameter(self):
         with self.started():
             self.assertEqual(run("param", "list", self.url).stdout, ["/speed_max 0.5"])
+            run("param", "list", self.url, "--json", code=0, stdout=['{"name":"/speed_max","value":0.5}'])
+            run("param", "get", self.url, "/sped_max", code=1, says="; did you mean /speed_max?")
             self.assertEqual(run("param", "set", self.url, "/speed_max", "0.2").code, 0)
             run("param", "set", self.url, "/speed_max", "3", code=1,
                 last="it is 3; a number from 0 to 2 is wanted")

@@ -34,6 +34,9 @@ class network(unittest.TestCase):
             said = "\n".join(denied.stderr)
             self.assertNotIn("unadvertise", said)
             self.assertRegex(said, "sent 1 message in .*; the server (reported errors|refused the topic)")
+            self.asks(serving, "observer", "record", "--snapshot", code=1,
+                      says="has no right to call /rowe/record")
+            self.asks(serving, "driver", "record", "--snapshot", code=1, says="has no black box")
             self.asks(serving, "observer", "stop", code=0)
             stands = self.asks(serving, "driver", "reset")
             number = re.search(r"rowe reset \S+ (\d+)|number (\d+)", "\n".join(stands.stdout + stands.stderr))

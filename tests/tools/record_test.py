@@ -92,6 +92,12 @@ class recording_test(unittest.TestCase):
             self.assertIn(records.end(signal.SIGINT), (0, 6))
         self.assertEqual(set(recording(self.path).topics), {"/odom", "/later", "/arm/left/joints"})
 
+    def test_says_what_nobody_publishes(self):
+        with program("record", self.demo.url, "odmo", "/arm/*", "-o", self.path) as records:
+            records.line(r"no topic matches '/arm/\*' yet")
+            records.line(r"nobody publishes /odmo at ws://.* yet; did you mean /odom\?")
+            self.assertEqual(records.end(signal.SIGINT), 0)
+
     def test_ends_its_file_by_a_container_stop_and_after_a_time(self):
         self.recorded(with_signal=signal.SIGTERM)
         self.assertTrue(recording(self.path).ended)
@@ -219,7 +225,8 @@ class recording_test(unittest.TestCase):
             run("record", self.demo.url, *arguments, code=2, says=says)
         run("record", "--repair", code=2, says="--repair needs a FILE")
         with open(self.path, "wb"):
-            run("record", self.demo.url, "-o", self.path, code=1, says=f"{self.path}: File exists")
+            run("record", self.demo.url, "-o", self.path, code=1,
+                says=f"{self.path}: File exists; -o names another file")
 
 
 if __name__ == "__main__":

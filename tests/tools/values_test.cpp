@@ -24,8 +24,8 @@ TEST(values, read_durations_with_every_unit) {
 }
 
 TEST(values, refuse_what_is_not_wholly_a_duration) {
-  for (const char* text : {"", "5", "ms", "-5ms", "+5ms", " 5ms", "5ms ", "5 ms", "5min", "1e3ms", "nan",
-                           "inf s", "300000h0", "1e30s"}) {
+  for (const char* text : {"", "5", "ms", "-5ms", "+5ms", " 5ms", "5ms ", "5 ms", "1e3ms", "nan", "inf s",
+                           "300000h0", "1e30s"}) {
     EXPECT_EQ(duration_of(text), std::nullopt) << text;
   }
   EXPECT_EQ(duration_of("2562047h"), 2562047h);
@@ -58,7 +58,7 @@ TEST(values, count_slips_of_the_keyboard) {
   EXPECT_EQ(slips_between("sarve", "serve"), 1U);
   EXPECT_EQ(slips_between("sevre", "serve"), 1U);
   EXPECT_EQ(slips_between("", "echo"), 4U);
-  EXPECT_EQ(slips_between(std::string(40, 'a'), std::string(40, 'a')), 40U);
+  EXPECT_EQ(slips_between(std::string(140, 'a'), std::string(140, 'a')), 140U);
 }
 
 } // namespace

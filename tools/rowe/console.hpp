@@ -53,7 +53,7 @@ std::string counted(Count count, std::string_view thing) {
 
 // What is typed to run a verb: "rowe serve"; a program of its own, such as "rowe_echo", is its own verb.
 inline std::string typed(std::string_view verb) {
-  return joined(verb.starts_with("rowe_") ? "" : "rowe ", verb);
+  return joined(verb.starts_with("rowe_") ? "" : verb.empty() ? "rowe" : "rowe ", verb);
 }
 
 // As syslog numbers them.

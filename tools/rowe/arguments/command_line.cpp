@@ -130,7 +130,7 @@ diagnostic unknown_option(const command& table, std::string_view name) {
       begins_one ? *std::find_if(names.begin(), names.end(), begins) : nearest(name, names);
   if (name.size() > 1 && (name[1] == '.' || (name[1] >= '0' && name[1] <= '9')))
     return joined("unknown option ", quoted(name), "; a number below 0 is written behind --: -- ", name);
-  return joined("unknown option ", quoted(name), meant.empty() ? "" : joined("; did you mean ", meant, "?"));
+  return joined("unknown option ", quoted(name), did_you_mean(meant));
 }
 
 // Reads the option at arguments[at] and moves `at` past its value.
@@ -306,8 +306,11 @@ const verb* find_verb(std::span<const verb> all, std::string_view name) noexcept
 std::string meant_instead(std::string_view name, std::span<const verb> all) {
   std::vector<std::string_view> names;
   for (const verb& one : all) names.push_back(one.name);
-  const std::string_view meant = nearest(name, names);
-  return meant.empty() ? std::string{} : joined("; did you mean ", meant, "?");
+  return did_you_mean(nearest(name, names));
+}
+
+std::string did_you_mean(std::string_view meant) {
+  return meant.empty() ? std::string{} : joined("; did you mean ", printable(meant), "?");
 }
 
 std::string spelling_of(const option& one) {
@@ -357,7 +360,8 @@ exit_code usage_error(std::string_view verb, std::string_view text) {
 
 std::string_view nearest(std::string_view word, std::span<const std::string_view> known) noexcept {
   std::string_view best;
-  std::size_t fewest = word.size() / 3 + 2; // a word with more slips than this is another word
+  const std::size_t letters = word.size() - std::min(word.find_first_not_of('-'), word.size());
+  std::size_t fewest = letters / 3 + 2; // a word with so many slips is another word
   for (const std::string_view candidate : known) {
     const std::size_t slips = slips_between(word, candidate);
     if (slips < fewest) {

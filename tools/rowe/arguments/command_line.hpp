@@ -125,6 +125,9 @@ const verb* find_verb(std::span<const verb> all, std::string_view name) noexcept
 // "; did you mean call?", or nothing.
 std::string meant_instead(std::string_view name, std::span<const verb> all);
 
+// "; did you mean /odom?", to be read behind a sentence; nothing where nothing is meant.
+std::string did_you_mean(std::string_view meant);
+
 // Says on stderr what is wrong with the arguments of `verb`, and where the help is.
 exit_code usage_error(std::string_view verb, std::string_view text);
 

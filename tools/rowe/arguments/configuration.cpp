@@ -42,9 +42,7 @@ std::string set_limit(settings& in, std::string_view asked) {
   const std::string_view name = asked.substr(0, equals);
   const auto known = limits::names();
   if (std::find(known.begin(), known.end(), name) == known.end()) {
-    const std::string_view meant = nearest(name, known);
-    return joined("--limit: there is no limit ", quoted(name),
-                  meant.empty() ? "" : joined("; did you mean ", meant, "?"));
+    return joined("--limit: there is no limit ", quoted(name), did_you_mean(nearest(name, known)));
   }
   const std::array<std::string, 1> text{std::string{asked.substr(equals + 1)}};
   std::string why;

@@ -41,8 +41,14 @@ std::optional<double> factor_of(std::string_view name, std::span<const unit> uni
   return found->factor;
 }
 
-constexpr std::array<unit, 7> time_units{
-    {{"ns", 1}, {"us", 1e3}, {"µs", 1e3}, {"ms", 1e6}, {"s", 1e9}, {"m", 60e9}, {"h", 3600e9}}};
+constexpr std::array<unit, 8> time_units{{{"ns", 1},
+                                          {"us", 1e3},
+                                          {"µs", 1e3},
+                                          {"ms", 1e6},
+                                          {"s", 1e9},
+                                          {"m", 60e9},
+                                          {"min", 60e9},
+                                          {"h", 3600e9}}};
 constexpr std::array<unit, 5> rate_units{{{"", 1}, {"Hz", 1}, {"hz", 1}, {"kHz", 1e3}, {"khz", 1e3}}};
 constexpr std::array<unit, 11> byte_units{{{"", 1},
                                            {"B", 1},
@@ -98,7 +104,7 @@ std::optional<std::uint64_t> bytes_of(std::string_view text) noexcept {
 // Optimal string alignment: the edit distance of Levenshtein with swaps of neighbours, three rows of its
 // table at a time.
 std::size_t slips_between(std::string_view one, std::string_view other) noexcept {
-  constexpr std::size_t letters_max = 32;
+  constexpr std::size_t letters_max = 128;
   if (one.size() > letters_max || other.size() > letters_max) return std::max(one.size(), other.size());
   using row = std::array<std::size_t, letters_max + 1>;
   row before_last{}, last{}, current{};

@@ -13,8 +13,8 @@ namespace rowe::tools {
 // "-12".
 std::optional<std::int64_t> integer_of(std::string_view text) noexcept;
 
-// "50ms", "1.5s", "200us", "10m", "1h"; no sign, and only 0 may go without its unit. What is longer
-// than 292 years is rt::for_ever.
+// "50ms", "1.5s", "200us", "10m" or "10min", "1h"; no sign, and only 0 may go without its unit. What is
+// longer than 292 years is rt::for_ever.
 std::optional<rt::duration> duration_of(std::string_view text) noexcept;
 
 // "1kHz", "250Hz", "0.5"; in hertz, above 0.
@@ -24,7 +24,7 @@ std::optional<double> rate_of(std::string_view text) noexcept;
 std::optional<std::uint64_t> bytes_of(std::string_view text) noexcept;
 
 // How many single-letter slips (one letter added, lost, changed, or two neighbours swapped) turn one word
-// into the other; words of more than 32 letters are as far apart as the longer one is long.
+// into the other; words of more than 128 letters are as far apart as the longer one is long.
 std::size_t slips_between(std::string_view one, std::string_view other) noexcept;
 
 } // namespace rowe::tools

@@ -2,10 +2,11 @@
 #include "candidates.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <optional>
+#include <utility>
 
 #include "../console.hpp"
-#include "../network/remote.hpp"
 #include "../verbs/verb_list.hpp"
 
 namespace rowe::tools {
@@ -49,19 +50,26 @@ class verb_words {
     bool options_end = false;
     for (const std::string& word : words.first(words.size() - 1)) {
       if (open != nullptr) {
+        note_place(open->name, word);
         open = nullptr;
       } else if (!options_end && word == "--") {
         options_end = true;
       } else if (!options_end && word.starts_with('-') && word != "-") {
         const option* const found = find(word);
-        if (found != nullptr && needs_value(*found) && word.find('=') == word.npos) open = found;
+        const std::size_t equals = word.find('=');
+        if (found != nullptr && equals != word.npos) note_place(found->name, word.substr(equals + 1));
+        if (found != nullptr && needs_value(*found) && equals == word.npos) open = found;
         given_.push_back(word);
       } else {
         operands_.push_back(word);
       }
     }
     for (const std::string& word : operands_)
-      if (answer_.url.empty() && reads_like_url(word)) answer_.url = word;
+      if (answer_.at.url.empty() && reads_like_url(word)) answer_.at.url = word;
+    // Where the environment has none, the first word is one, whatever it reads like.
+    const bool begins_with_url =
+        !table_.operands.empty() && table_.operands[0].name == "URL" && std::getenv("ROWE_URL") == nullptr;
+    if (answer_.at.url.empty() && begins_with_url && !operands_.empty()) answer_.at.url = operands_[0];
     const std::size_t equals = last.find('=');
     if (open != nullptr)
       add_values_of(*open);
@@ -75,6 +83,14 @@ class verb_words {
   completion_answer answer() && { return std::move(answer_); }
 
  private:
+  void note_place(std::string_view name, std::string_view value) {
+    remote_place& at = answer_.at;
+    for (const auto& [option, into] :
+         {std::pair{"--ca", &at.ca}, std::pair{"--pin", &at.pin}, std::pair{"--cert", &at.cert},
+          std::pair{"--key", &at.key}, std::pair{"--token-file", &at.token_file}})
+      if (name == option) *into = value;
+  }
+
   const option* find(std::string_view word) const {
     const std::string_view name = word.substr(0, word.find('='));
     const auto is_it = [&](const option& one) { return one.name == name || one.letter == name; };
@@ -85,6 +101,10 @@ class verb_words {
 
   // A path into a message is none of a file.
   void add_values_of(const option& one) {
+    if (const choice* const some = std::get_if<choice>(&one.into)) {
+      for (const std::string_view name : some->names) answer_.words.push_back({std::string{name}});
+      return;
+    }
     if (one.name != "--field" || one.value != "PATH") add_values(answer_, one.value);
   }
 
@@ -109,7 +129,7 @@ class verb_words {
 
   // The operand that comes next; those that the environment has may be left out.
   void add_operand() {
-    const bool url_is_given = !answer_.url.empty();
+    const bool url_is_given = !answer_.at.url.empty();
     std::size_t left = operands_.size();
     for (const operand& one : table_.operands) {
       const bool repeated = std::holds_alternative<std::vector<std::string>*>(one.into);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "../arguments/command_line.hpp"
+#include "../network/remote.hpp"
 
 namespace rowe::tools {
 
@@ -21,9 +22,10 @@ enum class asked_names : std::uint8_t { none, topics, services, topics_and_servi
 struct completion_answer {
   std::vector<candidate> words{};
   bool files = false; // the shell's own completion of files, too
-  // Names that only a robot knows. `url`: as it stands among the words; empty: $ROWE_URL, if that is set.
+  // Names that only a robot knows, and where it is, as far as the words say it; no URL: $ROWE_URL, if that is
+  // set.
   asked_names names = asked_names::none;
-  std::string url{};
+  remote_place at{};
 };
 
 // `words`: those behind the program's name; the last one is where the cursor is, and may be empty. Does not

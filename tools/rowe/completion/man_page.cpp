@@ -10,17 +10,24 @@
 namespace rowe::tools {
 namespace {
 
-// Text for roff: a backslash, a hyphen that is to stay one, and what would be a request are escaped.
+// Text for roff: a backslash, a hyphen that is to stay one, quotes, which macros take for their own, and what
+// would be a request are escaped.
 std::string roff(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     const bool begins = out.empty() || out.back() == '\n';
-    if (begins && (c == '.' || c == '\'')) out += "\\&";
+    if (begins && c == '.') out += "\\&";
     if (c == '\\')
       out += "\\e";
     else if (c == '-')
       out += "\\-";
+    else if (c == '"')
+      out += "\\(dq";
+    else if (c == '\'')
+      out += "\\(aq";
+    else if (c == '`')
+      out += "\\(ga";
     else if (c == '~')
       out += "\\(ti";
     else if (c == '^')

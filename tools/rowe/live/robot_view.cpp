@@ -131,11 +131,15 @@ void robot_view::add_topics(std::vector<view_line>& to, topic_order by, std::siz
                     {"SIZE", cell_side::right},
                     {"BYTES/S", cell_side::right},
                     {"SUBSCRIBERS", cell_side::right}}};
-  for (const topic& one : sorted)
-    table.add({one.name, types ? one.type : "-", decimal_text(one.hertz, 1),
-               joined(decimal_text(one.gap_ms, 1), " ms"), bytes_text(static_cast<std::uint64_t>(one.bytes)),
-               bytes_text(static_cast<std::uint64_t>(one.bytes_per_second())),
-               std::to_string(one.subscribers)});
+  for (const topic& one : sorted) {
+    const std::string type = types ? one.type : "-";
+    if (one.is_known())
+      table.add({one.name, type, decimal_text(one.hertz, 1), joined(decimal_text(one.gap_ms, 1), " ms"),
+                 bytes_text(whole_of(one.bytes)), bytes_text(whole_of(one.bytes_per_second())),
+                 std::to_string(one.subscribers)});
+    else
+      table.add({one.name, type, "-", "-", "-", "-", "0"});
+  }
   if (table.empty())
     to.push_back({"no topic has had a subscriber"});
   else

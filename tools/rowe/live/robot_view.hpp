@@ -38,6 +38,8 @@ class robot_view {
     double hertz = 0, bytes = 0, gap_ms = 0;
     std::uint64_t subscribers = 0;
     double bytes_per_second() const noexcept { return hertz * bytes; }
+    // Of what nobody subscribes to the robot measures nothing.
+    bool is_known() const noexcept { return subscribers != 0 || hertz > 0; }
   };
   struct loss {
     std::uint64_t all = 0;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <clocale>
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 
@@ -29,8 +30,9 @@ bool screen::is_possible() noexcept {
 
 screen::screen() {
   hold_stderr(true);
-  (void)std::setlocale(LC_CTYPE, ""); // so that ncurses knows UTF-8
-  ::initscr();
+  (void)std::setlocale(LC_CTYPE, "");          // so that ncurses knows UTF-8
+  screen_ = ::newterm(nullptr, stdout, stdin); // initscr() would end the program
+  if (screen_ == nullptr) return;
   ::cbreak();
   ::noecho();
   ::keypad(::stdscr, TRUE);
@@ -44,7 +46,10 @@ screen::screen() {
 }
 
 screen::~screen() {
-  ::endwin();
+  if (screen_ != nullptr) {
+    ::endwin();
+    ::delscreen(screen_);
+  }
   hold_stderr(false);
 }
 

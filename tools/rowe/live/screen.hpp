@@ -11,17 +11,22 @@
 
 #include "robot_view.hpp"
 
+struct screen; // of ncurses: SCREEN
+
 namespace rowe::tools {
 
 class screen {
  public:
-  // Whether stdin and stdout are a terminal that can do it.
+  // Whether stdin and stdout are a terminal.
   static bool is_possible() noexcept;
 
   screen();
   screen(const screen&) = delete;
   screen& operator=(const screen&) = delete;
   ~screen();
+
+  // False: ncurses does not know the terminal that $TERM names. The rest may not be called then.
+  explicit operator bool() const noexcept { return screen_ != nullptr; }
 
   std::size_t columns() const noexcept;
   std::size_t rows() const noexcept;
@@ -33,6 +38,7 @@ class screen {
   key read(rt::time_point until);
 
  private:
+  ::screen* screen_ = nullptr; // of ncurses
   bool coloured_ = false;
 };
 

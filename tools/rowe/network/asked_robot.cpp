@@ -5,17 +5,15 @@
 
 namespace rowe::tools {
 
-std::optional<exit_code> asked_robot::connect(const remote_place& at, std::optional<rt::duration> within) {
-  const spelled_url url = read_url(at.url);
-  if (url.url.empty()) return usage_error(verb_, url.wrong);
-  url_ = url.url;
-  const auto bounds = limits_for(verb_);
+std::optional<exit_code> asked_robot::connect(const remote_place& at, std::optional<rt::duration> within,
+                                              std::optional<limits> bounds) {
+  if (!bounds) bounds = limits_for(verb_);
   if (!bounds) return exit_code::usage;
-  endpoint_options options{.limits = *bounds};
-  if (const auto end = use(at, options, to_)) return end;
-  auto hub = endpoint::connect(url_, options);
-  if (!hub) return cannot_open(url_, hub.error(), to_);
-  open_ = std::make_unique<opened>(std::move(*hub), url_, to_);
+  exit_code otherwise = exit_code::failed;
+  auto opened_here = open_endpoint(verb_, at, {.limits = *bounds}, to_, otherwise);
+  if (!opened_here) return otherwise;
+  url_ = opened_here->url;
+  open_ = std::make_unique<opened>(std::move(opened_here->hub), url_, to_);
   if (const auto end = open_->connection.wait(within)) return end;
   open_->waits.emplace(open_->connection);
   open_->services.emplace(open_->hub, *open_->waits, timeout_);

@@ -23,8 +23,9 @@ class asked_robot {
       : verb_{verb}, timeout_{timeout}, to_{to} {}
 
   // Nothing: it is connected. Otherwise the verb ends with this, and the reason was printed.
-  // `within`: how long it may take; nothing: until Ctrl-C.
-  std::optional<exit_code> connect(const remote_place& at, std::optional<rt::duration> within);
+  // `within`: how long it may take; nothing: until Ctrl-C. `bounds`: of the endpoint; nothing: as usual.
+  std::optional<exit_code> connect(const remote_place& at, std::optional<rt::duration> within,
+                                   std::optional<limits> bounds = std::nullopt);
   std::optional<exit_code> connect(const remote_place& at) { return connect(at, timeout_); }
 
   // ---- once it is connected
@@ -38,6 +39,7 @@ class asked_robot {
   // The same of /rowe/stats, which roles may lack the right for.
   exit_code give_up_statistics();
 
+  endpoint& hub() noexcept { return open_->hub; }
   remote& connection() noexcept { return open_->connection; }
   const std::string& url() const noexcept { return url_; }
 

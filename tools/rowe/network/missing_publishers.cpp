@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "../text/json_values.hpp"
-#include "robot_names.hpp"
 
 namespace rowe::tools {
 namespace {
@@ -19,7 +18,7 @@ bool says_nobody(json_value answer) noexcept {
 
 missing_publishers::missing_publishers(endpoint& hub, const remote& at,
                                        const std::vector<std::string>& topics, const console& to)
-    : at_{at}, to_{to} {
+    : at_{at}, wanted_{topics}, to_{to} {
   if (topics.empty()) return;
   const auto now = rt::monotonic_clock::now();
   if (auto opened = hub.client<json_text, json_text>(
@@ -56,21 +55,17 @@ void missing_publishers::report() {
     knows_names_ = true;
     if (end->reply) {
       const json_value list = end->reply->json().find("topics").value_or(json_value{});
-      for (const json_value name : list.elements()) all_.push_back(plain_text_of(name));
+      for (const json_value listed : list.elements()) {
+        const std::string name =
+            plain_text_of(listed); // who is asked for is listed, too, though nobody publishes
+        if (std::ranges::find(wanted_, name) == wanted_.end()) all_.push_back({name});
+      }
     }
   }
   for (const std::string& topic : missing_)
-    to_.note("nobody publishes ", printable(topic), " at ", at_.url(), " yet", meant_instead_of(topic),
-             "; waiting for it (Ctrl-C to stop)");
+    to_.note("nobody publishes ", printable(topic), " at ", at_.url(), " yet",
+             did_you_mean(nearest_name(topic, all_)), "; waiting for it (Ctrl-C to stop)");
   missing_.clear();
-}
-
-std::string missing_publishers::meant_instead_of(const std::string& topic) const {
-  std::vector<robot_name> others;
-  for (const std::string& name : all_)
-    if (name != topic) others.push_back({name});
-  const std::string meant = nearest_name(topic, others);
-  return meant.empty() || meant == topic ? std::string{} : joined("; did you mean ", printable(meant), "?");
 }
 
 } // namespace rowe::tools

@@ -9,6 +9,7 @@
 
 #include "../console.hpp"
 #include "remote.hpp"
+#include "robot_names.hpp"
 
 namespace rowe::tools {
 
@@ -28,15 +29,14 @@ class missing_publishers {
   };
   static constexpr rt::duration answer_time = std::chrono::seconds{10};
 
-  std::string meant_instead_of(const std::string& topic) const;
-
   const remote& at_;
+  const std::vector<std::string> wanted_;
   const console& to_;
   caller<json_text, json_text> publishers_;
   caller<json_text, json_text> names_;
   std::vector<one> asked_;             // and not answered yet
   bool knows_names_ = false;           // or there is no answer
-  std::vector<std::string> all_{};     // topics there are
+  std::vector<robot_name> all_{};      // topics there are, besides those asked for
   std::vector<std::string> missing_{}; // and not told of yet
 };
 

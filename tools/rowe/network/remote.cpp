@@ -241,6 +241,24 @@ exit_code cannot_open(const std::string& url, const error& reason, const console
   return exit_code_of(reason);
 }
 
+std::optional<opened_endpoint> open_endpoint(std::string_view verb, const remote_place& at,
+                                             endpoint_options options, const console& to,
+                                             exit_code& otherwise) {
+  const spelled_url url = read_url(at.url);
+  if (url.url.empty()) {
+    otherwise = usage_error(verb, url.wrong);
+    return std::nullopt;
+  }
+  if (const auto end = use(at, options, to)) {
+    otherwise = *end;
+    return std::nullopt;
+  }
+  auto hub = endpoint::connect(url.url, options);
+  if (hub) return opened_endpoint{std::move(*hub), url.url};
+  otherwise = cannot_open(url.url, hub.error(), to);
+  return std::nullopt;
+}
+
 exit_code exit_code_of(const error& reason) noexcept {
   switch (reason.code) {
   case errc::bad_url:

@@ -50,6 +50,17 @@ std::string typed_again(const remote_place& at);
 // Puts them into the options. Otherwise the verb ends with this, and the reason was printed.
 std::optional<exit_code> use(const remote_place& at, endpoint_options& options, const console& to);
 
+// An endpoint that a verb has opened, and where it connects to.
+struct opened_endpoint {
+  endpoint hub;
+  std::string url;
+};
+// Opens one, which is not connected yet; see remote::wait(). Nothing: the verb ends with `otherwise`, and the
+// reason was printed. `verb`: whose arguments are to blame.
+std::optional<opened_endpoint> open_endpoint(std::string_view verb, const remote_place& at,
+                                             endpoint_options options, const console& to,
+                                             exit_code& otherwise);
+
 // The entries that the verbs' tables share: the URL, or $ROWE_URL; and the kind of peer that is there, as an
 // index of websocket_profile.
 operand url_operand(std::string& into) noexcept;

@@ -39,7 +39,7 @@ bool is_endpoints_own(std::string_view name) noexcept {
   return name.starts_with("/rowe/") || name.starts_with("/rosapi/");
 }
 
-std::optional<std::vector<robot_name>> names_of(service_asker& robot, name_kind which, bool with_types,
+std::optional<std::vector<robot_name>> names_of(service_asker& robot, name_kind which,
                                                 std::uint64_t* left_out) {
   const listing_service& by = listing_services[static_cast<std::size_t>(which)];
   const auto answer = robot.ask(by.service);
@@ -55,14 +55,19 @@ std::optional<std::vector<robot_name>> names_of(service_asker& robot, name_kind 
   std::vector<robot_name> all;
   for (std::size_t i = 0; i < names.size(); ++i) all.push_back({names[i], types[i]});
   std::ranges::sort(all, {}, &robot_name::name);
-  if (by.of_type.empty() || !with_types) return all;
-  for (robot_name& one : all) {
+  return all;
+}
+
+bool ask_types(service_asker& robot, name_kind which, std::vector<robot_name>& of) {
+  const listing_service& by = listing_services[static_cast<std::size_t>(which)];
+  if (by.of_type.empty()) return true;
+  for (robot_name& one : of) {
     const auto type = robot.ask(by.of_type, joined("{\"", by.word, "\":", json_string_of(one.name), "}"));
-    if (!type && robot.end() == exit_code::interrupted) return std::nullopt;
+    if (!type && robot.end() == exit_code::interrupted) return false;
     if (!type && robot.end() == exit_code::timed_out) break; // nor will it say the others
     if (type) one.type = plain_text_of(read_json(*type).find("type").value_or(json_value{}));
   }
-  return all;
+  return true;
 }
 
 std::optional<std::vector<std::string>> holders_of(service_asker& robot, std::string_view service,
@@ -73,15 +78,19 @@ std::optional<std::vector<std::string>> holders_of(service_asker& robot, std::st
   return texts_in(read_json(*answer), list);
 }
 
+std::string with_slash(std::string_view name) {
+  return name.starts_with('/') ? std::string{name} : joined("/", name);
+}
+
 std::string nearest_name(std::string_view name, const std::vector<robot_name>& all) {
   std::vector<std::string_view> known;
   for (const robot_name& one : all) known.push_back(one.name);
-  const std::string with_slash = name.starts_with('/') ? std::string{name} : joined("/", name);
-  if (std::ranges::find(known, with_slash) != known.end()) return with_slash;
+  const std::string whole = with_slash(name);
+  if (std::ranges::find(known, whole) != known.end()) return whole;
   // The last part alone: "odom" for "/robot/odom".
   for (const std::string_view one : known)
-    if (one.ends_with(with_slash)) return std::string{one};
-  return std::string{nearest(with_slash, known)};
+    if (one.ends_with(whole)) return std::string{one};
+  return std::string{nearest(whole, known)};
 }
 
 } // namespace rowe::tools

@@ -18,6 +18,8 @@ class service_asker {
   service_asker(endpoint& hub, watcher& waits, rt::duration timeout) noexcept
       : hub_{hub}, waits_{waits}, timeout_{timeout} {}
 
+  void answer_within(rt::duration timeout) noexcept { timeout_ = timeout; }
+
   // The answer, in JSON. Nothing: why() and end() say why not.
   std::optional<std::string> ask(std::string_view service, std::string_view request = "{}");
 
@@ -31,7 +33,7 @@ class service_asker {
  private:
   endpoint& hub_;
   watcher& waits_;
-  const rt::duration timeout_;
+  rt::duration timeout_;
   std::string why_;
   errc code_{};
   exit_code end_ = exit_code::failed;

@@ -169,8 +169,7 @@ bool is_same_name(std::string_view one, std::string_view other) noexcept {
 std::string hint_of(std::string_view word, const std::vector<std::string>& known) {
   if (known.empty()) return {};
   const std::vector<std::string_view> views{known.begin(), known.end()};
-  if (const std::string_view meant = nearest(word, views); !meant.empty())
-    return joined("; did you mean ", printable(meant), "?");
+  if (const std::string_view meant = nearest(word, views); !meant.empty()) return did_you_mean(meant);
   std::string text = "; there is ";
   for (std::size_t i = 0; i < std::min(known.size(), listed_max); ++i)
     text.append(i == 0 ? "" : ", ").append(printable(known[i]));
@@ -190,7 +189,7 @@ std::string hint_of_path(std::string_view path, json_value message) {
     const bool is_inside = one.starts_with(joined(path, ".")) || one.starts_with(joined(path, "["));
     if (is_behind || is_inside) around.push_back(one);
   }
-  if (around.size() == 1) return joined("; did you mean ", printable(around.front()), "?");
+  if (around.size() == 1) return did_you_mean(around.front());
   if (!around.empty()) return hint_of({}, around);
   return numbers.empty() ? "; it has no numbers" : hint_of(path, numbers);
 }

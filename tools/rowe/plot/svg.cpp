@@ -22,6 +22,9 @@ std::string escaped(std::string_view text) {
     default: safe += c;
     }
   }
+  // U+FFFE and U+FFFF are in no XML.
+  for (const std::string_view none : {"\xEF\xBF\xBE", "\xEF\xBF\xBF"})
+    for (std::size_t at = 0; (at = safe.find(none, at)) != safe.npos;) safe.replace(at, 3, "\xEF\xBF\xBD");
   return safe;
 }
 

@@ -20,6 +20,7 @@ namespace rowe::tools {
 namespace {
 
 constexpr std::size_t lines_between_reports = 4096;
+constexpr std::uint64_t faults_most = 20;             // that are told one by one
 constexpr std::uint64_t line_bytes_most = 64U << 20U; // what is longer, nobody takes as a message
 
 struct kept_line {
@@ -41,17 +42,19 @@ class kept_lines final : public recorded_messages {
     const auto of = static_cast<double>(file_.tellg());
     file_.seekg(0);
     std::string line;
-    std::uint64_t number = 0, offset = 0;
-    while (std::getline(file_, line)) {
+    std::uint64_t number = 0, offset = 0, wrong_lines = 0;
+    while (const std::uint64_t bytes = next_line(line)) {
       ++number;
       const std::string wrong = take(line, offset);
-      if (!wrong.empty()) faults_.push_back(joined("line ", number, " ", wrong));
-      offset += line.size() + 1;
+      if (!wrong.empty() && ++wrong_lines <= faults_most)
+        faults_.push_back(joined("line ", number, " ", wrong));
+      offset += bytes;
       if (number % lines_between_reports != 0) continue;
       on_progress(static_cast<double>(offset) / of);
       if (interrupt::seen()) return joined(printable(path), ": interrupted");
     }
-    file_.clear();
+    if (wrong_lines > faults_most)
+      faults_.push_back(joined(counted(wrong_lines - faults_most, "line"), " more cannot be taken"));
     if (timed_ != 0 && timed_ != lines_.size())
       return joined(printable(path), ": ", lines_.size() - timed_, " of ", counted(lines_.size(), "line"),
                     " have no \"time\"");
@@ -105,10 +108,24 @@ class kept_lines final : public recorded_messages {
   std::vector<std::string> faults() override { return std::exchange(faults_, {}); }
 
  private:
+  // Of one that is longer than anybody takes only so much that this shows. How many bytes it has, its end
+  // among them; 0: there is none.
+  std::uint64_t next_line(std::string& into) {
+    std::streambuf& from = *file_.rdbuf();
+    into.clear();
+    for (std::uint64_t bytes = 0;;) {
+      const auto next = from.sbumpc();
+      if (next == std::streambuf::traits_type::eof()) return bytes;
+      ++bytes;
+      if (next == '\n') return bytes;
+      if (into.size() <= line_bytes_most) into += static_cast<char>(next);
+    }
+  }
+
   // What is wrong with a line, to be read behind its number; empty: it is kept, or blank.
   std::string take(std::string_view line, std::uint64_t offset) {
     if (line.find_first_not_of(" \t\r") == line.npos) return {};
-    if (line.size() > line_bytes_most) return joined("has ", line.size(), " bytes, which is too long");
+    if (line.size() > line_bytes_most) return joined("has more than ", line_bytes_most, " bytes");
     if (std::string wrong = object_fault(line); !wrong.empty()) return wrong;
     const json_value whole = read_json(line);
     std::string name = how_.topic;

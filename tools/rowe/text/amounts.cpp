@@ -6,6 +6,11 @@
 
 namespace rowe::tools {
 
+std::uint64_t whole_of(double said) noexcept {
+  if (!(said > 0)) return 0;
+  return said >= 0x1p63 ? std::uint64_t{1} << 63U : static_cast<std::uint64_t>(said);
+}
+
 std::string bytes_text(std::uint64_t bytes) {
   constexpr std::array units{"B", "kB", "MB", "GB", "TB", "PB", "EB"};
   auto amount = static_cast<double>(bytes);

@@ -17,6 +17,7 @@
 #include "../console.hpp"
 #include "../interrupt.hpp"
 #include "../network/remote.hpp"
+#include "../network/robot_names.hpp"
 #include "../output.hpp"
 #include "../text/json_outline.hpp"
 #include "../text/json_values.hpp"
@@ -31,6 +32,7 @@ using namespace std::chrono_literals;
 constexpr std::uint32_t text_bytes_max = limits{}.message_bytes_max;
 constexpr std::uint32_t places = 4; // of calls; one that timed out here keeps its own until its end is known
 constexpr rt::duration timeout_default = 2s;
+constexpr rt::duration hint_time = 500ms;
 constexpr rt::duration connect_time_min = 1s; // connecting takes what it takes, however little --timeout is
 
 struct call_options {
@@ -39,6 +41,9 @@ struct call_options {
   std::string request = "{}";
   std::optional<rt::duration> timeout;
   std::int64_t repeat = 0; // 0: one call, whose answer is printed
+  std::string field;
+  bool pretty = false;
+  bool csv = false;
   bool json = false;
   bool plain = false;
   std::size_t profile = 0;
@@ -68,6 +73,9 @@ command table_of(call_options& o) {
                time_span{&o.timeout}},
               {"--repeat", "", "N", "call this many times, one after another",
                integer{&o.repeat, 1, INT64_MAX}},
+              {"--pretty", "", "", "for people: indented, also where no terminal is", &o.pretty},
+              {"--csv", "", "", "a header and a row", &o.csv},
+              {"--field", "", "PATH", "only this part of the answer, such as pose.x or ranges[0]", &o.field},
               {"--json", "", "", "one JSON object, with the answer or the error and with the time", &o.json},
               {"--plain", "", "", "as a plain message with the member `service`, not over rosbridge",
                &o.plain},
@@ -86,6 +94,12 @@ std::string contradiction(const call_options& o) {
   if (o.plain && read_json(o.request).find("service")) {
     return "with --plain, `service` is the member that names the service; the arguments have one as well";
   }
+  if (static_cast<int>(o.json) + static_cast<int>(o.pretty) + static_cast<int>(o.csv) > 1)
+    return "--json, --pretty and --csv exclude each other";
+  if (o.json && !o.field.empty())
+    return "--json has the whole answer: without it --field prints a part of it";
+  if (o.repeat > 0 && (o.pretty || o.csv || !o.field.empty()))
+    return "--repeat prints no answers: it goes without --field, --pretty and --csv";
   return {};
 }
 
@@ -161,8 +175,8 @@ class by_invocation {
 template <class Service>
 class asker {
  public:
-  asker(Service service, remote& hub, rt::duration timeout)
-      : service_{std::move(service)}, waits_{hub}, timeout_{timeout} {}
+  asker(Service service, endpoint& hub, remote& connection, rt::duration timeout)
+      : service_{std::move(service)}, hub_{hub}, waits_{connection}, timeout_{timeout} {}
 
   outcome ask() {
     rt::duration took{};
@@ -175,9 +189,16 @@ class asker {
     if (answer) return {{}, Service::answer_of(*answer), took};
     return failed(answer.error(), service_.refusal(), timeout_, took);
   }
+  // Which service may have been meant, as far as the robot says what it has; to be read behind a sentence.
+  std::string hint(std::string_view service) {
+    service_asker robot{hub_, waits_, hint_time};
+    const auto all = names_of(robot, name_kind::service);
+    return all ? did_you_mean(nearest_name(service, *all)) : std::string{};
+  }
 
  private:
   Service service_;
+  endpoint& hub_;
   watcher waits_;
   rt::duration timeout_;
 };
@@ -243,12 +264,24 @@ std::string json_of(const call_options& o, const outcome& end) {
                             end.took.count(), "}"));
 }
 
-// False: nobody reads our output any more.
-bool print(const outcome& end, const call_options& o, const console& to) {
+// The answer for stdout. Nothing: it has no such field.
+std::optional<std::string> text_of(const std::string& answer, const call_options& o) {
+  const json_value whole = read_json(answer);
+  if (o.csv) return message_format{message_format::kind::csv, o.field, false}.text_of({}, whole);
+  const auto part = whole.find(o.field);
+  if (!part) return std::nullopt;
+  const bool for_people = o.pretty || (o.field.empty() && ::isatty(STDOUT_FILENO) == 1);
+  return for_people ? outline_of(*part) : on_one_line(part->text());
+}
+
+// False: nobody reads our output any more, or the answer `lacks` the field, which was said.
+bool print(const outcome& end, const call_options& o, const console& to, bool& lacks) {
   if (o.json) return emit(json_of(o, end));
   if (end.failure) return true;
-  if (!emit(::isatty(STDOUT_FILENO) == 1 ? outline_of(read_json(end.text)) : on_one_line(end.text)))
-    return false;
+  const auto text = text_of(end.text, o);
+  lacks = !text;
+  if (lacks) to.error("the answer has no ", quoted(o.field), ": ", printable(end.text));
+  if (lacks || !emit(*text)) return false;
   if (::isatty(STDERR_FILENO) == 1) to.note("answered in ", time_text(end.took));
   return true;
 }
@@ -265,9 +298,15 @@ exit_code ask_all(asker<Service>& asking, remote& hub, rt::duration connect_time
     if (end.failure && interrupt::seen()) break; // given up
     hub.report();
     all.count(end);
-    if (o.repeat == 0 && !print(end, o, to)) break; // nobody reads any more
+    bool lacks = false;
+    if (o.repeat == 0 && !print(end, o, to, lacks)) {
+      if (lacks) ended = exit_code::failed;
+      break;
+    }
     if (!end.failure) continue;
-    if (end.text != said) to.error("service ", printable(o.service), ": ", end.text);
+    const bool is_unknown = end.failure == errc::no_service && !o.plain;
+    if (end.text != said)
+      to.error("service ", printable(o.service), ": ", end.text, is_unknown ? asking.hint(o.service) : "");
     said = end.text;
     const exit_code meaning = exit_code_of(*end.failure);
     if (meaning == exit_code::usage || meaning == exit_code::no_connection) ended = meaning;
@@ -288,7 +327,7 @@ exit_code ask_from(endpoint hub, const std::string& url, const call_options& o, 
   const rt::duration connect_time = std::max(timeout, connect_time_min);
   remote connection{hub, url, to};
   if (const auto end = connection.wait(connect_time)) return *end;
-  asker<Service> asking{std::move(*service), connection, timeout};
+  asker<Service> asking{std::move(*service), hub, connection, timeout};
   return ask_all(asking, connection, connect_time, o, to);
 }
 
@@ -300,17 +339,14 @@ exit_code call(argument_list arguments) {
   console to{"call"};
   to.be_quiet(chosen.quiet);
   if (const std::string wrong = contradiction(chosen); !wrong.empty()) return usage_error("call", wrong);
-  const spelled_url url = read_url(chosen.at.url);
-  if (url.url.empty()) return usage_error("call", url.wrong);
-
   const auto bounds = limits_for("call", std::size_t{16 * places} * (text_bytes_max + 1024));
   if (!bounds) return exit_code::usage;
-  endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
-  if (const auto end = use(chosen.at, options, to)) return *end;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
-  return chosen.plain ? ask_from<by_invocation>(std::move(hub).value(), url.url, chosen, to)
-                      : ask_from<over_rosbridge>(std::move(hub).value(), url.url, chosen, to);
+  exit_code otherwise = exit_code::failed;
+  auto opened = open_endpoint("call", chosen.at, {.limits = *bounds, .profile = profile_of(chosen.profile)},
+                              to, otherwise);
+  if (!opened) return otherwise;
+  return chosen.plain ? ask_from<by_invocation>(std::move(opened->hub), opened->url, chosen, to)
+                      : ask_from<over_rosbridge>(std::move(opened->hub), opened->url, chosen, to);
 }
 
 } // namespace rowe::tools

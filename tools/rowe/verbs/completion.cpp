@@ -21,7 +21,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr rt::duration completing_timeout = 700ms; // somebody waits at the keyboard
+constexpr rt::duration completing_timeout = 700ms; // in all: somebody waits at the keyboard
 
 constexpr std::string_view bash_script = R"(# rowe completion bash
 _rowe() {
@@ -31,7 +31,7 @@ _rowe() {
   COMPREPLY=()
   while IFS=$'\t' read -r word _; do
     if [[ $word == :files ]]; then files=1; else COMPREPLY+=("$word"); fi
-  done < <("${words[0]}" complete -- "${words[@]:1}" 2>/dev/null)
+  done < <("${words[0]/#\~\//$HOME/}" complete -- "${words[@]:1}" 2>/dev/null)
   # What readline takes for a word begins behind the last colon or equals sign.
   word=${words[${#words[@]} - 1]}
   before=${word%"${word##*[:=]}"}
@@ -47,14 +47,15 @@ constexpr std::string_view zsh_script = R"(#compdef rowe
 # rowe completion zsh
 _rowe() {
   local -a found
-  local line files=
+  local line word meaning files=
   while IFS= read -r line; do
     if [[ $line == :files ]]; then
       files=1
     else
-      found+=("${${line%%$'\t'*}//:/\\:}:${line#*$'\t'}")
+      word=${line%%$'\t'*} meaning=${line#*$'\t'}
+      found+=("${word//:/\\:}${meaning:+:$meaning}")
     fi
-  done < <("${words[1]}" complete -- "${(@)words[2,CURRENT]}" 2>/dev/null)
+  done < <("${words[1]/#\~\//$HOME/}" complete -- "${(@)words[2,CURRENT]}" 2>/dev/null)
   (( $#found )) && _describe -V rowe found
   [[ -n $files ]] && _files
   return 0
@@ -95,22 +96,27 @@ bool is_plain_word(std::string_view word) noexcept {
 
 // Nothing is said where the robot cannot be asked: it is a key that was pressed, not a command.
 void add_names(completion_answer& to) {
-  const char* const usual = std::getenv("ROWE_URL");
-  remote_place at;
-  at.url = to.url.empty() && usual != nullptr ? usual : to.url;
+  remote_place at = to.at;
+  if (const char* const usual = std::getenv("ROWE_URL"); at.url.empty() && usual != nullptr) at.url = usual;
   if (at.url.empty() || to.names == asked_names::none) return;
   console silent{"complete"};
   silent.be_quiet(true);
   asked_robot robot{"complete", completing_timeout, silent};
+  const rt::time_point end = rt::monotonic_clock::now() + completing_timeout;
   if (robot.connect(at)) return;
+  const auto leave_time = [&] {
+    robot.services().answer_within(std::max<rt::duration>(end - rt::monotonic_clock::now(), 1ms));
+  };
   const auto add = [&](name_kind which) {
-    for (const robot_name& one : names_of(robot.services(), which, false).value_or(std::vector<robot_name>{}))
+    leave_time();
+    for (const robot_name& one : names_of(robot.services(), which).value_or(std::vector<robot_name>{}))
       to.words.push_back({one.name, one.type});
   };
   if (to.names == asked_names::topics || to.names == asked_names::topics_and_services) add(name_kind::topic);
   if (to.names == asked_names::services || to.names == asked_names::topics_and_services)
     add(name_kind::service);
   if (to.names != asked_names::parameters) return;
+  leave_time();
   const auto answer = robot.ask("/rosapi/get_param_names");
   if (!answer) return;
   const json_value names = read_json(*answer).find("names").value_or(json_value{});

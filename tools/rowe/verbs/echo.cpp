@@ -288,9 +288,6 @@ exit_code echo(argument_list arguments) {
   to.be_quiet(chosen.quiet);
   if (const std::string wrong = contradiction(chosen); !wrong.empty()) return usage_error("echo", wrong);
   if (chosen.once) chosen.count = 1;
-  const spelled_url url = read_url(chosen.at.url);
-  if (url.url.empty()) return usage_error("echo", url.wrong);
-
   if (!chosen.plain && chosen.topics.empty()) return list_topics(chosen, to);
   auto bounds = limits_for("echo");
   if (!bounds) return exit_code::usage;
@@ -300,12 +297,12 @@ exit_code echo(argument_list arguments) {
   if (wanted != 0 && wanted <= long_bytes_max / longest) chosen.takes_long = true;
   if (!chosen.plain && chosen.takes_long) chosen.text_bytes_max = longest;
   bounds->handle_bytes = std::max(bounds->handle_bytes, subscriptions::bytes_for(chosen.wanted()));
-  endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
-  if (const auto end = use(chosen.at, options, to)) return *end;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
-  return chosen.plain ? print_from<plain_messages>(std::move(hub).value(), url.url, chosen, to)
-                      : print_from<subscriptions>(std::move(hub).value(), url.url, chosen, to);
+  exit_code otherwise = exit_code::failed;
+  auto opened = open_endpoint("echo", chosen.at, {.limits = *bounds, .profile = profile_of(chosen.profile)},
+                              to, otherwise);
+  if (!opened) return otherwise;
+  return chosen.plain ? print_from<plain_messages>(std::move(opened->hub), opened->url, chosen, to)
+                      : print_from<subscriptions>(std::move(opened->hub), opened->url, chosen, to);
 }
 
 } // namespace rowe::tools

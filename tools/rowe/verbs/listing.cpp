@@ -54,7 +54,7 @@ struct listed {
 // Nothing: the robot does not say.
 std::optional<listed> names_to_show(asked_robot& robot, name_kind which, const listing_options& o) {
   listed found;
-  auto all = names_of(robot.services(), which, true, &found.left_out);
+  auto all = names_of(robot.services(), which, &found.left_out);
   if (!all) return std::nullopt;
   for (robot_name& one : *all) {
     if (!o.all && is_endpoints_own(one.name))
@@ -62,6 +62,7 @@ std::optional<listed> names_to_show(asked_robot& robot, name_kind which, const l
     else
       found.shown.push_back(std::move(one));
   }
+  if (!ask_types(robot.services(), which, found.shown)) return std::nullopt;
   return found;
 }
 
@@ -155,13 +156,13 @@ exit_code list(argument_list arguments) {
   asked_robot robot{"list", chosen.timeout.value_or(listing_timeout), to};
   if (const auto end = robot.connect(chosen.at)) return *end;
   std::string text;
-  bool any = false;
+  bool any = false; // is in the text
   for (const name_kind which : {name_kind::topic, name_kind::service, name_kind::action}) {
-    const auto found = names_to_show(robot, which, chosen);
+    auto found = names_to_show(robot, which, chosen);
     // Servers that are none of ours may know no actions.
     if (!found && (!robot.services().has_no_such() || which == name_kind::topic))
       return robot.give_up(joined("what ", word_of(which), "s it has"));
-    if (!found) continue;
+    if (!found) found.emplace();
     if (chosen.json) {
       text += joined(any ? ",\"" : "{\"", word_of(which), "s\":", listing_json(found->shown));
     } else if (!found->shown.empty()) {

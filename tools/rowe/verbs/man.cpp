@@ -64,7 +64,7 @@ exit_code man(argument_list arguments) {
     return exit_code::done;
   }
   const verb* const found = find_verb(name);
-  if (found == nullptr) return usage_error("man", joined("there is no verb ", quoted(name)));
+  if (found == nullptr) return usage_error("man", no_such_verb(name));
   if (found->name == "bench") {
     for (const verb& one : bench::modes()) emit(page_of(one));
     return exit_code::done;

@@ -9,8 +9,10 @@
 #include "../arguments/values.hpp"
 #include "../console.hpp"
 #include "../network/asked_robot.hpp"
+#include "../network/robot_names.hpp"
 #include "../output.hpp"
 #include "../text/json_values.hpp"
+#include "../text/message_format.hpp"
 #include "verbs.hpp"
 
 namespace rowe::tools {
@@ -27,6 +29,7 @@ struct param_settings {
   std::string value;
   std::optional<rt::duration> timeout;
   bool all = false;
+  bool json = false;
 };
 
 command param_table(param_settings& o) {
@@ -48,6 +51,7 @@ command param_table(param_settings& o) {
           o.at, {
                     {"--timeout", "", "TIME", "for the connection and for each answer (default 2s)",
                      time_span{&o.timeout}},
+                    {"--json", "", "", R"(list, get: {"name":..,"value":..}, one a line)", &o.json},
                     {"--all", "", "", "list: also the endpoint's own, below /rowe/", &o.all},
                 })};
 }
@@ -78,20 +82,27 @@ class param_asker {
  public:
   param_asker(asked_robot& robot, const console& to) : robot_{robot}, to_{to} {}
 
-  // The answer; nothing, and the reason was printed.
-  std::optional<std::string> ask(std::string_view service, const std::string& what) {
+  // The answer; nothing, and the reason was printed. `about`: the parameter, if it is of one.
+  std::optional<std::string> ask(std::string_view service, const std::string& what,
+                                 std::string_view about = {}) {
     auto answer = robot_.ask(service, what);
     end_ = robot_.services().end();
-    if (!answer && !robot_.services().why().empty()) to_.error(robot_.services().why());
-    return answer;
+    if (answer) return answer;
+    if (const std::string why = robot_.services().why(); !why.empty()) to_.error(why, hint(about));
+    return std::nullopt;
+  }
+  // All there are, sorted; nothing, and the reason was printed.
+  std::optional<std::vector<std::string>> names() {
+    const auto answer = ask("/rosapi/get_param_names", "{}");
+    return answer ? std::optional{names_in(*answer)} : std::nullopt;
   }
   // The value in JSON.
   std::optional<std::string> get(const std::string& name) {
-    const auto answer = ask("/rosapi/get_param", joined(R"({"name":)", json_string_of(name), "}"));
+    const auto answer = ask("/rosapi/get_param", joined(R"({"name":)", json_string_of(name), "}"), name);
     if (!answer) return std::nullopt;
     const json_value read = read_json(*answer);
     if (const auto known = read.get<bool>("successful"); known && !*known) {
-      to_.error(printable(reason_of(read)));
+      to_.error(printable(reason_of(read)), hint(name));
       return std::nullopt;
     }
     const auto value = read.get<std::string>("value");
@@ -102,26 +113,46 @@ class param_asker {
   exit_code end() const noexcept { return end_; }
 
  private:
+  static std::vector<std::string> names_in(std::string_view answer) {
+    std::vector<std::string> names;
+    if (const auto found = read_json(answer).find("names")) {
+      for (const json_value one : found->elements())
+        if (auto name = one.get<std::string>()) names.push_back(std::move(*name));
+    }
+    std::ranges::sort(names);
+    return names;
+  }
+  // Which parameter may have been meant in place of one that there is not.
+  std::string hint(std::string_view name) {
+    if (name.empty()) return {};
+    const auto answer = robot_.ask("/rosapi/get_param_names");
+    if (!answer) return {};
+    std::vector<robot_name> all;
+    for (std::string& one : names_in(*answer)) all.push_back({std::move(one)});
+    const std::string meant = nearest_name(name, all);
+    return meant == name ? std::string{} : did_you_mean(meant);
+  }
+
   asked_robot& robot_;
   const console& to_;
   exit_code end_ = exit_code::failed;
 };
 
+std::string json_of(const std::string& name, const std::string& value) {
+  return on_one_line(
+      joined(R"({"name":)", json_string_of(name), R"(,"value":)", read_json(value).text(), "}"));
+}
+
 exit_code list_params(param_asker& asks, const param_settings& o) {
-  const auto answer = asks.ask("/rosapi/get_param_names", "{}");
-  if (!answer) return asks.end();
-  std::vector<std::string> names;
-  if (const auto found = read_json(*answer).find("names")) {
-    for (const json_value one : found->elements()) {
-      if (auto name = one.get<std::string>(); name && (o.all || !name->starts_with("/rowe/")))
-        names.push_back(std::move(*name));
-    }
-  }
-  std::ranges::sort(names);
-  for (const std::string& name : names) {
+  const auto names = asks.names();
+  if (!names) return asks.end();
+  for (const std::string& name : *names) {
+    if (!o.all && name.starts_with("/rowe/")) continue;
     const auto value = asks.get(name);
     if (!value) return asks.end();
-    if (!emit(joined(printable(name), " ", printable(*value), "\n"))) break;
+    const bool read =
+        emit(o.json ? json_of(name, *value) : joined(printable(name), " ", printable(*value), "\n"));
+    if (!read) break;
   }
   return exit_code::done;
 }
@@ -129,7 +160,7 @@ exit_code list_params(param_asker& asks, const param_settings& o) {
 exit_code set_param(param_asker& asks, const param_settings& o) {
   const std::string what =
       joined(R"({"name":)", json_string_of(o.name), R"(,"value":)", json_string_of(o.value), "}");
-  const auto answer = asks.ask("/rosapi/set_param", what);
+  const auto answer = asks.ask("/rosapi/set_param", what, o.name);
   if (!answer) return asks.end();
   // Servers of ROS 2 say so in the answer.
   const json_value read = read_json(*answer);
@@ -152,7 +183,7 @@ exit_code param(argument_list arguments) {
   if (chosen.what == "set") return set_param(asks, chosen);
   const auto value = asks.get(chosen.name);
   if (!value) return asks.end();
-  emit(joined(printable(*value), "\n"));
+  emit(chosen.json ? json_of(chosen.name, *value) : joined(printable(*value), "\n"));
   return exit_code::done;
 }
 

@@ -85,7 +85,8 @@ command table_of(pub_options& o) {
                      "until Ctrl-C"}}},
       .description =
           "Publishes a JSON object on a topic: once, or with -r again and again; with - each line of stdin\n"
-          "is one, with @FILE the whole file. With --plain it is sent as a plain message. The summary is on\n"
+          "is one, with @FILE the whole file. (Lines that have times are played at their own pace by\n"
+          "`rowe replay`.) With --plain it is sent as a plain message. The summary is on\n"
           "stderr. If the server reports that a subscriber there cannot decode a message, it exits with 1. "
           "If\n"
           "a message was not sent within its time to live, or was dropped, it exits with 6. If nobody has\n"
@@ -480,18 +481,15 @@ exit_code pub(argument_list arguments) {
   }
   if (const std::string wrong = contradiction(chosen, named); !wrong.empty())
     return usage_error("pub", wrong);
-  const spelled_url url = read_url(chosen.at.url);
-  if (url.url.empty()) return usage_error("pub", url.wrong);
-
   bounds->handle_bytes =
       std::max(bounds->handle_bytes, chosen.depth() * (chosen.text_bytes_max() + std::size_t{1024}) +
                                          std::size_t{64} * (short_bytes_max + 1024));
-  endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
-  if (const auto end = use(chosen.at, options, to)) return *end;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
-  return chosen.plain ? send_to<plain_messages>(std::move(hub).value(), url.url, chosen, to)
-                      : send_to<on_topic>(std::move(hub).value(), url.url, chosen, to);
+  exit_code otherwise = exit_code::failed;
+  auto opened = open_endpoint("pub", chosen.at, {.limits = *bounds, .profile = profile_of(chosen.profile)},
+                              to, otherwise);
+  if (!opened) return otherwise;
+  return chosen.plain ? send_to<plain_messages>(std::move(opened->hub), opened->url, chosen, to)
+                      : send_to<on_topic>(std::move(opened->hub), opened->url, chosen, to);
 }
 
 } // namespace rowe::tools

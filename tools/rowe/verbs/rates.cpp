@@ -59,7 +59,8 @@ command rates_table(rates_options& o, std::string_view verb, std::array<example,
                     std::string_view description) {
   std::vector<option> own{
       {"--every", "", "TIME", "how often it says so (default 1s)", time_span{&o.every}},
-      {"-n", "", "N", "end after this many reports", integer{&o.count, 1, INT64_MAX}},
+      {"-n", "", "N", "end after this many reports (exit code 4: no message came)",
+       integer{&o.count, 1, INT64_MAX}},
       {"--once", "", "", "end after one report", &o.once},
       {"--json", "", "", "one JSON object a line for each topic and report", &o.json},
       {"--long", "", "", "also long messages, such as maps", &o.takes_long},
@@ -150,7 +151,8 @@ class rates {
       }
       if (taken && !add(*taken)) return exit_code::failed;
     }
-    return interrupt::seen() && reports == 0 ? exit_code::interrupted : exit_code::done;
+    if (interrupt::seen() && reports == 0) return exit_code::interrupted;
+    return chosen_.count != 0 && !any_ ? exit_code::timed_out : exit_code::done;
   }
 
  private:
@@ -182,6 +184,7 @@ class rates {
       const auto waited = rt::monotonic_clock::now() - came.body.arrived();
       age = rt::duration{wall_clock_ns() - *sent_ns} - waited;
     }
+    any_ = true;
     found->window.add(came.body.arrived(), came.body.json().text().size(), age);
     return true;
   }
@@ -236,6 +239,7 @@ class rates {
   const rates_options& chosen_;
   const console& to_;
   std::vector<one_topic> windows_;
+  bool any_ = false; // a message has come
 };
 
 exit_code measure(argument_list arguments, rates_options& o, const command& table) {
@@ -254,21 +258,17 @@ exit_code measure(argument_list arguments, rates_options& o, const command& tabl
   for (std::string& topic : o.topics)
     if (std::ranges::find(once, topic) == once.end()) once.push_back(std::move(topic));
   o.topics = std::move(once);
-  const spelled_url url = read_url(o.at.url);
-  if (url.url.empty()) return usage_error(table.verb, url.wrong);
   auto bounds = limits_for(table.verb);
   if (!bounds) return exit_code::usage;
   bounds->handle_bytes = std::max(bounds->handle_bytes, subscriptions::bytes_for(o.wanted()));
-  endpoint_options options{.limits = *bounds};
-  if (const auto end = use(o.at, options, to)) return *end;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
   exit_code otherwise = exit_code::failed;
-  auto from = subscriptions::open(*hub, o.wanted(), to, otherwise);
+  auto opened = open_endpoint(table.verb, o.at, {.limits = *bounds}, to, otherwise);
+  if (!opened) return otherwise;
+  auto from = subscriptions::open(opened->hub, o.wanted(), to, otherwise);
   if (!from) return otherwise;
-  remote connection{*hub, url.url, to};
+  remote connection{opened->hub, opened->url, to};
   if (const auto end = connection.wait(o.timeout)) return *end;
-  return rates{o, to}.run(*hub, connection, std::move(*from));
+  return rates{o, to}.run(opened->hub, connection, std::move(*from));
 }
 
 } // namespace

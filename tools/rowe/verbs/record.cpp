@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // rowe record: writes what a robot publishes into files, and repairs such files.
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <map>
@@ -7,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <rowe/access.hpp>
 #include <rowe/endpoint.hpp>
 #include <rowe/recording.hpp>
 
@@ -15,6 +18,8 @@
 #include "../arguments/values.hpp"
 #include "../console.hpp"
 #include "../interrupt.hpp"
+#include "../network/asked_robot.hpp"
+#include "../network/missing_publishers.hpp"
 #include "../network/remote.hpp"
 #include "../network/robot_names.hpp"
 #include "../network/robot_types.hpp"
@@ -126,6 +131,14 @@ std::string read_file_options(const record_settings& o, recording_options& file)
 
 bool is_pattern(std::string_view topic) noexcept { return topic.find('*') != std::string_view::npos; }
 
+// Of the words those that are no patterns.
+std::vector<std::string> names_in(const std::vector<std::string>& words) {
+  std::vector<std::string> names;
+  for (const std::string& word : words)
+    if (!is_pattern(word)) names.push_back(with_slash(word));
+  return names;
+}
+
 // ---- recording
 
 // Subscribes to the robot's topics as they come.
@@ -136,14 +149,14 @@ class topics_of_robot {
 
   // Those without a pattern need not be there yet.
   void subscribe_named() {
-    for (const std::string& name : chosen_.words)
-      if (!is_pattern(name)) subscribe(name[0] == '/' ? name : "/" + name, {});
+    for (const std::string& name : names_in(chosen_.words)) subscribe(name, {});
   }
 
   // Looks which there are. False: the robot does not say.
   bool look() {
     const auto all = names_of(robot_, name_kind::topic);
     if (!all) return false;
+    if (!std::exchange(looked_, true)) tell_what_matches_nothing(*all);
     const auto is_new = [&](const robot_name& one) { return !known_.contains(one.name); };
     if (describes_ && std::ranges::any_of(*all, is_new)) describes_ = types_.read_all(robot_);
     for (const robot_name& one : *all) subscribe(one.name, one.type);
@@ -151,6 +164,14 @@ class topics_of_robot {
   }
 
  private:
+  void tell_what_matches_nothing(const std::vector<robot_name>& all) const {
+    for (const std::string& pattern : chosen_.words) {
+      const auto is_meant = [&](const robot_name& one) { return pattern_matches(pattern, one.name); };
+      if (is_pattern(pattern) && std::ranges::none_of(all, is_meant))
+        to_.note("no topic matches ", quoted(pattern), " yet; waiting for one (Ctrl-C to stop)");
+    }
+  }
+
   void subscribe(const std::string& name, std::string_view type) {
     if (known_.contains(name) || name.empty()) return;
     if (known_.size() == recorded_topics_max) {
@@ -170,6 +191,7 @@ class topics_of_robot {
   const record_settings& chosen_;
   const console& to_;
   robot_types types_;
+  bool looked_ = false;
   bool describes_ = true; // the robot says its types
   bool too_many_ = false;
   std::map<std::string, bool> known_;
@@ -201,8 +223,9 @@ class recording_progress_line {
 };
 
 // Until a signal, the end of --duration, or a disk that takes no more.
-exit_code run(endpoint& hub, remote& connection, recorder& into, topics_of_robot& topics,
-              const record_settings& o, const console& to) {
+exit_code run(asked_robot& robot, recorder& into, topics_of_robot& topics, const record_settings& o,
+              const console& to) {
+  missing_publishers missing{robot.hub(), robot.connection(), names_in(o.words), to};
   const auto begin = rt::monotonic_clock::now();
   const auto end = rt::deadline_after(begin, o.duration.value_or(rt::for_ever));
   const bool looks = o.words.empty() || std::ranges::any_of(o.words, is_pattern);
@@ -218,7 +241,7 @@ exit_code run(endpoint& hub, remote& connection, recorder& into, topics_of_robot
       next_look = now + topics_period;
       const bool told = topics.look();
       if (!std::exchange(named, true)) topics.subscribe_named(); // what is there already has a type
-      if (!told && looks && hub.peers() != 0 && !std::exchange(warned, true)) {
+      if (!told && looks && robot.hub().peers() != 0 && !std::exchange(warned, true)) {
         to.error("it does not say which topics it has: name those to be recorded");
       }
     }
@@ -233,7 +256,8 @@ exit_code run(endpoint& hub, remote& connection, recorder& into, topics_of_robot
       if (!fault.empty() && o.total.empty()) return exit_code::failed;
     }
     line.show(figures, now);
-    connection.report();
+    robot.connection().report();
+    missing.report();
     interrupt::sleep_until(std::min({end, next_look, now + interrupt::slice}));
   }
   return exit_code::done;
@@ -254,28 +278,27 @@ recording_metadata parameters_of(service_asker& robot) {
   return all;
 }
 
-exit_code record_from(endpoint hub, const std::string& url, const record_settings& o, recording_options file,
+exit_code record_from(asked_robot& robot, const record_settings& o, recording_options file,
                       const console& to) {
-  remote connection{hub, url, to};
-  if (const auto end = connection.wait(o.timeout)) return *end;
-  watcher waits{connection};
-  service_asker asks{hub, waits, answer_time};
-  if (const auto stats = asks.ask("/rowe/stats")) {
+  if (const auto stats = robot.ask("/rowe/stats")) {
     if (const auto name = read_json(*stats).get<std::string>("name")) file.name = *name;
   }
-  file.metadata = parameters_of(asks);
+  file.metadata = parameters_of(robot.services());
   if (interrupt::seen()) return exit_code::interrupted;
   std::string why;
-  auto made = hub.record({.file = file, .topics = o.words, .exclude = o.exclude}, &why);
+  auto made = robot.hub().record({.file = file, .topics = o.words, .exclude = o.exclude}, &why);
   if (!made) {
-    to.error(why.empty() ? made.error().message() : printable(why));
+    struct stat there {};
+    const bool is_there = ::stat(o.to.c_str(), &there) == 0 && S_ISREG(there.st_mode);
+    to.error(why.empty() ? made.error().message() : printable(why),
+             is_there ? "; -o names another file, or a folder" : "");
     return exit_code::failed;
   }
   recorder into = std::move(*made);
   for (const std::string& one : into.unended())
     to.note(printable(one), " was not ended by its program; `rowe record --repair` does it");
-  topics_of_robot topics{asks, into, o, to};
-  exit_code end = run(hub, connection, into, topics, o, to);
+  topics_of_robot topics{robot.services(), into, o, to}; // with the types, until the recorder is closed
+  exit_code end = run(robot, into, topics, o, to);
   const bool whole = static_cast<bool>(into.close(&why));
   if (!whole && end == exit_code::done) {
     to.error(printable(why));
@@ -305,18 +328,14 @@ exit_code record(argument_list arguments) {
   recording_options file;
   if (const std::string wrong = read_file_options(chosen, file); !wrong.empty())
     return usage_error("record", wrong);
-  const spelled_url url = read_url(chosen.at.url);
-  if (url.url.empty()) return usage_error("record", url.wrong);
   auto bounds = limits_for("record");
   if (!bounds) return exit_code::usage;
   bounds->handles_max = std::max(bounds->handles_max, recorded_topics_max + 64);
   bounds->topics_max = std::max(bounds->topics_max, recorded_topics_max + 64);
   bounds->subscriptions_max = std::max(bounds->subscriptions_max, recorded_topics_max + 64);
-  endpoint_options options{.limits = *bounds};
-  if (const auto end = use(chosen.at, options, to)) return *end;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
-  return record_from(std::move(hub).value(), url.url, chosen, std::move(file), to);
+  asked_robot robot{"record", answer_time, to};
+  if (const auto end = robot.connect(chosen.at, chosen.timeout, bounds)) return *end;
+  return record_from(robot, chosen, std::move(file), to);
 }
 
 } // namespace rowe::tools

@@ -44,7 +44,12 @@ exit_code ask_for_snapshot(const remote_place& at, const std::string& cause, rt:
   if (!answer) return robot.give_up("whether its black boxes write");
   const auto asked = read_json(*answer).get<std::uint64_t>("black_boxes");
   if (!asked || *asked == 0) {
-    to.error(robot.url(), " has no black box (`rowe serve --black-box DIR`, or endpoint::record())");
+    const auto counted_only = robot.ask("/rowe/record", R"({"write":false})");
+    const auto there = read_json(counted_only.value_or("{}")).get<std::uint64_t>("black_boxes");
+    if (there && *there > 0)
+      to.error(robot.url(), " has a black box, which has no room for that now: try again");
+    else
+      to.error(robot.url(), " has no black box (`rowe serve --black-box DIR`, or endpoint::record())");
     return exit_code::failed;
   }
   to.note(*asked == 1 ? "its black box writes" : joined("its ", *asked, " black boxes write"));

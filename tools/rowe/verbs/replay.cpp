@@ -104,7 +104,9 @@ exit_code replay(argument_list arguments) {
     return usage_error("replay", url.wrong);
   const auto kind = kind_of_file(chosen.file, why);
   if (!kind) {
-    to.error(why);
+    std::string other;
+    const bool swapped = reads_like_url(chosen.file) && kind_of_file(chosen.at.url, other);
+    to.error(why, swapped ? "; the URL stands in front of the FILE" : "");
     return exit_code::failed;
   }
   if (*kind == kept_as::trajectory) return replay_trajectory(chosen, *pace, to);

@@ -186,7 +186,6 @@ exit_code play_part(endpoint hub, const std::string& url, chosen_part& part, con
 } // namespace
 
 exit_code replay_messages(const replay_options& o, const rate_wish& pace, kept_as kind, const console& to) {
-  const spelled_url url = read_url(o.at.url);
   auto bounds = limits_for("replay");
   if (!bounds) return exit_code::usage;
   chosen_part part;
@@ -200,11 +199,10 @@ exit_code replay_messages(const replay_options& o, const rate_wish& pace, kept_a
   bounds->topics_max = std::max(bounds->topics_max, static_cast<std::uint32_t>(count) + others);
   bounds->handles_max = std::max(bounds->handles_max, 2 * static_cast<std::uint32_t>(count) + others);
   // A message goes when it is due, not when the service thread looks next.
-  endpoint_options options{.idle_policy = idle::wake, .limits = *bounds};
-  if (const auto end = use(o.at, options, to)) return *end;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
-  return play_part(std::move(hub).value(), url.url, part, o, to);
+  exit_code otherwise = exit_code::failed;
+  auto opened = open_endpoint("replay", o.at, {.idle_policy = idle::wake, .limits = *bounds}, to, otherwise);
+  if (!opened) return otherwise;
+  return play_part(std::move(opened->hub), opened->url, part, o, to);
 }
 
 } // namespace rowe::tools

@@ -176,9 +176,6 @@ exit_code replay_trajectory(const replay_options& o, const rate_wish& pace, cons
     return usage_error("replay",
                        "--from, --to, --topics, --exclude, --remap and --ttl are for recordings, not "
                        "for a trajectory");
-  const spelled_url url = read_url(o.at.url);
-  if (url.url.empty()) return usage_error("replay", url.wrong);
-
   const tum_file file = read_tum_file(o.path());
   if (!file.fault.what.empty()) {
     const std::string line = file.fault.line == 0 ? "" : joined(":", file.fault.line);
@@ -190,11 +187,10 @@ exit_code replay_trajectory(const replay_options& o, const rate_wish& pace, cons
   }
   const auto bounds = limits_for("replay");
   if (!bounds) return exit_code::usage;
-  endpoint_options options{.limits = *bounds};
-  if (const auto end = use(o.at, options, to)) return *end;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
-  return play_poses(std::move(hub).value(), url.url, file.poses, o, pace, to);
+  exit_code otherwise = exit_code::failed;
+  auto opened = open_endpoint("replay", o.at, {.limits = *bounds}, to, otherwise);
+  if (!opened) return otherwise;
+  return play_poses(std::move(opened->hub), opened->url, file.poses, o, pace, to);
 }
 
 } // namespace rowe::tools

@@ -128,17 +128,14 @@ exit_code reset(argument_list arguments) {
   if (const auto end = read(table_of(chosen), arguments)) return *end;
   console to{"reset"};
   to.be_quiet(chosen.quiet);
-  const spelled_url url = read_url(chosen.at.url);
-  if (url.url.empty()) return usage_error("reset", url.wrong);
   if (!chosen.number.empty() && integer_of(chosen.number).value_or(-1) < 0)
     return usage_error("reset", joined("NUMBER is a whole number, not ", quoted(chosen.number)));
   const auto bounds = limits_for("reset");
   if (!bounds) return exit_code::usage;
-  endpoint_options options{.limits = *bounds};
-  if (const auto end = use(chosen.at, options, to)) return *end;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
-  return reset_from(std::move(hub).value(), chosen, url.url, to);
+  exit_code otherwise = exit_code::failed;
+  auto opened = open_endpoint("reset", chosen.at, {.limits = *bounds}, to, otherwise);
+  if (!opened) return otherwise;
+  return reset_from(std::move(opened->hub), chosen, opened->url, to);
 }
 
 } // namespace rowe::tools

@@ -8,6 +8,7 @@
 
 #include <rowe/types.hpp>
 
+#include "../interrupt.hpp"
 #include "../network/asked_robot.hpp"
 #include "../network/robot_names.hpp"
 #include "../network/robot_types.hpp"
@@ -47,8 +48,9 @@ class robot_info {
   exit_code run() {
     if (const auto end = robot_.connect(chosen_.at)) return *end;
     for (const name_kind which : {name_kind::topic, name_kind::service, name_kind::action}) {
-      auto all = names_of(robot_.services(), which, false);
-      if (!all && which == name_kind::topic) return robot_.give_up("what it has");
+      auto all = names_of(robot_.services(), which);
+      const bool ends = which == name_kind::topic || robot_.services().end() == exit_code::interrupted;
+      if (!all && ends) return robot_.give_up("what it has");
       if (all) names_[static_cast<std::size_t>(which)] = std::move(*all);
     }
     types_known_ = types_.read_all(robot_.services());
@@ -56,6 +58,7 @@ class robot_info {
     bool first = true;
     for (const std::string& word : chosen_.names) {
       const auto things = find(word);
+      if (interrupt::seen()) return exit_code::interrupted;
       complete = complete && !things.empty();
       for (const named_thing& one : things) {
         if (!emit(chosen_.json ? json_of(one) : (first ? "" : "\n") + text_of(one))) return exit_code::done;
@@ -78,9 +81,8 @@ class robot_info {
       if (its != all.end()) found.push_back(about(which, *its));
     }
     if (!found.empty()) return found;
-    const std::string meant = nearest_name(wanted, known);
     to_.error("there is no topic, service or action ", quoted(wanted), " at ", robot_.url(),
-              meant.empty() ? "" : joined("; did you mean ", printable(meant), "?"));
+              did_you_mean(nearest_name(wanted, known)));
     return {};
   }
 
@@ -146,14 +148,15 @@ class robot_info {
       for (const std::string& each : who) names += joined(names.empty() ? "" : ", ", printable(each));
       text += line(label, who.empty() ? "none" : names);
     }
-    if (const json_value row = read_json(one.figures); !one.figures.empty()) {
-      const auto number = [&](std::string_view member) {
-        const auto value = row.get<double>(member);
-        return value ? *value : 0.0;
-      };
+    const json_value row = read_json(one.figures);
+    const auto number = [&](std::string_view member) {
+      const auto value = row.get<double>(member);
+      return value ? *value : 0.0;
+    };
+    if (number("subscribers") > 0 || number("rate_hz") > 0) {
       text += line("rate", joined(decimal_text(number("rate_hz"), 1), " Hz, longest gap ",
                                   decimal_text(number("gap_ms_max"), 1), " ms"));
-      text += line("size", joined(bytes_text(static_cast<std::uint64_t>(number("bytes"))), " a message"));
+      text += line("size", joined(bytes_text(whole_of(number("bytes"))), " a message"));
     } else if (one.kind == name_kind::topic) {
       text += line("rate", "not known while nobody subscribes; `rowe hz` does");
     }
@@ -163,7 +166,10 @@ class robot_info {
       const std::string declared = type_text(its);
       for (std::string_view rest = declared; !rest.empty();) {
         const std::size_t end = std::min(rest.find('\n'), rest.size());
-        text += joined(end == 0 ? "" : "  ", printable(rest.substr(0, end)), "\n");
+        const std::string_view declared_line = rest.substr(0, end);
+        const bool is_rule =
+            declared_line.find_first_not_of('=') == declared_line.npos; // between the types of ROS text
+        text += is_rule ? std::string{"\n"} : joined("  ", printable(declared_line), "\n");
         rest.remove_prefix(std::min(end + 1, rest.size()));
       }
     };

@@ -60,6 +60,7 @@ class top_of_robot {
   bool ask() {
     const auto stats = robot_.ask("/rowe/stats");
     if (!stats) return false;
+    answered_ = rt::monotonic_clock::now();
     const auto stop = robot_.ask("/rowe/stop/state"); // a role may not be let call it
     view_.take(read_json(*stats), stop ? read_json(*stop) : json_value{});
     return true;
@@ -82,6 +83,8 @@ class top_of_robot {
 
   exit_code show() {
     screen on;
+    if (!on)
+      return usage_error("top", "no terminal is known that is called as $TERM says; --once needs none");
     auto next = rt::monotonic_clock::now() + period_;
     for (;;) {
       draw(on);
@@ -120,7 +123,8 @@ class top_of_robot {
     const std::string_view by = topic_orders[static_cast<std::size_t>(order_)];
     std::string bottom =
         joined(" q quit  s sort: ", by, "  p ", paused_ ? "go on" : "pause", "  arrows scroll");
-    if (!fault_.empty()) bottom = joined(" ", fault_);
+    if (!fault_.empty())
+      bottom = joined(" STALE for ", seconds_text(rt::monotonic_clock::now() - answered_), ": ", fault_);
     on.show(lines, first_, bottom);
   }
 
@@ -130,6 +134,7 @@ class top_of_robot {
   const rt::duration period_;
   std::size_t first_ = 0;
   bool paused_ = false;
+  rt::time_point answered_{};
   std::string fault_;
 };
 

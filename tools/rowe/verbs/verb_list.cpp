@@ -80,11 +80,22 @@ std::vector<verb> all_verbs() {
   return all;
 }
 
+// What others call it: the tools of ROS, and of recordings.
+constexpr std::array<std::array<std::string_view, 2>, 11> other_words{{{"bag", "record"},
+                                                                       {"rec", "record"},
+                                                                       {"play", "replay"},
+                                                                       {"topic", "topics"},
+                                                                       {"service", "services"},
+                                                                       {"action", "actions"},
+                                                                       {"node", "peers"},
+                                                                       {"nodes", "peers"},
+                                                                       {"interface", "types"},
+                                                                       {"msg", "types"},
+                                                                       {"publish", "pub"}}};
+
 exit_code unknown(std::string_view word) {
-  std::vector<verb> all = all_verbs();
-  all.push_back({"help", "", nullptr});
-  const console to{"help"};
-  to.error("there is no verb ", quoted(word), meant_instead(word, all));
+  const console to{""};
+  to.error(no_such_verb(word));
   to.error("`rowe help` lists them");
   return exit_code::usage;
 }
@@ -111,6 +122,14 @@ const verb* find_verb(std::string_view name) noexcept {
   for (const verb_group& group : groups)
     if (const verb* const found = find_verb(group.verbs, name)) return found;
   return nullptr;
+}
+
+std::string no_such_verb(std::string_view word) {
+  std::vector<verb> all = all_verbs();
+  all.push_back({"help", "", nullptr});
+  const auto other = std::ranges::find(other_words, word, [](const auto& one) { return one[0]; });
+  return joined("there is no verb ", quoted(word),
+                other != other_words.end() ? did_you_mean((*other)[1]) : meant_instead(word, all));
 }
 
 std::string overview(std::size_t columns) {

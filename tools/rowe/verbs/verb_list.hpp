@@ -17,6 +17,8 @@ struct verb_group {
 // `bench` and `man` among them; `help` is no verb of the list.
 std::span<const verb_group> verb_groups() noexcept;
 const verb* find_verb(std::string_view name) noexcept; // null: there is none
+// "there is no verb 'bag'; did you mean record?"
+std::string no_such_verb(std::string_view word);
 
 // Those of `rowe bench`.
 namespace bench {
