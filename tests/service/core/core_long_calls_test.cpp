@@ -340,36 +340,6 @@ TEST_F(few_long_calls_test, and_maps_of_who_does_not_read_make_way_from_behind_w
   EXPECT_LE(on.count(counter::outbox_full) + on.count(counter::evicted) - lost, 4U);
 }
 
-// Requests lose their room in the cycle in which the time of their calls is over: each call ends once.
-TEST(long_calls, that_lose_their_room_as_their_time_ends_end_once) {
-  std::uint64_t evicted = 0;
-  for (int wait = 0; wait < 80; ++wait) {
-    core_harness on{options_with(64 * 1024, 4)};
-    peer provider =
-        peer_saying(on, R"({"op":"advertise_service","service":"/map","type":"nav_msgs/GetMap"})");
-    on.net.link_of(provider.id()).capacity_bytes = 0; // nothing is read
-    peer caller{on};
-    for (int i = 0; i < 3; ++i)
-      caller.say(R"({"op":"call_service","id":"c)" + std::to_string(i) +
-                 R"(","service":"/map","timeout":1,"args":)" + map_of(50'000) + "}");
-    on.cycles(60);
-    peer robot{on};
-    peer browser = subscriber(on, "/map");
-    for (int i = 0; i < 3; ++i)
-      robot.say(R"({"op":"publish","topic":"/map","msg":)" + map_of(50'000, i) + "}");
-    on.cycles(wait);
-    const std::uint64_t before = on.count(counter::outbox_full);
-    on.cycle(2s);
-    evicted += on.count(counter::outbox_full) - before;
-    for (int i = 0; i < 50; ++i) {
-      on.cycle();
-      ASSERT_TRUE(on.core.check()) << wait;
-    }
-    EXPECT_EQ(caller.hear().size(), 3U) << wait;
-  }
-  EXPECT_GT(evicted, 0U) << "no request lost its room in that cycle";
-}
-
 TEST(stand_in_test, is_found_where_it_is_once) {
   using rowe::service::find_stand_in;
   const auto object = rowe::service::stand_in_for(rowe::json::kind::object);
