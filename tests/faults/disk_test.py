@@ -5,33 +5,18 @@ import os
 import re
 import shutil
 import subprocess
-import sys
-import tempfile
 import types
 import unittest
 
 from clock import clock, preloaded
 from program import ROWE, run
 from robot import content_of, numbers_until, publish, robot, shown, until
+from small_disk import without_small_disk
 
 disk_bytes = 256 * 1024
 day = 24 * 60 * 60  # seconds
 
-
-def in_a_world_with_a_small_disk():
-    """Starts this script again where a disk of its own is mounted, or says why that cannot be."""
-    if "ROWE_SMALL_DISK" in os.environ:
-        return ""
-    if subprocess.run(["unshare", "-rm", "true"], check=False, capture_output=True).returncode != 0:
-        return "this machine makes no mount namespace for this user"
-    with tempfile.TemporaryDirectory() as disk:
-        mount = f'mount -t tmpfs -o size={disk_bytes} none "$ROWE_SMALL_DISK" && exec "$0" "$@"'
-        ended = subprocess.run(["unshare", "-rm", "sh", "-c", mount, sys.executable, *sys.argv], check=False,
-                               env={**os.environ, "ROWE_SMALL_DISK": disk})
-    sys.exit(ended.returncode)
-
-
-why_not = in_a_world_with_a_small_disk() if __name__ == "__main__" else ""
+why_not = without_small_disk(disk_bytes) if __name__ == "__main__" else ""
 
 
 @unittest.skipIf(why_not, why_not)

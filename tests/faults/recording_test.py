@@ -8,7 +8,6 @@ import random
 import re
 import signal
 import subprocess
-import sys
 import tempfile
 import threading
 import unittest
@@ -18,6 +17,7 @@ from clock import clock, preloaded
 from program import hub, program, run, timeout
 from recordings import beside
 from robot import drops
+from small_disk import without_small_disk
 from websocket import peer
 
 slow_disk = os.environ.get("ROWE_FAULTS_SLOW_DISK", "")
@@ -25,21 +25,7 @@ full_disks = int(os.environ.get("ROWE_FULL_DISKS", "5"))
 disk_bytes = 4 << 20
 hour = 3600  # seconds
 
-
-def in_a_world_with_a_small_disk():
-    """Starts this script again where a disk of its own is mounted, or says why that cannot be."""
-    if "ROWE_SMALL_DISK" in os.environ:
-        return ""
-    if subprocess.run(["unshare", "-rm", "true"], check=False, capture_output=True).returncode != 0:
-        return "this machine makes no mount namespace for this user"
-    with tempfile.TemporaryDirectory() as disk:
-        mount = f'mount -t tmpfs -o size={disk_bytes} none "$ROWE_SMALL_DISK" && exec "$0" "$@"'
-        ended = subprocess.run(["unshare", "-rm", "sh", "-c", mount, sys.executable, *sys.argv], check=False,
-                               env={**os.environ, "ROWE_SMALL_DISK": disk})
-    sys.exit(ended.returncode)
-
-
-why_not = in_a_world_with_a_small_disk() if __name__ == "__main__" else ""
+why_not = without_small_disk(disk_bytes) if __name__ == "__main__" else ""
 
 
 class numbered:

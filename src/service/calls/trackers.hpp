@@ -10,6 +10,7 @@
 #include <cassert>
 #include <cstdint>
 
+#include <rowe/detail/mutation_points.hpp>
 #include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/options.hpp>
@@ -69,7 +70,8 @@ class trackers {
   }
   // Whether there is one beyond those that peers have claims to.
   bool any_unclaimed(slot_class of) const noexcept {
-    return slots_left(of) > claims_[static_cast<std::size_t>(of)].kept();
+    const std::uint32_t kept = ROWE_MUTANT(pending_claims) ? 0 : claims_[static_cast<std::size_t>(of)].kept();
+    return slots_left(of) > kept;
   }
   // Whether a peer may have one more slot for messages to it alone. Beyond its claim, a backpressured peer
   // leaves one half of the slots to the others, which release theirs soon.
