@@ -214,10 +214,8 @@ void call_completion::deny(call_index index, std::string_view diagnostic) noexce
 }
 
 void call_completion::close(call_index index) noexcept {
-  if (ROWE_MUTANT(closed_call)) state_.due.disarm(index);
   direct_messages_.cancel(state_.calls.at(index).request);
-  // Last: an outcome that was taken just now may have made it due.
-  if (!ROWE_MUTANT(closed_call)) state_.due.disarm(index);
+  state_.due.disarm(index); // last: an outcome that was taken just now may have made it due
   state_.calls.close(index);
 }
 

@@ -237,8 +237,7 @@ bool subscription_queues::place_pending_latched(peer_index peer) noexcept {
     for (subscription_id i = on.head; i; i = all[i].next_ready) {
       subscription& s = all[i];
       if (!s.latched_pending) continue;
-      ROWE_MUTANT(stale_latched) ? outbox_.drop_expired(s.pending)
-                                 : drop_stale(outbox_, state_, message_store_.slots(), s);
+      drop_stale(outbox_, state_, message_store_.slots(), s);
       if (s.pending.count >= s.depth) continue; // the last one is still to be written
       place_latched(s);
       return true;
