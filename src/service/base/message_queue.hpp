@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 
+#include <rowe/detail/mutation_points.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 
@@ -88,7 +89,8 @@ class queue_entries {
   }
   // Whether the front of a queue is the only evictable entry of the class that its connection holds.
   bool is_all(const queue& of, slot_class size) const noexcept {
-    return !of.empty() && class_of(front(of)) == index_of(size) && held_[of.owner].of[index_of(size)] == 1;
+    if (of.empty() || ROWE_MUTANT(only_reply)) return false;
+    return class_of(front(of)) == index_of(size) && held_[of.owner].of[index_of(size)] == 1;
   }
   // Which connection loses an entry: the one found last, while it holds more than `share` entries that may be
   // evicted; else the one that holds most. Among equals it is the last one for which `rather(peer_index)` is

@@ -103,8 +103,7 @@ bool outbox::evict_for(slot_class of) noexcept {
     const peer_index most = holds_most(of);
     if (!most || (ROWE_MUTANT(hoarder) && !queues_[most].backpressured())) return false;
     // A reply to who reads is written in this cycle. One that is evicted is missed in silence.
-    const bool reads = !queues_[most].backpressured() && !ROWE_MUTANT(only_reply);
-    if (reads && entries_.is_all(queues_[most].replies, of)) return false;
+    if (!queues_[most].backpressured() && entries_.is_all(queues_[most].replies, of)) return false;
     if (evict({most}, of); slots_.free_for_all(of) != 0) return true;
   }
   return false;
