@@ -16,10 +16,11 @@ struct listing_service {
   std::string_view list;    // the answer's member
   std::string_view of_type; // the service that says a type; empty: the list has them
 };
-constexpr std::array<listing_service, 3> listing_services{{
+constexpr std::array<listing_service, 4> listing_services{{
     {"topic", "/rosapi/topics", "topics", ""},
     {"service", "/rosapi/services", "services", "/rosapi/service_type"},
     {"action", "/rosapi/action_servers", "action_servers", "/rosapi/action_type"},
+    {"parameter", "/rosapi/get_param_names", "names", ""},
 }};
 
 std::vector<std::string> texts_in(json_value answer, std::string_view member) {

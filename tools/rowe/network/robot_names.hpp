@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a robot has, by name: its topics, services and actions, with their types. Also what other servers of
-// rosbridge have.
+// What a robot has, by name: its topics, services and actions, with their types, and its parameters. Also
+// what other servers of rosbridge have.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -17,7 +17,7 @@ struct robot_name {
   std::string type{}; // empty: it is not known
 };
 
-enum class name_kind : std::uint8_t { topic, service, action };
+enum class name_kind : std::uint8_t { topic, service, action, parameter };
 std::string_view word_of(name_kind which) noexcept; // "topic"
 
 // Sorted by name; topics with their types. Nothing: the robot does not say; see service_asker::why().

@@ -13,7 +13,6 @@
 #include "../network/asked_robot.hpp"
 #include "../network/robot_names.hpp"
 #include "../output.hpp"
-#include "../text/json_values.hpp"
 #include "verbs.hpp"
 
 namespace rowe::tools {
@@ -115,12 +114,7 @@ void add_names(completion_answer& to) {
   if (to.names == asked_names::topics || to.names == asked_names::topics_and_services) add(name_kind::topic);
   if (to.names == asked_names::services || to.names == asked_names::topics_and_services)
     add(name_kind::service);
-  if (to.names != asked_names::parameters) return;
-  leave_time();
-  const auto answer = robot.ask("/rosapi/get_param_names");
-  if (!answer) return;
-  const json_value names = read_json(*answer).find("names").value_or(json_value{});
-  for (const json_value one : names.elements()) to.words.push_back({plain_text_of(one)});
+  if (to.names == asked_names::parameters) add(name_kind::parameter);
 }
 
 } // namespace

@@ -92,9 +92,11 @@ class param_asker {
     return std::nullopt;
   }
   // All there are, sorted; nothing, and the reason was printed.
-  std::optional<std::vector<std::string>> names() {
-    const auto answer = ask("/rosapi/get_param_names", "{}");
-    return answer ? std::optional{names_in(*answer)} : std::nullopt;
+  std::optional<std::vector<robot_name>> names() {
+    auto all = names_of(robot_.services(), name_kind::parameter);
+    end_ = robot_.services().end();
+    if (!all && !robot_.services().why().empty()) to_.error(robot_.services().why());
+    return all;
   }
   // The value in JSON.
   std::optional<std::string> get(const std::string& name) {
@@ -113,23 +115,12 @@ class param_asker {
   exit_code end() const noexcept { return end_; }
 
  private:
-  static std::vector<std::string> names_in(std::string_view answer) {
-    std::vector<std::string> names;
-    if (const auto found = read_json(answer).find("names")) {
-      for (const json_value one : found->elements())
-        if (auto name = one.get<std::string>()) names.push_back(std::move(*name));
-    }
-    std::ranges::sort(names);
-    return names;
-  }
   // Which parameter may have been meant in place of one that there is not.
   std::string hint(std::string_view name) {
     if (name.empty()) return {};
-    const auto answer = robot_.ask("/rosapi/get_param_names");
-    if (!answer) return {};
-    std::vector<robot_name> all;
-    for (std::string& one : names_in(*answer)) all.push_back({std::move(one)});
-    const std::string meant = nearest_name(name, all);
+    const auto all = names_of(robot_.services(), name_kind::parameter);
+    if (!all) return {};
+    const std::string meant = nearest_name(name, *all);
     return meant == name ? std::string{} : did_you_mean(meant);
   }
 
@@ -146,7 +137,7 @@ std::string json_of(const std::string& name, const std::string& value) {
 exit_code list_params(param_asker& asks, const param_settings& o) {
   const auto names = asks.names();
   if (!names) return asks.end();
-  for (const std::string& name : *names) {
+  for (const auto& [name, type] : *names) {
     if (!o.all && name.starts_with("/rowe/")) continue;
     const auto value = asks.get(name);
     if (!value) return asks.end();

@@ -266,10 +266,9 @@ exit_code run(asked_robot& robot, recorder& into, topics_of_robot& topics, const
 // The parameters of the robot's program as they are when the recording begins.
 recording_metadata parameters_of(service_asker& robot) {
   recording_metadata all;
-  const auto answer = robot.ask("/rosapi/get_param_names");
-  const json_value names = answer ? read_json(*answer).find("names").value_or(json_value{}) : json_value{};
-  for (const json_value one : names.elements()) {
-    const std::string name = plain_text_of(one);
+  const auto names = names_of(robot, name_kind::parameter);
+  if (!names) return all;
+  for (const auto& [name, type] : *names) {
     if (name.starts_with("/rowe/") || all.size() == parameters_max) continue;
     const auto got = robot.ask("/rosapi/get_param", joined(R"({"name":)", json_string_of(name), "}"));
     if (!got) break; // nor will it say the others

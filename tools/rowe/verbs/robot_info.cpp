@@ -109,6 +109,7 @@ class robot_info {
       add("providers", "/rosapi/service_providers", "service", "providers");
       break;
     case name_kind::action: type_by("/rosapi/action_type", "action"); break;
+    case name_kind::parameter: break; // `rowe param` is for those
     }
     if (!types_known_) return one;
     for (const typed_name& typed : types_.found()) {
